@@ -1,0 +1,3 @@
+"""Condition monitor for robot joint gearboxes."""
+
+__version__ = '0.1.0'

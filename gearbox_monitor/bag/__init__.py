@@ -1,0 +1,1 @@
+"""rosbag2-compatible MCAP recordings: write, read, also after a crash."""

@@ -1,0 +1,161 @@
+"""
+Turn foreign recordings (text, MATLAB, JSON) into samples in SI units, and these into a bag.
+
+The bag holds ``joint_states`` with the joints ``motor`` and ``arm`` (NaN = not measured) and, when
+the recording has one, the reference torque on ``reference/transmission_state``: a reference is for
+fitting and scoring and never an input of the estimator.
+"""
+from dataclasses import dataclass
+import hashlib
+from pathlib import Path
+
+import numpy as np
+
+from gearbox_monitor import __version__
+from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.importer.mapping import FIRST_STAMP_NS, load_mapping, SIGNALS
+from gearbox_monitor.bag.importer.sources import read_columns
+from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.errors import InputError
+
+__all__ = ['FIRST_STAMP_NS', 'Recording', 'load_mapping', 'read_recording', 'write_bag']
+
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+JOINT_TOPIC = '/joint_states'
+REFERENCE_TOPIC = '/reference/transmission_state'
+
+
+@dataclass(frozen=True)
+class Recording:
+    """
+    Samples [N] of one drive: rad (or m) and N m (or N); NaN where not measured.
+
+    `stamp_ns` is int64 and strictly increasing. `reference_torque` is None when there is none.
+    `notices` are sentences about the data that its owner should read.
+    """
+
+    stamp_ns: np.ndarray
+    motor_position: np.ndarray
+    motor_effort: np.ndarray
+    arm_position: np.ndarray
+    arm_effort: np.ndarray
+    reference_torque: np.ndarray | None
+    notices: tuple = ()
+
+
+def read_recording(path, mapping):
+    """
+    Return the Recording in the file `path` as the Mapping `mapping` reads it.
+
+    Raises InputError naming file, line or entry, value and what was expected.
+    """
+    columns, place = read_columns(path, mapping)
+    n = len(next(iter(columns.values())))
+    if n < 2:
+        raise InputError(f'{path}: {n} samples, expected at least two')
+    stamps = _stamps(path, mapping, columns.pop('time', None), n, place)
+    values = dict.fromkeys(SIGNALS)
+    notices = []
+    for name, raw in columns.items():
+        values[name] = _convert(path, mapping, name, raw, place)
+        missing = int(np.isnan(raw).sum())
+        if missing:
+            notices.append(f'{name}: {missing} of {n} samples not measured')
+        if missing < n and np.nanmax(raw) == np.nanmin(raw):
+            notices.append(f'{name}: the same value in all samples')
+    step = np.diff(stamps)
+    gaps = int((step > 3 * np.median(step)).sum())
+    if gaps:
+        notices.append(f'time: {gaps} gaps of more than 3 sample times, longest '
+                       f'{step.max() * 1e-9:.3g} s')
+    for name in ('motor_position', 'motor_effort', 'arm_position', 'arm_effort'):
+        if values[name] is None:
+            values[name] = np.full(n, np.nan)
+    return Recording(stamp_ns=stamps, notices=tuple(notices), **values)
+
+
+def _stamps(path, mapping, raw, n, place):
+    """Return the stamps (int64 ns) of `n` samples from raw time (None: a constant rate)."""
+    time = mapping.time
+    start = FIRST_STAMP_NS if time.start_stamp_ns == 'recorded' else time.start_stamp_ns
+    if raw is None:
+        return start + np.rint(np.arange(n) * (1e9 / time.rate)).astype(np.int64)
+    bad = np.flatnonzero(~np.isfinite(raw))
+    if len(bad):
+        raise InputError(f'{path}: {place(bad[0], "time")} value {raw[bad[0]]}: expected a finite '
+                         'number')
+    # Whole numbers from here on: a double resolves today's date to 256 ns only.
+    recorded = time.start_stamp_ns == 'recorded'
+    ns = np.rint((raw if recorded else raw - raw[0]) * (time.scale * 1e9))
+    back = np.flatnonzero(np.diff(ns) <= 0)
+    if len(back):
+        row = int(back[0]) + 1
+        raise InputError(f'{path}: {place(row, "time")} value {raw[row]:.12g} after '
+                         f'{raw[row - 1]:.12g}: expected strictly increasing time')
+    first = 0 if recorded else start
+    for row in (0, -1):
+        if not 1 <= ns[row] + first < 2 ** 31 * 1e9:
+            raise InputError(f'{path}: {place(row % n, "time")} value {raw[row]:.12g}: stamp '
+                             f'{(ns[row] + first) * 1e-9:.9g} s, expected one > 0 and < 2^31 s')
+    return ns.astype(np.int64) + first
+
+
+def _convert(path, mapping, name, raw, place):
+    """Return the values of signal `name` in SI units on the side that the mapping asks for."""
+    signal = mapping.signals[name]
+
+    def refuse(rows, expected):
+        rows = np.flatnonzero(rows)
+        if len(rows):
+            raise InputError(f'{path}: {place(rows[0], name)} value {raw[rows[0]]:.12g}: '
+                             f'expected {expected}')
+    missing = np.isnan(raw)
+    refuse(np.isinf(raw), 'a finite number')
+    if signal.missing == 'error':
+        refuse(missing, 'a number (missing: nan admits missing ones)')
+    value = raw
+    if signal.bits:
+        full = 2.0 ** signal.bits
+        refuse(~missing & ((raw < 0) | (raw >= full) | (raw != np.floor(raw))),
+               f'an integer from 0 to {int(full) - 1}')
+        value = np.where(raw >= full / 2, raw - full, raw)
+    zero = signal.zero
+    if zero == 'first':
+        zero = 0.0 if missing.all() else value[~missing][0]
+    value = (value - zero) * signal.factor()
+    position, _, motor_side = SIGNALS[name]
+    if motor_side:
+        value = value / mapping.gear_ratio if position else value * mapping.gear_ratio
+    return value
+
+
+def write_bag(recording, bag, source, mapping):
+    """
+    Write the Recording of the file `source`, read through `mapping`, into the new bag `bag`.
+
+    Mapping, name and SHA-256 of the source and the package's version go with it as the metadata
+    record ``import``. Raises InputError when `bag` exists.
+    """
+    r = recording
+    messages = [(JOINT_TOPIC, encode_joint_states(
+        r.stamp_ns, ['motor', 'arm'], np.column_stack([r.motor_position, r.arm_position]),
+        effort=np.column_stack([r.motor_effort, r.arm_effort])))]
+    if r.reference_torque is not None:
+        messages.append((REFERENCE_TOPIC, encode_joint_states(
+            r.stamp_ns, ['transmission'], np.full((len(r.stamp_ns), 1), np.nan),
+            effort=r.reference_torque[:, None])))
+    with BagWriter(bag) as writer:
+        for topic, _ in messages:
+            writer.add_topic(topic, JOINT_STATE)
+        writer.add_metadata('import', {
+            'source': Path(source).name,
+            'source_sha256': hashlib.sha256(Path(source).read_bytes()).hexdigest(),
+            'mapping': mapping.yaml_text,
+            'mapping_file': Path(mapping.source).name,
+            'kind': mapping.kind,
+            'notices': '\n'.join(r.notices),
+            'gearbox_monitor_version': __version__,
+        })
+        for i, stamp in enumerate(r.stamp_ns.tolist()):
+            for topic, data in messages:
+                writer.write(topic, stamp, data[i])

@@ -1,0 +1,275 @@
+"""
+The mapping file: which columns or fields of a foreign recording are which signals of a drive.
+
+A value of a signal is ``sign (raw - zero) scale``, in SI units. `SIGNALS` and `KEYS` are the whole
+vocabulary; everything else is refused.
+"""
+from dataclasses import dataclass, field, fields
+import math
+from pathlib import Path
+
+import yaml
+
+from gearbox_monitor.drive.model import load_yaml
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.resources import config_path
+
+FORMATS = ('text', 'mat', 'json')
+KINDS = ('rotary', 'prismatic')
+# signal -> (is a position, is the effort of the motor, is on the motor's side of the gear)
+SIGNALS = {
+    'motor_position': (True, False, True),
+    'motor_effort': (False, True, True),
+    'arm_position': (True, False, False),
+    'arm_effort': (False, False, False),
+    'reference_torque': (False, False, False),
+}
+FIRST_STAMP_NS = 1_000_000_000  # stamp 0 means "no stamp" to ROS and to the estimator
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One signal of the recording; `column` counts from 1 or is a name of the header row."""
+
+    column: int | str | None = None
+    field: str | None = None
+    scale: float = 1.0
+    counts_per_rev: float | None = None
+    torque_constant: float = 1.0
+    sign: int = 1
+    zero: float | str = 0.0
+    bits: int | None = None
+    missing: str = 'error'
+    unit: str = ''
+
+    def factor(self):
+        """Return the factor from raw units to SI units."""
+        rev = 2.0 * math.pi / self.counts_per_rev if self.counts_per_rev else 1.0
+        return self.sign * self.scale * rev * self.torque_constant
+
+
+@dataclass(frozen=True)
+class Time:
+    """Where the time of a sample stands, or the constant `rate` (Hz) of a recording without."""
+
+    column: int | str | None = None
+    field: str | None = None
+    scale: float = 1.0
+    rate: float | None = None
+    start_stamp_ns: int | str = FIRST_STAMP_NS
+
+
+@dataclass(frozen=True)
+class Text:
+    """How a text file is written; `delimiter` 'whitespace' is any run of blanks and tabs."""
+
+    delimiter: str = ','
+    comment: str = '#'
+    encoding: str = 'utf-8'
+    header: bool = False
+    decimal: str = '.'
+
+
+@dataclass(frozen=True)
+class Json:
+    """Dotted path of the list of entries; none: `field` is the path of a list of numbers."""
+
+    entries: str | None = None
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """A checked mapping file; `text` is the YAML it was read from."""
+
+    source: str
+    yaml_text: str
+    format: str
+    time: Time
+    signals: dict
+    kind: str = 'rotary'
+    gear_ratio: float = 1.0
+    description: str = ''
+    text: Text = field(default_factory=Text)
+    json: Json = field(default_factory=Json)
+
+
+_KEYS = ('format', 'description', 'kind', 'gear_ratio', 'time', 'signals', 'text', 'json')
+
+
+def find_mapping(name):
+    """Return the path of a mapping given as a path or as the name of a packaged one."""
+    if Path(name).is_file():
+        return Path(name)
+    try:
+        return config_path(f'import/{name}.yaml')
+    except InputError:
+        ready = sorted(p.stem for p in config_path(
+            'import/davinci_backend.yaml').parent.glob('*.yaml'))
+        raise InputError(f'--map: {str(name)!r}, expected a mapping file or one of '
+                         f'{", ".join(ready)}') from None
+
+
+def load_mapping(name):
+    """Return the Mapping of a file or of a packaged name. Raises InputError."""
+    path = find_mapping(name)
+    data = load_yaml(path)
+    return mapping_from_dict(data, str(path), path.read_text(encoding='utf-8'))
+
+
+def mapping_from_dict(data, source, yaml_text=None):
+    """Return the Mapping of plain values; `source` is what error messages call it."""
+    text = yaml.safe_dump(data) if yaml_text is None else yaml_text
+    _known(data, 'mapping', source, _KEYS)
+    for key in ('format', 'time', 'signals'):
+        if key not in data:
+            raise InputError(f'{source}: {key}: missing, expected one of '
+                             f'{", ".join(FORMATS)}' if key == 'format' else
+                             f'{source}: {key}: missing, expected keys and values')
+    kind = data['format']
+    _choice(kind, 'format', source, FORMATS)
+    for name in ('text', 'json'):
+        if name in data and name != kind:
+            raise InputError(f'{source}: {name}: a block for another format, expected only '
+                             f'blocks for format {kind}')
+    values = {'format': kind, 'description': str(data.get('description', ''))}
+    values['kind'] = _choice(data.get('kind', 'rotary'), 'kind', source, KINDS)
+    values['gear_ratio'] = _number(data.get('gear_ratio', 1.0), 'gear_ratio', source, nonzero=True)
+    if 'text' in data:
+        values['text'] = _text(data['text'], source)
+    if 'json' in data:
+        _known(data['json'], 'json', source, ('entries',))
+        entries = _string(data['json'].get('entries'), 'json.entries', source)
+        values['json'] = Json(entries[:-2] if entries.endswith('[]') else entries)
+    values['time'] = _time(data['time'], source, kind)
+    _known(data['signals'], 'signals', source, SIGNALS)
+    values['signals'] = {
+        name: _signal(name, block, source, kind, values['kind'])
+        for name, block in data['signals'].items()}
+    if not {'motor_position', 'arm_position'} & set(values['signals']):
+        raise InputError(f'{source}: signals: no position, expected motor_position, arm_position '
+                         'or both')
+    return Mapping(source=source, yaml_text=text, **values)
+
+
+def _text(block, source):
+    _known(block, 'text', source, [f.name for f in fields(Text)])
+    text = Text(**block)
+    for name in ('delimiter', 'comment', 'encoding', 'decimal'):
+        _string(getattr(text, name), f'text.{name}', source)
+    if not isinstance(text.header, bool):
+        raise InputError(f'{source}: text.header: {text.header!r}, expected true or false')
+    if text.delimiter != 'whitespace' and len(text.delimiter) != 1:
+        raise InputError(f'{source}: text.delimiter: {text.delimiter!r}, expected one character '
+                         "or 'whitespace'")
+    _choice(text.decimal, 'text.decimal', source, ('.', ','))
+    if text.decimal == text.delimiter:
+        raise InputError(f'{source}: text.decimal: {text.decimal!r}, expected another character '
+                         'than text.delimiter')
+    try:
+        'x'.encode(text.encoding)
+    except LookupError:
+        raise InputError(f'{source}: text.encoding: {text.encoding!r}, expected an encoding such '
+                         'as utf-8 or latin-1') from None
+    return text
+
+
+def _time(block, source, kind):
+    _known(block, 'time', source, [f.name for f in fields(Time)])
+    if 'rate' in block:
+        for key in ('column', 'field', 'scale'):
+            if key in block:
+                raise InputError(f'{source}: time.{key}: given beside time.rate, expected one of '
+                                 'the two')
+        _number(block['rate'], 'time.rate', source, positive=True)
+    else:
+        _place(block, 'time', source, kind)
+    _number(block.get('scale', 1.0), 'time.scale', source, positive=True)
+    start = block.get('start_stamp_ns', FIRST_STAMP_NS)
+    if start != 'recorded' and (isinstance(start, bool) or not isinstance(start, int)
+                                or start <= 0):
+        raise InputError(f'{source}: time.start_stamp_ns: {start!r}, expected an integer > 0 (ns) '
+                         "or 'recorded'")
+    return Time(**block)
+
+
+def _signal(name, block, source, kind, axis):
+    position, motor_effort, _ = SIGNALS[name]
+    where = f'signals.{name}'
+    allowed = ['column', 'field', 'scale', 'sign', 'zero', 'bits', 'missing', 'unit']
+    allowed += ['counts_per_rev'] if position and axis == 'rotary' else []
+    allowed += ['torque_constant'] if motor_effort else []
+    _known(block, where, source, allowed)
+    _place(block, where, source, kind)
+    for key in ('scale', 'counts_per_rev', 'torque_constant'):
+        if key in block:
+            _number(block[key], f'{where}.{key}', source, positive=True)
+    if block.get('sign', 1) not in (1, -1):
+        raise InputError(f'{source}: {where}.sign: {block["sign"]!r}, expected 1 or -1')
+    if block.get('zero') != 'first':
+        _number(block.get('zero', 0.0), f'{where}.zero', source, also="or 'first'")
+    bits = block.get('bits', 16)
+    if isinstance(bits, bool) or not isinstance(bits, int) or not 2 <= bits <= 52:
+        raise InputError(f'{source}: {where}.bits: {bits!r}, expected an integer from 2 to 52')
+    _choice(block.get('missing', 'error'), f'{where}.missing', source, ('error', 'nan'))
+    _string(block.get('unit', '-'), f'{where}.unit', source)
+    return Signal(**block)
+
+
+def _place(block, where, source, kind):
+    """Check `column` and `field`: text has columns, the others fields, mat a column of one."""
+    if kind == 'text':
+        allowed, needed = ('column',), 'column'
+    else:
+        allowed, needed = ('field', 'column') if kind == 'mat' else ('field',), 'field'
+    if needed not in block:
+        raise InputError(f'{source}: {where}.{needed}: missing, expected the '
+                         f'{needed} of a {kind} recording')
+    for key in ('column', 'field'):
+        if key in block and key not in allowed:
+            raise InputError(f'{source}: {where}.{key}: a {kind} recording has none, expected '
+                             f'{needed}')
+    if 'field' in block:
+        _string(block['field'], f'{where}.field', source)
+    column = block.get('column', 1)
+    named = isinstance(column, str) and column and kind == 'text'
+    if isinstance(column, bool) or not (named or (isinstance(column, int) and column >= 1)):
+        raise InputError(f'{source}: {where}.column: {column!r}, expected a number from 1'
+                         + (' or a name of the header row' if kind == 'text' else ''))
+
+
+def _known(data, name, source, allowed):
+    if not isinstance(data, dict):
+        raise InputError(f'{source}: {name}: {data!r}, expected keys and values')
+    for key in data:
+        if key not in allowed:
+            raise InputError(f'{source}: {name}: unknown key {key!r}, expected one of '
+                             f'{", ".join(allowed)}')
+
+
+def _choice(value, name, source, choices):
+    if value not in choices:
+        raise InputError(f'{source}: {name}: {value!r}, expected one of {", ".join(choices)}')
+    return value
+
+
+def _string(value, name, source):
+    if not isinstance(value, str) or not value:
+        raise InputError(f'{source}: {name}: {value!r}, expected text')
+    return value
+
+
+def _number(value, name, source, positive=False, nonzero=False, also=''):
+    good = isinstance(value, (int, float)) and not isinstance(value, bool)
+    good = good and math.isfinite(value)
+    if not good or (positive and value <= 0) or (nonzero and value == 0):
+        which = ' > 0' if positive else ' other than 0' if nonzero else ''
+        hint = ''
+        if isinstance(value, str):
+            try:  # YAML 1.1 takes 1e-5 for text
+                hint = f' (in YAML write {float(value)!r} with a decimal point)' \
+                    if 'e' in value.lower() and '.' not in value else ''
+            except ValueError:
+                pass
+        raise InputError(f'{source}: {name}: {value!r}, expected a number{which} {also}'.rstrip()
+                         + hint)
+    return float(value)

@@ -1,0 +1,273 @@
+"""
+Read the raw columns of a foreign recording: text, MATLAB and JSON files, gzipped or not.
+
+Every reader returns ``(columns, place)``: `columns` maps a name of `wanted` to a float64 array [N]
+in raw units (NaN where a value is missing and may be), ``place(row, name)`` says where a value
+stands, for error messages.
+"""
+from array import array
+import csv
+import gzip
+import io
+import json
+import math
+from pathlib import Path
+import zlib
+
+import numpy as np
+import scipy.io
+
+from gearbox_monitor.errors import InputError
+
+
+def read_columns(path, mapping):
+    """
+    Return ``(columns, place)`` of the file `path` for the signals and the time of `mapping`.
+
+    Raises InputError naming file, line or entry, value and what was expected.
+    """
+    wanted = dict(mapping.signals)
+    if mapping.time.rate is None:
+        wanted = {'time': mapping.time, **wanted}
+    reader = {'text': _read_text, 'mat': _read_mat, 'json': _read_json}[mapping.format]
+    try:
+        return reader(path, mapping, wanted)
+    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        raise InputError(f'{path}: {error}, expected a whole gzip file') from None
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror or error}, expected a readable file') from None
+    except UnicodeDecodeError as error:
+        raise InputError(f'{path}: byte {error.object[error.start]:#04x} is not '
+                         f'{error.encoding}, expected text in the encoding of the mapping '
+                         f'({mapping.text.encoding})') from None
+
+
+def _open(path):
+    """Open `path` for reading bytes, unpacked when it is gzipped (known by its first bytes)."""
+    stream = Path(path).open('rb')
+    packed = stream.read(2) == b'\x1f\x8b'
+    stream.seek(0)
+    return gzip.open(stream) if packed else stream
+
+
+def _label(name):
+    return name.replace('_', ' ')
+
+
+def _is_missing(value):
+    return value is None or (isinstance(value, float) and math.isnan(value))
+
+
+# --- text ---------------------------------------------------------------------------------------
+def _rows(path, text):
+    """Yield ``(line number, line)`` of what is neither empty nor a comment."""
+    with io.TextIOWrapper(_open(path), encoding=text.encoding, newline=None) as stream:
+        for number, line in enumerate(stream, 1):
+            if number == 1:
+                line = line.removeprefix('\ufeff')
+            if line.strip() and not line.lstrip().startswith(text.comment):
+                yield number, line
+
+
+def _split(line, text):
+    if text.delimiter == 'whitespace':
+        return line.split()
+    return next(csv.reader([line.rstrip('\n')], delimiter=text.delimiter))
+
+
+def _column_numbers(path, mapping, wanted, rows):
+    """Return name -> column from 0; takes the header row from `rows` when there is one."""
+    header = None
+    if mapping.text.header:
+        number, line = next(rows, (0, ''))
+        header = [name.strip() for name in _split(line, mapping.text)] if number else []
+    numbers = {}
+    for name, signal in wanted.items():
+        column = signal.column
+        if isinstance(column, str):
+            if header is None:
+                raise InputError(f'{mapping.source}: {_key(name)}.column: {column!r}, expected a '
+                                 'number, or text.header: true for a name')
+            if header.count(column) != 1:
+                shown = ', '.join(header) or 'none'
+                raise InputError(f'{path}: header row: column {column!r} of {_key(name)} stands '
+                                 f'{header.count(column)} times, expected once in: {shown}')
+            column = header.index(column) + 1
+        numbers[name] = column - 1
+    return numbers
+
+
+def _key(name):
+    return name if name == 'time' else f'signals.{name}'
+
+
+def _read_text(path, mapping, wanted):
+    text = mapping.text
+    rows = _rows(path, text)
+    numbers = _column_numbers(path, mapping, wanted, rows)
+    if not numbers:
+        raise InputError(f'{mapping.source}: signals: none, expected at least one')
+    lines = array('q')
+
+    def data():
+        for number, line in rows:
+            lines.append(number)
+            yield line.replace(',', '.') if text.decimal == ',' else line
+
+    def place(row, name):
+        return f'line {lines[row]}, column {numbers[name] + 1} ({_label(name)})'
+
+    columns = sorted(set(numbers.values()))
+    delimiter = None if text.delimiter == 'whitespace' else text.delimiter
+    try:
+        first = next(rows, None)
+        if first is None:
+            raise InputError(f'{path}: no rows of data, expected at least two')
+        rows = _chain(first, rows)
+        values = np.loadtxt(data(), delimiter=delimiter, usecols=columns, comments=None,
+                            quotechar=None if delimiter is None else '"', ndmin=2)
+    except UnicodeDecodeError:
+        raise
+    except ValueError as error:
+        if isinstance(error, InputError):
+            raise
+        lines = array('q')
+        values = _read_carefully(path, mapping, wanted, numbers, columns, lines)
+    result = {}
+    for name, column in numbers.items():
+        result[name] = values[:, columns.index(column)].copy()
+    return result, place
+
+
+def _chain(first, rest):
+    yield first
+    yield from rest
+
+
+def _read_carefully(path, mapping, wanted, numbers, columns, lines):
+    """Read row by row: finds the first bad value, or the missing ones that a mapping admits."""
+    text = mapping.text
+    rows = _rows(path, text)
+    _column_numbers(path, mapping, wanted, rows)
+    values = array('d')
+    names = {}
+    for name, column in numbers.items():
+        names.setdefault(column, name)
+    may_miss = {numbers[n] for n, s in wanted.items() if getattr(s, 'missing', 'error') == 'nan'}
+    for number, line in rows:
+        lines.append(number)
+        cells = _split(line, text)
+        if len(cells) <= columns[-1]:
+            raise InputError(f'{path}: line {number}: {len(cells)} columns, expected at least '
+                             f'{columns[-1] + 1}')
+        for column in columns:
+            cell = cells[column].strip()
+            try:
+                shown = cell.replace(',', '.') if text.decimal == ',' else cell
+                values.append(math.nan if not cell and column in may_miss else float(shown))
+            except ValueError:
+                raise InputError(f'{path}: line {number}, column {column + 1} '
+                                 f'({_label(names[column])}) value {cell!r}: expected a number'
+                                 ) from None
+    return np.array(values).reshape(-1, len(columns))
+
+
+# --- MATLAB -------------------------------------------------------------------------------------
+def _read_mat(path, mapping, wanted):
+    with _open(path) as stream:
+        content = io.BytesIO(stream.read())
+    try:
+        tree = scipy.io.loadmat(content, simplify_cells=True)
+    except NotImplementedError:
+        raise InputError(f'{path}: MATLAB version 7.3, expected version 7.2 or older (save -v7)'
+                         ) from None
+    except Exception as error:  # scipy raises many kinds for a file that is none or is cut
+        raise InputError(f'{path}: {type(error).__name__} {error}, expected a MATLAB file'
+                         .replace('\n', ' ')) from None
+    tree = {k: v for k, v in tree.items() if not k.startswith('__')}
+    return _arrays(path, tree, wanted)
+
+
+def _arrays(path, tree, wanted):
+    """Return the arrays of numbers at the dotted paths of `wanted` in nested mappings."""
+    columns = {}
+    for name, signal in wanted.items():
+        value = tree
+        for part in signal.field.split('.'):
+            if not isinstance(value, dict) or part not in value:
+                raise InputError(f'{path}: field {signal.field} ({_label(name)}): missing, '
+                                 f'expected one of {_names(value)}')
+            value = value[part]
+        try:
+            if isinstance(value, list):
+                value = [math.nan if v is None else v for v in value]
+            value = np.asarray(value)
+            if value.dtype.kind not in 'iuf':
+                raise TypeError
+        except (TypeError, ValueError):
+            raise InputError(f'{path}: field {signal.field} ({_label(name)}): not numeric, '
+                             'expected an array of numbers') from None
+        if signal.column is not None:
+            if value.ndim != 2 or signal.column > value.shape[1]:
+                raise InputError(f'{path}: field {signal.field} ({_label(name)}): shape '
+                                 f'{value.shape}, expected a matrix with column {signal.column}')
+            value = value[:, signal.column - 1]
+        value = np.atleast_1d(np.squeeze(value)).astype(float)
+        if value.ndim != 1:
+            raise InputError(f'{path}: field {signal.field} ({_label(name)}): shape '
+                             f'{value.shape}, expected one number per sample')
+        columns[name] = value
+        length = len(next(iter(columns.values())))
+        if len(value) != length:
+            raise InputError(f'{path}: field {signal.field} ({_label(name)}): {len(value)} '
+                             f'values, expected {length} like {next(iter(columns))}')
+
+    def place(row, name):
+        return f'{wanted[name].field}[{row}] ({_label(name)})'
+    return columns, place
+
+
+def _names(value):
+    return ', '.join(sorted(map(str, value))) if isinstance(value, dict) and value else 'no fields'
+
+
+# --- JSON ---------------------------------------------------------------------------------------
+def _read_json(path, mapping, wanted):
+    with _open(path) as stream:
+        content = stream.read()
+    try:
+        tree = json.loads(content)
+    except json.JSONDecodeError as error:
+        raise InputError(f'{path}: line {error.lineno} column {error.colno}: {error.msg}, '
+                         'expected JSON') from None
+    where = mapping.json.entries
+    if where is None and isinstance(tree, dict):
+        return _arrays(path, tree, wanted)
+    entries = tree
+    for part in where.split('.') if where else ():
+        if not isinstance(entries, dict) or part not in entries:
+            raise InputError(f'{path}: {where}: missing, expected a list of entries, found '
+                             f'{_names(entries)}')
+        entries = entries[part]
+    if not isinstance(entries, list):
+        raise InputError(f'{path}: {where}: {type(entries).__name__}, expected a list of entries')
+
+    def place(row, name):
+        return f'{where or ""}[{row}].{wanted[name].field} ({_label(name)})'
+    columns = {}
+    for name, signal in wanted.items():
+        parts = signal.field.split('.')
+        may_miss = getattr(signal, 'missing', 'error') == 'nan'
+        values = np.empty(len(entries))
+        for row, entry in enumerate(entries):
+            value = entry
+            for part in parts:
+                value = value.get(part) if isinstance(value, dict) else None
+            if isinstance(value, bool) or not isinstance(value, (int, float)):
+                if value is not None or not may_miss:
+                    shown = 'missing' if value is None else f'value {value!r}'
+                    raise InputError(f'{path}: {place(row, name)} {shown}: expected a number')
+                value = math.nan
+            values[row] = value
+        columns[name] = values
+    return columns, place

@@ -1,0 +1,261 @@
+"""Write a rosbag2-compatible MCAP bag that a crash or a full disk leaves readable."""
+from dataclasses import dataclass
+import os
+from pathlib import Path
+import time
+
+from mcap.writer import CompressionType, Writer
+from rosbags.typesys import get_types_from_msg, get_typestore, Stores, TypesysError
+
+from gearbox_monitor.bag import metadata
+from gearbox_monitor.errors import InputError
+
+COMPRESSIONS = {
+    'none': CompressionType.NONE,
+    'lz4': CompressionType.LZ4,
+    'zstd': CompressionType.ZSTD,
+}
+CHUNK_BYTES = 1 << 20
+CHUNK_SECONDS = 0.25
+
+
+class WriteError(InputError):
+    """The bag cannot be continued (disk full, medium gone); what it holds stays readable."""
+
+
+@dataclass
+class _Topic:
+    name: str
+    msgtype: str
+    qos: list
+    type_hash: str
+    channel_id: int
+    count: int = 0
+
+
+class BagWriter:
+    """
+    Writer of one bag directory ``<path>/<name>_0.mcap`` with ``metadata.yaml``.
+
+    Chunks reach the operating system after `chunk_seconds` at the latest, so that a killed
+    process loses no more than that: :meth:`write` sees to it while messages come, whoever has
+    slower topics calls :meth:`flush_if_due` from a timer, too.
+
+    ``metadata.yaml`` is written when the bag is closed, as rosbag2 does: without it rosbag2 asks
+    to reindex, with a premature one it would show an empty bag.
+
+    After the first failed write (WriteError, once) the file is cut back to its last whole record
+    and every further message is only counted in `dropped`.
+    """
+
+    def __init__(self, path, compression='zstd', custom_data=None, chunk_seconds=CHUNK_SECONDS):
+        """Create the bag; InputError when `path` exists or cannot be created."""
+        if compression not in COMPRESSIONS:
+            raise InputError(f'compression: {compression!r} is unknown, '
+                             f'expected one of {", ".join(COMPRESSIONS)}')
+        self.path = Path(os.path.abspath(path))
+        self.file_path = self.path / f'{self.path.name}_0.mcap'
+        self.custom_data = dict(custom_data or {})
+        self.chunk_seconds = chunk_seconds
+        self.message_count = 0
+        self.dropped = 0
+        self.error = None
+        self.last_flush = time.monotonic()
+        self._start_ns, self._end_ns = None, None
+        self._unflushed, self._unflushed_bytes = 0, 0
+        self._topics = {}
+        self._schemas = {}
+        self._typestore = get_typestore(Stores.ROS2_JAZZY)
+        self._closed = False
+        if os.path.lexists(self.path):
+            raise InputError(f'{self.path}: exists already, expected a new bag directory')
+        try:
+            self.path.mkdir(parents=True)
+            self._file = _RecordFile(self.file_path)
+        except OSError as error:
+            raise InputError(f'{self.path}: cannot create the bag: {error.strerror}') from None
+        # Chunks are ended here only, so that it is known which messages have reached the disk.
+        self._writer = Writer(self._file, chunk_size=1 << 62,
+                              compression=COMPRESSIONS[compression])
+        self._guarded(self._writer.start, profile='ros2')
+
+    @property
+    def byte_count(self):
+        """Size of the file so far, bytes."""
+        return self._file.end
+
+    @property
+    def topics(self):
+        """Map of topic to (message type, number of messages)."""
+        return {t.name: (t.msgtype, t.count) for t in self._topics.values()}
+
+    def add_topic(self, topic, msgtype, qos=None, msgdef=None):
+        """
+        Announce `topic` with the `qos` profiles its publishers offer.
+
+        `qos` is a list of :func:`metadata.qos_profile`, one reliable profile when None.
+        `msgdef` is the ``ros2msg`` text, dependencies included, of a type outside ROS 2's own.
+        """
+        if topic in self._topics:
+            raise ValueError(f'{topic} was added before')
+        qos = [metadata.qos_profile()] if qos is None else list(qos)
+        text, type_hash = self._definition(msgtype, msgdef)
+        if self.error is not None:
+            return
+        if msgtype not in self._schemas:
+            self._schemas[msgtype] = self._guarded(
+                self._writer.register_schema, msgtype, 'ros2msg', text.encode())
+        channel_id = self._guarded(
+            self._writer.register_channel, topic, 'cdr', self._schemas[msgtype],
+            {'offered_qos_profiles': metadata.to_yaml(qos) if qos else '',
+             'topic_type_hash': type_hash})
+        self._topics[topic] = _Topic(topic, msgtype, qos, type_hash, channel_id)
+
+    def write(self, topic, log_ns, cdr_bytes, publish_ns=None, sequence=0):
+        """Append one serialised message; times in ns since the epoch."""
+        if self.error is not None:
+            self.dropped += 1
+            return
+        entry = self._topics[topic]
+        self._unflushed += 1
+        self._unflushed_bytes += len(cdr_bytes) + 31
+        entry.count += 1
+        if self._start_ns is None:
+            self._start_ns = self._end_ns = log_ns
+        elif log_ns > self._end_ns:
+            self._end_ns = log_ns
+        elif log_ns < self._start_ns:
+            self._start_ns = log_ns
+        self._guarded(self._writer.add_message, entry.channel_id, log_ns, cdr_bytes,
+                      log_ns if publish_ns is None else publish_ns, sequence)
+        self.message_count += 1
+        if (self._unflushed_bytes > CHUNK_BYTES
+                or time.monotonic() - self.last_flush > self.chunk_seconds):
+            self.flush()
+
+    def write_message(self, topic, log_ns, msg, publish_ns=None):
+        """Append one message object of rosbags' ROS 2 Jazzy types."""
+        msgtype = self._topics[topic].msgtype
+        self.write(topic, log_ns, bytes(self._typestore.serialize_cdr(msg, msgtype)), publish_ns)
+
+    def add_metadata(self, name, values):
+        """Add an MCAP metadata record, repeated in ``custom_data`` as ``<name>.<key>``."""
+        values = {str(key): str(value) for key, value in values.items()}
+        self.custom_data.update({f'{name}.{key}': value for key, value in values.items()})
+        if self.error is None:
+            self._guarded(self._writer.add_metadata, name, values)
+
+    def flush_if_due(self):
+        """Flush when messages wait and the last flush is `chunk_seconds` ago."""
+        if self._unflushed and time.monotonic() - self.last_flush > self.chunk_seconds:
+            self.flush()
+
+    def flush(self):
+        """End the chunk and hand it to the operating system."""
+        if self.error is None and not self._closed:
+            self._guarded(self._finish_chunk)
+            self._unflushed, self._unflushed_bytes = 0, 0
+        self.last_flush = time.monotonic()
+
+    def close(self):
+        """
+        Write index, footer and ``metadata.yaml``; further calls do nothing.
+
+        A bag that has failed keeps its last whole record and gets neither.
+        """
+        if self._closed:
+            return
+        self._closed = True
+        try:
+            if self.error is None:
+                self._finish()
+        finally:
+            self._file.close()
+
+    def _finish(self):
+        """Finish the file and put ``metadata.yaml`` beside it."""
+        info = metadata.bag_information(self.file_path.name, list(self._topics.values()),
+                                        self._start_ns, self._end_ns, self.custom_data)
+        self._guarded(self._finish_chunk)
+        self._guarded(self._writer.add_metadata, 'rosbag2',
+                      {'serialized_metadata': metadata.to_yaml(info)})
+        self._guarded(self._writer.finish)
+        self._guarded(self._write_yaml, {'rosbag2_bagfile_information': info})
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def _definition(self, msgtype, msgdef):
+        """Return (ros2msg text, type hash) of `msgtype`; without a hash if rosbags knows none."""
+        try:
+            if msgtype not in self._typestore.types and msgdef:
+                types = get_types_from_msg(msgdef, msgtype)
+                self._typestore.register(
+                    {name: t for name, t in types.items() if name not in self._typestore.types})
+            text, _ = self._typestore.generate_msgdef(msgtype, ros_version=2)
+            return text, self._typestore.hash_rihs01(msgtype)
+        except (TypesysError, KeyError):
+            return msgdef or '', ''
+
+    def _finish_chunk(self):
+        if hasattr(self._writer, 'flush'):
+            self._writer.flush()
+        else:  # mcap before 1.5 has no public way to end a chunk by time
+            self._writer._Writer__finalize_chunk()
+
+    def _write_yaml(self, content):
+        path = self.path / metadata.FILE_NAME
+        temporary = path.with_suffix('.yaml.tmp')
+        try:
+            temporary.write_text(metadata.to_yaml(content), encoding='utf-8')
+            temporary.replace(path)
+        except OSError:
+            temporary.unlink(missing_ok=True)
+            raise
+
+    def _guarded(self, function, *args, **kwargs):
+        """Call `function`; an OSError ends the recording with a WriteError."""
+        try:
+            return function(*args, **kwargs)
+        except OSError as error:
+            self.dropped += self._unflushed
+            self.message_count -= self._unflushed
+            self.error = WriteError(
+                f'{self.file_path}: cannot write: {error.strerror or error}; '
+                f'the {self._file.end} bytes written before are kept')
+            raise self.error from None
+
+
+class _RecordFile:
+    """
+    Unbuffered file that a failed write leaves ending with a whole record.
+
+    mcap's writer passes whole records to write().
+    """
+
+    def __init__(self, path):
+        self._file = open(path, 'xb', buffering=0)
+        self.end = 0
+
+    def write(self, data):
+        view = memoryview(data)
+        try:
+            while view:
+                view = view[self._file.write(view):]
+        except OSError:
+            self._file.truncate(self.end)
+            raise
+        self.end += len(data)
+        return len(data)
+
+    def tell(self):
+        return self.end
+
+    def flush(self):
+        pass
+
+    def close(self):
+        self._file.close()

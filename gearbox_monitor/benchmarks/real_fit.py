@@ -1,0 +1,198 @@
+"""
+Runs of a real drive with a torque sensor, and the fit of model and filter to that sensor.
+
+Encoders are kinematic: without a reference torque, torque constant, inertia, friction and tau_K
+share one unknown scale. So everything is fitted on the reference of the training runs, and judged
+on runs that no fit has seen.
+"""
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+import os
+
+import numpy as np
+from scipy.optimize import brentq, minimize
+
+from gearbox_monitor.drive.model import model_from_dict
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.filters import ekf
+from gearbox_monitor.filters.process import P0, pack, TAU_K, X1, X2
+from gearbox_monitor.filters.record import record_size
+from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.parameters import checked, ESTIMATOR
+
+# Parameters that the fit moves: start, and the size of a step, relative to the start where the
+# parameter is positive (and moved in its logarithm), absolute where it may have either sign.
+POSITIVE = {
+    'torque_constant': (1.0, 0.1),        # N m per A, at the output
+    'motor_inertia': (1e-3, 0.4),         # kg m^2
+    'coulomb_friction': (0.02, 0.3),      # N m
+    'q_std_motor_speed': (0.2, 0.6),      # rad/s/sqrt(s)
+    'q_std_arm_speed': (3.0, 0.6),        # rad/s/sqrt(s)
+    'q_std_tau_k': (0.03, 1.0),           # N m/sqrt(s)
+    'r_std_motor': (3e-4, 0.8),           # rad
+    'tau_k_stiffness': (1.0, 0.6),        # N m/rad
+}
+SIGNED = {
+    'viscous_friction': (0.0, 2e-3),      # N m s/rad; friction can fall with speed
+    'torque_offset': (0.0, 4e-3),         # N m; the sensor's zero
+}
+STARTS = {**POSITIVE, **SIGNED}
+# Held: what the recordings do not tell, or what a fit would only use to chase the step size.
+ARM_INERTIA = 5e-3                        # kg m^2
+STIFFNESS = 3.0                           # N m/rad; only in the choice of substeps
+COARSE_SHARPNESS, SHARPNESS = 300.0, 1000.0   # s/rad; the coarse one costs a third of the time
+N_STATES = 5
+ONE_SIGMA = 0.6827
+MODEL_KEYS = ('motor_inertia', 'coulomb_friction', 'viscous_friction', 'torque_offset')
+
+
+@dataclass(frozen=True)
+class Run:
+    """One recording: stamps int64 [N] ns, current [N] A, outputs [N, 2] rad, reference [N] N m."""
+
+    name: str
+    stamps: np.ndarray
+    current: np.ndarray
+    outputs: np.ndarray
+    reference: np.ndarray
+
+    @property
+    def period(self):
+        """Median sample time, s."""
+        return float(np.median(np.diff(self.stamps))) * 1e-9
+
+
+def configure(values, arm_step, sharpness=SHARPNESS):
+    """
+    Return (DriveModel, checked estimator parameters) of the fitted `values`.
+
+    arm_step: resolution of the arm encoder (rad). values: names of STARTS, and tau_k_model_std.
+    """
+    model = model_from_dict({
+        **{k: values[k] for k in MODEL_KEYS}, 'arm_inertia': ARM_INERTIA, 'damping': 0.0,
+        'friction_sharpness': sharpness, 'position_gain': 0.0, 'arm_load': 'none',
+        'transmission': {'kind': 'dead_zone', 'stiffness': STIFFNESS, 'half_gap': 0.01},
+    }, 'real drive')
+    rest = {k: v for k, v in values.items() if k not in MODEL_KEYS and k != 'torque_constant'}
+    parameters = checked(ESTIMATOR, {
+        **rest, 'arm_load': 'none', 'r_std_arm': arm_step / np.sqrt(12.0), 'smoother_lag': 0.0,
+        'p0_std_speed': 0.1, 'p0_std_torque': 0.03}, 'real drive')
+    return model, parameters
+
+
+def estimate(values, run, arm_step, sharpness=SHARPNESS):
+    """Return tau_K and its standard deviation (N m), each [N], of the EKF with these `values`."""
+    p = pack(*configure(values, arm_step, sharpness))
+    u = values['torque_constant'] * run.current
+    torque, variance = _filter(run.stamps, u, run.outputs, p, record_size(N_STATES))
+    return torque, np.sqrt(variance + values.get('tau_k_model_std', 0.0) ** 2)
+
+
+def _filter(stamps, u, outputs, p, size):
+    """Return tau_K and its variance, each [N]; releases the GIL, so that runs go in parallel."""
+    z, P = np.zeros(N_STATES), np.zeros((N_STATES, N_STATES))
+    for i in range(N_STATES):
+        P[i, i] = p[P0 + i]
+    z[X1], z[X2] = outputs[0, 0], outputs[0, 1]
+    vectors = np.zeros((ekf.N_VECTORS, N_STATES))
+    matrices = np.zeros((ekf.N_MATRICES, N_STATES, N_STATES))
+    record = np.zeros(size)
+    torque, variance = np.zeros(len(stamps)), np.zeros(len(stamps))
+    variance[0] = P[TAU_K, TAU_K]
+    for k in range(1, len(stamps)):
+        dt = (stamps[k] - stamps[k - 1]) * 1e-9
+        if not ekf.step(z, P, dt, u[k - 1], 0.0, outputs[k, 0], outputs[k, 1], p, vectors,
+                        matrices, record):
+            torque[k:] = np.inf
+            break
+        torque[k], variance[k] = z[TAU_K], P[TAU_K, TAU_K]
+    return torque, variance
+
+
+if COMPILED:
+    import numba
+    _filter = numba.njit(nogil=True, cache=True, error_model='numpy')(_filter)
+
+
+def replay(values, run, arm_step):
+    """Return what `estimate` returns, from the Monitor that nodes and replay use."""
+    monitor = Monitor(*configure(values, arm_step))
+    motor = values['torque_constant'] * run.current
+    u = np.column_stack([motor, np.full_like(motor, np.nan)])
+    found = monitor.run(Samples(run.stamps, u, run.outputs))
+    torque, std = np.full((2, len(run.stamps)), np.nan)
+    at = np.searchsorted(run.stamps, found.stamp_ns)
+    torque[at], std[at] = found.tau_k, found.tau_k_std
+    return torque, std
+
+
+def errors(estimator, runs, burn_in):
+    """Return [(error [N], standard deviation [N])] against the reference, burn-in left out."""
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        results = list(pool.map(estimator, runs))
+    return [((torque - run.reference)[burn_in:], std[burn_in:])
+            for run, (torque, std) in zip(runs, results)]
+
+
+def rmse(found):
+    """Return the root mean square of the pooled errors of `errors` (N m)."""
+    return float(np.sqrt(np.mean(np.concatenate([e for e, _ in found]) ** 2)))
+
+
+def coverage(found, sigmas=1.0):
+    """Return the pooled share of errors within `sigmas` stated standard deviations."""
+    return float(np.mean(np.concatenate([np.abs(e) < sigmas * s for e, s in found])))
+
+
+def fit(runs, burn_in, arm_step, budget=(260, 60), progress=None):
+    """
+    Return the values (names of STARTS and tau_k_model_std) with the least pooled error on `runs`.
+
+    Nelder-Mead, first with a coarse friction slope, then with the one that is used: `budget`
+    evaluations of each. progress(done, total, rmse) is called after every evaluation. Positive
+    parameters move in their logarithm, so no bound is needed. At last tau_k_model_std is set so
+    that one standard deviation covers what it should.
+    """
+    names = list(STARTS)
+    values = {name: start for name, (start, _) in STARTS.items()}
+    done = 0
+    for sharpness, evaluations in zip((COARSE_SHARPNESS, SHARPNESS), budget):
+        x0 = np.array([np.log(values[k]) if k in POSITIVE else values[k] / SIGNED[k][1]
+                       for k in names])
+        # The second simplex starts smaller: the first has found the place.
+        size = 1.0 if sharpness == COARSE_SHARPNESS else 0.4
+        steps = size * np.array([POSITIVE[k][1] if k in POSITIVE else 1.0 for k in names])
+
+        def cost(x):
+            nonlocal done
+            try:
+                trial = _values(names, x)
+                value = rmse(errors(
+                    lambda run: estimate(trial, run, arm_step, sharpness), runs, burn_in))
+            except InputError:  # outside what a model file admits
+                value = np.inf
+            done += 1
+            if progress:
+                progress(done, sum(budget), value)
+            return value if np.isfinite(value) else 1e3
+        best = minimize(cost, x0, method='Nelder-Mead', options={
+            'maxfev': evaluations, 'adaptive': True, 'xatol': 1e-3, 'fatol': 1e-7,
+            'initial_simplex': np.vstack([x0, x0 + np.diag(steps)])})
+        values = _values(names, best.x)
+    return {**values, 'tau_k_model_std': _model_std(
+        errors(lambda run: estimate(values, run, arm_step), runs, burn_in))}
+
+
+def _values(names, x):
+    with np.errstate(over='ignore'):
+        return {k: float(np.exp(v)) if k in POSITIVE else float(v * SIGNED[k][1])
+                for k, v in zip(names, x)}
+
+
+def _model_std(found):
+    """Return what to add to the standard deviations in quadrature for a coverage of one sigma."""
+    def excess(added):
+        return coverage([(e, np.hypot(s, added)) for e, s in found]) - ONE_SIGMA
+    high = 3.0 * rmse(found)
+    return float(brentq(excess, 0.0, high, xtol=1e-6)) if excess(0.0) < 0.0 else 0.0

@@ -1,0 +1,83 @@
+"""
+Static compensation: torque from motor current with friction and inertia, no filter of states.
+
+    tau = kt i - Cc tanh(v/w) - Cv v - J a + offset
+
+The opponent of the estimator. Speed v, acceleration a and current pass one causal Butterworth
+low-pass. kt, Cc, Cv, J and the offset are fitted by least squares to a torque sensor; order and
+frequency of the low-pass and the width w are chosen on the same runs.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.signal import butter, sosfilt, sosfilt_zi
+
+ORDERS = (1, 2)
+FREQUENCIES = (3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0)   # Hz
+WIDTHS = (0.0005, 0.001, 0.002, 0.005, 0.01, 0.02)      # rad/s
+
+
+@dataclass(frozen=True)
+class StaticCompensation:
+    """`coefficients` [5] of current, tanh(v/w), v, a and 1; frequency in Hz, width in rad/s."""
+
+    order: int
+    frequency: float
+    width: float
+    coefficients: np.ndarray
+
+    def torque(self, run):
+        """Return the torque [N] (N m) of a real_fit.Run."""
+        return _regressors(_filtered(run, self.order, self.frequency),
+                           self.width) @ self.coefficients
+
+
+def _filtered(run, order, frequency):
+    """Return low-passed current, speed and acceleration, each [N]."""
+    sos = butter(order, frequency, fs=1.0 / run.period, output='sos')
+    speed = np.diff(run.outputs[:, 0], prepend=run.outputs[0, 0]) / run.period
+
+    def low_pass(x):
+        return sosfilt(sos, x, zi=sosfilt_zi(sos) * x[0])[0]
+    speed = low_pass(speed)
+    return low_pass(run.current), speed, np.diff(speed, prepend=speed[0]) / run.period
+
+
+def _regressors(filtered, width):
+    current, speed, acceleration = filtered
+    return np.column_stack(
+        [current, np.tanh(speed / width), speed, acceleration, np.ones_like(speed)])
+
+
+def _solve(filtered, targets, burn_in, width):
+    matrix = np.concatenate([_regressors(f, width)[burn_in:] for f in filtered])
+    coefficients = np.linalg.lstsq(matrix, targets, rcond=None)[0]
+    return np.sqrt(np.mean((matrix @ coefficients - targets) ** 2)), coefficients
+
+
+def fit_static(runs, burn_in):
+    """
+    Return the StaticCompensation fitted to the references of `runs`, a list of real_fit.Run.
+
+    The first `burn_in` samples of each run are left out.
+    """
+    targets = np.concatenate([r.reference[burn_in:] for r in runs])
+    best = (np.inf,)
+    for order in ORDERS:
+        for frequency in FREQUENCIES:
+            filtered = [_filtered(r, order, frequency) for r in runs]
+            for width in WIDTHS:
+                rmse, _ = _solve(filtered, targets, burn_in, width)
+                best = min(best, (rmse, order, frequency, width))
+    order = best[1]
+
+    def cost(log):
+        frequency, width = np.exp(log)
+        return _solve([_filtered(r, order, frequency) for r in runs], targets, burn_in, width)[0]
+    log = minimize(cost, np.log(best[2:]), method='Nelder-Mead',
+                   options={'maxfev': 40, 'fatol': 1e-6, 'xatol': 0.01}).x
+    frequency, width = np.exp(log)
+    filtered = [_filtered(r, order, frequency) for r in runs]
+    return StaticCompensation(order, float(frequency), float(width),
+                              _solve(filtered, targets, burn_in, width)[1])

@@ -1,0 +1,29 @@
+"""
+Measure this package against its bars. Ends with exit code 1 when a bar is missed.
+
+examples:
+  gearbox_monitor benchmark real ../shared/data/davinci_backend
+  gearbox_monitor benchmark real davinci_backend --split load --json
+"""
+import argparse
+import importlib
+
+# name -> (module of gearbox_monitor.benchmarks, one line of help)
+BENCHMARKS = {
+    'real': ('real', 'torque of a real drive against static current compensation'),
+}
+
+
+def add_arguments(parser):
+    subparsers = parser.add_subparsers(dest='benchmark', metavar='NAME', required=True)
+    for name, (module, summary) in BENCHMARKS.items():
+        benchmark = importlib.import_module('gearbox_monitor.benchmarks.' + module)
+        sub = subparsers.add_parser(
+            name, help=summary, description=benchmark.__doc__,
+            formatter_class=argparse.RawDescriptionHelpFormatter)
+        benchmark.add_arguments(sub)
+        sub.set_defaults(run_benchmark=benchmark.run)
+
+
+def run(args):
+    return args.run_benchmark(args)

@@ -1,0 +1,39 @@
+"""
+Turn a recording that is no bag into one: CSV-like text, .mat or JSON, gzipped or not.
+
+A mapping file says which column or field is which signal, in which unit, with which sign and
+encoder zero. Ready mappings go by name: davinci_backend, emps, bam_servo_pendulum; their files in
+config/import show every key at work.
+
+The bag holds joint_states with the joints motor and arm (NaN = not measured). A reference torque
+goes to reference/transmission_state, never into the estimator's input.
+
+examples:
+  gearbox_monitor import davinci_backend/00.TXT.gz --map davinci_backend run00
+  gearbox_monitor import test_bench.csv --map my_bench.yaml bench
+"""
+from pathlib import Path
+
+from gearbox_monitor.errors import InputError
+
+
+def add_arguments(parser):
+    parser.add_argument('file', metavar='FILE', help='recording: text, .mat or JSON')
+    parser.add_argument('--map', metavar='MAP', required=True,
+                        help='mapping file, or the name of a ready mapping')
+    parser.add_argument('bag', metavar='BAG', help='bag to write; must not exist')
+
+
+def run(args):
+    from gearbox_monitor.bag.importer import load_mapping, read_recording, write_bag
+    if Path(args.bag).exists():
+        raise InputError(f'{args.bag}: exists, expected the name of a new bag')
+    mapping = load_mapping(args.map)
+    recording = read_recording(args.file, mapping)
+    write_bag(recording, args.bag, args.file, mapping)
+    n = len(recording.stamp_ns)
+    duration = (recording.stamp_ns[-1] - recording.stamp_ns[0]) * 1e-9
+    print(f'{args.bag}: {n} samples, {duration:.3f} s, {(n - 1) / duration:.1f} Hz, signals '
+          f'{", ".join(mapping.signals)}')
+    for notice in recording.notices:
+        print(f'note: {notice}')

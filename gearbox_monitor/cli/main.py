@@ -1,0 +1,54 @@
+"""The command line ``gearbox_monitor``: finds the subcommand and turns errors into exit codes."""
+import argparse
+import importlib
+import sys
+
+from gearbox_monitor import __version__
+from gearbox_monitor.errors import InputError
+
+# name -> (module, one line of help). Modules are imported only when their command is asked for.
+COMMANDS = {
+    'demo': ('demo', 'simulate, estimate, record and check one worn gearbox, on this machine'),
+    'replay': ('replay', 'run a bag through the estimator, offline'),
+    'play': ('play', 'publish a bag to live nodes, with /clock'),
+    'import': ('import_', 'turn CSV, .mat or JSON recordings into a bag'),
+    'benchmark': ('benchmark', 'measure this package against its bars'),
+}
+
+
+def main(argv=None):
+    """
+    Run one subcommand.
+
+    Returns 0 when done, 1 for a finding that asks for action, 2 for bad usage or bad input, 130
+    after Ctrl-C.
+    """
+    argv = sys.argv[1:] if argv is None else argv
+    parser = argparse.ArgumentParser(
+        prog='gearbox_monitor', description='Condition monitor for robot joint gearboxes.')
+    parser.add_argument('--version', action='version', version=__version__)
+    subparsers = parser.add_subparsers(dest='command', metavar='COMMAND', required=True)
+    named = next((word for word in argv if not word.startswith('-')), None)
+    for name, (module, summary) in COMMANDS.items():
+        sub = subparsers.add_parser(
+            name, help=summary, formatter_class=argparse.RawDescriptionHelpFormatter)
+        if name == named:
+            command = importlib.import_module('gearbox_monitor.cli.' + module)
+            sub.description = command.__doc__
+            command.add_arguments(sub)
+            sub.set_defaults(run=command.run)
+    args = parser.parse_args(argv)
+    try:
+        return args.run(args) or 0
+    except InputError as error:
+        print(f'gearbox_monitor {args.command}: {error}', file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:  # the reader of our output has gone (| head)
+        sys.stderr.close()
+        return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

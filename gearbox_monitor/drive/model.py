@@ -1,0 +1,268 @@
+"""
+Parameters and equations of motion of a two-mass drive, the one truth for the whole package.
+
+Equation (1) of Hovland, with everything referred to the arm side:
+
+    x1' = x3                x1, x2  motor and arm position, rad
+    x2' = x4                x3, x4  motor and arm speed, rad/s
+    m1 x3' = u - D (x3 - x4) - tau_K - tau_f - K_r x1
+    m2 x4' = D (x3 - x4) + tau_K - tau_arm
+    tau_f  = Cv x3 + Cc (2/pi) atan(alpha x3)
+
+The paper has no torque on the arm (tau_arm = 0).
+"""
+from dataclasses import dataclass, fields
+import math
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from gearbox_monitor.drive.effects import ARM_LOADS
+from gearbox_monitor.drive.transmission import KINDS
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.jit import jit
+
+TWO_OVER_PI = 2.0 / math.pi
+# An explicit RK4 step is stable up to 2.785 on the negative real axis.
+RK4_STABILITY = 2.7
+
+# Places in the packed parameter array.
+(M1, M2, D, CV, CC, ALPHA, KR, OFFSET, KIND, STIFFNESS, HALF_GAP, WIDTH, K_S,
+ CAV, CAC, G, TL, N_PARAMETERS) = range(18)
+
+ARM_LOAD_MODES = ('none', 'unknown', 'measured')
+
+
+@dataclass(frozen=True)
+class Transmission:
+    """Torque over twist: `kind` of transmission.KINDS, N m/rad and rad."""
+
+    kind: str = 'dead_zone'
+    stiffness: float = 25.0
+    half_gap: float = 0.1
+    hysteresis_width: float = 0.0
+    hysteresis_stiffness: float = 0.0
+
+
+@dataclass(frozen=True)
+class DriveModel:
+    """A drive's parameters in SI units, reflected to the arm side (see the module's equations)."""
+
+    motor_inertia: float = 0.006442
+    arm_inertia: float = 0.023454
+    damping: float = 0.01
+    viscous_friction: float = 0.1
+    coulomb_friction: float = 0.27
+    friction_sharpness: float = 100.0
+    position_gain: float = 0.01
+    torque_offset: float = 0.0
+    gear_ratio: float = 1.0
+    arm_load: str = 'none'
+    transmission: Transmission = Transmission()
+    effects: tuple = ()
+    tolerance: float = 0.0
+    process_torque: float | None = None
+
+    def pack(self):
+        """Return the parameters as the float64 array [N_PARAMETERS] that kernels take."""
+        p = np.zeros(N_PARAMETERS)
+        p[M1], p[M2], p[D] = self.motor_inertia, self.arm_inertia, self.damping
+        p[CV], p[CC] = self.viscous_friction, self.coulomb_friction
+        p[ALPHA], p[KR], p[OFFSET] = (
+            self.friction_sharpness, self.position_gain, self.torque_offset)
+        t = self.transmission
+        p[KIND] = KINDS.index(t.kind)
+        p[STIFFNESS], p[HALF_GAP] = t.stiffness, t.half_gap
+        p[WIDTH], p[K_S] = t.hysteresis_width, t.hysteresis_stiffness
+        for effect in self.effects:
+            p[CAV] += effect.get('Cav', 0.0)
+            p[CAC] += effect.get('Cac', 0.0)
+            p[G] += effect.get('G', 0.0)
+            p[TL] += effect.get('TL', 0.0)
+        return p
+
+    def to_dict(self):
+        """Return plain values, as a model file holds them."""
+        data = {f.name: getattr(self, f.name) for f in fields(self)}
+        data['transmission'] = {
+            f.name: getattr(self.transmission, f.name) for f in fields(Transmission)}
+        data['effects'] = [dict(e) for e in self.effects]
+        return data
+
+    def with_(self, **changes):
+        """Return a checked copy with `changes` (names of fields of the model or transmission)."""
+        data = self.to_dict()
+        names = {f.name for f in fields(Transmission)}
+        for name, value in changes.items():
+            (data['transmission'] if name in names else data)[name] = value
+        return model_from_dict(data, 'model')
+
+
+# name -> (unit, lower bound, upper bound, bound is exclusive at the lower end)
+_RANGES = {
+    'motor_inertia': ('kg m^2', 0.0, 1e6, True),
+    'arm_inertia': ('kg m^2', 0.0, 1e6, True),
+    'damping': ('N m s/rad', 0.0, 1e9, False),
+    # A negative slope has been identified on real drives whose Coulomb part falls with speed.
+    'viscous_friction': ('N m s/rad', -1e9, 1e9, False),
+    'coulomb_friction': ('N m', 0.0, 1e9, False),
+    'friction_sharpness': ('s/rad', 0.0, 1e9, True),
+    'position_gain': ('N m/rad', 0.0, 1e9, False),
+    'torque_offset': ('N m', -1e9, 1e9, False),
+    'gear_ratio': ('-', -1e6, 1e6, False),
+    'tolerance': ('-', 0.0, 1.0, False),
+    'process_torque': ('N m', 0.0, 1e9, False),
+    'stiffness': ('N m/rad', 0.0, 1e12, True),
+    'half_gap': ('rad', 0.0, 1e3, False),
+    'hysteresis_width': ('rad', 0.0, 1e3, False),
+    'hysteresis_stiffness': ('N m/rad', 0.0, 1e12, False),
+}
+
+
+def _number(value, name, source):
+    unit, low, high, exclusive = _RANGES[name]
+    expected = f'a number {">" if exclusive else ">="} {low:g} and <= {high:g} ({unit})'
+    good = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not good or not low <= value <= high or (exclusive and value == low):
+        raise InputError(f'{source}: {name}: {value!r}, expected {expected}')
+    return float(value)
+
+
+def _choice(value, name, source, choices):
+    if value not in choices:
+        raise InputError(f'{source}: {name}: {value!r}, expected one of {", ".join(choices)}')
+    return value
+
+
+def _mapping(data, name, source, allowed):
+    if not isinstance(data, dict):
+        raise InputError(f'{source}: {name}: {data!r}, expected keys and values')
+    for key in data:
+        if key not in allowed:
+            raise InputError(f'{source}: {name}: unknown key {key!r}, expected one of '
+                             f'{", ".join(sorted(allowed))}')
+
+
+def model_from_dict(data, source):
+    """
+    Return a DriveModel from the mapping `data`; missing keys keep the paper's values.
+
+    Raises InputError naming `source`, key, value and what was expected.
+    """
+    _mapping(data, 'model', source, {f.name for f in fields(DriveModel)})
+    values = dict(data)
+    if 'transmission' in values:
+        block = values['transmission']
+        _mapping(block, 'transmission', source, {f.name for f in fields(Transmission)})
+        block = dict(block)
+        kind = _choice(block.pop('kind', 'dead_zone'), 'transmission.kind', source, KINDS)
+        values['transmission'] = Transmission(
+            kind=kind, **{k: _number(v, k, source) for k, v in block.items()})
+    if 'effects' in values:
+        values['effects'] = _effects(values['effects'], source)
+    if 'arm_load' in values:
+        _choice(values['arm_load'], 'arm_load', source, ARM_LOAD_MODES)
+    for name in values:
+        if name in _RANGES and not (name == 'process_torque' and values[name] is None):
+            values[name] = _number(values[name], name, source)
+    if values.get('gear_ratio') == 0:
+        raise InputError(f'{source}: gear_ratio: 0, expected a number other than 0')
+    return DriveModel(**values)
+
+
+def _effects(items, source):
+    if not isinstance(items, (list, tuple)):
+        raise InputError(f'{source}: effects: {items!r}, expected a list')
+    result = []
+    for item in items:
+        if not isinstance(item, dict) or item.get('id') not in ARM_LOADS:
+            raise InputError(f'{source}: effects: {item!r}, expected an id of '
+                             f'{", ".join(sorted(ARM_LOADS))}')
+        names = ARM_LOADS[item['id']]
+        _mapping(item, f'effects.{item["id"]}', source, {'id', *names})
+        for name in names:
+            value = item.get(name)
+            if not isinstance(value, (int, float)) or not math.isfinite(value):
+                raise InputError(f'{source}: effects.{item["id"]}.{name}: {value!r}, expected a '
+                                 'finite number')
+        result.append(dict(item))
+    return tuple(result)
+
+
+def load_yaml(path):
+    """Return the mapping in the YAML file `path`; raises InputError with file and line."""
+    try:
+        data = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a readable YAML file') from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        where = getattr(error, 'problem_mark', None)
+        line = f' line {where.line + 1}:' if where else ''
+        problem = getattr(error, 'problem', None) or 'not text'
+        raise InputError(f'{path}:{line} {problem}, expected YAML') from None
+    return data
+
+
+def load_model(path):
+    """Return the DriveModel of the model file `path`. Raises InputError."""
+    data = load_yaml(path)
+    return model_from_dict({} if data is None else data, str(path))
+
+
+def fastest_eigenvalue(model):
+    """
+    Return the magnitude of the fastest eigenvalue (1/s) of the drive linearised at rest, in contact.
+
+    At rest the friction slopes Cv + Cc (2/pi) alpha, of motor and arm, are at their steepest.
+    """
+    slope = model.viscous_friction + TWO_OVER_PI * model.coulomb_friction * model.friction_sharpness
+    k = model.transmission.stiffness + model.transmission.hysteresis_stiffness
+    m1, m2, d = model.motor_inertia, model.arm_inertia, model.damping
+    p = model.pack()
+    arm_slope = p[CAV] + TWO_OVER_PI * p[CAC] * model.friction_sharpness
+    a = np.array([
+        [0.0, 0.0, 1.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+        [-(k + model.position_gain) / m1, k / m1, -(d + slope) / m1, d / m1],
+        [k / m2, -(k + p[G]) / m2, d / m2, -(d + arm_slope) / m2]])
+    return float(np.abs(np.linalg.eigvals(a)).max())
+
+
+@jit
+def substeps(dt, eigenvalue):
+    """Return the number of RK4 substeps for a step of `dt` s: n = ceil(dt lambda / 2.7)."""
+    return max(1, int(math.ceil(dt * eigenvalue / RK4_STABILITY)))
+
+
+@jit
+def motor_friction(x3, p):
+    """Return tau_f (N m), the last of equations (1)."""
+    return p[CV] * x3 + p[CC] * TWO_OVER_PI * math.atan(p[ALPHA] * x3)
+
+
+@jit
+def motor_friction_slope(x3, p):
+    """Return d tau_f / d x3 (N m s/rad)."""
+    v = p[ALPHA] * x3
+    return p[CV] + p[CC] * TWO_OVER_PI * p[ALPHA] / (1.0 + v * v)
+
+
+@jit
+def motor_acceleration(x1, x3, x4, u, tau_k, p):
+    """Return x3' (rad/s^2), third of equations (1)."""
+    return (u + p[OFFSET] - p[D] * (x3 - x4) - tau_k - motor_friction(x3, p)
+            - p[KR] * x1) / p[M1]
+
+
+@jit
+def arm_acceleration(x3, x4, tau_k, tau_arm, p):
+    """Return x4' (rad/s^2), fourth of equations (1), with the load `tau_arm` (N m) on the arm."""
+    return (p[D] * (x3 - x4) + tau_k - tau_arm) / p[M2]
+
+
+@jit
+def arm_load(x2, x4, p):
+    """Return tau_arm (N m): viscous and Coulomb friction, gravity and a constant load."""
+    return (p[CAV] * x4 + p[CAC] * TWO_OVER_PI * math.atan(p[ALPHA] * x4)
+            + p[G] * math.sin(x2) + p[TL])

@@ -1,0 +1,42 @@
+"""Torque of the transmission over its twist: dead zone and two kinds of hysteresis."""
+from gearbox_monitor.jit import jit
+
+# The order is the code that kernels switch on.
+KINDS = ('dead_zone', 'play', 'passive_play')
+DEAD_ZONE, PLAY, PASSIVE_PLAY = range(3)
+
+
+@jit
+def dead_zone(twist, half_gap):
+    """Return the part of `twist` (rad) that lies outside a gap of +-`half_gap` (rad)."""
+    if twist > half_gap:
+        return twist - half_gap
+    if twist < -half_gap:
+        return twist + half_gap
+    return 0.0
+
+
+@jit
+def transmission_torque(twist, memory, kind, stiffness, half_gap, width, hysteresis_stiffness):
+    """
+    Return (tau_k, memory): torque (N m) at `twist` (rad) and the memory it leaves behind.
+
+    dead_zone: tau = K dz(twist, b); no memory.
+    play: generalised play in the paper's orientation, lower branch while the twist grows:
+    w <- min(max(w, K dz(twist - c, b)), K dz(twist + c, b)), tau = w. Memory: w in N m.
+    This orientation supplies energy; it stays bounded only through friction.
+    passive_play: tau = K dz(twist, b) + k_s (twist - w), w <- min(max(w, twist - r), twist + r):
+    upper branch while the twist grows, as physics wants it. Memory: w in rad.
+
+    `width` is c or r (rad), `hysteresis_stiffness` is k_s (N m/rad).
+    """
+    if kind == PLAY:
+        lower = stiffness * dead_zone(twist - width, half_gap)
+        upper = stiffness * dead_zone(twist + width, half_gap)
+        memory = min(max(memory, lower), upper)
+        return memory, memory
+    tau_k = stiffness * dead_zone(twist, half_gap)
+    if kind == PASSIVE_PLAY:
+        memory = min(max(memory, twist - width), twist + width)
+        tau_k += hysteresis_stiffness * (twist - memory)
+    return tau_k, memory

@@ -1,0 +1,37 @@
+"""
+The step record: what every filter writes at every step, and all that trust and smoother read.
+
+One float64 row: z_pred [n], P_pred [n, n], C [n, n], z [n], P [n, n], innovation [2], S (s11,
+s12, s22), K [n, 2], nis, loglik, dof. C = cov(z_k+1 predicted, z_k), for an EKF Phi P. An absent
+measurement has an innovation of NaN and a zero column of K; dof counts the measurements used.
+"""
+from gearbox_monitor.jit import jit
+
+
+@jit
+def record_size(n):
+    """Return the length of a step record of a filter with `n` states."""
+    return 4 * n + 3 * n * n + 8
+
+
+@jit
+def predicted(record, n):
+    """Return views (z_pred [n], P_pred [n, n], C [n, n])."""
+    m = n * n
+    return (record[:n], record[n:n + m].reshape(n, n), record[n + m:n + 2 * m].reshape(n, n))
+
+
+@jit
+def updated(record, n):
+    """Return views (z [n], P [n, n])."""
+    start = n + 2 * n * n
+    return record[start:start + n], record[start + n:start + n + n * n].reshape(n, n)
+
+
+@jit
+def correction(record, n):
+    """Return views (innovation [2], S [3] as s11, s12, s22, K [n, 2], [nis, loglik, dof])."""
+    start = 2 * n + 3 * n * n
+    return (record[start:start + 2], record[start + 2:start + 5],
+            record[start + 5:start + 5 + 2 * n].reshape(n, 2),
+            record[start + 5 + 2 * n:start + 8 + 2 * n])

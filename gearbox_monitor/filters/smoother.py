@@ -1,0 +1,77 @@
+"""
+Fixed-lag smoother: Rauch-Tung-Striebel over the newest step records.
+
+The filtered tau_K lags by about 20 ms and therefore draws a hysteresis loop that is not there; the
+smoothed one does not. A backward pass runs over a block, so its cost per sample stays bounded.
+"""
+from gearbox_monitor.filters.linalg import multiply, solve_positive
+from gearbox_monitor.filters.process import TAU_K, X1, X2, X3, X4
+from gearbox_monitor.filters.record import predicted, updated
+from gearbox_monitor.jit import jit
+
+# Columns of a smoothed row.
+(S_TWIST, S_TWIST_RATE, S_TAU_K, S_TWIST_STD, S_TWIST_RATE_STD, S_TAU_K_STD, N_SMOOTHED) = range(7)
+
+
+@jit
+def smooth(ring, newest, oldest, keep_until, n, model_variance, matrices, out):
+    """
+    Smooth steps `newest` .. `oldest` and write rows for steps `oldest` .. `keep_until` into `out`.
+
+    ring [M, record_size(n)]: step k stands in row k % M. All indices count steps, inclusive.
+    model_variance (N^2 m^2) is added to that of tau_K. matrices [>=5, n, n]: scratch. out [>=
+    keep_until - oldest + 1, N_SMOOTHED]. A singular P_pred ends the pass: the filtered values then
+    stand in for what lies before.
+    """
+    rows = ring.shape[0]
+    P, gain_t, factor, change, product = (
+        matrices[0], matrices[1], matrices[2], matrices[3], matrices[4])
+    z_next, P_next = updated(ring[newest % rows], n)
+    z = z_next.copy()
+    for i in range(n):
+        for j in range(n):
+            P[i, j] = P_next[i, j]
+    if newest <= keep_until:
+        _write(z, P, model_variance, out[newest - oldest])
+    for k in range(newest - 1, oldest - 1, -1):
+        z_pred, P_pred, cross = predicted(ring[(k + 1) % rows], n)
+        z_k, P_k = updated(ring[k % rows], n)
+        for i in range(n):
+            for j in range(n):
+                factor[i, j] = P_pred[i, j]
+                change[i, j] = P[i, j] - P_pred[i, j]
+        good = solve_positive(factor, cross, gain_t)  # G' = P_pred^-1 C
+        if good:
+            for i in range(n):
+                z[i] -= z_pred[i]
+            multiply(change, gain_t, product)
+            for i in range(n):
+                for j in range(n):
+                    s = P_k[i, j]
+                    for m in range(n):
+                        s += gain_t[m, i] * product[m, j]
+                    P[i, j] = s
+            for i in range(n):
+                s = z_k[i]
+                for m in range(n):
+                    s += gain_t[m, i] * z[m]
+                product[0, i] = s
+            for i in range(n):
+                z[i] = product[0, i]
+        else:
+            for i in range(n):
+                z[i] = z_k[i]
+                for j in range(n):
+                    P[i, j] = P_k[i, j]
+        if k <= keep_until:
+            _write(z, P, model_variance, out[k - oldest])
+
+
+@jit
+def _write(z, P, model_variance, row):
+    row[S_TWIST] = z[X1] - z[X2]
+    row[S_TWIST_RATE] = z[X3] - z[X4]
+    row[S_TAU_K] = z[TAU_K]
+    row[S_TWIST_STD] = max(P[X1, X1] + P[X2, X2] - 2.0 * P[X1, X2], 0.0) ** 0.5
+    row[S_TWIST_RATE_STD] = max(P[X3, X3] + P[X4, X4] - 2.0 * P[X3, X4], 0.0) ** 0.5
+    row[S_TAU_K_STD] = max(P[TAU_K, TAU_K] + model_variance, 0.0) ** 0.5

@@ -1,0 +1,90 @@
+"""Between ROS messages and the core's samples and estimates, in one place."""
+from array import array
+import math
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from sensor_msgs.msg import JointState
+
+from gearbox_monitor.monitor import Sample
+from gearbox_monitor.signals import joint_values
+
+NAN = math.nan
+LEVELS = (DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR)
+
+
+def to_time(stamp_ns):
+    """Return `stamp_ns` (int ns) as builtin_interfaces/Time."""
+    return Time(sec=stamp_ns // 1_000_000_000, nanosec=stamp_ns % 1_000_000_000)
+
+
+def _at(values, index):
+    return values[index] if 0 <= index < len(values) else NAN
+
+
+class SampleReader:
+    """
+    Turn joint states into samples: finds the joints by name and refers all to the arm side.
+
+    Joints may stand in any order among others. With gear ratio N, x1 = motor angle / N and
+    u = N motor torque.
+    """
+
+    def __init__(self, motor_joint, arm_joint, gear_ratio):
+        self.motor_joint, self.arm_joint, self.gear_ratio = motor_joint, arm_joint, gear_ratio
+        self._names, self._motor, self._arm = None, -1, -1
+
+    def sample(self, message):
+        """Return the Sample of a JointState, or None where it names neither joint."""
+        if message.name != self._names:
+            self._names = list(message.name)
+            self._motor, self._arm = (
+                self._names.index(joint) if joint in self._names else -1
+                for joint in (self.motor_joint, self.arm_joint))
+        motor, arm = self._motor, self._arm
+        if motor < 0 and arm < 0:
+            return None
+        stamp = message.header.stamp
+        return Sample(
+            stamp.sec * 1_000_000_000 + stamp.nanosec,
+            (_at(message.effort, motor) * self.gear_ratio, _at(message.effort, arm)),
+            (_at(message.position, motor) / self.gear_ratio, _at(message.position, arm)))
+
+
+def to_joint_state(signal, stamp_ns, row, names, gear_ratio):
+    """Return the JointState of `signal` (signals.Signal); arguments as of joint_values."""
+    joints, position, velocity, effort = joint_values(signal, row, names, gear_ratio)
+    message = JointState()
+    message.header.stamp = to_time(stamp_ns)
+    message.name = joints
+    message.position = array('d', position)
+    message.velocity = array('d', velocity)
+    message.effort = array('d', effort)
+    return message
+
+
+def _text(value):
+    return f'{value:.6g}' if isinstance(value, float) else str(value)
+
+
+def to_status(name, finding, hardware_id):
+    """Return the DiagnosticStatus of a trust.level.Finding."""
+    return DiagnosticStatus(
+        level=LEVELS[finding.level], name=name, message=finding.message, hardware_id=hardware_id,
+        values=[KeyValue(key=key, value=_text(value)) for key, value in finding.values.items()])
+
+
+def to_diagnostics(statuses, stamp):
+    """Return the DiagnosticArray of DiagnosticStatus messages, stamped `stamp` (Time)."""
+    message = DiagnosticArray(status=list(statuses))
+    message.header.stamp = stamp
+    return message
+
+
+def to_snapshot(name, hardware_id, snapshot, stamp_ns):
+    """Return the DiagnosticArray that carries `snapshot` {name: text} (Monitor.snapshot)."""
+    status = DiagnosticStatus(
+        level=DiagnosticStatus.OK, name=f'{name}: snapshot', hardware_id=hardware_id,
+        message='what replay starts from',
+        values=[KeyValue(key=key, value=value) for key, value in snapshot.items()])
+    return to_diagnostics([status], to_time(stamp_ns))

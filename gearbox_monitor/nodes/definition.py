@@ -1,0 +1,55 @@
+"""The ``ros2msg`` text of a message class, made from the class itself."""
+import importlib
+import re
+
+BASE_TYPES = {'boolean': 'bool', 'double': 'float64', 'float': 'float32', 'octet': 'byte'}
+
+
+def import_message(msgtype):
+    """Return the class of `msgtype` (``pkg/msg/Name``); ImportError when not installed."""
+    package, _, name = msgtype.partition('/msg/')
+    try:
+        return getattr(importlib.import_module(f'{package}.msg'), name)
+    except (AttributeError, ValueError) as error:
+        raise ImportError(f'{msgtype}: {error}') from None
+
+
+def message_definition(msgtype):
+    """
+    Return the definition of `msgtype` with those of all types in it.
+
+    Constants, default values and comments are left out: the bytes do not depend on them.
+    """
+    done, todo = {}, [msgtype]
+    while todo:
+        name = todo.pop()
+        if name in done:
+            continue
+        lines = []
+        for field, kind in import_message(name).get_fields_and_field_types().items():
+            if field == 'structure_needs_at_least_one_member':
+                continue
+            base, suffix = _split(kind)
+            if '/' in base:
+                package, short = base.split('/')
+                todo.append(f'{package}/msg/{short}')
+            lines.append(f'{BASE_TYPES.get(base, base)}{suffix} {field}')
+        done[name] = '\n'.join(lines)
+    first = done.pop(msgtype)
+    rest = [f'\n{"=" * 80}\nMSG: {name.replace("/msg/", "/")}\n{text}'
+            for name, text in done.items()]
+    return first + ''.join(rest) + '\n'
+
+
+def _split(kind):
+    """Split ``sequence<double, 3>`` into (``double``, ``[<=3]``), ``double[3]`` likewise."""
+    if match := re.fullmatch(r'sequence<(.*?)(?:, *(\d+))?>', kind):
+        base, bound = match.groups()
+        suffix = f'[<={bound}]' if bound else '[]'
+    elif match := re.fullmatch(r'(.*)(\[\d+\])', kind):
+        base, suffix = match.groups()
+    else:
+        base, suffix = kind, ''
+    if match := re.fullmatch(r'(w?string)<(\d+)>', base):
+        base, suffix = match[1], f'<={match[2]}{suffix}'
+    return base, suffix

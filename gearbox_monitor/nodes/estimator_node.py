@@ -1,0 +1,237 @@
+"""
+Node `estimator`: estimates the transmission torque from joint_states and says how far to trust it.
+
+Every published value carries the stamp of the measurement it was made from. All work is done by
+monitor.Monitor; this file moves messages in and out.
+
+  ros2 run gearbox_monitor estimator_node --ros-args --params-file estimator.yaml
+"""
+import math
+import sys
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import (
+    DurabilityPolicy, HistoryPolicy, qos_profile_system_default, QoSProfile, ReliabilityPolicy)
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+
+from gearbox_monitor import __version__, stream
+from gearbox_monitor.baseline import load_baseline, save_baseline
+from gearbox_monitor.drift.change import baseline_of, BASELINE_WINDOWS
+from gearbox_monitor.drive.model import load_model
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.monitor import Monitor, Sample
+from gearbox_monitor.nodes.convert import (
+    SampleReader, to_diagnostics, to_joint_state, to_snapshot, to_status)
+from gearbox_monitor.nodes.params import declare, on_change
+from gearbox_monitor.nodes.runtime import drain, spin_node
+from gearbox_monitor.parameters import ESTIMATOR
+from gearbox_monitor.resources import config_path
+from gearbox_monitor.signals import (
+    ARM, DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, MOTOR, SIGNALS, SNAPSHOT)
+from gearbox_monitor.trust.level import Finding, Level
+
+SECOND = 1_000_000_000
+# Two seconds at 1 kHz: a pause of this process must not cost samples.
+INPUT_DEPTH = 2000
+LATCHED = QoSProfile(depth=16, history=HistoryPolicy.KEEP_LAST,
+                     reliability=ReliabilityPolicy.RELIABLE,
+                     durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class EstimatorNode(Node):
+    """Shell around Monitor; see the module."""
+
+    def __init__(self):
+        super().__init__('estimator')
+        values = declare(self, ESTIMATOR)
+        model_file = values['model'] or config_path('drive.yaml')
+        model = load_model(model_file)
+        baseline = load_baseline(values['baseline_file']) if self._has_baseline(values) else None
+        self.monitor = Monitor(model, values, baseline)
+        _warm_up(model, values)
+        self._gear_ratio = model.gear_ratio
+        self._names = {MOTOR: values['motor_joint'], ARM: values['arm_joint']}
+        self._reader = SampleReader(values['motor_joint'], values['arm_joint'], model.gear_ratio)
+        self._starts = 0
+        self._foreign = 0  # messages that name neither joint
+        self._seen = (0, 0, 0)  # stamp, inputs and clock at the last diagnostics with samples
+        self._levels = {}
+        self._component = self.get_fully_qualified_name().lstrip('/')
+        self._snapshot_stamp = 0
+
+        overridable = QoSOverridingOptions.with_default_policies()
+        self._outputs = [
+            (signal, self.create_publisher(JointState, signal.topic, 10,
+                                           qos_overriding_options=overridable))
+            for signal in SIGNALS]
+        self._diagnostics = self.create_publisher(
+            DiagnosticArray, DIAGNOSTICS, qos_profile_system_default)
+        self._alerts = self.create_publisher(DiagnosticArray, DRIFT_ALERTS, LATCHED)
+        self._snapshots = self.create_publisher(DiagnosticArray, f'~/{SNAPSHOT}', LATCHED)
+        self._publish_snapshot('start')
+        self._input = self.create_subscription(
+            JointState, JOINT_STATES, self._on_joint_states,
+            QoSProfile(depth=INPUT_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT),
+            qos_overriding_options=overridable)
+        self.create_service(Trigger, '~/reset', self._on_reset)
+        self.create_service(Trigger, '~/save_baseline', self._on_save_baseline)
+        on_change(self, ESTIMATOR, self._on_parameters)
+        # Wall time: with a stopped simulation clock the missing data must still be reported.
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer = self.create_timer(1.0, self._on_second, clock=self._steady)
+        self.get_logger().info(
+            f'gearbox_monitor {__version__}: model {model_file}, '
+            + ('compiled' if COMPILED else 'INTERPRETED (numba is missing, expect < 1 kHz)')
+            + ', ' + ', '.join(f'{k}={v}' for k, v in values.items()))
+
+    def _has_baseline(self, values):
+        """Return whether a baseline file is named and there; it may come by save_baseline."""
+        path = values['baseline_file']
+        if not path:
+            return False
+        try:
+            with open(path, encoding='utf-8'):
+                return True
+        except FileNotFoundError:
+            self.get_logger().info(f'{path}: no baseline yet; ~/save_baseline writes it')
+            return False
+        except OSError as error:
+            raise InputError(f'{path}: {error.strerror}, expected a readable file') from None
+
+    # ------------------------------------------------------------------ samples
+
+    def _on_joint_states(self, message):
+        self._take(message)
+        # Whatever has queued up meanwhile: waking the executor costs more than a step.
+        for message, _ in drain(self._input, INPUT_DEPTH):
+            self._take(message)
+
+    def _take(self, message):
+        sample = self._reader.sample(message)
+        if sample is None:
+            self._foreign += 1
+            return
+        estimate = self.monitor.step(sample)
+        if self.monitor.counts[stream.START] != self._starts:
+            self._starts = int(self.monitor.counts[stream.START])
+            self._publish_snapshot('restart')
+        if estimate is None:
+            return
+        for signal, publisher in self._outputs:
+            if signal.smoothed:
+                for stamp_ns, row in estimate.smoothed:
+                    publisher.publish(to_joint_state(
+                        signal, stamp_ns, row, self._names, self._gear_ratio))
+            else:
+                publisher.publish(to_joint_state(
+                    signal, estimate.stamp_ns, estimate.row, self._names, self._gear_ratio))
+        since = estimate.stamp_ns - self._snapshot_stamp
+        if not 0 <= since < self.monitor.parameters['snapshot_period'] * SECOND:
+            self._publish_snapshot('period')
+
+    def _publish_snapshot(self, reason):
+        self._snapshot_stamp = self.monitor.stamp_ns
+        content = {'reason': reason, 'version': __version__, **self.monitor.snapshot()}
+        serial = self.monitor.parameters['gearbox_serial'] or 'gearbox'
+        self._snapshots.publish(to_snapshot(self._component, serial, content,
+                                            self.monitor.stamp_ns))
+
+    # ------------------------------------------------------------------ diagnostics
+
+    def _findings(self):
+        """Return {component: Finding}; a stream that stopped is never reported as good."""
+        monitor, now = self.monitor, self._steady.now().nanoseconds
+        stamp, inputs, since = self._seen
+        if monitor.stamp_ns != stamp:
+            self._seen = (monitor.stamp_ns, monitor.input_count, now)
+            return dict(monitor.findings)
+        if not since:
+            self._seen = (stamp, inputs, now)
+            return dict(monitor.findings)
+        silent = (now - since) / SECOND
+        refused = monitor.input_count - inputs
+        counts = {text: int(monitor.counts[code]) for code, text in stream.REASONS.items()
+                  if monitor.counts[code]}
+        counts['messages_without_our_joints'] = self._foreign
+        reason = f'{refused} samples came, none was usable' if refused else 'no samples came'
+        if self._foreign and not monitor.input_count:
+            reason = (f'{self._foreign} messages named neither {self._names[MOTOR]!r} nor '
+                      f'{self._names[ARM]!r}; set motor_joint and arm_joint')
+        findings = {name: Finding(Level.WARN, f'no data for {silent:.1f} s', {})
+                    for name in monitor.findings}
+        findings['input'] = Finding(Level.ERROR, f'{reason} for {silent:.1f} s', counts)
+        return findings
+
+    def _on_second(self):
+        findings = self._findings()
+        serial = self.monitor.parameters['gearbox_serial'] or 'gearbox'
+        statuses = [to_status(f'{self._component}: {name}', finding, serial)
+                    for name, finding in findings.items()]
+        now = self.get_clock().now().to_msg()
+        self._diagnostics.publish(to_diagnostics(statuses, now))
+        for (name, finding), status in zip(findings.items(), statuses):
+            before = self._levels.get(name)
+            self._levels[name] = finding.level
+            if before is None or before == finding.level:
+                continue
+            log = self.get_logger().warning if finding.level else self.get_logger().info
+            log(f'{name}: {finding.level.name}: {finding.message}')
+            stopped = finding.message.startswith('no data')
+            if name == 'backlash' and not stopped and (finding.level or before == Level.ERROR):
+                self._alerts.publish(to_diagnostics([status], now))
+
+    # ------------------------------------------------------------------ changes
+
+    def _on_parameters(self, changes):
+        self.monitor.set_parameters(changes)
+        self._publish_snapshot('parameters')
+
+    def _on_reset(self, _, response):
+        self.monitor.reset()
+        self._publish_snapshot('reset')
+        response.success, response.message = True, 'filter starts anew with the next sample'
+        return response
+
+    def _on_save_baseline(self, _, response):
+        windows = list(self.monitor.windows)[-BASELINE_WINDOWS:]
+        path = self.monitor.parameters['baseline_file']
+        if not path:
+            response.message = 'parameter baseline_file is empty: expected the file to write'
+        elif not windows:
+            response.message = ('no backlash measured yet: expected a motion that loads both '
+                                f'flanks for {self.monitor.parameters["drift_window"]:g} s')
+        else:
+            baseline = baseline_of(windows)
+            try:
+                save_baseline(path, baseline, self.monitor.parameters['gearbox_serial'])
+            except InputError as error:
+                response.message = str(error)
+                return response
+            self.monitor.baseline = baseline
+            self._publish_snapshot('baseline')
+            response.success = True
+            response.message = (f'{path}: gap {baseline.gap:.4g} rad, stiffness '
+                                f'{baseline.stiffness:.4g} N m/rad from {len(windows)} windows')
+        return response
+
+
+def _warm_up(model, parameters):
+    """Compile every kernel before the node is ready: the first sample must not wait for it."""
+    monitor = Monitor(model, {**parameters, 'drift_window': 0.5})
+    for k in range(2500):
+        angle = 0.5 * math.sin(0.02 * k)
+        monitor.step(Sample(SECOND + k * 1_000_000, (0.0, 0.0), (angle, 0.8 * angle)))
+
+
+def main(args=None):
+    """Run the node; returns the exit code."""
+    return spin_node(EstimatorNode, args, __doc__)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,78 @@
+"""Declare a table of parameters on a node, with units, ranges and what may change at run time."""
+import math
+
+from rcl_interfaces.msg import (
+    FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult)
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.parameter import Parameter as RosParameter
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.parameters import FIXED
+
+
+def _descriptor(row):
+    unit = f' [{row.unit}]' if row.unit else ''
+    descriptor = ParameterDescriptor(
+        description=f'{row.description}{unit}', read_only=row.change == FIXED,
+        additional_constraints='expected ' + row.expected() if row.choices else '')
+    # Open ends would become NaN steps in a range message: leave the range out there.
+    if math.isfinite(row.low) and math.isfinite(row.high):
+        if row.kind is float:
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=float(row.low), to_value=float(row.high))]
+        elif row.kind is int:
+            descriptor.integer_range = [
+                IntegerRange(from_value=int(row.low), to_value=int(row.high))]
+    return descriptor
+
+
+def declare(node, table):
+    """
+    Declare every row of `table` on `node` and return {name: value}.
+
+    Raises InputError where an override has a wrong type or is out of range.
+    """
+    values = {}
+    for row in table:
+        default = row.default
+        # An integer in a YAML file is a good float; rclpy would refuse its type.
+        override = node._parameter_overrides.get(row.name)
+        if override is not None:
+            row.check(_plain(override.value), f'node {node.get_name()}')
+            if row.kind is float and isinstance(override.value, int):
+                node._parameter_overrides[row.name] = RosParameter(
+                    row.name, RosParameter.Type.DOUBLE, float(override.value))
+        try:
+            value = node.declare_parameter(row.name, default, _descriptor(row)).value
+        except (InvalidParameterTypeException, InvalidParameterValueException) as error:
+            raise InputError(f'node {node.get_name()}: {row.name}: {error}, expected '
+                             f'{row.expected()}') from None
+        values[row.name] = row.check(_plain(value), f'node {node.get_name()}')
+    return values
+
+
+def on_change(node, table, apply):
+    """
+    Let the parameters of `table` change at run time: check all, then call apply(changes).
+
+    `apply` takes {name: value} and may raise InputError, whose text becomes the reason of the
+    refusal.
+    """
+    rows = {row.name: row for row in table}
+
+    def callback(parameters):
+        try:
+            changes = {p.name: rows[p.name].check(_plain(p.value), node.get_name())
+                       for p in parameters if p.name in rows}
+            if changes:
+                apply(changes)
+        except InputError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    node.add_on_set_parameters_callback(callback)
+
+
+def _plain(value):
+    """Return `value` with arrays of the message layer as lists."""
+    return list(value) if hasattr(value, 'tolist') else value

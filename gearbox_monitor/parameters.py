@@ -1,0 +1,230 @@
+"""
+The table of parameters: one truth for node declarations, YAML files, validation and docs.
+
+Standard deviations of process noise are spectral: per square root of a second, so that the sample
+rate can change without retuning.
+"""
+from dataclasses import dataclass
+import math
+
+from gearbox_monitor.drive.excitation import KINDS as EXCITATIONS
+from gearbox_monitor.drive.model import load_yaml
+from gearbox_monitor.errors import InputError
+
+# When a change takes effect: at once; with a restart of the filter; or never while it runs.
+AT_ONCE, RESTART, FIXED = 'at once', 'restart', 'fixed'
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One row: `low` and `high` bound numbers, `choices` strings; `kind` is a Python type."""
+
+    name: str
+    default: object
+    unit: str
+    description: str
+    low: float = -math.inf
+    high: float = math.inf
+    choices: tuple = ()
+    change: str = FIXED
+
+    @property
+    def kind(self):
+        """The type of the value: bool, int, float, str, or list (of str or float)."""
+        return type(self.default)
+
+    def check(self, value, source):
+        """Return `value` in the parameter's type; raises InputError."""
+        if self.kind is float and isinstance(value, int) and not isinstance(value, bool):
+            value = float(value)
+        if self.kind is list and isinstance(value, tuple):
+            value = list(value)
+        good = isinstance(value, self.kind) and (self.kind is not int or
+                                                 not isinstance(value, bool))
+        numbers = value if self.kind is list else [value]
+        if good and all(isinstance(v, (int, float)) for v in numbers):
+            good = all(self.low <= v <= self.high for v in numbers)
+        if good and self.kind is list and self.default:
+            of = type(self.default[0])
+            good = all(isinstance(v, (int, float) if of is float else of) for v in value)
+        if good and self.choices:
+            good = value in self.choices
+        if not good:
+            raise InputError(f'{source}: {self.name}: {value!r}, expected {self.expected()}')
+        return value
+
+    def expected(self):
+        """Return what a value must be, in words."""
+        if self.choices:
+            return 'one of ' + ', '.join(self.choices)
+        word = {bool: 'true or false', int: 'a whole number', float: 'a number',
+                str: 'a text', list: 'a list'}[self.kind]
+        bounds = [f'>= {self.low:g}'] if self.low > -math.inf else []
+        bounds += [f'<= {self.high:g}'] if self.high < math.inf else []
+        unit = f' ({self.unit})' if self.unit not in ('', '-') else ''
+        return ' '.join([word, ' and '.join(bounds)]).strip() + unit
+
+
+FILTER_NAMES = ('ekf',)
+
+ESTIMATOR = (
+    Parameter('filter', 'ekf', '', 'which filter estimates the torque', choices=FILTER_NAMES),
+    Parameter('model', '', '', 'model file of the drive; empty for the packaged drive.yaml'),
+    Parameter('motor_joint', 'motor', '', 'name of the motor in joint_states'),
+    Parameter('arm_joint', 'arm', '', 'name of the arm in joint_states'),
+    Parameter('gearbox_serial', 'gearbox', '', 'hardware_id in diagnostics'),
+    Parameter('arm_load', 'unknown', '',
+              'what acts on the arm: none, an unknown load (estimated), or a measured one '
+              '(effort of the arm joint); "model" takes the word of the model file',
+              choices=('none', 'unknown', 'measured', 'model')),
+    Parameter('effort_delay', 0, 'samples',
+              'effort stamped t_k acts on [t_k+d, t_k+d+1); -1: it acted on the sample before',
+              low=-1, high=50),
+    Parameter('max_gap', 0.25, 's', 'longest gap between stamps, without torque or without '
+              'measurement, that is bridged by prediction; a longer one restarts the filter',
+              low=1e-3, high=60.0),
+    Parameter('smoother_lag', 0.1, 's', 'lag of the smoothed output; 0 switches it off',
+              low=0.0, high=1.0),
+    Parameter('r_std_motor', 5e-3, 'rad', 'noise of the motor encoder, arm side',
+              low=1e-9, high=1e3, change=AT_ONCE),
+    Parameter('r_std_arm', 5e-3, 'rad', 'noise of the arm encoder',
+              low=1e-9, high=1e3, change=AT_ONCE),
+    Parameter('q_std_motor_position', 0.0, 'rad/sqrt(s)', 'process noise of the motor position',
+              low=0.0, high=1e6, change=AT_ONCE),
+    Parameter('q_std_arm_position', 0.0, 'rad/sqrt(s)', 'process noise of the arm position',
+              low=0.0, high=1e6, change=AT_ONCE),
+    Parameter('q_std_motor_speed', 0.4, 'rad/s/sqrt(s)', 'process noise of the motor speed',
+              low=0.0, high=1e6, change=AT_ONCE),
+    Parameter('q_std_arm_speed', 0.4, 'rad/s/sqrt(s)', 'process noise of the arm speed',
+              low=0.0, high=1e6, change=AT_ONCE),
+    Parameter('q_std_tau_k', 6.0, 'N m/sqrt(s)', 'how fast tau_K may wander',
+              low=0.0, high=1e9, change=AT_ONCE),
+    Parameter('q_std_tau_arm', 6.0, 'N m/sqrt(s)',
+              'how fast the unknown load on the arm may wander', low=0.0, high=1e9,
+              change=AT_ONCE),
+    Parameter('tau_k_stiffness', 0.0, 'N m/rad', "k_p in tau_K' = k_p (x3 - x4) + w; 0 is the "
+              "paper's random walk", low=0.0, high=1e12, change=AT_ONCE),
+    Parameter('tau_k_model_std', 0.0, 'N m', 'error of the friction model, added to the stated '
+              'standard deviation of tau_K in quadrature', low=0.0, high=1e9, change=AT_ONCE),
+    Parameter('friction_error_std', 0.0, 'N m', 'standard deviation of a friction error carried '
+              'as a state (Ornstein-Uhlenbeck); 0 leaves it out', low=0.0, high=1e9,
+              change=RESTART),
+    Parameter('friction_error_time', 0.7, 's', 'correlation time of that friction error',
+              low=1e-4, high=1e4, change=RESTART),
+    Parameter('p0_std_speed', 1.0, 'rad/s', 'standard deviation of the speeds at a start',
+              low=1e-9, high=1e6, change=RESTART),
+    Parameter('p0_std_torque', 5.0, 'N m', 'standard deviation of tau_K and load at a start',
+              low=1e-9, high=1e9, change=RESTART),
+    Parameter('drift_window', 10.0, 's', 'length of a window that backlash is fitted on',
+              low=0.5, high=600.0),
+    Parameter('gap_warn', 0.10, '-', 'relative growth of the gap that warns', low=0.0, high=10.0,
+              change=AT_ONCE),
+    Parameter('gap_error', 0.25, '-', 'relative growth of the gap that is an error', low=0.0,
+              high=10.0, change=AT_ONCE),
+    Parameter('baseline_file', '', '', 'backlash when healthy: read at the start, written by '
+              '~/save_baseline; empty: the first windows are the baseline'),
+    Parameter('snapshot_period', 10.0, 's', 'how often the state is published for replay',
+              low=0.1, high=3600.0),
+)
+
+
+def defaults(table):
+    """Return {name: default} of `table`."""
+    return {row.name: row.default for row in table}
+
+
+def checked(table, values, source):
+    """
+    Return all parameters of `table` as a dict: `values` where given, defaults elsewhere.
+
+    Raises InputError for an unknown name, a wrong type or a value out of range.
+    """
+    rows = {row.name: row for row in table}
+    result = defaults(table)
+    for name, value in values.items():
+        if name not in rows:
+            raise InputError(
+                f'{source}: unknown parameter {name!r}, expected one of {", ".join(rows)}')
+        result[name] = rows[name].check(value, source)
+    return result
+
+
+def load_parameters(path, node, table):
+    """
+    Return the parameters that the ROS parameter file `path` gives to `node`, not yet checked.
+
+    Takes the blocks ``/**`` and `node` (with or without a namespace), in this order.
+    Raises InputError.
+    """
+    data = load_yaml(path)
+    if not isinstance(data, dict):
+        raise InputError(f'{path}: {data!r}, expected "{node}: ros__parameters: ..."')
+    values = {}
+    for block in sorted(data, key=lambda name: not name.startswith('/**')):
+        if block.rsplit('/', 1)[-1] not in ('**', node):
+            continue
+        inner = data[block].get('ros__parameters') if isinstance(data[block], dict) else None
+        if not isinstance(inner, dict):
+            raise InputError(f'{path}: {block}: expected a block ros__parameters')
+        names = {row.name for row in table}
+        # /** addresses every node: what this one does not have belongs to another.
+        values.update({k: v for k, v in inner.items() if block.startswith(node) or
+                       block.rsplit('/', 1)[-1] == node or k in names})
+    return values
+
+
+# The parameters of the plant's model that can be changed while it runs; their defaults are the
+# values of the model file (here: of the packaged one).
+PLANT_MODEL = ('stiffness', 'half_gap', 'viscous_friction', 'coulomb_friction')
+
+PLANT = (
+    Parameter('model', '', '', 'model file of the drive; empty for the packaged drive.yaml'),
+    Parameter('motor_joint', 'motor', '', 'name of the motor in joint_states'),
+    Parameter('arm_joint', 'arm', '', 'name of the arm in joint_states'),
+    Parameter('rate', 1000.0, 'Hz', 'samples per simulated second', low=100.0, high=2000.0),
+    Parameter('speed', 1.0, '-', 'simulated seconds per second; 0: as fast as possible. Any other '
+              'speed than 1 publishes /clock', low=0.0, high=1000.0),
+    Parameter('publish_clock', False, '', 'publish /clock in real time, too'),
+    Parameter('duration', 0.0, 's', 'simulated time after which the plant ends; 0: never',
+              low=0.0, high=1e7),
+    Parameter('seed', 0, '', 'seed of the noise', low=0, high=2**31 - 1),
+    Parameter('torque_source', 'excitation', '', 'where the torque comes from: the excitation, or '
+              'effort_command, held until the next one', choices=('excitation', 'topic')),
+    Parameter('command_timeout', 0.5, 's', 'simulated time after which a torque from '
+              'effort_command ends; 0: never', low=0.0, high=3600.0, change=AT_ONCE),
+    Parameter('excitation', 'multisine', '', 'signal of the torque on the arm side',
+              choices=EXCITATIONS, change=AT_ONCE),
+    Parameter('amplitudes', [6.0, 2.0], 'N m', 'amplitudes of the excitation, arm side',
+              low=-1e6, high=1e6, change=AT_ONCE),
+    Parameter('frequencies', [0.9, 2.3], 'Hz', 'frequencies of the excitation', low=0.0,
+              high=1000.0, change=AT_ONCE),
+    Parameter('period', 20.0, 's', 'time of a chirp there and back', low=0.1, high=1e5,
+              change=AT_ONCE),
+    Parameter('process_noise', [0.0, 0.0, 0.4, 0.4], 'rad/sqrt(s), rad/s/sqrt(s)',
+              'noise on motor and arm position, motor and arm speed', low=0.0, high=1e6,
+              change=AT_ONCE),
+    Parameter('measurement_noise', [0.005, 0.005], 'rad',
+              'noise of motor (arm side) and arm encoder', low=0.0, high=1e3, change=AT_ONCE),
+    Parameter('stiffness', 25.0, 'N m/rad', 'stiffness of the transmission in contact; default: '
+              'model file', low=1e-9, high=1e12, change=AT_ONCE),
+    Parameter('half_gap', 0.1, 'rad', 'half of the backlash before it grows; default: model file',
+              low=0.0, high=1e3, change=AT_ONCE),
+    Parameter('viscous_friction', 0.1, 'N m s/rad', 'of the motor; default: model file',
+              low=-1e9, high=1e9, change=AT_ONCE),
+    Parameter('coulomb_friction', 0.27, 'N m', 'of the motor; default: model file',
+              low=0.0, high=1e9, change=AT_ONCE),
+    Parameter('gap_growth_rate', 0.0, '1/s', 'the gap is half_gap (1 + rate (t - start))',
+              low=0.0, high=1e3, change=AT_ONCE),
+    Parameter('gap_growth_start', 0.0, 's', 'simulated time at which the gap begins to grow',
+              low=0.0, high=1e7, change=AT_ONCE),
+    Parameter('gap_growth_max', 10.0, '-', 'relative growth at which the gap stays',
+              low=0.0, high=1e3, change=AT_ONCE),
+    Parameter('load_gravity', 0.0, 'N m', 'load on the arm: G sin(arm position)',
+              low=-1e6, high=1e6, change=AT_ONCE),
+    Parameter('load_coulomb', 0.0, 'N m', 'load on the arm: Coulomb friction',
+              low=0.0, high=1e6, change=AT_ONCE),
+    Parameter('load_constant', 0.0, 'N m', 'load on the arm: a constant torque',
+              low=-1e6, high=1e6, change=AT_ONCE),
+    Parameter('measure_arm_load', False, '', 'give the load on the arm as effort of the arm '
+              'joint; otherwise that is NaN', change=AT_ONCE),
+)

@@ -1,0 +1,75 @@
+"""
+The table of published signals: which column of an estimate stands in which message field.
+
+One truth for the live node, replay, plots and docs. All topics carry sensor_msgs/JointState with
+the stamp of the measurement (smoothed: of the time it is about). Units: rad, rad/s, N m.
+"""
+from dataclasses import dataclass
+
+from gearbox_monitor import stream
+from gearbox_monitor.filters import smoother
+
+TRANSMISSION = 'transmission'
+MOTOR, ARM = 'motor', 'arm'
+
+
+@dataclass(frozen=True)
+class Signal:
+    """
+    One topic: `joints` and, for each field, one column per joint (empty: field not sent).
+
+    Columns are those of an estimate row, or of a smoothed row where `smoothed`. A joint whose
+    position is NaN was not measured and is left out. `deviation`: values are standard deviations.
+    """
+
+    topic: str
+    joints: tuple
+    position: tuple
+    velocity: tuple = ()
+    effort: tuple = ()
+    smoothed: bool = False
+    deviation: bool = False
+
+
+SIGNALS = (
+    Signal('transmission_state', (TRANSMISSION,), (stream.E_TWIST,), (stream.E_TWIST_RATE,),
+           (stream.E_TAU_K,)),
+    Signal('transmission_state_stddev', (TRANSMISSION,), (stream.E_TWIST_STD,),
+           (stream.E_TWIST_RATE_STD,), (stream.E_STD + stream.E_TAU_K,), deviation=True),
+    Signal('transmission_state_smoothed', (TRANSMISSION,), (smoother.S_TWIST,),
+           (smoother.S_TWIST_RATE,), (smoother.S_TAU_K,), smoothed=True),
+    Signal('innovations', (MOTOR, ARM),
+           (stream.E_INNOVATION_MOTOR, stream.E_INNOVATION_ARM)),
+    Signal('innovations_stddev', (MOTOR, ARM),
+           (stream.E_INNOVATION_STD_MOTOR, stream.E_INNOVATION_STD_ARM), deviation=True),
+    Signal('estimated_joint_states', (MOTOR, ARM), (stream.E_X1, stream.E_X2),
+           (stream.E_X3, stream.E_X4)),
+)
+JOINT_STATES = 'joint_states'
+PLANT_TRANSMISSION_STATE = 'plant/transmission_state'
+DIAGNOSTICS = '/diagnostics'
+DRIFT_ALERTS = 'drift_alerts'
+SNAPSHOT = 'snapshot'
+
+
+def joint_values(signal, row, names, gear_ratio):
+    """
+    Return (joint names, position, velocity, effort) of `signal` for one row, as lists.
+
+    row: estimate row, or smoothed row where signal.smoothed. names {MOTOR: ..., ARM: ...}: joint
+    names on the wire. The motor joint's position and velocity are given on the motor side.
+    """
+    joints, position, velocity = [], [], []
+    effort = [float(row[c]) for c in signal.effort]
+    for i, joint in enumerate(signal.joints):
+        value = row[signal.position[i]]
+        if value != value:
+            continue
+        scale = 1.0
+        if joint == MOTOR:
+            scale = abs(gear_ratio) if signal.deviation else gear_ratio
+        joints.append(names.get(joint, joint))
+        position.append(float(value) * scale)
+        if signal.velocity:
+            velocity.append(float(row[signal.velocity[i]]) * scale)
+    return joints, position, velocity, effort

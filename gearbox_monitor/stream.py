@@ -1,0 +1,256 @@
+"""
+The loop over samples: check the stamp, step the filter, smooth. One kernel, live and offline.
+
+Time comes only from the stamps. What is refused is counted under its reason, never lost silently.
+"""
+import math
+
+from gearbox_monitor.filters import ekf
+from gearbox_monitor.filters.process import (
+    FRICTION_AT, LOAD_AT, P0, TAU_K, TAU_K_MODEL_STD, X1, X2, X3, X4)
+from gearbox_monitor.filters.record import correction, updated
+from gearbox_monitor.filters.smoother import smooth
+from gearbox_monitor.jit import jit
+
+# What became of a sample.
+(ESTIMATE, START, ZERO_STAMP, DUPLICATE, BACKWARD, JUMP, NO_EFFORT, NO_MEASUREMENT, DIVERGED,
+ # ... and what was noticed beside it.
+ NON_FINITE, MOTOR_MISSING, ARM_MISSING, EFFORT_HELD, SAMPLES_MISSED, N_COUNTS) = range(15)
+REASONS = {
+    ZERO_STAMP: 'zero stamps', DUPLICATE: 'repeated stamps', BACKWARD: 'backward stamps',
+    JUMP: 'stamps after a jump', NO_EFFORT: 'samples without effort',
+    NO_MEASUREMENT: 'samples without measurement', DIVERGED: 'filter restarts after divergence',
+    NON_FINITE: 'non-finite values', MOTOR_MISSING: 'missing motor positions',
+    ARM_MISSING: 'missing arm positions', EFFORT_HELD: 'missing efforts',
+    SAMPLES_MISSED: 'samples missed (by stamps)', START: 'starts',
+}
+
+# Integers that a stream carries from sample to sample; estimates depend on those before
+# EVALUATE_AT.
+(LAST, PENDING_STAMP, PENDING_COUNT, LAST_EFFORT, LAST_MEASUREMENT, STEPS, SMOOTH_NEXT,
+ SMOOTH_STAMP, STARTED, EVALUATE_AT, RING_FLOOR, INPUTS, N_GATE) = range(13)
+SECOND = 1_000_000_000
+# A jump of the clock is believed when this many samples follow it consistently.
+CONFIRM = 3
+N_EFFORTS = 64
+
+# Columns of an estimate row. Absent states are NaN.
+(E_X1, E_X2, E_X3, E_X4, E_TAU_K, E_TAU_ARM, E_TAU_E, E_STD) = range(8)
+E_TWIST = E_STD + 7
+(E_TWIST_RATE, E_TWIST_STD, E_TWIST_RATE_STD, E_INNOVATION_MOTOR, E_INNOVATION_ARM,
+ E_INNOVATION_STD_MOTOR, E_INNOVATION_STD_ARM, E_WHITE_1, E_WHITE_2, E_NIS, E_LOGLIK, E_DOF,
+ E_DT, E_U, E_LOAD, N_ESTIMATE) = range(E_TWIST + 1, E_TWIST + 17)
+
+EKF = 0
+KINDS = {'ekf': EKF}
+
+
+@jit
+def _filter_step(kind, z, P, dt, u, load, y1, y2, p, vectors, matrices, record):
+    """Step the filter chosen by `kind`; the arguments are those of every filter's step."""
+    return ekf.step(z, P, dt, u, load, y1, y2, p, vectors, matrices, record)
+
+
+@jit
+def _gate(stamp, gate, max_gap):
+    """Return what to do with a sample stamped `stamp` (ns): ESTIMATE, START or a refusal."""
+    if stamp <= 0:
+        return ZERO_STAMP
+    last = gate[LAST]
+    if last == 0:
+        return START
+    ahead = stamp - last
+    if ahead == 0:
+        return DUPLICATE
+    if 0 < ahead <= max_gap:
+        gate[PENDING_COUNT] = 0
+        return ESTIMATE
+    beyond = stamp - gate[PENDING_STAMP]
+    if gate[PENDING_COUNT] > 0 and 0 < beyond <= max_gap:
+        gate[PENDING_COUNT] += 1
+    else:
+        gate[PENDING_COUNT] = 1
+    gate[PENDING_STAMP] = stamp
+    if gate[PENDING_COUNT] >= CONFIRM:
+        return START
+    return BACKWARD if ahead < 0 else JUMP
+
+
+@jit
+def _due(stamp, gate):
+    at = gate[EVALUATE_AT]
+    return at == 0 or stamp >= at or stamp < at - SECOND
+
+
+@jit
+def _start(z, P, y1, y2, p, record):
+    n = z.shape[0]
+    have1, have2 = math.isfinite(y1), math.isfinite(y2)
+    for i in range(n):
+        z[i] = 0.0
+        for j in range(n):
+            P[i, j] = p[P0 + i] if i == j else 0.0
+    z[X1] = y1 if have1 else y2
+    z[X2] = y2 if have2 else y1
+    # A joint that was not measured can be a few turns away.
+    if not have1:
+        P[X1, X1] = 100.0
+    if not have2:
+        P[X2, X2] = 100.0
+    z_out, P_out = updated(record, n)
+    for i in range(n):
+        z_out[i] = z[i]
+        for j in range(n):
+            P_out[i, j] = P[i, j]
+
+
+@jit
+def _write_estimate(z, P, record, dt, u, load, p, row):
+    n = z.shape[0]
+    for i in range(7):
+        row[i] = math.nan
+        row[E_STD + i] = math.nan
+    for i in range(5):
+        row[i] = z[i]
+        row[E_STD + i] = math.sqrt(P[i, i])
+    row[E_STD + TAU_K] = math.sqrt(P[TAU_K, TAU_K] + p[TAU_K_MODEL_STD] ** 2)
+    if p[LOAD_AT] > 0.0:
+        i = int(p[LOAD_AT])
+        row[E_TAU_ARM], row[E_STD + E_TAU_ARM] = z[i], math.sqrt(P[i, i])
+    if p[FRICTION_AT] > 0.0:
+        i = int(p[FRICTION_AT])
+        row[E_TAU_E], row[E_STD + E_TAU_E] = z[i], math.sqrt(P[i, i])
+    row[E_TWIST] = z[X1] - z[X2]
+    row[E_TWIST_RATE] = z[X3] - z[X4]
+    row[E_TWIST_STD] = math.sqrt(max(P[X1, X1] + P[X2, X2] - 2.0 * P[X1, X2], 0.0))
+    row[E_TWIST_RATE_STD] = math.sqrt(max(P[X3, X3] + P[X4, X4] - 2.0 * P[X3, X4], 0.0))
+    innovation, S, _, scores = correction(record, n)
+    row[E_INNOVATION_MOTOR], row[E_INNOVATION_ARM] = innovation[0], innovation[1]
+    row[E_INNOVATION_STD_MOTOR], row[E_INNOVATION_STD_ARM] = math.sqrt(S[0]), math.sqrt(S[2])
+    # Whitened by the Cholesky factor of S; with one measurement, by its own deviation.
+    have1, have2 = math.isfinite(innovation[0]), math.isfinite(innovation[1])
+    row[E_WHITE_1] = innovation[0] / math.sqrt(S[0]) if have1 else math.nan
+    row[E_WHITE_2] = math.nan
+    if have1 and have2:
+        l21 = S[1] / math.sqrt(S[0])
+        row[E_WHITE_2] = (innovation[1] - l21 * row[E_WHITE_1]) / math.sqrt(
+            (S[0] * S[2] - S[1] * S[1]) / S[0])
+    elif have2:
+        row[E_WHITE_2] = innovation[1] / math.sqrt(S[2])
+    row[E_NIS], row[E_LOGLIK], row[E_DOF] = scores[0], scores[1], scores[2]
+    row[E_DT], row[E_U], row[E_LOAD] = dt, u, load
+
+
+@jit
+def run(stamps, inputs, outputs, kind, p, settings, gate, counts, clock, efforts, z, P, ring,
+        ring_stamps, vectors, matrices, codes, estimates, smoothed_stamps, smoothed):
+    """
+    Take up to N samples; returns (how many were taken, rows written to `smoothed`).
+
+    Stops behind the accepted sample with which an evaluation is due: the first one, the first at
+    or after gate[EVALUATE_AT], and one from before the second that leads up to it (a new time).
+
+    stamps int64 [N] ns; inputs [N, 2] motor torque and known load on the arm (N m); outputs [N, 2]
+    motor and arm position (rad); NaN = not measured. kind: filter. p: process.pack. settings int64
+    [max_gap ns, effort_delay, smoother_lag ns, load is measured 0/1]. Carried from call to call,
+    changed in place: gate int64 [N_GATE], counts int64 [N_COUNTS], clock [period s], efforts
+    [N_EFFORTS], belief z [n], P [n, n], ring of step records with ring_stamps. Written: codes int64
+    [N], estimates [N, N_ESTIMATE] (rows whose code is ESTIMATE), smoothed_stamps and smoothed
+    (rows as many as samples plus the ring's length).
+    """
+    max_gap, delay, lag = settings[0], settings[1], settings[2]
+    rows = ring.shape[0]
+    n = z.shape[0]
+    n_smoothed = 0
+    for k in range(stamps.shape[0]):
+        stamp = stamps[k]
+        gate[INPUTS] += 1
+        u, load, y1, y2 = inputs[k, 0], inputs[k, 1], outputs[k, 0], outputs[k, 1]
+        if math.isinf(u) or math.isinf(load) or math.isinf(y1) or math.isinf(y2):
+            counts[NON_FINITE] += 1
+        have_y = math.isfinite(y1) or math.isfinite(y2)
+        code = _gate(stamp, gate, max_gap)
+        if code == ESTIMATE or code == START:
+            if code == START:
+                gate[LAST_MEASUREMENT], gate[LAST_EFFORT] = stamp, stamp
+            if not math.isfinite(y1):
+                counts[MOTOR_MISSING] += 1
+            if not math.isfinite(y2):
+                counts[ARM_MISSING] += 1
+            have_u = math.isfinite(u) and (settings[3] == 0 or math.isfinite(load))
+            if not have_u:
+                counts[EFFORT_HELD] += 1
+                if code == START or stamp - gate[LAST_EFFORT] > max_gap:
+                    code = NO_EFFORT
+            elif not have_y and (code == START or stamp - gate[LAST_MEASUREMENT] > max_gap):
+                code = NO_MEASUREMENT
+            if code == NO_EFFORT or code == NO_MEASUREMENT:
+                gate[LAST] = 0  # start anew with the next complete sample
+                gate[PENDING_COUNT] = 0
+        counts[code] += 1
+        codes[k] = code
+        if code != ESTIMATE and code != START:
+            continue
+        if have_u:
+            gate[LAST_EFFORT] = stamp
+        if have_y:
+            gate[LAST_MEASUREMENT] = stamp
+        if code == START:
+            gate[LAST], gate[STEPS], gate[PENDING_COUNT] = stamp, 0, 0
+            gate[SMOOTH_NEXT], gate[SMOOTH_STAMP], gate[RING_FLOOR] = 0, stamp, 0
+            clock[0] = 0.0
+            for i in range(N_EFFORTS):
+                efforts[i, 0], efforts[i, 1] = u, load
+            gate[STARTED] = stamp
+            _start(z, P, y1, y2, p, ring[0])
+            ring_stamps[0] = stamp
+            if _due(stamp, gate):
+                return k + 1, n_smoothed
+            continue
+        dt = (stamp - gate[LAST]) * 1e-9
+        gate[LAST] = stamp
+        gate[STEPS] += 1
+        step = gate[STEPS]
+        # Follow the usual period robustly, so that a dropout does not move it.
+        if clock[0] == 0.0:
+            clock[0] = dt
+        else:
+            if dt > 1.7 * clock[0]:
+                counts[SAMPLES_MISSED] += int(dt / clock[0] + 0.5) - 1
+            clock[0] *= 1.02 if dt > clock[0] else 1.0 / 1.02
+        now, before = step % N_EFFORTS, (step - 1) % N_EFFORTS
+        efforts[now, 0] = u if math.isfinite(u) else efforts[before, 0]
+        efforts[now, 1] = load if math.isfinite(load) else efforts[before, 1]
+        acting = (step - 1 - delay) % N_EFFORTS
+        u_acting = efforts[acting, 0]
+        load_acting = efforts[acting, 1] if settings[3] == 1 else 0.0
+        record = ring[step % rows]
+        ring_stamps[step % rows] = stamp
+        if not _filter_step(kind, z, P, dt, u_acting, load_acting, y1, y2, p, vectors, matrices,
+                            record):
+            codes[k] = DIVERGED
+            counts[ESTIMATE] -= 1
+            counts[DIVERGED] += 1
+            gate[LAST] = 0
+            continue
+        _write_estimate(z, P, record, dt, u_acting, load_acting, p, estimates[k])
+        # A ring that is full before its time shortens the lag: no row may be lost.
+        full = step - max(gate[SMOOTH_NEXT], gate[RING_FLOOR]) >= rows - 1
+        if lag > 0 and (full or (stamp - gate[SMOOTH_STAMP]) * 2 >= 3 * lag):
+            oldest = max(gate[SMOOTH_NEXT], gate[RING_FLOOR], step - rows + 1)
+            keep = oldest - 1
+            while keep < step and ring_stamps[(keep + 1) % rows] <= stamp - lag:
+                keep += 1
+            if full:
+                keep = max(keep, oldest + rows // 2)
+            if keep >= oldest:
+                smooth(ring, step, oldest, keep, n, p[TAU_K_MODEL_STD] ** 2, matrices,
+                       smoothed[n_smoothed:])
+                for i in range(oldest, keep + 1):
+                    smoothed_stamps[n_smoothed] = ring_stamps[i % rows]
+                    n_smoothed += 1
+                gate[SMOOTH_NEXT] = keep + 1
+                gate[SMOOTH_STAMP] = ring_stamps[(keep + 1) % rows]
+        if _due(stamp, gate):
+            return k + 1, n_smoothed
+    return stamps.shape[0], n_smoothed

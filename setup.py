@@ -1,0 +1,58 @@
+from glob import glob
+
+from setuptools import find_packages, setup
+
+package_name = 'gearbox_monitor'
+
+setup(
+    name=package_name,
+    version='0.1.0',
+    packages=find_packages(exclude=['test', 'test.*']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
+        ('share/' + package_name, ['package.xml']),
+        ('share/' + package_name + '/config', sorted(glob('config/*.yaml'))),
+        ('share/' + package_name + '/config/import', sorted(glob('config/import/*.yaml'))),
+        ('share/' + package_name + '/launch', sorted(glob('gearbox_monitor/launch/*.launch.py'))),
+    ],
+    python_requires='>=3.11',
+    # What pip can bring. ROS packages are not named here: on an apt-installed Jazzy they have
+    # no such names; in a plain venv the extra "ros" brings them as wheels.
+    install_requires=[
+        'matplotlib>=3.6',
+        'mcap-ros2-support>=0.5',  # brings mcap; both spellings are the same rosdep key
+        'mcap>=1.1',
+        'numba>=0.59',
+        'numpy>=1.26',
+        'PyYAML>=6.0',
+        'rosbags>=0.10',
+        'scipy>=1.11',
+        'setuptools',
+    ],
+    extras_require={
+        'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
+        'test': [
+            'filterpy>=1.4',
+            'flake8>=6',
+            'flake8-import-order>=0.18',
+            'flake8-quotes>=3.3',
+            'psutil>=5.9',
+            'pydocstyle>=6.1',
+            'pytest>=7.4',
+            'pytest-timeout>=2.2',
+        ],
+    },
+    zip_safe=False,
+    maintainer='gearbox_monitor maintainers',
+    maintainer_email='maintainers@gearbox-monitor.org',
+    description='Online condition monitor for robot joint gearboxes',
+    license='Apache-2.0',
+    entry_points={
+        'console_scripts': [
+            'gearbox_monitor = gearbox_monitor.cli.main:main',
+            'plant_node = gearbox_monitor.nodes.plant_node:main',
+            'estimator_node = gearbox_monitor.nodes.estimator_node:main',
+            'recorder_node = gearbox_monitor.nodes.recorder_node:main',
+        ],
+    },
+)
