@@ -8,8 +8,8 @@ import yaml
 
 from gearbox_monitor import __version__
 from gearbox_monitor.drift.change import Baseline
-from gearbox_monitor.drive.model import load_yaml
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_yaml
 
 
 def load_baseline(path):

@@ -5,7 +5,7 @@ The live node, replay and the tests call the same `Monitor`, sample by sample (`
 (`run`): same samples in, same bits out.
 """
 from collections import deque
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 import json
 
 import numpy as np
@@ -17,7 +17,8 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters import FILTERS
 from gearbox_monitor.filters.process import pack, state_names, TAU_K, X3
 from gearbox_monitor.filters.record import record_size
-from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TAU_K, S_TWIST
+from gearbox_monitor.filters.smoother import (
+    N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_STD)
 from gearbox_monitor.parameters import checked, ESTIMATOR
 from gearbox_monitor.trust import covariance, innovation, observability
 from gearbox_monitor.trust.level import Alarm, Finding, Level
@@ -87,10 +88,9 @@ class Estimate:
     """
     What one accepted sample gave.
 
-    x [n] state (see filters.process), P [n, n], tau_k and tau_k_std (N m), innovation [2] (rad, NaN
-    = not measured), S [2, 2], nis with dof degrees of freedom, row: all columns (stream.E_*),
-    smoothed: rows (stamp_ns, smoother.S_* [N_SMOOTHED]) that became due, trust and drift: the
-    findings {component: Finding} in force.
+    x [n] state (see filters.process) and P [n, n]; row: all columns (stream.E_*), also by name:
+    tau_k and tau_k_std (N m), nis with dof degrees of freedom ...; smoothed: rows (stamp_ns,
+    smoother.S_* [N_SMOOTHED]) that became due; findings {component: Finding} in force.
     """
 
     stamp_ns: int
@@ -99,6 +99,28 @@ class Estimate:
     row: np.ndarray
     smoothed: tuple
     findings: dict
+
+    @property
+    def innovation(self):
+        """Prediction errors y - yhat of motor and arm, [2] rad; NaN = not measured."""
+        return self.row[[stream.E_INNOVATION_MOTOR, stream.E_INNOVATION_ARM]]
+
+    @property
+    def S(self):
+        """Covariance of the innovation, [2, 2] rad^2."""
+        motor, arm, both = self.row[[stream.E_INNOVATION_STD_MOTOR, stream.E_INNOVATION_STD_ARM,
+                                     stream.E_INNOVATION_COVARIANCE]]
+        return np.array([[motor ** 2, both], [both, arm ** 2]])
+
+    @property
+    def trust(self):
+        """The findings of the three trust indicators, {component: Finding}."""
+        return {name: self.findings[name] for name in COMPONENTS[:3]}
+
+    @property
+    def drift(self):
+        """The Finding on backlash."""
+        return self.findings['backlash']
 
     def __getattr__(self, name):
         """Give columns by name, as Estimates does."""
@@ -203,7 +225,7 @@ class Monitor:
         row[start:start + n] = self._z
         row[start + n:start + n + n * n] = self._P.ravel()
         self._ring_stamps[step % RING] = self._gate[stream.LAST]
-        self._gate[stream.RING_FLOOR] = step
+        self._gate[stream.SMOOTH_NEXT] = step
 
     def snapshot(self):
         """
@@ -237,7 +259,8 @@ class Monitor:
             monitor = cls(model_from_dict(json.loads(snapshot['model']), source),
                           json.loads(snapshot['parameters']),
                           baseline and change.Baseline(**baseline))
-            monitor._gate[:stream.EVALUATE_AT] = json.loads(snapshot['gate'])
+            monitor._gate[:stream.EVALUATE_AT] = np.reshape(
+                json.loads(snapshot['gate']), stream.EVALUATE_AT)
             monitor._gate[stream.INPUTS] = int(snapshot['input_count'])
             monitor.counts[:] = json.loads(snapshot['counts'])
             monitor._z = numbers('z', monitor._z)
@@ -331,7 +354,8 @@ class Monitor:
         self._history[at], self._history_stamps[at] = rows, stamps
         self._held += len(stamps)
         if len(stamps_s):
-            self._drift.append((stamps_s, smoothed[:, [S_TWIST, S_TAU_K]]))
+            self._drift.append(
+                (stamps_s, smoothed[:, [S_TWIST, S_TAU_K, S_TAU_K_STD, S_TWIST_STD]]))
 
     def _after(self, stamp_ns):
         """Judge when a second of accepted stamps has passed."""
@@ -353,7 +377,9 @@ class Monitor:
     def _evaluate(self, stamp_ns):
         stamps, rows = self._recent(stamp_ns, innovation.WINDOW)
         found = {'input': self._check_input(stamps, stamp_ns)}
-        if len(rows) and stamp_ns - self._gate[stream.STARTED] >= SETTLE * SECOND:
+        settled = stamps >= self._gate[stream.STARTED] + round(SETTLE * SECOND)
+        if settled.any() and stamp_ns - self._gate[stream.STARTED] >= (SETTLE + 1.0) * SECOND:
+            stamps, rows = stamps[settled], rows[settled]
             found['observability'] = self._check_observability(stamps, rows)
             recent = int((stamps > stamp_ns - round(innovation.MEAN_WINDOW * SECOND)).sum())
             found['prediction error'] = innovation.check(
@@ -432,10 +458,18 @@ class Monitor:
             return None
         smoothed = np.concatenate([chunk[1] for chunk in self._drift])
         self._drift, self._drift_start = [], None
-        now = features.fit(smoothed[:, 0], smoothed[:, 1], stamp_ns)
+        # A twist known worse than by one reading of both encoders: one of them was missing.
+        p = self.parameters
+        smoothed = smoothed[smoothed[:, 3] <= np.hypot(p['r_std_motor'], p['r_std_arm'])]
+        now = features.fit(smoothed[:, 0], smoothed[:, 1], stamp_ns, smoothed[:, 2])
         if now is not None:
             self.windows.append(now)
             if self.baseline is None and len(self.windows) == change.BASELINE_WINDOWS:
                 self.baseline = change.baseline_of(self.windows)
-        p = self.parameters
-        return change.check(now, self.baseline, p['gap_warn'], p['gap_error'])
+            return change.check(now, self.baseline, p['gap_warn'], p['gap_error'])
+        # A pause is no news about the gap: what was measured last stands.
+        last = self.windows[-1] if self.windows else None
+        found = change.check(last, self.baseline, p['gap_warn'], p['gap_error'])
+        if last is None:
+            return found
+        return replace(found, message='not excited now; measured last: ' + found.message)

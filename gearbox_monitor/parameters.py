@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import math
 
 from gearbox_monitor.drive.excitation import KINDS as EXCITATIONS
-from gearbox_monitor.drive.model import load_yaml
 from gearbox_monitor.errors import InputError
 
 # When a change takes effect: at once; with a restart of the filter; or never while it runs.
@@ -97,9 +96,9 @@ ESTIMATOR = (
               low=0.0, high=1e6, change=AT_ONCE),
     Parameter('q_std_arm_speed', 0.4, 'rad/s/sqrt(s)', 'process noise of the arm speed',
               low=0.0, high=1e6, change=AT_ONCE),
-    Parameter('q_std_tau_k', 6.0, 'N m/sqrt(s)', 'how fast tau_K may wander',
+    Parameter('q_std_tau_k', 8.0, 'N m/sqrt(s)', 'how fast tau_K may wander',
               low=0.0, high=1e9, change=AT_ONCE),
-    Parameter('q_std_tau_arm', 6.0, 'N m/sqrt(s)',
+    Parameter('q_std_tau_arm', 8.0, 'N m/sqrt(s)',
               'how fast the unknown load on the arm may wander', low=0.0, high=1e9,
               change=AT_ONCE),
     Parameter('tau_k_stiffness', 0.0, 'N m/rad', "k_p in tau_K' = k_p (x3 - x4) + w; 0 is the "
@@ -147,30 +146,6 @@ def checked(table, values, source):
                 f'{source}: unknown parameter {name!r}, expected one of {", ".join(rows)}')
         result[name] = rows[name].check(value, source)
     return result
-
-
-def load_parameters(path, node, table):
-    """
-    Return the parameters that the ROS parameter file `path` gives to `node`, not yet checked.
-
-    Takes the blocks ``/**`` and `node` (with or without a namespace), in this order.
-    Raises InputError.
-    """
-    data = load_yaml(path)
-    if not isinstance(data, dict):
-        raise InputError(f'{path}: {data!r}, expected "{node}: ros__parameters: ..."')
-    values = {}
-    for block in sorted(data, key=lambda name: not name.startswith('/**')):
-        if block.rsplit('/', 1)[-1] not in ('**', node):
-            continue
-        inner = data[block].get('ros__parameters') if isinstance(data[block], dict) else None
-        if not isinstance(inner, dict):
-            raise InputError(f'{path}: {block}: expected a block ros__parameters')
-        names = {row.name for row in table}
-        # /** addresses every node: what this one does not have belongs to another.
-        values.update({k: v for k, v in inner.items() if block.startswith(node) or
-                       block.rsplit('/', 1)[-1] == node or k in names})
-    return values
 
 
 # The parameters of the plant's model that can be changed while it runs; their defaults are the

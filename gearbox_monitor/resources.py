@@ -12,11 +12,16 @@ def config_path(name):
 
     Raises InputError when no installation holds it.
     """
-    checkout = Path(__file__).resolve().parents[1]
+    package = Path(__file__).resolve().parent
+    checkout = package.parent
     roots = [checkout / 'config'] if (checkout / 'package.xml').is_file() else []
-    prefixes = [*os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix]
-    roots += [Path(p) / 'share/gearbox_monitor/config' for p in prefixes if p]
+    # The prefix this very package is installed in comes first: another may hold another version.
+    prefixes = [*package.parents, *os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep),
+                sys.prefix]
+    shares = [Path(p) / 'share/gearbox_monitor/config' for p in prefixes if p]
+    roots += [share for share in dict.fromkeys(shares) if share.is_dir()]
     for root in roots:
         if (root / name).is_file():
             return root / name
-    raise InputError(f'{name}: not found in any of {", ".join(map(str, roots))}')
+    places = ', '.join(map(str, roots)) or 'share/gearbox_monitor/config, which is not installed'
+    raise InputError(f'{name}: not found, expected in {places}')

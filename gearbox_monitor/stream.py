@@ -27,8 +27,8 @@ REASONS = {
 
 # Integers that a stream carries from sample to sample; estimates depend on those before
 # EVALUATE_AT.
-(LAST, PENDING_STAMP, PENDING_COUNT, LAST_EFFORT, LAST_MEASUREMENT, STEPS, SMOOTH_NEXT,
- SMOOTH_STAMP, STARTED, EVALUATE_AT, RING_FLOOR, INPUTS, N_GATE) = range(13)
+(LAST, PENDING_STAMP, PENDING_COUNT, LAST_EFFORT, LAST_MEASUREMENT, STEPS, STARTED,
+ EVALUATE_AT, SMOOTH_NEXT, INPUTS, N_GATE) = range(11)
 SECOND = 1_000_000_000
 # A jump of the clock is believed when this many samples follow it consistently.
 CONFIRM = 3
@@ -39,7 +39,7 @@ N_EFFORTS = 64
 E_TWIST = E_STD + 7
 (E_TWIST_RATE, E_TWIST_STD, E_TWIST_RATE_STD, E_INNOVATION_MOTOR, E_INNOVATION_ARM,
  E_INNOVATION_STD_MOTOR, E_INNOVATION_STD_ARM, E_WHITE_1, E_WHITE_2, E_NIS, E_LOGLIK, E_DOF,
- E_DT, E_U, E_LOAD, N_ESTIMATE) = range(E_TWIST + 1, E_TWIST + 17)
+ E_DT, E_U, E_LOAD, E_INNOVATION_COVARIANCE, N_ESTIMATE) = range(E_TWIST + 1, E_TWIST + 18)
 
 EKF = 0
 KINDS = {'ekf': EKF}
@@ -126,6 +126,7 @@ def _write_estimate(z, P, record, dt, u, load, p, row):
     row[E_TWIST_RATE_STD] = math.sqrt(max(P[X3, X3] + P[X4, X4] - 2.0 * P[X3, X4], 0.0))
     innovation, S, _, scores = correction(record, n)
     row[E_INNOVATION_MOTOR], row[E_INNOVATION_ARM] = innovation[0], innovation[1]
+    row[E_INNOVATION_COVARIANCE] = S[1]
     row[E_INNOVATION_STD_MOTOR], row[E_INNOVATION_STD_ARM] = math.sqrt(S[0]), math.sqrt(S[2])
     # Whitened by the Cholesky factor of S; with one measurement, by its own deviation.
     have1, have2 = math.isfinite(innovation[0]), math.isfinite(innovation[1])
@@ -154,9 +155,9 @@ def run(stamps, inputs, outputs, kind, p, settings, gate, counts, clock, efforts
     motor and arm position (rad); NaN = not measured. kind: filter. p: process.pack. settings int64
     [max_gap ns, effort_delay, smoother_lag ns, load is measured 0/1]. Carried from call to call,
     changed in place: gate int64 [N_GATE], counts int64 [N_COUNTS], clock [period s], efforts
-    [N_EFFORTS], belief z [n], P [n, n], ring of step records with ring_stamps. Written: codes int64
-    [N], estimates [N, N_ESTIMATE] (rows whose code is ESTIMATE), smoothed_stamps and smoothed
-    (rows as many as samples plus the ring's length).
+    [N_EFFORTS], belief z [n], P [n, n], ring of step records with ring_stamps. Written: codes
+    int64 [N], estimates [N, N_ESTIMATE] (rows whose code is ESTIMATE), smoothed_stamps and
+    smoothed (rows as many as samples plus the ring's length).
     """
     max_gap, delay, lag = settings[0], settings[1], settings[2]
     rows = ring.shape[0]
@@ -197,7 +198,7 @@ def run(stamps, inputs, outputs, kind, p, settings, gate, counts, clock, efforts
             gate[LAST_MEASUREMENT] = stamp
         if code == START:
             gate[LAST], gate[STEPS], gate[PENDING_COUNT] = stamp, 0, 0
-            gate[SMOOTH_NEXT], gate[SMOOTH_STAMP], gate[RING_FLOOR] = 0, stamp, 0
+            gate[SMOOTH_NEXT] = 0
             clock[0] = 0.0
             for i in range(N_EFFORTS):
                 efforts[i, 0], efforts[i, 1] = u, load
@@ -207,7 +208,8 @@ def run(stamps, inputs, outputs, kind, p, settings, gate, counts, clock, efforts
             if _due(stamp, gate):
                 return k + 1, n_smoothed
             continue
-        dt = (stamp - gate[LAST]) * 1e-9
+        last = gate[LAST]
+        dt = (stamp - last) * 1e-9
         gate[LAST] = stamp
         gate[STEPS] += 1
         step = gate[STEPS]
@@ -234,15 +236,14 @@ def run(stamps, inputs, outputs, kind, p, settings, gate, counts, clock, efforts
             gate[LAST] = 0
             continue
         _write_estimate(z, P, record, dt, u_acting, load_acting, p, estimates[k])
-        # A ring that is full before its time shortens the lag: no row may be lost.
-        full = step - max(gate[SMOOTH_NEXT], gate[RING_FLOOR]) >= rows - 1
-        if lag > 0 and (full or (stamp - gate[SMOOTH_STAMP]) * 2 >= 3 * lag):
-            oldest = max(gate[SMOOTH_NEXT], gate[RING_FLOOR], step - rows + 1)
-            keep = oldest - 1
+        # Blocks end where stamps cross a grid, or steps half a ring (no row may be lost, even at
+        # the price of a shorter lag): this depends on no history, so replay cuts the same blocks.
+        half = step % (rows // 2) == 0
+        if lag > 0 and (half or stamp * 2 // lag != last * 2 // lag):
+            oldest = gate[SMOOTH_NEXT]
+            keep = max(oldest - 1, step - rows // 2) if half else oldest - 1
             while keep < step and ring_stamps[(keep + 1) % rows] <= stamp - lag:
                 keep += 1
-            if full:
-                keep = max(keep, oldest + rows // 2)
             if keep >= oldest:
                 smooth(ring, step, oldest, keep, n, p[TAU_K_MODEL_STD] ** 2, matrices,
                        smoothed[n_smoothed:])
@@ -250,7 +251,6 @@ def run(stamps, inputs, outputs, kind, p, settings, gate, counts, clock, efforts
                     smoothed_stamps[n_smoothed] = ring_stamps[i % rows]
                     n_smoothed += 1
                 gate[SMOOTH_NEXT] = keep + 1
-                gate[SMOOTH_STAMP] = ring_stamps[(keep + 1) % rows]
         if _due(stamp, gate):
             return k + 1, n_smoothed
     return stamps.shape[0], n_smoothed

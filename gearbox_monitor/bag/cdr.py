@@ -85,8 +85,8 @@ def decode_run(raws, layout, names, into, rows):
     """
     Decode the messages of `raws` that share `layout`, all of the same length.
 
-    `into` holds stamp_ns, named, position, velocity, effort; decoded messages go to `rows` (int[n]) of
-    it. Returns bool[n], which messages were decoded.
+    `into` holds stamp_ns, named, position, velocity, effort; decoded messages go to its `rows`
+    (int[n]). Returns bool[n], which messages were decoded.
     """
     size = len(raws[0])
     table = np.frombuffer(b''.join(raws), np.uint8).reshape(len(raws), size)

@@ -49,6 +49,11 @@ class Snapshot:
         """Stamp of the last sample before it, 0 before the first."""
         return int(self.content['stamp_ns'])
 
+    @property
+    def input_count(self):
+        """How many samples the estimator had taken."""
+        return int(self.content['input_count'])
+
 
 @dataclass
 class Comparison:
@@ -56,15 +61,16 @@ class Comparison:
     Replay against the recorded estimates, in messages.
 
     compared = identical + explained + different. `explained` differ behind a lost sample, before
-    the next snapshot. lost_inputs: estimated live, but not in the recording; lost_outputs:
-    recorded inputs whose estimate is not in the recording. first: where the first unexplained
-    difference is.
+    the next snapshot. early_inputs: recorded before the estimator was ready. lost_inputs:
+    estimated live, but not in the recording; lost_outputs: recorded inputs whose estimate is not
+    in the recording. first: where the first unexplained difference is.
     """
 
     compared: int = 0
     identical: int = 0
     explained: int = 0
     different: int = 0
+    early_inputs: int = 0
     lost_inputs: int = 0
     lost_outputs: int = 0
     first: str = ''
@@ -164,7 +170,11 @@ def _from_snapshots(reader, recording, snapshots):
     samples, parts, resumed = recording.samples, [], []
     starts = [_index_after(recording, s) for s in snapshots]
     ends = starts[1:] + [len(samples.stamp_ns)]
-    monitor = None
+    monitor, early = None, 0
+    if len(snapshots) > 1 and snapshots[0].input_count == 0:
+        # The counter tells how many of the samples before the second snapshot were seen live.
+        early = max(0, ends[0] - starts[0] - snapshots[1].input_count)
+        starts[0] += early
     for snapshot, start, end in zip(snapshots, starts, ends):
         if monitor is None or not _goes_on(monitor, snapshot):
             monitor = Monitor.restore(snapshot.content, f'{reader.path}: snapshot')
@@ -178,6 +188,7 @@ def _from_snapshots(reader, recording, snapshots):
                             for name in Estimates.__dataclass_fields__))
     result = Replay(recording, estimates, monitor)
     result.comparison = _compare(reader, result, np.array(resumed, np.int64))
+    result.comparison.early_inputs = early
     return result
 
 
@@ -197,7 +208,7 @@ def _index_after(recording, snapshot):
     """Return the index of the first sample that came after `snapshot`."""
     stamps = recording.samples.stamp_ns
     if snapshot.stamp_ns == 0:
-        if int(snapshot.content['input_count']) == 0:
+        if snapshot.input_count == 0:
             return 0
         return int(np.searchsorted(recording.log_ns, snapshot.log_ns))
     same = np.flatnonzero(stamps == snapshot.stamp_ns)

@@ -14,8 +14,8 @@ splits (training runs):
 The stated standard deviation holds for conditions like those of the training runs: load and speed
 go beyond them, there its coverage is shown and not judged.
 
-examples:
-  gearbox_monitor benchmark real ../shared/data/davinci_backend
+usage examples:
+  gearbox_monitor benchmark real path/to/davinci_backend
   gearbox_monitor benchmark real davinci_backend --split speed --json
 """
 import json

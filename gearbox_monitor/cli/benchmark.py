@@ -1,8 +1,8 @@
 """
 Measure this package against its bars. Ends with exit code 1 when a bar is missed.
 
-examples:
-  gearbox_monitor benchmark real ../shared/data/davinci_backend
+usage examples:
+  gearbox_monitor benchmark real path/to/davinci_backend
   gearbox_monitor benchmark real davinci_backend --split load --json
 """
 import argparse

@@ -8,7 +8,7 @@ config/import show every key at work.
 The bag holds joint_states with the joints motor and arm (NaN = not measured). A reference torque
 goes to reference/transmission_state, never into the estimator's input.
 
-examples:
+usage examples:
   gearbox_monitor import davinci_backend/00.TXT.gz --map davinci_backend run00
   gearbox_monitor import test_bench.csv --map my_bench.yaml bench
 """

@@ -4,7 +4,7 @@ Run a bag through the estimator, offline, and compare with what was published li
 Without options the recorded parameters and snapshots apply, and every recorded estimate is
 compared bit for bit. With --filter, --params or --model the given ones replace the recorded.
 
-examples:
+usage examples:
   gearbox_monitor replay gearbox_2026_11_21-10_00_00
   gearbox_monitor replay BAG --model drive.yaml --params estimator.yaml --csv estimates.csv
   gearbox_monitor replay BAG --filter ekf --out BAG2 --json
@@ -19,9 +19,9 @@ import numpy as np
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import replay, summary
 from gearbox_monitor.bag.replay_output import write_bag
-from gearbox_monitor.drive.model import load_model
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.parameters import ESTIMATOR, FILTER_NAMES, load_parameters
+from gearbox_monitor.files import load_model, load_parameters
+from gearbox_monitor.parameters import ESTIMATOR, FILTER_NAMES
 
 CSV_COLUMNS = ('x1', 'x2', 'x3', 'x4', 'tau_k', 'tau_k_std', 'innovation_motor',
                'innovation_arm', 'nis')
@@ -102,6 +102,9 @@ def text(data):
                 f'             missing in the bag: {c["lost_inputs"]} inputs, '
                 f'{c["lost_outputs"]} outputs; {c["explained"]} values differ behind such a '
                 'loss, up to the next snapshot')
+        if c['early_inputs']:
+            lines.append(f'             {c["early_inputs"]} samples came before the estimator was '
+                         'ready')
         if c['different']:
             lines.append(f'             first difference: {c["first"]}')
     lines += [f'note         {note}' for note in data['notes']]

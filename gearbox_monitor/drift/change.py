@@ -1,4 +1,4 @@
-"""Has the gap grown against its baseline?"""
+"""Judge whether the gap has grown against its baseline."""
 from dataclasses import dataclass
 import math
 

@@ -14,6 +14,8 @@ MAX_POINTS = 2000
 MIN_POINTS = 50
 # Each flank must hold this share of the window, or the gap is not excited.
 MIN_FLANK = 0.03
+# Torque counts as loading a flank, and stiffness as seen, from so many standard deviations on.
+LOADED = 3.0
 
 
 @dataclass(frozen=True)
@@ -38,12 +40,16 @@ def _dead_zone(twist, half_gap):
     return np.sign(twist) * np.maximum(np.abs(twist) - half_gap, 0.0)
 
 
-def fit(twist, tau_k, stamp_ns):
+def fit(twist, tau_k, stamp_ns, tau_k_std=0.0):
     """
     Return the Backlash of a window, or None where the motion does not excite it.
 
-    twist [N] rad and tau_k [N] N m, smoothed; the window ends at `stamp_ns`.
+    twist [N] rad and tau_k [N] N m, smoothed; the window ends at `stamp_ns`. tau_k_std: stated
+    deviation of tau_k, [N] or one for all; each flank must stand out of it.
     """
+    loaded = np.asarray(tau_k) / np.maximum(LOADED * np.asarray(tau_k_std), 1e-300)
+    if not len(loaded) or min((loaded > 1.0).mean(), (loaded < -1.0).mean()) < MIN_FLANK:
+        return None
     stride = max(1, len(twist) // MAX_POINTS)
     twist, tau_k = np.asarray(twist)[::stride], np.asarray(tau_k)[::stride]
     spread = np.ptp(twist) if len(twist) else 0.0
@@ -82,5 +88,7 @@ def fit(twist, tau_k, stamp_ns):
     variance = 4.0 * 2.0 * best.cost / (len(twist) - 3)
     covariance = variance * np.linalg.pinv(best.jac.T @ best.jac)
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    if stiffness < LOADED * std[0]:
+        return None
     return Backlash(stamp_ns, float(2 * half_gap), float(2 * std[1]), float(stiffness),
                     float(std[0]), float(zero), flank)

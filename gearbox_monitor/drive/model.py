@@ -13,10 +13,8 @@ The paper has no torque on the arm (tau_arm = 0).
 """
 from dataclasses import dataclass, fields
 import math
-from pathlib import Path
 
 import numpy as np
-import yaml
 
 from gearbox_monitor.drive.effects import ARM_LOADS
 from gearbox_monitor.drive.transmission import KINDS
@@ -190,37 +188,17 @@ def _effects(items, source):
     return tuple(result)
 
 
-def load_yaml(path):
-    """Return the mapping in the YAML file `path`; raises InputError with file and line."""
-    try:
-        data = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror}, expected a readable YAML file') from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        where = getattr(error, 'problem_mark', None)
-        line = f' line {where.line + 1}:' if where else ''
-        problem = getattr(error, 'problem', None) or 'not text'
-        raise InputError(f'{path}:{line} {problem}, expected YAML') from None
-    return data
-
-
-def load_model(path):
-    """Return the DriveModel of the model file `path`. Raises InputError."""
-    data = load_yaml(path)
-    return model_from_dict({} if data is None else data, str(path))
-
-
 def fastest_eigenvalue(model):
     """
-    Return the magnitude of the fastest eigenvalue (1/s) of the drive linearised at rest, in contact.
+    Return the magnitude of the fastest eigenvalue (1/s) of the drive linearised at rest.
 
-    At rest the friction slopes Cv + Cc (2/pi) alpha, of motor and arm, are at their steepest.
+    In contact, and where the friction slopes Cv + Cc (2/pi) alpha of motor and arm are steepest.
     """
-    slope = model.viscous_friction + TWO_OVER_PI * model.coulomb_friction * model.friction_sharpness
+    p = model.pack()
+    slope = p[CV] + TWO_OVER_PI * p[CC] * p[ALPHA]
+    arm_slope = p[CAV] + TWO_OVER_PI * p[CAC] * p[ALPHA]
     k = model.transmission.stiffness + model.transmission.hysteresis_stiffness
     m1, m2, d = model.motor_inertia, model.arm_inertia, model.damping
-    p = model.pack()
-    arm_slope = p[CAV] + TWO_OVER_PI * p[CAC] * model.friction_sharpness
     a = np.array([
         [0.0, 0.0, 1.0, 0.0],
         [0.0, 0.0, 0.0, 1.0],

@@ -98,11 +98,13 @@ def _run(state, u, dt, n, noise, process_std, p, x, tau):
 
 
 class Plant:
-    """A simulated drive that keeps its state between calls; `model` may be replaced at any time."""
+    """A simulated drive that keeps its state between calls; `model` may be replaced meanwhile."""
 
     def __init__(self, model, noise=None, seed=0, state=None):
         self.noise = noise or Noise()
-        self.random = np.random.default_rng(seed)
+        # One generator each: then the numbers do not depend on how a run is cut into calls.
+        self.process_random, self.measurement_random = (
+            np.random.default_rng(sequence) for sequence in np.random.SeedSequence(seed).spawn(2))
         self.state = np.zeros(N_STATE) if state is None else np.array(state, float)
         self.model = model
 
@@ -123,10 +125,11 @@ class Plant:
         n = substeps(dt, self._eigenvalue)
         process = np.asarray(self.noise.process, float)
         shape = (len(u), n, 4)
-        noise = self.random.standard_normal(shape) if process.any() else np.zeros(shape)
+        noise = self.process_random.standard_normal(shape) if process.any() else np.zeros(shape)
         x, tau = np.empty((len(u), 4)), np.empty((len(u), 2))
         _run(self.state, u, dt, n, noise, process, self._packed, x, tau)
-        y = x[:, :2] + self.random.standard_normal((len(u), 2)) * self.noise.measurement
+        y = x[:, :2] + (self.measurement_random.standard_normal((len(u), 2))
+                        * self.noise.measurement)
         return Trajectory(t0 + dt * np.arange(len(u)), u, y, x, tau[:, 0], tau[:, 1])
 
 

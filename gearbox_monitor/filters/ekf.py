@@ -54,10 +54,7 @@ def predict(z, P, dt, u, load, p, vectors, matrices, record):
 
 @jit
 def update(z, P, y1, y2, p, matrices, record):
-    """
-    Update with y; arguments as of step. Returns False when S is not positive definite or
-    the NIS overflows.
-    """
+    """Update with y; arguments as of step. False when S is not positive or the NIS overflows."""
     n = z.shape[0]
     innovation, S, K, scores = correction(record, n)
     z_out, P_out = updated(record, n)

@@ -4,7 +4,7 @@ Fixed-lag smoother: Rauch-Tung-Striebel over the newest step records.
 The filtered tau_K lags by about 20 ms and therefore draws a hysteresis loop that is not there; the
 smoothed one does not. A backward pass runs over a block, so its cost per sample stays bounded.
 """
-from gearbox_monitor.filters.linalg import multiply, solve_positive
+from gearbox_monitor.filters.linalg import multiply, solve_positive, transposed_multiply
 from gearbox_monitor.filters.process import TAU_K, X1, X2, X3, X4
 from gearbox_monitor.filters.record import predicted, updated
 from gearbox_monitor.jit import jit
@@ -45,12 +45,10 @@ def smooth(ring, newest, oldest, keep_until, n, model_variance, matrices, out):
             for i in range(n):
                 z[i] -= z_pred[i]
             multiply(change, gain_t, product)
+            transposed_multiply(gain_t, product, change)
             for i in range(n):
                 for j in range(n):
-                    s = P_k[i, j]
-                    for m in range(n):
-                        s += gain_t[m, i] * product[m, j]
-                    P[i, j] = s
+                    P[i, j] = P_k[i, j] + change[i, j]
             for i in range(n):
                 s = z_k[i]
                 for m in range(n):

@@ -21,8 +21,8 @@ from std_srvs.srv import Trigger
 from gearbox_monitor import __version__, stream
 from gearbox_monitor.baseline import load_baseline, save_baseline
 from gearbox_monitor.drift.change import baseline_of, BASELINE_WINDOWS
-from gearbox_monitor.drive.model import load_model
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_model
 from gearbox_monitor.jit import COMPILED
 from gearbox_monitor.monitor import Monitor, Sample
 from gearbox_monitor.nodes.convert import (
@@ -38,6 +38,9 @@ from gearbox_monitor.trust.level import Finding, Level
 SECOND = 1_000_000_000
 # Two seconds at 1 kHz: a pause of this process must not cost samples.
 INPUT_DEPTH = 2000
+# After such a pause the outputs come in a burst: a recorder must not lose them either.
+OUTPUT_DEPTH = 2000
+START_TIME = 5.0  # s
 LATCHED = QoSProfile(depth=16, history=HistoryPolicy.KEEP_LAST,
                      reliability=ReliabilityPolicy.RELIABLE,
                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -66,7 +69,7 @@ class EstimatorNode(Node):
 
         overridable = QoSOverridingOptions.with_default_policies()
         self._outputs = [
-            (signal, self.create_publisher(JointState, signal.topic, 10,
+            (signal, self.create_publisher(JointState, signal.topic, OUTPUT_DEPTH,
                                            qos_overriding_options=overridable))
             for signal in SIGNALS]
         self._diagnostics = self.create_publisher(
@@ -164,7 +167,10 @@ class EstimatorNode(Node):
                       f'{self._names[ARM]!r}; set motor_joint and arm_joint')
         findings = {name: Finding(Level.WARN, f'no data for {silent:.1f} s', {})
                     for name in monitor.findings}
-        findings['input'] = Finding(Level.ERROR, f'{reason} for {silent:.1f} s', counts)
+        # Discovery takes a while: before the first sample ever, silence is not yet an error.
+        starting = not monitor.input_count and not self._foreign and silent < START_TIME
+        findings['input'] = Finding(Level.WARN if starting else Level.ERROR,
+                                    f'{reason} for {silent:.1f} s', counts)
         return findings
 
     def _on_second(self):
@@ -179,8 +185,11 @@ class EstimatorNode(Node):
             self._levels[name] = finding.level
             if before is None or before == finding.level:
                 continue
-            log = self.get_logger().warning if finding.level else self.get_logger().info
-            log(f'{name}: {finding.level.name}: {finding.message}')
+            text = f'{name}: {finding.level.name}: {finding.message}'
+            if finding.level:  # two calls: a call may not change its severity
+                self.get_logger().warning(text)
+            else:
+                self.get_logger().info(text)
             stopped = finding.message.startswith('no data')
             if name == 'backlash' and not stopped and (finding.level or before == Level.ERROR):
                 self._alerts.publish(to_diagnostics([status], now))

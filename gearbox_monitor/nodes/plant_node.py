@@ -15,6 +15,7 @@ import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
+from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock as ClockMessage
@@ -22,9 +23,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
 from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import load_model
 from gearbox_monitor.drive.simulate import Noise, Plant
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_model
 from gearbox_monitor.nodes.params import declare, on_change
 from gearbox_monitor.nodes.runtime import drain, PolledCallbackGroup, spin_node
 from gearbox_monitor.parameters import PLANT, PLANT_MODEL
@@ -35,7 +36,7 @@ EFFORT_COMMAND = 'effort_command'
 SECOND = 1_000_000_000
 BLOCK_TIME = 0.01     # s between two looks at services: the wait for a changed parameter
 FREE_RUN_BLOCK = 50   # samples, when there is no pace
-DISCOVERY_TIME = 1.5  # s in which another publisher of /clock makes itself known
+DISCOVERY_TIME = 3.5  # s; a participant announces itself every 3 s, other ways may be missed
 REPORT_PERIOD = 10.0  # s between two reports of overruns
 QUEUE = 1000          # messages kept for a slow subscriber
 
@@ -134,14 +135,20 @@ class PlantNode(Node):
         self._clock_message = ClockMessage()
 
     def _refuse_second_clock(self):
-        end = time.monotonic() + DISCOVERY_TIME
-        while time.monotonic() < end:
-            others = self.get_publishers_info_by_topic('/clock')
-            if others:
-                raise InputError(
-                    f'/clock: is published by node {others[0].node_name} already, expected no '
-                    'other source of time (stop it, or set speed to 1 and publish_clock to false)')
+        end, names = time.monotonic() + DISCOVERY_TIME, set()
+        # A publisher is seen first, the name of its node a little later.
+        while time.monotonic() < end and not any(map(self._known, names)):
+            names = {i.node_name for i in self.get_publishers_info_by_topic('/clock')}
             time.sleep(0.05)
+        if names:
+            known = ', '.join(sorted(filter(self._known, names))) or 'of unknown name'
+            raise InputError(
+                f'/clock: is published by another node ({known}), expected no other source of '
+                'time: stop it, or set speed to 1 and publish_clock to false')
+
+    @staticmethod
+    def _known(name):
+        return not name.startswith('_NODE_')
 
     # ------------------------------------------------------------------ running
 
@@ -245,7 +252,9 @@ class PlantNode(Node):
     def close(self):
         """Say what was published."""
         text = f'published {self.count} samples'
-        self.get_logger().info(f'{text}; {self._overrun_text()}' if self.overruns else text)
+        # A logger without /rosout, which is gone when a signal has ended the context.
+        get_logger('plant_node').info(
+            f'{text}; {self._overrun_text()}' if self.overruns else text)
 
 
 def _value(model, name):

@@ -1,7 +1,7 @@
 """
 Record topics into a rosbag2-compatible MCAP bag.
 
-Examples:
+usage examples:
   ros2 run gearbox_monitor recorder_node
   ros2 run gearbox_monitor recorder_node --ros-args -p output:=run1 -p "topics:=[joint_states]"
 """

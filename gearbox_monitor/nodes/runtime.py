@@ -1,5 +1,7 @@
 """What every node's main needs: clean start, clean stop and polled subscriptions."""
 import argparse
+import ctypes
+import os
 from pathlib import Path
 import signal
 import sys
@@ -17,6 +19,8 @@ from gearbox_monitor.errors import InputError
 
 RCLError = rclpy_implementation.RCLError
 UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
+PARENT = 'GEARBOX_MONITOR_PARENT'  # process id of a parent that the node must not outlive
+PR_SET_PDEATHSIG = 1
 
 
 class PolledCallbackGroup(CallbackGroup):
@@ -81,6 +85,7 @@ def spin_node(factory, args=None, doc=None):
         prog=name, description=doc, formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog='ROS arguments follow --ros-args, for example --ros-args --params-file FILE.')
     node, code = None, 0
+    _die_with_parent()
     try:
         _init(args, parser)
         node = factory()
@@ -108,6 +113,16 @@ def spin_node(factory, args=None, doc=None):
                 node.destroy_node()
             rclpy.try_shutdown()
     return code
+
+
+def _die_with_parent():
+    """Let Linux send SIGTERM when the parent dies that the environment names, if any."""
+    parent = os.environ.get(PARENT, '')
+    if not parent.isdigit() or not sys.platform.startswith('linux'):
+        return
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != int(parent):  # it died before the call
+        sys.exit(1)
 
 
 def _init(args, parser):

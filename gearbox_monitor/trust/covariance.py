@@ -1,4 +1,4 @@
-"""Third trust indicator: is the stated uncertainty of tau_K where it was when all was well?"""
+"""Third trust indicator: the stated uncertainty of tau_K is where it was when all was well."""
 from gearbox_monitor.trust.level import Finding, Level
 
 LOWER, UPPER = 0.8, 1.3  # of the reference

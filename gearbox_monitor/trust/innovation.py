@@ -1,5 +1,5 @@
 """
-Second trust indicator: are the prediction errors zero-mean, white and as large as predicted?
+Second trust indicator: prediction errors are zero-mean, white and as large as predicted.
 
 All tests run on innovations whitened by the Cholesky factor of S. The mean is tested on a short
 window, because over whole periods of the excitation a model error averages out.
@@ -16,8 +16,9 @@ SIGNIFICANCE = 0.001  # of one whole check; two channels share the two-sided par
 MEAN_LIMIT = stats.norm.isf(SIGNIFICANCE / 4)
 LJUNG_BOX_LIMIT = stats.chi2.isf(SIGNIFICANCE / 2, LAGS)
 # An alarm wants more than significance: with enough samples every model is wrong. So much of an
-# innovation must be predictable from those before it, or the NIS be off by this factor.
-PREDICTABLE = 0.1
+# innovation must be predictable from those before it (beyond what LAGS / N gives by chance).
+PREDICTABLE = 0.2
+# ... and so far must the NIS be above its expectation for an error.
 GROSS_NIS = 2.0
 
 
@@ -47,6 +48,7 @@ def check(white, nis, dof, recent):
     news = [white[-recent:][np.isfinite(white[-recent:, c]), c] for c in range(2)]
     means = [abs(e.mean()) * np.sqrt(len(e)) for e in news if len(e) >= LAGS]
     whiteness = [ljung_box(e) for e in channels if len(e) >= MIN_SAMPLES]
+    enough = PREDICTABLE + LAGS / len(nis)
     mean, (box, predictable) = max(means, default=0.0), max(whiteness, default=(0.0, 0.0))
     ratio = float(nis.sum() / total)
     low = stats.chi2.ppf(SIGNIFICANCE / 2, total) / total
@@ -54,13 +56,13 @@ def check(white, nis, dof, recent):
     values = {
         'mean': float(mean), 'mean_threshold': float(MEAN_LIMIT),
         'ljung_box': box, 'ljung_box_threshold': float(LJUNG_BOX_LIMIT),
-        'predictable_share': predictable, 'predictable_share_threshold': PREDICTABLE,
+        'predictable_share': predictable, 'predictable_share_threshold': enough,
         'nis_over_dof': ratio, 'nis_low': float(low), 'nis_high': float(high),
         'window_samples': len(nis)}
     faults = []
     if mean > MEAN_LIMIT:
         faults.append('biased')
-    if box > LJUNG_BOX_LIMIT and predictable > PREDICTABLE:
+    if box > LJUNG_BOX_LIMIT and predictable > enough:
         faults.append('not white')
     if not low <= ratio <= high:
         faults.append('larger than predicted' if ratio > high else 'smaller than predicted')

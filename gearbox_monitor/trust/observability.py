@@ -1,5 +1,5 @@
 """
-First trust indicator: can the torque be seen from these measurements, in this motion?
+First trust indicator: the torque can be seen from these measurements, in this motion.
 
 The paper's equation (6) looks at the Jacobian of [f; h] at a point; with raw units it ranks a lost
 encoder above a healthy standstill. What decides the level is therefore the information share: how
@@ -95,5 +95,3 @@ def check(share, speed_share, eps6):
     if speed_share > UNTRUSTED:
         return Finding(Level.OK, 'tau_K observable; speed not (standstill)', values)
     return Finding(Level.OK, 'tau_K observable', values)
-
-

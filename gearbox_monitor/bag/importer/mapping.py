@@ -10,8 +10,8 @@ from pathlib import Path
 
 import yaml
 
-from gearbox_monitor.drive.model import load_yaml
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_yaml
 from gearbox_monitor.resources import config_path
 
 FORMATS = ('text', 'mat', 'json')

@@ -1,0 +1,82 @@
+"""Write parameters.md from the tables that the nodes declare: python docs/make_parameters.py."""
+from pathlib import Path
+import sys
+
+import yaml
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from gearbox_monitor.parameters import AT_ONCE, ESTIMATOR, PLANT, RESTART  # noqa: E402, I100, I202
+
+PAGE = ROOT / 'docs/parameters.md'
+CHANGES = {AT_ONCE: 'yes', RESTART: 'yes, restarts the filter'}
+HEAD = """\
+# Parameters
+
+Written by `docs/make_parameters.py` from the tables that the nodes declare; change it there.
+Ready files with comments stand in [config/](../config); at run time,
+`ros2 param describe /estimator NAME` tells the same. A value out of range is refused, with the
+reason. Parameters marked "live" can be changed while the node runs (`ros2 param set`); of the
+estimator, every change is in the bag, and replay repeats it.
+
+All values are SI. Values of the motor are referred to the arm side (`gear_ratio` in the model
+file). Process noise is spectral, per sqrt(s): the sample rate can change without retuning.
+"""
+MODEL = """
+## Model file
+
+The drive itself, read by plant, estimator and replay alike: every key with its unit stands in
+[config/drive.yaml](../config/drive.yaml). `model` names another file.
+"""
+
+
+def shown(value):
+    """Return `value` as it stands in YAML."""
+    return yaml.safe_dump(value, default_flow_style=True).removesuffix('\n...\n').strip()
+
+
+def bounds(row):
+    """Return what a value may be, in a few characters."""
+    if row.choices:
+        return ', '.join(row.choices)
+    ends = [f'>= {row.low:g}' if row.low > -float('inf') else '',
+            f'<= {row.high:g}' if row.high < float('inf') else '']
+    return ', '.join(filter(None, ends))
+
+
+def table(rows):
+    """Return a Markdown table of parameters.Parameter rows."""
+    lines = ['| name | default | unit | range | live | what |', '|---|---|---|---|---|---|']
+    for row in rows:
+        cells = (f'`{row.name}`', f'`{shown(row.default)}`', row.unit, bounds(row),
+                 CHANGES.get(row.change, ''), row.description)
+        lines.append('| ' + ' | '.join(cell.replace('|', '\\|') for cell in cells) + ' |')
+    return '\n'.join(lines)
+
+
+def recorder():
+    """Return a Markdown table of what config/recorder.yaml explains."""
+    lines = ['| name | default | what |', '|---|---|---|']
+    text = (ROOT / 'config/recorder.yaml').read_text(encoding='utf-8')
+    values = yaml.safe_load(text)['recorder']['ros__parameters']
+    comment = []
+    for line in map(str.strip, text.splitlines()[2:]):
+        name = line.split(':')[0]
+        if line.startswith('#'):
+            comment.append(line.lstrip('# '))
+        elif name in values:
+            default = 'all of the contract' if name == 'topics' else f'`{shown(values[name])}`'
+            lines.append(f'| `{name}` | {default} | {" ".join(comment)} |')
+            comment = []
+    return '\n'.join(lines)
+
+
+def page():
+    """Return the text of the page."""
+    return (f'{HEAD}\n## estimator\n\n{table(ESTIMATOR)}\n\n## plant\n\n{table(PLANT)}\n\n'
+            f'## recorder\n\nRead at the start only.\n\n{recorder()}\n{MODEL}')
+
+
+if __name__ == '__main__':
+    PAGE.write_text(page(), encoding='utf-8')

@@ -1,0 +1,280 @@
+"""
+Simulate, estimate, record and check one gearbox whose backlash grows, on this machine only.
+
+Plant, estimator and recorder run as separate ROS 2 nodes. At the end the recording is replayed and
+compared, and DIR holds: bag/ (for gearbox_monitor replay, ros2 bag, mcap), demo.png, summary.json
+and the log of each node. Ctrl-C ends early and leaves a readable bag.
+
+usage examples:
+  gearbox_monitor demo
+  gearbox_monitor demo --no-fault --duration 60 --out healthy
+
+exit code: 0 done, 1 a node failed, the replay differed, the fault was not found (or, with
+--no-fault, something alarmed), 2 bad usage or input, 130 ended by Ctrl-C.
+"""
+import contextlib
+import json
+import os
+from pathlib import Path
+import shutil
+import sys
+import time
+
+from gearbox_monitor.cli.domain import own_domain
+from gearbox_monitor.cli.processes import Child, ChildFailed, Interrupt
+from gearbox_monitor.errors import InputError
+
+# Heavy modules are imported where they are used, after Ctrl-C has been taken care of.
+
+RATE = 1000.0          # Hz
+WINDOWS = 8            # windows for the fit of the gap, in whole seconds: it runs at 1 Hz
+GROWTH_AFTER = 3.3     # windows; the first three are the baseline
+GROWTH = 0.6           # of the gap, at the end
+SMOOTHER_DELAY = 0.2   # s that a window lacks when it is due
+MIN_DURATION = 8.0     # s, for windows of one second
+READY_SECONDS = 60.0   # compiling takes long the first time
+STOP_SECONDS = {'plant': 10.0, 'estimator': 15.0, 'recorder': 30.0}
+STALL_SECONDS = 30.0
+# Lets the plant see that the estimator listens.
+RELIABLE = {'qos_overrides./joint_states.subscription.reliability': 'reliable'}
+
+
+class Interrupted(Exception):
+    """The user wants to end."""
+
+
+def add_arguments(parser):
+    parser.add_argument('--out', metavar='DIR',
+                        help='directory to create (default: gearbox_demo_ and the time)')
+    parser.add_argument('--duration', metavar='S', type=float, default=30.0,
+                        help=f'simulated time in s, at least {MIN_DURATION:g} (default: 30)')
+    parser.add_argument('--filter', metavar='F', default='ekf',
+                        help='filter of the estimator (default: ekf)')
+    parser.add_argument('--no-fault', action='store_true', help='let the backlash not grow')
+
+
+def run(args):
+    """Run the command; returns the exit code."""
+    with Interrupt() as interrupt:
+        try:
+            demo = Demo(args, interrupt)
+            with own_domain() as domain:
+                demo.live(domain)
+            interrupt.at_once()
+            demo.check_interrupt()
+            return demo.evaluate()
+        except Interrupted:
+            print('interrupted', flush=True)
+            return 130
+        except ChildFailed as error:
+            print(f'gearbox_monitor demo: {error}', file=sys.stderr)
+            return error.code
+
+
+class Demo:
+    """One run of the demo: `live`, then `evaluate`."""
+
+    def __init__(self, args, interrupt):
+        """Check the input and create the directory; raises InputError."""
+        from gearbox_monitor.parameters import FILTER_NAMES
+        if args.filter not in FILTER_NAMES:
+            raise InputError(f'--filter: {args.filter!r} is unknown, expected one of '
+                             f'{", ".join(FILTER_NAMES)}')
+        if not MIN_DURATION <= args.duration <= 86400.0:
+            raise InputError(f'--duration: {args.duration:g}, expected {MIN_DURATION:g} to 86400 '
+                             's (the gap is measured in windows of a second or more)')
+        self.filter, self.duration, self.fault = args.filter, args.duration, not args.no_fault
+        self.window = float(args.duration // WINDOWS)
+        self.growth_start = GROWTH_AFTER * self.window
+        self.growth_rate = GROWTH / (args.duration - self.growth_start) if self.fault else 0.0
+        self.interrupt = interrupt
+        self.out = Path(args.out or time.strftime('gearbox_demo_%Y_%m_%d-%H_%M_%S'))
+        self.bag = self.out / 'bag'
+        self.children, self.notes = [], []
+        self.check_interrupt()
+        try:
+            self.out.mkdir(parents=True)
+        except FileExistsError:
+            raise InputError(f'{self.out}: exists, expected a new directory') from None
+        except OSError as error:
+            raise InputError(f'{self.out}: {error.strerror}, expected a directory that can be '
+                             'created') from None
+
+    def check_interrupt(self):
+        if self.interrupt.requested:
+            raise Interrupted
+
+    # ------------------------------------------------------------------ live
+
+    def live(self, domain):
+        """Run the three nodes in ROS domain `domain` until the plant ends."""
+        for name in ('ROS_LOCALHOST_ONLY', 'ROS_STATIC_PEERS'):
+            os.environ.pop(name, None)  # they would override the range
+        os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
+        print(f'{self.out}: {self.duration:g} s at {RATE:g} Hz, filter {self.filter}, '
+              + ('the gap grows' if self.fault else 'no fault')
+              + '. To look in with ros2 tools:\n  export '
+              f'ROS_DOMAIN_ID={domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST\n'
+              'starting recorder, estimator and plant ...', flush=True)
+        began = False
+        try:
+            with contextlib.ExitStack() as stack:
+                stack.callback(self.stop)
+                # The output is a pattern of strftime.
+                self.start('recorder', 'recorder_node', output=str(self.bag).replace('%', '%%'))
+                self.start('estimator', 'estimator_node', filter=self.filter, arm_load='model',
+                           drift_window=self.window - SMOOTHER_DELAY, **RELIABLE)
+                watcher = self.watcher(domain)
+                stack.callback(watcher.close)
+                self.wait_ready(watcher)
+                began = True
+                self.start('plant', 'demo_plant', rate=RATE, duration=self.duration,
+                           gap_growth_rate=self.growth_rate, gap_growth_start=self.growth_start)
+                self.follow(watcher)
+        except (Interrupted, ChildFailed):
+            if began:
+                print(f'bag {self.bag}')
+            elif not (self.bag / 'metadata.yaml').exists():
+                shutil.rmtree(self.bag, ignore_errors=True)  # it was not begun: nothing is in it
+            raise
+        finally:
+            for note in self.notes:
+                print(f'note: {note}', file=sys.stderr)
+
+    def start(self, name, module, **parameters):
+        self.check_interrupt()
+        self.children.append(Child(name, f'gearbox_monitor.nodes.{module}', parameters,
+                                   self.out / f'{name}.log', os.environ))
+
+    def stop(self):
+        """Stop all nodes: whoever sends first, the recorder last."""
+        order = list(STOP_SECONDS)
+        for child in sorted(self.children, key=lambda c: order.index(c.name)):
+            self.notes += filter(None, [child.stop(STOP_SECONDS[child.name])])
+
+    def watcher(self, domain):
+        try:
+            from gearbox_monitor.nodes.watcher import Watcher
+        except ImportError as error:
+            raise InputError(f'rclpy: {error}; expected a sourced ROS 2 or an installation with '
+                             "pip install 'gearbox_monitor[ros]'") from None
+        self.check_interrupt()
+        return Watcher('demo', domain)
+
+    def spin(self, watcher, seconds=0.1):
+        """Take what comes, look after the nodes and the user."""
+        watcher.spin(seconds)
+        for child in self.children:
+            child.check()
+            if child.name != 'plant' and not child.running:
+                raise ChildFailed(f'{child.name} ended before its time:\n{child.tail()}')
+        self.check_interrupt()
+
+    def wait_ready(self, watcher):
+        end = time.monotonic() + READY_SECONDS
+        while not watcher.ready():
+            self.spin(watcher)
+            if time.monotonic() > end:
+                raise ChildFailed(
+                    f'estimator and recorder were not ready within {READY_SECONDS:g} s:\n'
+                    + '\n'.join(child.tail() for child in self.children))
+
+    def follow(self, watcher):
+        """Show the state until the plant has ended and the estimator has all its samples."""
+        plant, status = self.children[-1], Status(self.duration)
+        seen, changed = None, time.monotonic()
+        try:
+            while plant.running:
+                self.spin(watcher)
+                status.show(watcher)
+                samples = status.samples(watcher)
+                if samples != seen:
+                    seen, changed = samples, time.monotonic()
+                elif time.monotonic() - changed > STALL_SECONDS:
+                    raise ChildFailed(f'no samples arrived for {STALL_SECONDS:g} s:\n'
+                                      + plant.tail())
+            plant.check()
+            updates, end = watcher.updates, time.monotonic() + 3.0
+            while watcher.updates == updates and time.monotonic() < end:
+                self.spin(watcher)
+            status.show(watcher)
+        finally:
+            status.end()
+
+    # ------------------------------------------------------------------ afterwards
+
+    def evaluate(self):
+        """Replay the bag, print the summary, write JSON and PNG; returns the exit code."""
+        print('replaying ...', flush=True)
+        from gearbox_monitor.bag.read import open_bag
+        from gearbox_monitor.cli import demo_report
+        with open_bag(self.bag) as reader:
+            data, figure = demo_report.evaluate(reader, self)
+        png = self.out / 'demo.png'
+        figure.savefig(png, dpi=110)
+        data['picture'] = str(png)
+        problems = demo_report.problems(data, self.fault)
+        data['problems'] = problems
+        (self.out / 'summary.json').write_text(json.dumps(data, indent=2) + '\n',
+                                               encoding='utf-8')
+        print(demo_report.text(data))
+        for problem in problems:
+            print(f'problem: {problem}', file=sys.stderr)
+        return 1 if problems else 0
+
+
+class Status:
+    """Live status on standard output: one line in place on a terminal, else one per second."""
+
+    def __init__(self, duration):
+        self.duration = duration
+        self._terminal = sys.stdout.isatty()
+        self._updates, self._alerts = 0, 0
+
+    @staticmethod
+    def samples(watcher):
+        """Return how many samples the estimator has taken, as it says."""
+        finding = watcher.findings.get('input')
+        return int(finding.values.get('samples', 0)) if finding else 0
+
+    def show(self, watcher):
+        """Print what is new."""
+        for text in watcher.alerts[self._alerts:]:
+            self._print(f'ALERT {text}')
+        self._alerts = len(watcher.alerts)
+        if watcher.updates == self._updates:
+            return
+        self._updates = watcher.updates
+        if not self.samples(watcher):
+            return
+        line = self._line(watcher)
+        if self._terminal:
+            width = shutil.get_terminal_size().columns - 1
+            print('\r\x1b[K' + line[:width], end='', flush=True)
+        else:
+            print(line, flush=True)
+
+    def end(self):
+        """Leave the line."""
+        if self._terminal and self._updates:
+            print(flush=True)
+
+    def _print(self, text):
+        print(('\r\x1b[K' if self._terminal else '') + text, flush=True)
+
+    def _line(self, watcher):
+        values = watcher.findings['input'].values
+        line = (f'{self.samples(watcher) / RATE:5.1f}/{self.duration:g} s  '
+                f'{float(values.get("rate_hz", "nan")):4.0f} Hz  ')
+        backlash = watcher.findings['backlash'].values
+        if 'gap_rad' in backlash:
+            line += f'gap {float(backlash["gap_rad"]):.3f} rad'
+            if 'growth' in backlash:
+                line += f' {100 * float(backlash["growth"]):+.0f} %'
+            line += '  '
+        levels = ', '.join(f'{name} {finding.level.name}'
+                           for name, finding in watcher.findings.items()
+                           if finding.level) or 'all OK'
+        if watcher.recorder is not None and watcher.recorder.level:
+            levels += f', recorder {watcher.recorder.message}'
+        return line + levels

@@ -1,0 +1,180 @@
+"""What a demo run has shown: figures, alarms, words and picture, all from its bag."""
+import numpy as np
+
+from gearbox_monitor.bag.replay import DIAGNOSTIC_ARRAY, replay, summary
+from gearbox_monitor.filters.smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
+from gearbox_monitor.report import plots
+from gearbox_monitor.signals import DIAGNOSTICS, DRIFT_ALERTS, PLANT_TRANSMISSION_STATE
+from gearbox_monitor.trust.level import Level
+
+SECOND = 1e9
+
+
+def evaluate(reader, demo):
+    """Replay `reader`; return ({name: value}, matplotlib Figure). `demo`: cli.demo.Demo."""
+    result = replay(reader)
+    data = summary(reader, result)
+    stamps = result.recording.samples.stamp_ns
+    alarms, alerts, losses = _diagnostics(reader, result.recording)
+    expected = round(demo.duration * 1000.0)
+    data.update(
+        samples_expected=expected, samples_missing=expected - len(np.unique(stamps)),
+        estimates_missing=expected - 1 - _live_count(reader),
+        recorder_losses=losses, alarms=alarms, alerts=alerts, fault=demo.fault,
+        duration_s=float(demo.duration))
+    return data, plots.overview(_run(reader, result, data, demo))
+
+
+def _live_count(reader):
+    return reader.topics.get('/transmission_state', ('', 0))[1]
+
+
+def _diagnostics(reader, recording):
+    """
+    Return (alarms, alerts, messages that the recorder lost) of the recording.
+
+    An alarm is a change of a component of the estimator to a worse level while samples come,
+    after it was OK for the first time.
+    """
+    stamps, last = recording.samples.stamp_ns, recording.log_ns.max(initial=0)
+    # Behind the first sample the plant may have waited for its subscribers.
+    first = last - (np.ptp(stamps) if len(stamps) else 0)
+    alarms, alerts, losses, levels = [], [], 0, {}
+    for topic, log_ns, _, raw in reader.messages([DIAGNOSTICS, '/' + DRIFT_ALERTS]):
+        at = round((log_ns - first) / SECOND, 3)
+        for status in reader.decode(DIAGNOSTIC_ARRAY, raw).status:
+            node, _, component = status.name.partition(': ')
+            level = Level(min(int(status.level), Level.ERROR))
+            if topic != DIAGNOSTICS:
+                alerts.append({'t': at, 'level': level.name, 'message': status.message})
+            elif node == 'recorder':
+                losses = max(losses, *(int(v.value) for v in status.values
+                                       if v.key in ('lost', 'not written')))
+            elif node == 'estimator' and log_ns <= last:
+                before = levels.get(component)
+                if before is None and level != Level.OK:
+                    continue  # not judged yet
+                if before is not None and level > before:
+                    alarms.append({'t': at, 'component': component, 'level': level.name,
+                                   'message': status.message})
+                levels[component] = level
+    return alarms, alerts, losses
+
+
+def problems(data, fault):
+    """Return lines about what should not be, none for a good run."""
+    found = []
+    if not data['estimates']:
+        found.append('there are no estimates')
+    if data.get('replay_identical') != 'yes':
+        comparison = data.get('comparison', {})
+        found.append('replay was not identical: '
+                     + (comparison.get('first') or data.get('replay_identical', 'not compared')))
+    backlash = [alarm for alarm in data['alarms'] if alarm['component'] == 'backlash']
+    if fault and not backlash:
+        found.append('the backlash grew, but no backlash alarm came')
+    if not fault:
+        found += [f'alarm without a fault: {alarm["component"]} {alarm["level"]}: '
+                  f'{alarm["message"]}' for alarm in data['alarms'] + [
+                      {'component': 'drift alert', **alert} for alert in data['alerts']]]
+    return found
+
+
+def text(data):
+    """Return the summary in words."""
+    comparison = data.get('comparison', {})
+    lines = [
+        f'samples      {data["samples"]} of {data["samples_expected"]} recorded, '
+        f'{data["rate_hz"]:.1f} Hz, {data["estimates"]} estimates, filter {data["filter"]}',
+        f'dropped      {data["samples_missing"]} samples, {data["estimates_missing"]} estimates '
+        f'(by their stamps); the recorder lost {data["recorder_losses"]} messages']
+    if data.get('tau_k_error') is not None:
+        lines.append(
+            f'tau_K error  {data["tau_k_error"]:.3f} N m rms filtered, '
+            f'{data["tau_k_error_smoothed"]:.3f} smoothed; tau_K itself {data["tau_k_rms"]:.3f}; '
+            f'{100 * data["coverage_1_sigma"]:.0f} % within 1 sigma (68 % expected)')
+    if data['nis'] is not None:
+        lines.append(f'NIS          {data["nis"]:.3f} (2 expected)')
+    gaps = ', '.join(f'{gap:.3f}' for gap in data['gap_rad'])
+    lines.append(f'gap          {gaps} rad, window by window' if gaps else 'gap          not seen')
+    lines += [f'alarm        {alarm["t"]:.1f} s {alarm["component"]} {alarm["level"]}: '
+              f'{alarm["message"]}' for alarm in data['alarms']] or ['alarms       none']
+    lines += [f'drift alert  {alert["t"]:.1f} s {alert["level"]}: {alert["message"]}'
+              for alert in data['alerts']]
+    lines += [f'bag          {data["bag"]}',
+              f'replay       identical: {data.get("replay_identical", "not compared")} '
+              f'({comparison.get("identical", 0)} of {comparison.get("compared", 0)} messages bit '
+              'for bit)',
+              f'picture      {data["picture"]}']
+    lines += [f'note         {note}' for note in data['notes']]
+    return '\n'.join(lines)
+
+
+# ---------------------------------------------------------------------- picture
+
+def _run(reader, result, data, demo):
+    """Return the plots.Run of a replay."""
+    estimates, stamps = result.estimates, result.recording.samples.stamp_ns
+    first = stamps.min() if len(stamps) else 0
+
+    def seconds(stamps):
+        return (np.asarray(stamps) - first) / SECOND
+
+    t, t_s = seconds(estimates.stamp_ns), seconds(estimates.smoothed_stamp_ns)
+    smoothed = estimates.smoothed
+    truth = reader.joint_states('/' + PLANT_TRANSMISSION_STATE, ('transmission',)) \
+        if '/' + PLANT_TRANSMISSION_STATE in reader.topics else None
+    settled = t_s > 1.0
+    title = ('Demo: the backlash of a simulated gearbox grows' if demo.fault else
+             'Demo: a healthy simulated gearbox')
+    notes = []
+    if data.get('tau_k_error') is not None:
+        notes = [f'torque error {data["tau_k_error"]:.2f} N m rms filtered, '
+                 f'{data["tau_k_error_smoothed"]:.2f} smoothed, of {data["tau_k_rms"]:.2f}',
+                 f'NIS {data["nis"]:.2f} (2 expected)',
+                 f'replay identical: {data.get("replay_identical", "not compared")}']
+    return plots.Run(
+        title, _loops(demo, t_s[settled], smoothed[settled], truth, seconds),
+        plots.Torque(t, estimates.tau_k, estimates.tau_k_std),
+        plots.Torque(t_s, smoothed[:, S_TAU_K], smoothed[:, S_TAU_K_STD]),
+        truth and plots.Torque(seconds(truth.stamp_ns), truth.effort[:, 0]),
+        _gap(result, data, demo, seconds),
+        plots.Innovations(
+            t, np.column_stack([estimates.innovation_motor, estimates.innovation_arm]),
+            np.column_stack([estimates.innovation_std_motor, estimates.innovation_std_arm]),
+            ('motor', 'arm')),
+        tuple(notes))
+
+
+def _loops(demo, t, smoothed, truth, seconds):
+    """Return the curves of the first and the last window, and the truth of the same times."""
+    w = demo.window
+    spans = (('first', plots.BLUE, 1.0, 1.0 + w),
+             ('last', plots.ORANGE, demo.duration - w, demo.duration))
+    curves = []
+    for name, color, begin, end in spans:
+        take = (t >= begin) & (t <= end)
+        curves.append(plots.Curve(smoothed[take, S_TWIST], smoothed[take, S_TAU_K],
+                                  f'{name} {w:.3g} s, smoothed', color))
+    if truth is not None:
+        when = seconds(truth.stamp_ns)
+        for label, (_, _, begin, end) in (('true', spans[0]), (None, spans[1])):
+            take = (when >= begin) & (when <= end)
+            curves.append(plots.Curve(truth.position[take, 0], truth.effort[take, 0], label,
+                                      plots.BLACK))
+    return tuple(curves)
+
+
+def _gap(result, data, demo, seconds):
+    windows, p = list(result.monitor.windows), result.monitor.parameters
+    baseline = result.monitor.baseline
+    level = baseline.gap if baseline else None
+    t = np.linspace(0.0, demo.duration, 200)
+    grown = 1.0 + demo.growth_rate * np.maximum(t - demo.growth_start, 0.0)
+    alarms = [(a['t'], f'{a["level"].lower()}: {a["t"]:.1f} s', a['level'] == 'ERROR')
+              for a in data['alarms'] if a['component'] == 'backlash']
+    return plots.Gap(
+        seconds([w.stamp_ns for w in windows]), np.array([w.gap for w in windows]),
+        np.array([w.gap_std for w in windows]), demo.window, level,
+        level and level * (1.0 + p['gap_warn']), level and level * (1.0 + p['gap_error']),
+        tuple(alarms), (t, 2.0 * result.monitor.model.transmission.half_gap * grown))

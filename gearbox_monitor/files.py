@@ -1,0 +1,51 @@
+"""Read the YAML files of a user: model of the drive, parameters of a node."""
+from pathlib import Path
+
+import yaml
+
+from gearbox_monitor.drive.model import model_from_dict
+from gearbox_monitor.errors import InputError
+
+
+def load_yaml(path):
+    """Return the mapping in the YAML file `path`; raises InputError with file and line."""
+    try:
+        data = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a readable YAML file') from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        where = getattr(error, 'problem_mark', None)
+        line = f' line {where.line + 1}:' if where else ''
+        problem = getattr(error, 'problem', None) or 'not text'
+        raise InputError(f'{path}:{line} {problem}, expected YAML') from None
+    return data
+
+
+def load_model(path):
+    """Return the DriveModel of the model file `path`. Raises InputError."""
+    data = load_yaml(path)
+    return model_from_dict({} if data is None else data, str(path))
+
+
+def load_parameters(path, node, table):
+    """
+    Return the parameters that the ROS parameter file `path` gives to `node`, not yet checked.
+
+    Takes the blocks ``/**`` and `node` (with or without a namespace), in this order.
+    Raises InputError.
+    """
+    data = load_yaml(path)
+    if not isinstance(data, dict):
+        raise InputError(f'{path}: {data!r}, expected "{node}: ros__parameters: ..."')
+    values = {}
+    for block in sorted(data, key=lambda name: not name.startswith('/**')):
+        if block.rsplit('/', 1)[-1] not in ('**', node):
+            continue
+        inner = data[block].get('ros__parameters') if isinstance(data[block], dict) else None
+        if not isinstance(inner, dict):
+            raise InputError(f'{path}: {block}: expected a block ros__parameters')
+        names = {row.name for row in table}
+        # /** addresses every node: what this one does not have belongs to another.
+        values.update({k: v for k, v in inner.items() if block.startswith(node) or
+                       block.rsplit('/', 1)[-1] == node or k in names})
+    return values

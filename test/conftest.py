@@ -1,0 +1,19 @@
+"""What all tests share: no ROS traffic beyond this machine, no files outside temporary folders."""
+import importlib.util
+import os
+import shutil
+import tempfile
+
+
+def pytest_configure(config):
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    os.environ.setdefault('MPLBACKEND', 'Agg')
+    if 'ROS_LOG_DIR' not in os.environ:  # rclpy fails where there is neither this nor a HOME
+        logs = tempfile.mkdtemp(prefix='gearbox_monitor_logs_')
+        os.environ['ROS_LOG_DIR'] = logs
+        config.add_cleanup(lambda: shutil.rmtree(logs, ignore_errors=True))
+
+
+def pytest_report_header():
+    found = {name: importlib.util.find_spec(name) is not None for name in ('rclpy', 'numba')}
+    return 'found: ' + ', '.join(f'{name} {"yes" if yes else "NO"}' for name, yes in found.items())

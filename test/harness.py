@@ -1,0 +1,78 @@
+"""Real nodes as processes, on a ROS domain of this test run, and a feeder beside them."""
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+
+ROOT = Path(__file__).parents[1]
+DOMAIN = 1 + os.getpid() % 100  # its own: several test runs may share the machine
+
+
+class Graph:
+    """A node of the test (`node`) and the processes that it started."""
+
+    def __init__(self, tmp_path, monkeypatch):
+        monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        self.tmp_path, self.processes = tmp_path, []
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=DOMAIN)
+        self.node = rclpy.create_node('feeder', context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+
+    def start(self, module, *arguments, **parameters):
+        """Start the node `module` of gearbox_monitor.nodes as a process."""
+        command = [sys.executable, '-m', f'gearbox_monitor.nodes.{module}', '--ros-args',
+                   *arguments]
+        for name, value in parameters.items():
+            command += ['-p', f'{name}:={value}']
+        env = {**os.environ, 'PYTHONPATH': str(ROOT), 'ROS_DOMAIN_ID': str(DOMAIN),
+               'ROS_LOG_DIR': str(self.tmp_path / 'log')}
+        process = subprocess.Popen(command, env=env, cwd=self.tmp_path, text=True,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.processes.append(process)
+        return process
+
+    def until(self, condition, what='it', timeout=60.0):
+        """Spin the test's node until condition() is true."""
+        end = time.monotonic() + timeout
+        while not condition():
+            assert time.monotonic() < end, f'{what} did not happen'
+            self.executor.spin_once(timeout_sec=0.02)
+
+    def spin(self, seconds):
+        """Spin the test's node for a while."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self.executor.spin_once(timeout_sec=0.02)
+
+    def call(self, kind, name, request):
+        """Return the response of a service."""
+        client = self.node.create_client(kind, name)
+        self.until(client.service_is_ready, f'service {name}')
+        future = client.call_async(request)
+        self.until(future.done, f'answer of {name}')
+        return future.result()
+
+    def stop(self, process, sig=signal.SIGINT):
+        """End `process`; it must end cleanly. Returns what it wrote to stderr."""
+        process.send_signal(sig)
+        _, errors = process.communicate(timeout=30)
+        assert process.returncode == 0, errors
+        assert 'Traceback' not in errors, errors
+        return errors
+
+    def close(self):
+        """Kill what is left and leave the domain."""
+        for process in self.processes:
+            if process.poll() is None:
+                process.kill()
+            process.communicate()
+        self.executor.shutdown()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)

@@ -1,0 +1,54 @@
+"""The pages say what the code does."""
+from pathlib import Path
+import re
+import runpy
+
+import pytest
+import yaml
+
+from gearbox_monitor import signals
+from gearbox_monitor.cli.main import COMMANDS
+from gearbox_monitor.parameters import checked, defaults, ESTIMATOR, PLANT
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
+
+
+def test_parameter_page_is_up_to_date():
+    page = runpy.run_path(str(ROOT / 'docs/make_parameters.py'))['page']()
+    assert (ROOT / 'docs/parameters.md').read_text(encoding='utf-8') == page, \
+        'run python docs/make_parameters.py'
+
+
+@pytest.mark.parametrize('node, table', [('estimator', ESTIMATOR), ('plant', PLANT)])
+def test_parameter_files_show_the_defaults(node, table):
+    text = (ROOT / f'config/{node}.yaml').read_text(encoding='utf-8')
+    values = yaml.safe_load(text)[node]['ros__parameters']
+    assert checked(table, values, node) == defaults(table)
+    for row in table:
+        assert re.search(rf'^\s*(# )?{row.name}:', text, re.MULTILINE), row.name
+
+
+def test_every_topic_is_explained():
+    text = (ROOT / 'docs/topics.md').read_text(encoding='utf-8')
+    topics = [signal.topic for signal in signals.SIGNALS]
+    topics += [signals.JOINT_STATES, signals.PLANT_TRANSMISSION_STATE, signals.DIAGNOSTICS,
+               signals.DRIFT_ALERTS, f'~/{signals.SNAPSHOT}']
+    for topic in topics:
+        assert f'`{topic}`' in text
+
+
+def test_every_command_is_mentioned():
+    text = (ROOT / 'README.md').read_text(encoding='utf-8')
+    for command in COMMANDS:
+        assert f'gearbox_monitor {command}' in text
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda p: p.name)
+def test_links_lead_somewhere(page):
+    for target in re.findall(r'\]\(([^)#]+)[^)]*\)', page.read_text(encoding='utf-8')):
+        assert re.match('https?://', target) or (page.parent / target).exists(), target
+
+
+def test_readme_is_short():
+    assert len((ROOT / 'README.md').read_text(encoding='utf-8').splitlines()) <= 130

@@ -1,0 +1,281 @@
+"""The estimator as a real process: what it publishes, replay of it, bad data, bad parameters."""
+from array import array
+import json
+import math
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import yaml
+
+rclpy = pytest.importorskip('rclpy')
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
+from harness import Graph, ROOT  # noqa: E402
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
+from rcl_interfaces.srv import DescribeParameters, SetParameters  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
+
+from gearbox_monitor.bag.read import open_bag  # noqa: E402
+from gearbox_monitor.bag.replay import replay, summary  # noqa: E402
+from gearbox_monitor.drive.excitation import Excitation  # noqa: E402
+from gearbox_monitor.drive.model import DriveModel  # noqa: E402
+from gearbox_monitor.drive.simulate import Noise, simulate  # noqa: E402
+from gearbox_monitor.nodes.convert import to_time  # noqa: E402
+from gearbox_monitor.signals import SIGNALS  # noqa: E402
+
+pytestmark = pytest.mark.ros
+T0 = 1_700_000_000_000_000_000
+DT = 2_000_000  # 500 Hz
+DEEP = QoSProfile(depth=10000)
+LATCHED = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+@pytest.fixture
+def graph(tmp_path, monkeypatch):
+    graph = Graph(tmp_path, monkeypatch)
+    yield graph
+    graph.close()
+
+
+@pytest.fixture(scope='module')
+def drive():
+    t = np.arange(12000) * DT * 1e-9
+    return simulate(DriveModel(), Excitation().torque(t), DT * 1e-9,
+                    Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed=3)
+
+
+class Feeder:
+    """Publishes samples of a trajectory at given stamps, faster than real time, paced."""
+
+    def __init__(self, graph, drive, subscribers=1):
+        self.graph, self.drive = graph, drive
+        self.publisher = graph.node.create_publisher(JointState, 'joint_states', DEEP)
+        graph.until(lambda: self.publisher.get_subscription_count() >= subscribers, 'matching')
+
+    def message(self, k, stamp_ns=None):
+        message = JointState(name=['motor', 'arm'])
+        message.header.stamp = to_time(T0 + k * DT if stamp_ns is None else stamp_ns)
+        message.position = array('d', self.drive.y[k])
+        message.effort = array('d', [self.drive.u[k], math.nan])
+        return message
+
+    def send(self, messages, rate=1500.0):
+        """Publish `messages` at about `rate` per second, the test's node spinning."""
+        begin = time.monotonic()
+        for k, message in enumerate(messages):
+            self.publisher.publish(message)
+            if k % 10 == 9:
+                self.graph.executor.spin_once(timeout_sec=0.0)
+                time.sleep(max(0.0, begin + k / rate - time.monotonic()))
+        self.graph.spin(0.5)
+
+
+def set_parameter(graph, name, value):
+    request = SetParameters.Request(parameters=[Parameter(name=name, value=ParameterValue(
+        type=ParameterType.PARAMETER_DOUBLE, double_value=value))])
+    return graph.call(SetParameters, 'estimator/set_parameters', request).results[0]
+
+
+def levels_of(message):
+    return {s.name.split(': ', 1)[1]: (s.level[0], s.message) for s in message.status}
+
+
+def test_live_equals_replay_bit_for_bit(graph, drive, tmp_path):
+    """Through bad samples, a reset and changes of parameters; from a whole and a cut bag."""
+    recorder = graph.start('recorder_node', output=tmp_path / 'bag')
+    estimator = graph.start('estimator_node', snapshot_period=1.5)
+    feeder = Feeder(graph, drive, subscribers=2)
+    messages = [feeder.message(k) for k in range(4000)]
+    messages[700].position = array('d', [math.nan, drive.y[700, 1]])
+    messages[701].effort = array('d')
+    messages[702].position = array('d', [math.inf, math.nan])
+    messages[900:905] = [feeder.message(k, T0 + 899 * DT) for k in range(900, 905)]  # repeated
+    messages[1000] = feeder.message(1000, 0)
+    messages[1100:1120] = [feeder.message(k, T0 + (k - 500) * DT) for k in range(1100, 1102)]
+    del messages[1500:1800]  # a dropout longer than max_gap
+    feeder.send(messages[:2000])
+    assert set_parameter(graph, 'q_std_tau_k', 12.0).successful
+    feeder.send(messages[2000:2600])
+    assert graph.call(Trigger, 'estimator/reset', Trigger.Request()).success
+    feeder.send(messages[2600:])
+    graph.stop(estimator)
+    graph.stop(recorder)
+    with open_bag(tmp_path / 'bag') as bag:
+        result = replay(bag)
+        told = summary(bag, result)
+    comparison = result.comparison
+    assert told['replay_identical'] == 'yes', comparison
+    assert comparison.different == comparison.explained == 0
+    # The recorder may find the estimator's topics a moment after its first estimates.
+    assert comparison.compared == comparison.identical > 6 * 1000
+    assert comparison.lost_inputs == 0
+    assert told['refused']['starts'] >= 1 and told['refused']['repeated stamps'] == 5
+    whole = result.estimates
+    mcap = next((tmp_path / 'bag').glob('*.mcap'))
+    cut = tmp_path / 'cut.mcap'
+    cut.write_bytes(mcap.read_bytes()[:int(0.7 * mcap.stat().st_size)])
+    with open_bag(cut) as bag:
+        assert bag.truncated
+        part = replay(bag)
+    assert part.comparison.verdict == 'yes' and part.comparison.compared > 6 * 100
+    n = len(part.estimates.stamp_ns)
+    np.testing.assert_array_equal(part.estimates.rows, whole.rows[:n])
+
+
+def test_recorder_that_joins_late_is_compared_from_the_next_snapshot(graph, drive, tmp_path):
+    estimator = graph.start('estimator_node', snapshot_period=1.0)
+    feeder = Feeder(graph, drive)
+    feeder.send([feeder.message(k) for k in range(1000)])
+    recorder = graph.start('recorder_node', output=tmp_path / 'bag')
+    graph.until(lambda: feeder.publisher.get_subscription_count() == 2, 'recorder')
+    graph.spin(1.0)
+    feeder.send([feeder.message(k) for k in range(1000, 3000)])
+    graph.stop(estimator)
+    graph.stop(recorder)
+    with open_bag(tmp_path / 'bag') as bag:
+        comparison = replay(bag).comparison
+    assert comparison.verdict == 'yes', comparison
+    assert comparison.identical > 6 * 1800
+
+
+def test_outputs_of_a_joint_among_others_with_a_gear(graph, drive, tmp_path):
+    """Order of joints, other joints, a gear ratio with its sign; stamps are those of the input."""
+    model = tmp_path / 'drive.yaml'
+    model.write_text(yaml.safe_dump({'gear_ratio': -50.0, 'arm_load': 'none'}))
+    estimator = graph.start('estimator_node', model=model, motor_joint='m7', arm_joint='a7')
+    got = {signal.topic: [] for signal in SIGNALS}
+    for topic, messages in got.items():
+        graph.node.create_subscription(JointState, topic, messages.append, DEEP)
+    diagnostics = []
+    graph.node.create_subscription(DiagnosticArray, '/diagnostics', diagnostics.append, 10)
+    feeder = Feeder(graph, drive)
+    graph.until(lambda: diagnostics, 'diagnostics')
+    sent = []
+    for k in range(3000):
+        message = feeder.message(k)
+        message.name = ['other', 'a7', 'm7']
+        message.position = array('d', [9.0, drive.y[k, 1], drive.y[k, 0] * -50.0])
+        message.effort = array('d', [1.0, math.nan, drive.u[k] / -50.0])
+        sent.append(message)
+    feeder.send(sent, rate=600.0)
+    states = got['transmission_state']
+    graph.until(lambda: len(states) >= 2999, 'the last estimate')
+    stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in states]
+    assert stamps == [T0 + k * DT for k in range(1, 3000)]
+    tau_k = np.array([m.effort[0] for m in states])
+    error = tau_k - drive.tau_k[1:3000]
+    assert np.sqrt((error[500:] ** 2).mean()) < 0.3 * drive.tau_k.std()
+    estimated = got['estimated_joint_states'][-1]
+    assert estimated.name == ['m7', 'a7']
+    assert estimated.position[0] == pytest.approx(-50.0 * drive.x[2999, 0], abs=0.5)
+    assert all(m.position[0] > 0 for m in got['innovations_stddev'])
+    assert len(got['transmission_state_smoothed']) > 2900
+    levels = levels_of(diagnostics[-1])
+    assert levels['prediction error'][0] == 0 and levels['input'][0] == 0, levels
+    for message in [m for messages in got.values() for m in messages]:
+        assert np.isfinite([*message.position, *message.velocity, *message.effort]).all()
+    graph.stop(estimator)
+
+
+def test_bad_live_data_is_reported_and_survived(graph, drive, tmp_path):
+    estimator = graph.start('estimator_node')
+    diagnostics, states = [], []
+    graph.node.create_subscription(
+        DiagnosticArray, '/diagnostics', lambda m: diagnostics.append(levels_of(m)), 10)
+    graph.node.create_subscription(JointState, 'transmission_state', states.append, DEEP)
+    feeder = Feeder(graph, drive)
+    graph.until(lambda: diagnostics and diagnostics[-1]['input'][0] > 0, 'report of no data')
+    assert all(level > 0 for level, _ in diagnostics[-1].values())
+
+    def good(begin, end):
+        feeder.send([feeder.message(k) for k in range(begin, end)], rate=700.0)
+
+    good(0, 1500)
+    graph.until(lambda: diagnostics[-1]['input'][0] == 0, 'good input')
+    # No effort at all: estimation stops, and says why.
+    silent = [feeder.message(k) for k in range(1500, 3500)]
+    for message in silent:
+        message.effort = array('d', [math.nan, math.nan])
+    before = len(states)
+    feeder.send(silent, rate=700.0)
+    graph.until(lambda: diagnostics[-1]['input'][0] == 2, 'report of the missing effort')
+    assert len(states) - before < 200
+    # Nobody stamps: nothing comes out, and zero stamps are named.
+    feeder.send([feeder.message(k, 0) for k in range(1500)], rate=700.0)
+    graph.spin(1.2)
+    assert diagnostics[-1]['input'][0] == 2
+    # Back to good data, at a tenth of the rate.
+    feeder.send([feeder.message(k) for k in range(3500, 6000)], rate=700.0)
+    graph.until(lambda: diagnostics[-1]['input'][0] == 0, 'recovery')
+    for message in states:
+        assert np.isfinite([*message.position, *message.velocity, *message.effort]).all()
+    errors = graph.stop(estimator)
+    assert 'input: ERROR' in errors
+
+
+def test_names_that_do_not_occur_are_told(graph, drive):
+    estimator = graph.start('estimator_node', motor_joint='elbow_motor')
+    diagnostics = []
+    graph.node.create_subscription(
+        DiagnosticArray, '/diagnostics', lambda m: diagnostics.append(levels_of(m)), 10)
+    feeder = Feeder(graph, drive)
+    messages = [feeder.message(k) for k in range(400)]
+    for message in messages:
+        message.name = ['shoulder', 'wrist']
+    feeder.send(messages)
+    graph.until(lambda: diagnostics and 'elbow_motor' in diagnostics[-1]['input'][1], 'the name')
+    graph.stop(estimator)
+
+
+def test_baseline_is_saved_and_loaded(graph, drive, tmp_path):
+    file = tmp_path / 'baseline.yaml'
+    estimator = graph.start('estimator_node', drift_window=3.0, baseline_file=file)
+    feeder = Feeder(graph, drive)
+    answer = graph.call(Trigger, 'estimator/save_baseline', Trigger.Request())
+    assert not answer.success and 'no backlash measured' in answer.message
+    feeder.send([feeder.message(k) for k in range(6000)], rate=3000.0)
+    answer = graph.call(Trigger, 'estimator/save_baseline', Trigger.Request())
+    assert answer.success, answer.message
+    graph.stop(estimator)
+    saved = yaml.safe_load(file.read_text())['baseline']
+    assert saved['gap'] == pytest.approx(0.2, rel=0.03)
+    latched = []
+    graph.start('estimator_node', baseline_file=file)
+    graph.node.create_subscription(DiagnosticArray, 'estimator/snapshot', latched.append, LATCHED)
+    graph.until(lambda: latched, 'snapshot')
+    content = {v.key: v.value for v in latched[0].status[0].values}
+    assert json.loads(content['baseline']) == saved
+
+
+def test_parameters_are_described_and_checked(graph):
+    graph.start('estimator_node')
+    answer = graph.call(DescribeParameters, 'estimator/describe_parameters',
+                        DescribeParameters.Request(names=['q_std_tau_k', 'filter']))
+    tau, kind = answer.descriptors
+    assert 'N m/sqrt(s)' in tau.description and tau.floating_point_range[0].from_value == 0.0
+    assert kind.read_only and not tau.read_only
+    for value in (-1.0, math.nan):
+        assert not set_parameter(graph, 'q_std_tau_k', value).successful
+    assert not set_parameter(graph, 'max_gap', 1.0).successful
+
+
+@pytest.mark.parametrize('parameters, told', [
+    (['filter:=kalman9'], "filter: 'kalman9', expected one of ekf"),
+    (['q_std_tau_k:=-3.0'], 'q_std_tau_k: -3.0, expected a number >= 0'),
+    (['q_std_tau_k:=fast'], "q_std_tau_k: 'fast', expected a number"),
+    (['model:=nowhere.yaml'], 'nowhere.yaml: No such file'),
+    (['baseline_file:=/'], '/: Is a directory'),
+])
+def test_bad_parameters_end_with_one_line(tmp_path, parameters, told):
+    command = [sys.executable, '-m', 'gearbox_monitor.nodes.estimator_node', '--ros-args']
+    for parameter in parameters:
+        command += ['-p', parameter]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True,
+                          env={**__import__('os').environ, 'PYTHONPATH': str(ROOT)})
+    assert done.returncode == 2
+    lines = [line for line in done.stderr.splitlines() if line]
+    assert len(lines) == 1 and told in lines[0], lines

@@ -1,0 +1,71 @@
+"""The launch files: installed, readable, and with described arguments where launch is at hand."""
+import importlib.util
+from pathlib import Path
+import runpy
+
+import pytest
+import setuptools
+
+ROOT = Path(__file__).parents[1]
+FILES = sorted((ROOT / 'gearbox_monitor/launch').glob('*.launch.py'))
+NAMES = {'monitor.launch.py', 'replay.launch.py'}
+
+
+def test_are_installed(monkeypatch):
+    given = {}
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(setuptools, 'setup', lambda **kwargs: given.update(kwargs))
+    runpy.run_path(str(ROOT / 'setup.py'))
+    installed = dict(given['data_files'])['share/gearbox_monitor/launch']
+    assert {Path(name).name for name in installed} == NAMES == {path.name for path in FILES}
+    scripts = given['entry_points']['console_scripts']
+    executables = {entry.split('=')[0].strip() for entry in scripts}
+    assert {'plant_node', 'estimator_node', 'recorder_node', 'gearbox_monitor'} <= executables
+
+
+@pytest.mark.parametrize('path', FILES, ids=lambda path: path.name)
+def test_compile(path):
+    compile(path.read_text(), str(path), 'exec')
+
+
+def _load(name):
+    pytest.importorskip('launch')
+    pytest.importorskip('launch_ros')
+    path = ROOT / 'gearbox_monitor/launch' / name
+    spec = importlib.util.spec_from_file_location('launched', path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def _nodes(module, **values):
+    """Return {executable: node} that the launch file starts with the arguments `values`."""
+    from launch import LaunchContext
+    context = LaunchContext()
+    for argument in module.ARGUMENTS:
+        default = ''.join(part.text for part in argument.default_value or ())
+        context.launch_configurations[argument.name] = values.get(argument.name, default)
+    return {node.node_executable: node for node in module._nodes(context)}
+
+
+@pytest.mark.parametrize('name', sorted(NAMES))
+def test_arguments_are_described(name):
+    module = _load(name)
+    description = module.generate_launch_description()
+    arguments = {a.name: a for a in description.get_launch_arguments()}
+    wanted = {'namespace', 'use_sim_time', 'params_file', 'model', 'filter', 'log_level'}
+    assert wanted <= set(arguments)
+    assert all(a.description and 'no description' not in a.description.lower()
+               for a in arguments.values())
+
+
+def test_monitor_starts_what_is_asked_for():
+    module = _load('monitor.launch.py')
+    assert set(_nodes(module)) == {'estimator_node', 'recorder_node'}
+    assert set(_nodes(module, record='false', plant='true', model='drive.yaml')) == {
+        'estimator_node', 'plant_node'}
+
+
+def test_replay_starts_estimator_and_player():
+    module = _load('replay.launch.py')
+    assert set(_nodes(module, bag='bag')) == {'estimator_node', 'gearbox_monitor'}

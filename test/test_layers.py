@@ -1,0 +1,94 @@
+"""
+The layers: each module imports only from its own layer or from below.
+
+cli -> nodes, benchmarks -> report, bag -> gap, monitor -> drift, trust, filters -> drive
+"""
+import ast
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / 'gearbox_monitor'
+# First part of a module's name below the package -> its height.
+LAYERS = {
+    'drive': 0,
+    'filters': 1, 'trust': 1, 'drift': 1,
+    'gap': 2, 'monitor': 2, 'stream': 2, 'signals': 2, 'parameters': 2,
+    'files': 3, 'baseline': 3, 'resources': 3,
+    'report': 4, 'bag': 4,
+    'nodes': 5, 'benchmarks': 5, 'launch': 5,
+    'cli': 6, '__main__': 7,
+}
+EVERYWHERE = ('errors', 'jit', '__init__')
+CORE = 2  # up to here nothing reads, writes or asks the clock
+OUTSIDE_WORLD = {
+    'asyncio', 'glob', 'io', 'logging', 'multiprocessing', 'os', 'pathlib', 'shutil', 'signal',
+    'socket', 'subprocess', 'sys', 'tempfile', 'threading', 'time', 'yaml'}
+ROS = {'rclpy', 'launch', 'launch_ros', 'ament_index_python', 'builtin_interfaces',
+       'rcl_interfaces', 'std_srvs'}
+MODULES = sorted(PACKAGE.rglob('*.py'))
+
+
+def name_of(path):
+    """Return the parts of the module's name below the package, () for the package itself."""
+    parts = path.relative_to(PACKAGE).with_suffix('').parts
+    return parts[:-1] if parts[-1] == '__init__' else parts
+
+
+def imported(path):
+    """Yield (line, dotted name) of every import in the file, those inside functions, too."""
+    for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield node.lineno, alias.name
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f'{path}:{node.lineno}: relative import'
+            for alias in node.names:
+                yield node.lineno, f'{node.module}.{alias.name}'
+
+
+def first_part(dotted):
+    """Return the layer's name in gearbox_monitor.layer.rest; '__init__' for its attributes."""
+    part = (dotted.split('.') + ['__init__'])[1]
+    is_module = (PACKAGE / part).is_dir() or (PACKAGE / f'{part}.py').is_file()
+    return part if is_module else '__init__'
+
+
+@pytest.mark.parametrize('path', MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_imports_only_downwards(path):
+    name = name_of(path)
+    if not name:
+        name = ('__init__',)
+    assert name[0] in (*LAYERS, *EVERYWHERE), f'{name[0]} has no layer yet: give it one here'
+    height = LAYERS.get(name[0], -1)
+    for line, dotted in imported(path):
+        where = f'{path.relative_to(PACKAGE)}:{line}: {dotted}'
+        top = dotted.split('.')[0]
+        if top == 'gearbox_monitor':
+            part = first_part(dotted)
+            assert part in EVERYWHERE or LAYERS[part] <= height, f'{where}: imports upwards'
+        elif top in ROS or top.endswith('_msgs'):
+            assert name[0] in ('nodes', 'launch'), f'{where}: ROS outside of nodes'
+        elif 0 <= height <= CORE:
+            assert top not in OUTSIDE_WORLD, f'{where}: the core does no I/O'
+
+
+@pytest.mark.parametrize('path', [p for p in MODULES if name_of(p) and
+                                  LAYERS.get(name_of(p)[0], 9) <= CORE],
+                         ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_core_neither_opens_nor_prints(path):
+    for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            assert node.func.id not in ('open', 'print', 'input'), f'{path}:{node.lineno}'
+
+
+def test_offline_commands_need_no_ros():
+    """The core and the commands for analysts import where there is no rclpy."""
+    code = ('import sys; sys.modules["rclpy"] = None\n'
+            'import gearbox_monitor.monitor, gearbox_monitor.bag.replay\n'
+            'import gearbox_monitor.cli.replay, gearbox_monitor.cli.import_\n'
+            'from gearbox_monitor.cli.main import main; main(["--help"])')
+    subprocess.run([sys.executable, '-c', code], cwd=PACKAGE.parent, check=True,
+                   stdout=subprocess.DEVNULL)

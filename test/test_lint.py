@@ -1,0 +1,56 @@
+"""The rules of the ament linters, by plain tools: they themselves are not on PyPI."""
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SOURCES = ['gearbox_monitor', 'test', 'docs', 'setup.py']
+# What ament_copyright recognises as a header of the Apache License, Version 2.0.
+HEADER = """\
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+pytestmark = pytest.mark.linter
+
+
+def check(tool):
+    pytest.importorskip(tool)
+    result = subprocess.run([sys.executable, '-m', tool, *SOURCES], cwd=ROOT,
+                            capture_output=True, text=True)
+    assert result.returncode == 0, '\n' + result.stdout + result.stderr
+
+
+def test_flake8_rules():
+    pytest.importorskip('flake8_import_order')
+    pytest.importorskip('flake8_quotes')
+    check('flake8')
+
+
+def test_docstring_rules():
+    check('pydocstyle')
+
+
+def test_licence_headers():
+    files = [ROOT / 'setup.py', *(path for source in SOURCES
+                                  for path in sorted((ROOT / source).rglob('*.py')))]
+    missing = []
+    for path in files:
+        text = path.read_text(encoding='utf-8')
+        if text.startswith('#!'):
+            text = text.split('\n', 1)[1]
+        if text and not text.startswith(HEADER):
+            missing.append(str(path.relative_to(ROOT)))
+    assert not missing, 'no licence header: ' + ' '.join(missing)

@@ -1,0 +1,150 @@
+"""The package's files agree with each other, and an installed copy finds what it needs."""
+import ast
+from importlib import import_module
+import os
+from pathlib import Path
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+
+import gearbox_monitor
+from gearbox_monitor.cli.main import COMMANDS
+
+ROOT = Path(__file__).parents[1]
+XML = ElementTree.parse(ROOT / 'package.xml').getroot()
+SETUP = (ROOT / 'setup.py').read_text(encoding='utf-8')
+# imported name -> (key in package.xml or None, distribution in setup.py or None = from ROS).
+THIRD_PARTY = {
+    'google': (None, None),
+    'lz4': ('mcap-ros2-support', 'mcap'),
+    'matplotlib': ('python3-matplotlib', 'matplotlib'),
+    'mcap': ('mcap-ros2-support', 'mcap'),
+    'mcap_ros2': ('mcap-ros2-support', 'mcap-ros2-support'),
+    'numba': (None, 'numba'),  # absent from Ubuntu's packages, optional
+    'numpy': ('python3-numpy', 'numpy'),
+    'rosbags': ('python3-rosbags-pip', 'rosbags'),
+    'scipy': ('python3-scipy', 'scipy'),
+    'yaml': ('python3-yaml', 'PyYAML'),
+    'zstandard': ('mcap-ros2-support', 'mcap'),
+    **{name: (name, None) for name in (
+        'builtin_interfaces', 'diagnostic_msgs', 'launch', 'launch_ros', 'rcl_interfaces',
+        'rclpy', 'rosgraph_msgs', 'sensor_msgs', 'std_msgs', 'std_srvs')},
+}
+
+
+def text_of(tag):
+    return XML.findtext(tag).strip()
+
+
+def imports():
+    """Return {top-level name: a file that imports it} of everything outside of the package."""
+    found = {}
+    for path in (ROOT / 'gearbox_monitor').rglob('*.py'):
+        for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+            names = ([a.name for a in node.names] if isinstance(node, ast.Import) else
+                     [node.module] if isinstance(node, ast.ImportFrom) else [])
+            for name in names:
+                found[name.split('.')[0]] = path.relative_to(ROOT)
+    return {name: path for name, path in found.items()
+            if name not in sys.stdlib_module_names and name != 'gearbox_monitor'}
+
+
+def test_package_xml_is_valid():
+    """An invalid one does not fail to build: ros2 just never finds the package."""
+    assert XML.tag == 'package' and XML.get('format') == '3'
+    order = [element.tag for element in XML]
+    head = ['name', 'version', 'description', 'maintainer', 'license', 'author']
+    assert order[:6] == head and order[-1] == 'export'
+    assert set(order[6:-1]) == {'exec_depend', 'test_depend'}
+    assert re.fullmatch(r'[a-z][a-z0-9_]*', text_of('name'))
+    assert re.fullmatch(r'\d+\.\d+\.\d+', text_of('version'))
+    assert text_of('license') == 'Apache-2.0'
+    for person in (*XML.iter('maintainer'), *XML.iter('author')):
+        assert re.fullmatch(r'[-\w.%+]+@[-\w.]+\.[A-Za-z]{2,}', person.get('email'))
+    assert XML.findtext('export/build_type') == 'ament_python'
+    dependencies = [e.text for e in XML.iter('exec_depend')]
+    assert len(set(dependencies)) == len(dependencies)
+
+
+def test_one_version():
+    version = text_of('version')
+    assert gearbox_monitor.__version__ == version
+    assert f"version='{version}'" in SETUP
+    changelog = (ROOT / 'CHANGELOG.rst').read_text(encoding='utf-8')
+    assert re.search(r'^(\d+\.\d+\.\d+) \(', changelog, re.MULTILINE)[1] == version
+
+
+def test_dependencies_are_declared():
+    keys = {e.text for e in XML.iter('exec_depend')}
+    for name, path in imports().items():
+        assert name in THIRD_PARTY, f'{path}: {name} is in neither package.xml nor setup.py'
+        key, distribution = THIRD_PARTY[name]
+        assert key is None or key in keys, f'{path}: {name} is not in package.xml'
+        assert distribution is None or f"'{distribution}>=" in SETUP, f'{path}: {name}'
+
+
+def test_entry_points_exist():
+    scripts = re.findall(r"'(\w+) = ([\w.]+):(\w+)'", SETUP)
+    assert {name for name, _, _ in scripts} == {
+        'gearbox_monitor', 'plant_node', 'estimator_node', 'recorder_node'}
+    for _, module, function in scripts:
+        if '.nodes.' in module:
+            pytest.importorskip('rclpy')
+        assert callable(getattr(import_module(module), function))
+
+
+@pytest.mark.parametrize('command', COMMANDS)
+def test_every_command_explains_itself_with_examples(command):
+    result = subprocess.run([sys.executable, '-m', 'gearbox_monitor', command, '--help'],
+                            cwd=ROOT, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
+    assert f'  gearbox_monitor {command}' in result.stdout, 'no example'
+
+
+@pytest.fixture(scope='module')
+def installed(tmp_path_factory):
+    """Install into a prefix as colcon and pip do; return (prefix, folder of the modules)."""
+    pytest.importorskip('setuptools')
+    prefix = tmp_path_factory.mktemp('prefix')
+    library = prefix / 'lib/python3/site-packages'
+    subprocess.run(
+        [sys.executable, 'setup.py', '-q', 'build_py', '--build-lib', str(library),
+         'install_data', '--install-dir', str(prefix)],
+        cwd=ROOT, check=True, capture_output=True)
+    return prefix, library
+
+
+def test_everything_is_installed(installed):
+    prefix, library = installed
+    share = prefix / 'share/gearbox_monitor'
+    for folder, where in (('config', 'config'), ('gearbox_monitor/launch', 'launch')):
+        expected = {p.relative_to(ROOT / folder) for p in (ROOT / folder).rglob('*')
+                    if p.is_file() and '__pycache__' not in p.parts}
+        assert expected == {p.relative_to(share / where) for p in (share / where).rglob('*')
+                            if p.is_file()}
+    assert (share / 'package.xml').is_file()
+    assert (prefix / 'share/ament_index/resource_index/packages/gearbox_monitor').is_file()
+    modules = {p.relative_to(ROOT) for p in (ROOT / 'gearbox_monitor').rglob('*.py')
+               if p.parent.name != 'launch'}
+    assert modules == {p.relative_to(library) for p in library.rglob('*.py')}
+
+
+def test_installed_copy_finds_its_own_configuration(installed, tmp_path):
+    prefix, library = installed
+    env = {**os.environ, 'PYTHONPATH': str(library), 'AMENT_PREFIX_PATH': '/nowhere'}
+    code = ('from gearbox_monitor.resources import config_path\n'
+            'print(config_path("drive.yaml"), config_path("import/emps.yaml"))')
+    result = subprocess.run([sys.executable, '-c', code], cwd=tmp_path, env=env, check=True,
+                            capture_output=True, text=True)
+    config = prefix / 'share/gearbox_monitor/config'
+    assert result.stdout.split() == [str(config / 'drive.yaml'), str(config / 'import/emps.yaml')]
+
+
+def test_missing_configuration_is_one_line(tmp_path):
+    from gearbox_monitor.errors import InputError
+    from gearbox_monitor.resources import config_path
+    with pytest.raises(InputError, match='^nothing.yaml: not found, expected in .*config$'):
+        config_path('nothing.yaml')

@@ -1,0 +1,9 @@
+import pytest
+
+main = pytest.importorskip('ament_pep257.main', reason='ament_pep257 comes with apt').main
+
+
+@pytest.mark.linter
+@pytest.mark.pep257
+def test_pep257():
+    assert main(argv=['.', 'test']) == 0, 'Found code style errors / warnings'
