@@ -394,8 +394,9 @@ class Monitor:
             alarm = self._alarms[name]
             level = alarm.update(finding.level, stamp_ns)
             message = finding.message
-            if level > Level.OK:
-                message += f' (for {alarm.lasted(stamp_ns):.1f} s)'
+            lasted = alarm.lasted(stamp_ns)
+            if level > Level.OK and lasted > 0.0:
+                message += f' (for {lasted:.1f} s)'
             self.findings[name] = Finding(level, message, finding.values)
 
     def _check_input(self, stamps, stamp_ns):

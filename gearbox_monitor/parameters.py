@@ -162,6 +162,8 @@ PLANT = (
     Parameter('publish_clock', False, '', 'publish /clock in real time, too'),
     Parameter('duration', 0.0, 's', 'simulated time after which the plant ends; 0: never',
               low=0.0, high=1e7),
+    Parameter('wait_for_subscribers', 0, '', 'start once joint_states and the truth have this many '
+              'subscribers together, and they have acknowledged the first sample', low=0, high=100),
     Parameter('seed', 0, '', 'seed of the noise', low=0, high=2**31 - 1),
     Parameter('torque_source', 'excitation', '', 'where the torque comes from: the excitation, or '
               'effort_command, held until the next one', choices=('excitation', 'topic')),

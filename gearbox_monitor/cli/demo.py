@@ -30,6 +30,7 @@ RATE = 1000.0          # Hz
 WINDOWS = 8            # windows for the fit of the gap, in whole seconds: it runs at 1 Hz
 GROWTH_AFTER = 3.3     # windows; the first three are the baseline
 GROWTH = 0.6           # of the gap, at the end
+SUBSCRIBERS = 3        # estimator and recorder of the samples, recorder of the truth
 SMOOTHER_DELAY = 0.2   # s that a window lacks when it is due
 MIN_DURATION = 8.0     # s, for windows of one second
 READY_SECONDS = 60.0   # compiling takes long the first time
@@ -128,7 +129,8 @@ class Demo:
                 stack.callback(watcher.close)
                 self.wait_ready(watcher)
                 began = True
-                self.start('plant', 'demo_plant', rate=RATE, duration=self.duration,
+                self.start('plant', 'plant_node', rate=RATE, duration=self.duration,
+                           wait_for_subscribers=SUBSCRIBERS,
                            gap_growth_rate=self.growth_rate, gap_growth_start=self.growth_start)
                 self.follow(watcher)
         except (Interrupted, ChildFailed):

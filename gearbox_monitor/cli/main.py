@@ -24,11 +24,26 @@ def main(argv=None):
     after Ctrl-C.
     """
     argv = sys.argv[1:] if argv is None else argv
+    named = next((word for word in argv if not word.startswith('-')), None)
+    try:
+        args = _parse(argv, named)
+        return args.run(args) or 0
+    except InputError as error:
+        print(f'gearbox_monitor {named}: {error}', file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:  # the reader of our output has gone (| head)
+        sys.stderr.close()
+        return 0
+
+
+def _parse(argv, named):
+    """Return the parsed `argv`; only the module of the command `named` is imported."""
     parser = argparse.ArgumentParser(
         prog='gearbox_monitor', description='Condition monitor for robot joint gearboxes.')
     parser.add_argument('--version', action='version', version=__version__)
     subparsers = parser.add_subparsers(dest='command', metavar='COMMAND', required=True)
-    named = next((word for word in argv if not word.startswith('-')), None)
     for name, (module, summary) in COMMANDS.items():
         sub = subparsers.add_parser(
             name, help=summary, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -37,17 +52,7 @@ def main(argv=None):
             sub.description = command.__doc__
             command.add_arguments(sub)
             sub.set_defaults(run=command.run)
-    args = parser.parse_args(argv)
-    try:
-        return args.run(args) or 0
-    except InputError as error:
-        print(f'gearbox_monitor {args.command}: {error}', file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        return 130
-    except BrokenPipeError:  # the reader of our output has gone (| head)
-        sys.stderr.close()
-        return 0
+    return parser.parse_args(argv)
 
 
 if __name__ == '__main__':

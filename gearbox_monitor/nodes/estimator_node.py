@@ -13,7 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import (
-    DurabilityPolicy, HistoryPolicy, qos_profile_system_default, QoSProfile, ReliabilityPolicy)
+    DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy)
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -73,7 +73,7 @@ class EstimatorNode(Node):
                                            qos_overriding_options=overridable))
             for signal in SIGNALS]
         self._diagnostics = self.create_publisher(
-            DiagnosticArray, DIAGNOSTICS, qos_profile_system_default)
+            DiagnosticArray, DIAGNOSTICS, 10)
         self._alerts = self.create_publisher(DiagnosticArray, DRIFT_ALERTS, LATCHED)
         self._snapshots = self.create_publisher(DiagnosticArray, f'~/{SNAPSHOT}', LATCHED)
         self._publish_snapshot('start')

@@ -38,6 +38,7 @@ BLOCK_TIME = 0.01     # s between two looks at services: the wait for a changed 
 FREE_RUN_BLOCK = 50   # samples, when there is no pace
 DISCOVERY_TIME = 3.5  # s; a participant announces itself every 3 s, other ways may be missed
 REPORT_PERIOD = 10.0  # s between two reports of overruns
+ACKNOWLEDGED = Duration(seconds=5)
 QUEUE = 1000          # messages kept for a slow subscriber
 
 
@@ -155,6 +156,8 @@ class PlantNode(Node):
     def _work(self):
         """Simulate and publish one block of samples, each at its time."""
         if self._start is None:
+            if self._subscribers() < self.values['wait_for_subscribers']:
+                return
             self._start = time.monotonic_ns()
             self.t0_ns = time.time_ns()
         if self._clock_out:
@@ -231,6 +234,15 @@ class PlantNode(Node):
         truth.effort = array('d', (tau_k,))
         self._states_out.publish(states)
         self._truth_out.publish(truth)
+        if self.count == 0 and self.values['wait_for_subscribers']:
+            # A publisher knows its subscribers before these know it, at worst for 3 s.
+            for publisher in (self._states_out, self._truth_out):
+                publisher.wait_for_all_acked(ACKNOWLEDGED)
+            self._start = time.monotonic_ns()
+
+    def _subscribers(self):
+        return sum(publisher.get_subscription_count()
+                   for publisher in (self._states_out, self._truth_out))
 
     def _report(self):
         now = time.monotonic()

@@ -107,7 +107,7 @@ class Recorder(Node):
             if topic.name in known:
                 msgtype, latched = known[topic.name]
                 self._subscribe(topic, msgtype, latched=latched)
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 1)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_timer(POLL_SECONDS, self._poll)
         self.create_timer(DISCOVERY_SECONDS, self._discover)
         self.create_timer(1.0, self._diagnose)
