@@ -1,3 +1,17 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """
 Compile numerical kernels with numba, or run the same source interpreted.
 
@@ -18,38 +32,34 @@ except ImportError:
     COMPILED = False
 
 
+def _cache_folder():
+    """
+    Return the folder for compiled kernels: one for each state of the sources.
+
+    numba looks only at the file of a kernel, not at those of the kernels it calls; and files of
+    its own beside the sources would survive when pip removes the package.
+    """
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.rglob('*.py')):
+        source = path.read_bytes()
+        if b'@jit' in source:
+            digest.update(source)
+    base = os.environ.get('XDG_CACHE_HOME') or os.path.join(os.path.expanduser('~'), '.cache')
+    return os.path.join(base, 'gearbox_monitor', digest.hexdigest()[:16])
+
+
+CACHE_FOLDER = _cache_folder() if COMPILED else None
+
+
 def jit(function):
-    """Return `function` compiled (cached on disk where a directory is writable) or as it is."""
+    """Return `function` compiled (cached on disk where a folder is writable) or as it is."""
     if not COMPILED:
         return function
+    chosen = numba.config.CACHE_DIR  # the user's, by NUMBA_CACHE_DIR
+    numba.config.CACHE_DIR = chosen or CACHE_FOLDER
     try:
         return numba.njit(cache=True, error_model='numpy')(function)
     except RuntimeError:  # no writable place for the cache: compile at each start instead
         return numba.njit(error_model='numpy')(function)
-
-
-def _drop_stale_cache():
-    """
-    Remove cached kernels when any source has changed since they were made.
-
-    numba looks only at the file of the kernel itself, not at those of the kernels it calls.
-    """
-    root = Path(__file__).parent
-    sources = sorted(path for folder in ('.', 'drive', 'filters', 'trust')
-                     for path in (root / folder).glob('*.py'))
-    states = [(path.name, path.stat().st_mtime_ns, path.stat().st_size) for path in sources]
-    digest = hashlib.sha256(repr(states).encode()).hexdigest()
-    stamp = root / '__pycache__' / 'kernels.sha256'
-    try:
-        if stamp.is_file() and stamp.read_text(encoding='ascii') == digest:
-            return
-        for path in root.rglob('__pycache__/*.nb[ic]'):
-            path.unlink(missing_ok=True)
-        stamp.parent.mkdir(exist_ok=True)
-        stamp.write_text(digest, encoding='ascii')
-    except OSError:  # not ours to write: numba then keeps its cache elsewhere, or none
-        pass
-
-
-if COMPILED:
-    _drop_stale_cache()
+    finally:
+        numba.config.CACHE_DIR = chosen

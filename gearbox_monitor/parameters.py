@@ -1,3 +1,17 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """
 The table of parameters: one truth for node declarations, YAML files, validation and docs.
 
@@ -162,8 +176,9 @@ PLANT = (
     Parameter('publish_clock', False, '', 'publish /clock in real time, too'),
     Parameter('duration', 0.0, 's', 'simulated time after which the plant ends; 0: never',
               low=0.0, high=1e7),
-    Parameter('wait_for_subscribers', 0, '', 'start once joint_states and the truth have this many '
-              'subscribers together, and they have acknowledged the first sample', low=0, high=100),
+    Parameter('wait_for_subscribers', 0, '', 'start once joint_states and the truth have this '
+              'many subscribers together, and they have acknowledged the first sample', low=0,
+              high=100),
     Parameter('seed', 0, '', 'seed of the noise', low=0, high=2**31 - 1),
     Parameter('torque_source', 'excitation', '', 'where the torque comes from: the excitation, or '
               'effort_command, held until the next one', choices=('excitation', 'topic')),

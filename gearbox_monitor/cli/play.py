@@ -1,3 +1,17 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """
 Publish a bag to live nodes, with /clock, as "ros2 bag play --clock" would.
 
@@ -34,7 +48,7 @@ def run(args):
     try:
         from gearbox_monitor.nodes.play import play
     except ImportError as error:
-        raise InputError(f'rclpy: not usable here ({error}), expected a sourced ROS 2 or '
+        raise InputError(f'rclpy: not installed here ({error}), expected a sourced ROS 2 or '
                          'this package installed with the extra [ros]') from None
     ros_args = ['--ros-args', *args.ros_args] if args.ros_args else []
     return play(args.bag, args.rate, args.topics, args.all, args.loop, not args.no_clock,

@@ -1,3 +1,17 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """What every node's main needs: clean start, clean stop and polled subscriptions."""
 import argparse
 import ctypes
@@ -86,6 +100,13 @@ def spin_node(factory, args=None, doc=None):
         epilog='ROS arguments follow --ros-args, for example --ros-args --params-file FILE.')
     node, code = None, 0
     _die_with_parent()
+
+    def on_interrupt(*_):
+        # Once the node is there rclpy's own handler ends the spinning; an exception on top could
+        # hit any line, even of a destructor.
+        if node is None:
+            raise KeyboardInterrupt
+    signal.signal(signal.SIGINT, on_interrupt)  # rclpy calls what it finds here at its start
     try:
         _init(args, parser)
         node = factory()
