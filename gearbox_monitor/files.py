@@ -50,7 +50,7 @@ def load_parameters(path, node, table):
     """
     data = load_yaml(path)
     if not isinstance(data, dict):
-        raise InputError(f'{path}: {data!r}, expected "{node}: ros__parameters: ..."')
+        raise InputError(f'{path}: {str(data)[:40]!r}, expected "{node}: ros__parameters: ..."')
     values = {}
     for block in sorted(data, key=lambda name: not name.startswith('/**')):
         if block.rsplit('/', 1)[-1] not in ('**', node):

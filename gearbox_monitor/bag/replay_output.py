@@ -17,22 +17,29 @@ import heapq
 import json
 
 import numpy as np
+from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.replay import JOINT_STATE, signal_values
+from gearbox_monitor.bag.replay import DIAGNOSTIC_ARRAY, JOINT_STATE, signal_values
 from gearbox_monitor.bag.write import BagWriter
-from gearbox_monitor.signals import ARM, MOTOR, SIGNALS
+from gearbox_monitor.monitor import Monitor
+from gearbox_monitor.signals import ARM, MOTOR, SIGNALS, SNAPSHOT
 
 
 def write_bag(path, reader, result):
-    """Write `result` (replay.Replay) of the bag `reader` to the new bag `path`."""
+    """
+    Write `result` (replay.Replay) of the bag `reader` to the new bag `path`.
+
+    A replay of that bag gives the same estimates: it holds the snapshots they started from.
+    """
     namespace = result.recording.namespace
     ours = {f'{namespace}/{signal.topic}' for signal in SIGNALS}
     # What the live estimator said besides belongs to its estimates, not to these.
     said = {'/diagnostics', f'{namespace}/drift_alerts'}
-    keep = [topic for topic in reader.topics
-            if topic not in ours | said and not topic.endswith('/snapshot')]
+    again = result.comparison is not None  # the recorded snapshots apply
+    keep = [topic for topic in reader.topics if topic not in ours | said
+            and (again or not topic.endswith('/snapshot'))]
     with BagWriter(path) as writer:
         writer.add_metadata('gearbox_monitor', {
             'version': __version__, 'replayed_from': str(reader.path),
@@ -42,9 +49,26 @@ def write_bag(path, reader, result):
             writer.add_topic(topic, reader.topics[topic][0])
         for topic in sorted(ours):
             writer.add_topic(topic, JOINT_STATE)
+        if not again:
+            _write_snapshot(writer, reader, result)
         streams = [reader.messages(keep)] + [_messages(signal, result) for signal in SIGNALS]
         for topic, log_ns, publish_ns, raw in heapq.merge(*streams, key=lambda m: m[1]):
             writer.write(topic, log_ns, raw, publish_ns)
+
+
+def _write_snapshot(writer, reader, result):
+    """Write the state before the first sample."""
+    topic = f'{result.recording.namespace}/estimator/{SNAPSHOT}'
+    types = get_typestore(Stores.ROS2_JAZZY).types
+    header = types['std_msgs/msg/Header'](types['builtin_interfaces/msg/Time'](0, 0), '')
+    content = {'reason': 'start', 'version': __version__,
+               **Monitor(result.monitor.model, result.monitor.parameters).snapshot()}
+    status = types['diagnostic_msgs/msg/DiagnosticStatus'](
+        0, 'estimator: snapshot', 'what replay starts from',
+        result.monitor.parameters['gearbox_serial'],
+        [types['diagnostic_msgs/msg/KeyValue'](key, value) for key, value in content.items()])
+    writer.add_topic(topic, DIAGNOSTIC_ARRAY)
+    writer.write_message(topic, reader.start_ns or 0, types[DIAGNOSTIC_ARRAY](header, [status]))
 
 
 def _messages(signal, result):

@@ -149,7 +149,7 @@ def _choice(value, name, source, choices):
 
 def _mapping(data, name, source, allowed):
     if not isinstance(data, dict):
-        raise InputError(f'{source}: {name}: {data!r}, expected keys and values')
+        raise InputError(f'{source}: {name}: {str(data)[:40]!r}, expected keys and values')
     for key in data:
         if key not in allowed:
             raise InputError(f'{source}: {name}: unknown key {key!r}, expected one of '

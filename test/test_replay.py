@@ -1,0 +1,161 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Replay of bags through the command line, no ROS needed."""
+import csv
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.replay import replay
+from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import Noise, simulate
+from gearbox_monitor.monitor import Monitor, Samples
+
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+T0 = 1_700_000_000_000_000_000
+N = 4000
+
+
+@pytest.fixture(scope='module')
+def drive():
+    return simulate(DriveModel(), Excitation().torque(1e-3 * np.arange(N)), 1e-3,
+                    Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed=5)
+
+
+@pytest.fixture
+def bag(tmp_path, drive):
+    """Return a bag of a user: three joints, the motor on its own side of a gear of -20, a namespace."""
+    path = tmp_path / 'bag'
+    stamps = T0 + np.arange(N) * 1_000_000
+    nothing = np.full(N, np.nan)
+    position = np.column_stack([nothing, drive.y[:, 1], -20.0 * drive.y[:, 0]])
+    effort = np.column_stack([nothing, nothing, drive.u / -20.0])
+    with BagWriter(path) as writer:
+        writer.add_topic('/left/joint_states', JOINT_STATE)
+        writer.add_topic('/left/plant/transmission_state', JOINT_STATE)
+        messages = encode_joint_states(stamps, ['x', 'a', 'm'], position, effort=effort)
+        truth = encode_joint_states(stamps, ['transmission'], drive.x[:, :1] - drive.x[:, 1:2],
+                                    effort=drive.tau_k[:, None])
+        others = encode_joint_states(stamps, ['gripper'], position[:, :1])
+        for k in range(N):
+            writer.write('/left/joint_states', int(stamps[k]), messages[k])
+            writer.write('/left/joint_states', int(stamps[k]), others[k])
+            writer.write('/left/plant/transmission_state', int(stamps[k]), truth[k])
+    return path
+
+
+@pytest.fixture
+def options(tmp_path):
+    """Return options that a user gives for that bag."""
+    model = tmp_path / 'drive.yaml'
+    model.write_text(yaml.safe_dump({'gear_ratio': -20.0}))
+    params = tmp_path / 'estimator.yaml'
+    params.write_text(yaml.safe_dump({'/**': {'ros__parameters': {'rate': 3.0}}, 'estimator': {
+        'ros__parameters': {'motor_joint': 'm', 'arm_joint': 'a', 'arm_load': 'model'}}}))
+    return ['--model', str(model), '--params', str(params)]
+
+
+def test_csv_and_json_hold_what_the_monitor_says(bag, options, drive, tmp_path, capsys):
+    file = tmp_path / 'out.csv'
+    assert main(['replay', str(bag), *options, '--csv', str(file), '--json']) == 0
+    told = json.loads(capsys.readouterr().out)
+    expected = Monitor(DriveModel(), {'arm_load': 'none'}).run(Samples(
+        T0 + np.arange(N) * 1_000_000, np.column_stack([drive.u, np.full(N, np.nan)]), drive.y))
+    with open(file, newline='') as stream:
+        rows = list(csv.reader(stream))
+    assert rows[0] == ['stamp_ns', 'x1', 'x2', 'x3', 'x4', 'tau_k', 'tau_k_std',
+                       'innovation_motor', 'innovation_arm', 'nis']
+    assert [int(row[0]) for row in rows[1:]] == expected.stamp_ns.tolist()
+    np.testing.assert_allclose([float(row[5]) for row in rows[1:]], expected.tau_k, atol=1e-6)
+    error = expected.tau_k[1000:] - drive.tau_k[1001:]
+    assert told['samples'] == N and told['refused'] == {'starts': 1}
+    assert told['tau_k_error'] == pytest.approx(np.sqrt((error ** 2).mean()), rel=0.01)
+    assert told['tau_k_error_smoothed'] < 0.5 * told['tau_k_error']
+
+
+def test_a_written_replay_replays_to_the_same_bits(bag, options, tmp_path, capsys):
+    out, again = tmp_path / 'out', tmp_path / 'again'
+    assert main(['replay', str(bag), *options, '--out', str(out)]) == 0
+    assert main(['replay', str(out), '--out', str(again), '--json']) == 0
+    told = json.loads(capsys.readouterr().out.partition('\n{')[2].join(['{', '']))
+    assert told['replay_identical'] == 'yes' and told['comparison']['compared'] > 6 * (N - 200)
+    with open_bag(out) as reader, open_bag(again) as second:
+        assert {t: n for t, (_, n) in reader.topics.items()} == {
+            t: n for t, (_, n) in second.topics.items()}
+        states = reader.joint_states('/left/innovations_stddev', ('m', 'a'))
+        assert (states.position > 0).all()
+
+
+def test_a_changed_recording_is_told(bag, options, tmp_path, capsys):
+    """Replay must be able to say no."""
+    out = tmp_path / 'out'
+    assert main(['replay', str(bag), *options, '--out', str(out)]) == 0
+    changed = tmp_path / 'changed'
+    with open_bag(out) as reader, BagWriter(changed) as writer:
+        for topic, (kind, _) in reader.topics.items():
+            writer.add_topic(topic, kind)
+        for k, (topic, log_ns, _, raw) in enumerate(reader.messages()):
+            if topic == '/left/transmission_state' and k > 9000:
+                raw = raw[:-1] + bytes([raw[-1] ^ 1])  # last byte of tau_K
+            writer.write(topic, log_ns, raw)
+    capsys.readouterr()
+    assert main(['replay', str(changed)]) == 1
+    assert 'identical    no' in capsys.readouterr().out
+
+
+def test_lost_samples_are_explained_not_blamed(bag, options, tmp_path):
+    out, holed = tmp_path / 'out', tmp_path / 'holed'
+    assert main(['replay', str(bag), *options, '--out', str(out)]) == 0
+    with open_bag(out) as reader, BagWriter(holed) as writer:
+        for topic, (kind, _) in reader.topics.items():
+            writer.add_topic(topic, kind)
+        for topic, log_ns, _, raw in reader.messages():
+            lost = T0 + 2_000_000_000 <= log_ns < T0 + 2_005_000_000
+            if not (lost and topic == '/left/joint_states'):
+                writer.write(topic, log_ns, raw)
+    with open_bag(holed) as reader:
+        comparison = replay(reader).comparison
+    assert comparison.lost_inputs == 5 and comparison.different == 0
+    assert comparison.explained > 1000 and comparison.verdict == 'yes'
+
+
+@pytest.mark.parametrize('extra, told', [
+    (['--filter', 'kalman9'], "filter: 'kalman9', expected one of"),
+    (['--topic', 'motor_states'], 'no topic /motor_states, the bag has /left/joint_states'),
+    (['--params', 'DIR/wrong.yaml'], "unknown parameter 'q_tau'"),
+    (['--params', 'DIR/joint.yaml'], "has no joint 'elbow', it has x, a, m, gripper"),
+    (['--model', 'DIR/drive_wrong.yaml'], "arm_inertia: 'heavy', expected a number > 0"),
+    (['--model', 'DIR/drive_typo.yaml'], "unknown key 'arm_inertai'"),
+    (['--out', 'DIR'], 'exists, expected a new file'),
+    (['--csv', 'DIR/no/where.csv'], 'where.csv: No such file or directory'),
+])
+def test_bad_input_is_one_line(bag, options, tmp_path, capsys, extra, told):
+    for name, content in {
+            'wrong.yaml': {'estimator': {'ros__parameters': {'q_tau': 1.0}}},
+            'joint.yaml': {'estimator': {'ros__parameters': {'motor_joint': 'elbow'}}},
+            'drive_wrong.yaml': {'arm_inertia': 'heavy'},
+            'drive_typo.yaml': {'arm_inertai': 1.0}}.items():
+        (tmp_path / name).write_text(yaml.safe_dump(content))
+    extra = [word.replace('DIR', str(tmp_path)) for word in extra]
+    assert main(['replay', str(bag), *options, *extra]) == 2
+    errors = capsys.readouterr().err.splitlines()
+    assert len(errors) == 1 and told in errors[0], errors
