@@ -17,7 +17,8 @@ Compile numerical kernels with numba, or run the same source interpreted.
 
 numba is optional at run time (an apt-installed Jazzy on Ubuntu 24.04 has none). The environment
 variable ``GEARBOX_MONITOR_JIT=0`` chooses the interpreted kernels where numba is installed, too.
-``fastmath`` stays off: a monitor needs NaN checks, and replay needs the same bits as live.
+``fastmath`` stays off: a monitor needs NaN checks, and replay needs the same bits as live. Kernels
+release the GIL, so that fits can run in threads.
 """
 import hashlib
 import os
@@ -58,8 +59,8 @@ def jit(function):
     chosen = numba.config.CACHE_DIR  # the user's, by NUMBA_CACHE_DIR
     numba.config.CACHE_DIR = chosen or CACHE_FOLDER
     try:
-        return numba.njit(cache=True, error_model='numpy')(function)
+        return numba.njit(cache=True, error_model='numpy', nogil=True)(function)
     except RuntimeError:  # no writable place for the cache: compile at each start instead
-        return numba.njit(error_model='numpy')(function)
+        return numba.njit(error_model='numpy', nogil=True)(function)
     finally:
         numba.config.CACHE_DIR = chosen

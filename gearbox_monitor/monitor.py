@@ -178,6 +178,7 @@ class Monitor:
             self.drive.arm_load == 'measured'], np.int64)
         n, module = len(self.names), FILTERS[p['filter']]
         self._z, self._P = np.zeros(n), np.eye(n)
+        self._memory = np.zeros(module.memory_size(n))
         self._clock, self._efforts = np.zeros(1), np.zeros((stream.N_EFFORTS, 2))
         self._ring = np.zeros((RING, record_size(n)))
         self._ring_stamps = np.zeros(RING, np.int64)
@@ -258,7 +259,7 @@ class Monitor:
             'input_count': str(self._gate[stream.INPUTS]),
             'gate': json.dumps([int(v) for v in self._gate[:stream.EVALUATE_AT]]),
             'counts': json.dumps([int(v) for v in self.counts]),
-            'z': numbers(self._z), 'P': numbers(self._P),
+            'z': numbers(self._z), 'P': numbers(self._P), 'memory': numbers(self._memory),
             'clock': numbers(self._clock), 'efforts': numbers(self._efforts)}
 
     @classmethod
@@ -279,6 +280,7 @@ class Monitor:
             monitor.counts[:] = json.loads(snapshot['counts'])
             monitor._z = numbers('z', monitor._z)
             monitor._P = numbers('P', monitor._P)
+            monitor._memory = numbers('memory', monitor._memory)
             monitor._clock = numbers('clock', monitor._clock)
             monitor._efforts = numbers('efforts', monitor._efforts)
         except (KeyError, ValueError, TypeError, AttributeError) as error:
@@ -358,8 +360,8 @@ class Monitor:
     def _run(self, stamps, u, y, codes, rows, stamps_s, smoothed):
         return stream.run(
             stamps, u, y, self._kind, self._packed, self._settings, self._gate, self.counts,
-            self._clock, self._efforts, self._z, self._P, self._ring, self._ring_stamps,
-            self._vectors, self._matrices, codes, rows, stamps_s, smoothed)
+            self._clock, self._efforts, self._z, self._P, self._memory, self._ring,
+            self._ring_stamps, self._vectors, self._matrices, codes, rows, stamps_s, smoothed)
 
     # ------------------------------------------------------------------ evaluation
 

@@ -60,9 +60,9 @@ KINDS = {'ekf': EKF}
 
 
 @jit
-def _filter_step(kind, z, P, dt, u, load, y1, y2, p, vectors, matrices, record):
+def _filter_step(kind, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
     """Step the filter chosen by `kind`; the arguments are those of every filter's step."""
-    return ekf.step(z, P, dt, u, load, y1, y2, p, vectors, matrices, record)
+    return ekf.step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record)
 
 
 @jit
@@ -157,8 +157,8 @@ def _write_estimate(z, P, record, dt, u, load, p, row):
 
 
 @jit
-def run(stamps, inputs, outputs, kind, p, settings, gate, counts, clock, efforts, z, P, ring,
-        ring_stamps, vectors, matrices, codes, estimates, smoothed_stamps, smoothed):
+def run(stamps, inputs, outputs, kind, p, settings, gate, counts, clock, efforts, z, P, memory,
+        ring, ring_stamps, vectors, matrices, codes, estimates, smoothed_stamps, smoothed):
     """
     Take up to N samples; returns (how many were taken, rows written to `smoothed`).
 
@@ -169,9 +169,9 @@ def run(stamps, inputs, outputs, kind, p, settings, gate, counts, clock, efforts
     motor and arm position (rad); NaN = not measured. kind: filter. p: process.pack. settings int64
     [max_gap ns, effort_delay, smoother_lag ns, load is measured 0/1]. Carried from call to call,
     changed in place: gate int64 [N_GATE], counts int64 [N_COUNTS], clock [period s], efforts
-    [N_EFFORTS], belief z [n], P [n, n], ring of step records with ring_stamps. Written: codes
-    int64 [N], estimates [N, N_ESTIMATE] (rows whose code is ESTIMATE), smoothed_stamps and
-    smoothed (rows as many as samples plus the ring's length).
+    [N_EFFORTS], belief z [n], P [n, n] and memory of the filter, ring of step records with
+    ring_stamps. Written: codes int64 [N], estimates [N, N_ESTIMATE] (rows whose code is ESTIMATE),
+    smoothed_stamps and smoothed (rows as many as samples plus the ring's length).
     """
     max_gap, delay, lag = settings[0], settings[1], settings[2]
     rows = ring.shape[0]
@@ -218,6 +218,7 @@ def run(stamps, inputs, outputs, kind, p, settings, gate, counts, clock, efforts
                 efforts[i, 0], efforts[i, 1] = u, load
             gate[STARTED] = stamp
             _start(z, P, y1, y2, p, ring[0])
+            memory[:] = 0.0
             ring_stamps[0] = stamp
             if _due(stamp, gate):
                 return k + 1, n_smoothed
@@ -242,8 +243,8 @@ def run(stamps, inputs, outputs, kind, p, settings, gate, counts, clock, efforts
         load_acting = efforts[acting, 1] if settings[3] == 1 else 0.0
         record = ring[step % rows]
         ring_stamps[step % rows] = stamp
-        if not _filter_step(kind, z, P, dt, u_acting, load_acting, y1, y2, p, vectors, matrices,
-                            record):
+        if not _filter_step(kind, z, P, memory, dt, u_acting, load_acting, y1, y2, p, vectors,
+                            matrices, record):
             codes[k] = DIVERGED
             counts[ESTIMATE] -= 1
             counts[DIVERGED] += 1

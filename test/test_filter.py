@@ -73,8 +73,8 @@ def filtered(p, n, z, P, dts, u, load, y):
     vectors, matrices = np.zeros((ekf.N_VECTORS, n)), np.zeros((5, n, n))
     records = np.zeros((len(dts), record_size(n)))
     for k, dt in enumerate(dts):
-        assert ekf.step(z, P, dt, u[k], load[k], y[k, 0], y[k, 1], p, vectors, matrices,
-                        records[k])
+        assert ekf.step(z, P, np.zeros(0), dt, u[k], load[k], y[k, 0], y[k, 1], p, vectors,
+                        matrices, records[k])
     return records
 
 

@@ -43,7 +43,7 @@ def drive():
 
 @pytest.fixture
 def bag(tmp_path, drive):
-    """Return a bag of a user: three joints, the motor on its own side of a gear of -20, a namespace."""
+    """Return a user's bag: three joints, a namespace, the motor on its side of a gear of -20."""
     path = tmp_path / 'bag'
     stamps = T0 + np.arange(N) * 1_000_000
     nothing = np.full(N, np.nan)

@@ -212,7 +212,7 @@ def _goes_on(monitor, snapshot):
         return False
     now = monitor.snapshot()
     same = all(now[key] == snapshot.content.get(key)
-               for key in ('z', 'P', 'gate', 'clock', 'efforts', 'parameters', 'model'))
+               for key in ('z', 'P', 'memory', 'gate', 'clock', 'efforts', 'parameters', 'model'))
     if same:
         monitor.adopt_baseline(snapshot.content)
     return same

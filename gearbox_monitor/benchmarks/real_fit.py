@@ -31,7 +31,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters import ekf
 from gearbox_monitor.filters.process import P0, pack, TAU_K, X1, X2
 from gearbox_monitor.filters.record import record_size
-from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.jit import jit
 from gearbox_monitor.monitor import Monitor, Samples
 from gearbox_monitor.parameters import checked, ESTIMATOR
 
@@ -103,6 +103,7 @@ def estimate(values, run, arm_step, sharpness=SHARPNESS):
     return torque, np.sqrt(variance + values.get('tau_k_model_std', 0.0) ** 2)
 
 
+@jit
 def _filter(stamps, u, outputs, p, size):
     """Return tau_K and its variance, each [N]; releases the GIL, so that runs go in parallel."""
     z, P = np.zeros(N_STATES), np.zeros((N_STATES, N_STATES))
@@ -111,22 +112,17 @@ def _filter(stamps, u, outputs, p, size):
     z[X1], z[X2] = outputs[0, 0], outputs[0, 1]
     vectors = np.zeros((ekf.N_VECTORS, N_STATES))
     matrices = np.zeros((ekf.N_MATRICES, N_STATES, N_STATES))
-    record = np.zeros(size)
+    record, memory = np.zeros(size), np.zeros(0)
     torque, variance = np.zeros(len(stamps)), np.zeros(len(stamps))
     variance[0] = P[TAU_K, TAU_K]
     for k in range(1, len(stamps)):
         dt = (stamps[k] - stamps[k - 1]) * 1e-9
-        if not ekf.step(z, P, dt, u[k - 1], 0.0, outputs[k, 0], outputs[k, 1], p, vectors,
+        if not ekf.step(z, P, memory, dt, u[k - 1], 0.0, outputs[k, 0], outputs[k, 1], p, vectors,
                         matrices, record):
             torque[k:] = np.inf
             break
         torque[k], variance[k] = z[TAU_K], P[TAU_K, TAU_K]
     return torque, variance
-
-
-if COMPILED:
-    import numba
-    _filter = numba.njit(nogil=True, cache=True, error_model='numpy')(_filter)
 
 
 def replay(values, run, arm_step):

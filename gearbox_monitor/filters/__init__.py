@@ -15,7 +15,8 @@
 """
 Filters with one step signature (see ekf.step), chosen by name.
 
-A filter is a module with ``step``, ``N_VECTORS`` and ``N_MATRICES`` (the scratch it wants).
+A filter is a module with ``step``, ``memory_size`` (what it carries besides z and P),
+``N_VECTORS`` and ``N_MATRICES`` (the scratch it wants).
 """
 from gearbox_monitor.filters import ekf
 

@@ -30,15 +30,22 @@ LOG_TWO_PI = math.log(2.0 * math.pi)
 N_VECTORS, N_MATRICES = 3, 4
 
 
+def memory_size(n):
+    """Return how many numbers the filter carries besides z [n] and P [n, n]."""
+    return 0
+
+
 @jit
-def step(z, P, dt, u, load, y1, y2, p, vectors, matrices, record):
+def step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
     """
     Predict over `dt` s and update with y = (y1, y2); a NaN was not measured.
 
-    z [n], P [n, n]: belief, changed in place. u, load: motor torque and known arm load (N m), held
-    over the step. p: process.pack. vectors [N_VECTORS, n], matrices [N_MATRICES, n, n]: scratch.
-    record: row of record.record_size(n), written. Returns False when the result is not finite or P
-    has lost its positive diagonal (z, P are then unusable).
+    z [n], P [n, n]: belief, changed in place. memory [memory_size(n)]: what else the filter
+    carries; all zero at a start and after a change of parameters, then to be made from z, P and p.
+    u, load: motor torque and known arm load (N m), held over the step. p: process.pack. vectors
+    [N_VECTORS, n], matrices [N_MATRICES, n, n]: scratch. record: row of record.record_size(n),
+    written. Returns False when the result is not finite or P has lost its positive diagonal (z, P
+    are then unusable).
     """
     n = z.shape[0]
     predict(z, P, dt, u, load, p, vectors, matrices, record)
