@@ -14,6 +14,7 @@
 
 """Read the YAML files of a user: model of the drive, parameters of a node."""
 from pathlib import Path
+import re
 
 import yaml
 
@@ -21,10 +22,19 @@ from gearbox_monitor.drive.model import model_from_dict
 from gearbox_monitor.errors import InputError
 
 
+class _Loader(yaml.SafeLoader):
+    """Safe loader that takes 1e-3 for a number, as YAML 1.2 does and ROS parameter files do."""
+
+
+_Loader.add_implicit_resolver(
+    'tag:yaml.org,2002:float',
+    re.compile(r'[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$'), list('-+.0123456789'))
+
+
 def load_yaml(path):
     """Return the mapping in the YAML file `path`; raises InputError with file and line."""
     try:
-        data = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
+        data = yaml.load(Path(path).read_text(encoding='utf-8'), _Loader)
     except OSError as error:
         raise InputError(f'{path}: {error.strerror}, expected a readable YAML file') from None
     except (yaml.YAMLError, UnicodeDecodeError) as error:

@@ -23,6 +23,7 @@ release the GIL, so that fits can run in threads.
 import hashlib
 import os
 from pathlib import Path
+import platform
 
 try:
     if os.environ.get('GEARBOX_MONITOR_JIT', '1') == '0':
@@ -31,6 +32,8 @@ try:
     COMPILED = True
 except ImportError:
     COMPILED = False
+# What decides the last bits of a result.
+KERNELS = f'{f"numba {numba.__version__}" if COMPILED else "interpreted"} on {platform.machine()}'
 
 
 def _cache_folder():

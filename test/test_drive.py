@@ -202,7 +202,7 @@ def test_bad_excitation(arguments):
 
 def test_model_file(tmp_path):
     path = tmp_path / 'drive.yaml'
-    path.write_text('motor_inertia: 0.01\ntransmission: {kind: play, stiffness: 7}\n'
+    path.write_text('motor_inertia: 1e-2\ntransmission: {kind: play, stiffness: 7}\n'
                     'effects: [{id: gravity, G: 2.0}]\nprocess_torque: null\n')
     model = load_model(path)
     assert (model.motor_inertia, model.transmission.stiffness) == (0.01, 7.0)

@@ -28,12 +28,14 @@ import numpy as np
 from gearbox_monitor.drive.model import DriveModel, model_from_dict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters.smoother import S_TAU_K
+from gearbox_monitor.jit import KERNELS
 from gearbox_monitor.monitor import Estimates, Monitor, Samples
 from gearbox_monitor.signals import ARM, MOTOR, SIGNALS
 from gearbox_monitor.stream import REASONS
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 DIAGNOSTIC_ARRAY = 'diagnostic_msgs/msg/DiagnosticArray'
+CLOSE = 1e-9  # relative, absolute below 1
 KEEP_GOING = ('period', 'baseline')  # snapshots that do not touch the state
 
 
@@ -74,7 +76,8 @@ class Comparison:
     """
     Replay against the recorded estimates, in messages.
 
-    compared = identical + explained + different. `explained` differ behind a lost sample, before
+    compared = identical + close + explained + different. `close` agree to 1e-9, as they do with
+    other versions or on another machine. `explained` differ behind a lost sample, before
     the next snapshot. early_inputs: recorded before the estimator was ready. lost_inputs:
     estimated live, but not in the recording; lost_outputs: recorded inputs whose estimate is not
     in the recording. first: where the first unexplained difference is.
@@ -82,6 +85,7 @@ class Comparison:
 
     compared: int = 0
     identical: int = 0
+    close: int = 0
     explained: int = 0
     different: int = 0
     early_inputs: int = 0
@@ -91,10 +95,10 @@ class Comparison:
 
     @property
     def verdict(self):
-        """'yes', 'no', or 'nothing to compare'."""
+        """'yes', 'to 1e-9', 'no', or 'nothing to compare'."""
         if not self.compared:
             return 'nothing to compare'
-        return 'no' if self.different else 'yes'
+        return 'no' if self.different else 'to 1e-9' if self.close else 'yes'
 
 
 @dataclass
@@ -203,6 +207,10 @@ def _from_snapshots(reader, recording, snapshots):
     result = Replay(recording, estimates, monitor)
     result.comparison = _compare(reader, result, np.array(resumed, np.int64))
     result.comparison.early_inputs = early
+    kernels = {snapshot.content.get('kernels', KERNELS) for snapshot in snapshots}
+    if kernels != {KERNELS}:
+        result.notes.append(f'recorded with {", ".join(sorted(kernels))}, replayed with {KERNELS}: '
+                            'the last bits may differ')
     return result
 
 
@@ -262,16 +270,19 @@ def _compare_signal(signal, states, result, names, resumed, losses, comparison):
     keep = [names.get(j, j) in states.names for j in signal.joints]
     ours = {name: array[:, keep] for name, array in values.items()}
     i, j = _match(stamps, states.stamp_ns)
-    same = np.ones(len(i), bool)
+    same, close = np.ones(len(i), bool), np.ones(len(i), bool)
     for name, array in ours.items():
         a, b = array[i], getattr(states, name)[j]
-        same &= ((a == b) | (np.isnan(a) & np.isnan(b))).all(axis=1)
+        absent = np.isnan(a) & np.isnan(b)
+        same &= ((a == b) | absent).all(axis=1)
+        close &= ((np.abs(a - b) <= CLOSE * np.maximum(1.0, np.abs(b))) | absent).all(axis=1)
     # A smoothed value depends on samples behind it, up to one and a half lags.
     lag = result.monitor.parameters['smoother_lag'] * 1e9
     ahead = round(1.5 * lag) + 1 if signal.smoothed else 0
     comparison.compared += len(i)
     comparison.identical += int(same.sum())
-    for stamp in stamps[i[~same]]:
+    comparison.close += int((close & ~same).sum())
+    for stamp in stamps[i[~close]]:
         since = resumed[resumed <= stamp].max(initial=0)
         if ((losses >= since) & (losses <= stamp + ahead)).any():
             comparison.explained += 1

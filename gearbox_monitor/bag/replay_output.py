@@ -23,6 +23,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.replay import DIAGNOSTIC_ARRAY, JOINT_STATE, signal_values
 from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.jit import KERNELS
 from gearbox_monitor.monitor import Monitor
 from gearbox_monitor.signals import ARM, MOTOR, SIGNALS, SNAPSHOT
 
@@ -61,7 +62,7 @@ def _write_snapshot(writer, reader, result):
     topic = f'{result.recording.namespace}/estimator/{SNAPSHOT}'
     types = get_typestore(Stores.ROS2_JAZZY).types
     header = types['std_msgs/msg/Header'](types['builtin_interfaces/msg/Time'](0, 0), '')
-    content = {'reason': 'start', 'version': __version__,
+    content = {'reason': 'start', 'version': __version__, 'kernels': KERNELS,
                **Monitor(result.monitor.model, result.monitor.parameters).snapshot()}
     status = types['diagnostic_msgs/msg/DiagnosticStatus'](
         0, 'estimator: snapshot', 'what replay starts from',

@@ -37,7 +37,7 @@ from gearbox_monitor.baseline import load_baseline, save_baseline
 from gearbox_monitor.drift.change import baseline_of, BASELINE_WINDOWS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model
-from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.jit import COMPILED, KERNELS
 from gearbox_monitor.monitor import Monitor, Sample
 from gearbox_monitor.nodes.convert import (
     SampleReader, to_diagnostics, to_joint_state, to_snapshot, to_status)
@@ -153,7 +153,8 @@ class EstimatorNode(Node):
 
     def _publish_snapshot(self, reason):
         self._snapshot_stamp = self.monitor.stamp_ns
-        content = {'reason': reason, 'version': __version__, **self.monitor.snapshot()}
+        content = {'reason': reason, 'version': __version__, 'kernels': KERNELS,
+                   **self.monitor.snapshot()}
         serial = self.monitor.parameters['gearbox_serial'] or 'gearbox'
         self._snapshots.publish(to_snapshot(self._component, serial, content,
                                             self.monitor.stamp_ns))
