@@ -281,11 +281,12 @@ def _compare_signal(signal, states, result, names, resumed, losses, comparison):
     ahead = round(1.5 * lag) + 1 if signal.smoothed else 0
     comparison.compared += len(i)
     comparison.identical += int(same.sum())
-    comparison.close += int((close & ~same).sum())
-    for stamp in stamps[i[~close]]:
+    for stamp, near in zip(stamps[i[~same]], close[~same]):
         since = resumed[resumed <= stamp].max(initial=0)
         if ((losses >= since) & (losses <= stamp + ahead)).any():
             comparison.explained += 1
+        elif near:
+            comparison.close += 1
         else:
             comparison.different += 1
             comparison.first = comparison.first or f'{signal.topic} at stamp {stamp} ns'
