@@ -42,6 +42,7 @@ setup(
         'rosbags>=0.10',
         'scipy>=1.11',
         'setuptools',
+        'tqdm>=4.60',
     ],
     extras_require={
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],

@@ -177,6 +177,7 @@ class Monitor:
             round(p['max_gap'] * SECOND), p['effort_delay'], round(p['smoother_lag'] * SECOND),
             self.drive.arm_load == 'measured'], np.int64)
         n, module = len(self.names), FILTERS[p['filter']]
+        self.warnings = module.warnings(n, p) if hasattr(module, 'warnings') else []
         self._z, self._P = np.zeros(n), np.eye(n)
         self._memory = np.zeros(module.memory_size(n))
         self._clock, self._efforts = np.zeros(1), np.zeros((stream.N_EFFORTS, 2))
@@ -217,6 +218,7 @@ class Monitor:
         """
         rows = {row.name: row for row in ESTIMATOR}
         new = checked(ESTIMATOR, {**self.parameters, **changes}, 'parameters')
+        pack(self.drive, new)  # raises before anything has changed
         restart = any(rows[name].change != 'at once' for name in changes
                       if new[name] != self.parameters[name])
         self.parameters = new
@@ -225,8 +227,11 @@ class Monitor:
             return
         z, P, clock, efforts, gate = (
             self._z, self._P, self._clock, self._efforts, self._gate.copy())
+        packed, memory = self._packed, self._memory
         self._setup()
         self._z, self._P, self._clock, self._efforts = z, P, clock, efforts
+        if np.array_equal(packed, self._packed):  # nothing that the filter computes with
+            self._memory = memory
         self._gate[:] = gate
         self._gate[stream.EVALUATE_AT] = 0
         self._keep_belief_only()
@@ -296,6 +301,16 @@ class Monitor:
         baseline = json.loads(snapshot['baseline'])
         self.baseline = baseline and change.Baseline(**baseline)
 
+    def adapted(self):
+        """Return {parameter: value in use} of what the filter adapts, in the parameter's unit."""
+        module = FILTERS[self.parameters['filter']]
+        return module.adapted(self._memory, self._packed) if hasattr(module, 'adapted') else {}
+
+    def adaptation_guards(self):
+        """Return {guard of the adaptation: how often it acted since the start}."""
+        module = FILTERS[self.parameters['filter']]
+        return module.guards(self._memory) if self.adapted() else {}
+
     @property
     def stamp_ns(self):
         """Stamp of the last accepted sample, 0 before the first."""
@@ -359,7 +374,7 @@ class Monitor:
 
     def _run(self, stamps, u, y, codes, rows, stamps_s, smoothed):
         return stream.run(
-            stamps, u, y, self._kind, self._packed, self._settings, self._gate, self.counts,
+            stamps, u, y, *self._kind, self._packed, self._settings, self._gate, self.counts,
             self._clock, self._efforts, self._z, self._P, self._memory, self._ring,
             self._ring_stamps, self._vectors, self._matrices, codes, rows, stamps_s, smoothed)
 
@@ -450,9 +465,12 @@ class Monitor:
                    for i, name in enumerate(self.names)]
         inputs = rows[:, [stream.E_U, stream.E_LOAD]]
         seen = np.isfinite(rows[:, [stream.E_INNOVATION_MOTOR, stream.E_INNOVATION_ARM]])
+        packed = self._packed
+        if self.adapted():
+            packed = FILTERS[self.parameters['filter']].in_use(self._memory, packed)
         share = observability.information_share(
-            rows[:, columns], inputs, rows[:, stream.E_DT], seen, self._packed)
-        eps6 = observability.condition(rows[-1, columns], inputs[-1], seen[-1], self._packed)
+            rows[:, columns], inputs, rows[:, stream.E_DT], seen, packed)
+        eps6 = observability.condition(rows[-1, columns], inputs[-1], seen[-1], packed)
         return observability.check(float(share[TAU_K]), float(share[X3]), eps6)
 
     def _check_covariance(self, rows):
@@ -461,7 +479,20 @@ class Monitor:
             self._references.append(std)
             if len(self._references) >= REFERENCE_EVALUATIONS:
                 self._reference = float(np.median(self._references))
-        return covariance.check(std, self._reference)
+        return self._with_adaptation(covariance.check(std, self._reference))
+
+    def _with_adaptation(self, finding):
+        """Return `finding` with the adapted values; a warning where one is at its bound."""
+        adapted = self.adapted()
+        if not adapted:
+            return finding
+        values = {**finding.values, **{f'adapted_{k}': v for k, v in adapted.items()},
+                  **{f'adaptation_{k}': v for k, v in self.adaptation_guards().items()}}
+        bound = FILTERS[self.parameters['filter']].at_bound(self._memory, self._packed)
+        if bound and finding.level == Level.OK:
+            return Finding(Level.WARN, f'adapted to its bound: {", ".join(bound)}: the model or '
+                           'a start value is far off', values)
+        return replace(finding, values=values)
 
     def _check_backlash(self, stamp_ns):
         """Return a Finding when a window has ended, else None."""

@@ -78,7 +78,7 @@ class Parameter:
         return ' '.join([word, ' and '.join(bounds)]).strip() + unit
 
 
-FILTER_NAMES = ('ekf',)
+FILTER_NAMES = ('ekf', 'ukf', 'srukf', 'aekf')
 
 ESTIMATOR = (
     Parameter('filter', 'ekf', '', 'which filter estimates the torque', choices=FILTER_NAMES),
@@ -112,6 +112,9 @@ ESTIMATOR = (
               low=0.0, high=1e6, change=AT_ONCE),
     Parameter('q_std_tau_k', 8.0, 'N m/sqrt(s)', 'how fast tau_K may wander',
               low=0.0, high=1e9, change=AT_ONCE),
+    Parameter('q_std_tau_k_speed', 0.0, 'N m/sqrt(s) per rad/s', 'how much more it may wander per '
+              'motor speed, added to q_std_tau_k in quadrature', low=0.0, high=1e9,
+              change=AT_ONCE),
     Parameter('q_std_tau_arm', 8.0, 'N m/sqrt(s)',
               'how fast the unknown load on the arm may wander', low=0.0, high=1e9,
               change=AT_ONCE),
@@ -128,6 +131,32 @@ ESTIMATOR = (
               low=1e-9, high=1e6, change=RESTART),
     Parameter('p0_std_torque', 5.0, 'N m', 'standard deviation of tau_K and load at a start',
               low=1e-9, high=1e9, change=RESTART),
+    Parameter('ekf_jacobian', 'analytic', '', 'EKF: exact tangent of the discrete map, or forward '
+              'differences', choices=('analytic', 'numeric'), change=AT_ONCE),
+    Parameter('friction_linearisation', 'tangent', '', 'EKF: friction linearised at the estimate, '
+              'or over the uncertainty of the motor speed', choices=('tangent', 'statistical'),
+              change=AT_ONCE),
+    Parameter('ukf_alpha', 1.0, '-', 'UKF, SRUKF: spread of the sigma points; small values cost '
+              'accuracy', low=1e-4, high=10.0, change=AT_ONCE),
+    Parameter('ukf_beta', 2.0, '-', 'UKF, SRUKF: weight of the centre in the covariance', low=0.0,
+              high=100.0, change=AT_ONCE),
+    Parameter('ukf_kappa', 0.0, '-', 'UKF, SRUKF: spread, added to the number of states', low=0.0,
+              high=100.0, change=AT_ONCE),
+    Parameter('srukf_precision', 'float64', '', 'SRUKF: precision of mean, sigma points and '
+              'factor', choices=('float64', 'float32'), change=AT_ONCE),
+    Parameter('adapt', ['q_std_tau_k', 'r_std_motor', 'r_std_arm'], '',
+              'AEKF: what is adapted, starting from the values given: some of q_std_tau_k, '
+              'r_std_motor, r_std_arm, viscous_friction, coulomb_friction, tau_k_stiffness; [""] '
+              'for nothing', change=RESTART),
+    Parameter('adapt_friction_sharpness', 1.0, 's/rad', 'AEKF: sharpness of the Coulomb friction '
+              'that it computes with, at most that of the model', low=1e-3, high=1e9,
+              change=RESTART),
+    Parameter('adapt_forgetting_start', 0.995, '-', 'AEKF: forgetting factor per measured sample '
+              'at a start', low=0.5, high=1.0, change=RESTART),
+    Parameter('adapt_forgetting', 0.9998, '-', 'AEKF: forgetting factor that it settles at; '
+              '1 / (1 - factor) samples count', low=0.5, high=1.0, change=RESTART),
+    Parameter('adapt_forgetting_rate', 0.9995, '-', 'AEKF: how slowly it settles there: 1 / (1 - '
+              'rate) samples', low=0.0, high=1.0, change=RESTART),
     Parameter('drift_window', 10.0, 's', 'length of a window that backlash is fitted on',
               low=0.5, high=600.0),
     Parameter('gap_warn', 0.10, '-', 'relative growth of the gap that warns', low=0.0, high=10.0,

@@ -19,7 +19,7 @@ Time comes only from the stamps. What is refused is counted under its reason, ne
 """
 import math
 
-from gearbox_monitor.filters import ekf
+from gearbox_monitor.filters import aekf, ekf, srukf, ukf
 from gearbox_monitor.filters.process import (
     FRICTION_AT, LOAD_AT, P0, TAU_K, TAU_K_MODEL_STD, X1, X2, X3, X4)
 from gearbox_monitor.filters.record import correction, updated
@@ -55,13 +55,22 @@ E_TWIST = E_STD + 7
  E_INNOVATION_STD_MOTOR, E_INNOVATION_STD_ARM, E_WHITE_1, E_WHITE_2, E_NIS, E_LOGLIK, E_DOF,
  E_DT, E_U, E_LOAD, E_INNOVATION_COVARIANCE, N_ESTIMATE) = range(E_TWIST + 1, E_TWIST + 18)
 
-EKF = 0
-KINDS = {'ekf': EKF}
+# Filter -> markers for filter_step. What is None there is not even compiled: a start would take
+# several times as long otherwise.
+KINDS = {'ekf': (None, None, None), 'ukf': (1, None, None), 'srukf': (None, 1, None),
+         'aekf': (None, None, 1)}
 
 
 @jit
-def _filter_step(kind, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
-    """Step the filter chosen by `kind`; the arguments are those of every filter's step."""
+def filter_step(is_ukf, is_srukf, is_aekf, z, P, memory, dt, u, load, y1, y2, p, vectors,
+                matrices, record):
+    """Step the filter whose marker is not None, else the EKF; the rest as of ekf.step."""
+    if is_ukf is not None:
+        return ukf.step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record)
+    if is_srukf is not None:
+        return srukf.step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record)
+    if is_aekf is not None:
+        return aekf.step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record)
     return ekf.step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record)
 
 
@@ -97,7 +106,7 @@ def _due(stamp, gate):
 
 
 @jit
-def _start(z, P, y1, y2, p, record):
+def start(z, P, y1, y2, p, record):
     n = z.shape[0]
     have1, have2 = math.isfinite(y1), math.isfinite(y2)
     for i in range(n):
@@ -157,8 +166,9 @@ def _write_estimate(z, P, record, dt, u, load, p, row):
 
 
 @jit
-def run(stamps, inputs, outputs, kind, p, settings, gate, counts, clock, efforts, z, P, memory,
-        ring, ring_stamps, vectors, matrices, codes, estimates, smoothed_stamps, smoothed):
+def run(stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings, gate, counts, clock,
+        efforts, z, P, memory, ring, ring_stamps, vectors, matrices, codes, estimates,
+        smoothed_stamps, smoothed):
     """
     Take up to N samples; returns (how many were taken, rows written to `smoothed`).
 
@@ -166,9 +176,9 @@ def run(stamps, inputs, outputs, kind, p, settings, gate, counts, clock, efforts
     or after gate[EVALUATE_AT], and one from before the second that leads up to it (a new time).
 
     stamps int64 [N] ns; inputs [N, 2] motor torque and known load on the arm (N m); outputs [N, 2]
-    motor and arm position (rad); NaN = not measured. kind: filter. p: process.pack. settings int64
-    [max_gap ns, effort_delay, smoother_lag ns, load is measured 0/1]. Carried from call to call,
-    changed in place: gate int64 [N_GATE], counts int64 [N_COUNTS], clock [period s], efforts
+    motor and arm position (rad); NaN = not measured. is_*: see KINDS. p: process.pack. settings
+    int64 [max_gap ns, effort_delay, smoother_lag ns, load is measured 0/1]. Carried from call to
+    call, changed in place: gate int64 [N_GATE], counts int64 [N_COUNTS], clock [period s], efforts
     [N_EFFORTS], belief z [n], P [n, n] and memory of the filter, ring of step records with
     ring_stamps. Written: codes int64 [N], estimates [N, N_ESTIMATE] (rows whose code is ESTIMATE),
     smoothed_stamps and smoothed (rows as many as samples plus the ring's length).
@@ -217,7 +227,7 @@ def run(stamps, inputs, outputs, kind, p, settings, gate, counts, clock, efforts
             for i in range(N_EFFORTS):
                 efforts[i, 0], efforts[i, 1] = u, load
             gate[STARTED] = stamp
-            _start(z, P, y1, y2, p, ring[0])
+            start(z, P, y1, y2, p, ring[0])
             memory[:] = 0.0
             ring_stamps[0] = stamp
             if _due(stamp, gate):
@@ -243,8 +253,8 @@ def run(stamps, inputs, outputs, kind, p, settings, gate, counts, clock, efforts
         load_acting = efforts[acting, 1] if settings[3] == 1 else 0.0
         record = ring[step % rows]
         ring_stamps[step % rows] = stamp
-        if not _filter_step(kind, z, P, memory, dt, u_acting, load_acting, y1, y2, p, vectors,
-                            matrices, record):
+        if not filter_step(is_ukf, is_srukf, is_aekf, z, P, memory, dt, u_acting, load_acting, y1,
+                           y2, p, vectors, matrices, record):
             codes[k] = DIVERGED
             counts[ESTIMATE] -= 1
             counts[DIVERGED] += 1

@@ -251,8 +251,6 @@ BAD_MAPS = {
     'other block': (changed(TEXT_MAP, json={'entries': 'e'}), 'json: a block for another format'),
     'scale': (changed(TEXT_MAP, signals__motor_effort__scale=0),
               'signals.motor_effort.scale: 0, expected a number > 0'),
-    'YAML exponent': (changed(TEXT_MAP, signals__motor_effort__scale='1e-3'),
-                      "signals.motor_effort.scale: '1e-3', expected a number > 0 (in YAML write"),
     'sign': (changed(TEXT_MAP, signals__motor_effort__sign=2), 'sign: 2, expected 1 or -1'),
     'zero': (changed(TEXT_MAP, signals__motor_effort__zero='last'),
              "zero: 'last', expected a number or 'first'"),

@@ -32,6 +32,7 @@ XML = ElementTree.parse(ROOT / 'package.xml').getroot()
 SETUP = (ROOT / 'setup.py').read_text(encoding='utf-8')
 # imported name -> (key in package.xml or None, distribution in setup.py or None = from ROS).
 THIRD_PARTY = {
+    'filterpy': (None, 'filterpy'),  # optional: a reference to compare with
     'google': (None, None),
     'lz4': ('mcap-ros2-support', 'mcap'),
     'matplotlib': ('python3-matplotlib', 'matplotlib'),
@@ -41,6 +42,7 @@ THIRD_PARTY = {
     'numpy': ('python3-numpy', 'numpy'),
     'rosbags': ('python3-rosbags-pip', 'rosbags'),
     'scipy': ('python3-scipy', 'scipy'),
+    'tqdm': ('python3-tqdm', 'tqdm'),
     'yaml': ('python3-yaml', 'PyYAML'),
     'zstandard': ('mcap-ros2-support', 'mcap'),
     **{name: (name, None) for name in (

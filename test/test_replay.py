@@ -92,6 +92,22 @@ def test_csv_and_json_hold_what_the_monitor_says(bag, options, drive, tmp_path, 
     assert told['tau_k_error_smoothed'] < 0.5 * told['tau_k_error']
 
 
+def test_smooth_adds_columns_and_leaves_the_others(bag, options, drive, tmp_path, capsys):
+    tables = {}
+    for name in ('plain', 'smooth'):
+        extra = ['--smooth'] if name == 'smooth' else []
+        assert main(['replay', str(bag), *options, *extra, '--csv', str(tmp_path / name)]) == 0
+        with open(tmp_path / name, newline='') as stream:
+            tables[name] = list(csv.reader(stream))
+    assert 'smoothed over the whole recording' in capsys.readouterr().out
+    assert tables['smooth'][0][10:] == ['tau_k_smoothed', 'tau_k_smoothed_std', 'twist_smoothed']
+    assert [row[:10] for row in tables['smooth']] == tables['plain']
+    table = np.array(tables['smooth'][1:], float)
+    error = {column: np.sqrt(np.mean((table[1000:, column] - drive.tau_k[1001:]) ** 2))
+             for column in (5, 10)}
+    assert error[10] < 0.4 * error[5]
+
+
 def test_a_written_replay_replays_to_the_same_bits(bag, options, tmp_path, capsys):
     out, again = tmp_path / 'out', tmp_path / 'again'
     assert main(['replay', str(bag), *options, '--out', str(out)]) == 0

@@ -27,7 +27,8 @@ import numpy as np
 
 from gearbox_monitor.drive.model import DriveModel, model_from_dict
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.filters.smoother import S_TAU_K
+from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TAU_K, smoother_parameters
+from gearbox_monitor.interval import smooth_interval
 from gearbox_monitor.jit import KERNELS
 from gearbox_monitor.monitor import Estimates, Monitor, Samples
 from gearbox_monitor.signals import ARM, MOTOR, SIGNALS
@@ -209,8 +210,8 @@ def _from_snapshots(reader, recording, snapshots):
     result.comparison.early_inputs = early
     kernels = {snapshot.content.get('kernels', KERNELS) for snapshot in snapshots}
     if kernels != {KERNELS}:
-        result.notes.append(f'recorded with {", ".join(sorted(kernels))}, replayed with {KERNELS}: '
-                            'the last bits may differ')
+        result.notes.append(f'recorded with {", ".join(sorted(kernels))}, replayed with '
+                            f'{KERNELS}: the last bits may differ')
     return result
 
 
@@ -345,6 +346,32 @@ def truth(reader, recording):
     return None
 
 
+def smoothed(result):
+    """
+    Return rows [M, N_SMOOTHED] for the estimates of a Replay, smoothed over the whole recording.
+
+    With the last parameters in force, changed for a smoother; NaN where a run from the first
+    sample, without snapshots, has no estimate.
+    """
+    found = smooth_interval(
+        result.monitor.model, smoother_parameters(result.monitor.parameters),
+        result.recording.samples)
+    rows = np.full((len(result.estimates.stamp_ns), N_SMOOTHED), np.nan)
+    i, j = _match(result.estimates.stamp_ns, found.stamp_ns)
+    rows[i] = found.rows[j]
+    return rows
+
+
+def interval_error(reader, result, rows, burn_in=1.0):
+    """Return the rms error of tau_K (N m) of the `rows` of `smoothed`, None without a truth."""
+    known, stamps = truth(reader, result.recording), result.estimates.stamp_ns
+    if known is None or not len(stamps):
+        return None
+    keep = (stamps >= stamps[0] + round(burn_in * 1e9)) & np.isfinite(rows[:, S_TAU_K])
+    i, j = _match(stamps[keep], known[0])
+    return _rms(rows[keep, S_TAU_K][i] - known[1][j])
+
+
 def summary(reader, result, burn_in=1.0):
     """
     Return {name: value} of a Replay for people and machines; the first `burn_in` s do not count.
@@ -359,6 +386,8 @@ def summary(reader, result, burn_in=1.0):
         'bag': str(reader.path), 'samples': len(stamps), 'estimates': len(estimates.stamp_ns),
         'duration_s': span, 'rate_hz': (len(stamps) - 1) / span if span > 0 else 0.0,
         'filter': result.monitor.parameters['filter'],
+        'adapted': result.monitor.adapted(),
+        'adaptation_guards': result.monitor.adaptation_guards(),
         'refused': {text: int(result.monitor.counts[code]) for code, text in REASONS.items()
                     if result.monitor.counts[code]},
         'nis': float(estimates.nis[after].mean()) if after.any() else None,
@@ -380,7 +409,8 @@ def summary(reader, result, burn_in=1.0):
     if result.comparison:
         data['replay_identical'] = result.comparison.verdict
         data['comparison'] = asdict(result.comparison)
-    data['notes'] = result.notes + ([reader.notice] if reader.notice else [])
+    data['notes'] = (result.notes + result.monitor.warnings
+                     + ([reader.notice] if reader.notice else []))
     return data
 
 

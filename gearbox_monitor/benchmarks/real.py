@@ -51,7 +51,9 @@ SPLITS = {
     'speed': [n for n in NAMES if n[0] in '01'],
 }
 BURN_IN = 1.0                    # s
-MAX_RATIO, MAX_RUN_RATIO = 0.90, 1.05
+# Pooled RMSE, estimator over static. Where load or speed leave the range fitted on, less is asked.
+MAX_RATIO = {'orig': 0.70, 'load': 0.90, 'speed': 0.90}
+MAX_RUN_RATIO = 1.05
 ONE_SIGMA, TWO_SIGMA = (0.60, 0.78), 0.92
 
 
@@ -90,6 +92,7 @@ def compare(runs, arm_step, split, progress=None):
     test = [r for n, r in runs.items() if n not in SPLITS[split]]
     burn_in = round(BURN_IN / train[0].period)
     static = fit_static(train, burn_in)
+    second = static if static.order == 2 else fit_static(train, burn_in, orders=(2,))
     values = real_fit.fit(train, burn_in, arm_step, progress=progress)
 
     def by_filter(run):
@@ -105,11 +108,14 @@ def compare(runs, arm_step, split, progress=None):
              'coverage_1': real_fit.coverage([e]), 'coverage_2': real_fit.coverage([e], 2.0)}
             for run, e, s in zip(test, found['ekf', 'test'], found['static', 'test'])]
     pooled = {f'{method}_{part}': real_fit.rmse(f) for (method, part), f in found.items()}
+    pooled['second_order_test'] = real_fit.rmse(real_fit.errors(
+        lambda run: (second.torque(run), np.ones(len(run.stamps))), test, burn_in))
     ratio = pooled['ekf_test'] / pooled['static_test']
     worst = max(rows, key=lambda row: row['ratio'])
     one, two = (real_fit.coverage(found['ekf', 'test'], s) for s in (1.0, 2.0))
     bars = [
-        ('pooled RMSE, EKF / static', ratio, f'<= {MAX_RATIO}', ratio <= MAX_RATIO),
+        ('pooled RMSE, EKF / static', ratio, f'<= {MAX_RATIO[split]:.2f}',
+         ratio <= MAX_RATIO[split]),
         (f'worst run ({worst["run"]})', worst['ratio'], f'<= {MAX_RUN_RATIO}',
          worst['ratio'] <= MAX_RUN_RATIO),
     ]
@@ -140,7 +146,9 @@ def table(result):
         '        kt {:.4g} N m/A, Coulomb {:.3g} N m, viscous {:.3g} N m s/rad,'.format(
             *np.multiply(static['coefficients'][:3], (1, -1, -1))),
         '        inertia {:.3g} kg m^2, offset {:.3g} N m'.format(
-            *np.multiply(static['coefficients'][3:], (-1, 1)))]
+            *np.multiply(static['coefficients'][3:], (-1, 1))),
+        '        (RMSE of the best with order 2 on the same test runs: '
+        f'{1e3 * rmse["second_order_test"]:.2f} mN m)']
     items = [f'{k} {v:.4g}' for k, v in result['parameters'].items()]
     for i in range(0, len(items), 3):
         lines.append(('ekf     ' if i == 0 else '        ') + ', '.join(items[i:i + 3]))
@@ -163,7 +171,7 @@ def table(result):
     return lines
 
 
-def _progress(done, total, _):
+def _progress(done, total):
     if done % 10 == 0 or done == total:
         end = '\n' if done == total else ''
         print(f'\rfitting on the training runs: {done}/{total}', end=end, file=sys.stderr,

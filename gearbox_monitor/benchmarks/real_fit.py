@@ -24,19 +24,19 @@ from dataclasses import dataclass
 import os
 
 import numpy as np
-from scipy.optimize import brentq, minimize
+from scipy.optimize import brentq, least_squares
 
 from gearbox_monitor.drive.model import model_from_dict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters import ekf
-from gearbox_monitor.filters.process import P0, pack, TAU_K, X1, X2
+from gearbox_monitor.filters.process import P0, pack, state_names, TAU_K, X1, X2
 from gearbox_monitor.filters.record import record_size
 from gearbox_monitor.jit import jit
 from gearbox_monitor.monitor import Monitor, Samples
 from gearbox_monitor.parameters import checked, ESTIMATOR
 
-# Parameters that the fit moves: start, and the size of a step, relative to the start where the
-# parameter is positive (and moved in its logarithm), absolute where it may have either sign.
+# Parameters that the fit moves: start and scale, relative where the parameter is positive (and
+# moved in its logarithm), absolute where it may have either sign.
 POSITIVE = {
     'torque_constant': (1.0, 0.1),        # N m per A, at the output
     'motor_inertia': (1e-3, 0.4),         # kg m^2
@@ -44,6 +44,7 @@ POSITIVE = {
     'q_std_motor_speed': (0.2, 0.6),      # rad/s/sqrt(s)
     'q_std_arm_speed': (3.0, 0.6),        # rad/s/sqrt(s)
     'q_std_tau_k': (0.03, 1.0),           # N m/sqrt(s)
+    'q_std_tau_k_speed': (0.03, 1.0),     # N m/sqrt(s) per rad/s
     'r_std_motor': (3e-4, 0.8),           # rad
     'tau_k_stiffness': (1.0, 0.6),        # N m/rad
 }
@@ -55,10 +56,16 @@ STARTS = {**POSITIVE, **SIGNED}
 # Held: what the recordings do not tell, or what a fit would only use to chase the step size.
 ARM_INERTIA = 5e-3                        # kg m^2
 STIFFNESS = 3.0                           # N m/rad; only in the choice of substeps
-COARSE_SHARPNESS, SHARPNESS = 300.0, 1000.0   # s/rad; the coarse one costs a third of the time
-N_STATES = 5
+SHARPNESS = 1000.0                        # s/rad
+# The fit approaches it: soft friction leads from a poor start, and costs a third of the time.
+APPROACH = (100.0, 300.0, SHARPNESS)
+# The fit would send it to zero, and what does nothing there wanders off for good.
+LEAST_NOISE = 1e-4                        # N m/sqrt(s)
+DIFFERENCE = 0.02                         # step of the fit's derivatives, relative
+THIN = 4                                  # every so many samples of the errors enter the fit
 ONE_SIGMA = 0.6827
-MODEL_KEYS = ('motor_inertia', 'coulomb_friction', 'viscous_friction', 'torque_offset')
+MODEL_KEYS = ('motor_inertia', 'coulomb_friction', 'viscous_friction', 'torque_offset',
+              'effects')
 
 
 @dataclass(frozen=True)
@@ -81,38 +88,40 @@ def configure(values, arm_step, sharpness=SHARPNESS):
     """
     Return (DriveModel, checked estimator parameters) of the fitted `values`.
 
-    arm_step: resolution of the arm encoder (rad). values: names of STARTS, and tau_k_model_std.
+    arm_step: resolution of the arm encoder (rad). values: names of STARTS, and any of effects
+    and the parameters of the estimator.
     """
     model = model_from_dict({
-        **{k: values[k] for k in MODEL_KEYS}, 'arm_inertia': ARM_INERTIA, 'damping': 0.0,
-        'friction_sharpness': sharpness, 'position_gain': 0.0, 'arm_load': 'none',
+        **{k: values[k] for k in MODEL_KEYS if k in values}, 'arm_inertia': ARM_INERTIA,
+        'damping': 0.0, 'friction_sharpness': sharpness, 'position_gain': 0.0, 'arm_load': 'none',
         'transmission': {'kind': 'dead_zone', 'stiffness': STIFFNESS, 'half_gap': 0.01},
     }, 'real drive')
     rest = {k: v for k, v in values.items() if k not in MODEL_KEYS and k != 'torque_constant'}
     parameters = checked(ESTIMATOR, {
-        **rest, 'arm_load': 'none', 'r_std_arm': arm_step / np.sqrt(12.0), 'smoother_lag': 0.0,
+        'r_std_arm': arm_step / np.sqrt(12.0), **rest, 'arm_load': 'none', 'smoother_lag': 0.0,
         'p0_std_speed': 0.1, 'p0_std_torque': 0.03}, 'real drive')
     return model, parameters
 
 
 def estimate(values, run, arm_step, sharpness=SHARPNESS):
     """Return tau_K and its standard deviation (N m), each [N], of the EKF with these `values`."""
-    p = pack(*configure(values, arm_step, sharpness))
+    model, parameters = configure(values, arm_step, sharpness)
+    n = len(state_names(model, parameters))
     u = values['torque_constant'] * run.current
-    torque, variance = _filter(run.stamps, u, run.outputs, p, record_size(N_STATES))
+    torque, variance = _filter(run.stamps, u, run.outputs, pack(model, parameters), n)
     return torque, np.sqrt(variance + values.get('tau_k_model_std', 0.0) ** 2)
 
 
 @jit
-def _filter(stamps, u, outputs, p, size):
+def _filter(stamps, u, outputs, p, n):
     """Return tau_K and its variance, each [N]; releases the GIL, so that runs go in parallel."""
-    z, P = np.zeros(N_STATES), np.zeros((N_STATES, N_STATES))
-    for i in range(N_STATES):
+    z, P = np.zeros(n), np.zeros((n, n))
+    for i in range(n):
         P[i, i] = p[P0 + i]
     z[X1], z[X2] = outputs[0, 0], outputs[0, 1]
-    vectors = np.zeros((ekf.N_VECTORS, N_STATES))
-    matrices = np.zeros((ekf.N_MATRICES, N_STATES, N_STATES))
-    record, memory = np.zeros(size), np.zeros(0)
+    vectors = np.zeros((ekf.N_VECTORS, n))
+    matrices = np.zeros((ekf.N_MATRICES, n, n))
+    record, memory = np.zeros(record_size(n)), np.zeros(0)
     torque, variance = np.zeros(len(stamps)), np.zeros(len(stamps))
     variance[0] = P[TAU_K, TAU_K]
     for k in range(1, len(stamps)):
@@ -125,12 +134,16 @@ def _filter(stamps, u, outputs, p, size):
     return torque, variance
 
 
-def replay(values, run, arm_step):
-    """Return what `estimate` returns, from the Monitor that nodes and replay use."""
+def _monitored(values, run, arm_step):
     monitor = Monitor(*configure(values, arm_step))
     motor = values['torque_constant'] * run.current
     u = np.column_stack([motor, np.full_like(motor, np.nan)])
-    found = monitor.run(Samples(run.stamps, u, run.outputs))
+    return monitor.run(Samples(run.stamps, u, run.outputs))
+
+
+def replay(values, run, arm_step):
+    """Return what `estimate` returns, from the Monitor that nodes and replay use."""
+    found = _monitored(values, run, arm_step)
     torque, std = np.full((2, len(run.stamps)), np.nan)
     at = np.searchsorted(run.stamps, found.stamp_ns)
     torque[at], std[at] = found.tau_k, found.tau_k_std
@@ -155,41 +168,50 @@ def coverage(found, sigmas=1.0):
     return float(np.mean(np.concatenate([np.abs(e) < sigmas * s for e, s in found])))
 
 
-def fit(runs, burn_in, arm_step, budget=(260, 60), progress=None):
+def fit(runs, burn_in, arm_step, budget=(12, 12, 16), progress=None):
     """
-    Return the values (names of STARTS and tau_k_model_std) with the least pooled error on `runs`.
+    Return the values {name: value} with the least pooled error on `runs`.
 
-    Nelder-Mead, first with a coarse friction slope, then with the one that is used: `budget`
-    evaluations of each. progress(done, total, rmse) is called after every evaluation. Positive
-    parameters move in their logarithm, so no bound is needed. At last tau_k_model_std is set so
-    that one standard deviation covers what it should.
+    Names are those of STARTS, r_std_arm and tau_k_model_std.
+    Gauss-Newton in a trust region, at each friction slope of APPROACH with `budget` steps at most.
+    progress(done, total) counts passes over the runs. Positive parameters move in their logarithm,
+    so no other bound is needed. The error knows only ratios of noises; a common factor then makes
+    the mean NIS 2, and tau_k_model_std makes one standard deviation cover what it should.
     """
     names = list(STARTS)
     values = {name: start for name, (start, _) in STARTS.items()}
-    done = 0
-    for sharpness, evaluations in zip((COARSE_SHARPNESS, SHARPNESS), budget):
+    scales = [POSITIVE[k][1] if k in POSITIVE else 1.0 for k in names]
+    low = [np.log(LEAST_NOISE) if k == 'q_std_tau_k' else -np.inf for k in names]
+    done, total = 0, sum(budget) * (1 + len(names))
+    worst = max(np.abs(run.reference).max() for run in runs)  # for a filter that diverges
+
+    def residuals(x, sharpness):
+        nonlocal done
+        done += 1
+        if progress:
+            progress(min(done, total - 1), total)
+        trial = _values(names, x)
+        try:
+            found = errors(lambda run: estimate(trial, run, arm_step, sharpness), runs, burn_in)
+        except InputError:  # outside what a model file admits
+            found = [(np.full(len(run.stamps) - burn_in, worst), None) for run in runs]
+        error = np.concatenate([e[::THIN] for e, _ in found])
+        return np.nan_to_num(error, nan=worst, posinf=worst, neginf=worst) / worst
+
+    for sharpness, steps in zip(APPROACH, budget):
         x0 = np.array([np.log(values[k]) if k in POSITIVE else values[k] / SIGNED[k][1]
                        for k in names])
-        # The second simplex starts smaller: the first has found the place.
-        size = 1.0 if sharpness == COARSE_SHARPNESS else 0.4
-        steps = size * np.array([POSITIVE[k][1] if k in POSITIVE else 1.0 for k in names])
-
-        def cost(x):
-            nonlocal done
-            try:
-                trial = _values(names, x)
-                value = rmse(errors(
-                    lambda run: estimate(trial, run, arm_step, sharpness), runs, burn_in))
-            except InputError:  # outside what a model file admits
-                value = np.inf
-            done += 1
-            if progress:
-                progress(done, sum(budget), value)
-            return value if np.isfinite(value) else 1e3
-        best = minimize(cost, x0, method='Nelder-Mead', options={
-            'maxfev': evaluations, 'adaptive': True, 'xatol': 1e-3, 'fatol': 1e-7,
-            'initial_simplex': np.vstack([x0, x0 + np.diag(steps)])})
-        values = _values(names, best.x)
+        values = _values(names, least_squares(
+            residuals, x0, bounds=(low, np.inf), diff_step=DIFFERENCE, x_scale=scales,
+            max_nfev=steps, args=(sharpness,)).x)
+    if progress:
+        progress(total, total)
+    values['r_std_arm'] = arm_step / np.sqrt(12.0)
+    nis = np.mean(np.concatenate(
+        [_monitored(values, run, arm_step).nis[burn_in:] for run in runs]))
+    for name in values:
+        if name.startswith(('q_std', 'r_std')):
+            values[name] *= float(np.sqrt(nis / 2.0))
     return {**values, 'tau_k_model_std': _model_std(
         errors(lambda run: estimate(values, run, arm_step), runs, burn_in))}
 

@@ -70,15 +70,15 @@ def _solve(filtered, targets, burn_in, width):
     return np.sqrt(np.mean((matrix @ coefficients - targets) ** 2)), coefficients
 
 
-def fit_static(runs, burn_in):
+def fit_static(runs, burn_in, orders=ORDERS):
     """
     Return the StaticCompensation fitted to the references of `runs`, a list of real_fit.Run.
 
-    The first `burn_in` samples of each run are left out.
+    The first `burn_in` samples of each run are left out. orders: of the low-pass, to choose from.
     """
     targets = np.concatenate([r.reference[burn_in:] for r in runs])
     best = (np.inf,)
-    for order in ORDERS:
+    for order in orders:
         for frequency in FREQUENCIES:
             filtered = [_filtered(r, order, frequency) for r in runs]
             for width in WIDTHS:

@@ -16,6 +16,7 @@
 Measure this package against its bars. Ends with exit code 1 when a bar is missed.
 
 usage examples:
+  gearbox_monitor benchmark paper --seeds 5
   gearbox_monitor benchmark real path/to/davinci_backend
   gearbox_monitor benchmark real davinci_backend --split load --json
 """
@@ -24,6 +25,7 @@ import importlib
 
 # name -> (module of gearbox_monitor.benchmarks, one line of help)
 BENCHMARKS = {
+    'paper': ('paper', "the paper's tables, by all filters, beside the published numbers"),
     'real': ('real', 'torque of a real drive against static current compensation'),
 }
 

@@ -47,7 +47,7 @@ GROWTH = 0.6           # of the gap, at the end
 SUBSCRIBERS = 3        # estimator and recorder of the samples, recorder of the truth
 SMOOTHER_DELAY = 0.2   # s that a window lacks when it is due
 MIN_DURATION = 8.0     # s, for windows of one second
-READY_SECONDS = 60.0   # compiling takes long the first time
+READY_SECONDS = 240.0  # compiling takes long the first time
 STOP_SECONDS = {'plant': 10.0, 'estimator': 15.0, 'recorder': 30.0}
 STALL_SECONDS = 30.0
 # Lets the plant see that the estimator listens.
@@ -130,7 +130,7 @@ class Demo:
               + ('the gap grows' if self.fault else 'no fault')
               + '. To look in with ros2 tools:\n  export '
               f'ROS_DOMAIN_ID={domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST\n'
-              'starting recorder, estimator and plant ...', flush=True)
+              'starting recorder, estimator and plant (the first start compiles) ...', flush=True)
         began = False
         try:
             with contextlib.ExitStack() as stack:

@@ -26,6 +26,8 @@ COMMANDS = {
     'replay': ('replay', 'run a bag through the estimator, offline'),
     'play': ('play', 'publish a bag to live nodes, with /clock'),
     'import': ('import_', 'turn CSV, .mat or JSON recordings into a bag'),
+    'tune': ('tune', 'find R and Q of a filter from a recording'),
+    'compare': ('compare', 'run several filters on one recording, side by side'),
     'benchmark': ('benchmark', 'measure this package against its bars'),
 }
 

@@ -17,11 +17,14 @@ Run a bag through the estimator, offline, and compare with what was published li
 
 Without options the recorded parameters and snapshots apply, and every recorded estimate is
 compared bit for bit. With --filter, --params or --model the given ones replace the recorded.
+--smooth adds columns to the CSV: estimates that know the whole recording (fixed-interval smoother,
+with the filter's parameters but for a fifth of the noise density of tau_K and softened friction).
 
 usage examples:
   gearbox_monitor replay gearbox_2026_11_21-10_00_00
   gearbox_monitor replay BAG --model drive.yaml --params estimator.yaml --csv estimates.csv
   gearbox_monitor replay BAG --filter ekf --out BAG2 --json
+  gearbox_monitor replay BAG --smooth --csv smoothed.csv
 
 exit code: 0 done, 1 the recorded estimates came out differently, 2 bad usage or input.
 """
@@ -31,14 +34,17 @@ from pathlib import Path
 import numpy as np
 
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import replay, summary
+from gearbox_monitor.bag.replay import interval_error, replay, smoothed, summary
 from gearbox_monitor.bag.replay_output import write_bag
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters
+from gearbox_monitor.filters.smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
 from gearbox_monitor.parameters import ESTIMATOR, FILTER_NAMES
 
 CSV_COLUMNS = ('x1', 'x2', 'x3', 'x4', 'tau_k', 'tau_k_std', 'innovation_motor',
                'innovation_arm', 'nis')
+SMOOTHED_COLUMNS = {'tau_k_smoothed': S_TAU_K, 'tau_k_smoothed_std': S_TAU_K_STD,
+                    'twist_smoothed': S_TWIST}
 
 
 def add_arguments(parser):
@@ -50,6 +56,8 @@ def add_arguments(parser):
     parser.add_argument('--topic', default='joint_states', help='topic of the inputs')
     parser.add_argument('--out', metavar='BAG2', help='write inputs and estimates to a new bag')
     parser.add_argument('--csv', metavar='FILE', help='write the estimates as CSV')
+    parser.add_argument('--smooth', action='store_true',
+                        help='smooth over the whole recording; columns for --csv')
     parser.add_argument('--json', action='store_true', help='print the summary as JSON')
 
 
@@ -66,21 +74,33 @@ def run(args):
     with open_bag(args.bag) as reader:
         model = load_model(model_file) if model_file else None
         result = replay(reader, model, parameters, args.topic)
+        whole = smoothed(result) if args.smooth else None
         if args.csv:
-            write_csv(args.csv, result.estimates)
+            write_csv(args.csv, result.estimates, whole)
         if args.out:
             write_bag(args.out, reader, result)
         data = summary(reader, result)
+        if args.smooth:
+            data['tau_k_error_whole'] = interval_error(reader, result, whole)
     print(json.dumps(data, indent=2) if args.json else text(data))
     return 1 if result.comparison and result.comparison.different else 0
 
 
-def write_csv(path, estimates):
-    """Write the estimates to `path`; numbers read back bit for bit."""
-    table = np.column_stack([getattr(estimates, name) for name in CSV_COLUMNS])
+def write_csv(path, estimates, whole=None):
+    """
+    Write the estimates to `path`; numbers read back bit for bit.
+
+    whole: rows [M, N_SMOOTHED] of the same samples, smoothed over the recording, or None.
+    """
+    names = CSV_COLUMNS
+    columns = [getattr(estimates, name) for name in names]
+    if whole is not None:
+        names = (*names, *SMOOTHED_COLUMNS)
+        columns += [whole[:, column] for column in SMOOTHED_COLUMNS.values()]
+    table = np.column_stack(columns)
     try:
         with open(path, 'x', encoding='utf-8') as file:
-            file.write(','.join(('stamp_ns', *CSV_COLUMNS)) + '\n')
+            file.write(','.join(('stamp_ns', *names)) + '\n')
             for stamp, row in zip(estimates.stamp_ns.tolist(), table.tolist()):
                 file.write(f'{stamp},{",".join(map(repr, row))}\n')
     except OSError as error:
@@ -103,6 +123,16 @@ def text(data):
             f'tau_K error  {data["tau_k_error"]:.4g} N m rms of {data["tau_k_rms"]:.4g}, '
             f'smoothed {_number(data["tau_k_error_smoothed"])}; '
             f'{100 * data["coverage_1_sigma"]:.0f} % within 1 sigma')
+    if data.get('tau_k_error_whole') is not None:
+        lines.append(f'             {data["tau_k_error_whole"]:.4g} smoothed over the whole '
+                     'recording')
+    if data['adapted']:
+        lines.append('adapted      ' + ', '.join(
+            f'{name} {value:.4g}' for name, value in data['adapted'].items()))
+        acted = {k: v for k, v in data['adaptation_guards'].items() if v}
+        if acted:
+            lines.append('             ' + ', '.join(
+                f'{v} {k.replace("_", " ")}' for k, v in acted.items()))
     if data['gap_rad']:
         lines.append('gap          ' + ', '.join(f'{gap:.4g}' for gap in data['gap_rad'][-8:])
                      + ' rad (windows, newest last)')

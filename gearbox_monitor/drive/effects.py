@@ -15,8 +15,8 @@
 """
 Effects beyond equation (1), switched on by the key ``effects`` of a model file.
 
-Each id names its place and the parameters that a model file gives for it. What stands here is the
-load on the arm: equation (1) has none, every real joint has one.
+Each id names its place and the parameters that a model file gives for it: the load on the arm
+(equation (1) has none, every real joint has one), and friction of the motor.
 """
 ARM_LOADS = {
     'arm_viscous': ('Cav',),   # tau_arm += Cav x4            N m s/rad
@@ -24,3 +24,8 @@ ARM_LOADS = {
     'gravity': ('G',),         # tau_arm += G sin(x2)         N m
     'load_torque': ('TL',),    # tau_arm += TL                N m
 }
+# s(v) = (2/pi) atan(alpha v), the sign of equation (1).
+MOTOR_FRICTIONS = {
+    'load_friction': ('Cl',),  # tau_f += Cl |tau_K| s(x3)    N m per N m
+}
+EFFECTS = {**ARM_LOADS, **MOTOR_FRICTIONS}

@@ -21,16 +21,16 @@ Equation (1) of Hovland, with everything referred to the arm side:
     x2' = x4                x3, x4  motor and arm speed, rad/s
     m1 x3' = u - D (x3 - x4) - tau_K - tau_f - K_r x1
     m2 x4' = D (x3 - x4) + tau_K - tau_arm
-    tau_f  = Cv x3 + Cc (2/pi) atan(alpha x3)
+    tau_f  = Cv x3 + (Cc + Cl |tau_K|) (2/pi) atan(alpha x3)
 
-The paper has no torque on the arm (tau_arm = 0).
+The paper has no torque on the arm (tau_arm = 0) and no friction that depends on the load (Cl = 0).
 """
 from dataclasses import dataclass, fields
 import math
 
 import numpy as np
 
-from gearbox_monitor.drive.effects import ARM_LOADS
+from gearbox_monitor.drive.effects import EFFECTS
 from gearbox_monitor.drive.transmission import KINDS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.jit import jit
@@ -41,7 +41,7 @@ RK4_STABILITY = 2.7
 
 # Places in the packed parameter array.
 (M1, M2, D, CV, CC, ALPHA, KR, OFFSET, KIND, STIFFNESS, HALF_GAP, WIDTH, K_S,
- CAV, CAC, G, TL, N_PARAMETERS) = range(18)
+ CAV, CAC, G, TL, CL, N_PARAMETERS) = range(19)
 
 ARM_LOAD_MODES = ('none', 'unknown', 'measured')
 
@@ -92,6 +92,7 @@ class DriveModel:
             p[CAC] += effect.get('Cac', 0.0)
             p[G] += effect.get('G', 0.0)
             p[TL] += effect.get('TL', 0.0)
+            p[CL] += effect.get('Cl', 0.0)
         return p
 
     def to_dict(self):
@@ -188,10 +189,10 @@ def _effects(items, source):
         raise InputError(f'{source}: effects: {items!r}, expected a list')
     result = []
     for item in items:
-        if not isinstance(item, dict) or item.get('id') not in ARM_LOADS:
+        if not isinstance(item, dict) or item.get('id') not in EFFECTS:
             raise InputError(f'{source}: effects: {item!r}, expected an id of '
-                             f'{", ".join(sorted(ARM_LOADS))}')
-        names = ARM_LOADS[item['id']]
+                             f'{", ".join(sorted(EFFECTS))}')
+        names = EFFECTS[item['id']]
         _mapping(item, f'effects.{item["id"]}', source, {'id', *names})
         for name in names:
             value = item.get(name)
@@ -207,9 +208,11 @@ def fastest_eigenvalue(model):
     Return the magnitude of the fastest eigenvalue (1/s) of the drive linearised at rest.
 
     In contact, and where the friction slopes Cv + Cc (2/pi) alpha of motor and arm are steepest.
+    Friction that depends on the load counts with the torque of a twist by the half gap.
     """
     p = model.pack()
-    slope = p[CV] + TWO_OVER_PI * p[CC] * p[ALPHA]
+    torque = model.transmission.stiffness * model.transmission.half_gap
+    slope = motor_friction_slope(0.0, torque, p)
     arm_slope = p[CAV] + TWO_OVER_PI * p[CAC] * p[ALPHA]
     k = model.transmission.stiffness + model.transmission.hysteresis_stiffness
     m1, m2, d = model.motor_inertia, model.arm_inertia, model.damping
@@ -228,22 +231,29 @@ def substeps(dt, eigenvalue):
 
 
 @jit
-def motor_friction(x3, p):
+def motor_friction(x3, tau_k, p):
     """Return tau_f (N m), the last of equations (1)."""
-    return p[CV] * x3 + p[CC] * TWO_OVER_PI * math.atan(p[ALPHA] * x3)
+    return p[CV] * x3 + (p[CC] + p[CL] * abs(tau_k)) * TWO_OVER_PI * math.atan(p[ALPHA] * x3)
 
 
 @jit
-def motor_friction_slope(x3, p):
+def motor_friction_slope(x3, tau_k, p):
     """Return d tau_f / d x3 (N m s/rad)."""
     v = p[ALPHA] * x3
-    return p[CV] + p[CC] * TWO_OVER_PI * p[ALPHA] / (1.0 + v * v)
+    return p[CV] + (p[CC] + p[CL] * abs(tau_k)) * TWO_OVER_PI * p[ALPHA] / (1.0 + v * v)
+
+
+@jit
+def motor_friction_load_slope(x3, tau_k, p):
+    """Return d tau_f / d tau_K (N m per N m); 0 at tau_K = 0, the mean of both sides."""
+    sign = 1.0 if tau_k > 0.0 else (-1.0 if tau_k < 0.0 else 0.0)
+    return p[CL] * sign * TWO_OVER_PI * math.atan(p[ALPHA] * x3)
 
 
 @jit
 def motor_acceleration(x1, x3, x4, u, tau_k, p):
     """Return x3' (rad/s^2), third of equations (1)."""
-    return (u + p[OFFSET] - p[D] * (x3 - x4) - tau_k - motor_friction(x3, p)
+    return (u + p[OFFSET] - p[D] * (x3 - x4) - tau_k - motor_friction(x3, tau_k, p)
             - p[KR] * x1) / p[M1]
 
 

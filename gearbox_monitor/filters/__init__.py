@@ -16,8 +16,9 @@
 Filters with one step signature (see ekf.step), chosen by name.
 
 A filter is a module with ``step``, ``memory_size`` (what it carries besides z and P),
-``N_VECTORS`` and ``N_MATRICES`` (the scratch it wants).
+``N_VECTORS`` and ``N_MATRICES`` (the scratch it wants); where settings may deserve a
+warning, with ``warnings`` too.
 """
-from gearbox_monitor.filters import ekf
+from gearbox_monitor.filters import aekf, ekf, srukf, ukf
 
-FILTERS = {'ekf': ekf}
+FILTERS = {'ekf': ekf, 'ukf': ukf, 'srukf': srukf, 'aekf': aekf}

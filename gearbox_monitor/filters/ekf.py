@@ -15,6 +15,9 @@
 """
 Extended Kalman filter with the exact tangent of the RK4 step and Joseph's update.
 
+Optional: the tangent by forward differences (`ekf_jacobian: numeric`), and the friction linearised
+over the present uncertainty of the motor speed (`friction_linearisation: statistical`).
+
 Process noise enters in halves before and after the propagation (Strang), the trapezoid rule for
 the integral of Phi Q Phi'; it needs no Phi, so every filter can share it.
 """
@@ -22,12 +25,14 @@ import math
 
 from gearbox_monitor.drive.model import substeps
 from gearbox_monitor.filters.linalg import multiply, multiply_transposed, symmetrise
-from gearbox_monitor.filters.process import EIGENVALUE, finite, propagate, Q0, R1, R2
+from gearbox_monitor.filters.process import (
+    EIGENVALUE, finite, noise, NUMERIC, propagate, propagate_numeric, R1, R2, softened,
+    STATISTICAL, X3)
 from gearbox_monitor.filters.record import correction, predicted, updated
 from gearbox_monitor.jit import jit
 
 LOG_TWO_PI = math.log(2.0 * math.pi)
-N_VECTORS, N_MATRICES = 3, 4
+N_VECTORS, N_MATRICES = 4, 4
 
 
 def memory_size(n):
@@ -58,14 +63,22 @@ def predict(z, P, dt, u, load, p, vectors, matrices, record):
     n = z.shape[0]
     z_pred, P_pred, cross = predicted(record, n)
     phi, product = matrices[3], matrices[0]
-    propagate(z, phi, u, load, dt, substeps(dt, p[EIGENVALUE]), p, vectors, matrices)
+    for i in range(n):
+        z_pred[i] = 0.5 * dt * noise(z, p, i)  # for the first half, which is due below
+    counted = substeps(dt, p[EIGENVALUE])
+    if p[STATISTICAL] > 0.0:
+        p = softened(p, P[X3, X3])
+    if p[NUMERIC] > 0.0:
+        propagate_numeric(z, phi, u, load, dt, counted, p, vectors)
+    else:
+        propagate(z, phi, u, load, dt, counted, p, vectors, matrices)
     multiply(phi, P, cross)
     for i in range(n):
-        P[i, i] += 0.5 * dt * p[Q0 + i]
+        P[i, i] += z_pred[i]
     multiply(phi, P, product)
     multiply_transposed(product, phi, P)
     for i in range(n):
-        P[i, i] += 0.5 * dt * p[Q0 + i]
+        P[i, i] += 0.5 * dt * noise(z, p, i)
     symmetrise(P)
     for i in range(n):
         z_pred[i] = z[i]

@@ -105,6 +105,13 @@ class EstimatorNode(Node):
             f'gearbox_monitor {__version__}: model {model_file}, '
             + ('compiled' if COMPILED else 'INTERPRETED (numba is missing, expect < 1 kHz)')
             + ', ' + ', '.join(f'{k}={v}' for k, v in values.items()))
+        self._warn([])
+
+    def _warn(self, known):
+        """Log what the settings deserve that is not `known` yet."""
+        for text in self.monitor.warnings:
+            if text not in known:
+                self.get_logger().warning(text)
 
     def _has_baseline(self, values):
         """Return whether a baseline file is named and there; it may come by save_baseline."""
@@ -212,7 +219,9 @@ class EstimatorNode(Node):
     # ------------------------------------------------------------------ changes
 
     def _on_parameters(self, changes):
+        before = self.monitor.warnings
         self.monitor.set_parameters(changes)
+        self._warn(before)
         self._publish_snapshot('parameters')
 
     def _on_reset(self, _, response):

@@ -277,13 +277,5 @@ def _number(value, name, source, positive=False, nonzero=False, also=''):
     good = good and math.isfinite(value)
     if not good or (positive and value <= 0) or (nonzero and value == 0):
         which = ' > 0' if positive else ' other than 0' if nonzero else ''
-        hint = ''
-        if isinstance(value, str):
-            try:  # YAML 1.1 takes 1e-5 for text
-                hint = f' (in YAML write {float(value)!r} with a decimal point)' \
-                    if 'e' in value.lower() and '.' not in value else ''
-            except ValueError:
-                pass
-        raise InputError(f'{source}: {name}: {value!r}, expected a number{which} {also}'.rstrip()
-                         + hint)
+        raise InputError(f'{source}: {name}: {value!r}, expected a number{which} {also}'.rstrip())
     return float(value)

@@ -1,0 +1,144 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The EKF and UKF of filterpy on the same process model: the reference that a user knows.
+
+filterpy is no dependency of this package; it comes with the extra "test".
+"""
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from gearbox_monitor.drive.model import substeps
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.filters.process import (
+    advance, EIGENVALUE, noise, P0, pack, propagate, R1, R2, state_names, TAU_K,
+    TAU_K_MODEL_STD)
+from gearbox_monitor.filters.smoother import N_SMOOTHED
+from gearbox_monitor.parameters import checked, ESTIMATOR
+
+NAMES = ('filterpy_ekf', 'filterpy_ukf')
+
+
+@dataclass(frozen=True)
+class ReferenceEstimates:
+    """M estimates with the columns of monitor.Estimates that scores and pictures read."""
+
+    stamp_ns: np.ndarray
+    x: np.ndarray
+    tau_k_std: np.ndarray
+    innovations: np.ndarray
+    white: np.ndarray
+    nis: np.ndarray
+    loglik: np.ndarray
+    dof: np.ndarray
+    smoothed_stamp_ns: np.ndarray
+    smoothed: np.ndarray
+
+    def __getattr__(self, name):
+        """Give columns by the names that Estimates has."""
+        column = {'innovation_motor': ('innovations', 0), 'innovation_arm': ('innovations', 1),
+                  'white_1': ('white', 0), 'white_2': ('white', 1)}.get(name)
+        if column:
+            return getattr(self, column[0])[:, column[1]]
+        if name == 'tau_k':
+            return self.x[:, TAU_K]
+        if name == 'twist':
+            return self.x[:, 0] - self.x[:, 1]
+        raise AttributeError(name)
+
+
+def run(name, model, parameters, samples):
+    """
+    Return the ReferenceEstimates of filter `name` on Samples; raises InputError.
+
+    model: DriveModel; parameters: of parameters.ESTIMATOR. Samples must be in order and complete
+    in the torque (and in the load, when measured); others are refused with their number.
+    """
+    try:
+        from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints
+        from filterpy.kalman import UnscentedKalmanFilter
+    except ImportError:
+        raise InputError(f'{name}: filterpy is not installed, expected "pip install filterpy"'
+                         ) from None
+    parameters = checked(ESTIMATOR, {**parameters, 'filter': 'ekf'}, 'parameters')
+    if parameters['arm_load'] != 'model':
+        model = model.with_(arm_load=parameters['arm_load'])
+    _check(name, model, parameters, samples)
+    p, n = pack(model, parameters), len(state_names(model, parameters))
+    vectors, matrices = np.zeros((4, n)), np.zeros((5, n, n))
+    load = samples.u[:, 1] if model.arm_load == 'measured' else np.zeros(len(samples.u))
+
+    def move(z, dt, u=0.0, load=0.0):
+        z = np.array(z)
+        advance(z, u, load, dt, substeps(dt, p[EIGENVALUE]), p, vectors)
+        return z
+
+    z0 = np.zeros(n)
+    z0[:2] = samples.y[0]
+    if name == 'filterpy_ekf':
+        kf = ExtendedKalmanFilter(n, 2)
+    else:
+        points = MerweScaledSigmaPoints(n, parameters['ukf_alpha'], parameters['ukf_beta'],
+                                        parameters['ukf_kappa'])
+        kf = UnscentedKalmanFilter(n, 2, None, lambda z: z[:2], move, points)
+    kf.x, kf.P = z0, np.diag(p[P0:P0 + n])
+    kf.R = np.diag([p[R1], p[R2]])
+    H = np.eye(2, n)
+    count = len(samples.stamp_ns) - 1
+    x, std, innovation = np.empty((count, n)), np.empty(count), np.empty((count, 2))
+    white, nis, loglik = np.empty((count, 2)), np.empty(count), np.empty(count)
+    identity = np.eye(n)
+    for k in range(count):
+        dt = (samples.stamp_ns[k + 1] - samples.stamp_ns[k]) * 1e-9
+        u, load_k, y = samples.u[k, 0], load[k], samples.y[k + 1]
+        half = np.diag([0.5 * dt * noise(kf.x, p, i) for i in range(n)])
+        if name == 'filterpy_ekf':
+            z, phi = np.array(kf.x), np.array(identity)
+            propagate(z, phi, u, load_k, dt, substeps(dt, p[EIGENVALUE]), p, vectors, matrices)
+            after = np.diag([0.5 * dt * noise(z, p, i) for i in range(n)])
+            kf.F, kf.Q = phi, phi @ half @ phi.T + after
+            kf.predict_x = lambda u=0, z=z: setattr(kf, 'x', z)
+            kf.predict()
+            kf.update(y, lambda z: H, lambda z: z[:2])
+        else:
+            kf.P = kf.P + half
+            kf.Q = half
+            kf.predict(dt, u=u, load=load_k)
+            kf.update(y)
+        x[k], innovation[k] = kf.x, kf.y
+        std[k] = math.sqrt(kf.P[TAU_K, TAU_K] + p[TAU_K_MODEL_STD] ** 2)
+        white[k] = np.linalg.solve(np.linalg.cholesky(kf.S), kf.y)
+        nis[k] = white[k] @ white[k]
+        loglik[k] = -0.5 * (nis[k] + math.log(np.linalg.det(kf.S)) + 2.0 * math.log(2.0 * math.pi))
+    return ReferenceEstimates(
+        samples.stamp_ns[1:], x, std, innovation, white, nis, loglik, np.full(count, 2.0),
+        np.empty(0, np.int64), np.empty((0, N_SMOOTHED)))
+
+
+def _check(name, model, parameters, samples):
+    """Raise InputError where the plain loop above would not do."""
+    needed = np.column_stack([samples.u[:, :1], samples.y])
+    if model.arm_load == 'measured':
+        needed = np.column_stack([needed, samples.u[:, 1]])
+    bad = ~np.isfinite(needed).all(axis=1)
+    bad[1:] |= np.diff(samples.stamp_ns) <= 0
+    if len(bad) < 2 or bad.any():
+        at = int(np.argmax(bad)) if bad.any() else len(bad)
+        raise InputError(f'{name}: sample {at} is incomplete or out of order, expected two or '
+                         'more complete samples in order')
+    if parameters['effort_delay']:
+        raise InputError(f'{name}: effort_delay {parameters["effort_delay"]}, expected 0')

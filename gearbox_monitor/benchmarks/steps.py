@@ -1,0 +1,72 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Cost of a filter's step: CPU time of the kernel alone, rounds of several filters interleaved."""
+import time
+
+import numpy as np
+
+from gearbox_monitor.filters import FILTERS
+from gearbox_monitor.filters.process import pack, state_names
+from gearbox_monitor.filters.record import record_size
+from gearbox_monitor.jit import jit
+from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.stream import filter_step, KINDS, start
+
+
+@jit
+def _loop(is_ukf, is_srukf, is_aekf, z, P, memory, u, y, dt, p, vectors, matrices, record):
+    """Run the filter over N samples; return how many steps failed."""
+    failed = 0
+    for k in range(1, u.shape[0]):
+        if not filter_step(is_ukf, is_srukf, is_aekf, z, P, memory, dt, u[k - 1], 0.0, y[k, 0],
+                           y[k, 1], p, vectors, matrices, record):
+            failed += 1
+            start(z, P, y[k, 0], y[k, 1], p, record)
+            memory[:] = 0.0
+    return failed
+
+
+def stepper(model, parameters, u, y, dt):
+    """Return a function that runs the filter of `parameters` over u [N], y [N, 2] once."""
+    parameters = checked(ESTIMATOR, parameters, 'parameters')
+    model = model.with_(arm_load=parameters['arm_load'])
+    n, module = len(state_names(model, parameters)), FILTERS[parameters['filter']]
+    p, kind = pack(model, parameters), KINDS[parameters['filter']]
+
+    def run():
+        z, P, memory = np.zeros(n), np.eye(n), np.zeros(module.memory_size(n))
+        record = np.zeros(record_size(n))
+        vectors = np.zeros((module.N_VECTORS, n))
+        matrices = np.zeros((max(module.N_MATRICES, 5), n, n))
+        start(z, P, y[0, 0], y[0, 1], p, record)
+        return _loop(*kind, z, P, memory, u, y, dt, p.copy(), vectors, matrices, record)
+    return run
+
+
+def cpu_per_step(steppers, n, rounds=9):
+    """
+    Return the median CPU time per step (s) of each of `steppers` {name: function of n steps}.
+
+    Every round runs each once, so that a machine that changes its speed hits all alike.
+    """
+    times = {name: [] for name in steppers}
+    for run in steppers.values():
+        run()  # compiles
+    for _ in range(rounds):
+        for name, run in steppers.items():
+            begin = time.process_time()
+            run()
+            times[name].append(time.process_time() - begin)
+    return {name: float(np.median(values)) / n for name, values in times.items()}

@@ -1,0 +1,204 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Find R and Q of a filter from a recording, and write them as a parameter file.
+
+The noise of the encoders (R) comes from a stretch in which motor and arm stand still, when there
+is one of half a second; else it is found together with the process noise (Q), by maximising the
+likelihood of the prediction errors. No truth is read. The search starts from the recording itself,
+so the result does not depend on the parameters given; those serve as the "before" and keep what is
+not tuned. Record at least 5 s in which the drive moves as it does at work; 20 s are better.
+
+With --reference TOPIC (a JointState whose effort[0] is a measured torque, N m) Q makes the error
+of tau_K small instead, and tau_k_model_std makes its stated deviation cover 68 %.
+
+The file serves filter and drift monitor. With --smoother q_std_tau_k is divided by sqrt(5) and the
+EKF averages friction over the uncertain speed: the smoothed torque is then best, the filtered one
+about 15 % worse (see docs/tuning.md).
+
+usage examples:
+  gearbox_monitor tune BAG --filter ekf --out params.yaml
+  gearbox_monitor tune BAG --model drive.yaml --params start.yaml --out tuned.yaml --json
+  gearbox_monitor tune BAG --reference /reference/transmission_state --out params.yaml
+  gearbox_monitor replay BAG --params params.yaml
+
+exit code: 0 done, 2 bad usage or input.
+"""
+import json
+import math
+from pathlib import Path
+import sys
+
+import numpy as np
+from tqdm import tqdm
+
+from gearbox_monitor import __version__
+from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.replay import JOINT_STATE
+from gearbox_monitor.cli.inputs import add_input_arguments, check_filter, load
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.parameters import defaults, ESTIMATOR
+from gearbox_monitor.tuner import tune
+
+
+def add_arguments(parser):
+    """Declare the options."""
+    add_input_arguments(parser)
+    parser.add_argument('--filter', metavar='F', help='filter to tune (default: as --params, ekf)')
+    parser.add_argument('--out', metavar='FILE', required=True, help='parameter file to write')
+    parser.add_argument('--smoother', action='store_true',
+                        help='tune for the smoothed torque instead of the filtered one')
+    parser.add_argument('--fix-speeds', action='store_true',
+                        help='keep q_std_motor_speed and q_std_arm_speed as they are')
+    parser.add_argument('--reference', metavar='TOPIC', help='JointState with a measured torque')
+    parser.add_argument('--json', action='store_true', help='print the result as JSON')
+
+
+def run(args):
+    """Run the command; returns the exit code."""
+    if args.filter:
+        check_filter(args.filter)
+    if Path(args.out).exists():
+        raise InputError(f'{args.out}: exists, expected a new file')
+    if not Path(args.out).resolve().parent.is_dir():
+        raise InputError(f'{args.out}: no such folder, expected a new file in an existing one')
+    with open_bag(args.bag) as reader:
+        inputs = load(args, reader, args.filter)
+        reference = _reference(reader, args.reference) if args.reference else None
+        notice = reader.notice
+    if not COMPILED:
+        print('tune: without numba this takes about a hundred times longer', file=sys.stderr)
+    with tqdm(total=100, desc='tune', disable=None, leave=False,
+              bar_format='{desc} {percentage:3.0f} %|{bar}| {elapsed}') as bar:
+        try:
+            data = tune(inputs.model, inputs.parameters, [inputs.samples], reference,
+                        not args.fix_speeds, args.smoother,
+                        lambda share: bar.update(100.0 * share - bar.n))
+        except InputError as error:
+            raise InputError(f'{args.bag}: {error}') from None
+    data.update(bag=args.bag, out=args.out)
+    if notice:
+        data['notes'].append(notice)
+    write(args.out, inputs, data)
+    print(json.dumps(data, indent=2) if args.json else text(data))
+    return 0
+
+
+def _reference(reader, topic):
+    """Return (stamps, torque) of the reference topic. Raises InputError."""
+    topic = topic if topic.startswith('/') else '/' + topic
+    reader.require(topic, JOINT_STATE)
+    names = reader.joint_names(topic)
+    states = reader.joint_states(topic, names[:1])
+    if not names or not np.isfinite(states.effort).any():
+        raise InputError(f'{reader.path}: topic {topic}: no effort, expected a measured torque')
+    return states.stamp_ns, states.effort[:, 0]
+
+
+def write(path, inputs, data):
+    """Write the parameter file `path` that node and replay load. Raises InputError."""
+    rows = {row.name: row for row in ESTIMATOR}
+    values = {name: value for name, value in inputs.parameters.items()
+              if value != defaults(ESTIMATOR)[name]}
+    values.update(data['parameters'], filter=data['filter'])
+    if inputs.model_file:
+        values['model'] = str(Path(inputs.model_file).resolve())
+    lines = [
+        f'# Written by gearbox_monitor {__version__} tune from {data["bag"]}.',
+        f'# Mean NIS {data["after"]["nis"]:.3f}, log-likelihood {data["after"]["loglik"]:.1f}.']
+    if data['smoother']:
+        lines.append('# For the smoothed torque: q_std_tau_k is that of the filter / sqrt(5).')
+    lines += ['estimator:', '  ros__parameters:']
+    for name in rows:
+        if name in values:
+            comment = [rows[name].unit] if rows[name].unit not in ('', '-') else []
+            if name in data['parameters']:
+                error = data['relative_error'].get(name)
+                comment.append('tuned' + _error(error))
+            entry = f'    {name}: {_yaml(values[name])}'
+            lines.append(f'{entry:40s} # {", ".join(comment)}' if comment else entry)
+    try:
+        with open(path, 'x', encoding='utf-8') as file:
+            file.write('\n'.join(lines) + '\n')
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
+
+
+def _yaml(value):
+    """Return `value` as YAML 1.1 reads it back: 1e-05 would be a string."""
+    if isinstance(value, float):
+        digits = repr(value)
+        mantissa, e, exponent = digits.partition('e')
+        return f'{mantissa if "." in mantissa else mantissa + ".0"}e{exponent}' if e else digits
+    return json.dumps(value)
+
+
+def text(data):
+    """Return the result as lines for people."""
+    where = {'standstill': f'a stretch of {data["rest_seconds"]:.1f} s at standstill',
+             'likelihood': 'the likelihood (no half second of standstill found)',
+             'fourth differences': 'fourth differences (no half second of standstill found)'}
+    lines = [
+        f'bag          {data["bag"]}, {data["seconds"]:.1f} s; filter {data["filter"]}',
+        f'R from       {where[data["noise_from"]]}',
+        f'search       {data["evaluations"]} runs; {data["starts_met"]} of {data["starts"]} '
+        f'starts met within {100 * data["spread"]:.2g} %', '',
+        f'{"":24s}{"before":>14s}{"after":>14s}']
+    before, after = data['before'], data['after']
+
+    def row(label, values, note=''):
+        shown = ''.join(f'{_number(v):>14s}' for v in values)
+        lines.append(f'{label:24s}{shown}  {note}'.rstrip())
+
+    row('log-likelihood', [before['loglik'], after['loglik']])
+    row('mean NIS', [before['nis'], after['nis']],
+        f'95 % band {after["nis_low"]:.3f}..{after["nis_high"]:.3f}')
+    for k, name in enumerate(('motor', 'arm')):
+        row(f'Ljung-Box, {name}', [before['ljung_box'][k], after['ljung_box'][k]],
+            f'white below {data["white_limit"]:.1f}')
+    row('divergences', [before['diverged'], after['diverged']])
+    if 'reference_after' in data:
+        a, b = data['reference_before'], data['reference_after']
+        row('tau_K error rms (N m)', [a['rmse'], b['rmse']], f'of {b["rms"]:.4g}')
+        row('within 1 sigma', [a['coverage'], b['coverage']], '0.68 expected')
+    lines.append('')
+    units = {p.name: p.unit for p in ESTIMATOR}
+    for name, value in data['parameters'].items():
+        error = data['relative_error'].get(name)
+        row(name, [data['before_parameters'][name], value],
+            units[name] + _error(error))
+    lines.append('')
+    lines += [f'open         {data["unidentifiable"]}']
+    lines += [f'note         {note}' for note in data['notes']]
+    lines.append(f'written      {data["out"]}' + (
+        ' for the smoothed torque' if data['smoother'] else ' (--smoother: '
+        'values best for the smoothed torque)'))
+    return '\n'.join(lines)
+
+
+def _error(error):
+    if not error:
+        return ''
+    return f' +- {100 * error:.2g} %' if error < 1.0 else ', undetermined'
+
+
+def _number(value):
+    if isinstance(value, str):
+        return value
+    if value is None or not math.isfinite(value):
+        return 'none'
+    return str(value) if isinstance(value, int) else f'{value:.5g}' if abs(value) < 1e4 else \
+        f'{value:.1f}'

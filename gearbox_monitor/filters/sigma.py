@@ -1,0 +1,130 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What UKF and SRUKF share: sigma points, and the scaled unscented transform in factored form.
+
+The points are z and z +- L_i / sqrt(W), L_i the columns of a factor of P, W = 1 / (alpha^2 (n +
+kappa)); each weighs W / 2, and the centre 1 - n W for the mean and 2 - n W - alpha^2 + beta for
+the covariance. With what a pair gives as a difference, d_i = (f+ - f-) / 2, and as a bend,
+s_i = (f+ + f-) / 2 - f(z), the textbook's sums are, without approximation,
+
+    mean        f(z) + m,   m = W sum s_i
+    covariance  W sum d_i d_i' + W sum s_i s_i' + (beta - alpha^2) m m'
+              = W sum d_i d_i' + W sum b_i b_i',   b_i = s_i - g sum s_j
+
+with g n = 1 - sqrt(1 + (beta - alpha^2) n W): a sum of squares for all beta, kappa >= 0. So no
+weight is negative, nothing is ever subtracted from a factor, and large weights do not cancel.
+"""
+import math
+
+from gearbox_monitor.drive.model import substeps
+from gearbox_monitor.filters.process import (
+    advance, EIGENVALUE, UKF_ALPHA, UKF_BETA, UKF_KAPPA)
+from gearbox_monitor.jit import jit
+
+# A centre weight below this makes the mean an extrapolation rather than an average.
+NEGATIVE_WEIGHT = -10.0
+
+
+def warnings(n, parameters):
+    """Return what to tell the user about the weights of `n` states: list of str."""
+    alpha, kappa = parameters['ukf_alpha'], parameters['ukf_kappa']
+    centre = 1.0 - n / (alpha ** 2 * (n + kappa))
+    if centre >= NEGATIVE_WEIGHT:
+        return []
+    return [f'ukf_alpha {alpha:g} gives the central sigma point the weight {centre:.3g}: the '
+            'points are closer together than the belief is wide, and friction near standstill is '
+            'extrapolated; 1 is advised (docs/sigma_points.md)']
+
+
+@jit
+def cholesky(a, out):
+    """Write the lower Cholesky factor of `a` [n, n] into `out`; False when there is none."""
+    n = a.shape[0]
+    for j in range(n):
+        s = a[j, j]
+        for k in range(j):
+            s -= out[j, k] * out[j, k]
+        if not s > 0.0:
+            return False
+        out[j, j] = math.sqrt(s)
+        for i in range(j + 1, n):
+            s = a[i, j]
+            for k in range(j):
+                s -= out[i, k] * out[j, k]
+            out[i, j] = s / out[j, j]
+            out[j, i] = 0.0
+    return True
+
+
+@jit
+def transform(z, factor, dt, u, load, p, points, rows):
+    """
+    Carry belief z [n] with the lower `factor` [n, n] of its covariance through the drive.
+
+    z becomes the predicted mean; rows [>=2n, n]: written in their first 2n so that rows' rows is
+    the predicted covariance without process noise, pair differences first. points [4, n]: scratch.
+    """
+    n = z.shape[0]
+    counted = substeps(dt, p[EIGENVALUE])
+    alpha2 = p[UKF_ALPHA] * p[UKF_ALPHA]
+    spread = math.sqrt(alpha2 * (n + p[UKF_KAPPA]))
+    root = 1.0 / spread
+    weight = root * root
+    shared = (1.0 - math.sqrt(1.0 + (p[UKF_BETA] - alpha2) * n * weight)) / n
+    scratch, bends = points[:3], points[3]
+    for i in range(n):
+        for j in range(n):
+            rows[n + i, j] = z[j] - spread * factor[j, i]
+            rows[i, j] = z[j] + spread * factor[j, i]
+        bends[i] = 0.0
+    advance(z, u, load, dt, counted, p, scratch)
+    for i in range(n):
+        plus, minus = rows[i], rows[n + i]
+        advance(plus, u, load, dt, counted, p, scratch)
+        advance(minus, u, load, dt, counted, p, scratch)
+        for j in range(n):
+            ahead, behind = plus[j] - z[j], minus[j] - z[j]
+            bend = 0.5 * (ahead + behind)
+            plus[j] = 0.5 * root * (ahead - behind)
+            minus[j] = bend
+            bends[j] += bend
+    for j in range(n):
+        z[j] += weight * bends[j]
+        for i in range(n):
+            rows[n + i, j] = root * (rows[n + i, j] - shared * bends[j])
+
+
+@jit
+def cross_covariance(rows, factor, P, slope, out):
+    """
+    Write cov(z predicted, z before) into `out` [n, n].
+
+    rows, factor: as of transform; P: covariance before any process noise, `factor` that of P with
+    the first half of it: hence by the slope of the statistical linearisation, left in `slope`.
+    """
+    n = factor.shape[0]
+    for r in range(n):  # slope factor = (pair differences)'
+        for j in range(n - 1, -1, -1):
+            s = rows[j, r]
+            for k in range(j + 1, n):
+                s -= slope[r, k] * factor[k, j]
+            slope[r, j] = s / factor[j, j]
+    for i in range(n):
+        for j in range(n):
+            s = 0.0
+            for k in range(n):
+                s += slope[i, k] * P[k, j]
+            out[i, j] = s

@@ -1,0 +1,70 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Unscented Kalman filter, scaled; by default alpha = 1, beta = 2, kappa = 0.
+
+The measurement is linear in the state, so redrawing the points before it gives exactly the linear
+update, which is the EKF's (in Joseph's form).
+"""
+from gearbox_monitor.filters import sigma
+from gearbox_monitor.filters.ekf import healthy, update
+from gearbox_monitor.filters.process import noise
+from gearbox_monitor.filters.record import predicted
+from gearbox_monitor.filters.sigma import cholesky, cross_covariance, transform
+from gearbox_monitor.jit import jit
+
+N_VECTORS, N_MATRICES = 4, 4
+warnings = sigma.warnings
+
+
+def memory_size(n):
+    """Return how many numbers the filter carries besides z [n] and P [n, n]."""
+    return 0
+
+
+@jit
+def step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
+    """Predict over `dt` s and update with y = (y1, y2); see ekf.step."""
+    n = z.shape[0]
+    return (predict(z, P, dt, u, load, p, vectors, matrices, record)
+            and update(z, P, y1, y2, p, matrices, record) and healthy(z, P, n))
+
+
+@jit
+def predict(z, P, dt, u, load, p, vectors, matrices, record):
+    """Predict over `dt` s; arguments as of step. False when P is not positive definite."""
+    n = z.shape[0]
+    z_pred, P_pred, cross = predicted(record, n)
+    factor, slope, rows = matrices[0], matrices[1], matrices[2:4].reshape(2 * n, n)
+    for i in range(n):
+        for j in range(n):
+            slope[i, j] = P[i, j]
+        slope[i, i] += 0.5 * dt * noise(z, p, i)
+    if not cholesky(slope, factor):
+        return False
+    transform(z, factor, dt, u, load, p, vectors, rows)
+    cross_covariance(rows, factor, P, slope, cross)
+    for i in range(n):
+        for j in range(i + 1):
+            s = 0.5 * dt * noise(z, p, i) if i == j else 0.0
+            for k in range(2 * n):
+                s += rows[k, i] * rows[k, j]
+            P[i, j] = s
+            P[j, i] = s
+    for i in range(n):
+        z_pred[i] = z[i]
+        for j in range(n):
+            P_pred[i, j] = P[i, j]
+    return True

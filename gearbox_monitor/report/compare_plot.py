@@ -1,0 +1,84 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Picture of several filters on one recording: loops, torque over time, errors."""
+from dataclasses import dataclass
+
+from matplotlib.figure import Figure
+import numpy as np
+
+from gearbox_monitor.report.plots import BLACK, BLUE, Curve, draw_loops, GREEN, ORANGE, RED, SKY
+
+COLORS = (BLUE, ORANGE, GREEN, RED, SKY, '#CC79A7', '#F0E442')
+
+
+@dataclass(frozen=True)
+class FilterRun:
+    """One filter: t [N] s, twist [N] rad, tau_k [N] and error [N] (or None) in N m."""
+
+    name: str
+    t: np.ndarray
+    twist: np.ndarray
+    tau_k: np.ndarray
+    error: np.ndarray = None
+
+
+def comparison(runs, truth=None, title='', zoom_seconds=1.0):
+    """
+    Return the Figure of FilterRuns.
+
+    truth: (twist [N] rad or None, t [N] s, tau_k [N] N m), or None.
+    """
+    columns = min(3, len(runs))
+    rows = -(-len(runs) // columns)
+    figure = Figure(figsize=(14, 4.0 * rows + 6.0), layout='constrained')
+    figure.suptitle(title, fontsize=14, fontweight='bold')
+    grid = figure.add_gridspec(rows + 1, 1, height_ratios=[1.0] * rows + [1.5])
+    first = None
+    for row in range(rows):
+        cells = grid[row].subgridspec(1, columns)
+        for column, k in enumerate(range(row * columns, min((row + 1) * columns, len(runs)))):
+            axes = figure.add_subplot(cells[column], sharex=first, sharey=first)
+            first = first or axes
+            curves = [Curve(runs[k].twist, runs[k].tau_k, runs[k].name, COLORS[k % len(COLORS)])]
+            if truth is not None and truth[0] is not None:
+                curves.append(Curve(truth[0], truth[2], 'true', BLACK))
+            draw_loops(axes, curves, runs[k].name)
+    bottom = grid[rows].subgridspec(2, 1)
+    zoom = figure.add_subplot(bottom[0])
+    errors = figure.add_subplot(bottom[1], sharex=zoom)
+    middle = 0.5 * (runs[0].t[0] + min(run.t[-1] for run in runs))
+    span = (middle - 0.5 * zoom_seconds, middle + 0.5 * zoom_seconds)
+    if truth is not None:
+        keep = (truth[1] >= span[0]) & (truth[1] <= span[1])
+        zoom.plot(truth[1][keep], truth[2][keep], color=BLACK, lw=1.5, label='true')
+    # Filters that agree lie on each other: thicker lines below let each be seen.
+    for k, run in enumerate(runs):
+        keep = (run.t >= span[0]) & (run.t <= span[1])
+        style = {'color': COLORS[k % len(COLORS)], 'lw': 1.0 + 0.8 * (len(runs) - 1 - k)}
+        zoom.plot(run.t[keep], run.tau_k[keep], label=run.name, **style)
+        if run.error is not None:
+            errors.plot(run.t[keep], run.error[keep], **style)
+    zoom.set_title(f'Filtered torque, {zoom_seconds:g} s of it', fontsize=11, loc='left')
+    low, high = zoom.get_ylim()
+    zoom.set_ylim(low, high + 0.2 * (high - low))  # room for the legend
+    zoom.legend(fontsize=9, ncols=8, loc='upper left')
+    zoom.set_ylabel(r'$\tau_K$ (N m)', fontsize=9)
+    errors.set_title('Error against the truth' if truth is not None else
+                     'No truth in the bag: no error to show', fontsize=11, loc='left')
+    errors.set_ylabel('error (N m)', fontsize=9)
+    errors.set_xlabel('time (s)', fontsize=9)
+    for axes in (zoom, errors):
+        axes.grid(True, color='#dddddd', lw=0.5)
+    return figure

@@ -1,0 +1,236 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Adaptive filter: exact gradient, bars of convergence, refusals, and the same bits in replay."""
+import json
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import Noise, simulate
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.filters import aekf, ekf
+from gearbox_monitor.filters.adaptation import ADAPTABLE
+from gearbox_monitor.filters.process import ADAPT_AT, P0, pack, state_names
+from gearbox_monitor.filters.record import record_size
+from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.parameters import checked, ESTIMATOR
+
+# With hysteresis, and the noise of two percent.
+CASE_A = DriveModel().with_(kind='play', stiffness=5.0, half_gap=0.3, hysteresis_width=0.3)
+R_A = (0.0658, 0.0833)
+Q_A = tuple(0.02 * s for s in (3.29, 4.16, 19.3, 23.9))
+TUNED = {
+    'filter': 'aekf', 'arm_load': 'none', 'r_std_motor': R_A[0], 'r_std_arm': R_A[1],
+    'q_std_motor_position': Q_A[0], 'q_std_arm_position': Q_A[1], 'q_std_motor_speed': Q_A[2],
+    'q_std_arm_speed': Q_A[3], 'q_std_tau_k': 10.0}
+slow = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
+
+
+def simulated(seconds, seed=1, dt=1e-3):
+    t = dt * np.arange(round(seconds / dt))
+    return simulate(CASE_A, Excitation().torque(t), dt, Noise(Q_A, R_A), seed)
+
+
+def samples(out, y=None, dt=1e-3):
+    y = out.y if y is None else y
+    stamps = 1_000_000_000 + np.arange(len(y)) * round(dt * 1e9)
+    return Samples(stamps, np.column_stack([out.u, np.full(len(y), np.nan)]), y)
+
+
+def part(data, begin, end):
+    return Samples(data.stamp_ns[begin:end], data.u[begin:end], data.y[begin:end])
+
+
+def settled(monitor, out, seconds, y=None):
+    """Run; return the rms error of tau_K between `seconds` (from, to)."""
+    estimates = monitor.run(samples(out, y))
+    at = (estimates.stamp_ns - 1_000_000_000) // 1_000_000
+    keep = (at >= 1000 * seconds[0]) & (at < 1000 * seconds[1])
+    return float(np.sqrt(np.mean((estimates.tau_k[keep] - out.tau_k[at[keep]]) ** 2)))
+
+
+# model's load, further parameters, dt, effects
+SETUPS = {
+    'paper': ('none', {}, 1e-3, ()),
+    'sharp friction': ('none', {'adapt_friction_sharpness': 100.0}, 1e-3, ()),
+    'long steps': ('none', {'adapt_friction_sharpness': 100.0}, 4e-3, ()),
+    'all states': ('unknown', {'friction_error_std': 0.2, 'q_std_tau_k_speed': 1.0}, 1e-3,
+                   ({'id': 'load_friction', 'Cl': 0.05},)),
+}
+
+
+@pytest.mark.parametrize('setup', SETUPS)
+def test_gradient_is_that_of_the_log_likelihood(setup):
+    load, options, dt, effects = SETUPS[setup]
+    parameters = checked(ESTIMATOR, {**TUNED, 'adapt': list(ADAPTABLE), 'tau_k_stiffness': 2.0,
+                                     **options}, 'test')
+    model = CASE_A.with_(arm_load=load, effects=effects)
+    p, n = pack(model, parameters), len(state_names(model, parameters))
+    out = simulated(300 * dt, dt=dt)
+    y = out.y.copy()
+    y[np.random.default_rng(0).random(y.shape) < 0.1] = np.nan
+
+    def likelihood(change):
+        z, P, memory = np.zeros(n), np.diag(p[P0:P0 + n]), np.zeros(aekf.memory_size(n))
+        aekf.begin(memory, p)
+        for i, c in enumerate(change):
+            memory[aekf.IN_USE + int(p[ADAPT_AT + i])] *= np.exp(c)
+        gradient = np.zeros(aekf.MAX_THETA)
+        value = aekf.likelihood_gradient(
+            out.u, np.zeros(300), y, np.full(300, dt), z, P, memory, p,
+            np.zeros((aekf.N_VECTORS, n)), np.zeros((aekf.N_MATRICES, n, n)),
+            np.zeros(record_size(n)), gradient)
+        assert aekf.guards(memory)['sensitivity_resets'] == 0
+        return value, gradient
+
+    gradient = likelihood(np.zeros(6))[1]
+    steps = 1e-6 * np.eye(6)
+    expected = [(likelihood(s)[0] - likelihood(-s)[0]) / 2e-6 for s in steps]
+    np.testing.assert_allclose(gradient, expected, rtol=1e-4, atol=1e-5)
+
+
+@pytest.mark.parametrize('adapt', [[], ['']])
+def test_without_adaptation_it_is_the_ekf(adapt):
+    out = simulated(1.0)
+    model = CASE_A.with_(friction_sharpness=1.0)
+    monitor = Monitor(CASE_A, {**TUNED, 'adapt': adapt})
+    ours = monitor.run(samples(out))
+    theirs = Monitor(model, {**TUNED, 'filter': 'ekf'}).run(samples(out))
+    np.testing.assert_allclose(ours.rows, theirs.rows, rtol=1e-12, atol=1e-12)
+    assert monitor.adapted() == {}
+
+
+def test_frozen_adaptation_is_the_ekf():
+    """The belief is that of the EKF with the theta in use: the extra work leaves it alone."""
+    parameters = checked(ESTIMATOR, {**TUNED, 'adapt': list(ADAPTABLE), 'tau_k_stiffness': 2.0},
+                         'test')
+    p, n, out = pack(CASE_A, parameters), 5, simulated(0.5)
+    scratch = np.zeros((aekf.N_VECTORS, n)), np.zeros((5, n, n))
+    memory = np.zeros(aekf.memory_size(n))
+    aekf.begin(memory, p)
+    beliefs = [(np.zeros(n), np.diag(p[P0:P0 + n]), np.zeros(record_size(n))) for _ in range(2)]
+    for u, (y1, y2) in zip(out.u, out.y):
+        (z, P, record), (z_e, P_e, record_e) = beliefs
+        assert aekf.differentiate(z, P, memory, 1e-3, u, 0.0, y1, y2, p, *scratch, record)
+        assert ekf.step(z_e, P_e, np.zeros(0), 1e-3, u, 0.0, y1, y2, p, *scratch, record_e)
+        np.testing.assert_allclose(record, record_e, rtol=1e-9, atol=1e-9)
+
+
+@slow
+@pytest.mark.parametrize('q, r', [(1.0, 1.0), (100.0, 3.0)])
+def test_finds_the_noise_from_a_wrong_start(q, r):
+    out = simulated(30.0)
+    tuned = settled(Monitor(CASE_A, {**TUNED, 'filter': 'ekf'}), out, (15, 30))
+    monitor = Monitor(CASE_A, {
+        **TUNED, 'q_std_tau_k': q, 'r_std_motor': r * R_A[0], 'r_std_arm': r * R_A[1]})
+    assert settled(monitor, out, (15, 30)) < 1.02 * tuned
+    found = monitor.adapted()
+    np.testing.assert_allclose([found['r_std_motor'], found['r_std_arm']], R_A, rtol=0.03)
+    assert monitor.adaptation_guards()['sensitivity_resets'] == 0
+    values = monitor.findings['covariance'].values
+    assert values['adapted_q_std_tau_k'] == pytest.approx(found['q_std_tau_k'], rel=0.1)
+
+
+@slow
+def test_finds_viscous_friction_from_twice_its_value():
+    monitor = Monitor(CASE_A.with_(viscous_friction=0.2),
+                      {**TUNED, 'adapt': ['viscous_friction']})
+    monitor.run(samples(simulated(30.0)))
+    assert monitor.adapted()['viscous_friction'] == pytest.approx(0.1, abs=2e-3)
+
+
+@slow
+def test_finds_a_stiffness_that_halves_the_error():
+    monitor = Monitor(CASE_A, {**TUNED, 'adapt': ['q_std_tau_k', 'tau_k_stiffness'],
+                               'tau_k_stiffness': 1.0})
+    assert settled(monitor, simulated(30.0), (15, 30)) < 0.66
+
+
+@slow
+def test_follows_encoders_that_become_noisier():
+    out = simulated(40.0)
+    y = out.y.copy()
+    y[20000:] += 15 ** 0.5 * np.random.default_rng(1).normal(0.0, R_A, (20000, 2))
+    adaptive = settled(Monitor(CASE_A, TUNED), out, (20, 40), y)
+    fixed = settled(Monitor(CASE_A, {**TUNED, 'filter': 'ekf'}), out, (20, 40), y)
+    assert adaptive < 1.75 < 2.4 < fixed
+
+
+@slow
+def test_six_at_once_all_wrong():
+    monitor = Monitor(CASE_A.with_(viscous_friction=0.05), {
+        **TUNED, 'adapt': list(ADAPTABLE), 'q_std_tau_k': 100.0, 'r_std_motor': 0.2,
+        'r_std_arm': 0.2, 'tau_k_stiffness': 1.0})
+    assert settled(monitor, simulated(40.0), (25, 40)) < 0.7
+
+
+def test_rests_while_nothing_is_measured_and_keeps_going():
+    out = simulated(3.0)
+    y = out.y.copy()
+    y[1500:1600] = np.nan  # both encoders
+    y[2000:2400, 1] = np.nan  # the arm's
+    monitor = Monitor(CASE_A, TUNED)
+    monitor.run(part(samples(out, y), 0, 1500))
+    before = monitor.adapted()
+    monitor.run(part(samples(out, y), 1500, 1600))
+    assert monitor.adapted() == before
+    monitor.run(part(samples(out, y), 1600, 3000))
+    after = monitor.adapted()
+    assert after != before and all(np.isfinite(list(after.values())))
+
+
+def test_a_snapshot_carries_the_adaptation_bit_for_bit():
+    out = simulated(2.0)
+    whole, first = (Monitor(CASE_A, TUNED) for _ in range(2))
+    expected = whole.run(samples(out))
+    first.run(part(samples(out), 0, 1200))
+    text = json.loads(json.dumps(first.snapshot()))
+    second = Monitor.restore(text)
+    assert second.adapted() == first.adapted() != Monitor(CASE_A, TUNED).adapted()
+    got = second.run(part(samples(out), 1200, 2000))
+    assert (got.rows == expected.rows[-800:])[~np.isnan(got.rows)].all()
+    assert second.adapted() == whole.adapted()
+
+
+def test_a_threshold_changes_without_restarting_the_adaptation():
+    monitor = Monitor(CASE_A, TUNED)
+    monitor.run(samples(simulated(1.0)))
+    adapted = monitor.adapted()
+    monitor.set_parameters({'gap_warn': 0.2})
+    assert monitor.adapted() == adapted
+    monitor.set_parameters({'q_std_tau_k': 5.0})
+    assert monitor.adapted()['q_std_tau_k'] == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize('changes, model, text', [
+    ({'adapt': ['damping']}, {}, 'cannot be told from tau_K'),
+    ({'adapt': ['inertia']}, {}, 'expected some of q_std_tau_k'),
+    ({'adapt': ['r_std_arm', 'r_std_arm']}, {}, 'named twice'),
+    ({'adapt': ['tau_k_stiffness']}, {}, 'starts at 0'),
+    ({'adapt': ['q_std_tau_k'], 'q_std_tau_k': 0.0}, {}, 'starts at 0'),
+    ({'adapt': ['viscous_friction']}, {'viscous_friction': -0.1}, 'adapted as a logarithm'),
+])
+def test_refusals_say_why(changes, model, text):
+    with pytest.raises(InputError, match=text) as error:
+        Monitor(CASE_A.with_(**model), {**TUNED, **changes})
+    assert '\n' not in str(error.value)
+    running = Monitor(CASE_A.with_(**model), TUNED)
+    before = dict(running.parameters)
+    with pytest.raises(InputError, match=text):
+        running.set_parameters(changes)
+    assert running.parameters == before

@@ -1,0 +1,83 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Filters side by side on one bag."""
+import json
+import sys
+
+import numpy as np
+import pytest
+from test_tune import DRIVE, params, samples_of, simulated, write
+
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.monitor import Monitor
+from gearbox_monitor.parameters import FILTER_NAMES
+
+TUNED = {'r_std_motor': 0.0658, 'r_std_arm': 0.0833, 'q_std_tau_k': 9.2}
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    return write(tmp_path_factory.mktemp('compare') / 'bag', simulated(3, 4000))
+
+
+@pytest.mark.parametrize('name', ['ekf', 'ukf'])
+def test_filterpy_agrees(name):
+    pytest.importorskip('filterpy')
+    from gearbox_monitor.benchmarks import filterpy_reference
+    samples = samples_of(simulated(4, 1000))
+    parameters = {**TUNED, 'arm_load': 'unknown', 'filter': name}
+    theirs = filterpy_reference.run('filterpy_' + name, DRIVE, parameters, samples)
+    ours = Monitor(DRIVE, parameters).run(samples)
+    assert theirs.stamp_ns.tolist() == ours.stamp_ns.tolist()
+    for column in ('tau_k', 'tau_k_std', 'loglik', 'nis', 'white_2', 'innovation_arm', 'twist'):
+        np.testing.assert_allclose(getattr(theirs, column), getattr(ours, column), rtol=1e-6,
+                                   atol=1e-7, err_msg=column)
+
+
+def test_without_filterpy_one_line(monkeypatch):
+    from gearbox_monitor.benchmarks import filterpy_reference
+    monkeypatch.setitem(sys.modules, 'filterpy.kalman', None)
+    with pytest.raises(InputError, match='filterpy is not installed'):
+        filterpy_reference.run('filterpy_ekf', DRIVE, TUNED, samples_of(simulated(4, 100)))
+
+
+def test_table_and_figure(bag, tmp_path, capsys):
+    pytest.importorskip('filterpy')
+    picture = tmp_path / 'c.png'
+    arguments = ['compare', str(bag), '--params', params(tmp_path / 'p.yaml', **TUNED)]
+    names = (*FILTER_NAMES, 'filterpy_ekf')
+    assert main([*arguments, '--filters', ','.join(names), '--png', str(picture),
+                 '--filterpy-samples', '3000']) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert picture.read_bytes().startswith(b'\x89PNG')
+    table = lines[2:4 + len(names)]
+    assert max(map(len, table)) <= 80
+    assert [line.split()[0] for line in table[1:1 + len(names)]] == list(names)
+    assert any('first 3000 of 4000 samples only' in line for line in lines)
+    assert main([*arguments, '--filters', 'ekf', '--json']) == 0
+    row, = json.loads(capsys.readouterr().out)['rows']
+    assert row['rmse'] < 1.4 and row['rmse_smoothed'] < 0.5 * row['rmse']
+    assert 0.6 < row['coverage'] < 0.9 and row['nis'] == pytest.approx(2.0, abs=0.15)
+
+
+@pytest.mark.parametrize('options, words', [
+    (['--filters', 'ekf,kalman'], "filter: 'kalman', expected one of ekf"),
+    (['--png', 'x.gif'], 'expected a name that ends in .png'),
+    (['--filterpy-samples', '5'], 'expected at least 1000')])
+def test_bad_input_is_one_line(options, words, bag, capsys):
+    assert main(['compare', str(bag), *options]) == 2
+    said = capsys.readouterr().err
+    assert words in said and said.count('\n') == 1

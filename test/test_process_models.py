@@ -1,0 +1,133 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Process models of tau_K: stiffness, noise growing with speed, load friction, its error."""
+import itertools
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel, motor_friction, substeps
+from gearbox_monitor.drive.simulate import Noise, simulate
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.filters import FILTERS
+from gearbox_monitor.filters.process import (
+    EIGENVALUE, noise, pack, propagate, state_names, TAU_K)
+from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.parameters import checked, ESTIMATOR
+
+LOADED = DriveModel().with_(effects=[{'id': 'load_friction', 'Cl': 0.2}])
+OPTIONS = [dict(zip(('arm_load', 'tau_k_stiffness', 'q_std_tau_k_speed', 'friction_error_std'), v))
+           for v in itertools.product(('none', 'unknown'), (0.0, 5.0), (0.0, 0.5), (0.0, 0.05))]
+# Two encoders of 1 mrad on a drive with a wide gap.
+NOISE = Noise((0.0, 0.0, 0.2, 0.2), (1e-3, 1e-3))
+
+
+def packed(model=LOADED, **parameters):
+    parameters = checked(ESTIMATOR, parameters, 'test')
+    model = model.with_(arm_load=parameters['arm_load'])
+    return pack(model, parameters), len(state_names(model, parameters))
+
+
+def recorded(model, seconds=4.0, seed=0):
+    """Return (Samples at 1 kHz, true tau_K [N])."""
+    u = Excitation().torque(np.arange(round(1e3 * seconds)) * 1e-3)
+    out = simulate(model, u, 1e-3, NOISE, seed)
+    stamps = (1 + np.arange(len(u), dtype=np.int64)) * 1_000_000
+    return Samples(stamps, np.column_stack([u, np.full_like(u, np.nan)]), out.y), out.tau_k
+
+
+@pytest.mark.parametrize('options', OPTIONS, ids=str)
+def test_tangent_is_that_of_the_map(options):
+    p, n = packed(**options)
+    rng = np.random.default_rng(1)
+    for torque in (2.0, -3.0):  # both signs: load friction has a kink at zero
+        z = rng.normal(size=n) * 0.3
+        z[TAU_K] = torque
+
+        def flow(z):
+            z, phi = z.copy(), np.empty((n, n))
+            propagate(z, phi, 1.0, 0.0, 1e-3, substeps(1e-3, p[EIGENVALUE]), p,
+                      np.empty((3, n)), np.empty((3, n, n)))
+            return z, phi
+        _, phi = flow(z)
+        numeric = np.empty((n, n))
+        for i in range(n):
+            step = np.zeros(n)
+            step[i] = 1e-6
+            numeric[:, i] = (flow(z + step)[0] - flow(z - step)[0]) / 2e-6
+        np.testing.assert_allclose(phi, numeric, rtol=1e-6, atol=1e-8)
+
+
+def test_friction_grows_with_the_load_either_way():
+    p = LOADED.pack()
+    for torque, speed in itertools.product((-5.0, 5.0), (-2.0, 2.0)):
+        more = motor_friction(speed, torque, p) - motor_friction(speed, 0.0, p)
+        assert more == pytest.approx(0.2 * 5.0 * np.sign(speed), rel=0.01)
+
+
+def test_load_friction_needs_its_parameter():
+    with pytest.raises(InputError, match='effects.load_friction.Cl: None, expected a finite'):
+        DriveModel().with_(effects=[{'id': 'load_friction'}])
+
+
+def test_filter_with_load_friction_follows_such_a_plant():
+    samples, tau_k = recorded(LOADED.with_(half_gap=0.3, stiffness=5.0))
+    error = {}
+    for name, model in (('without', DriveModel()), ('with', LOADED)):
+        found = Monitor(model, {'arm_load': 'none', 'r_std_motor': 1e-3, 'r_std_arm': 1e-3,
+                                'q_std_motor_speed': 0.2, 'q_std_arm_speed': 0.2}).run(samples)
+        error[name] = np.sqrt(np.mean((found.tau_k - tau_k[1:])[500:] ** 2))
+    assert error['with'] < 0.8 * error['without']
+
+
+def test_noise_grows_with_speed():
+    p, n = packed(q_std_tau_k=3.0, q_std_tau_k_speed=2.0, arm_load='none')
+    z = np.zeros(n)
+    assert noise(z, p, TAU_K) == pytest.approx(9.0)
+    z[2] = -2.0
+    assert noise(z, p, TAU_K) == pytest.approx(9.0 + 16.0)
+    z[2], z[3] = 0.0, 9.0
+    assert [noise(z, p, i) for i in range(n)] == pytest.approx([0.0, 0.0, 0.16, 0.16, 9.0])
+
+
+@pytest.mark.parametrize('name', [n for n in FILTERS if n != 'aekf'])
+def test_every_filter_knows_every_process_model(name):
+    """All filters agree on an almost linear drive, whatever the model of tau_K."""
+    drive = DriveModel().with_(
+        coulomb_friction=0.0, half_gap=0.3, stiffness=5.0)
+    samples, _ = recorded(drive, 0.5)
+    for options in OPTIONS:
+        parameters = {**options, 'r_std_motor': 1e-3, 'r_std_arm': 1e-3, 'smoother_lag': 0.0}
+        ekf, other = (Monitor(drive, {**parameters, 'filter': f}).run(samples)
+                      for f in ('ekf', name))
+        assert np.isfinite(other.rows[:, TAU_K]).all()
+        np.testing.assert_allclose(other.tau_k, ekf.tau_k, atol=1e-5, err_msg=str(options))
+        np.testing.assert_allclose(other.tau_k_std, ekf.tau_k_std, rtol=1e-5,
+                                   err_msg=str(options))
+
+
+def test_friction_error_makes_the_stated_deviation_honest():
+    """A filter unaware of load friction understates its error; the state mends that."""
+    samples, tau_k = recorded(LOADED.with_(half_gap=0.3, stiffness=5.0), 8.0)
+    cover = []
+    for std in (0.0, 0.5):
+        found = Monitor(DriveModel(), {
+            'arm_load': 'none', 'r_std_motor': 1e-3, 'r_std_arm': 1e-3, 'q_std_tau_k': 4.0,
+            'tau_k_stiffness': 4.0, 'friction_error_std': std,
+            'friction_error_time': 0.1}).run(samples)
+        cover.append(np.mean((np.abs(found.tau_k - tau_k[1:]) < found.tau_k_std)[500:]))
+    assert cover[0] < 0.5 and 0.6 < cover[1]
+    assert np.isfinite(found.tau_e).all() and np.all(found.tau_e_std < 0.5)

@@ -1,0 +1,211 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Tuning through the command line and its parts; no ROS, no truth needed."""
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.read import BagReader
+from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import Noise, simulate
+from gearbox_monitor.filters import tuning
+from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.score import run_score, score, torque_errors
+from gearbox_monitor.tuner import tuned
+
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+T0 = 1_700_000_000_000_000_000
+DT = 1e-3
+R = (0.0658, 0.0833)
+DRIVE = DriveModel().with_(kind='play', stiffness=5.0, half_gap=0.3, hysteresis_width=0.3)
+
+
+def simulated(seed, n=6000, rest=0, r=R):
+    u = Excitation().torque(DT * np.arange(n))
+    u[:rest] = 0.0
+    process = (0.0, 0.0, 0.0, 0.0) if rest else (0.066, 0.083, 0.387, 0.478)
+    return simulate(DRIVE, u, DT, Noise(process, r), seed)
+
+
+def samples_of(drive):
+    n = len(drive.u)
+    return Samples(T0 + np.arange(n) * 1_000_000,
+                   np.column_stack([drive.u, np.full(n, np.nan)]), drive.y)
+
+
+def write(path, drive):
+    stamps = T0 + np.arange(len(drive.u)) * 1_000_000
+    ours = encode_joint_states(stamps, ['motor', 'arm'], drive.y,
+                               effort=np.column_stack([drive.u, np.full(len(stamps), np.nan)]))
+    truth = encode_joint_states(stamps, ['transmission'], drive.x[:, :1] - drive.x[:, 1:2],
+                                effort=drive.tau_k[:, None])
+    with BagWriter(path) as writer:
+        writer.add_topic('/joint_states', JOINT_STATE)
+        writer.add_topic('/plant/transmission_state', JOINT_STATE)
+        for k, stamp in enumerate(stamps.tolist()):
+            writer.write('/joint_states', stamp, ours[k])
+            writer.write('/plant/transmission_state', stamp, truth[k])
+    return path
+
+
+def params(path, **values):
+    path.write_text(yaml.safe_dump({'estimator': {'ros__parameters': {
+        'arm_load': 'none', **values}}}))
+    return str(path)
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    return write(tmp_path_factory.mktemp('tune') / 'bag', simulated(3))
+
+
+def test_noise_from_fourth_differences_is_model_free():
+    y = simulated(1).y
+    assert tuning.noise_of(y[:, 0]) == pytest.approx(R[0], rel=0.04)
+    grid = np.round(np.cumsum(np.full(5000, 0.001)) / 0.05) * 0.05  # slow, on a coarse grid
+    assert tuning.noise_of(grid) == pytest.approx(0.05 / np.sqrt(12.0))
+
+
+def test_rest_is_found_where_it_is_and_only_there():
+    moving, resting = simulated(2), simulated(2, rest=1500)
+    stamps = samples_of(moving).stamp_ns
+    assert tuning.at_rest(stamps, moving.y) is None
+    spiky = resting.y.copy()
+    spiky[700, 0] += 30.0 * R[0]
+    noise, seconds = tuning.at_rest(stamps, spiky)
+    assert noise == pytest.approx(R, rel=0.06)
+    assert 0.6 <= seconds <= 1.6
+    drifting = resting.y + np.linspace(0.0, 60.0, len(stamps))[:, None]  # 10 rad/s
+    assert tuning.at_rest(stamps, drifting) is None
+
+
+def test_one_command_writes_what_replay_loads(bag, tmp_path, capsys, monkeypatch):
+    """Far-off starts give the same file; the truth is not read."""
+    read = []
+    original = BagReader.joint_states
+    monkeypatch.setattr(BagReader, 'joint_states', lambda self, topic, names: (
+        read.append(topic), original(self, topic, names))[1])
+    found = []
+    for k, scale in enumerate((1.0 / 30.0, 30.0)):
+        start = params(tmp_path / f'start{k}.yaml', q_std_tau_k=9.0 * scale)
+        out = tmp_path / f'out{k}.yaml'
+        assert main(['tune', str(bag), '--params', start, '--out', str(out), '--fix-speeds',
+                     '--json']) == 0
+        told = json.loads(capsys.readouterr().out)
+        found.append(told['parameters'])
+        assert told['after']['loglik'] > told['before']['loglik']
+    assert set(read) == {'/joint_states'}
+    for name, value in found[0].items():
+        assert value == pytest.approx(found[1][name], rel=0.03)  # the stated tolerance
+    assert told['starts_met'] == 3 and told['spread'] < 0.03
+    assert found[0]['r_std_motor'] == pytest.approx(R[0], rel=0.04)
+    assert found[0]['r_std_arm'] == pytest.approx(R[1], rel=0.04)
+    assert 6.0 < found[0]['q_std_tau_k'] < 13.0
+    written = yaml.safe_load(out.read_text())['estimator']['ros__parameters']
+    assert written['arm_load'] == 'none' and written['q_std_tau_k'] == found[1]['q_std_tau_k']
+    assert main(['replay', str(bag), '--params', str(out), '--json']) == 0
+    assert json.loads(capsys.readouterr().out)['nis'] == pytest.approx(2.0, abs=0.1)
+
+
+def test_tuned_on_one_seed_good_on_others():
+    """Limits a little wider than those of 20 runs of 20 s: these are few and short."""
+    parameters = tuned(DRIVE, {'arm_load': 'none'}, [samples_of(simulated(11, 10000))])
+    for seed in (21, 22):
+        drive = simulated(seed, 10000)
+        samples = samples_of(drive)
+        estimates = Monitor(DRIVE, parameters).run(samples)
+        result = score(estimates)
+        assert torque_errors(estimates, samples.stamp_ns, drive.tau_k)['rmse'] < 1.25
+        assert result.rms[0] < 0.073 and result.rms[1] < 0.088 and 1.9 < result.nis < 2.12
+
+
+def test_rest_gives_r_and_smoother_divides_q(tmp_path, capsys):
+    bag = write(tmp_path / 'bag', simulated(5, rest=1500))
+    start = params(tmp_path / 'start.yaml')
+    told = []
+    for k, more in enumerate(([], ['--smoother'])):
+        assert main(['tune', str(bag), '--params', start, '--fix-speeds', '--json', *more,
+                     '--out', str(tmp_path / f'{k}.yaml')]) == 0
+        told.append(json.loads(capsys.readouterr().out))
+    assert told[0]['noise_from'] == 'standstill' and told[0]['rest_seconds'] > 0.5
+    assert told[0]['parameters']['r_std_motor'] == pytest.approx(R[0], rel=0.08)
+    ratio = told[0]['parameters']['q_std_tau_k'] / told[1]['parameters']['q_std_tau_k']
+    assert ratio == pytest.approx(np.sqrt(5.0), rel=1e-4)
+    written = yaml.safe_load((tmp_path / '1.yaml').read_text())['estimator']['ros__parameters']
+    assert written['friction_linearisation'] == 'statistical'
+
+
+def test_reference_fits_error_and_coverage(bag, tmp_path, capsys):
+    out = tmp_path / 'out.yaml'
+    assert main(['tune', str(bag), '--params', params(tmp_path / 'start.yaml', q_std_tau_k=1.0),
+                 '--reference', 'plant/transmission_state', '--fix-speeds', '--out',
+                 str(out)]) == 0
+    text = capsys.readouterr().out
+    assert 'gain and offset' in text and 'within 1 sigma' in text
+    values = yaml.safe_load(out.read_text())['estimator']['ros__parameters']
+    assert 4.0 < values['q_std_tau_k'] < 20.0
+
+
+def test_search_survives_a_filter_that_cannot_run():
+    """A criterion of -inf on half of the plane is a penalty, and counted."""
+    def evaluate(values, coarse):
+        x = np.log(values['q_std_tau_k'])
+        return (-np.inf, 1) if x > 1.0 else (-50.0 * x * x, 0)
+
+    found = tuning.search(evaluate, {'q_std_tau_k': 2.0})
+    assert found.parameters['q_std_tau_k'] == pytest.approx(1.0, rel=0.01)
+    assert found.failed > 0
+
+
+def test_a_filter_that_cannot_run_scores_worst():
+    drive = simulated(1, 1500)
+    samples = samples_of(drive)
+    broken = Samples(samples.stamp_ns, samples.u, np.full_like(samples.y, np.nan))
+    assert run_score(DRIVE, {'arm_load': 'none'}, broken).criterion == tuning.DIVERGED
+
+
+@pytest.mark.parametrize('options, words', [
+    (['--filter', 'kalman'], "filter: 'kalman', expected one of ekf"),
+    (['--reference', '/nowhere'], 'no topic /nowhere'),
+    (['--params', 'zero_r'], 'r_std_motor: 0.0, expected a number >= 1e-09'),
+    (['--params', 'zero_q'], 'q_std_tau_k: 0, expected > 0'),
+    (['--params', 'zero_q', '--out', 'there.yaml'], 'exists, expected a new file'),
+    (['--out', 'missing/out.yaml'], 'no such folder'),
+])
+def test_bad_input_is_one_line(options, words, bag, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'there.yaml').touch()
+    params(tmp_path / 'zero_r', r_std_motor=0.0)
+    params(tmp_path / 'zero_q', q_std_tau_k=0.0)
+    assert main(['tune', str(bag), '--out', 'out.yaml', *options]) == 2
+    said = capsys.readouterr().err
+    assert words in said and said.count('\n') == 1
+    assert not (tmp_path / 'out.yaml').exists()
+
+
+@pytest.mark.parametrize('n, torque, words', [
+    (2000, 1.0, 'too short to tune; expected at least 5 s'), (6000, 0.0, 'no excitation')])
+def test_useless_recordings_are_refused(n, torque, words, tmp_path, capsys):
+    u = torque * Excitation().torque(DT * np.arange(n))
+    bag = write(tmp_path / 'bag', simulate(DRIVE, u, DT, Noise(measurement=R), seed=1))
+    assert main(['tune', str(bag), '--out', str(tmp_path / 'out.yaml')]) == 2
+    said = capsys.readouterr().err
+    assert words in said and str(bag) in said and said.count('\n') == 1
