@@ -45,6 +45,10 @@ REFERENCE_EVALUATIONS = 5
 COMPONENTS = ('observability', 'prediction error', 'covariance', 'backlash', 'input')
 
 
+class SnapshotError(InputError):
+    """A snapshot cannot be read: damaged, or of another version."""
+
+
 @dataclass(frozen=True)
 class Sample:
     """
@@ -291,7 +295,7 @@ class Monitor:
         except (KeyError, ValueError, TypeError, AttributeError) as error:
             if isinstance(error, InputError):
                 raise
-            raise InputError(f'{source}: not a snapshot of this version ({error})') from None
+            raise SnapshotError(f'{source}: not a snapshot of this version ({error})') from None
         monitor._last_counts = monitor.counts.copy()
         monitor._keep_belief_only()
         return monitor

@@ -154,6 +154,22 @@ def test_lost_samples_are_explained_not_blamed(bag, options, tmp_path):
     assert comparison.explained > 1000 and comparison.verdict == 'yes'
 
 
+def test_a_snapshot_of_another_version_is_told_and_replayed(bag, options, tmp_path, capsys):
+    out, other = tmp_path / 'out', tmp_path / 'other'
+    assert main(['replay', str(bag), *options, '--out', str(out)]) == 0
+    with open_bag(out) as reader, BagWriter(other) as writer:
+        for topic, (kind, _) in reader.topics.items():
+            writer.add_topic(topic, kind)
+        for topic, log_ns, _, raw in reader.messages():
+            writer.write(topic, log_ns, raw.replace(b'efforts\x00', b'effortz\x00')
+                         if topic.endswith('/snapshot') else raw)
+    capsys.readouterr()
+    assert main(['replay', str(other), '--json']) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told['estimates'] == N - 1 and 'replay_identical' not in told
+    assert 'not a snapshot of this version' in told['notes'][0]
+
+
 @pytest.mark.parametrize('extra, told', [
     (['--filter', 'kalman9'], "filter: 'kalman9', expected one of"),
     (['--topic', 'motor_states'], 'no topic /motor_states, the bag has /left/joint_states'),

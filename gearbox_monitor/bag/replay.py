@@ -30,7 +30,8 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TAU_K, smoother_parameters
 from gearbox_monitor.interval import smooth_interval
 from gearbox_monitor.jit import KERNELS
-from gearbox_monitor.monitor import Estimates, Monitor, Samples
+from gearbox_monitor.monitor import Estimates, Monitor, Samples, SnapshotError
+from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.signals import ARM, MOTOR, SIGNALS
 from gearbox_monitor.stream import REASONS
 
@@ -172,17 +173,24 @@ def replay(reader, model=None, parameters=None, topic='joint_states'):
     if snapshots:
         recorded_model = model_from_dict(json.loads(snapshots[0].content['model']),
                                          str(reader.path))
-        recorded = json.loads(snapshots[0].content['parameters'])
+        known = {row.name for row in ESTIMATOR}  # another version may have others
+        recorded = {name: value for name, value in
+                    json.loads(snapshots[0].content['parameters']).items() if name in known}
     overridden = model is not None or parameters
     monitor = Monitor(model or recorded_model, {**recorded, **(parameters or {})})
     recording = read_recording(reader, monitor.parameters['motor_joint'],
                                monitor.parameters['arm_joint'], monitor.model.gear_ratio, topic)
-    if overridden or not snapshots:
-        result = Replay(recording, monitor.run(recording.samples), monitor)
-        result.notes.append('not compared: parameters were given' if overridden else
-                            'not compared: the bag holds no snapshot of an estimator')
-        return result
-    return _from_snapshots(reader, recording, snapshots)
+    if overridden:
+        reason = 'parameters were given'
+    elif not snapshots:
+        reason = 'the bag holds no snapshot of an estimator'
+    else:
+        try:
+            return _from_snapshots(reader, recording, snapshots)
+        except SnapshotError as error:
+            reason = str(error)
+    return Replay(recording, monitor.run(recording.samples), monitor,
+                  notes=[f'not compared: {reason}'])
 
 
 def _from_snapshots(reader, recording, snapshots):
