@@ -68,10 +68,6 @@ def _label(name):
     return name.replace('_', ' ')
 
 
-def _is_missing(value):
-    return value is None or (isinstance(value, float) and math.isnan(value))
-
-
 # --- text ---------------------------------------------------------------------------------------
 def _rows(path, text):
     """Yield ``(line number, line)`` of what is neither empty nor a comment."""
