@@ -99,13 +99,14 @@ class _Pass:
         self.advance(state, given, 0, 1)
         kept, cuts = [], range(0, max(m - 1, 1), size - 1)
         for cut in cuts:
-            kept.append([a.copy() for a in state])
+            u = self.ring[cut % size, -1]
+            kept.append([a.copy() for a in state] + [u])
             self.advance(state, given, cut + 1, min(cut + size, m))
         rows, later = np.empty((m, N_SMOOTHED)), None
-        for cut, state in zip(reversed(cuts), reversed(kept)):
+        for cut, (*state, u) in zip(reversed(cuts), reversed(kept)):
             last = min(cut + size, m) - 1
             z, P = updated(self.ring[cut % size], n)
-            z[:], P[:] = state[3:5]
+            z[:], P[:], self.ring[cut % size, -1] = *state[3:5], u
             self.advance(state, given, cut + 1, last + 1)
             if later:  # the seam belongs to both blocks, and the later one knows it smoothed
                 z, P = updated(self.ring[last % size], n)

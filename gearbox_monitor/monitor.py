@@ -248,6 +248,7 @@ class Monitor:
         row = self._ring[step % RING]
         row[start:start + n] = self._z
         row[start + n:start + n + n * n] = self._P.ravel()
+        row[-1] = self._efforts[(step - 1 - self.parameters['effort_delay']) % stream.N_EFFORTS, 0]
         self._ring_stamps[step % RING] = self._gate[stream.LAST]
         self._gate[stream.SMOOTH_NEXT] = step
 

@@ -228,6 +228,7 @@ def run(stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings, gate, c
                 efforts[i, 0], efforts[i, 1] = u, load
             gate[STARTED] = stamp
             start(z, P, y1, y2, p, ring[0])
+            ring[0, -1] = u
             memory[:] = 0.0
             ring_stamps[0] = stamp
             if _due(stamp, gate):
@@ -260,6 +261,7 @@ def run(stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings, gate, c
             counts[DIVERGED] += 1
             gate[LAST] = 0
             continue
+        record[-1] = u_acting
         _write_estimate(z, P, record, dt, u_acting, load_acting, p, estimates[k])
         # Blocks end where stamps cross a grid, or steps half a ring (no row may be lost, even at
         # the price of a shorter lag): this depends on no history, so replay cuts the same blocks.

@@ -18,6 +18,7 @@ The step record: what every filter writes at every step, and all that trust and 
 One float64 row: z_pred [n], P_pred [n, n], C [n, n], z [n], P [n, n], innovation [2], S (s11,
 s12, s22), K [n, 2], nis, loglik, dof. C = cov(z_k+1 predicted, z_k), for an EKF Phi P. An absent
 measurement has an innovation of NaN and a zero column of K; dof counts the measurements used.
+Behind it the stream notes the motor torque that acted over the step.
 """
 from gearbox_monitor.jit import jit
 
@@ -25,7 +26,7 @@ from gearbox_monitor.jit import jit
 @jit
 def record_size(n):
     """Return the length of a step record of a filter with `n` states."""
-    return 4 * n + 3 * n * n + 8
+    return 4 * n + 3 * n * n + 9
 
 
 @jit

@@ -28,7 +28,9 @@ from gearbox_monitor.jit import jit
 # (error -20 %), and friction at a standstill less steep (another -20 %).
 Q_RATIO = 0.2
 # Columns of a smoothed row.
-(S_TWIST, S_TWIST_RATE, S_TAU_K, S_TWIST_STD, S_TWIST_RATE_STD, S_TAU_K_STD, N_SMOOTHED) = range(7)
+(S_TWIST, S_TWIST_RATE, S_TAU_K, S_TWIST_STD, S_TWIST_RATE_STD, S_TAU_K_STD,
+ # ... arm position and speed, motor speed, and the motor torque over the step that led here.
+ S_X2, S_X4, S_X3, S_U, N_SMOOTHED) = range(11)
 
 
 def smoother_parameters(parameters):
@@ -62,7 +64,7 @@ def smooth(ring, newest, oldest, keep_until, n, model_variance, matrices, out):
         for j in range(n):
             P[i, j] = P_next[i, j]
     if newest <= keep_until:
-        _write(z, P, model_variance, out[newest - oldest])
+        _write(z, P, model_variance, ring[newest % rows], out[newest - oldest])
     for k in range(newest - 1, oldest - 1, -1):
         z_pred, P_pred, cross = predicted(ring[(k + 1) % rows], n)
         z_k, P_k = updated(ring[k % rows], n)
@@ -92,15 +94,17 @@ def smooth(ring, newest, oldest, keep_until, n, model_variance, matrices, out):
                 for j in range(n):
                     P[i, j] = P_k[i, j]
         if k <= keep_until:
-            _write(z, P, model_variance, out[k - oldest])
+            _write(z, P, model_variance, ring[k % rows], out[k - oldest])
     return z
 
 
 @jit
-def _write(z, P, model_variance, row):
+def _write(z, P, model_variance, record, row):
     row[S_TWIST] = z[X1] - z[X2]
     row[S_TWIST_RATE] = z[X3] - z[X4]
     row[S_TAU_K] = z[TAU_K]
     row[S_TWIST_STD] = max(P[X1, X1] + P[X2, X2] - 2.0 * P[X1, X2], 0.0) ** 0.5
     row[S_TWIST_RATE_STD] = max(P[X3, X3] + P[X4, X4] - 2.0 * P[X3, X4], 0.0) ** 0.5
     row[S_TAU_K_STD] = max(P[TAU_K, TAU_K] + model_variance, 0.0) ** 0.5
+    row[S_X2], row[S_X4], row[S_X3] = z[X2], z[X4], z[X3]
+    row[S_U] = record[-1]
