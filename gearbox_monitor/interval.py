@@ -72,7 +72,7 @@ class _Pass:
                                   drive.arm_load == 'measured'], np.int64)
         self.memory_size = module.memory_size(self.n)
         self.vectors = np.zeros((module.N_VECTORS, self.n))
-        self.matrices = np.zeros((max(module.N_MATRICES, 5), self.n, self.n))
+        self.matrices = np.zeros((max(module.N_MATRICES, 5), self.n ** 2))
         self.ring = np.zeros((BLOCK + 1, record_size(self.n)))
         self.ring_stamps = np.zeros(BLOCK + 1, np.int64)
         self.codes = np.zeros(BLOCK + 1, np.int64)
@@ -85,9 +85,10 @@ class _Pass:
         counts = np.zeros(stream.N_COUNTS, np.int64)
         while begin < end:
             taken, _ = stream.run(
-                *(a[begin:end] for a in given), *self.kind, self.packed, self.settings, gate,
-                counts, clock, efforts, z, P, memory, self.ring, self.ring_stamps, self.vectors,
-                self.matrices, self.codes, self.estimates, *self.nothing)
+                (None,) * self.n, *(a[begin:end] for a in given), *self.kind, self.packed,
+                self.settings, gate, counts, clock, efforts, z, P, memory, self.ring,
+                self.ring_stamps, self.vectors, self.matrices, self.codes, self.estimates,
+                *self.nothing)
             begin += taken
             gate[stream.EVALUATE_AT] = gate[stream.LAST] + SECOND
 
@@ -95,7 +96,7 @@ class _Pass:
         """Return rows [M, N_SMOOTHED] of M accepted samples, of which the first is a start."""
         n, m, size = self.n, len(given[0]), len(self.ring)
         state = (np.zeros(stream.N_GATE, np.int64), np.zeros(1), np.zeros((stream.N_EFFORTS, 2)),
-                 np.zeros(n), np.zeros((n, n)), np.zeros(self.memory_size))
+                 np.zeros(n), np.zeros(n * n), np.zeros(self.memory_size))
         self.advance(state, given, 0, 1)
         kept, cuts = [], range(0, max(m - 1, 1), size - 1)
         for cut in cuts:
@@ -106,12 +107,13 @@ class _Pass:
         for cut, (*state, u) in zip(reversed(cuts), reversed(kept)):
             last = min(cut + size, m) - 1
             z, P = updated(self.ring[cut % size], n)
-            z[:], P[:], self.ring[cut % size, -1] = *state[3:5], u
+            z[:], P.flat, self.ring[cut % size, -1] = *state[3:5], u
             self.advance(state, given, cut + 1, last + 1)
             if later:  # the seam belongs to both blocks, and the later one knows it smoothed
                 z, P = updated(self.ring[last % size], n)
-                z[:], P[:] = later
-            z = smooth(self.ring, last, cut, last, n, self.packed[TAU_K_MODEL_STD] ** 2,
-                       self.matrices, rows[cut:last + 1])
+                z[:], P.flat = later
+            z = np.empty(n)
+            smooth((None,) * n, self.ring, last, cut, last, self.packed[TAU_K_MODEL_STD] ** 2, z,
+                   self.matrices, rows[cut:last + 1])
             later = z, self.matrices[0].copy()
         return rows

@@ -56,14 +56,32 @@ CACHE_FOLDER = _cache_folder() if COMPILED else None
 
 
 def jit(function):
-    """Return `function` compiled (cached on disk where a folder is writable) or as it is."""
-    if not COMPILED:
-        return function
+    """
+    Return `function` compiled (cached on disk where a folder is writable) or as it is.
+
+    It may not make or return arrays: without counting references, which costs more than the
+    arithmetic of a step, all that a kernel writes into must be handed to it.
+    """
+    return _compiled(function, {'_nrt': False}) if COMPILED else function
+
+
+def jit_inline(function):
+    """Return `function` as jit does, compiled into its callers: for what is a few lines."""
+    return _compiled(function, {'_nrt': False, 'forceinline': True}) if COMPILED else function
+
+
+def jit_allocating(function):
+    """Return `function` as jit does; it may make and return arrays."""
+    return _compiled(function, {}) if COMPILED else function
+
+
+def _compiled(function, options):
+    options = {'error_model': 'numpy', 'nogil': True, **options}
     chosen = numba.config.CACHE_DIR  # the user's, by NUMBA_CACHE_DIR
     numba.config.CACHE_DIR = chosen or CACHE_FOLDER
     try:
-        return numba.njit(cache=True, error_model='numpy', nogil=True)(function)
+        return numba.njit(cache=True, **options)(function)
     except RuntimeError:  # no writable place for the cache: compile at each start instead
-        return numba.njit(error_model='numpy', nogil=True)(function)
+        return numba.njit(**options)(function)
     finally:
         numba.config.CACHE_DIR = chosen

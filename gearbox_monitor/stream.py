@@ -22,9 +22,9 @@ import math
 from gearbox_monitor.filters import aekf, ekf, srukf, ukf
 from gearbox_monitor.filters.process import (
     FRICTION_AT, LOAD_AT, P0, TAU_K, TAU_K_MODEL_STD, X1, X2, X3, X4)
-from gearbox_monitor.filters.record import correction, updated
+from gearbox_monitor.filters.record import places
 from gearbox_monitor.filters.smoother import smooth
-from gearbox_monitor.jit import jit
+from gearbox_monitor.jit import jit, jit_inline
 
 # What became of a sample.
 (ESTIMATE, START, ZERO_STAMP, DUPLICATE, BACKWARD, JUMP, NO_EFFORT, NO_MEASUREMENT, DIVERGED,
@@ -61,17 +61,20 @@ KINDS = {'ekf': (None, None, None), 'ukf': (1, None, None), 'srukf': (None, 1, N
          'aekf': (None, None, 1)}
 
 
-@jit
-def filter_step(is_ukf, is_srukf, is_aekf, z, P, memory, dt, u, load, y1, y2, p, vectors,
+@jit_inline
+def filter_step(is_ukf, is_srukf, is_aekf, states, z, P, memory, dt, u, load, y1, y2, p, vectors,
                 matrices, record):
     """Step the filter whose marker is not None, else the EKF; the rest as of ekf.step."""
     if is_ukf is not None:
-        return ukf.step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record)
+        return ukf.step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices,
+                        record)
     if is_srukf is not None:
-        return srukf.step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record)
+        return srukf.step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices,
+                          record)
     if is_aekf is not None:
-        return aekf.step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record)
-    return ekf.step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record)
+        return aekf.step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices,
+                         record)
+    return ekf.step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record)
 
 
 @jit
@@ -106,86 +109,89 @@ def _due(stamp, gate):
 
 
 @jit
-def start(z, P, y1, y2, p, record):
-    n = z.shape[0]
+def start(states, z, P, y1, y2, p, record):
+    n = len(states)
     have1, have2 = math.isfinite(y1), math.isfinite(y2)
     for i in range(n):
         z[i] = 0.0
         for j in range(n):
-            P[i, j] = p[P0 + i] if i == j else 0.0
+            P[i * n + j] = p[P0 + i] if i == j else 0.0
     z[X1] = y1 if have1 else y2
     z[X2] = y2 if have2 else y1
     # A joint that was not measured can be a few turns away.
     if not have1:
-        P[X1, X1] = 100.0
+        P[X1 * n + X1] = 100.0
     if not have2:
-        P[X2, X2] = 100.0
-    z_out, P_out = updated(record, n)
+        P[X2 * n + X2] = 100.0
+    _, _, _, at_z, at_P, _, _, _, _ = places(n)
     for i in range(n):
-        z_out[i] = z[i]
-        for j in range(n):
-            P_out[i, j] = P[i, j]
+        record[at_z + i] = z[i]
+    for i in range(n * n):
+        record[at_P + i] = P[i]
 
 
 @jit
-def _write_estimate(z, P, record, dt, u, load, p, row):
-    n = z.shape[0]
+def _write_estimate(states, z, P, record, dt, u, load, p, row):
+    n = len(states)
     for i in range(7):
         row[i] = math.nan
         row[E_STD + i] = math.nan
     for i in range(5):
         row[i] = z[i]
-        row[E_STD + i] = math.sqrt(P[i, i])
-    row[E_STD + TAU_K] = math.sqrt(P[TAU_K, TAU_K] + p[TAU_K_MODEL_STD] ** 2)
+        row[E_STD + i] = math.sqrt(P[i * n + i])
+    row[E_STD + TAU_K] = math.sqrt(P[TAU_K * n + TAU_K] + p[TAU_K_MODEL_STD] ** 2)
     if p[LOAD_AT] > 0.0:
         i = int(p[LOAD_AT])
-        row[E_TAU_ARM], row[E_STD + E_TAU_ARM] = z[i], math.sqrt(P[i, i])
+        row[E_TAU_ARM], row[E_STD + E_TAU_ARM] = z[i], math.sqrt(P[i * n + i])
     if p[FRICTION_AT] > 0.0:
         i = int(p[FRICTION_AT])
-        row[E_TAU_E], row[E_STD + E_TAU_E] = z[i], math.sqrt(P[i, i])
+        row[E_TAU_E], row[E_STD + E_TAU_E] = z[i], math.sqrt(P[i * n + i])
     row[E_TWIST] = z[X1] - z[X2]
     row[E_TWIST_RATE] = z[X3] - z[X4]
-    row[E_TWIST_STD] = math.sqrt(max(P[X1, X1] + P[X2, X2] - 2.0 * P[X1, X2], 0.0))
-    row[E_TWIST_RATE_STD] = math.sqrt(max(P[X3, X3] + P[X4, X4] - 2.0 * P[X3, X4], 0.0))
-    innovation, S, _, scores = correction(record, n)
-    row[E_INNOVATION_MOTOR], row[E_INNOVATION_ARM] = innovation[0], innovation[1]
-    row[E_INNOVATION_COVARIANCE] = S[1]
-    row[E_INNOVATION_STD_MOTOR], row[E_INNOVATION_STD_ARM] = math.sqrt(S[0]), math.sqrt(S[2])
+    row[E_TWIST_STD] = math.sqrt(max(P[X1 * n + X1] + P[X2 * n + X2] - 2.0 * P[X1 * n + X2], 0.0))
+    row[E_TWIST_RATE_STD] = math.sqrt(
+        max(P[X3 * n + X3] + P[X4 * n + X4] - 2.0 * P[X3 * n + X4], 0.0))
+    _, _, _, _, _, at_innovation, at_S, _, at_scores = places(n)
+    e1, e2 = record[at_innovation], record[at_innovation + 1]
+    s11, s12, s22 = record[at_S], record[at_S + 1], record[at_S + 2]
+    row[E_INNOVATION_MOTOR], row[E_INNOVATION_ARM] = e1, e2
+    row[E_INNOVATION_COVARIANCE] = s12
+    row[E_INNOVATION_STD_MOTOR], row[E_INNOVATION_STD_ARM] = math.sqrt(s11), math.sqrt(s22)
     # Whitened by the Cholesky factor of S; with one measurement, by its own deviation.
-    have1, have2 = math.isfinite(innovation[0]), math.isfinite(innovation[1])
-    row[E_WHITE_1] = innovation[0] / math.sqrt(S[0]) if have1 else math.nan
+    have1, have2 = math.isfinite(e1), math.isfinite(e2)
+    row[E_WHITE_1] = e1 / math.sqrt(s11) if have1 else math.nan
     row[E_WHITE_2] = math.nan
     if have1 and have2:
-        l21 = S[1] / math.sqrt(S[0])
-        row[E_WHITE_2] = (innovation[1] - l21 * row[E_WHITE_1]) / math.sqrt(
-            (S[0] * S[2] - S[1] * S[1]) / S[0])
+        row[E_WHITE_2] = (e2 - s12 / math.sqrt(s11) * row[E_WHITE_1]) / math.sqrt(
+            (s11 * s22 - s12 * s12) / s11)
     elif have2:
-        row[E_WHITE_2] = innovation[1] / math.sqrt(S[2])
-    row[E_NIS], row[E_LOGLIK], row[E_DOF] = scores[0], scores[1], scores[2]
+        row[E_WHITE_2] = e2 / math.sqrt(s22)
+    row[E_NIS], row[E_LOGLIK] = record[at_scores], record[at_scores + 1]
+    row[E_DOF] = record[at_scores + 2]
     row[E_DT], row[E_U], row[E_LOAD] = dt, u, load
 
 
 @jit
-def run(stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings, gate, counts, clock,
-        efforts, z, P, memory, ring, ring_stamps, vectors, matrices, codes, estimates,
+def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings, gate, counts,
+        clock, efforts, z, P, memory, ring, ring_stamps, vectors, matrices, codes, estimates,
         smoothed_stamps, smoothed):
     """
     Take up to N samples; returns (how many were taken, rows written to `smoothed`).
 
     Stops behind the accepted sample with which an evaluation is due: the first one, the first at
-    or after gate[EVALUATE_AT], and one from before the second that leads up to it (a new time).
+    or after gate[EVALUATE_AT], and one from before the second that leads up to it (a new time);
+    and behind one at which the filter diverged, z and P as they then are.
 
     stamps int64 [N] ns; inputs [N, 2] motor torque and known load on the arm (N m); outputs [N, 2]
     motor and arm position (rad); NaN = not measured. is_*: see KINDS. p: process.pack. settings
     int64 [max_gap ns, effort_delay, smoother_lag ns, load is measured 0/1]. Carried from call to
     call, changed in place: gate int64 [N_GATE], counts int64 [N_COUNTS], clock [period s], efforts
-    [N_EFFORTS], belief z [n], P [n, n] and memory of the filter, ring of step records with
+    [N_EFFORTS], belief z [n], P [n * n] and memory of the filter, ring of step records with
     ring_stamps. Written: codes int64 [N], estimates [N, N_ESTIMATE] (rows whose code is ESTIMATE),
     smoothed_stamps and smoothed (rows as many as samples plus the ring's length).
     """
     max_gap, delay, lag = settings[0], settings[1], settings[2]
     rows = ring.shape[0]
-    n = z.shape[0]
     n_smoothed = 0
     for k in range(stamps.shape[0]):
         stamp = stamps[k]
@@ -227,7 +233,7 @@ def run(stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings, gate, c
             for i in range(N_EFFORTS):
                 efforts[i, 0], efforts[i, 1] = u, load
             gate[STARTED] = stamp
-            start(z, P, y1, y2, p, ring[0])
+            start(states, z, P, y1, y2, p, ring[0])
             ring[0, -1] = u
             memory[:] = 0.0
             ring_stamps[0] = stamp
@@ -254,15 +260,15 @@ def run(stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings, gate, c
         load_acting = efforts[acting, 1] if settings[3] == 1 else 0.0
         record = ring[step % rows]
         ring_stamps[step % rows] = stamp
-        if not filter_step(is_ukf, is_srukf, is_aekf, z, P, memory, dt, u_acting, load_acting, y1,
-                           y2, p, vectors, matrices, record):
+        if not filter_step(is_ukf, is_srukf, is_aekf, states, z, P, memory, dt, u_acting,
+                           load_acting, y1, y2, p, vectors, matrices, record):
             codes[k] = DIVERGED
             counts[ESTIMATE] -= 1
             counts[DIVERGED] += 1
             gate[LAST] = 0
-            continue
+            return k + 1, n_smoothed
         record[-1] = u_acting
-        _write_estimate(z, P, record, dt, u_acting, load_acting, p, estimates[k])
+        _write_estimate(states, z, P, record, dt, u_acting, load_acting, p, estimates[k])
         # Blocks end where stamps cross a grid, or steps half a ring (no row may be lost, even at
         # the price of a shorter lag): this depends on no history, so replay cuts the same blocks.
         half = step % (rows // 2) == 0
@@ -272,8 +278,8 @@ def run(stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings, gate, c
             while keep < step and ring_stamps[(keep + 1) % rows] <= stamp - lag:
                 keep += 1
             if keep >= oldest:
-                smooth(ring, step, oldest, keep, n, p[TAU_K_MODEL_STD] ** 2, matrices,
-                       smoothed[n_smoothed:])
+                smooth(states, ring, step, oldest, keep, p[TAU_K_MODEL_STD] ** 2, vectors[0],
+                       matrices, smoothed[n_smoothed:])
                 for i in range(oldest, keep + 1):
                     smoothed_stamps[n_smoothed] = ring_stamps[i % rows]
                     n_smoothed += 1

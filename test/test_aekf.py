@@ -86,14 +86,15 @@ def test_gradient_is_that_of_the_log_likelihood(setup):
     y[np.random.default_rng(0).random(y.shape) < 0.1] = np.nan
 
     def likelihood(change):
-        z, P, memory = np.zeros(n), np.diag(p[P0:P0 + n]), np.zeros(aekf.memory_size(n))
+        z, P = np.zeros(n), np.diag(p[P0:P0 + n]).ravel()
+        memory = np.zeros(aekf.memory_size(n))
         aekf.begin(memory, p)
         for i, c in enumerate(change):
             memory[aekf.IN_USE + int(p[ADAPT_AT + i])] *= np.exp(c)
         gradient = np.zeros(aekf.MAX_THETA)
         value = aekf.likelihood_gradient(
-            out.u, np.zeros(300), y, np.full(300, dt), z, P, memory, p,
-            np.zeros((aekf.N_VECTORS, n)), np.zeros((aekf.N_MATRICES, n, n)),
+            (None,) * n, out.u, np.zeros(300), y, np.full(300, dt), z, P, memory, p,
+            np.zeros((aekf.N_VECTORS, n)), np.zeros((aekf.N_MATRICES, n * n)),
             np.zeros(record_size(n)), gradient)
         assert aekf.guards(memory)['sensitivity_resets'] == 0
         return value, gradient
@@ -120,14 +121,17 @@ def test_frozen_adaptation_is_the_ekf():
     parameters = checked(ESTIMATOR, {**TUNED, 'adapt': list(ADAPTABLE), 'tau_k_stiffness': 2.0},
                          'test')
     p, n, out = pack(CASE_A, parameters), 5, simulated(0.5)
-    scratch = np.zeros((aekf.N_VECTORS, n)), np.zeros((5, n, n))
+    scratch = np.zeros((aekf.N_VECTORS, n)), np.zeros((5, n * n))
     memory = np.zeros(aekf.memory_size(n))
     aekf.begin(memory, p)
-    beliefs = [(np.zeros(n), np.diag(p[P0:P0 + n]), np.zeros(record_size(n))) for _ in range(2)]
+    beliefs = [(np.zeros(n), np.diag(p[P0:P0 + n]).ravel(), np.zeros(record_size(n)))
+               for _ in range(2)]
     for u, (y1, y2) in zip(out.u, out.y):
         (z, P, record), (z_e, P_e, record_e) = beliefs
-        assert aekf.differentiate(z, P, memory, 1e-3, u, 0.0, y1, y2, p, *scratch, record)
-        assert ekf.step(z_e, P_e, np.zeros(0), 1e-3, u, 0.0, y1, y2, p, *scratch, record_e)
+        assert aekf.differentiate((None,) * n, z, P, memory, 1e-3, u, 0.0, y1, y2, p, *scratch,
+                                  record)
+        assert ekf.step((None,) * n, z_e, P_e, np.zeros(0), 1e-3, u, 0.0, y1, y2, p, *scratch,
+                        record_e)
         np.testing.assert_allclose(record, record_e, rtol=1e-9, atol=1e-9)
 
 

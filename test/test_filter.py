@@ -69,12 +69,12 @@ def setup(variant='paper', model=None, **changes):
 
 def filtered(p, n, z, P, dts, u, load, y):
     """Run the EKF; return its step records [N, record_size]."""
-    z, P = np.array(z, float), np.array(P, float)
-    vectors, matrices = np.zeros((ekf.N_VECTORS, n)), np.zeros((5, n, n))
+    z, P = np.array(z, float), np.array(P, float).ravel()
+    vectors, matrices = np.zeros((ekf.N_VECTORS, n)), np.zeros((5, n * n))
     records = np.zeros((len(dts), record_size(n)))
     for k, dt in enumerate(dts):
-        assert ekf.step(z, P, np.zeros(0), dt, u[k], load[k], y[k, 0], y[k, 1], p, vectors,
-                        matrices, records[k])
+        assert ekf.step((None,) * n, z, P, np.zeros(0), dt, u[k], load[k], y[k, 0], y[k, 1], p,
+                        vectors, matrices, records[k])
     return records
 
 
@@ -106,20 +106,19 @@ def test_tangent_is_that_of_the_rk4_step(variant, x3, dt):
     z = np.array([0.3, -0.2, x3, 0.5 * x3, 0.02, -0.1, 0.03])[:n]
     counted = substeps(dt, p[EIGENVALUE])
     expected, phi_expected = oracle.flow(z, 0.05, 0.2, dt, counted, constants)
-    phi = np.zeros((n, n))
-    propagate(z, phi, 0.05, 0.2, dt, counted, p, np.zeros((3, n)), np.zeros((4, n, n)))
+    phi = np.full(n * n, np.nan)
+    propagate((None,) * n, z, phi, 0.05, 0.2, dt, counted, p)
     np.testing.assert_allclose(z, expected, rtol=1e-12, atol=1e-14)
-    np.testing.assert_allclose(phi, phi_expected, rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(phi.reshape(n, n), phi_expected, rtol=1e-10, atol=1e-12)
 
 
 def test_substeps_cover_what_the_process_model_adds():
     for changes in ({'tau_k_stiffness': 1e6},
                     {'friction_error_std': 0.1, 'friction_error_time': 1e-4}):
         p, _, n = setup('paper', **changes)
-        z, phi = np.full(n, 0.01), np.zeros((n, n))
+        z, phi = np.full(n, 0.01), np.zeros(n * n)
         for _ in range(300):
-            propagate(z, phi, 0.0, 0.0, 1e-3, substeps(1e-3, p[EIGENVALUE]), p,
-                      np.zeros((3, n)), np.zeros((4, n, n)))
+            propagate((None,) * n, z, phi, 0.0, 0.0, 1e-3, substeps(1e-3, p[EIGENVALUE]), p)
         assert np.abs(z).max() < 100.0
 
 
@@ -229,7 +228,8 @@ def test_linear_drive_equals_the_kalman_filter(rows):
 def smoothed(records, n, newest, oldest, keep_until, ring=None):
     ring = records if ring is None else ring
     out = np.zeros((keep_until - oldest + 1, N_SMOOTHED))
-    smooth(ring, newest, oldest, keep_until, n, 0.0, np.zeros((5, n, n)), out)
+    smooth((None,) * n, ring, newest, oldest, keep_until, 0.0, np.zeros(n), np.zeros((5, n * n)),
+           out)
     return out
 
 

@@ -58,10 +58,9 @@ def test_tangent_is_that_of_the_map(options):
         z[TAU_K] = torque
 
         def flow(z):
-            z, phi = z.copy(), np.empty((n, n))
-            propagate(z, phi, 1.0, 0.0, 1e-3, substeps(1e-3, p[EIGENVALUE]), p,
-                      np.empty((3, n)), np.empty((3, n, n)))
-            return z, phi
+            z, phi = z.copy(), np.empty(n * n)
+            propagate((None,) * n, z, phi, 1.0, 0.0, 1e-3, substeps(1e-3, p[EIGENVALUE]), p)
+            return z, phi.reshape(n, n)
         _, phi = flow(z)
         numeric = np.empty((n, n))
         for i in range(n):

@@ -29,7 +29,7 @@ from gearbox_monitor.drive.model import ALPHA, DriveModel, substeps
 from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.filters import ekf, FILTERS, srukf, ukf
 from gearbox_monitor.filters.process import (
-    EIGENVALUE, propagate, propagate_numeric, Q0, softened, X1, X2, X3)
+    EIGENVALUE, propagate, propagate_numeric, Q0, softened_sharpness, X1, X2, X3)
 from gearbox_monitor.filters.record import correction, predicted, record_size, updated
 from gearbox_monitor.filters.srukf import triangularise
 from gearbox_monitor.jit import COMPILED
@@ -47,13 +47,14 @@ KINDS = {'ekf': (ekf, {}), 'numeric': (ekf, {'ekf_jacobian': 'numeric'}),
 
 def filtered(module, p, n, z, P, dts, u, load, y):
     """Run a filter; return its step records [N, record_size]."""
-    z, P, memory = np.array(z, float), np.array(P, float), np.zeros(module.memory_size(n))
+    z, P = np.array(z, float), np.array(P, float).ravel()
+    memory = np.zeros(module.memory_size(n))
     vectors = np.zeros((module.N_VECTORS, n))
-    matrices = np.zeros((max(module.N_MATRICES, 5), n, n))
+    matrices = np.zeros((max(module.N_MATRICES, 5), n * n))
     records = np.zeros((len(dts), record_size(n)))
     for k, dt in enumerate(dts):
-        assert module.step(z, P, memory, dt, u[k], load[k], y[k, 0], y[k, 1], p, vectors,
-                           matrices, records[k])
+        assert module.step((None,) * n, z, P, memory, dt, u[k], load[k], y[k, 0], y[k, 1], p,
+                           vectors, matrices, records[k])
     return records
 
 
@@ -232,20 +233,19 @@ def test_numeric_tangent_is_close_to_the_exact_one(variant):
     p, _, n = setup(variant)
     for x3 in (0.005, 1.0):
         start = np.array([0.3, -0.2, x3, 0.5 * x3, 0.02, -0.1, 0.03])[:n]
-        a, b, phi, numeric = start.copy(), start.copy(), np.zeros((n, n)), np.zeros((n, n))
-        propagate(a, phi, 0.05, 0.2, 2e-3, 3, p, np.zeros((3, n)), np.zeros((3, n, n)))
-        propagate_numeric(b, numeric, 0.05, 0.2, 2e-3, 3, p, np.zeros((4, n)))
+        a, b, phi, numeric = start.copy(), start.copy(), np.zeros(n * n), np.zeros(n * n)
+        propagate((None,) * n, a, phi, 0.05, 0.2, 2e-3, 3, p)
+        propagate_numeric((None,) * n, b, numeric, 0.05, 0.2, 2e-3, 3, p, np.zeros(n))
         np.testing.assert_allclose(b, a, rtol=1e-13)
         np.testing.assert_allclose(numeric, phi, atol=1e-4)
 
 
 def test_statistical_linearisation_has_the_slope_of_the_mean_friction():
     p, _, _ = setup()
-    assert softened(p, 0.0)[ALPHA] == pytest.approx(p[ALPHA], rel=1e-12)
+    assert softened_sharpness(p, 0.0) == pytest.approx(p[ALPHA], rel=1e-12)
     std = 2.4  # E[sign(v)] of v ~ N(m, std^2) has the slope sqrt(2 / pi) / std at m = 0
-    soft = softened(p, std ** 2)
-    assert 2.0 / np.pi * soft[ALPHA] == pytest.approx(np.sqrt(2.0 / np.pi) / std, rel=1e-3)
-    assert p[ALPHA] == 100.0
+    soft = softened_sharpness(p, std ** 2)
+    assert 2.0 / np.pi * soft == pytest.approx(np.sqrt(2.0 / np.pi) / std, rel=1e-3)
 
 
 def test_narrow_sigma_points_are_warned_of():

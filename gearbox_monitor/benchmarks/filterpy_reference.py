@@ -79,12 +79,12 @@ def run(name, model, parameters, samples):
         model = model.with_(arm_load=parameters['arm_load'])
     _check(name, model, parameters, samples)
     p, n = pack(model, parameters), len(state_names(model, parameters))
-    vectors, matrices = np.zeros((4, n)), np.zeros((5, n, n))
+    states = (None,) * n
     load = samples.u[:, 1] if model.arm_load == 'measured' else np.zeros(len(samples.u))
 
     def move(z, dt, u=0.0, load=0.0):
         z = np.array(z)
-        advance(z, u, load, dt, substeps(dt, p[EIGENVALUE]), p, vectors)
+        advance(states, z, u, load, dt, substeps(dt, p[EIGENVALUE]), p)
         return z
 
     z0 = np.zeros(n)
@@ -101,14 +101,13 @@ def run(name, model, parameters, samples):
     count = len(samples.stamp_ns) - 1
     x, std, innovation = np.empty((count, n)), np.empty(count), np.empty((count, 2))
     white, nis, loglik = np.empty((count, 2)), np.empty(count), np.empty(count)
-    identity = np.eye(n)
     for k in range(count):
         dt = (samples.stamp_ns[k + 1] - samples.stamp_ns[k]) * 1e-9
         u, load_k, y = samples.u[k, 0], load[k], samples.y[k + 1]
         half = np.diag([0.5 * dt * noise(kf.x, p, i) for i in range(n)])
         if name == 'filterpy_ekf':
-            z, phi = np.array(kf.x), np.array(identity)
-            propagate(z, phi, u, load_k, dt, substeps(dt, p[EIGENVALUE]), p, vectors, matrices)
+            z, phi = np.array(kf.x), np.empty((n, n))
+            propagate(states, z, phi.reshape(-1), u, load_k, dt, substeps(dt, p[EIGENVALUE]), p)
             after = np.diag([0.5 * dt * noise(z, p, i) for i in range(n)])
             kf.F, kf.Q = phi, phi @ half @ phi.T + after
             kf.predict_x = lambda u=0, z=z: setattr(kf, 'x', z)

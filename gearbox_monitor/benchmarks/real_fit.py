@@ -108,30 +108,29 @@ def estimate(values, run, arm_step, sharpness=SHARPNESS):
     model, parameters = configure(values, arm_step, sharpness)
     n = len(state_names(model, parameters))
     u = values['torque_constant'] * run.current
-    torque, variance = _filter(run.stamps, u, run.outputs, pack(model, parameters), n)
+    torque, variance = np.zeros(len(u)), np.zeros(len(u))
+    p = pack(model, parameters)
+    P = np.diag(p[P0:P0 + n]).ravel()
+    _filter((None,) * n, run.stamps, u, run.outputs, p, np.zeros(n), P, np.zeros(0),
+            np.zeros((ekf.N_VECTORS, n)), np.zeros((ekf.N_MATRICES, n * n)),
+            np.zeros(record_size(n)), torque, variance)
     return torque, np.sqrt(variance + values.get('tau_k_model_std', 0.0) ** 2)
 
 
 @jit
-def _filter(stamps, u, outputs, p, n):
-    """Return tau_K and its variance, each [N]; releases the GIL, so that runs go in parallel."""
-    z, P = np.zeros(n), np.zeros((n, n))
-    for i in range(n):
-        P[i, i] = p[P0 + i]
+def _filter(states, stamps, u, outputs, p, z, P, memory, vectors, matrices, record, torque,
+            variance):
+    """Write tau_K and its variance, each [N]; releases the GIL, so that runs go in parallel."""
+    n = len(states)
     z[X1], z[X2] = outputs[0, 0], outputs[0, 1]
-    vectors = np.zeros((ekf.N_VECTORS, n))
-    matrices = np.zeros((ekf.N_MATRICES, n, n))
-    record, memory = np.zeros(record_size(n)), np.zeros(0)
-    torque, variance = np.zeros(len(stamps)), np.zeros(len(stamps))
-    variance[0] = P[TAU_K, TAU_K]
+    variance[0] = P[TAU_K * n + TAU_K]
     for k in range(1, len(stamps)):
         dt = (stamps[k] - stamps[k - 1]) * 1e-9
-        if not ekf.step(z, P, memory, dt, u[k - 1], 0.0, outputs[k, 0], outputs[k, 1], p, vectors,
-                        matrices, record):
+        if not ekf.step(states, z, P, memory, dt, u[k - 1], 0.0, outputs[k, 0], outputs[k, 1], p,
+                        vectors, matrices, record):
             torque[k:] = np.inf
             break
-        torque[k], variance[k] = z[TAU_K], P[TAU_K, TAU_K]
-    return torque, variance
+        torque[k], variance[k] = z[TAU_K], P[TAU_K * n + TAU_K]
 
 
 def _monitored(values, run, arm_step):

@@ -26,14 +26,14 @@ from gearbox_monitor.stream import filter_step, KINDS, start
 
 
 @jit
-def _loop(is_ukf, is_srukf, is_aekf, z, P, memory, u, y, dt, p, vectors, matrices, record):
+def _loop(is_ukf, is_srukf, is_aekf, states, z, P, memory, u, y, dt, p, vectors, matrices, record):
     """Run the filter over N samples; return how many steps failed."""
     failed = 0
     for k in range(1, u.shape[0]):
-        if not filter_step(is_ukf, is_srukf, is_aekf, z, P, memory, dt, u[k - 1], 0.0, y[k, 0],
-                           y[k, 1], p, vectors, matrices, record):
+        if not filter_step(is_ukf, is_srukf, is_aekf, states, z, P, memory, dt, u[k - 1], 0.0,
+                           y[k, 0], y[k, 1], p, vectors, matrices, record):
             failed += 1
-            start(z, P, y[k, 0], y[k, 1], p, record)
+            start(states, z, P, y[k, 0], y[k, 1], p, record)
             memory[:] = 0.0
     return failed
 
@@ -46,12 +46,13 @@ def stepper(model, parameters, u, y, dt):
     p, kind = pack(model, parameters), KINDS[parameters['filter']]
 
     def run():
-        z, P, memory = np.zeros(n), np.eye(n), np.zeros(module.memory_size(n))
+        z, P, memory = np.zeros(n), np.eye(n).ravel(), np.zeros(module.memory_size(n))
         record = np.zeros(record_size(n))
         vectors = np.zeros((module.N_VECTORS, n))
-        matrices = np.zeros((max(module.N_MATRICES, 5), n, n))
-        start(z, P, y[0, 0], y[0, 1], p, record)
-        return _loop(*kind, z, P, memory, u, y, dt, p.copy(), vectors, matrices, record)
+        matrices = np.zeros((max(module.N_MATRICES, 5), n * n))
+        start((None,) * n, z, P, y[0, 0], y[0, 1], p, record)
+        return _loop(*kind, (None,) * n, z, P, memory, u, y, dt, p.copy(), vectors, matrices,
+                     record)
     return run
 
 
@@ -59,7 +60,8 @@ def cpu_per_step(steppers, n, rounds=9):
     """
     Return the median CPU time per step (s) of each of `steppers` {name: function of n steps}.
 
-    Every round runs each once, so that a machine that changes its speed hits all alike.
+    n: one number, or {name: number}. Every round runs each once, so that a machine that changes
+    its speed hits all alike.
     """
     times = {name: [] for name in steppers}
     for run in steppers.values():
@@ -69,4 +71,5 @@ def cpu_per_step(steppers, n, rounds=9):
             begin = time.process_time()
             run()
             times[name].append(time.process_time() - begin)
-    return {name: float(np.median(values)) / n for name, values in times.items()}
+    counts = n if isinstance(n, dict) else dict.fromkeys(steppers, n)
+    return {name: float(np.median(values)) / counts[name] for name, values in times.items()}

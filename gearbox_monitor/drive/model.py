@@ -39,8 +39,8 @@ TWO_OVER_PI = 2.0 / math.pi
 # An explicit RK4 step is stable up to 2.785 on the negative real axis.
 RK4_STABILITY = 2.7
 
-# Places in the packed parameter array.
-(M1, M2, D, CV, CC, ALPHA, KR, OFFSET, KIND, STIFFNESS, HALF_GAP, WIDTH, K_S,
+# Places in the packed parameter array; of the inertias stand the inverses, kernels need no other.
+(INVERSE_M1, INVERSE_M2, D, CV, CC, ALPHA, KR, OFFSET, KIND, STIFFNESS, HALF_GAP, WIDTH, K_S,
  CAV, CAC, G, TL, CL, N_PARAMETERS) = range(19)
 
 ARM_LOAD_MODES = ('none', 'unknown', 'measured')
@@ -79,7 +79,8 @@ class DriveModel:
     def pack(self):
         """Return the parameters as the float64 array [N_PARAMETERS] that kernels take."""
         p = np.zeros(N_PARAMETERS)
-        p[M1], p[M2], p[D] = self.motor_inertia, self.arm_inertia, self.damping
+        p[INVERSE_M1], p[INVERSE_M2] = 1.0 / self.motor_inertia, 1.0 / self.arm_inertia
+        p[D] = self.damping
         p[CV], p[CC] = self.viscous_friction, self.coulomb_friction
         p[ALPHA], p[KR], p[OFFSET] = (
             self.friction_sharpness, self.position_gain, self.torque_offset)
@@ -256,13 +257,13 @@ def motor_friction_load_slope(x3, tau_k, p):
 def motor_acceleration(x1, x3, x4, u, tau_k, p):
     """Return x3' (rad/s^2), third of equations (1)."""
     return (u + p[OFFSET] - p[D] * (x3 - x4) - tau_k - motor_friction(x3, tau_k, p)
-            - p[KR] * x1) / p[M1]
+            - p[KR] * x1) * p[INVERSE_M1]
 
 
 @jit
 def arm_acceleration(x3, x4, tau_k, tau_arm, p):
     """Return x4' (rad/s^2), fourth of equations (1), with the load `tau_arm` (N m) on the arm."""
-    return (p[D] * (x3 - x4) + tau_k - tau_arm) / p[M2]
+    return (p[D] * (x3 - x4) + tau_k - tau_arm) * p[INVERSE_M2]
 
 
 @jit

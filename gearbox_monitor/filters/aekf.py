@@ -36,23 +36,23 @@ on each theta (R = RIDGE): where the motion says nothing, theta rests.
 import math
 
 from gearbox_monitor.drive.model import (
-    ALPHA, CC, CL, CV, D, KR, M1, M2, motor_friction_load_slope, motor_friction_slope, substeps,
-    TWO_OVER_PI)
+    ALPHA, CC, CL, CV, INVERSE_M1, INVERSE_M2, substeps, TWO_OVER_PI)
 from gearbox_monitor.filters import ekf
-from gearbox_monitor.filters.linalg import multiply, multiply_transposed, symmetrise
+from gearbox_monitor.filters.linalg import multiply, multiply_symmetric
 from gearbox_monitor.filters.process import (
-    ADAPT_AT, ADAPT_COUNT, ADAPT_FORGETTING, ADAPT_RATE, ADAPT_START, derivative, EIGENVALUE,
-    FRICTION_AT, FRICTION_TIME, K_P, LOAD_AT, N_PACKED, noise, Q0, Q_TAU_K_SPEED, R1, R2,
-    SLOTS, tangent, TAU_K, X1, X2, X3, X4)
-from gearbox_monitor.filters.record import correction, predicted
-from gearbox_monitor.jit import jit
+    ADAPT_AT, ADAPT_COUNT, ADAPT_FORGETTING, ADAPT_RATE, ADAPT_START, along, decay, EIGENVALUE,
+    FRICTION_AT, K_P, LOAD_AT, N_PACKED, N_SEEN, noise, Q0, Q_TAU_K_SPEED, R1, R2, rates, rk4,
+    SEEN_SHARE, SEEN_SLOPE, SEEN_SPEED, SEEN_TAU_K, SEEN_TORQUE, SEEN_TWIST_RATE, SEEN_X3,
+    SEEN_X4, SLOTS, TAU_K, X1, X2, X3, X4)
+from gearbox_monitor.filters.record import places
+from gearbox_monitor.jit import jit, jit_inline
 
 MAX_THETA = 6
 FIRST = 200  # samples before the first adaptation
 STEP_LIMIT = 0.05  # of theta in one sample
 RIDGE = 20.0  # a prior of 1 / sqrt(20) e-folds: tames the start, where all is wrong at once
 NOISE_RANGE, MODEL_RANGE = math.log(1e6), math.log(30.0)  # of theta around its start
-S_LIMIT, P_LIMIT = 1e5, 1e7  # a sensitivity beyond them has run away
+S_LIMIT, P_LIMIT = 1e5, 1e7  # a sensitivity of a norm beyond them has run away
 
 # Places in the memory: flags and counters, then theta [6], its start [6], M (lower triangle, by
 # rows), the parameters in use [N_PACKED], s [6, n], P_i [6, n, n].
@@ -65,13 +65,14 @@ SENSITIVITY = IN_USE + N_PACKED
 GUARDS = {'sensitivity_resets': RESETS, 'limited_steps': STEPS_LIMITED,
           'steps_held_at_bound': AT_BOUND, 'unsolvable_steps': NOT_SOLVED}
 
-# Rows of the scratch vectors; four rows of a kind belong to the stages of RK4.
-(_STAGE, _K, _TOTAL, _R_SPEED, _R_TORQUE, _R_TWIST) = (0, 1, 2, 3, 7, 11)
-(_G, _V_SPEED, _V_TORQUE, _G_TWIST, _V_TWIST) = (15, 19, 23, 27, 31)
-(_SLOPE, _CURVATURE, _SHARE, _CROSS, _X3, _TWIST_RATE, _TORQUE, _FORCE) = range(35, 43)
-(_A, _B, _C, _C_SPEED, _C_TORQUE) = range(43, 48)
-(_W, _SCORE, _GRADIENT) = (48, 52, 52 + MAX_THETA)
-N_VECTORS, N_MATRICES = _GRADIENT + MAX_THETA, 4
+# Rows of the scratch vectors; the first ones are what rk4 has seen. Four rows of a kind, or four
+# columns, belong to the stages of RK4.
+(_R_SPEED, _R_TWIST, _R_TORQUE) = (SEEN_SPEED, SEEN_TWIST_RATE, SEEN_TORQUE)
+(_CURVATURE, _CROSS, _TWIST_RATE, _TORQUE, _FORCE, _A, _B, _C_SPEED, _C_TORQUE,
+ _G) = range(N_SEEN, N_SEEN + 10)
+(_V_SPEED, _V_TORQUE, _G_TWIST, _V_TWIST, _W, _SCORE) = range(_G + 4, _G + 28, 4)
+_GRADIENT = _SCORE + MAX_THETA
+N_VECTORS, N_MATRICES = _GRADIENT + MAX_THETA, 3
 
 
 def memory_size(n):
@@ -107,15 +108,16 @@ def in_use(memory, p):
 
 
 @jit
-def step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
+def step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
     """Predict, update and adapt; arguments as of ekf.step."""
     if p[ADAPT_COUNT] == 0.0:
-        return ekf.step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record)
+        return ekf.step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices,
+                        record)
     if memory[STARTED] == 0.0:
         begin(memory, p)
-    if not differentiate(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
+    if not differentiate(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
         return False
-    _adapt(memory, p, vectors, matrices, record, z.shape[0])
+    _adapt(states, memory, p, vectors, matrices, record)
     return True
 
 
@@ -139,7 +141,8 @@ def begin(memory, p):
 
 
 @jit
-def likelihood_gradient(u, load, y, dt, z, P, memory, p, vectors, matrices, record, gradient):
+def likelihood_gradient(states, u, load, y, dt, z, P, memory, p, vectors, matrices, record,
+                        gradient):
     """
     Return the log-likelihood of N samples, and add its gradient in theta to `gradient` [6].
 
@@ -147,53 +150,51 @@ def likelihood_gradient(u, load, y, dt, z, P, memory, p, vectors, matrices, reco
     step. NaN when the filter diverges.
     """
     total = 0.0
-    n = z.shape[0]
+    _, _, _, _, _, _, _, _, at_scores = places(len(states))
     for k in range(u.shape[0]):
-        if not differentiate(z, P, memory, dt[k], u[k], load[k], y[k, 0], y[k, 1], p, vectors,
-                             matrices, record):
+        if not differentiate(states, z, P, memory, dt[k], u[k], load[k], y[k, 0], y[k, 1], p,
+                             vectors, matrices, record):
             return math.nan
-        _, _, _, scores = correction(record, n)
-        total += scores[1]
+        total += record[at_scores + 1]
         for i in range(int(p[ADAPT_COUNT])):
             gradient[i] -= vectors[_GRADIENT + i, 0]
     return total
 
 
 @jit
-def differentiate(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
+def differentiate(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
     """Predict and update belief and sensitivities with the theta in `memory`; as of step."""
-    n = z.shape[0]
+    n = len(states)
     now = memory[IN_USE:IN_USE + N_PACKED]
     count = int(p[ADAPT_COUNT])
     s = memory[SENSITIVITY:SENSITIVITY + MAX_THETA * n].reshape(MAX_THETA, n)
-    begin_P = SENSITIVITY + MAX_THETA * n
-    P_s = memory[begin_P:begin_P + MAX_THETA * n * n].reshape(MAX_THETA, n, n)
-    _predict(z, P, s, P_s, count, dt, u, load, now, p, vectors, matrices, record)
-    if not ekf.update(z, P, y1, y2, now, matrices, record):
+    P_s = memory[SENSITIVITY + MAX_THETA * n:].reshape(MAX_THETA, n * n)
+    _predict(states, z, P, s, P_s, count, dt, u, load, now, p, vectors, matrices, record)
+    if not ekf.update(states, z, P, y1, y2, now, matrices, record):
         return False
-    _correct(s, P_s, count, now, p, vectors, record, n)
+    _correct(states, s, P_s, count, now, p, vectors, record)
     for i in range(count):
-        if not _sound(s[i], P_s[i], n):
+        if not _sound(states, s[i], P_s[i]):
             memory[RESETS] += 1.0
             for a in range(n):
                 s[i, a] = 0.0
-                for b in range(n):
-                    P_s[i, a, b] = 0.0
+            for a in range(n * n):
+                P_s[i, a] = 0.0
             vectors[_GRADIENT + i, 0] = 0.0
             for a in range(5):
                 vectors[_SCORE + i, a] = 0.0
-    return ekf.healthy(z, P, n)
+    return ekf.healthy(states, z, P)
 
 
-@jit
-def _sound(s, P_s, n):
+@jit_inline
+def _sound(states, s, P_s):
+    n = len(states)
+    of_s = of_P = 0.0
     for a in range(n):
-        if not abs(s[a]) <= S_LIMIT:
-            return False
+        of_s += s[a] * s[a]
         for b in range(a + 1):
-            if not abs(P_s[a, b]) <= P_LIMIT:
-                return False
-    return True
+            of_P += P_s[a * n + b] * P_s[a * n + b]
+    return of_s <= S_LIMIT * S_LIMIT and of_P <= P_LIMIT * P_LIMIT  # NaN is not
 
 
 @jit
@@ -201,282 +202,261 @@ def _eigenvalue(now, p):
     """Return a bound on the fastest eigenvalue with the parameters in use."""
     slope = now[CV] - p[CV] + TWO_OVER_PI * p[ALPHA] * (now[CC] - p[CC])
     stiffer = max(now[K_P] - p[K_P], 0.0)
-    return (p[EIGENVALUE] + max(slope, 0.0) / p[M1]
-            + math.sqrt(stiffer * (1.0 / p[M1] + 1.0 / p[M2])))
+    return (p[EIGENVALUE] + max(slope, 0.0) * p[INVERSE_M1]
+            + math.sqrt(stiffer * (p[INVERSE_M1] + p[INVERSE_M2])))
 
 
-@jit
-def _apply(v, stage, now, vectors, out):
-    """Write A v into `out` [n], A as of stage `stage`."""
-    twist_rate = v[X3] - v[X4]
-    motor = (-now[D] * twist_rate - vectors[_SHARE, stage] * v[TAU_K]
-             - vectors[_SLOPE, stage] * v[X3] - now[KR] * v[X1])
-    arm = now[D] * twist_rate + v[TAU_K]
-    if now[FRICTION_AT] > 0.0:
-        i = int(now[FRICTION_AT])
-        motor -= v[i]
-        out[i] = -v[i] / now[FRICTION_TIME]
-    if now[LOAD_AT] > 0.0:
-        i = int(now[LOAD_AT])
-        arm -= v[i]
-        out[i] = 0.0
-    out[X1] = v[X3]
-    out[X2] = v[X4]
-    out[X3] = motor / now[M1]
-    out[X4] = arm / now[M2]
-    out[TAU_K] = now[K_P] * twist_rate
+@jit_inline
+def _apply(v, stage, now, vectors):
+    """Return A v for v = (v1, v2, v3, v4, v_tau), A as of stage `stage`, from these states."""
+    r = rates((v[0], v[2], v[3], v[4]), vectors[SEEN_SLOPE, stage],
+              vectors[SEEN_SHARE, stage], 0.0, 0.0, now)
+    return v[2], v[3], r[0], r[1], now[K_P] * (v[2] - v[3])
 
 
-@jit
-def _see(stage, z, m, first, with_twist, with_atan, now, vectors):
-    """Keep what stage `stage` of RK4 sees at `z` [n] and tangent `m` [n, n]; `first`: m = I."""
-    n = z.shape[0]
-    x3, tau = z[X3], z[TAU_K]
-    v = now[ALPHA] * x3
-    flat = 1.0 / (1.0 + v * v)
-    steep = TWO_OVER_PI * now[ALPHA] * flat
-    vectors[_SLOPE, stage] = motor_friction_slope(x3, tau, now)
-    coulomb = vectors[_SLOPE, stage] - now[CV]
-    vectors[_CURVATURE, stage] = -2.0 * coulomb * now[ALPHA] * v * flat
-    vectors[_SHARE, stage], vectors[_CROSS, stage] = 1.0, 0.0
-    if now[CL] > 0.0:
-        vectors[_SHARE, stage] += motor_friction_load_slope(x3, tau, now)
-        vectors[_CROSS, stage] = now[CL] * steep * (
-            1.0 if tau > 0.0 else (-1.0 if tau < 0.0 else 0.0))
-    vectors[_X3, stage], vectors[_TWIST_RATE, stage] = x3, x3 - z[X4]
-    vectors[_FORCE, stage] = steep
-    vectors[_TORQUE, stage] = TWO_OVER_PI * math.atan(v) if with_atan else 0.0
-    for j in range(n):
-        vectors[_R_SPEED + stage, j] = (1.0 if j == X3 else 0.0) if first else m[X3, j]
-    if now[CL] > 0.0:
-        for j in range(n):
-            vectors[_R_TORQUE + stage, j] = m[TAU_K, j]
-    if with_twist:
-        for j in range(n):
-            vectors[_R_TWIST + stage, j] = m[X3, j] - m[X4, j]
-
-
-@jit
-def _answers(at, g, h, now, vectors):
-    """Write into rows g .. g + 3 how the end of a step of `h` s answers to a unit on z'[at]."""
-    n = vectors.shape[1]
-    a, b, c = vectors[_A], vectors[_B], vectors[_C]
-    for j in range(n):
-        unit = 1.0 if j == at else 0.0
-        vectors[g, j] = unit
-        vectors[g + 3, j] = h / 6.0 * unit
-    unit = vectors[g]
-    _apply(unit, 3, now, vectors, a)
-    for j in range(n):
-        vectors[g + 2, j] = h / 3.0 * unit[j] + h * h / 6.0 * a[j]
-    _apply(unit, 2, now, vectors, a)
-    _apply(a, 3, now, vectors, b)
-    for j in range(n):
-        vectors[g + 1, j] = h / 3.0 * unit[j] + 0.5 * h * (h / 3.0 * a[j] + h * h / 6.0 * b[j])
-    _apply(unit, 1, now, vectors, a)
-    _apply(a, 2, now, vectors, b)
-    _apply(b, 3, now, vectors, c)
-    for j in range(n):
-        vectors[g, j] = h / 6.0 * unit[j] + 0.5 * h * (
-            h / 3.0 * a[j] + 0.5 * h * (h / 3.0 * b[j] + h * h / 6.0 * c[j]))
-
-
-@jit
-def _propagate(z, phi, u, load, h, with_twist, with_atan, now, vectors, matrices):
-    """Advance `z` by one RK4 step of `h` s as process.propagate does, keeping its stages."""
-    n = z.shape[0]
-    stage, k, total = vectors[_STAGE], vectors[_K], vectors[_TOTAL]
-    m_stage, m_k, m_total = matrices[0], matrices[1], matrices[2]
-    for i in range(n):
-        for j in range(n):
-            phi[i, j] = 1.0 if i == j else 0.0
-    _see(0, z, phi, True, with_twist, with_atan, now, vectors)
-    derivative(z, u, load, now, k)
-    tangent(z, phi, now, m_k)
-    for i in range(n):
-        total[i] = k[i]
-        for j in range(n):
-            m_total[i, j] = m_k[i, j]
-    for s in range(3):
-        a = h if s == 2 else 0.5 * h
-        weight = 1.0 if s == 2 else 2.0
-        for i in range(n):
-            stage[i] = z[i] + a * k[i]
-            for j in range(n):
-                m_stage[i, j] = phi[i, j] + a * m_k[i, j]
-        _see(s + 1, stage, m_stage, False, with_twist, with_atan, now, vectors)
-        derivative(stage, u, load, now, k)
-        tangent(stage, m_stage, now, m_k)
-        for i in range(n):
-            total[i] += weight * k[i]
-            for j in range(n):
-                m_total[i, j] += weight * m_k[i, j]
-    for i in range(n):
-        z[i] += h / 6.0 * total[i]
-        for j in range(n):
-            phi[i, j] += h / 6.0 * m_total[i, j]
-
-
-@jit
-def _advance_sensitivity(s, slot, h, now, vectors):
-    """
-    Advance `s` [n] by the derivative of one RK4 step, and keep the change of A at its stages.
-
-    Row X3 of A changes by -c / m1 on the column of x3 and by -c_torque / m1 on that of tau_K.
-    """
-    n = s.shape[0]
-    stage, k, total = vectors[_STAGE], vectors[_K], vectors[_TOTAL]
-    for i in range(n):
-        stage[i] = s[i]
+@jit_inline
+def _look(with_atan, now, vectors):
+    """Complete what rk4 has seen of its four stages by what sensitivities need besides."""
     for q in range(4):
-        c = vectors[_CURVATURE, q] * stage[X3] + vectors[_CROSS, q] * stage[TAU_K]
-        force = 0.0
-        if slot == CV:
-            c += now[CV]
-            force = now[CV] * vectors[_X3, q]
-        elif slot == CC:
-            c += now[CC] * vectors[_FORCE, q]
-            force = now[CC] * vectors[_TORQUE, q]
-        vectors[_C_SPEED, q] = -c / now[M1]
-        vectors[_C_TORQUE, q] = -vectors[_CROSS, q] * stage[X3] / now[M1]
-        _apply(stage, q, now, vectors, k)
-        k[X3] -= force / now[M1]
-        if slot == K_P:
-            k[TAU_K] += now[K_P] * vectors[_TWIST_RATE, q]
-        weight = 1.0 if q == 0 or q == 3 else 2.0
-        a = h if q == 2 else 0.5 * h
-        for i in range(n):
-            total[i] = weight * k[i] + (total[i] if q > 0 else 0.0)
-            stage[i] = s[i] + a * k[i]
-    for i in range(n):
-        s[i] += h / 6.0 * total[i]
+        x3, tau = vectors[SEEN_X3, q], vectors[SEEN_TAU_K, q]
+        v = now[ALPHA] * x3
+        flat = 1.0 / (1.0 + v * v)
+        coulomb = vectors[SEEN_SLOPE, q] - now[CV]
+        vectors[_CURVATURE, q] = -2.0 * coulomb * now[ALPHA] * v * flat
+        vectors[_FORCE, q] = TWO_OVER_PI * now[ALPHA] * flat
+        sign = 1.0 if tau > 0.0 else (-1.0 if tau < 0.0 else 0.0)
+        vectors[_CROSS, q] = now[CL] * vectors[_FORCE, q] * sign
+        vectors[_TWIST_RATE, q] = x3 - vectors[SEEN_X4, q]
+        vectors[_TORQUE, q] = TWO_OVER_PI * math.atan(v) if with_atan else 0.0
 
 
-@jit
-def _predict(z, P, s, P_s, count, dt, u, load, now, p, vectors, matrices, record):
-    """Predict belief and sensitivities over `dt` s; s [>=count, n], P_s [>=count, n, n]."""
-    n = z.shape[0]
-    z_pred, P_pred, cross = predicted(record, n)
-    phi, product, change = matrices[3], matrices[0], matrices[1]
-    with_twist = with_atan = False
+@jit_inline
+def _sum(a, v, b, w):
+    return (a * v[0] + b * w[0], a * v[1] + b * w[1], a * v[2] + b * w[2], a * v[3] + b * w[3],
+            a * v[4] + b * w[4])
+
+
+@jit_inline
+def _write(row, v, n):
+    for j in range(n):
+        row[j] = v[j] if j < 5 else 0.0
+
+
+@jit_inline
+def _answers(states, unit, g, h, now, vectors):
+    """
+    Write into rows g .. g + 2 how the end of a step of `h` s answers to a `unit` on z'.
+
+    On that of the stages 1 to 3 each; the answer to the last one is h / 6 of the unit.
+    """
+    n = len(states)
+    a3 = _apply(unit, 3, now, vectors)
+    _write(vectors[g + 2], _sum(h / 3.0, unit, h * h / 6.0, a3), n)
+    a2 = _apply(unit, 2, now, vectors)
+    a32 = _apply(a2, 3, now, vectors)
+    end = _sum(h / 3.0, a2, h * h / 6.0, a32)
+    _write(vectors[g + 1], _sum(h / 3.0, unit, 0.5 * h, end), n)
+    a1 = _apply(unit, 1, now, vectors)
+    a21 = _apply(a1, 2, now, vectors)
+    a321 = _apply(a21, 3, now, vectors)
+    end = _sum(h / 3.0, a21, h * h / 6.0, a321)
+    end = _sum(h / 3.0, a1, 0.5 * h, end)
+    _write(vectors[g], _sum(h / 6.0, unit, 0.5 * h, end), n)
+
+
+@jit_inline
+def _sensitivity_rates(m, q, slot, error, load, now, vectors):
+    """
+    Return how x3' and x4' of stage `q` answer to theta, m = (s1, s3, s4, s_tau) of that stage.
+
+    Keeps the change of A: row X3 changes by -c / m1 on the column of x3, and on that of tau_K.
+    """
+    c = vectors[_CURVATURE, q] * m[1] + vectors[_CROSS, q] * m[3]
+    if slot == CV:
+        c += now[CV]
+        error += now[CV] * vectors[SEEN_X3, q]
+    elif slot == CC:
+        c += now[CC] * vectors[_FORCE, q]
+        error += now[CC] * vectors[_TORQUE, q]
+    vectors[_C_SPEED, q] = -c * now[INVERSE_M1]
+    vectors[_C_TORQUE, q] = -vectors[_CROSS, q] * m[1] * now[INVERSE_M1]
+    return rates(m, vectors[SEEN_SLOPE, q], vectors[SEEN_SHARE, q], error, load, now)
+
+
+@jit_inline
+def _advance_sensitivity(states, s, slot, h, now, vectors):
+    """Advance `s` [n] by the derivative of one RK4 step."""
+    n = len(states)
+    half, sixth = 0.5 * h, h / 6.0
+    error, load = (0.0, 0.0, 0.0, 0.0, 0.0), 0.0
+    if n > 5:
+        if now[LOAD_AT] > 0.0:
+            load = s[int(now[LOAD_AT])]
+        if now[FRICTION_AT] > 0.0:
+            error = decay(s[int(now[FRICTION_AT])], half, h, now)
+            s[int(now[FRICTION_AT])] = error[4]
+    twist = (0.0, 0.0, 0.0, 0.0)  # what k_p as a theta adds to tau_K'
+    if slot == K_P:
+        twist = (now[K_P] * vectors[_TWIST_RATE, 0], now[K_P] * vectors[_TWIST_RATE, 1],
+                 now[K_P] * vectors[_TWIST_RATE, 2], now[K_P] * vectors[_TWIST_RATE, 3])
+    m1 = (s[X1], s[X3], s[X4], s[TAU_K])
+    r1 = _sensitivity_rates(m1, 0, slot, error[0], load, now, vectors)
+    m2 = _added(along(m1, half, m1, r1, now), half * twist[0])
+    r2 = _sensitivity_rates(m2, 1, slot, error[1], load, now, vectors)
+    m3 = _added(along(m1, half, m2, r2, now), half * twist[1])
+    r3 = _sensitivity_rates(m3, 2, slot, error[2], load, now, vectors)
+    m4 = _added(along(m1, h, m3, r3, now), h * twist[2])
+    r4 = _sensitivity_rates(m4, 3, slot, error[3], load, now, vectors)
+    moved1 = sixth * (m1[1] + 2.0 * (m2[1] + m3[1]) + m4[1])
+    moved2 = sixth * (m1[2] + 2.0 * (m2[2] + m3[2]) + m4[2])
+    s[X1] += moved1
+    s[X2] += moved2
+    s[X3] += sixth * (r1[0] + 2.0 * (r2[0] + r3[0]) + r4[0])
+    s[X4] += sixth * (r1[1] + 2.0 * (r2[1] + r3[1]) + r4[1])
+    s[TAU_K] += now[K_P] * (moved1 - moved2) + sixth * (
+        twist[0] + 2.0 * (twist[1] + twist[2]) + twist[3])
+
+
+@jit_inline
+def _added(m, torque):
+    return m[0], m[1], m[2], m[3] + torque
+
+
+@jit_inline
+def _predict(states, z, P, s, P_s, count, dt, u, load, now, p, vectors, matrices, record):
+    """Predict belief and sensitivities over `dt` s; s [>= count, n], P_s [>= count, n * n]."""
+    n = len(states)
+    at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
+    product, change, phi = matrices[0], matrices[1], matrices[2]
+    cross, P_pred = record[at_cross:at_cross + n * n], record[at_P:at_P + n * n]
+    flat = vectors.reshape(N_VECTORS * n)
+    with_twist = with_atan = with_viscous = False
     for i in range(count):
         with_twist |= p[ADAPT_AT + i] == K_P
         with_atan |= p[ADAPT_AT + i] == CC
-    counted = substeps(dt, _eigenvalue(now, p))
+        with_viscous |= p[ADAPT_AT + i] == CV
+    stiffer = with_twist or with_atan or with_viscous
+    counted = substeps(dt, _eigenvalue(now, p) if stiffer else p[EIGENVALUE])
     h = dt / counted
     half = 0.5 * dt
-    _add_noise(z, s, P_s, count, half, now, p)
+    _add_noise(states, z, s, P_s, count, half, now, p)
     for i in range(n):
-        z_pred[i] = half * noise(z, now, i)
+        record[at_z + i] = half * noise(z, now, i)
     for part in range(counted):
-        _propagate(z, phi, u, load, h, with_twist, with_atan, now, vectors, matrices)
+        rk4(states, z, phi, True, u, load, h, now, vectors)
+        _look(with_atan, now, vectors)
         if part == 0:
-            multiply(phi, P, cross)
-            for i in range(n):
-                P[i, i] += z_pred[i]
-        else:
-            multiply(phi, cross, product)
+            multiply(states, phi, P, cross)
             for i in range(n):
                 for j in range(n):
-                    cross[i, j] = product[i, j]
-        multiply(phi, P, product)
-        multiply_transposed(product, phi, P)
-        symmetrise(P)
-        _answers(X3, _G, h, now, vectors)
+                    product[i * n + j] = cross[i * n + j] + phi[i * n + j] * record[at_z + j]
+        else:
+            multiply(states, phi, cross, product)
+            for i in range(n * n):
+                cross[i] = product[i]
+            multiply(states, phi, P_pred, product)
+        multiply_symmetric(states, product, phi, P_pred)
+        _answers(states, (0.0, 0.0, 1.0, 0.0, 0.0), _G, h, now, vectors)
+        _times(states, product, _R_SPEED, flat, _V_SPEED)
+        if now[CL] > 0.0:
+            _times(states, product, _R_TORQUE, flat, _V_TORQUE)
         if with_twist:
-            _answers(TAU_K, _G_TWIST, h, now, vectors)
-        for q in range(4):  # Phi P r: what else the change of P needs of each stage
-            for a in range(n):
-                v = 0.0
-                for b in range(n):
-                    v += product[a, b] * vectors[_R_SPEED + q, b]
-                vectors[_V_SPEED + q, a] = v
-            if now[CL] > 0.0:
-                for a in range(n):
-                    v = 0.0
-                    for b in range(n):
-                        v += product[a, b] * vectors[_R_TORQUE + q, b]
-                    vectors[_V_TORQUE + q, a] = v
-            if with_twist:
-                for a in range(n):
-                    v = 0.0
-                    for b in range(n):
-                        v += product[a, b] * vectors[_R_TWIST + q, b]
-                    vectors[_V_TWIST + q, a] = v
+            _answers(states, (0.0, 0.0, 0.0, 0.0, 1.0), _G_TWIST, h, now, vectors)
+            _times(states, product, _R_TWIST, flat, _V_TWIST)
         for i in range(count):
             slot = int(p[ADAPT_AT + i])
-            _advance_sensitivity(s[i], slot, h, now, vectors)
-            multiply(phi, P_s[i], change)
-            _advance_covariance(P_s[i], slot, phi, change, now, vectors)
-    _add_noise(z, s, P_s, count, half, now, p)
+            _advance_sensitivity(states, s[i], slot, h, now, vectors)
+            multiply(states, phi, P_s[i], change)
+            multiply_symmetric(states, change, phi, P_s[i])
+            _advance_covariance(states, P_s[i], slot, h, now, vectors, flat)
+    _add_noise(states, z, s, P_s, count, half, now, p)
     for i in range(n):
-        P[i, i] += half * noise(z, now, i)
-        z_pred[i] = z[i]
-    for i in range(n):
-        for j in range(n):
-            P_pred[i, j] = P[i, j]
+        P_pred[i * n + i] += half * noise(z, now, i)
+        record[at_z + i] = z[i]
 
 
-@jit
-def _advance_covariance(P_i, slot, phi, product, now, vectors):
-    """Replace `P_i` by phi P_i phi' + dphi P phi' + phi P dphi'; product: phi P_i."""
-    n = P_i.shape[0]
+@jit_inline
+def _times(states, product, given, flat, out):
+    """Write Phi P r of the four stages' rows r from row `given` on into rows from `out` on."""
+    n = len(states)
+    for a in range(n):
+        v0 = v1 = v2 = v3 = 0.0
+        for b in range(n):
+            v, at = product[a * n + b], given * n + b
+            v0 += v * flat[at]
+            v1 += v * flat[at + n]
+            v2 += v * flat[at + 2 * n]
+            v3 += v * flat[at + 3 * n]
+        at = out * n + a
+        flat[at], flat[at + n], flat[at + 2 * n], flat[at + 3 * n] = v0, v1, v2, v3
+
+
+@jit_inline
+def _advance_covariance(states, P_i, slot, h, now, vectors, flat):
+    """Add dphi_i P phi' + phi P dphi_i' to `P_i` [n * n]."""
+    n = len(states)
     for q in range(4):
         c, d = vectors[_C_SPEED, q], vectors[_C_TORQUE, q]
         for a in range(n):
-            vectors[_W + q, a] = c * vectors[_V_SPEED + q, a]
-        if now[CL] > 0.0:
-            for a in range(n):
-                vectors[_W + q, a] += d * vectors[_V_TORQUE + q, a]
+            w = c * flat[(_V_SPEED + q) * n + a]
+            if now[CL] > 0.0:
+                w += d * flat[(_V_TORQUE + q) * n + a]
+            flat[(_W + q) * n + a] = w
+    _add_products(states, P_i, 1.0, X3, h, _G, _W, flat)
+    if slot == K_P:
+        _add_products(states, P_i, now[K_P], TAU_K, h, _G_TWIST, _V_TWIST, flat)
+
+
+@jit_inline
+def _add_products(states, P_i, factor, at, h, g, w, flat):
+    """
+    Add factor (g w' + w g') of the four stages, rows from `g` and `w` on, to P_i [n * n].
+
+    The last stage's g is h / 6 at the state `at` alone.
+    """
+    n = len(states)
     for a in range(n):
         for b in range(a + 1):
             total = 0.0
-            for c in range(n):
-                total += product[a, c] * phi[b, c]
-            for q in range(4):
-                total += (vectors[_G + q, a] * vectors[_W + q, b]
-                          + vectors[_W + q, a] * vectors[_G + q, b])
-            P_i[a, b] = total
-    if slot == K_P:
-        for a in range(n):
-            for b in range(a + 1):
-                total = 0.0
-                for q in range(4):
-                    total += (vectors[_G_TWIST + q, a] * vectors[_V_TWIST + q, b]
-                              + vectors[_V_TWIST + q, a] * vectors[_G_TWIST + q, b])
-                P_i[a, b] += now[K_P] * total
-    for a in range(n):
-        for b in range(a):
-            P_i[b, a] = P_i[a, b]
+            for q in range(3):
+                total += (flat[(g + q) * n + a] * flat[(w + q) * n + b]
+                          + flat[(w + q) * n + a] * flat[(g + q) * n + b])
+            if a == at:
+                total += h / 6.0 * flat[(w + 3) * n + b]
+            if b == at:
+                total += h / 6.0 * flat[(w + 3) * n + a]
+            value = P_i[a * n + b] + factor * total
+            P_i[a * n + b], P_i[b * n + a] = value, value
 
 
-@jit
-def _add_noise(z, s, P_s, count, half, now, p):
+@jit_inline
+def _add_noise(states, z, s, P_s, count, half, now, p):
     """Add the derivative of half a step's process noise."""
     for i in range(count):
         q = 2.0 * now[Q_TAU_K_SPEED] * z[X3] * s[i, X3]
         if p[ADAPT_AT + i] == Q0 + TAU_K:
             q += now[Q0 + TAU_K]
-        P_s[i, TAU_K, TAU_K] += half * q
+        P_s[i, TAU_K * len(states) + TAU_K] += half * q
 
 
-@jit
-def _correct(s, P_s, count, now, p, vectors, record, n):
+@jit_inline
+def _correct(states, s, P_s, count, now, p, vectors, record):
     """Update the sensitivities after ekf.update, and keep what the score needs."""
-    innovation, S, K, scores = correction(record, n)
-    have1, have2 = math.isfinite(innovation[0]), math.isfinite(innovation[1])
-    e1 = innovation[0] if have1 else 0.0
-    e2 = innovation[1] if have2 else 0.0
+    n = len(states)
+    _, _, _, _, _, at_innovation, at_S, at_K, _ = places(n)
+    e1, e2 = record[at_innovation], record[at_innovation + 1]
+    have1, have2 = math.isfinite(e1), math.isfinite(e2)
+    e1, e2 = e1 if have1 else 0.0, e2 if have2 else 0.0
+    big_s11, big_s12, big_s22 = record[at_S], record[at_S + 1], record[at_S + 2]
     # J with J' J = S^-1 over what was measured, zero elsewhere.
     j11 = j21 = j22 = 0.0
     if have1 and have2:
-        j11 = 1.0 / math.sqrt(S[0])
-        j22 = 1.0 / math.sqrt(S[2] - S[1] * S[1] / S[0])
-        j21 = -S[1] / S[0] * j22
+        root, root_det = math.sqrt(big_s11), math.sqrt(big_s11 * big_s22 - big_s12 * big_s12)
+        j11, j21, j22 = 1.0 / root, -big_s12 / (root * root_det), root / root_det
     elif have1:
-        j11 = 1.0 / math.sqrt(S[0])
+        j11 = 1.0 / math.sqrt(big_s11)
     elif have2:
-        j22 = 1.0 / math.sqrt(S[2])
+        j22 = 1.0 / math.sqrt(big_s22)
     i11, i12, i22 = j11 * j11 + j21 * j21, j21 * j22, j22 * j22
     white1, white2 = j11 * e1, j21 * e1 + j22 * e2
     w1, w2 = vectors[_A], vectors[_B]
@@ -485,23 +465,24 @@ def _correct(s, P_s, count, now, p, vectors, record, n):
         s_i, P_i = s[i], P_s[i]
         d1 = -s_i[X1] if have1 else 0.0
         d2 = -s_i[X2] if have2 else 0.0
-        s11 = P_i[X1, X1] + (now[R1] if slot == R1 else 0.0)
-        s12 = P_i[X1, X2]
-        s22 = P_i[X2, X2] + (now[R2] if slot == R2 else 0.0)
+        s11 = P_i[0] + (now[R1] if slot == R1 else 0.0)
+        s12 = P_i[1]
+        s22 = P_i[n + 1] + (now[R2] if slot == R2 else 0.0)
         for a in range(n):
-            c1 = K[a, 0] * s11 + K[a, 1] * s12
-            c2 = K[a, 0] * s12 + K[a, 1] * s22
-            b1, b2 = P_i[a, X1], P_i[a, X2]
+            c1 = record[at_K + 2 * a] * s11 + record[at_K + 2 * a + 1] * s12
+            c2 = record[at_K + 2 * a] * s12 + record[at_K + 2 * a + 1] * s22
+            b1, b2 = P_i[a * n], P_i[a * n + 1]
             k1 = (b1 - c1) * i11 + (b2 - c2) * i12
             k2 = (b1 - c1) * i12 + (b2 - c2) * i22
-            s_i[a] += k1 * e1 + k2 * e2 + K[a, 0] * d1 + K[a, 1] * d2
+            s_i[a] += k1 * e1 + k2 * e2 + record[at_K + 2 * a] * d1 + record[at_K + 2 * a + 1] * d2
             w1[a], w2[a] = b1 - 0.5 * c1, b2 - 0.5 * c2
         for a in range(n):
+            k1, k2 = record[at_K + 2 * a], record[at_K + 2 * a + 1]
             for b in range(a + 1):
-                value = (P_i[a, b] - K[a, 0] * w1[b] - K[a, 1] * w2[b]
-                         - w1[a] * K[b, 0] - w2[a] * K[b, 1])
-                P_i[a, b] = value
-                P_i[b, a] = value
+                value = (P_i[a * n + b] - k1 * w1[b] - k2 * w2[b]
+                         - w1[a] * record[at_K + 2 * b] - w2[a] * record[at_K + 2 * b + 1])
+                P_i[a * n + b] = value
+                P_i[b * n + a] = value
         # Whitened: J e_i and J S_i J'.
         f1, f2 = j11 * d1, j21 * d1 + j22 * d2
         t1, t2 = j21 * s11 + j22 * s12, j21 * s12 + j22 * s22
@@ -514,11 +495,11 @@ def _correct(s, P_s, count, now, p, vectors, record, n):
                      + white2 * white2 * v22))
 
 
-@jit
-def _adapt(memory, p, vectors, matrices, record, n):
+@jit_inline
+def _adapt(states, memory, p, vectors, matrices, record):
     """Move theta by one Gauss-Newton step on the likelihood of the present innovation."""
-    _, _, _, scores = correction(record, n)
-    if scores[2] == 0.0:
+    _, _, _, _, _, _, _, _, at_scores = places(len(states))
+    if record[at_scores + 2] == 0.0:
         return  # nothing measured, nothing learnt
     count = int(p[ADAPT_COUNT])
     gain = memory[GAIN]
@@ -536,7 +517,7 @@ def _adapt(memory, p, vectors, matrices, record, n):
     memory[SAMPLES] += 1.0
     if memory[SAMPLES] <= FIRST:
         return
-    if not _solve(memory, count, gain * RIDGE, vectors, matrices[0].reshape(n * n)):
+    if not _solve(memory, count, gain * RIDGE, vectors, matrices[0]):
         memory[NOT_SOLVED] += 1.0
         return
     limited = held = False
@@ -557,12 +538,13 @@ def _adapt(memory, p, vectors, matrices, record, n):
     memory[AT_BOUND] += 1.0 if held else 0.0
 
 
-@jit
+@jit_inline
 def _solve(memory, count, ridge, vectors, factor):
     """
-    Solve (M + ridge I) x = g by Cholesky; g stands in column 0 of the gradient rows, x goes to 1.
+    Solve (M + ridge I) x = g by L D L'; g stands in column 0 of the gradient rows, x goes to 1.
 
-    factor [>= 21]: scratch. False when the matrix is not positive definite or x is not finite.
+    factor [>= 21]: scratch, below the diagonal L D, on it 1 / D. False when the matrix is not
+    positive definite or x is not finite.
     """
     for j in range(count):
         at_j = j * (j + 1) // 2
@@ -570,23 +552,20 @@ def _solve(memory, count, ridge, vectors, factor):
             at_i = i * (i + 1) // 2
             total = memory[INFORMATION + at_i + j] + (ridge if i == j else 0.0)
             for k in range(j):
-                total -= factor[at_i + k] * factor[at_j + k]
-            if i > j:
-                factor[at_i + j] = total / factor[at_j + j]
-            elif total > 0.0:
-                factor[at_i + j] = math.sqrt(total)
-            else:
+                total -= factor[at_i + k] * factor[at_j + k] * factor[k * (k + 1) // 2 + k]
+            if i == j and not total > 0.0:
                 return False
+            factor[at_i + j] = 1.0 / total if i == j else total
     for i in range(count):
         total = vectors[_GRADIENT + i, 0]
         for k in range(i):
             total -= factor[i * (i + 1) // 2 + k] * vectors[_GRADIENT + k, 1]
-        vectors[_GRADIENT + i, 1] = total / factor[i * (i + 1) // 2 + i]
+        vectors[_GRADIENT + i, 1] = total * factor[i * (i + 1) // 2 + i]
     for i in range(count - 1, -1, -1):
-        total = vectors[_GRADIENT + i, 1]
+        total = 0.0
         for k in range(i + 1, count):
-            total -= factor[k * (k + 1) // 2 + i] * vectors[_GRADIENT + k, 1]
-        vectors[_GRADIENT + i, 1] = total / factor[i * (i + 1) // 2 + i]
+            total += factor[k * (k + 1) // 2 + i] * vectors[_GRADIENT + k, 1]
+        vectors[_GRADIENT + i, 1] -= total * factor[i * (i + 1) // 2 + i]
     for i in range(count):
         if not math.isfinite(vectors[_GRADIENT + i, 1]):
             return False

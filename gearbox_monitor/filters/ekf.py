@@ -23,131 +23,138 @@ the integral of Phi Q Phi'; it needs no Phi, so every filter can share it.
 """
 import math
 
-from gearbox_monitor.drive.model import substeps
-from gearbox_monitor.filters.linalg import multiply, multiply_transposed, symmetrise
+from gearbox_monitor.drive.model import ALPHA, substeps
+from gearbox_monitor.filters.linalg import multiply, multiply_symmetric
 from gearbox_monitor.filters.process import (
-    EIGENVALUE, finite, noise, NUMERIC, propagate, propagate_numeric, R1, R2, softened,
-    STATISTICAL, X3)
-from gearbox_monitor.filters.record import correction, predicted, updated
-from gearbox_monitor.jit import jit
+    EIGENVALUE, noise, NUMERIC, propagate, propagate_numeric, R1, R2,
+    softened_sharpness, STATISTICAL, X3)
+from gearbox_monitor.filters.record import places
+from gearbox_monitor.jit import jit_inline
 
 LOG_TWO_PI = math.log(2.0 * math.pi)
-N_VECTORS, N_MATRICES = 4, 4
+N_VECTORS, N_MATRICES = 1, 2
 
 
 def memory_size(n):
-    """Return how many numbers the filter carries besides z [n] and P [n, n]."""
+    """Return how many numbers the filter carries besides z [n] and P [n * n]."""
     return 0
 
 
-@jit
-def step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
+@jit_inline
+def step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
     """
     Predict over `dt` s and update with y = (y1, y2); a NaN was not measured.
 
-    z [n], P [n, n]: belief, changed in place. memory [memory_size(n)]: what else the filter
-    carries; all zero at a start and after a change of parameters, then to be made from z, P and p.
-    u, load: motor torque and known arm load (N m), held over the step. p: process.pack. vectors
-    [N_VECTORS, n], matrices [N_MATRICES, n, n]: scratch. record: row of record.record_size(n),
-    written. Returns False when the result is not finite or P has lost its positive diagonal (z, P
-    are then unusable).
+    states: (None,) * n, whose length the compiler unrolls loops for. z [n], P [n * n]: belief,
+    changed in place. memory [memory_size(n)]: what else the filter carries; all zero at a start
+    and after a change of parameters, then to be made from z, P and p. u, load: motor torque and
+    known arm load (N m), held over the step. p: process.pack. vectors [N_VECTORS, n], matrices
+    [N_MATRICES, n * n]: scratch. record: row of record.record_size(n), written. Returns False when
+    the result is not finite or P has lost its positive diagonal (z, P are then unusable).
     """
-    n = z.shape[0]
-    predict(z, P, dt, u, load, p, vectors, matrices, record)
-    return update(z, P, y1, y2, p, matrices, record) and healthy(z, P, n)
+    predict(states, z, P, dt, u, load, p, vectors, matrices, record)
+    return (update(states, z, P, y1, y2, p, matrices, record)
+            and healthy(states, z, P))
 
 
-@jit
-def predict(z, P, dt, u, load, p, vectors, matrices, record):
-    """Predict over `dt` s; arguments as of step."""
-    n = z.shape[0]
-    z_pred, P_pred, cross = predicted(record, n)
-    phi, product = matrices[3], matrices[0]
-    for i in range(n):
-        z_pred[i] = 0.5 * dt * noise(z, p, i)  # for the first half, which is due below
+@jit_inline
+def predict(states, z, P, dt, u, load, p, vectors, matrices, record):
+    """Predict z and the record's P_pred and C over `dt` s; P stays. Arguments as of step."""
+    n = len(states)
+    at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
+    phi, product = matrices[0], matrices[1]
+    cross, P_pred = record[at_cross:at_cross + n * n], record[at_P:at_P + n * n]
+    for i in range(n):  # the first half
+        record[at_z + i] = 0.5 * dt * noise(z, p, i)
     counted = substeps(dt, p[EIGENVALUE])
-    if p[STATISTICAL] > 0.0:
-        p = softened(p, P[X3, X3])
+    sharpness = p[ALPHA]
+    if p[STATISTICAL] > 0.0:  # until the end of the propagation
+        p[ALPHA] = softened_sharpness(p, P[X3 * n + X3])
     if p[NUMERIC] > 0.0:
-        propagate_numeric(z, phi, u, load, dt, counted, p, vectors)
+        propagate_numeric(states, z, phi, u, load, dt, counted, p, vectors[0])
     else:
-        propagate(z, phi, u, load, dt, counted, p, vectors, matrices)
-    multiply(phi, P, cross)
+        propagate(states, z, phi, u, load, dt, counted, p)
+    if p[STATISTICAL] > 0.0:
+        p[ALPHA] = sharpness
+    multiply(states, phi, P, cross)
     for i in range(n):
-        P[i, i] += z_pred[i]
-    multiply(phi, P, product)
-    multiply_transposed(product, phi, P)
-    for i in range(n):
-        P[i, i] += 0.5 * dt * noise(z, p, i)
-    symmetrise(P)
-    for i in range(n):
-        z_pred[i] = z[i]
         for j in range(n):
-            P_pred[i, j] = P[i, j]
+            product[i * n + j] = cross[i * n + j] + phi[i * n + j] * record[at_z + j]
+    multiply_symmetric(states, product, phi, P_pred)
+    for i in range(n):
+        P_pred[i * n + i] += 0.5 * dt * noise(z, p, i)
+        record[at_z + i] = z[i]
 
 
-@jit
-def update(z, P, y1, y2, p, matrices, record):
-    """Update with y; arguments as of step. False when S is not positive or the NIS overflows."""
-    n = z.shape[0]
-    innovation, S, K, scores = correction(record, n)
-    z_out, P_out = updated(record, n)
+@jit_inline
+def update(states, z, P, y1, y2, p, matrices, record):
+    """
+    Update z with y, and P from the record's P_pred; arguments as of step.
+
+    False when S is not positive or the NIS overflows.
+    """
+    n = len(states)
+    _, at_prior, _, at_z, at_P, at_innovation, at_S, at_K, at_scores = places(n)
+    prior = record[at_prior:at_prior + n * n]
     r1, r2 = p[R1], p[R2]
     have1, have2 = math.isfinite(y1), math.isfinite(y2)
-    innovation[0] = y1 - z[0] if have1 else math.nan
-    innovation[1] = y2 - z[1] if have2 else math.nan
-    S[0], S[1], S[2] = P[0, 0] + r1, P[0, 1], P[1, 1] + r2
+    s11, s12, s22 = prior[0] + r1, prior[1], prior[n + 1] + r2
+    record[at_S], record[at_S + 1], record[at_S + 2] = s11, s12, s22
+    record[at_innovation] = y1 - z[0] if have1 else math.nan
+    record[at_innovation + 1] = y2 - z[1] if have2 else math.nan
     # Inverse of S over what was measured; zero elsewhere makes the gain's column zero.
     i11 = i12 = i22 = 0.0
     determinant = 1.0
     if have1 and have2:
-        determinant = S[0] * S[2] - S[1] * S[1]
-        i11, i12, i22 = S[2] / determinant, -S[1] / determinant, S[0] / determinant
+        determinant = s11 * s22 - s12 * s12
+        inverse = 1.0 / determinant
+        i11, i12, i22 = s22 * inverse, -s12 * inverse, s11 * inverse
     elif have1:
-        determinant = S[0]
+        determinant = s11
         i11 = 1.0 / determinant
     elif have2:
-        determinant = S[2]
+        determinant = s22
         i22 = 1.0 / determinant
     if not determinant > 0.0:
         return False
-    e1 = innovation[0] if have1 else 0.0
-    e2 = innovation[1] if have2 else 0.0
+    e1 = y1 - z[0] if have1 else 0.0
+    e2 = y2 - z[1] if have2 else 0.0
     dof = (1.0 if have1 else 0.0) + (1.0 if have2 else 0.0)
     nis = e1 * (i11 * e1 + i12 * e2) + e2 * (i12 * e1 + i22 * e2)
     if not math.isfinite(nis):
         return False
-    scores[0] = nis
-    scores[1] = -0.5 * (nis + math.log(determinant) + dof * LOG_TWO_PI)
-    scores[2] = dof
-    factor, product = matrices[0], matrices[1]
+    record[at_scores] = nis
+    record[at_scores + 1] = -0.5 * (nis + math.log(determinant) + dof * LOG_TWO_PI)
+    record[at_scores + 2] = dof
+    # (I - K H) P (I - K H)' + K R K'; H picks the first two states, the rest of I - K H is I.
+    product = matrices[0]
     for i in range(n):
-        K[i, 0] = P[i, 0] * i11 + P[i, 1] * i12
-        K[i, 1] = P[i, 0] * i12 + P[i, 1] * i22
-        z[i] += K[i, 0] * e1 + K[i, 1] * e2
+        c1, c2 = prior[i * n], prior[i * n + 1]
+        k1, k2 = c1 * i11 + c2 * i12, c1 * i12 + c2 * i22
+        record[at_K + 2 * i], record[at_K + 2 * i + 1] = k1, k2
+        z[i] += k1 * e1 + k2 * e2
+        record[at_z + i] = z[i]
+        a, b = (1.0 if i == 0 else 0.0) - k1, (1.0 if i == 1 else 0.0) - k2
         for j in range(n):
-            factor[i, j] = 1.0 if i == j else 0.0
-        factor[i, 0] -= K[i, 0]
-        factor[i, 1] -= K[i, 1]
-    multiply(factor, P, product)
-    multiply_transposed(product, factor, P)
-    for i in range(n):
-        for j in range(n):
-            P[i, j] += K[i, 0] * r1 * K[j, 0] + K[i, 1] * r2 * K[j, 1]
-    symmetrise(P)
-    for i in range(n):
-        z_out[i] = z[i]
-        for j in range(n):
-            P_out[i, j] = P[i, j]
+            product[i * n + j] = ((prior[i * n + j] if i > 1 else 0.0) + a * prior[j]
+                                  + b * prior[n + j])
+    for j in range(n):
+        k1, k2 = record[at_K + 2 * j], record[at_K + 2 * j + 1]
+        a, b = (1.0 if j == 0 else 0.0) - k1, (1.0 if j == 1 else 0.0) - k2
+        for i in range(j, n):
+            value = ((product[i * n + j] if j > 1 else 0.0) + a * product[i * n]
+                     + b * product[i * n + 1] + record[at_K + 2 * i] * r1 * k1
+                     + record[at_K + 2 * i + 1] * r2 * k2)
+            P[i * n + j], P[j * n + i] = value, value
+            record[at_P + i * n + j], record[at_P + j * n + i] = value, value
     return True
 
 
-@jit
-def healthy(z, P, n):
-    """Return True when `z` [n] is finite and `P` [n, n] has a finite, positive diagonal."""
-    if not finite(z):
-        return False
+@jit_inline
+def healthy(states, z, P):
+    """Return True when `z` [n] is finite and `P` [n * n] has a finite, positive diagonal."""
+    n = len(states)
     for i in range(n):
-        if not (P[i, i] > 0.0 and math.isfinite(P[i, i])):
+        if not (math.isfinite(z[i]) and P[i * n + i] > 0.0 and math.isfinite(P[i * n + i])):
             return False
     return True

@@ -19,102 +19,142 @@ Compiled, plain loops beat BLAS calls twelvefold at this size; interpreted, nump
 """
 import numpy as np
 
-from gearbox_monitor.jit import COMPILED, jit
+from gearbox_monitor.jit import COMPILED, jit, jit_inline
 
 if COMPILED:
-    @jit
-    def multiply(a, b, out):
-        """Write a b into `out`; all [n, n]."""
-        n = a.shape[0]
-        for i in range(n):
-            for j in range(n):
-                s = 0.0
-                for k in range(n):
-                    s += a[i, k] * b[k, j]
-                out[i, j] = s
-
-    @jit
-    def multiply_transposed(a, b, out):
-        """Write a b' into `out`; all [n, n]."""
-        n = a.shape[0]
-        for i in range(n):
-            for j in range(n):
-                s = 0.0
-                for k in range(n):
-                    s += a[i, k] * b[j, k]
-                out[i, j] = s
-
-    @jit
-    def transposed_multiply(a, b, out):
-        """Write a' b into `out`; all [n, n]."""
-        n = a.shape[0]
-        for i in range(n):
-            for j in range(n):
-                s = 0.0
-                for k in range(n):
-                    s += a[k, i] * b[k, j]
-                out[i, j] = s
-
-    @jit
-    def solve_positive(a, b, out):
+    @jit_inline
+    def multiply(states, a, b, out):
         """
-        Write a^-1 b into `out`; all [n, n], `a` symmetric positive definite and overwritten.
+        Write a b into `out`; all [n * n], row by row.
+
+        states: (None,) * n; its length is what the compiler unrolls the loops for. Sums
+        stand in variables: the compiler cannot know that `out` is neither `a` nor `b`.
+        """
+        n = len(states)
+        for i in range(n):
+            s0 = s1 = s2 = s3 = s4 = s5 = s6 = 0.0
+            for k in range(n):
+                v, at = a[i * n + k], k * n
+                s0 += v * b[at]
+                s1 += v * b[at + 1]
+                s2 += v * b[at + 2]
+                s3 += v * b[at + 3]
+                s4 += v * b[at + 4]
+                if n > 5:
+                    s5 += v * b[at + 5]
+                if n > 6:
+                    s6 += v * b[at + 6]
+            at = i * n
+            out[at], out[at + 1], out[at + 2], out[at + 3], out[at + 4] = s0, s1, s2, s3, s4
+            if n > 5:
+                out[at + 5] = s5
+            if n > 6:
+                out[at + 6] = s6
+
+    @jit_inline
+    def multiply_symmetric(states, a, b, out):
+        """Write a b' into `out`, where that is known to be symmetric; all [n * n]."""
+        n = len(states)
+        for i in range(n):
+            s0 = s1 = s2 = s3 = s4 = s5 = s6 = 0.0
+            for k in range(n):
+                v = a[i * n + k]
+                s0 += v * b[k]
+                s1 += v * b[n + k]
+                s2 += v * b[2 * n + k]
+                s3 += v * b[3 * n + k]
+                s4 += v * b[4 * n + k]
+                if n > 5:
+                    s5 += v * b[5 * n + k]
+                if n > 6:
+                    s6 += v * b[6 * n + k]
+            # The compiler drops the sums that no element of the lower triangle needs.
+            _mirrored(out, n, i, 0, s0)
+            _mirrored(out, n, i, 1, s1)
+            _mirrored(out, n, i, 2, s2)
+            _mirrored(out, n, i, 3, s3)
+            _mirrored(out, n, i, 4, s4)
+            _mirrored(out, n, i, 5, s5)
+            _mirrored(out, n, i, 6, s6)
+
+    @jit_inline
+    def _mirrored(out, n, i, j, value):
+        if j <= i:
+            out[i * n + j] = value
+            out[j * n + i] = value
+
+    @jit
+    def transposed_multiply_symmetric(states, a, b, out):
+        """Write a' b into `out`, where that is known to be symmetric; all [n * n]."""
+        n = len(states)
+        for i in range(n):
+            for j in range(i + 1):
+                s = 0.0
+                for k in range(n):
+                    s += a[k * n + i] * b[k * n + j]
+                out[i * n + j] = s
+                out[j * n + i] = s
+
+    @jit
+    def solve_positive(states, a, b, out):
+        """
+        Write a^-1 b into `out`; all [n * n], `a` symmetric positive definite and overwritten.
 
         Returns False, with `out` undefined, when `a` is not positive definite.
         """
-        n = a.shape[0]
-        for j in range(n):  # Cholesky, lower triangle
-            s = a[j, j]
+        n = len(states)
+        for j in range(n):  # Cholesky, lower triangle; its diagonal inverted
+            s = a[j * n + j]
             for k in range(j):
-                s -= a[j, k] * a[j, k]
+                s -= a[j * n + k] * a[j * n + k]
             if not s > 0.0:
                 return False
-            a[j, j] = s ** 0.5
+            inverse = 1.0 / s ** 0.5
+            a[j * n + j] = inverse
             for i in range(j + 1, n):
-                s = a[i, j]
+                s = a[i * n + j]
                 for k in range(j):
-                    s -= a[i, k] * a[j, k]
-                a[i, j] = s / a[j, j]
-        for c in range(b.shape[1]):
+                    s -= a[i * n + k] * a[j * n + k]
+                a[i * n + j] = s * inverse
+        for c in range(n):
             for i in range(n):
-                s = b[i, c]
+                s = b[i * n + c]
                 for k in range(i):
-                    s -= a[i, k] * out[k, c]
-                out[i, c] = s / a[i, i]
+                    s -= a[i * n + k] * out[k * n + c]
+                out[i * n + c] = s * a[i * n + i]
             for i in range(n - 1, -1, -1):
-                s = out[i, c]
+                s = out[i * n + c]
                 for k in range(i + 1, n):
-                    s -= a[k, i] * out[k, c]
-                out[i, c] = s / a[i, i]
+                    s -= a[k * n + i] * out[k * n + c]
+                out[i * n + c] = s * a[i * n + i]
         return True
 else:
-    def multiply(a, b, out):
-        """Write a b into `out`; all [n, n]."""
-        np.matmul(a, b, out=out)
+    def _square(a):
+        return a.reshape(round(len(a) ** 0.5), -1)
 
-    def multiply_transposed(a, b, out):
-        """Write a b' into `out`; all [n, n]."""
-        np.matmul(a, b.T, out=out)
+    def multiply(states, a, b, out):
+        """Write a b into `out`; all [n * n], row by row."""
+        np.matmul(_square(a), _square(b), out=_square(out))
 
-    def transposed_multiply(a, b, out):
-        """Write a' b into `out`; all [n, n]."""
-        np.matmul(a.T, b, out=out)
+    def multiply_symmetric(states, a, b, out):
+        """Write a b' into `out`, where that is known to be symmetric; all [n * n]."""
+        out[:] = (_square(a) @ _square(b).T).ravel()
+        _symmetrise(out)
 
-    def solve_positive(a, b, out):
-        """Write a^-1 b into `out`; False when `a` [n, n] is not positive definite."""
+    def transposed_multiply_symmetric(states, a, b, out):
+        """Write a' b into `out`, where that is known to be symmetric; all [n * n]."""
+        out[:] = (_square(a).T @ _square(b)).ravel()
+        _symmetrise(out)
+
+    def _symmetrise(a):
+        out = _square(a)
+        out[:] = 0.5 * (out + out.T)
+
+    def solve_positive(states, a, b, out):
+        """Write a^-1 b into `out` [n * n]; False when `a` is not positive definite."""
         try:
-            np.linalg.cholesky(a)
-            out[:] = np.linalg.solve(a, b)
+            np.linalg.cholesky(_square(a))
+            out[:] = np.linalg.solve(_square(a), _square(b)).ravel()
         except np.linalg.LinAlgError:
             return False
         return True
-
-
-@jit
-def symmetrise(a):
-    """Replace `a` [n, n] by (a + a') / 2, in place."""
-    for i in range(a.shape[0]):
-        for j in range(i):
-            m = 0.5 * (a[i, j] + a[j, i])
-            a[i, j] = m
-            a[j, i] = m

@@ -28,10 +28,10 @@ import math
 import numpy as np
 
 from gearbox_monitor.drive.model import (
-    ALPHA, arm_acceleration, CC, CV, D, fastest_eigenvalue, KR, M1, M2, motor_acceleration,
-    motor_friction_load_slope, motor_friction_slope, N_PARAMETERS)
+    ALPHA, arm_acceleration, CC, CL, CV, D, fastest_eigenvalue, INVERSE_M1, INVERSE_M2, KR,
+    motor_acceleration, motor_friction_load_slope, motor_friction_slope, N_PARAMETERS)
 from gearbox_monitor.filters.adaptation import adapted_names, softened_model
-from gearbox_monitor.jit import jit
+from gearbox_monitor.jit import jit, jit_inline
 
 X1, X2, X3, X4, TAU_K, TAU_ARM, TAU_E = range(7)
 N_MAX = 7
@@ -47,6 +47,12 @@ N_PACKED = P0 + N_MAX
 # Where the adaptive filter finds what it may adapt; of standard deviations stands the square.
 SLOTS = {'q_std_tau_k': Q0 + TAU_K, 'r_std_motor': R1, 'r_std_arm': R2, 'viscous_friction': CV,
          'coulomb_friction': CC, 'tau_k_stiffness': K_P}
+
+# Rows of what the stages of an RK4 step saw (see rk4), four of each: x3, x3 - x4 (with k_p) and
+# tau_K (with friction that depends on it) of every column of the tangent; then one row each, by
+# stage.
+(SEEN_SPEED, SEEN_TWIST_RATE, SEEN_TORQUE) = (0, 4, 8)
+(SEEN_X3, SEEN_X4, SEEN_TAU_K, SEEN_SLOPE, SEEN_SHARE, N_SEEN) = range(12, 18)
 
 DIFFERENCE = 1e-6  # step of forward differences, relative above 1
 
@@ -115,7 +121,7 @@ def pack(model, parameters):
     return p
 
 
-@jit
+@jit_inline
 def noise(z, p, i):
     """
     Return the spectral density of the process noise on state `i` at `z` [n].
@@ -128,151 +134,289 @@ def noise(z, p, i):
 
 
 @jit
-def derivative(z, u, load, p, out):
-    """Write z' into `out` [n] under the motor torque `u` and the known load on the arm (N m)."""
-    tau_arm = load
-    if p[LOAD_AT] > 0.0:
-        tau_arm += z[int(p[LOAD_AT])]
-    if p[FRICTION_AT] > 0.0:
-        i = int(p[FRICTION_AT])
-        out[i] = -z[i] / p[FRICTION_TIME]
-        u -= z[i]
-    if p[LOAD_AT] > 0.0:
-        out[int(p[LOAD_AT])] = 0.0
-    out[X1] = z[X3]
-    out[X2] = z[X4]
-    out[X3] = motor_acceleration(z[X1], z[X3], z[X4], u, z[TAU_K], p)
-    out[X4] = arm_acceleration(z[X3], z[X4], z[TAU_K], tau_arm, p)
-    out[TAU_K] = p[K_P] * (z[X3] - z[X4])
-
-
-@jit
 def tangent(z, m, p, out):
     """Write A(z) m into `out`, A = d z' / d z [n, n] and `m` [n, n]."""
-    slope = motor_friction_slope(z[X3], z[TAU_K], p)
-    torque_share = 1.0 + motor_friction_load_slope(z[X3], z[TAU_K], p)
+    slope, share = _slopes(z[X3], z[TAU_K], p)
     load_at, friction_at = int(p[LOAD_AT]), int(p[FRICTION_AT])
-    inverse_m1, inverse_m2 = 1.0 / p[M1], 1.0 / p[M2]
     for j in range(m.shape[1]):
-        twist_rate = m[X3, j] - m[X4, j]
-        motor = (-p[D] * twist_rate - torque_share * m[TAU_K, j] - slope * m[X3, j]
-                 - p[KR] * m[X1, j])
-        arm = p[D] * twist_rate + m[TAU_K, j]
-        if friction_at > 0:
-            motor -= m[friction_at, j]
-            out[friction_at, j] = -m[friction_at, j] / p[FRICTION_TIME]
+        load = error = 0.0
         if load_at > 0:
-            arm -= m[load_at, j]
+            load = m[load_at, j]
             out[load_at, j] = 0.0
-        out[X1, j] = m[X3, j]
-        out[X2, j] = m[X4, j]
-        out[X3, j] = motor * inverse_m1
-        out[X4, j] = arm * inverse_m2
-        out[TAU_K, j] = p[K_P] * twist_rate
+        if friction_at > 0:
+            error = m[friction_at, j]
+            out[friction_at, j] = -error / p[FRICTION_TIME]
+        column = (m[X1, j], m[X3, j], m[X4, j], m[TAU_K, j])
+        out[X3, j], out[X4, j] = rates(column, slope, share, error, load, p)
+        out[X1, j], out[X2, j] = m[X3, j], m[X4, j]
+        out[TAU_K, j] = p[K_P] * (m[X3, j] - m[X4, j])
 
 
 @jit
-def softened(p, variance):
+def softened_sharpness(p, variance):
     """
-    Return a copy of `p` with the friction linearised over a motor speed of that variance.
+    Return the sharpness of the friction linearised over a motor speed of that variance.
 
     At standstill its slope is then that of the mean friction, E[sign(x3)] for a sharp one, instead
     of a slope 1 / alpha wide (0.01 rad/s) that the speed is never known to.
     """
-    p = p.copy()
-    p[ALPHA] = 1.0 / math.sqrt(1.0 / (p[ALPHA] * p[ALPHA]) + variance / (0.5 * math.pi))
-    return p
+    return 1.0 / math.sqrt(1.0 / (p[ALPHA] * p[ALPHA]) + variance / (0.5 * math.pi))
+
+
+@jit_inline
+def decay(error, half, h, p):
+    """Return the friction error at the four stages of an RK4 step and behind it."""
+    rate = -1.0 / p[FRICTION_TIME]
+    second = error + half * rate * error
+    third = error + half * rate * second
+    fourth = error + h * rate * third
+    return error, second, third, fourth, (
+        error + h / 6.0 * rate * (error + 2.0 * (second + third) + fourth))
 
 
 @jit
-def advance(z, u, load, dt, n_substeps, p, vectors):
-    """Advance `z` [n] by `dt` s in RK4 substeps; u (N m) is held. vectors [>=3, n]: scratch."""
-    n = z.shape[0]
+def advance(states, z, u, load, dt, n_substeps, p):
+    """
+    Advance `z` [n] by `dt` s in RK4 substeps; u and the known load (N m) are held.
+
+    states: (None,) * n; its length is what the compiler unrolls loops for.
+    """
     h = dt / n_substeps
-    stage, k, total = vectors[0], vectors[1], vectors[2]
+    half, sixth = 0.5 * h, h / 6.0
+    x1, x2, x3, x4, tau_k = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
+    e1 = e2 = e3 = e4 = e = 0.0
+    if len(states) > 5:
+        if p[LOAD_AT] > 0.0:
+            load += z[int(p[LOAD_AT])]
+        if p[FRICTION_AT] > 0.0:
+            e = z[int(p[FRICTION_AT])]
     for _ in range(n_substeps):
-        derivative(z, u, load, p, k)
-        for i in range(n):
-            total[i] = k[i]
-        for s in range(3):
-            a = h if s == 2 else 0.5 * h
-            weight = 1.0 if s == 2 else 2.0
-            for i in range(n):
-                stage[i] = z[i] + a * k[i]
-            derivative(stage, u, load, p, k)
-            for i in range(n):
-                total[i] += weight * k[i]
-        for i in range(n):
-            z[i] += h / 6.0 * total[i]
+        if len(states) > 5 and p[FRICTION_AT] > 0.0:
+            e1, e2, e3, e4, e = decay(e, half, h, p)
+        f1, g1 = _accelerations(x1, x3, x4, tau_k, u - e1, load, p)
+        b3, b4 = x3 + half * f1, x4 + half * g1
+        f2, g2 = _accelerations(x1 + half * x3, b3, b4, tau_k + half * p[K_P] * (x3 - x4),
+                                u - e2, load, p)
+        c3, c4 = x3 + half * f2, x4 + half * g2
+        f3, g3 = _accelerations(x1 + half * b3, c3, c4, tau_k + half * p[K_P] * (b3 - b4),
+                                u - e3, load, p)
+        d3, d4 = x3 + h * f3, x4 + h * g3
+        f4, g4 = _accelerations(x1 + h * c3, d3, d4, tau_k + h * p[K_P] * (c3 - c4),
+                                u - e4, load, p)
+        moved1 = sixth * (x3 + 2.0 * (b3 + c3) + d3)
+        moved2 = sixth * (x4 + 2.0 * (b4 + c4) + d4)
+        x1 += moved1
+        x2 += moved2
+        x3 += sixth * (f1 + 2.0 * (f2 + f3) + f4)
+        x4 += sixth * (g1 + 2.0 * (g2 + g3) + g4)
+        tau_k += p[K_P] * (moved1 - moved2)
+    z[X1], z[X2], z[X3], z[X4], z[TAU_K] = x1, x2, x3, x4, tau_k
+    if len(states) > 5 and p[FRICTION_AT] > 0.0:
+        z[int(p[FRICTION_AT])] = e
 
 
-@jit
-def propagate_numeric(z, phi, u, load, dt, n_substeps, p, vectors):
-    """As propagate, but `phi` by forward differences of the map; vectors [>=4, n]: scratch."""
-    n = z.shape[0]
-    start = vectors[3]
-    for i in range(n):
-        start[i] = z[i]
-    advance(z, u, load, dt, n_substeps, p, vectors)
-    for j in range(n):
-        moved = phi[j]  # column j, transposed below
-        for i in range(n):
-            moved[i] = start[i]
-        moved[j] += DIFFERENCE * max(1.0, abs(start[j]))
-        step = moved[j] - start[j]  # what the sum has kept of it
-        advance(moved, u, load, dt, n_substeps, p, vectors)
-        for i in range(n):
-            moved[i] = (moved[i] - z[i]) / step
-    for i in range(n):
-        for j in range(i):
-            phi[i, j], phi[j, i] = phi[j, i], phi[i, j]
+@jit_inline
+def _accelerations(x1, x3, x4, tau_k, u, load, p):
+    return motor_acceleration(x1, x3, x4, u, tau_k, p), arm_acceleration(x3, x4, tau_k, load, p)
 
 
-@jit
-def propagate(z, phi, u, load, dt, n_substeps, p, vectors, matrices):
+# The tangent, column by column: m = (m1, m3, m4, m_tau), how x1, x3, x4 and tau_K of a stage
+# answer to one state at the start. No other row depends on anything but these.
+
+@jit_inline
+def rates(m, slope, share, error, load, p):
+    """Return how x3' and x4' of a stage answer, with what friction error and load answer."""
+    twist_rate = m[1] - m[2]
+    return ((-p[D] * twist_rate - share * m[3] - slope * m[1] - p[KR] * m[0] - error)
+            * p[INVERSE_M1],
+            (p[D] * twist_rate + m[3] - load) * p[INVERSE_M2])
+
+
+@jit_inline
+def along(start, a, m, r, p):
+    """Return the column at the next stage, `a` s from `start` with the rates `r` of stage `m`."""
+    return (start[0] + a * m[1], start[1] + a * r[0], start[2] + a * r[1],
+            start[3] + a * p[K_P] * (m[1] - m[2]))
+
+
+@jit_inline
+def _four_rates(m, slope, share, p):
+    return (rates(m[0], slope, share, 0.0, 0.0, p), rates(m[1], slope, share, 0.0, 0.0, p),
+            rates(m[2], slope, share, 0.0, 0.0, p), rates(m[3], slope, share, 0.0, 0.0, p))
+
+
+@jit_inline
+def _four_along(start, a, m, r, p):
+    return (along(start[0], a, m[0], r[0], p), along(start[1], a, m[1], r[1], p),
+            along(start[2], a, m[2], r[2], p), along(start[3], a, m[3], r[3], p))
+
+
+@jit_inline
+def _begin(n, phi, j, first):
+    """Return column `j` at the start of an RK4 step, and its element in the row of x2."""
+    if first:
+        return (1.0 if j == X1 else 0.0, 1.0 if j == X3 else 0.0, 1.0 if j == X4 else 0.0,
+                1.0 if j == TAU_K else 0.0), 0.0
+    return ((phi[X1 * n + j], phi[X3 * n + j], phi[X4 * n + j], phi[TAU_K * n + j]),
+            phi[X2 * n + j])
+
+
+@jit_inline
+def _end(n, phi, j, start2, h, m, r, p, seen):
+    """Write column `j` of phi behind an RK4 step; m, r: its four stages and their rates."""
+    moved1 = h / 6.0 * (m[0][1] + 2.0 * (m[1][1] + m[2][1]) + m[3][1])
+    moved2 = h / 6.0 * (m[0][2] + 2.0 * (m[1][2] + m[2][2]) + m[3][2])
+    phi[X1 * n + j] = m[0][0] + moved1
+    phi[X2 * n + j] = start2 + moved2
+    phi[X3 * n + j] = m[0][1] + h / 6.0 * (r[0][0] + 2.0 * (r[1][0] + r[2][0]) + r[3][0])
+    phi[X4 * n + j] = m[0][2] + h / 6.0 * (r[0][1] + 2.0 * (r[1][1] + r[2][1]) + r[3][1])
+    phi[TAU_K * n + j] = m[0][3] + p[K_P] * (moved1 - moved2)
+    if seen is not None:
+        for q in range(4):
+            seen[SEEN_SPEED + q, j] = m[q][1]
+        if p[K_P] > 0.0:
+            for q in range(4):
+                seen[SEEN_TWIST_RATE + q, j] = m[q][1] - m[q][2]
+        if p[CL] > 0.0:
+            for q in range(4):
+                seen[SEEN_TORQUE + q, j] = m[q][3]
+
+
+@jit_inline
+def _column(n, phi, j, first, h, slopes, shares, errors, load, p, seen):
+    """Advance column `j` of phi by an RK4 step; slopes, shares, errors: of its four stages."""
+    m1, start2 = _begin(n, phi, j, first)
+    r1 = rates(m1, slopes[0], shares[0], errors[0], load, p)
+    m2 = along(m1, 0.5 * h, m1, r1, p)
+    r2 = rates(m2, slopes[1], shares[1], errors[1], load, p)
+    m3 = along(m1, 0.5 * h, m2, r2, p)
+    r3 = rates(m3, slopes[2], shares[2], errors[2], load, p)
+    m4 = along(m1, h, m3, r3, p)
+    r4 = rates(m4, slopes[3], shares[3], errors[3], load, p)
+    _end(n, phi, j, start2, h, (m1, m2, m3, m4), (r1, r2, r3, r4), p, seen)
+
+
+@jit_inline
+def _slopes(x3, tau_k, p):
+    return motor_friction_slope(x3, tau_k, p), 1.0 + motor_friction_load_slope(x3, tau_k, p)
+
+
+@jit_inline
+def rk4(states, z, phi, first, u, load, h, p, seen):
+    """
+    Advance `z` [n] and `phi` [n * n] by one RK4 step of `h` s; phi by the step's exact tangent.
+
+    first: phi is not read, but taken for the unit matrix. seen: None, or an array [N_SEEN, n] into
+    which is written what the stages saw: rows SEEN_*. The columns of four states go along with the
+    stages, and fill the time in which one arctangent waits for the one before.
+    """
+    n = len(states)
+    half, sixth = 0.5 * h, h / 6.0
+    x1, x2, x3, x4, tau_k = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
+    error = (0.0, 0.0, 0.0, 0.0, 0.0)
+    if n > 5:
+        if p[LOAD_AT] > 0.0:
+            load += z[int(p[LOAD_AT])]
+        if p[FRICTION_AT] > 0.0:
+            error = decay(z[int(p[FRICTION_AT])], half, h, p)
+    (a1, start_a), (b1, start_b), (c1, start_c), (d1, start_d) = (
+        _begin(n, phi, X1, first), _begin(n, phi, X3, first), _begin(n, phi, X4, first),
+        _begin(n, phi, TAU_K, first))
+    # Stage by stage: the state y, its rates (f, g), the columns m and their rates r.
+    slope1, share1 = _slopes(x3, tau_k, p)
+    f1, g1 = _accelerations(x1, x3, x4, tau_k, u - error[0], load, p)
+    m1 = (a1, b1, c1, d1)
+    r1 = _four_rates(m1, slope1, share1, p)
+    y3, y4, tau_y = x3 + half * f1, x4 + half * g1, tau_k + half * p[K_P] * (x3 - x4)
+    slope2, share2 = _slopes(y3, tau_y, p)
+    f2, g2 = _accelerations(x1 + half * x3, y3, y4, tau_y, u - error[1], load, p)
+    m2 = _four_along(m1, half, m1, r1, p)
+    r2 = _four_rates(m2, slope2, share2, p)
+    v3, v4, tau_v = x3 + half * f2, x4 + half * g2, tau_k + half * p[K_P] * (y3 - y4)
+    slope3, share3 = _slopes(v3, tau_v, p)
+    f3, g3 = _accelerations(x1 + half * y3, v3, v4, tau_v, u - error[2], load, p)
+    m3 = _four_along(m1, half, m2, r2, p)
+    r3 = _four_rates(m3, slope3, share3, p)
+    w3, w4, tau_w = x3 + h * f3, x4 + h * g3, tau_k + h * p[K_P] * (v3 - v4)
+    slope4, share4 = _slopes(w3, tau_w, p)
+    f4, g4 = _accelerations(x1 + h * v3, w3, w4, tau_w, u - error[3], load, p)
+    m4 = _four_along(m1, h, m3, r3, p)
+    r4 = _four_rates(m4, slope4, share4, p)
+    moved1 = sixth * (x3 + 2.0 * (y3 + v3) + w3)
+    moved2 = sixth * (x4 + 2.0 * (y4 + v4) + w4)
+    z[X1], z[X2] = x1 + moved1, x2 + moved2
+    z[X3] = x3 + sixth * (f1 + 2.0 * (f2 + f3) + f4)
+    z[X4] = x4 + sixth * (g1 + 2.0 * (g2 + g3) + g4)
+    z[TAU_K] = tau_k + p[K_P] * (moved1 - moved2)
+    if first:  # nothing depends on x2
+        for i in range(n):
+            phi[i * n + X2] = 1.0 if i == X2 else 0.0
+    _end(n, phi, X1, start_a, h, (m1[0], m2[0], m3[0], m4[0]), (r1[0], r2[0], r3[0], r4[0]), p,
+         seen)
+    _end(n, phi, X3, start_b, h, (m1[1], m2[1], m3[1], m4[1]), (r1[1], r2[1], r3[1], r4[1]), p,
+         seen)
+    _end(n, phi, X4, start_c, h, (m1[2], m2[2], m3[2], m4[2]), (r1[2], r2[2], r3[2], r4[2]), p,
+         seen)
+    _end(n, phi, TAU_K, start_d, h, (m1[3], m2[3], m3[3], m4[3]), (r1[3], r2[3], r3[3], r4[3]), p,
+         seen)
+    slopes, shares = (slope1, slope2, slope3, slope4), (share1, share2, share3, share4)
+    if n > 5:
+        if first:
+            for i in range(5, n):
+                for j in range(n):
+                    phi[i * n + j] = 1.0 if i == j else 0.0
+        none = (0.0, 0.0, 0.0, 0.0)
+        if p[LOAD_AT] > 0.0:
+            _column(n, phi, int(p[LOAD_AT]), first, h, slopes, shares, none, 1.0, p, seen)
+        if p[FRICTION_AT] > 0.0:
+            i = int(p[FRICTION_AT])
+            z[i] = error[4]
+            fades = decay(phi[i * n + i], half, h, p)
+            _column(n, phi, i, first, h, slopes, shares, fades[:4], 0.0, p, seen)
+            phi[i * n + i] = fades[4]
+    if seen is not None:
+        for q in range(12):  # of x2
+            seen[q, X2] = 0.0
+        for q, value in enumerate((x3, y3, v3, w3)):
+            seen[SEEN_X3, q] = value
+        for q, value in enumerate((x4, y4, v4, w4)):
+            seen[SEEN_X4, q] = value
+        for q, value in enumerate((tau_k, tau_y, tau_v, tau_w)):
+            seen[SEEN_TAU_K, q] = value
+        for q in range(4):
+            seen[SEEN_SLOPE, q], seen[SEEN_SHARE, q] = slopes[q], shares[q]
+
+
+@jit_inline
+def propagate(states, z, phi, u, load, dt, n_substeps, p):
     """
     Advance `z` [n] by `dt` s in RK4 substeps and write the exact tangent of that map into `phi`.
 
     The tangent differentiates the RK4 step itself: at the friction's fastest eigenvalue the usual
-    I + hA is far from it. u (N m) is held; vectors [>=3, n], matrices [>=3, n, n] are scratch.
+    I + hA is far from it. u (N m) is held. states: as of advance.
     """
-    n = z.shape[0]
-    h = dt / n_substeps
-    stage, k, total = vectors[0], vectors[1], vectors[2]
-    m_stage, m_k, m_total = matrices[0], matrices[1], matrices[2]
-    for i in range(n):
-        for j in range(n):
-            phi[i, j] = 1.0 if i == j else 0.0
-    for _ in range(n_substeps):
-        derivative(z, u, load, p, k)
-        tangent(z, phi, p, m_k)
-        for i in range(n):
-            total[i] = k[i]
-            for j in range(n):
-                m_total[i, j] = m_k[i, j]
-        for s in range(3):
-            a = h if s == 2 else 0.5 * h
-            weight = 1.0 if s == 2 else 2.0
-            for i in range(n):
-                stage[i] = z[i] + a * k[i]
-                for j in range(n):
-                    m_stage[i, j] = phi[i, j] + a * m_k[i, j]
-            derivative(stage, u, load, p, k)
-            tangent(stage, m_stage, p, m_k)
-            for i in range(n):
-                total[i] += weight * k[i]
-                for j in range(n):
-                    m_total[i, j] += weight * m_k[i, j]
-        for i in range(n):
-            z[i] += h / 6.0 * total[i]
-            for j in range(n):
-                phi[i, j] += h / 6.0 * m_total[i, j]
+    h = dt / n_substeps if n_substeps > 1 else dt
+    rk4(states, z, phi, True, u, load, h, p, None)
+    for _ in range(1, n_substeps):
+        rk4(states, z, phi, False, u, load, h, p, None)
 
 
 @jit
-def finite(values):
-    """Return True when all of `values` [n] are finite."""
-    for i in range(values.shape[0]):
-        if not math.isfinite(values[i]):
-            return False
-    return True
+def propagate_numeric(states, z, phi, u, load, dt, n_substeps, p, start):
+    """As propagate, but `phi` by forward differences of the map; start [n]: scratch."""
+    n = len(states)
+    for i in range(n):
+        start[i] = z[i]
+    advance(states, z, u, load, dt, n_substeps, p)
+    for j in range(n):
+        moved = phi[j * n:(j + 1) * n]  # column j, transposed below
+        for i in range(n):
+            moved[i] = start[i]
+        moved[j] += DIFFERENCE * max(1.0, abs(start[j]))
+        step = moved[j] - start[j]  # what the sum has kept of it
+        advance(states, moved, u, load, dt, n_substeps, p)
+        for i in range(n):
+            moved[i] = (moved[i] - z[i]) / step
+    for i in range(n):
+        for j in range(i):
+            phi[i * n + j], phi[j * n + i] = phi[j * n + i], phi[i * n + j]

@@ -50,51 +50,52 @@ def warnings(n, parameters):
 
 
 @jit
-def cholesky(a, out):
-    """Write the lower Cholesky factor of `a` [n, n] into `out`; False when there is none."""
-    n = a.shape[0]
+def cholesky(states, a, out):
+    """Write the lower Cholesky factor of `a` [n * n] into `out`; False when there is none."""
+    n = len(states)
     for j in range(n):
-        s = a[j, j]
+        s = a[j * n + j]
         for k in range(j):
-            s -= out[j, k] * out[j, k]
+            s -= out[j * n + k] * out[j * n + k]
         if not s > 0.0:
             return False
-        out[j, j] = math.sqrt(s)
+        root = math.sqrt(s)
+        out[j * n + j] = root
+        inverse = 1.0 / root
         for i in range(j + 1, n):
-            s = a[i, j]
+            s = a[i * n + j]
             for k in range(j):
-                s -= out[i, k] * out[j, k]
-            out[i, j] = s / out[j, j]
-            out[j, i] = 0.0
+                s -= out[i * n + k] * out[j * n + k]
+            out[i * n + j] = s * inverse
+            out[j * n + i] = 0.0
     return True
 
 
 @jit
-def transform(z, factor, dt, u, load, p, points, rows):
+def transform(states, z, factor, dt, u, load, p, bends, rows):
     """
-    Carry belief z [n] with the lower `factor` [n, n] of its covariance through the drive.
+    Carry belief z [n] with the lower `factor` [n * n] of its covariance through the drive.
 
-    z becomes the predicted mean; rows [>=2n, n]: written in their first 2n so that rows' rows is
-    the predicted covariance without process noise, pair differences first. points [4, n]: scratch.
+    z becomes the predicted mean; rows [>= 2 n, n]: written in their first 2n so that rows' rows is
+    the predicted covariance without process noise, pair differences first. bends [n]: scratch.
     """
-    n = z.shape[0]
+    n = len(states)
     counted = substeps(dt, p[EIGENVALUE])
     alpha2 = p[UKF_ALPHA] * p[UKF_ALPHA]
     spread = math.sqrt(alpha2 * (n + p[UKF_KAPPA]))
     root = 1.0 / spread
     weight = root * root
     shared = (1.0 - math.sqrt(1.0 + (p[UKF_BETA] - alpha2) * n * weight)) / n
-    scratch, bends = points[:3], points[3]
     for i in range(n):
         for j in range(n):
-            rows[n + i, j] = z[j] - spread * factor[j, i]
-            rows[i, j] = z[j] + spread * factor[j, i]
+            rows[n + i, j] = z[j] - spread * factor[j * n + i]
+            rows[i, j] = z[j] + spread * factor[j * n + i]
         bends[i] = 0.0
-    advance(z, u, load, dt, counted, p, scratch)
+    advance(states, z, u, load, dt, counted, p)
     for i in range(n):
         plus, minus = rows[i], rows[n + i]
-        advance(plus, u, load, dt, counted, p, scratch)
-        advance(minus, u, load, dt, counted, p, scratch)
+        advance(states, plus, u, load, dt, counted, p)
+        advance(states, minus, u, load, dt, counted, p)
         for j in range(n):
             ahead, behind = plus[j] - z[j], minus[j] - z[j]
             bend = 0.5 * (ahead + behind)
@@ -108,23 +109,25 @@ def transform(z, factor, dt, u, load, p, points, rows):
 
 
 @jit
-def cross_covariance(rows, factor, P, slope, out):
+def cross_covariance(states, rows, factor, P, slope, out, at):
     """
-    Write cov(z predicted, z before) into `out` [n, n].
+    Write cov(z predicted, z before) [n, n] into `out` from place `at` on.
 
-    rows, factor: as of transform; P: covariance before any process noise, `factor` that of P with
-    the first half of it: hence by the slope of the statistical linearisation, left in `slope`.
+    rows, factor: as of transform; P [n * n]: covariance before any process noise, `factor` that of
+    P with the first half of it: hence by the slope of the statistical linearisation, left in
+    `slope` [n * n].
     """
-    n = factor.shape[0]
-    for r in range(n):  # slope factor = (pair differences)'
-        for j in range(n - 1, -1, -1):
+    n = len(states)
+    for j in range(n - 1, -1, -1):  # slope factor = (pair differences)'
+        inverse = 1.0 / factor[j * n + j]
+        for r in range(n):
             s = rows[j, r]
             for k in range(j + 1, n):
-                s -= slope[r, k] * factor[k, j]
-            slope[r, j] = s / factor[j, j]
+                s -= slope[r * n + k] * factor[k * n + j]
+            slope[r * n + j] = s * inverse
     for i in range(n):
         for j in range(n):
             s = 0.0
             for k in range(n):
-                s += slope[i, k] * P[k, j]
-            out[i, j] = s
+                s += slope[i * n + k] * P[k * n + j]
+            out[at + i * n + j] = s

@@ -19,9 +19,10 @@ The filtered tau_K lags by about 20 ms and therefore draws a hysteresis loop tha
 smoothed one does not. A backward pass runs over a block, so its cost per sample stays bounded;
 blocks can be chained backwards, from the belief at the seam.
 """
-from gearbox_monitor.filters.linalg import multiply, solve_positive, transposed_multiply
+from gearbox_monitor.filters.linalg import (
+    multiply, solve_positive, transposed_multiply_symmetric)
 from gearbox_monitor.filters.process import TAU_K, X1, X2, X3, X4
-from gearbox_monitor.filters.record import predicted, updated
+from gearbox_monitor.filters.record import places
 from gearbox_monitor.jit import jit
 
 # A smoother sees both sides of a sample: it needs less room for tau_K to wander than a filter
@@ -45,66 +46,64 @@ def smoother_parameters(parameters):
 
 
 @jit
-def smooth(ring, newest, oldest, keep_until, n, model_variance, matrices, out):
+def smooth(states, ring, newest, oldest, keep_until, model_variance, z, matrices, out):
     """
     Smooth steps `newest` .. `oldest` and write rows for steps `oldest` .. `keep_until` into `out`.
 
-    ring [M, record_size(n)]: step k stands in row k % M. All indices count steps, inclusive.
-    model_variance (N^2 m^2) is added to that of tau_K. matrices [>=5, n, n]: scratch. out [>=
-    keep_until - oldest + 1, N_SMOOTHED]. A singular P_pred ends the pass: the filtered values then
-    stand in for what lies before. Returns the smoothed state z [n] of step `oldest`; its
-    covariance is left in matrices[0].
+    states: (None,) * n. ring [M, record_size(n)]: step k stands in row k % M. All indices count
+    steps, inclusive. model_variance (N^2 m^2) is added to that of tau_K. matrices [>=5, n * n]:
+    scratch. out [>= keep_until - oldest + 1, N_SMOOTHED]. A singular P_pred ends the pass: the
+    filtered values then stand in for what lies before. Leaves the smoothed state of step `oldest`
+    in z [n] and its covariance in matrices[0].
     """
-    rows = ring.shape[0]
+    n, rows = len(states), ring.shape[0]
     P, gain_t, factor, change, product = (
         matrices[0], matrices[1], matrices[2], matrices[3], matrices[4])
-    z_next, P_next = updated(ring[newest % rows], n)
-    z = z_next.copy()
+    at_pred, at_P_pred, at_cross, at_z, at_P, _, _, _, _ = places(n)
+    last = ring[newest % rows]
     for i in range(n):
-        for j in range(n):
-            P[i, j] = P_next[i, j]
+        z[i] = last[at_z + i]
+    for i in range(n * n):
+        P[i] = last[at_P + i]
     if newest <= keep_until:
-        _write(z, P, model_variance, ring[newest % rows], out[newest - oldest])
+        _write(n, z, P, model_variance, last, out[newest - oldest])
     for k in range(newest - 1, oldest - 1, -1):
-        z_pred, P_pred, cross = predicted(ring[(k + 1) % rows], n)
-        z_k, P_k = updated(ring[k % rows], n)
-        for i in range(n):
-            for j in range(n):
-                factor[i, j] = P_pred[i, j]
-                change[i, j] = P[i, j] - P_pred[i, j]
-        good = solve_positive(factor, cross, gain_t)  # G' = P_pred^-1 C
-        if good:
+        record, later = ring[k % rows], ring[(k + 1) % rows]
+        for i in range(n * n):
+            factor[i] = later[at_P_pred + i]
+            change[i] = P[i] - later[at_P_pred + i]
+        # G' = P_pred^-1 C
+        if solve_positive(states, factor, later[at_cross:at_cross + n * n], gain_t):
             for i in range(n):
-                z[i] -= z_pred[i]
-            multiply(change, gain_t, product)
-            transposed_multiply(gain_t, product, change)
+                z[i] -= later[at_pred + i]
+            multiply(states, change, gain_t, product)
+            transposed_multiply_symmetric(states, gain_t, product, P)
+            for i in range(n * n):
+                P[i] += record[at_P + i]
             for i in range(n):
-                for j in range(n):
-                    P[i, j] = P_k[i, j] + change[i, j]
-            for i in range(n):
-                s = z_k[i]
+                s = record[at_z + i]
                 for m in range(n):
-                    s += gain_t[m, i] * z[m]
-                product[0, i] = s
+                    s += gain_t[m * n + i] * z[m]
+                product[i] = s
             for i in range(n):
-                z[i] = product[0, i]
+                z[i] = product[i]
         else:
             for i in range(n):
-                z[i] = z_k[i]
-                for j in range(n):
-                    P[i, j] = P_k[i, j]
+                z[i] = record[at_z + i]
+            for i in range(n * n):
+                P[i] = record[at_P + i]
         if k <= keep_until:
-            _write(z, P, model_variance, ring[k % rows], out[k - oldest])
-    return z
+            _write(n, z, P, model_variance, record, out[k - oldest])
 
 
 @jit
-def _write(z, P, model_variance, record, row):
+def _write(n, z, P, model_variance, record, row):
     row[S_TWIST] = z[X1] - z[X2]
     row[S_TWIST_RATE] = z[X3] - z[X4]
     row[S_TAU_K] = z[TAU_K]
-    row[S_TWIST_STD] = max(P[X1, X1] + P[X2, X2] - 2.0 * P[X1, X2], 0.0) ** 0.5
-    row[S_TWIST_RATE_STD] = max(P[X3, X3] + P[X4, X4] - 2.0 * P[X3, X4], 0.0) ** 0.5
-    row[S_TAU_K_STD] = max(P[TAU_K, TAU_K] + model_variance, 0.0) ** 0.5
+    row[S_TWIST_STD] = max(P[X1 * n + X1] + P[X2 * n + X2] - 2.0 * P[X1 * n + X2], 0.0) ** 0.5
+    row[S_TWIST_RATE_STD] = max(
+        P[X3 * n + X3] + P[X4 * n + X4] - 2.0 * P[X3 * n + X4], 0.0) ** 0.5
+    row[S_TAU_K_STD] = max(P[TAU_K * n + TAU_K] + model_variance, 0.0) ** 0.5
     row[S_X2], row[S_X4], row[S_X3] = z[X2], z[X4], z[X3]
     row[S_U] = record[-1]

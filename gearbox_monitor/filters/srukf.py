@@ -27,118 +27,119 @@ import numpy as np
 from gearbox_monitor.filters import sigma
 from gearbox_monitor.filters.ekf import healthy, LOG_TWO_PI
 from gearbox_monitor.filters.process import noise, R1, R2, SINGLE
-from gearbox_monitor.filters.record import correction, predicted, updated
+from gearbox_monitor.filters.record import places
 from gearbox_monitor.filters.sigma import cholesky, cross_covariance, transform
 from gearbox_monitor.jit import jit
 
-# Of these, all but the last matrix exist a second time in float32 when that is chosen.
-N_VECTORS, N_MATRICES = 5, 7
+# In float32, the first ones are used as single precision; the last never is.
+N_VECTORS, N_MATRICES = 2, 7
 warnings = sigma.warnings
 
 
 def memory_size(n):
-    """Return how many numbers the filter carries besides z [n] and P [n, n]: the factor."""
+    """Return how many numbers the filter carries besides z [n] and P [n * n]: the factor."""
     return n * n
 
 
 @jit
-def step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
+def step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
     """Predict over `dt` s and update with y = (y1, y2); see ekf.step. memory: L, row by row."""
-    n = z.shape[0]
+    n = len(states)
+    last = matrices[N_MATRICES - 1]
     if p[SINGLE] > 0.0:
-        return _step(z, P, memory, dt, u, load, y1, y2, p, np.empty((N_VECTORS, n), np.float32),
-                     np.empty((N_MATRICES - 1, n, n), np.float32), matrices[N_MATRICES - 1],
-                     record)
-    return _step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices,
-                 matrices[N_MATRICES - 1], record)
+        single = matrices[:4].reshape(4 * n * n).view(np.float32)
+        return _step(states, z, P, memory, dt, u, load, y1, y2, p,
+                     vectors.reshape(2 * n).view(np.float32)[:2 * n].reshape(2, n),
+                     single[:6 * n * n].reshape(6, n * n), last, record)
+    return _step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, last, record)
 
 
 @jit
-def _step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, slope, record):
+def _step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, slope, record):
     """Do the step in the precision of `vectors` and `matrices`."""
-    n = z.shape[0]
-    z_pred, P_pred, cross = predicted(record, n)
-    z_out, P_out = updated(record, n)
-    mean, factor = vectors[N_VECTORS - 1], matrices[0]
+    n = len(states)
+    at_z, at_P, at_cross, at_z_out, at_P_out, _, _, _, _ = places(n)
+    mean, factor = vectors[0], matrices[0]
     if memory[0] == 0.0:
-        if not cholesky(P, factor):
+        if not cholesky(states, P, factor):
             return False
     else:
-        for i in range(n):
-            for j in range(n):
-                factor[i, j] = memory[i * n + j]
+        for i in range(n * n):
+            factor[i] = memory[i]
     for i in range(n):
         mean[i] = z[i]
     # First half of the process noise: [L'; sqrt(Q / 2)] -> upper triangle
     rows = matrices[1:4].reshape(3 * n, n)
-    _upper(factor, rows)
-    _noise(rows[n:], mean, dt, p)
+    _upper(states, factor, rows)
+    _noise(states, rows[n:], mean, dt, p)
     triangularise(rows[:2 * n], n, 0, n)
-    _lower(rows, factor)
+    _lower(states, rows, factor)
     # Through the drive, and the second half
-    transform(mean, factor, dt, u, load, p, vectors, rows)
-    cross_covariance(rows, factor, P, slope, cross)
-    _noise(rows[2 * n:], mean, dt, p)
+    transform(states, mean, factor, dt, u, load, p, vectors[1], rows)
+    cross_covariance(states, rows, factor, P, slope, record, at_cross)
+    _noise(states, rows[2 * n:], mean, dt, p)
     triangularise(rows, n, 2 * n, 2 * n)
-    _lower(rows, factor)
-    _square(factor, P_pred)
+    _lower(states, rows, factor)
+    _square(states, factor, record, at_P)
     for i in range(n):
-        z_pred[i] = mean[i]
+        record[at_z + i] = mean[i]
     array = matrices[4:6].reshape(2 * n * n)[:4 * (n + 2)].reshape(4, n + 2)
-    if not _update(mean, factor, P_pred, y1, y2, p, array, record):
+    if not _update(states, mean, factor, y1, y2, p, array, record):
         return False
-    _square(factor, P)
+    _square(states, factor, P, 0)
     for i in range(n):
         z[i] = mean[i]
-        z_out[i] = z[i]
-        for j in range(n):
-            P_out[i, j] = P[i, j]
-            memory[i * n + j] = factor[i, j]
-    return healthy(z, P, n)
+        record[at_z_out + i] = z[i]
+    for i in range(n * n):
+        record[at_P_out + i] = P[i]
+        memory[i] = factor[i]
+    return healthy(states, z, P)
 
 
 @jit
-def _update(mean, factor, P_pred, y1, y2, p, array, record):
+def _update(states, mean, factor, y1, y2, p, array, record):
     """
     Update with what was measured: [[sqrt R, 0], [(H L)', L']] -> [[Sy', Kbar'], [0, L+']].
 
     H picks the first two states, so only the first two rows of L' take part: array [4, n + 2].
-    False when the NIS overflows.
+    The predicted covariance stands in the record. False when the NIS overflows.
     """
-    n = mean.shape[0]
-    innovation, S, K, scores = correction(record, n)
+    n = len(states)
+    _, at_P, _, _, _, at_innovation, at_S, at_K, at_scores = places(n)
     have1, have2 = math.isfinite(y1), math.isfinite(y2)
-    innovation[0] = y1 - mean[0] if have1 else math.nan
-    innovation[1] = y2 - mean[1] if have2 else math.nan
-    S[0], S[1], S[2] = P_pred[0, 0] + p[R1], P_pred[0, 1], P_pred[1, 1] + p[R2]
+    e1, e2 = y1 - mean[0] if have1 else math.nan, y2 - mean[1] if have2 else math.nan
+    record[at_innovation], record[at_innovation + 1] = e1, e2
+    record[at_S], record[at_S + 1] = record[at_P] + p[R1], record[at_P + 1]
+    record[at_S + 2] = record[at_P + n + 1] + p[R2]
     # A measurement that is missing has a unit variance of its own and no part in the state.
     array[0, 0], array[0, 1] = math.sqrt(p[R1]) if have1 else 1.0, 0.0
     array[1, 0], array[1, 1] = 0.0, math.sqrt(p[R2]) if have2 else 1.0
     for i in range(2):
-        array[2 + i, 0] = factor[0, i] if have1 else 0.0
-        array[2 + i, 1] = factor[1, i] if have2 else 0.0
+        array[2 + i, 0] = factor[i] if have1 else 0.0
+        array[2 + i, 1] = factor[n + i] if have2 else 0.0
         for j in range(n):
             array[i, 2 + j] = 0.0
-            array[2 + i, 2 + j] = factor[j, i]
+            array[2 + i, 2 + j] = factor[j * n + i]
     m = array.shape[0]
     triangularise(array, m - 1, m, m)
     s11, s21, s22 = array[0, 0], array[0, 1], array[1, 1]
-    white1 = innovation[0] / s11 if have1 else 0.0
-    white2 = ((innovation[1] if have2 else 0.0) - s21 * white1) / s22 if have2 else 0.0
+    white1 = e1 / s11 if have1 else 0.0
+    white2 = (e2 - s21 * white1) / s22 if have2 else 0.0
     nis = white1 * white1 + white2 * white2
     if not math.isfinite(nis):
         return False
     dof = (1.0 if have1 else 0.0) + (1.0 if have2 else 0.0)
-    scores[0] = nis
-    scores[1] = -0.5 * (nis + dof * LOG_TWO_PI) - math.log(abs(s11)) - math.log(abs(s22))
-    scores[2] = dof
+    record[at_scores] = nis
+    record[at_scores + 1] = (-0.5 * (nis + dof * LOG_TWO_PI) - math.log(abs(s11))
+                             - math.log(abs(s22)))
+    record[at_scores + 2] = dof
     for i in range(n):
         mean[i] += array[0, 2 + i] * white1 + array[1, 2 + i] * white2
-        K[i, 1] = array[1, 2 + i] / s22
-        K[i, 0] = (array[0, 2 + i] - K[i, 1] * s21) / s11
-        factor[i, 0] = array[2, 2 + i]
+        k2 = array[1, 2 + i] / s22
+        record[at_K + 2 * i], record[at_K + 2 * i + 1] = (array[0, 2 + i] - k2 * s21) / s11, k2
+        factor[i * n] = array[2, 2 + i]
         if i > 0:
-            factor[i, 1] = array[3, 2 + i]
+            factor[i * n + 1] = array[3, 2 + i]
     return True
 
 
@@ -182,27 +183,27 @@ def triangularise(a, columns, dense, tail):
 
 
 @jit
-def _upper(lower, out):
-    """Write the transpose of the triangle `lower` [n, n] into the first rows of `out`."""
-    n = lower.shape[0]
+def _upper(states, lower, out):
+    """Write the transpose of the triangle `lower` [n * n] into the first rows of `out`."""
+    n = len(states)
     for i in range(n):
         for j in range(n):
-            out[i, j] = lower[j, i]
+            out[i, j] = lower[j * n + i]
 
 
 @jit
-def _lower(upper, out):
-    """Write the transpose of the triangle that `upper` starts with into `out` [n, n]."""
-    n = out.shape[0]
+def _lower(states, upper, out):
+    """Write the transpose of the triangle that `upper` starts with into `out` [n * n]."""
+    n = len(states)
     for i in range(n):
         for j in range(n):
-            out[i, j] = upper[j, i] if j <= i else 0.0
+            out[i * n + j] = upper[j, i] if j <= i else 0.0
 
 
 @jit
-def _noise(rows, z, dt, p):
+def _noise(states, rows, z, dt, p):
     """Write the root of half the process noise of `dt` s at `z` [n] into rows[:n]."""
-    n = z.shape[0]
+    n = len(states)
     for i in range(n):
         for j in range(n):
             rows[i, j] = 0.0
@@ -210,13 +211,12 @@ def _noise(rows, z, dt, p):
 
 
 @jit
-def _square(factor, out):
-    """Write L L' into `out` [n, n]."""
-    n = factor.shape[0]
+def _square(states, factor, out, at):
+    """Write L L' [n, n] into `out` from place `at` on."""
+    n = len(states)
     for i in range(n):
         for j in range(i + 1):
             s = 0.0
             for k in range(j + 1):
-                s += factor[i, k] * factor[j, k]
-            out[i, j] = s
-            out[j, i] = s
+                s += factor[i * n + k] * factor[j * n + k]
+            out[at + i * n + j], out[at + j * n + i] = s, s

@@ -21,50 +21,45 @@ update, which is the EKF's (in Joseph's form).
 from gearbox_monitor.filters import sigma
 from gearbox_monitor.filters.ekf import healthy, update
 from gearbox_monitor.filters.process import noise
-from gearbox_monitor.filters.record import predicted
+from gearbox_monitor.filters.record import places
 from gearbox_monitor.filters.sigma import cholesky, cross_covariance, transform
 from gearbox_monitor.jit import jit
 
-N_VECTORS, N_MATRICES = 4, 4
+N_VECTORS, N_MATRICES = 1, 4
 warnings = sigma.warnings
 
 
 def memory_size(n):
-    """Return how many numbers the filter carries besides z [n] and P [n, n]."""
+    """Return how many numbers the filter carries besides z [n] and P [n * n]."""
     return 0
 
 
 @jit
-def step(z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
+def step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
     """Predict over `dt` s and update with y = (y1, y2); see ekf.step."""
-    n = z.shape[0]
-    return (predict(z, P, dt, u, load, p, vectors, matrices, record)
-            and update(z, P, y1, y2, p, matrices, record) and healthy(z, P, n))
+    return (predict(states, z, P, dt, u, load, p, vectors, matrices, record)
+            and update(states, z, P, y1, y2, p, matrices, record) and healthy(states, z, P))
 
 
 @jit
-def predict(z, P, dt, u, load, p, vectors, matrices, record):
-    """Predict over `dt` s; arguments as of step. False when P is not positive definite."""
-    n = z.shape[0]
-    z_pred, P_pred, cross = predicted(record, n)
+def predict(states, z, P, dt, u, load, p, vectors, matrices, record):
+    """Predict as ekf.predict does. False when P is not positive definite."""
+    n = len(states)
+    at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
     factor, slope, rows = matrices[0], matrices[1], matrices[2:4].reshape(2 * n, n)
     for i in range(n):
         for j in range(n):
-            slope[i, j] = P[i, j]
-        slope[i, i] += 0.5 * dt * noise(z, p, i)
-    if not cholesky(slope, factor):
+            slope[i * n + j] = P[i * n + j]
+        slope[i * n + i] += 0.5 * dt * noise(z, p, i)
+    if not cholesky(states, slope, factor):
         return False
-    transform(z, factor, dt, u, load, p, vectors, rows)
-    cross_covariance(rows, factor, P, slope, cross)
+    transform(states, z, factor, dt, u, load, p, vectors[0], rows)
+    cross_covariance(states, rows, factor, P, slope, record, at_cross)
     for i in range(n):
+        record[at_z + i] = z[i]
         for j in range(i + 1):
             s = 0.5 * dt * noise(z, p, i) if i == j else 0.0
             for k in range(2 * n):
                 s += rows[k, i] * rows[k, j]
-            P[i, j] = s
-            P[j, i] = s
-    for i in range(n):
-        z_pred[i] = z[i]
-        for j in range(n):
-            P_pred[i, j] = P[i, j]
+            record[at_P + i * n + j], record[at_P + j * n + i] = s, s
     return True

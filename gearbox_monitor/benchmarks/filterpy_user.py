@@ -1,0 +1,86 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+EKF and UKF of filterpy as a user writes them: the model in numpy, Jacobian by hand.
+
+The reference for speed. For the same numbers as this package's, see filterpy_reference.
+"""
+import math
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+
+
+def steppers(model, std, u, y, dt):
+    """
+    Return {name: function that runs filterpy's filter over u [N], y [N, 2]}; raises InputError.
+
+    model: DriveModel with the states x1..x4, tau_K. std: standard deviations of the encoders [2].
+    """
+    try:
+        from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints
+        from filterpy.kalman import UnscentedKalmanFilter
+    except ImportError:
+        raise InputError('filterpy is not installed, expected "pip install filterpy"') from None
+    m1, m2, d = model.motor_inertia, model.arm_inertia, model.damping
+    cv, cc, alpha = model.viscous_friction, model.coulomb_friction, model.friction_sharpness
+    kr = model.position_gain
+    R, Q, H = np.diag(np.square(std)), np.diag([1e-6, 1e-6, 1e-4, 1e-4, 0.1]), np.eye(2, 5)
+
+    def f(x, u):
+        friction = cv * x[2] + cc * 2.0 / math.pi * math.atan(alpha * x[2])
+        return np.array([
+            x[2], x[3], (u - d * (x[2] - x[3]) - x[4] - friction - kr * x[0]) / m1,
+            (d * (x[2] - x[3]) + x[4]) / m2, 0.0])
+
+    def jacobian(x):
+        slope = cv + cc * 2.0 / math.pi * alpha / (1.0 + (alpha * x[2]) ** 2)
+        return np.array([
+            [0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0, 0.0],
+            [-kr / m1, 0.0, -(d + slope) / m1, d / m1, -1.0 / m1],
+            [0.0, 0.0, d / m2, -d / m2, 1.0 / m2], [0.0, 0.0, 0.0, 0.0, 0.0]])
+
+    def move(x, dt, u=0.0):
+        k1 = f(x, u)
+        k2 = f(x + 0.5 * dt * k1, u)
+        k3 = f(x + 0.5 * dt * k2, u)
+        k4 = f(x + dt * k3, u)
+        return x + dt / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+
+    class Extended(ExtendedKalmanFilter):
+        def predict_x(self, u=0):
+            self.x = move(self.x, dt, u)
+
+    def begun(kf):
+        kf.x, kf.P, kf.R, kf.Q = np.zeros(5), np.eye(5), R, Q
+        return kf
+
+    def ekf():
+        kf = begun(Extended(5, 2))
+        for k in range(1, len(u)):
+            a = jacobian(kf.x)
+            kf.F = np.eye(5) + dt * a + 0.5 * dt * dt * a @ a
+            kf.predict(u[k - 1])
+            kf.update(y[k], lambda x: H, lambda x: x[:2])
+
+    def ukf():
+        kf = begun(UnscentedKalmanFilter(5, 2, dt, lambda x: x[:2], move,
+                                         MerweScaledSigmaPoints(5, 1.0, 2.0, 0.0)))
+        for k in range(1, len(u)):
+            kf.predict(u=u[k - 1])
+            kf.update(y[k])
+
+    return {'filterpy EKF': ekf, 'filterpy UKF': ukf}

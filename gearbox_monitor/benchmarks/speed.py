@@ -1,0 +1,114 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+CPU time of the filters' steps, as ratios from one interleaved run, against their bars.
+
+Case A of "benchmark paper" at 1 kHz, one thread. filterpy's filters take the same model written in
+numpy, as a user would; they come with "pip install filterpy".
+
+usage example:
+  gearbox_monitor benchmark speed --json speed.json
+"""
+import json
+from pathlib import Path
+
+import numpy as np
+
+from gearbox_monitor.benchmarks import filterpy_user
+from gearbox_monitor.benchmarks.paper import drive, DT
+from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
+from gearbox_monitor.drive.simulate import simulate
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.jit import COMPILED
+
+SAMPLES, FEW = 5000, 300  # of our filters, and of filterpy's
+FILTERS = {
+    'EKF': {'filter': 'ekf'},
+    'EKF, unknown load': {'filter': 'ekf', 'arm_load': 'unknown'},
+    'EKF numeric': {'filter': 'ekf', 'ekf_jacobian': 'numeric'},
+    'UKF': {'filter': 'ukf'},
+    'SRUKF': {'filter': 'srukf'},
+    'AEKF, 1 theta': {'filter': 'aekf', 'adapt': ['q_std_tau_k']},
+    'AEKF, 3 theta': {'filter': 'aekf', 'adapt': ['q_std_tau_k', 'r_std_motor', 'r_std_arm']},
+}
+# bar: (value from {name: s per step}, lowest, highest)
+BARS = {
+    'filterpy EKF / EKF': (lambda t: t['filterpy EKF'] / t['EKF'], 150.0, np.inf),
+    'filterpy UKF / UKF': (lambda t: t['filterpy UKF'] / t['UKF'], 150.0, np.inf),
+    'SRUKF / UKF': (lambda t: t['SRUKF'] / t['UKF'], 0.0, 1.5),
+    'AEKF with 1 theta / EKF': (lambda t: t['AEKF, 1 theta'] / t['EKF'], 0.0, 2.6),
+    'each further theta / EKF': (
+        lambda t: (t['AEKF, 3 theta'] - t['AEKF, 1 theta']) / 2.0 / t['EKF'], 0.0, 1.3),
+}
+
+
+def add_arguments(parser):
+    parser.add_argument('--rounds', type=int, default=15,
+                        help='interleaved rounds; medians count (default: 15)')
+    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+
+
+def evaluate(rounds):
+    """Return all figures as plain data."""
+    model, noise, u = drive('A')
+    run = simulate(model, u[:SAMPLES], DT, noise, 0)
+    y = np.ascontiguousarray(run.y)
+    steppers = {name: stepper(model, {'arm_load': 'none', **changes}, run.u, y, DT)
+                for name, changes in FILTERS.items()}
+    counts = dict.fromkeys(steppers, SAMPLES)
+    skipped = None
+    try:
+        others = filterpy_user.steppers(model, noise.measurement, run.u[:FEW], y[:FEW], DT)
+    except InputError as error:
+        others, skipped = {}, str(error)
+    times = cpu_per_step({**steppers, **others}, {**counts, **dict.fromkeys(others, FEW)}, rounds)
+    bars = []
+    for bar, (value, low, high) in BARS.items():
+        if skipped and 'filterpy' in bar:
+            bars.append({'bar': bar, 'value': None, 'expected': '', 'met': None})
+            continue
+        found = float(value(times))
+        bars.append({'bar': bar, 'value': found, 'met': bool(low <= found <= high),
+                     'expected': f'<= {high:g}' if np.isfinite(high) else f'>= {low:g}'})
+    return {'rounds': rounds, 'seconds_per_step': times, 'skipped': skipped, 'bars': bars}
+
+
+def text(data):
+    """Return the figures as a table for the terminal."""
+    times = data['seconds_per_step']
+    lines = ['CPU time per step (median), and as a multiple of that of the EKF:', '']
+    lines += [f'  {name:<20}{1e9 * value:10.0f} ns{value / times["EKF"]:9.2f}'
+              for name, value in times.items()] + ['']
+    for bar in data['bars']:
+        if bar['met'] is None:
+            lines.append(f'skipped {bar["bar"]}: {data["skipped"]}')
+        else:
+            lines.append(f'{"met   " if bar["met"] else "MISSED"}  {bar["bar"]:<28}'
+                         f'{bar["value"]:8.2f}   expected {bar["expected"]}')
+    return '\n'.join(lines)
+
+
+def run(args):
+    if not COMPILED:
+        raise InputError('benchmark speed: numba is missing, expected compiled kernels')
+    if args.rounds < 1:
+        raise InputError(f'--rounds: {args.rounds}, expected a whole number >= 1')
+    if args.json and not Path(args.json).absolute().parent.is_dir():
+        raise InputError(f'{args.json}: its directory does not exist, expected one that does')
+    data = evaluate(args.rounds)
+    print(text(data))
+    if args.json:
+        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
+    return 0 if all(bar['met'] is not False for bar in data['bars']) else 1
