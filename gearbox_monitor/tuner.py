@@ -111,6 +111,11 @@ def tune(model, parameters, recordings, reference=None, speeds=True, smoother=Fa
     data['before_parameters'] = {name: parameters[name] for name in data['parameters']}
     data['before'] = asdict(run_score(model, parameters, samples))
     data['after'] = asdict(run_score(model, {**parameters, **tuned}, samples))
+    if data['after']['diverged']:
+        monitor = Monitor(model, {**parameters, **tuned})
+        monitor.run(samples)
+        raise InputError(f'with the best parameters found {monitor.divergence_notes()[0]}, '
+                         'expected a filter that runs through')
     if found.met < found.starts:
         data['notes'].append(f'{found.starts - found.met} of {found.starts} starts of the search '
                              'ended at a worse place')

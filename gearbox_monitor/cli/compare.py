@@ -59,12 +59,13 @@ SHORTEST = 1000
 
 @dataclass(frozen=True)
 class Result:
-    """What one filter gave: estimates, CPU time per sample (s), divergences."""
+    """What one filter gave: estimates, CPU time per sample (s), divergences and words on them."""
 
     name: str
     estimates: object
     cpu: float
     diverged: int
+    notes: tuple = ()
 
 
 def add_arguments(parser):
@@ -112,6 +113,7 @@ def run(args):
             results.append(run_filter(name, inputs.model, inputs.parameters, samples))
         except InputError as error:
             raise InputError(f'{args.bag}: {error}') from None
+    notes += [f'{result.name}: {note}' for result in results for note in result.notes]
     data = {'bag': args.bag, 'samples': len(samples.stamp_ns), 'white_limit': WHITE_LIMIT,
             'rows': [row(result, results, known) for result in results], 'notes': notes}
     if args.png:
@@ -143,7 +145,7 @@ def run_filter(name, model, parameters, samples):
         timed.run(samples)
         cpu.append(time.process_time() - begin)
     return Result(name, estimates, min(cpu) / len(samples.stamp_ns),
-                  int(monitor.counts[stream.DIVERGED]))
+                  int(monitor.counts[stream.DIVERGED]), tuple(monitor.divergence_notes()))
 
 
 def row(result, results, known):
@@ -172,8 +174,6 @@ def text(data):
             f'{_show(r["coverage"], ".2f"):>8s}{_show(r["loglik"], ".1f"):>11s}'
             f'{_show(r["nis"], ".3f"):>7s}{_show(white, ".1f"):>8s}'
             f'{_show(r["cpu_us"], ".2f"):>9s}{_show(r["cpu_ratio"], ".2f"):>7s}')
-        if r['diverged']:
-            notes.append(f'{r["filter"]} diverged and was restarted {r["diverged"]} times')
     band = data['rows'][0]
     lines += ['', 'errors in N m rms; 95 % band of the mean NIS '
               f'{_show(band["nis_low"], ".3f")}..{_show(band["nis_high"], ".3f")}; white below '

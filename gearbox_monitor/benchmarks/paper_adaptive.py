@@ -1,0 +1,92 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The adaptive filter from wrong starts, on the drives of "benchmark paper".
+
+40 s, judged on the last 20 s; encoder noise x 4 in 20 .. 40 s of 60 s, judged there.
+"""
+import numpy as np
+
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.simulate import simulate
+from gearbox_monitor.monitor import Monitor
+
+SETTLED = (20.0, 40.0)  # s
+NOISIER = 4.0
+# start -> (parameters, factor on R's deviations, factor on the model's viscous friction)
+STARTS = {
+    'tuned EKF': ({'filter': 'ekf'}, 1.0, 1.0),
+    'q_p = 1': ({'filter': 'aekf', 'q_std_tau_k': 1.0}, 1.0, 1.0),
+    'q_p = 1, R x 9': ({'filter': 'aekf', 'q_std_tau_k': 1.0}, 3.0, 1.0),
+    'q_p = 1e4': ({'filter': 'aekf', 'q_std_tau_k': 100.0}, 1.0, 1.0),
+    'q_p = 1e4, R x 9': ({'filter': 'aekf', 'q_std_tau_k': 100.0}, 3.0, 1.0),
+    'Cv x 2': ({'filter': 'aekf', 'adapt': ['viscous_friction']}, 1.0, 2.0),
+    'q_p, k_p': ({'filter': 'aekf', 'adapt': ['q_std_tau_k', 'tau_k_stiffness'],
+                  'tau_k_stiffness': 1.0}, 1.0, 1.0),
+}
+WRONG_Q = [name for name in STARTS if name.startswith('q_p =')]
+MAX_LOSS, MAX_SPREAD, MAX_CV_ERROR, MAX_K_P = 1.02, 0.02, 0.002, 0.66
+MAX_NOISIER = {'A': 1.75}
+
+
+def evaluate(drive, samples_of, parameters, seeds, dt, t0, progress):
+    """
+    Return {figure: [one per seed]}: settled rms errors of tau_K (N m) by start, and Cv.
+
+    drive: (DriveModel, Noise) of the case; samples_of(trajectory) gives Samples from t0 ns on.
+    """
+    model, noise = drive
+    u = Excitation().torque(dt * np.arange(round(60.0 / dt)))
+    found = {name: [] for name in (*STARTS, 'Cv', 'noise x 4, EKF', 'noise x 4, AEKF')}
+
+    def error(estimates, trajectory):
+        k = np.round((estimates.stamp_ns - t0) * 1e-9 / dt).astype(int)
+        keep = (k * dt >= SETTLED[0]) & (k * dt < SETTLED[1])
+        return float(np.sqrt(np.mean((estimates.tau_k - trajectory.tau_k[k])[keep] ** 2)))
+
+    for seed in range(seeds):
+        progress(f'adaptive filter, seed {seed + 1} of {seeds}')
+        trajectory = simulate(model, u[:round(SETTLED[1] / dt)], dt, noise, seed)
+        samples = samples_of(trajectory)
+        for name, (changes, r, cv) in STARTS.items():
+            own = {key: r * parameters[key] for key in ('r_std_motor', 'r_std_arm')}
+            monitor = Monitor(model.with_(viscous_friction=cv * model.viscous_friction),
+                              {**parameters, **own, **changes})
+            found[name].append(error(monitor.run(samples), trajectory))
+            if 'Cv' in name:
+                found['Cv'].append(monitor.adapted()['viscous_friction'])
+        trajectory = simulate(model, u, dt, noise, seed)
+        t = dt * np.arange(len(u))
+        louder = np.where((t >= SETTLED[0]) & (t < SETTLED[1]), NOISIER, 1.0)
+        y = trajectory.x[:, :2] + louder[:, None] * (trajectory.y - trajectory.x[:, :2])
+        samples = samples_of(trajectory, y)
+        for name in ('ekf', 'aekf'):
+            estimates = Monitor(model, {**parameters, 'filter': name}).run(samples)
+            found[f'noise x 4, {name.upper()}'].append(error(estimates, trajectory))
+    return found
+
+
+def bars(case, found, viscous_friction, add):
+    """Judge what evaluate found: calls add(bar, value, low, high)."""
+    tuned = np.mean(found['tuned EKF'])
+    for name in WRONG_Q:
+        add(f'{case} AEKF {name} / EKF', np.mean(found[name]) / tuned, -np.inf, MAX_LOSS)
+        add(f'{case} AEKF {name} spread', np.std(found[name]), -np.inf, MAX_SPREAD)
+    add(f'{case} AEKF Cv from x 2', np.mean(found['Cv']), viscous_friction - MAX_CV_ERROR,
+        viscous_friction + MAX_CV_ERROR)
+    add(f'{case} AEKF q_p, k_p tau', np.mean(found['q_p, k_p']), -np.inf, MAX_K_P)
+    if case in MAX_NOISIER:
+        add(f'{case} AEKF noise x 4 tau', np.mean(found['noise x 4, AEKF']), -np.inf,
+            MAX_NOISIER[case])
