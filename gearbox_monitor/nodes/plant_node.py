@@ -37,6 +37,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
 from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.faults import EncoderFault, Faults, FaultyPlant, JOINTS
 from gearbox_monitor.drive.simulate import Noise, Plant
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model
@@ -54,6 +55,13 @@ DISCOVERY_TIME = 3.5  # s; a participant announces itself every 3 s, other ways 
 REPORT_PERIOD = 10.0  # s between two reports of overruns
 ACKNOWLEDGED = Duration(seconds=5)
 QUEUE = 1000          # messages kept for a slow subscriber
+# Field of drive.faults.EncoderFault, Faults -> parameter.
+ENCODER_FAULTS = {name: f'fault_{name}' for name in (
+    'delay', 'scale', 'noise', 'outlier_rate', 'outlier_size')}
+DRIVE_FAULTS = {
+    **{name: f'fault_{name}' for name in (
+        'torque', 'viscous_friction', 'coulomb_friction', 'stiffness', 'gap')},
+    **{name: name for name in ('gap_growth_rate', 'gap_growth_start', 'gap_growth_max')}}
 
 
 class PlantNode(Node):
@@ -77,9 +85,8 @@ class PlantNode(Node):
         self.worst = 0.0         # s
         self._reported, self._report_at = 0, 0.0
         self._command, self._command_at, self._refused = 0.0, None, 0
-        self._growth = 0.0
         self._use(v)
-        self.plant = Plant(self._model, self._noise, v['seed'])
+        self.plant = FaultyPlant(self._model, self._noise, v['seed'], self._faults)
         # Compiles the kernels, so that the first sample is not late.
         Plant(self._model, Noise(process=(1.0,) * 4)).run(np.zeros(2), self.dt)
         on_change(self, PLANT, self._change)
@@ -97,7 +104,8 @@ class PlantNode(Node):
 
     def _use(self, v):
         """Make model, noise and excitation of the values `v`; raises InputError."""
-        for name, length in (('process_noise', 4), ('measurement_noise', 2)):
+        for name, length in (('process_noise', 4), ('measurement_noise', 2),
+                             *((name, 2) for name in ENCODER_FAULTS.values())):
             if len(v[name]) != length:
                 raise InputError(f'plant: {name}: {v[name]}, expected {length} numbers')
         excitation = Excitation(v['excitation'], v['amplitudes'], v['frequencies'], v['period'])
@@ -111,23 +119,20 @@ class PlantNode(Node):
                                  **{name: v[name] for name in PLANT_MODEL})
         self._model, self._excitation = model, excitation
         self._noise = Noise(tuple(v['process_noise']), tuple(v['measurement_noise']))
+        encoders = {joint: EncoderFault(
+            frozen=v['fault_frozen'] in (joint, 'both'), lost=v['fault_lost'] in (joint, 'both'),
+            **{field: v[name][i] for field, name in ENCODER_FAULTS.items()})
+            for i, joint in enumerate(JOINTS)}
+        self._faults = Faults(
+            v['fault_start'], v['fault_duration'] or math.inf, **encoders,
+            **{field: v[name] for field, name in DRIVE_FAULTS.items()})
 
     def _change(self, changes):
         values = {**self.values, **changes}
         self._use(values)
         self.values = values
-        self._growth = 0.0
         self.plant.model, self.plant.noise = self._model, self._noise
-
-    def _grow(self, t):
-        """Give the plant the gap of the simulated time `t` (s)."""
-        v = self.values
-        growth = min(v['gap_growth_rate'] * max(0.0, t - v['gap_growth_start']),
-                     v['gap_growth_max'])
-        if growth != self._growth:
-            self._growth = growth
-            self.plant.model = replace(self._model, transmission=replace(
-                self._model.transmission, half_gap=v['half_gap'] * (1.0 + growth)))
+        self.plant.faults = self._faults
 
     # ------------------------------------------------------------------ topics
 
@@ -197,7 +202,6 @@ class PlantNode(Node):
     def _simulate(self, n):
         """Return n rows (u, y1, y2, twist, twist rate, tau_k, tau_arm) in arm-side values."""
         t = (self.count + np.arange(n)) * self.dt
-        self._grow(t[0])
         u = self._excitation.torque(t) if self._commands is None else self._commanded()
         run = self.plant.run(u, self.dt, t[0])
         x = run.x
