@@ -39,13 +39,49 @@ class Finding:
     values: dict = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class Condition:
+    """
+    One reason to leave OK. docs/conditions.md is generated from these, messages are made of them.
+
+    says: what is wrong, as the message puts it; when: the exact condition, its thresholds
+    formatted from the constants that the check compares with; window: what it looks at; advice:
+    what to do. value and threshold: names of the key/values that show them.
+    """
+
+    component: str
+    level: Level
+    says: str
+    when: str
+    window: str
+    advice: str
+    value: tuple = ()
+    threshold: tuple = ()
+
+
+def finding_of(broken, fine, values):
+    """Return the Finding of the Conditions `broken`; without any, OK with the message `fine`."""
+    if not broken:
+        return Finding(Level.OK, fine, values)
+    advice = dict.fromkeys(c.advice for c in broken)
+    return Finding(max(c.level for c in broken),
+                   ', '.join(c.says for c in broken) + ': ' + '; '.join(advice), values)
+
+
+# Component -> evaluations in a row that raise and that lower its level. One evaluation per second
+# of stamps; of backlash and friction one per drift window: their sequential test debounces.
+DEBOUNCE = {'observability': (3, 5), 'prediction error': (3, 5), 'covariance': (3, 5),
+            'backlash': (1, 1), 'friction': (1, 1), 'input': (3, 5)}
+
+
 class Alarm:
     """
     Turn raw levels, one per evaluation, into a level that neither flaps nor sticks.
 
     A level is raised after `up` consecutive evaluations at or above it and lowered after `down`
-    consecutive ones below it, so the latency is at most `up` or `down` evaluations.
-    Before the first evaluation the level is WARN ("no data yet"), never OK.
+    consecutive ones below it, so the latency is at most `up` or `down` evaluations, whatever came
+    before: the counters are clamped. Before the first evaluation the level is WARN ("no data
+    yet"), never OK; the first one may clear it.
     """
 
     def __init__(self, up=3, down=5):
@@ -54,6 +90,7 @@ class Alarm:
         self._above = [0, 0]  # evaluations in a row at or above WARN, ERROR
         self._below = [0, 0]
         self._judged = False
+        self._said = {}  # level: what was found last at it
 
     def update(self, raw, stamp_ns):
         """Take the raw level found at `stamp_ns`; return the debounced level."""
@@ -73,6 +110,25 @@ class Alarm:
         self.level, self._judged = new, True
         return new
 
+    def judge(self, finding, stamp_ns):
+        """
+        Return the raw `finding` at its debounced level, with how long that has lasted.
+
+        The message fits the level in force: while a raw level is not believed yet, or not
+        forgotten yet, it is what was found last at the level that stands.
+        """
+        level = self.update(finding.level, stamp_ns)
+        self._said[Level.OK if finding.level == Level.OK else Level.WARN] = finding.message
+        if finding.level == Level.ERROR:
+            self._said[Level.ERROR] = finding.message
+        message = finding.message
+        if finding.level != level:
+            message = self._said.get(level, message)
+        lasted = self.lasted(stamp_ns)
+        if level > Level.OK and lasted > 0.0:
+            message += f' (for {lasted:.1f} s)'
+        return Finding(level, message, finding.values)
+
     def lasted(self, stamp_ns):
-        """Return how long the level has lasted, in seconds."""
-        return 0.0 if self.since_ns is None else (stamp_ns - self.since_ns) * 1e-9
+        """Return how long the level has lasted, in seconds; 0 where time went backwards."""
+        return 0.0 if self.since_ns is None else max((stamp_ns - self.since_ns) * 1e-9, 0.0)

@@ -1,0 +1,128 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The state machine of every alarm, by exhaustion and by random sequences; the conditions."""
+import itertools
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.trust.level import Alarm, Condition, Finding, finding_of, Level
+
+SECOND = 1_000_000_000
+DEBOUNCES = [(3, 5), (2, 2), (1, 1), (4, 1), (1, 2)]
+
+
+def levels_of(raws, up, down):
+    alarm = Alarm(up, down)
+    return [int(alarm.update(Level(raw), k)) for k, raw in enumerate(raws)]
+
+
+def expected_levels(raws, up, down):
+    """Two switches, one per level, each with its own runs: the rule in other words."""
+    on, run, result = [False, False], [[0, 0], [0, 0]], []
+    for k, raw in enumerate(raws):
+        for i in range(2):
+            above = raw > i
+            run[i] = [run[i][0] + 1, 0] if above else [0, run[i][1] + 1]
+            if run[i][0] >= up or (k == 0 and i == 0 and above):
+                on[i] = True
+            elif run[i][1] >= down:
+                on[i] = False
+        result.append(2 if on[1] else int(on[0]))
+    return result
+
+
+def random_sequences(count, length):
+    rng = np.random.default_rng(0)
+    for _ in range(count):
+        stay = rng.uniform(0.3, 0.98)
+        raws = [int(rng.integers(3))]
+        while len(raws) < length:
+            raws.append(raws[-1] if rng.random() < stay else int(rng.integers(3)))
+        yield raws
+
+
+def check_promises(raws, up, down):
+    levels = levels_of(raws, up, down)
+    assert levels == expected_levels(raws, up, down)
+    for at in (1, 2):
+        above = [raw >= at for raw in raws]
+        alarmed = [level >= at for level in levels]
+        for k in range(len(raws)):
+            # Latency: so many evaluations that agree settle it, whatever came before.
+            if k + 1 >= up and all(above[k + 1 - up:k + 1]):
+                assert alarmed[k]
+            if k + 1 >= down and not any(above[k + 1 - down:k + 1]):
+                assert not alarmed[k]
+            # No change without so many that agree, but for the first look.
+            if k and alarmed[k] and not alarmed[k - 1]:
+                assert k + 1 >= up and all(above[k + 1 - up:k + 1])
+            if k and alarmed[k - 1] and not alarmed[k]:
+                assert not any(above[max(0, k + 1 - down):k + 1])
+        changes = [k for k in range(1, len(raws)) if alarmed[k] != alarmed[k - 1]]
+        for a, b in zip(changes, changes[1:]):
+            assert b - a >= (up if alarmed[b] else down)  # how fast it can flap at most
+
+
+@pytest.mark.parametrize('up, down', DEBOUNCES)
+def test_every_short_sequence(up, down):
+    for raws in itertools.product(range(3), repeat=7):
+        check_promises(raws, up, down)
+
+
+@pytest.mark.parametrize('up, down', DEBOUNCES)
+def test_long_random_sequences(up, down):
+    for raws in random_sequences(30, 300):
+        check_promises(raws, up, down)
+
+
+def test_counters_are_clamped():
+    for before in itertools.product(range(3), repeat=4):
+        for length in (1, 1000):
+            start = [*before, *(before[-1:] * length)]
+            assert levels_of([*start, 2, 2, 2], 3, 5)[-1] == 2
+            assert levels_of([*start, 0, 0, 0, 0, 0], 3, 5)[-1] == 0
+
+
+def test_never_ok_before_data_nor_on_a_bad_first_look():
+    assert Alarm().level == Level.WARN and Alarm().lasted(5) == 0.0
+    assert Alarm().update(Level.ERROR, 0) == Level.WARN
+    assert Alarm().update(Level.WARN, 0) == Level.WARN
+    assert Alarm().update(Level.OK, 0) == Level.OK  # the first look may clear "no data yet"
+
+
+def test_message_fits_the_level_in_force():
+    alarm, said = Alarm(3, 5), []
+    good, bad = Finding(Level.OK, 'fine', {'v': 1}), Finding(Level.ERROR, 'broken: mend', {'v': 2})
+    for k, finding in enumerate([good, bad, bad, bad, bad, good, good, good, good, good]):
+        shown = alarm.judge(finding, k * SECOND)
+        assert shown.values == finding.values  # always those of now
+        said.append((int(shown.level), shown.message))
+    assert said == [
+        (0, 'fine'), (0, 'fine'), (0, 'fine'), (2, 'broken: mend'),
+        *[(2, f'broken: mend (for {n:.1f} s)') for n in (1, 2, 3, 4, 5)], (0, 'fine')]
+    alarm = Alarm(1, 1)
+    alarm.judge(bad, 5 * SECOND)
+    assert alarm.judge(bad, 17_400_000_000).message == 'broken: mend (for 12.4 s)'
+    assert alarm.lasted(0) == 0.0  # the clock was set back
+
+
+def test_findings_are_made_of_conditions():
+    warn = Condition('c', Level.WARN, 'odd', 'x > 1', '1 s', 'look')
+    error = Condition('c', Level.ERROR, 'bad', 'y > 2', '1 s', 'mend')
+    again = Condition('c', Level.WARN, 'strange', 'z > 3', '1 s', 'look')
+    assert finding_of([], 'fine', {}) == Finding(Level.OK, 'fine', {})
+    assert finding_of([warn, error, again], 'fine', {'x': 2}) == Finding(
+        Level.ERROR, 'odd, bad, strange: look; mend', {'x': 2})
