@@ -12,45 +12,142 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The baseline file: what the backlash was when the gearbox was healthy."""
-from dataclasses import asdict, fields
+"""
+The files of drift: the baseline (what was healthy) and the state (what goes on after a restart).
+
+Both are written whole or not at all. A state that cannot be read, or that belongs to another
+gearbox, is set aside and reported; a baseline like that is an error, because someone named it.
+"""
+import json
 import math
 import os
 from pathlib import Path
+import time
 
 import yaml
 
 from gearbox_monitor import __version__
-from gearbox_monitor.drift.change import Baseline
+from gearbox_monitor.drift.change import Settings, Tracker
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_yaml
 
+FORMAT = 2
 
-def load_baseline(path):
-    """Return the Baseline in the file `path`. Raises InputError."""
+
+def load_baseline(path, gearbox_serial=''):
+    """
+    Return the baselines in the file `path`, as change.Tracker takes them.
+
+    Raises InputError, also where the file names another gearbox than `gearbox_serial`.
+    """
     data = load_yaml(path)
-    values = data.get('baseline') if isinstance(data, dict) else None
-    if not isinstance(values, dict):
-        raise InputError(f'{path}: {data!r}, expected a block "baseline"')
-    result = {}
-    for field in fields(Baseline):
-        value = values.get(field.name)
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or \
-                not math.isfinite(value) or value < 0.0:
-            raise InputError(f'{path}: baseline.{field.name}: {value!r}, expected a number >= 0')
-        result[field.name] = float(value)
-    return Baseline(**result)
+    if not isinstance(data, dict) or 'baseline' not in data:
+        raise InputError(f'{path}: {str(data)[:60]!r}, expected a block "baseline"')
+    if data.get('format') != FORMAT:
+        raise InputError(f'{path}: format: {data.get("format")!r}, expected {FORMAT}: it was '
+                         'written by another version; save the baseline anew')
+    serial = data.get('gearbox_serial')
+    if gearbox_serial and serial != gearbox_serial:
+        raise InputError(f'{path}: gearbox_serial: {serial!r}, expected {gearbox_serial!r}')
+    points = data['baseline']
+    if not isinstance(points, list):
+        raise InputError(f'{path}: baseline: {str(points)[:60]!r}, expected a list of operating '
+                         'points')
+    for k, point in enumerate(points):
+        _check_point(point, f'{path}: baseline[{k}]')
+    try:
+        return Tracker(Settings(), points).baseline_points()
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise InputError(f'{path}: baseline: {error!r}, expected what ~/save_baseline '
+                         'writes') from None
 
 
-def save_baseline(path, baseline, gearbox_serial):
-    """Write `baseline` to `path`, whole or not at all. Raises InputError."""
-    text = yaml.safe_dump({
-        'gearbox_monitor': __version__, 'gearbox_serial': gearbox_serial,
-        'baseline': asdict(baseline)}, sort_keys=False)
+def _check_point(point, source):
+    if not isinstance(point, dict) or not isinstance(point.get('features'), dict):
+        raise InputError(f'{source}: {str(point)[:60]!r}, expected an operating point with '
+                         'features')
+    for name in ('angle', 'speed', 'load', 'scale'):
+        _check_number(point.get(name), f'{source}.{name}', -math.inf)
+    if point.get('temperature') is not None:
+        _check_number(point['temperature'], f'{source}.temperature', -math.inf)
+    for name, feature in point['features'].items():
+        for key in ('windows', 'mean', 'std', 'stated_std'):
+            value = feature.get(key) if isinstance(feature, dict) else None
+            _check_number(value, f'{source}.{name}.{key}', 0.0 if key != 'mean' else -math.inf)
+
+
+def _check_number(value, source, low):
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or \
+            not math.isfinite(value) or value < low:
+        raise InputError(f'{source}: {value!r}, expected a number'
+                         + (f' >= {low:g}' if low > -math.inf else ''))
+
+
+def save_baseline(path, points, gearbox_serial, parameters):
+    """
+    Write baselines (Tracker.baseline_points) to `path`, whole or not at all. Raises InputError.
+
+    `parameters` in force are written beside them, for who wonders later.
+    """
+    text = '# What was healthy, per operating point; written by ~/save_baseline.\n' + \
+        yaml.safe_dump({
+            'format': FORMAT, 'gearbox_monitor': __version__, 'gearbox_serial': gearbox_serial,
+            'date': _now(), 'baseline': points, 'parameters': parameters}, sort_keys=False)
+    _write(Path(path), text)
+
+
+def save_state(path, tracker, gearbox_serial):
+    """Write the state of a Tracker to `path`, whole or not at all. Raises InputError."""
+    _write(Path(path), json.dumps({
+        'format': FORMAT, 'gearbox_monitor': __version__, 'gearbox_serial': gearbox_serial,
+        'date': _now(), 'drift': tracker.to_dict()}))
+
+
+def load_state(path, gearbox_serial):
+    """
+    Return (state or None, what is to be reported or '') of the state file `path`.
+
+    There may be no file yet. One that is damaged, of another version or of another gearbox is
+    renamed to PATH.corrupt-DATE. Raises InputError where it cannot be read or renamed.
+    """
     path = Path(path)
+    try:
+        text = path.read_text(encoding='utf-8', errors='replace')
+    except FileNotFoundError:
+        return None, ''
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a readable file') from None
+    try:
+        data = json.loads(text)
+        if data['format'] != FORMAT:
+            raise ValueError(f'format {data["format"]!r}, expected {FORMAT}')
+        if data['gearbox_serial'] != gearbox_serial:
+            raise ValueError(f'gearbox_serial {data["gearbox_serial"]!r}, expected '
+                             f'{gearbox_serial!r}')
+        Tracker(Settings(), data['drift']).findings()
+        return data['drift'], ''
+    except (KeyError, ValueError, TypeError, IndexError, AttributeError) as error:
+        reason = f'no {error}' if isinstance(error, KeyError) else str(error)
+    aside = path.with_name(f'{path.name}.corrupt-{time.strftime("%Y%m%d-%H%M%S")}')
+    try:
+        os.replace(path, aside)
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a file that can be renamed') \
+            from None
+    return None, f'{path}: {reason}: set aside as {aside.name}; drift begins anew'
+
+
+def _now():
+    return time.strftime('%Y-%m-%dT%H:%M:%S%z')
+
+
+def _write(path, text):
     temporary = path.with_name(path.name + '.tmp')
     try:
-        temporary.write_text(text, encoding='utf-8')
+        with open(temporary, 'w', encoding='utf-8') as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
         os.replace(temporary, path)
     except OSError as error:
         raise InputError(f'{path}: {error.strerror}, expected a writable file') from None

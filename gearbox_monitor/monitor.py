@@ -19,7 +19,7 @@ The live node, replay and the tests call the same `Monitor`, sample by sample (`
 (`run`): same samples in, same bits out.
 """
 from collections import deque
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 import json
 
 import numpy as np
@@ -29,20 +29,31 @@ from gearbox_monitor.drift import change, features
 from gearbox_monitor.drive.model import model_from_dict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters import FILTERS
-from gearbox_monitor.filters.process import pack, state_names, TAU_K, X3
-from gearbox_monitor.filters.record import record_size
-from gearbox_monitor.filters.smoother import (
-    N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_STD)
+from gearbox_monitor.filters.process import pack, state_names, TAU_K
+from gearbox_monitor.filters.record import predicted, record_size
+from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TWIST_STD
+from gearbox_monitor.history import History
 from gearbox_monitor.parameters import checked, ESTIMATOR
-from gearbox_monitor.trust import covariance, innovation, observability
-from gearbox_monitor.trust.level import Alarm, Finding, Level
+from gearbox_monitor.trust import covariance, innovation, observability, usable
+from gearbox_monitor.trust.level import (
+    Alarm, Condition, DEBOUNCE, Finding, finding_of, Level)
 
 RING = 2048
 HISTORY = 8192
 SECOND = stream.SECOND
 SETTLE = 2.0  # s after a start that are not judged
-REFERENCE_EVALUATIONS = 5
-COMPONENTS = ('observability', 'prediction error', 'covariance', 'backlash', 'input')
+COMPONENTS = ('observability', 'prediction error', 'covariance', 'backlash', 'friction', 'input')
+
+REASON_CODES = np.array(list(stream.REASONS))
+STATE_COLUMNS = {'tau_arm': stream.E_TAU_ARM, 'tau_e': stream.E_TAU_E}
+MEDIAN_STRIDE = 8
+NO_DATA = Finding(Level.WARN, 'no data yet')
+AT_BOUND = Condition(
+    'covariance', Level.WARN, 'adapted to its bound', 'an adapted parameter is at its bound (AEKF '
+    'only)', 'the evaluation', 'the model or a start value is far off: check it', ('adapted_...',))
+CONDITIONS = (
+    *usable.CONDITIONS, *observability.CONDITIONS, *innovation.CONDITIONS,
+    *covariance.CONDITIONS, AT_BOUND)
 
 
 class SnapshotError(InputError):
@@ -148,23 +159,47 @@ class Estimate:
         return self.row[column]
 
 
+@dataclass(frozen=True)
+class Divergence:
+    """
+    A failure of the filter, which then starts anew.
+
+    step: since the (re)start; smallest_eigenvalue: of the covariance, NaN where it is not finite.
+    """
+
+    step: int
+    stamp_ns: int
+    reason: str
+    smallest_eigenvalue: float
+
+    def __str__(self):
+        return (f'the filter diverged at step {self.step}, stamp {self.stamp_ns * 1e-9:.9f} s: '
+                f'{self.reason} (smallest eigenvalue {self.smallest_eigenvalue:.3g})')
+
+
 class Monitor:
     """
     Filter, trust and drift of one gearbox.
 
     model: DriveModel. parameters: mapping with names of parameters.ESTIMATOR; the rest take their
-    defaults. baseline: change.Baseline or None (then the first windows make it).
-    Raises InputError for a parameter that is unknown or out of range.
+    defaults. drift: state or baselines of a change.Tracker, or None (then the first windows are
+    healthy). temperature: of the gearbox now (deg C), None = not known.
+    Raises InputError for a parameter that is unknown or out of range; what Tracker raises.
     """
 
-    def __init__(self, model, parameters=None, baseline=None):
+    def __init__(self, model, parameters=None, drift=None):
         self.model = model
         self.parameters = checked(ESTIMATOR, parameters or {}, 'parameters')
-        self.baseline = baseline
+        self.divergences = deque(maxlen=100)  # newest last
         self.counts = np.zeros(stream.N_COUNTS, np.int64)
-        self.findings = {name: Finding(Level.WARN, 'no data yet') for name in COMPONENTS}
+        self.findings = dict.fromkeys(COMPONENTS, NO_DATA)
         self.windows = deque(maxlen=1000)  # Backlash of each window, newest last
+        self.tracker = change.Tracker(change.Settings.of(self.parameters, model), drift)
+        if self.tracker.stamp_ns:
+            self.findings.update(self.tracker.findings())
+        self.temperature = None
         self._gate = np.zeros(stream.N_GATE, np.int64)
+        self._given_reference = None
         self._setup()
 
     # ------------------------------------------------------------------ set-up and state
@@ -182,13 +217,13 @@ class Monitor:
             self.drive.arm_load == 'measured'], np.int64)
         n, module = len(self.names), FILTERS[p['filter']]
         self.warnings = module.warnings(n, p) if hasattr(module, 'warnings') else []
-        self._z, self._P = np.zeros(n), np.eye(n)
+        self._z, self._P = np.zeros(n), np.eye(n).ravel()
         self._memory = np.zeros(module.memory_size(n))
         self._clock, self._efforts = np.zeros(1), np.zeros((stream.N_EFFORTS, 2))
         self._ring = np.zeros((RING, record_size(n)))
         self._ring_stamps = np.zeros(RING, np.int64)
         self._vectors = np.zeros((module.N_VECTORS, n))
-        self._matrices = np.zeros((max(module.N_MATRICES, 5), n, n))
+        self._matrices = np.zeros((max(module.N_MATRICES, 5), n * n))
         self._one = (np.zeros(1, np.int64), np.zeros((1, 2)), np.zeros((1, 2)))
         self._codes_one = np.zeros(1, np.int64)
         self._row_one = np.zeros((1, stream.N_ESTIMATE))
@@ -198,16 +233,15 @@ class Monitor:
 
     def _forget(self):
         """Drop all windows: what they hold belongs to another belief."""
-        self._history = np.zeros((HISTORY, stream.N_ESTIMATE))
-        self._history_stamps = np.zeros(HISTORY, np.int64)
-        self._held = 0  # rows ever written to the history
+        self._history = History(HISTORY)
         self._drift = []  # chunks (stamps, smoothed rows) of the window under way
-        self._drift_start = None
+        self._window_start = None  # stamp of the first smoothed row of the window under way
+        self._window_whole = True  # whether its rows are at hand from there on
+        self._window_flagged = 0  # evaluations in it that an indicator of trust flagged
         self._gate[stream.EVALUATE_AT] = 0
-        self._reference = None
-        self._references = []
-        self._alarms = {name: Alarm() for name in COMPONENTS}
-        self._alarms['backlash'] = Alarm(up=2, down=2)
+        self._reference, self._references = self._given_reference, []
+        self.findings = {**self.findings, **{name: NO_DATA for name in (*COMPONENTS[:3], 'input')}}
+        self._alarms = {name: Alarm(*debounce) for name, debounce in DEBOUNCE.items()}
         self._last_counts = self.counts.copy()
 
     def reset(self):
@@ -226,7 +260,9 @@ class Monitor:
         restart = any(rows[name].change != 'at once' for name in changes
                       if new[name] != self.parameters[name])
         self.parameters = new
+        self.tracker.settings = change.Settings.of(new, self.model)
         if restart:
+            self._given_reference = None
             self._setup()
             return
         z, P, clock, efforts, gate = (
@@ -236,6 +272,8 @@ class Monitor:
         self._z, self._P, self._clock, self._efforts = z, P, clock, efforts
         if np.array_equal(packed, self._packed):  # nothing that the filter computes with
             self._memory = memory
+        else:
+            self._given_reference = self._reference = None
         self._gate[:] = gate
         self._gate[stream.EVALUATE_AT] = 0
         self._keep_belief_only()
@@ -247,7 +285,7 @@ class Monitor:
         start = n + 2 * n * n
         row = self._ring[step % RING]
         row[start:start + n] = self._z
-        row[start + n:start + n + n * n] = self._P.ravel()
+        row[start + n:start + n + n * n] = self._P
         row[-1] = self._efforts[(step - 1 - self.parameters['effort_delay']) % stream.N_EFFORTS, 0]
         self._ring_stamps[step % RING] = self._gate[stream.LAST]
         self._gate[stream.SMOOTH_NEXT] = step
@@ -264,7 +302,9 @@ class Monitor:
         return {
             'model': json.dumps(self.model.to_dict()),
             'parameters': json.dumps(self.parameters),
-            'baseline': json.dumps(self.baseline and asdict(self.baseline)),
+            'drift': json.dumps(self.tracker.to_dict()),
+            'temperature': json.dumps(self.temperature),
+            'window_start': json.dumps(self._window_start),
             'stamp_ns': str(self._gate[stream.LAST]),
             'input_count': str(self._gate[stream.INPUTS]),
             'gate': json.dumps([int(v) for v in self._gate[:stream.EVALUATE_AT]]),
@@ -280,10 +320,11 @@ class Monitor:
             return np.array(values).reshape(like.shape)
 
         try:
-            baseline = json.loads(snapshot['baseline'])
             monitor = cls(model_from_dict(json.loads(snapshot['model']), source),
-                          json.loads(snapshot['parameters']),
-                          baseline and change.Baseline(**baseline))
+                          json.loads(snapshot['parameters']), json.loads(snapshot['drift']))
+            monitor.temperature = json.loads(snapshot['temperature'])
+            monitor._window_start = json.loads(snapshot['window_start'])
+            monitor._window_whole = monitor._window_start is None
             monitor._gate[:stream.EVALUATE_AT] = np.reshape(
                 json.loads(snapshot['gate']), stream.EVALUATE_AT)
             monitor._gate[stream.INPUTS] = int(snapshot['input_count'])
@@ -302,9 +343,30 @@ class Monitor:
         return monitor
 
     def adopt_baseline(self, snapshot):
-        """Take over the baseline of a `snapshot`, which may have been saved meanwhile."""
-        baseline = json.loads(snapshot['baseline'])
-        self.baseline = baseline and change.Baseline(**baseline)
+        """
+        Take over baselines, drift state and temperature of a `snapshot` of where this stands.
+
+        A baseline may have been saved meanwhile, and the temperature is no sample.
+        """
+        self.tracker = change.Tracker(self.tracker.settings, json.loads(snapshot['drift']))
+        self.temperature = json.loads(snapshot['temperature'])
+        if self.tracker.stamp_ns:
+            self.findings = {**self.findings, **self.tracker.findings()}
+
+    @property
+    def baseline(self):
+        """The change.Baseline of the operating point of the newest window, or None."""
+        return self.tracker.baseline
+
+    def divergence_notes(self):
+        """Return what to tell about divergences: list of str."""
+        count = int(self.counts[stream.DIVERGED])
+        if not count:
+            return []
+        if not self.divergences:
+            return [f'{count} divergences before the snapshot that this started from']
+        first = str(self.divergences[0])
+        return [first if count == 1 else f'{first}; {count} divergences in all']
 
     def adapted(self):
         """Return {parameter: value in use} of what the filter adapts, in the parameter's unit."""
@@ -348,8 +410,9 @@ class Monitor:
             self._after(int(sample.stamp_ns))
         if not good[0]:
             return None
-        return Estimate(int(sample.stamp_ns), self._z.copy(), self._P.copy(),
-                        self._row_one[0].copy(), due, self.findings)
+        P = self._P.reshape(len(self._z), -1).copy()
+        return Estimate(int(sample.stamp_ns), self._z.copy(), P, self._row_one[0].copy(), due,
+                        self.findings)
 
     def run(self, samples):
         """Take Samples (N of them); return their Estimates. Same bits as step by step."""
@@ -371,27 +434,45 @@ class Monitor:
         smoothed = np.empty((len(stamps) + RING, N_SMOOTHED))
         taken, n = self._run(stamps, u, y, codes, rows, stamps_s, smoothed)
         stamps, rows, codes = stamps[:taken], rows[:taken], codes[:taken]
+        last = int(stamps[-1]) if taken else 0
         good = codes == stream.ESTIMATE
-        self._remember(stamps[good], rows[good], stamps_s[:n], smoothed[:n])
+        if not good.all():
+            stamps, rows = stamps[good], rows[good]
+        self._remember(stamps, rows, stamps_s[:n], smoothed[:n])
         if taken and codes[-1] in (stream.ESTIMATE, stream.START):
-            self._after(int(stamps[-1]))
-        return taken, stamps[good], rows[good], stamps_s[:n], smoothed[:n], codes
+            self._after(last)
+        return taken, stamps, rows, stamps_s[:n], smoothed[:n], codes
 
     def _run(self, stamps, u, y, codes, rows, stamps_s, smoothed):
-        return stream.run(
-            stamps, u, y, *self._kind, self._packed, self._settings, self._gate, self.counts,
-            self._clock, self._efforts, self._z, self._P, self._memory, self._ring,
-            self._ring_stamps, self._vectors, self._matrices, codes, rows, stamps_s, smoothed)
+        taken, n = stream.run(
+            (None,) * len(self.names), stamps, u, y, *self._kind, self._packed, self._settings,
+            self._gate, self.counts, self._clock, self._efforts, self._z, self._P, self._memory,
+            self._ring, self._ring_stamps, self._vectors, self._matrices, codes, rows, stamps_s,
+            smoothed)
+        if taken and codes[taken - 1] == stream.DIVERGED:
+            self.divergences.append(self._divergence(int(stamps[taken - 1])))
+        return taken, n
+
+    def _divergence(self, stamp_ns):
+        """Return why the filter failed at the sample that came last."""
+        n, step = len(self.names), int(self._gate[stream.STEPS])
+        _, predicted_P, _ = predicted(self._ring[step % RING], n)
+        reason, smallest = 'state or covariance is not finite', np.nan
+        if np.isfinite(self._z).all() and np.isfinite(self._P).all():
+            smallest = float(np.linalg.eigvalsh(self._P.reshape(n, n)).min())
+            reason = 'the covariance is not positive definite'
+            if smallest > 0.0:
+                reason = 'the innovation is not finite or its covariance not positive'
+                if np.isfinite(predicted_P).all():
+                    smallest = float(np.linalg.eigvalsh(predicted_P).min())
+        return Divergence(step, stamp_ns, reason, smallest)
 
     # ------------------------------------------------------------------ evaluation
 
     def _remember(self, stamps, rows, stamps_s, smoothed):
-        at = (self._held + np.arange(len(stamps))) % HISTORY
-        self._history[at], self._history_stamps[at] = rows, stamps
-        self._held += len(stamps)
+        self._history.add(stamps, rows)
         if len(stamps_s):
-            self._drift.append(
-                (stamps_s, smoothed[:, [S_TWIST, S_TAU_K, S_TAU_K_STD, S_TWIST_STD]]))
+            self._drift.append((stamps_s, smoothed.copy()))
 
     def _after(self, stamp_ns):
         """Judge when a second of accepted stamps has passed."""
@@ -402,89 +483,75 @@ class Monitor:
         if at and stamp_ns >= at:
             self._evaluate(stamp_ns)
 
-    def _recent(self, stamp_ns, seconds):
-        """Return (stamps, rows) of the newest estimates within `seconds` before `stamp_ns`."""
-        held = min(self._held, HISTORY)
-        at = np.arange(self._held - held, self._held) % HISTORY
-        stamps = self._history_stamps[at]
-        keep = (stamps > stamp_ns - round(seconds * SECOND)) & (stamps <= stamp_ns)
-        return stamps[keep], self._history[at[keep]]
-
     def _evaluate(self, stamp_ns):
-        stamps, rows = self._recent(stamp_ns, innovation.WINDOW)
-        found = {'input': self._check_input(stamps, stamp_ns)}
-        settled = stamps >= self._gate[stream.STARTED] + round(SETTLE * SECOND)
-        if settled.any() and stamp_ns - self._gate[stream.STARTED] >= (SETTLE + 1.0) * SECOND:
-            stamps, rows = stamps[settled], rows[settled]
-            found['observability'] = self._check_observability(stamps, rows)
-            recent = int((stamps > stamp_ns - round(innovation.MEAN_WINDOW * SECOND)).sum())
-            found['prediction error'] = innovation.check(
-                rows[:, [stream.E_WHITE_1, stream.E_WHITE_2]], rows[:, stream.E_NIS],
-                rows[:, stream.E_DOF], recent)
-            found['covariance'] = self._check_covariance(rows)
-        backlash = self._check_backlash(stamp_ns)
-        if backlash is not None:
-            found['backlash'] = backlash
+        settled = self._gate[stream.STARTED] + round(SETTLE * SECOND)
+        recent = self._history.recent(stamp_ns - round(innovation.WINDOW * SECOND), stamp_ns)
+        found = {'input': self._check_input(recent.stamps, stamp_ns)}
+        if stamp_ns - settled >= SECOND:
+            recent = recent.after(settled - 1)
+            if len(recent):
+                found['observability'] = self._check_observability(recent)
+                found['prediction error'] = self._check_prediction_error(recent, stamp_ns)
+                found['covariance'] = self._check_covariance(recent)
+        found.update(self._check_backlash(found))
         self.findings = dict(self.findings)
         for name, finding in found.items():
-            alarm = self._alarms[name]
-            level = alarm.update(finding.level, stamp_ns)
-            message = finding.message
-            lasted = alarm.lasted(stamp_ns)
-            if level > Level.OK and lasted > 0.0:
-                message += f' (for {lasted:.1f} s)'
-            self.findings[name] = Finding(level, message, finding.values)
+            self.findings[name] = self._alarms[name].judge(finding, stamp_ns)
 
     def _check_input(self, stamps, stamp_ns):
         new = self.counts - self._last_counts
         self._last_counts = self.counts.copy()
-        values = {text: int(self.counts[code]) for code, text in stream.REASONS.items()}
-        values['samples'] = self.input_count
-        within = stamps > stamp_ns - SECOND
-        values['rate_hz'] = float(within.sum())
-        values['longest_gap_s'] = (
-            float(np.diff(stamps[within]).max() * 1e-9) if within.sum() > 1 else 0.0)
-        seen = [f'{new[code]} {text}' for code, text in stream.REASONS.items()
-                if new[code] and code != stream.START]
-        if not new[stream.ESTIMATE]:
-            return Finding(Level.ERROR, 'no usable sample in the last second: ' +
-                           (', '.join(seen) or 'none came') + self._advice(new), values)
-        if seen:
-            return Finding(Level.WARN, 'in the last second: ' + ', '.join(seen) +
-                           self._advice(new), values)
-        return Finding(Level.OK, f'{values["rate_hz"]:.0f} samples/s', values)
+        within = stamps[np.searchsorted(stamps, stamp_ns - SECOND, 'right'):]
+        values = {
+            **dict(zip(stream.REASONS.values(), self.counts[REASON_CODES].tolist())),
+            'samples': self.input_count, 'rate_hz': float(len(within)),
+            'longest_gap_s': float(np.diff(within).max() * 1e-9) if len(within) > 1 else 0.0}
+        return usable.check(dict(zip(stream.REASONS.values(), new[REASON_CODES].tolist())),
+                            int(new[stream.ESTIMATE]), values)
 
-    def _advice(self, new):
-        if new[stream.NO_EFFORT] or new[stream.EFFORT_HELD]:
-            return '; publish effort of the motor joint with every position'
-        if new[stream.ZERO_STAMP] or new[stream.DUPLICATE] or new[stream.BACKWARD]:
-            return '; stamp each message with the time of its measurement, from one publisher'
-        if new[stream.MOTOR_MISSING] or new[stream.ARM_MISSING]:
-            return '; check the encoders and the joint names'
-        return ''
-
-    def _check_observability(self, stamps, rows):
-        take = stamps > stamps[-1] - round(observability.WINDOW * SECOND)
-        rows = rows[take]
-        columns = [{'tau_arm': stream.E_TAU_ARM, 'tau_e': stream.E_TAU_E}.get(name, i)
-                   for i, name in enumerate(self.names)]
-        inputs = rows[:, [stream.E_U, stream.E_LOAD]]
-        seen = np.isfinite(rows[:, [stream.E_INNOVATION_MOTOR, stream.E_INNOVATION_ARM]])
+    def _check_observability(self, recent):
+        recent = recent.after(recent.stamps[-1] - round(observability.WINDOW * SECOND))
+        columns = [STATE_COLUMNS.get(name, i) for i, name in enumerate(self.names)]
+        seen = np.isfinite(recent.pair(stream.E_INNOVATION_MOTOR))
         packed = self._packed
         if self.adapted():
             packed = FILTERS[self.parameters['filter']].in_use(self._memory, packed)
-        share = observability.information_share(
-            rows[:, columns], inputs, rows[:, stream.E_DT], seen, packed)
-        eps6 = observability.condition(rows[-1, columns], inputs[-1], seen[-1], packed)
-        return observability.check(float(share[TAU_K]), float(share[X3]), eps6)
+        states = np.ascontiguousarray(recent.stack(columns))
+        shares = observability.information_share(
+            states, recent[stream.E_DT], np.ascontiguousarray(seen), packed)
+        return observability.check(dict(zip(self.names, shares.tolist())),
+                                   observability.paper(states[-1], seen[-1], packed))
 
-    def _check_covariance(self, rows):
-        std = float(np.median(rows[:, stream.E_STD + TAU_K]))
+    def _check_prediction_error(self, recent, stamp_ns):
+        for_mean, newest = (len(recent.after(stamp_ns - round(window * SECOND)))
+                            for window in (innovation.MEAN_WINDOW, innovation.GATE_WINDOW))
+        white, errors, stds = (recent.pair(column) for column in (
+            stream.E_WHITE_1, stream.E_INNOVATION_MOTOR, stream.E_INNOVATION_STD_MOTOR))
+        return innovation.check(white, recent[stream.E_NIS], recent[stream.E_DOF], errors, stds,
+                                for_mean, newest)
+
+    def _check_covariance(self, recent):
+        stds = np.sort(recent[stream.E_STD + TAU_K][::MEDIAN_STRIDE])  # slow: few will do
+        std = float(stds[len(stds) // 2])
         if self._reference is None:
             self._references.append(std)
-            if len(self._references) >= REFERENCE_EVALUATIONS:
+            if len(self._references) >= covariance.REFERENCE_EVALUATIONS:
                 self._reference = float(np.median(self._references))
         return self._with_adaptation(covariance.check(std, self._reference))
+
+    @property
+    def tau_k_std_reference(self):
+        """
+        Healthy median of the stated standard deviation of tau_K (N m), None before it is known.
+
+        Taken from the first evaluations; or set it (to one kept in a file), then it outlasts
+        restarts, until a parameter changes that the filter computes with.
+        """
+        return self._reference
+
+    @tau_k_std_reference.setter
+    def tau_k_std_reference(self, value):
+        self._given_reference = self._reference = value
 
     def _with_adaptation(self, finding):
         """Return `finding` with the adapted values; a warning where one is at its bound."""
@@ -495,34 +562,48 @@ class Monitor:
                   **{f'adaptation_{k}': v for k, v in self.adaptation_guards().items()}}
         bound = FILTERS[self.parameters['filter']].at_bound(self._memory, self._packed)
         if bound and finding.level == Level.OK:
-            return Finding(Level.WARN, f'adapted to its bound: {", ".join(bound)}: the model or '
-                           'a start value is far off', values)
+            return finding_of(
+                [replace(AT_BOUND, says=f'adapted to its bound: {", ".join(bound)}')], '', values)
         return replace(finding, values=values)
 
-    def _check_backlash(self, stamp_ns):
-        """Return a Finding when a window has ended, else None."""
+    def _check_backlash(self, found):
+        """Return {component: Finding} when a window has ended, else nothing."""
+        if any(finding.level > Level.OK for finding in found.values()):
+            self._window_flagged += 1
         if not self._drift:
-            return None
-        if self._drift_start is None:
-            self._drift_start = int(self._drift[0][0][0])
-        end = int(self._drift[-1][0][-1])
-        window = round(self.parameters['drift_window'] * SECOND)
-        if 0 <= end - self._drift_start < window:
-            return None
-        smoothed = np.concatenate([chunk[1] for chunk in self._drift])
-        self._drift, self._drift_start = [], None
-        # A twist known worse than by one reading of both encoders: one of them was missing.
+            return {}
+        if self._window_start is None:
+            self._window_start = int(self._drift[0][0][0])
+        length = round(self.parameters['drift_window'] * SECOND)
+        result, newest = {}, int(self._drift[-1][0][-1])
+        if newest < self._window_start:  # the clock was set back: begin anew
+            self._drift, self._window_start, self._window_whole = [], None, True
+            return {}
+        while newest >= self._window_start + length:
+            end = self._window_start + length
+            stamps, rows = (np.concatenate(column) for column in zip(*self._drift))
+            inside = (stamps >= self._window_start) & (stamps < end)
+            if self._window_whole:
+                result = self._window_ended(rows[inside], end)
+            later = stamps >= end
+            self._drift = [(stamps[later], rows[later])]
+            # Windows without any row are left out.
+            self._window_start += int((stamps[later][0] - self._window_start) // length) * length
+            self._window_whole, self._window_flagged = True, 0
+        return result
+
+    def _window_ended(self, rows, end):
         p = self.parameters
-        smoothed = smoothed[smoothed[:, 3] <= np.hypot(p['r_std_motor'], p['r_std_arm'])]
-        now = features.fit(smoothed[:, 0], smoothed[:, 1], stamp_ns, smoothed[:, 2])
-        if now is not None:
+        # A twist known worse than by one reading of both encoders: one of them was missing.
+        known = rows[rows[:, S_TWIST_STD] <= np.hypot(p['r_std_motor'], p['r_std_arm'])]
+        now = features.fit(known, self.drive, end)
+        if isinstance(now, features.Backlash):
             self.windows.append(now)
-            if self.baseline is None and len(self.windows) == change.BASELINE_WINDOWS:
-                self.baseline = change.baseline_of(self.windows)
-            return change.check(now, self.baseline, p['gap_warn'], p['gap_error'])
-        # A pause is no news about the gap: what was measured last stands.
-        last = self.windows[-1] if self.windows else None
-        found = change.check(last, self.baseline, p['gap_warn'], p['gap_error'])
-        if last is None:
-            return found
-        return replace(found, message='not excited now; measured last: ' + found.message)
+        return self.tracker.update(now, self._trusted(), self.temperature)
+
+    def _trusted(self):
+        """Return whether the window that ends now may be learnt from."""
+        # A level takes some evaluations to rise, and single flags are chance.
+        return self._window_flagged <= 2 and not any(
+            self._alarms[name].since_ns is not None and self.findings[name].level > Level.OK
+            for name in (*COMPONENTS[:3], 'input'))

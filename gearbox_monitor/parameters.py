@@ -159,12 +159,44 @@ ESTIMATOR = (
               'rate) samples', low=0.0, high=1.0, change=RESTART),
     Parameter('drift_window', 10.0, 's', 'length of a window that backlash is fitted on',
               low=0.5, high=600.0),
-    Parameter('gap_warn', 0.10, '-', 'relative growth of the gap that warns', low=0.0, high=10.0,
+    Parameter('gap_notice', 0.005, '-', 'relative growth of the gap below which nothing is '
+              'reported, however sure it is; a smaller one is left to seasons and wear-in',
+              low=0.0, high=10.0, change=AT_ONCE),
+    Parameter('gap_warn', 0.10, '-', 'relative growth of the gap from which a service is to be '
+              'planned', low=0.0, high=10.0, change=AT_ONCE),
+    Parameter('gap_error', 0.25, '-', 'relative growth of the gap that is an error, and the limit '
+              'of the forecast', low=0.0, high=10.0, change=AT_ONCE),
+    Parameter('gap_limit', 0.0, 'rad', 'gap that is an error whatever the baseline; 0: none',
+              low=0.0, high=1e3, change=AT_ONCE),
+    Parameter('stiffness_warn', 0.10, '-', 'relative loss of stiffness, or change of the torque '
+              'gain, or growth of the hysteresis over the load, from which a service is to be '
+              'planned', low=0.0, high=10.0, change=AT_ONCE),
+    Parameter('stiffness_error', 0.25, '-', 'the same, as an error', low=0.0, high=10.0,
               change=AT_ONCE),
-    Parameter('gap_error', 0.25, '-', 'relative growth of the gap that is an error', low=0.0,
-              high=10.0, change=AT_ONCE),
+    Parameter('friction_warn', 0.20, '-', 'relative change of friction from which a service is to '
+              'be planned; a quarter of it is reported once it is sure', low=0.0, high=10.0,
+              change=AT_ONCE),
+    Parameter('friction_error', 0.50, '-', 'the same, as an error', low=0.0, high=100.0,
+              change=AT_ONCE),
+    Parameter('false_alarm_interval', 3.15e7, 's', 'mean running time between two false alarms of '
+              'backlash and friction together; shorter finds changes sooner', low=600.0, high=1e12,
+              change=AT_ONCE),
     Parameter('baseline_file', '', '', 'backlash when healthy: read at the start, written by '
               '~/save_baseline; empty: the first windows are the baseline'),
+    Parameter('baseline_windows', 720, '', 'how many trusted windows each operating point learns '
+              'as healthy; 3 are enough to begin with', low=3, high=1000000, change=AT_ONCE),
+    Parameter('angle_bin', 3.2, 'rad', 'windows whose mean arm angle is at most half of this away '
+              'share a baseline; 0: all angles do', low=0.0, high=1e6, change=AT_ONCE),
+    Parameter('speed_bin', 2.0, '-', 'windows whose rms motor speed is within the square root of '
+              'this factor share a baseline; 1: all speeds do', low=1.0, high=1e6, change=AT_ONCE),
+    Parameter('load_bin', 2.0, '-', 'the same for the rms of tau_K', low=1.0, high=1e6,
+              change=AT_ONCE),
+    Parameter('temperature_bin', 5.0, 'K', 'windows whose temperature is at most half of this '
+              'away share a baseline; 0: all temperatures do', low=0.0, high=1e4, change=AT_ONCE),
+    Parameter('temperature_topic', '', '', 'topic with the temperature of the gearbox '
+              '(sensor_msgs/Temperature); empty: not known'),
+    Parameter('drift_state_file', '', '', 'where baselines, test and alarms are kept over a '
+              'restart, written after each window; empty: not kept'),
     Parameter('snapshot_period', 10.0, 's', 'how often the state is published for replay',
               low=0.1, high=3600.0),
 )
@@ -240,6 +272,34 @@ PLANT = (
               low=0.0, high=1e7, change=AT_ONCE),
     Parameter('gap_growth_max', 10.0, '-', 'relative growth at which the gap stays',
               low=0.0, high=1e3, change=AT_ONCE),
+    Parameter('fault_start', 0.0, 's', 'simulated time from which the faults below act', low=0.0,
+              high=1e7, change=AT_ONCE),
+    Parameter('fault_duration', 0.0, 's', 'how long they act; 0: for ever', low=0.0, high=1e7,
+              change=AT_ONCE),
+    Parameter('fault_frozen', 'none', '', 'encoders whose last reading stays',
+              choices=('none', 'motor', 'arm', 'both'), change=AT_ONCE),
+    Parameter('fault_lost', 'none', '', 'encoders that give nothing (NaN)',
+              choices=('none', 'motor', 'arm', 'both'), change=AT_ONCE),
+    Parameter('fault_delay', [0.0, 0.0], 's', 'readings of motor and arm come so late, in whole '
+              'samples', low=0.0, high=1.0, change=AT_ONCE),
+    Parameter('fault_scale', [1.0, 1.0], '-', 'readings of motor and arm over true position',
+              low=-10.0, high=10.0, change=AT_ONCE),
+    Parameter('fault_noise', [1.0, 1.0], '-', 'factor on measurement_noise of motor and arm',
+              low=0.0, high=1e4, change=AT_ONCE),
+    Parameter('fault_outlier_rate', [0.0, 0.0], '-', 'share of the readings of motor and arm that '
+              'are outliers', low=0.0, high=1.0, change=AT_ONCE),
+    Parameter('fault_outlier_size', [0.0, 0.0], 'rad', 'outliers of motor (arm side) and arm are '
+              'off by this much, either way', low=0.0, high=1e3, change=AT_ONCE),
+    Parameter('fault_torque', 1.0, '-', 'torque that acts over torque commanded', low=-10.0,
+              high=10.0, change=AT_ONCE),
+    Parameter('fault_viscous_friction', 1.0, '-', 'factor on viscous_friction', low=0.0,
+              high=100.0, change=AT_ONCE),
+    Parameter('fault_coulomb_friction', 1.0, '-', 'factor on coulomb_friction', low=0.0,
+              high=100.0, change=AT_ONCE),
+    Parameter('fault_stiffness', 1.0, '-', 'factor on stiffness', low=1e-3, high=100.0,
+              change=AT_ONCE),
+    Parameter('fault_gap', 1.0, '-', 'factor on the gap, all at once', low=0.0, high=100.0,
+              change=AT_ONCE),
     Parameter('load_gravity', 0.0, 'N m', 'load on the arm: G sin(arm position)',
               low=-1e6, high=1e6, change=AT_ONCE),
     Parameter('load_coulomb', 0.0, 'N m', 'load on the arm: Coulomb friction',

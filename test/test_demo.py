@@ -75,8 +75,8 @@ def wait_for(condition, what, seconds=60):
 
 
 def test_with_and_without_fault_at_once(demo, tmp_path):
-    running = [demo('--duration', '8', '--out', 'a 100%d'),
-               demo('--duration', '8', '--no-fault', '--out', 'healthy')]
+    running = [demo('--duration', '16', '--out', 'a 100%d'),
+               demo('--duration', '16', '--no-fault', '--out', 'healthy')]
     outputs = [process.communicate(timeout=120) for process in running]
     for process, output in zip(running, outputs):
         assert process.returncode == 0, output
@@ -87,7 +87,7 @@ def test_with_and_without_fault_at_once(demo, tmp_path):
                       for name in ('a 100%d', 'healthy'))
     for data in (fault, healthy):
         assert data['replay_identical'] == 'yes' and data['problems'] == []
-        assert data['samples'] == 8000 and data['samples_missing'] == 0
+        assert data['samples'] == 16000 and data['samples_missing'] == 0
         assert data['tau_k_error_smoothed'] < 0.1 * data['tau_k_rms']
         assert 1.85 < data['nis'] < 2.15
     assert 'backlash' in {alarm['component'] for alarm in fault['alarms']}
@@ -97,7 +97,7 @@ def test_with_and_without_fault_at_once(demo, tmp_path):
         for log in ('plant', 'estimator', 'recorder'):
             assert 'Traceback' not in (tmp_path / name / f'{log}.log').read_text()
         with open_bag(tmp_path / name / 'bag') as bag:
-            assert not bag.truncated and bag.topics['/transmission_state'][1] > 7000
+            assert not bag.truncated and bag.topics['/transmission_state'][1] > 15000
 
 
 @pytest.mark.parametrize('moment', [0.2, 0.7, 2.0, 'recording', 'shut-down'])
@@ -150,7 +150,7 @@ def test_dead_node_is_told(demo, tmp_path):
 @pytest.mark.parametrize('options, text', [
     (['--out', '.'], '.: exists, expected a new directory'),
     (['--filter', 'magic'], "--filter: 'magic' is unknown, expected one of ekf"),
-    (['--duration', '3'], '--duration: 3, expected 8 to 86400'),
+    (['--duration', '3'], '--duration: 3, expected 16 to 86400'),
     (['--duration', 'nan'], '--duration: nan, expected'),
 ])
 def test_bad_input_is_one_line(demo, options, text):

@@ -30,15 +30,19 @@ from harness import Graph, ROOT  # noqa: E402
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
 from rcl_interfaces.srv import DescribeParameters, SetParameters  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
-from sensor_msgs.msg import JointState  # noqa: E402
+from sensor_msgs.msg import JointState, Temperature  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.bag.replay import replay, summary  # noqa: E402
+from gearbox_monitor.baseline import save_state  # noqa: E402
+from gearbox_monitor.drift.change import Settings, Tracker  # noqa: E402
+from gearbox_monitor.drift.features import Backlash  # noqa: E402
 from gearbox_monitor.drive.excitation import Excitation  # noqa: E402
 from gearbox_monitor.drive.model import DriveModel  # noqa: E402
 from gearbox_monitor.drive.simulate import Noise, simulate  # noqa: E402
 from gearbox_monitor.nodes.convert import to_time  # noqa: E402
+from gearbox_monitor.parameters import checked, ESTIMATOR  # noqa: E402
 from gearbox_monitor.signals import SIGNALS  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -251,7 +255,8 @@ def test_names_that_do_not_occur_are_told(graph, drive):
 
 def test_baseline_is_saved_and_loaded(graph, drive, tmp_path):
     file = tmp_path / 'baseline.yaml'
-    estimator = graph.start('estimator_node', drift_window=3.0, baseline_file=file)
+    estimator = graph.start('estimator_node', drift_window=3.0, baseline_file=file,
+                            gearbox_serial='g7')
     feeder = Feeder(graph, drive)
     answer = graph.call(Trigger, 'estimator/save_baseline', Trigger.Request())
     assert not answer.success and 'no backlash measured' in answer.message
@@ -259,14 +264,62 @@ def test_baseline_is_saved_and_loaded(graph, drive, tmp_path):
     answer = graph.call(Trigger, 'estimator/save_baseline', Trigger.Request())
     assert answer.success, answer.message
     graph.stop(estimator)
-    saved = yaml.safe_load(file.read_text())['baseline']
-    assert saved['gap'] == pytest.approx(0.2, rel=0.03)
+    saved = yaml.safe_load(file.read_text())
+    assert saved['gearbox_serial'] == 'g7' and saved['date'] and saved['parameters']
+    assert saved['baseline'][0]['features']['gap']['mean'] == pytest.approx(0.2, rel=0.03)
     latched = []
-    graph.start('estimator_node', baseline_file=file)
+    graph.start('estimator_node', baseline_file=file, gearbox_serial='g7')
     graph.node.create_subscription(DiagnosticArray, 'estimator/snapshot', latched.append, LATCHED)
     graph.until(lambda: latched, 'snapshot')
     content = {v.key: v.value for v in latched[0].status[0].values}
-    assert json.loads(content['baseline']) == saved
+    points = json.loads(content['drift'])['points']
+    assert len(points) == len(saved['baseline'])
+    assert points[0]['count'][0] == saved['baseline'][0]['features']['gap']['windows']
+
+
+def test_drift_state_survives_a_restart(graph, drive, tmp_path):
+    """An alarm and its baseline; without the file's sense it is set aside, and the node runs."""
+    file, serial = tmp_path / 'state.json', 'g7'
+    tracker = Tracker(Settings.of(checked(ESTIMATOR, {}, ''), DriveModel()))
+    random = np.random.default_rng(0)
+    for k in range(60):
+        gap = 0.2 * (1.0 if k < 40 else 1.3) + 1e-3 * random.standard_normal()
+        tracker.update(Backlash(T0 - (60 - k) * 10 ** 10, gap, 1e-3, 25.0, 0.1, angle=0.0,
+                                speed=18.0, load=3.6, flank=0.4))
+    save_state(file, tracker, serial)
+    alerts, snapshots, diagnostics = [], [], []
+    for kind, topic, got, qos in ((DiagnosticArray, 'drift_alerts', alerts, LATCHED),
+                                  (DiagnosticArray, 'estimator/snapshot', snapshots, LATCHED),
+                                  (DiagnosticArray, '/diagnostics', diagnostics, 10)):
+        graph.node.create_subscription(kind, topic, got.append, qos)
+    parameters = {'drift_state_file': file, 'gearbox_serial': serial, 'drift_window': 2.0,
+                  'temperature_topic': 'gearbox_temperature'}
+    estimator = graph.start('estimator_node', **parameters)
+    graph.until(lambda: alerts and snapshots, 'alert from before')
+    status = alerts[0].status[0]
+    assert status.name == 'estimator: backlash' and status.level == b'\x02'
+    assert 'gap has grown by +30' in status.message and status.hardware_id == serial
+    values = {v.key: v.value for v in status.values}
+    assert float(values['baseline_gap_rad']) == pytest.approx(0.2, rel=0.01)
+    # Windows go on from there, at their temperature, and are written.
+    warm = graph.node.create_publisher(Temperature, 'gearbox_temperature', 10)
+    graph.until(lambda: warm.get_subscription_count(), 'temperature')
+    for _ in range(10):
+        warm.publish(Temperature(temperature=41.5))
+        graph.spin(0.1)
+    feeder = Feeder(graph, drive)
+    feeder.send([feeder.message(k) for k in range(4000)], rate=2000.0)
+    graph.stop(estimator)
+    state = json.loads(file.read_text())['drift']
+    told = [(s.name, s.message) for a in alerts for s in a.status]
+    assert state['stamp_ns'] > T0 and len(alerts) == 1, told
+    assert state['points'][-1]['temperature'] == 41.5 and 'gap' in state['changes']
+    file.write_text(file.read_text()[:1000])
+    estimator = graph.start('estimator_node', **parameters)
+    diagnostics.clear()
+    graph.until(lambda: diagnostics, 'diagnostics')
+    errors = graph.stop(estimator)
+    assert 'set aside as state.json.corrupt-' in errors and not file.exists()
 
 
 def test_parameters_are_described_and_checked(graph):

@@ -23,6 +23,7 @@ from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters.smoother import S_TAU_K
 from gearbox_monitor.monitor import COMPONENTS, Monitor, Sample, Samples
+from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.trust.level import Level
 
 
@@ -422,6 +423,37 @@ def test_nothing_alarms_without_a_fault():
     for k in range(0, 30000, 500):
         monitor.run(cut(samples, k, k + 500))
         if k > 3000:
-            levels = {c: monitor.findings[c].level for c in COMPONENTS if c != 'backlash'}
+            levels = {c: monitor.findings[c].level for c in COMPONENTS
+                      if c not in ('backlash', 'friction')}
             assert not any(levels.values()), (k, levels)
     assert monitor.findings['backlash'].level == Level.OK
+
+
+@pytest.mark.parametrize('name', FILTER_NAMES)
+def test_divergence_is_named_and_the_filter_starts_anew(name):
+    stamps = 1_000_000_000 + 1_000_000 * np.arange(300, dtype=np.int64)
+    y = np.zeros((300, 2))
+    y[100] = 1e200  # its square is not finite
+    samples = Samples(stamps, np.zeros((300, 2)), y)
+    monitor = Monitor(DriveModel(), {'filter': name})
+    estimates = monitor.run(samples)
+    told, = monitor.divergences
+    assert (told.step, told.stamp_ns) == (100, stamps[100])
+    assert 'not finite' in told.reason and told.smallest_eigenvalue > 0.0
+    assert f'stamp {1.1:.9f} s' in monitor.divergence_notes()[0]
+    assert estimates.stamp_ns[-1] == stamps[-1] and np.isfinite(estimates.tau_k).all()
+    one = Monitor(DriveModel(), {'filter': name})
+    for k in range(300):
+        one.step(Sample(int(stamps[k]), tuple(samples.u[k]), tuple(y[k])))
+    assert list(one.divergences) == [told]
+
+
+def test_lost_positive_definiteness_is_told_with_its_eigenvalue():
+    monitor = Monitor(DriveModel(), {'filter': 'ukf', 'arm_load': 'none'})
+    for k in range(20):
+        if k == 10:
+            monitor._P[0] = -1.0
+        monitor.step(Sample(1_000_000_000 + 1_000_000 * k, (0.0, 0.0), (0.0, 0.0)))
+    told, = monitor.divergences
+    assert told.reason == 'the covariance is not positive definite'
+    assert told.smallest_eigenvalue <= -1.0

@@ -417,7 +417,7 @@ def summary(reader, result, burn_in=1.0):
     if result.comparison:
         data['replay_identical'] = result.comparison.verdict
         data['comparison'] = asdict(result.comparison)
-    data['notes'] = (result.notes + result.monitor.warnings
+    data['notes'] = (result.notes + result.monitor.warnings + result.monitor.divergence_notes()
                      + ([reader.notice] if reader.notice else []))
     return data
 

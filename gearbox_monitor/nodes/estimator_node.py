@@ -29,12 +29,12 @@ from rclpy.node import Node
 from rclpy.qos import (
     DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy)
 from rclpy.qos_overriding_options import QoSOverridingOptions
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import JointState, Temperature
 from std_srvs.srv import Trigger
 
 from gearbox_monitor import __version__, stream
-from gearbox_monitor.baseline import load_baseline, save_baseline
-from gearbox_monitor.drift.change import baseline_of, BASELINE_WINDOWS
+from gearbox_monitor.baseline import load_baseline, load_state, save_baseline, save_state
+from gearbox_monitor.drift.change import COMPONENTS, Tracker
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model
 from gearbox_monitor.jit import COMPILED, KERNELS
@@ -48,13 +48,14 @@ from gearbox_monitor.resources import config_path
 from gearbox_monitor.signals import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, MOTOR, SIGNALS, SNAPSHOT)
 from gearbox_monitor.trust.level import Finding, Level
+from gearbox_monitor.trust.usable import SILENT, START_TIME
 
 SECOND = 1_000_000_000
 # Two seconds at 1 kHz: a pause of this process must not cost samples.
 INPUT_DEPTH = 2000
 # After such a pause the outputs come in a burst: a recorder must not lose them either.
 OUTPUT_DEPTH = 2000
-START_TIME = 5.0  # s
+MIN_SILENCE = 0.5  # s between two diagnostics
 LATCHED = QoSProfile(depth=16, history=HistoryPolicy.KEEP_LAST,
                      reliability=ReliabilityPolicy.RELIABLE,
                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -68,16 +69,19 @@ class EstimatorNode(Node):
         values = declare(self, ESTIMATOR)
         model_file = values['model'] or config_path('drive.yaml')
         model = load_model(model_file)
-        baseline = load_baseline(values['baseline_file']) if self._has_baseline(values) else None
-        self.monitor = Monitor(model, values, baseline)
+        self.monitor = Monitor(model, values, self._drift_at_start(values))
         _warm_up(model, values)
         self._gear_ratio = model.gear_ratio
         self._names = {MOTOR: values['motor_joint'], ARM: values['arm_joint']}
         self._reader = SampleReader(values['motor_joint'], values['arm_joint'], model.gear_ratio)
         self._starts = 0
+        self._divergences = 0
         self._foreign = 0  # messages that name neither joint
         self._seen = (0, 0, 0)  # stamp, inputs and clock at the last diagnostics with samples
         self._levels = {}
+        self._alerted = {}  # {component: stages} of the drift alert in force
+        self._state_stamp = self.monitor.tracker.stamp_ns
+        self._state_error = ''
         self._component = self.get_fully_qualified_name().lstrip('/')
         self._snapshot_stamp = 0
 
@@ -98,6 +102,11 @@ class EstimatorNode(Node):
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(Trigger, '~/save_baseline', self._on_save_baseline)
         on_change(self, ESTIMATOR, self._on_parameters)
+        if values['temperature_topic']:
+            self.create_subscription(
+                Temperature, values['temperature_topic'], self._on_temperature,
+                QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
+                qos_overriding_options=overridable)
         # Wall time: with a stopped simulation clock the missing data must still be reported.
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = self.create_timer(1.0, self._on_second, clock=self._steady)
@@ -106,12 +115,24 @@ class EstimatorNode(Node):
             + ('compiled' if COMPILED else 'INTERPRETED (numba is missing, expect < 1 kHz)')
             + ', ' + ', '.join(f'{k}={v}' for k, v in values.items()))
         self._warn([])
+        self._alert(self.monitor.findings)
 
     def _warn(self, known):
         """Log what the settings deserve that is not `known` yet."""
         for text in self.monitor.warnings:
             if text not in known:
                 self.get_logger().warning(text)
+
+    def _drift_at_start(self, values):
+        """Return what the drift monitor goes on from: the state file, else the baseline file."""
+        state = None
+        if values['drift_state_file']:
+            state, told = load_state(values['drift_state_file'], values['gearbox_serial'])
+            if told:
+                self.get_logger().error(told)
+        if state is None and self._has_baseline(values):
+            state = load_baseline(values['baseline_file'], values['gearbox_serial'])
+        return state
 
     def _has_baseline(self, values):
         """Return whether a baseline file is named and there; it may come by save_baseline."""
@@ -141,9 +162,15 @@ class EstimatorNode(Node):
             self._foreign += 1
             return
         estimate = self.monitor.step(sample)
+        if self.monitor.counts[stream.DIVERGED] != self._divergences:
+            self._divergences = int(self.monitor.counts[stream.DIVERGED])
+            self.get_logger().error(f'{self.monitor.divergences[-1]}; starting anew',
+                                    throttle_duration_sec=5.0)
         if self.monitor.counts[stream.START] != self._starts:
             self._starts = int(self.monitor.counts[stream.START])
             self._publish_snapshot('restart')
+        if self.monitor.tracker.stamp_ns != self._state_stamp:
+            self._keep_state()
         if estimate is None:
             return
         for signal, publisher in self._outputs:
@@ -157,6 +184,24 @@ class EstimatorNode(Node):
         since = estimate.stamp_ns - self._snapshot_stamp
         if not 0 <= since < self.monitor.parameters['snapshot_period'] * SECOND:
             self._publish_snapshot('period')
+
+    def _on_temperature(self, message):
+        if math.isfinite(message.temperature):
+            self.monitor.temperature = message.temperature
+
+    def _keep_state(self):
+        """Write the drift state after each window."""
+        tracker, p = self.monitor.tracker, self.monitor.parameters
+        self._state_stamp = tracker.stamp_ns
+        if not p['drift_state_file']:
+            return
+        try:
+            save_state(p['drift_state_file'], tracker, p['gearbox_serial'])
+            self._state_error = ''
+        except InputError as error:  # a full disk must not stop the estimates
+            if str(error) != self._state_error:
+                self.get_logger().error(str(error))
+            self._state_error = str(error)
 
     def _publish_snapshot(self, reason):
         self._snapshot_stamp = self.monitor.stamp_ns
@@ -179,6 +224,8 @@ class EstimatorNode(Node):
             self._seen = (stamp, inputs, now)
             return dict(monitor.findings)
         silent = (now - since) / SECOND
+        if silent < MIN_SILENCE:  # a late timer is followed by one that comes too soon
+            return dict(monitor.findings)
         refused = monitor.input_count - inputs
         counts = {text: int(monitor.counts[code]) for code, text in stream.REASONS.items()
                   if monitor.counts[code]}
@@ -192,7 +239,7 @@ class EstimatorNode(Node):
         # Discovery takes a while: before the first sample ever, silence is not yet an error.
         starting = not monitor.input_count and not self._foreign and silent < START_TIME
         findings['input'] = Finding(Level.WARN if starting else Level.ERROR,
-                                    f'{reason} for {silent:.1f} s', counts)
+                                    f'{reason} for {silent:.1f} s: {SILENT.advice}', counts)
         return findings
 
     def _on_second(self):
@@ -212,9 +259,20 @@ class EstimatorNode(Node):
                 self.get_logger().warning(text)
             else:
                 self.get_logger().info(text)
-            stopped = finding.message.startswith('no data')
-            if name == 'backlash' and not stopped and (finding.level or before == Level.ERROR):
-                self._alerts.publish(to_diagnostics([status], now))
+        self._alert(findings)
+
+    def _alert(self, findings):
+        """Publish what has changed for good since the last time: found, worse, over."""
+        stages = self.monitor.tracker.stages()
+        serial = self.monitor.parameters['gearbox_serial'] or 'gearbox'
+        for name in COMPONENTS:
+            if stages[name] == self._alerted.get(name, {}) or \
+                    findings[name].message.startswith('no data'):
+                continue
+            self._alerted[name] = stages[name]
+            self._alerts.publish(to_diagnostics(
+                [to_status(f'{self._component}: {name}', findings[name], serial)],
+                self.get_clock().now().to_msg()))
 
     # ------------------------------------------------------------------ changes
 
@@ -231,34 +289,46 @@ class EstimatorNode(Node):
         return response
 
     def _on_save_baseline(self, _, response):
-        windows = list(self.monitor.windows)[-BASELINE_WINDOWS:]
-        path = self.monitor.parameters['baseline_file']
+        monitor, p = self.monitor, self.monitor.parameters
+        path = p['baseline_file']
+        # On a copy: if the file cannot be written, nothing has changed.
+        tracker = Tracker(monitor.tracker.settings, monitor.tracker.to_dict())
+        windows = tracker.accept()
+        points = tracker.baseline_points()
         if not path:
             response.message = 'parameter baseline_file is empty: expected the file to write'
         elif not windows:
             response.message = ('no backlash measured yet: expected a motion that loads both '
-                                f'flanks for {self.monitor.parameters["drift_window"]:g} s')
+                                f'flanks for {p["drift_window"]:g} s')
         else:
-            baseline = baseline_of(windows)
             try:
-                save_baseline(path, baseline, self.monitor.parameters['gearbox_serial'])
+                save_baseline(path, points, p['gearbox_serial'], p)
             except InputError as error:
                 response.message = str(error)
                 return response
-            self.monitor.baseline = baseline
+            monitor.tracker = tracker
+            self._keep_state()
             self._publish_snapshot('baseline')
             response.success = True
-            response.message = (f'{path}: gap {baseline.gap:.4g} rad, stiffness '
-                                f'{baseline.stiffness:.4g} N m/rad from {len(windows)} windows')
+            response.message = (f'{path}: {windows} windows at {len(points)} operating '
+                                f'point{"s" if len(points) > 1 else ""}: '
+                                + '; '.join(_point_text(point) for point in points[:4]))
         return response
+
+
+def _point_text(point):
+    known = point['features']
+    return ', '.join(f'{name} {known[name]["mean"]:.4g} {unit}' for name, unit in
+                     (('gap', 'rad'), ('lost_motion', 'rad'), ('stiffness', 'N m/rad'))
+                     if name in known)
 
 
 def _warm_up(model, parameters):
     """Compile every kernel before the node is ready: the first sample must not wait for it."""
     monitor = Monitor(model, {**parameters, 'drift_window': 0.5})
-    for k in range(2500):
+    for k in range(2200):  # 4.4 s: trust is judged from the third second on
         angle = 0.5 * math.sin(0.02 * k)
-        monitor.step(Sample(SECOND + k * 1_000_000, (0.0, 0.0), (angle, 0.8 * angle)))
+        monitor.step(Sample(SECOND + k * 2_000_000, (0.0, 0.0), (angle, 0.8 * angle)))
 
 
 def main(args=None):

@@ -1,0 +1,99 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""History of the growth, fine where new and coarse where old, and when it reaches a limit."""
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+PER_SIZE = 16  # blocks of one size, before the two oldest of them become one
+SIGNIFICANT = 3.0  # standard deviations: a slope that small is no trend
+MIN_BLOCKS = 4
+
+
+@dataclass(frozen=True)
+class Trend:
+    """Growth now, its slope per second, their standard deviations, and the stamp it is about."""
+
+    stamp_ns: int
+    growth: float
+    growth_std: float
+    slope: float
+    slope_std: float
+
+    @property
+    def found(self):
+        """Whether there is a trend upwards."""
+        return self.slope > SIGNIFICANT * self.slope_std
+
+    def reach(self, limit):
+        """
+        Return (seconds, earliest, latest) until the growth is `limit`, 95 %; None without a trend.
+
+        latest is inf where the slope may be that small.
+        """
+        if not self.found:
+            return None
+        left = limit - self.growth
+        if left <= 0.0:
+            return 0.0, 0.0, 0.0
+        slow = self.slope - 2.0 * self.slope_std
+        return (left / self.slope,
+                max(left - 2.0 * self.growth_std, 0.0) / (self.slope + 2.0 * self.slope_std),
+                (left + 2.0 * self.growth_std) / slow if slow > 0.0 else math.inf)
+
+
+class History:
+    """Blocks [stamp_ns, growth, variance of it, windows], oldest first."""
+
+    def __init__(self, blocks=()):
+        self.blocks = [list(b) for b in blocks]
+
+    def add(self, stamp_ns, growth, variance):
+        """Add a window."""
+        self.blocks.append([int(stamp_ns), growth, variance, 1])
+        size = 1
+        while True:
+            same = [i for i, b in enumerate(self.blocks) if b[3] == size]
+            if len(same) <= PER_SIZE:
+                return
+            i, j = same[0], same[1]
+            a, b = self.blocks[i], self.blocks[j]
+            wa, wb = 1.0 / a[2], 1.0 / b[2]
+            share = wb / (wa + wb)
+            self.blocks[i:j + 1] = [[
+                a[0] + round(share * (b[0] - a[0])), a[1] + share * (b[1] - a[1]),
+                1.0 / (wa + wb), a[3] + b[3]]]
+            size *= 2
+
+    def trend(self, since_ns):
+        """Return the Trend of what came after `since_ns`, None where that is too little."""
+        rows = [b for b in self.blocks if b[0] > since_ns]
+        if len(rows) < MIN_BLOCKS:
+            return None
+        last = rows[-1][0]
+        t = np.array([(b[0] - last) * 1e-9 for b in rows])
+        y, w = np.array([b[1] for b in rows]), np.array([1.0 / b[2] for b in rows])
+        middle, level = np.average(t, weights=w), np.average(y, weights=w)
+        spread = w @ (t - middle) ** 2
+        if not spread > 0.0:
+            return None
+        slope = w @ ((t - middle) * (y - level)) / spread
+        # A curve that is no line states less than it should: take its misfit where that is more.
+        misfit = w @ (y - level - slope * (t - middle)) ** 2 / (len(rows) - 2)
+        worse = max(misfit, 1.0)
+        return Trend(last, float(level - slope * middle),
+                     math.sqrt(worse * (1.0 / w.sum() + middle ** 2 / spread)), float(slope),
+                     math.sqrt(worse / spread))
