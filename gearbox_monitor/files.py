@@ -20,6 +20,7 @@ import yaml
 
 from gearbox_monitor.drive.model import model_from_dict
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.parameters import checked
 
 
 class _Loader(yaml.SafeLoader):
@@ -51,9 +52,25 @@ def load_model(path):
     return model_from_dict({} if data is None else data, str(path))
 
 
+def save_model(path, model, comment):
+    """
+    Write the DriveModel `model` to the new file `path`, under `comment` (lines). See load_model.
+
+    Raises InputError where `path` exists or cannot be written.
+    """
+    lines = [f'# {line}'.rstrip() for line in comment]
+    text = '\n'.join(lines) + '\n' + yaml.safe_dump(
+        model.to_dict(), sort_keys=False, default_flow_style=None)
+    try:
+        with open(path, 'x', encoding='utf-8') as file:
+            file.write(text)
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
+
+
 def load_parameters(path, node, table):
     """
-    Return the parameters that the ROS parameter file `path` gives to `node`, not yet checked.
+    Return the parameters of `table` that the ROS parameter file `path` gives to `node`.
 
     Takes the blocks ``/**`` and `node` (with or without a namespace), in this order.
     Raises InputError.
@@ -72,4 +89,5 @@ def load_parameters(path, node, table):
         # /** addresses every node: what this one does not have belongs to another.
         values.update({k: v for k, v in inner.items() if block.startswith(node) or
                        block.rsplit('/', 1)[-1] == node or k in names})
+    checked(table, values, path)
     return values

@@ -63,7 +63,6 @@ def load(args, reader, filter_name=None):
     given replace what they name. Raises InputError.
     """
     given = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
-    checked(ESTIMATOR, given, args.params or '')
     model_file = args.model or given.pop('model', '')
     topic = find_topic(reader, args.topic, JOINT_STATE)
     model, recorded = DriveModel(), {}

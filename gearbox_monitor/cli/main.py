@@ -28,6 +28,7 @@ COMMANDS = {
     'import': ('import_', 'turn CSV, .mat or JSON recordings into a bag'),
     'tune': ('tune', 'find R and Q of a filter from a recording'),
     'compare': ('compare', 'run several filters on one recording, side by side'),
+    'accept': ('accept', 'check the backlash and stiffness of a delivered gearbox from a bag'),
     'benchmark': ('benchmark', 'measure this package against its bars'),
 }
 

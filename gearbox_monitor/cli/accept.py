@@ -1,0 +1,276 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Accept or refuse a gearbox: backlash and stiffness from a bag, against the limits you give.
+
+The bag is run through the estimator as "replay" does; torque over twist is fitted on windows of
+drift_window seconds, and the windows are combined. Gap and limits are at the output. A limit is
+met, or missed, when the measurement says so with --confidence; the uncertainty holds the spread of
+the windows and 1 % of the gap, 2 % of the stiffness for what the method itself rounds off.
+
+Where the motion cannot tell gap and compliance apart (slow motion against friction), the lost
+motion is judged: the gap is no larger, so it can pass by it, and never fail.
+
+usage examples:
+  gearbox_monitor accept BAG --max-gap 0.21
+  gearbox_monitor accept BAG --max-gap 30arcmin --min-stiffness 20 --confidence 0.99
+  gearbox_monitor accept BAG --model drive.yaml --params estimator.yaml --max-gap 0.5deg --json
+  gearbox_monitor accept BAG --write-model measured.yaml
+
+exit code: 0 pass, 1 fail, 2 neither (not excited, too close to the limit) or bad usage or input.
+"""
+from dataclasses import dataclass
+import json
+import math
+from pathlib import Path
+import re
+
+import numpy as np
+from scipy.stats import norm
+
+from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.replay import replay
+from gearbox_monitor.drift import features
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_model, load_parameters, save_model
+from gearbox_monitor.filters.smoother import S_TWIST_STD
+from gearbox_monitor.parameters import ESTIMATOR
+
+SETTLE = 2.0  # s at the start that are not judged
+UNITS = {'': 1.0, 'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
+         'arcmin': math.radians(1.0) / 60.0}
+# What averaging over windows does not remove, relative.
+GAP_ERROR, STIFFNESS_ERROR = 0.01, 0.02
+SEEN = 3.0  # standard deviations from which on a hysteresis goes into the model file
+EXIT = {'pass': 0, 'fail': 1, 'not excited': 2, 'undecided': 2, 'measured': 0}
+
+
+@dataclass(frozen=True)
+class Combined:
+    """Value and standard deviation of a feature over all windows."""
+
+    value: float
+    std: float
+
+
+def add_arguments(parser):
+    """Declare the options."""
+    parser.add_argument('bag', help='bag directory or .mcap file, whole or cut')
+    parser.add_argument('--max-gap', metavar='ANGLE',
+                        help='largest gap at the output, rad; or with a unit: 12arcmin, 0.2deg')
+    parser.add_argument('--min-stiffness', metavar='K', type=float,
+                        help='smallest stiffness in contact, N m/rad')
+    parser.add_argument('--confidence', metavar='P', type=float, default=0.95,
+                        help='probability that a verdict needs (default: 0.95)')
+    parser.add_argument('--params', metavar='FILE', help='ROS parameter file of the estimator')
+    parser.add_argument('--model', metavar='FILE', help='model file of the drive')
+    parser.add_argument('--topic', default='joint_states', help='topic of the inputs')
+    parser.add_argument('--write-model', metavar='FILE',
+                        help='write a model file with the measured transmission')
+    parser.add_argument('--json', action='store_true', help='print the result as JSON')
+
+
+def run(args):
+    """Run the command; returns the exit code."""
+    limits = {'max_gap': angle(args.max_gap) if args.max_gap else None,
+              'min_stiffness': args.min_stiffness}
+    if args.min_stiffness is not None and not 0.0 < args.min_stiffness < math.inf:
+        raise InputError(f'--min-stiffness: {args.min_stiffness:g}, expected a number > 0 (N m/'
+                         'rad)')
+    if not 0.5 <= args.confidence < 1.0:
+        raise InputError(f'--confidence: {args.confidence:g}, expected a number >= 0.5 and < 1')
+    if all(v is None for v in limits.values()) and not args.write_model:
+        raise InputError('no limit, expected --max-gap or --min-stiffness (or --write-model)')
+    if args.write_model and Path(args.write_model).exists():
+        raise InputError(f'{args.write_model}: exists, expected a new file')
+    parameters = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
+    model_file = args.model or parameters.pop('model', '')
+    with open_bag(args.bag) as reader:
+        result = replay(reader, load_model(model_file) if model_file else None, parameters,
+                        args.topic)
+        notes = [reader.notice] if reader.notice else []
+    data = {'bag': str(args.bag), **limits, 'confidence': args.confidence,
+            **judge(windows(result), limits, args.confidence), 'notes': notes}
+    if args.write_model:
+        if 'gap_rad' not in data or not data['separable']:
+            raise InputError(f'{args.write_model}: not written: {data["reason"]}, expected motion '
+                             'that shows gap and stiffness')
+        write_model(args.write_model, result.monitor.model, data, args.bag)
+        data['model_file'] = args.write_model
+    print(json.dumps(data, indent=2) if args.json else text(data))
+    return EXIT[data['verdict']]
+
+
+def angle(word):
+    """Return the angle `word` in rad: a number and perhaps a unit. Raises InputError."""
+    match = re.fullmatch(r'\s*([-+.0-9eE]+)\s*([a-z]*)\s*', word)
+    try:
+        value = float(match[1]) * UNITS[match[2]]
+    except (TypeError, ValueError, KeyError):
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise InputError(f'--max-gap: {word!r}, expected a number > 0 with '
+                         f'{", ".join(u for u in UNITS if u)} or nothing (rad)')
+    return value
+
+
+def windows(result):
+    """Return what features.fit says of each window of a Replay."""
+    stamps, rows = result.estimates.smoothed_stamp_ns, result.estimates.smoothed
+    p = result.monitor.parameters
+    if p['smoother_lag'] <= 0.0:
+        raise InputError('smoother_lag: 0, expected a number > 0 (s): backlash is measured on the '
+                         'smoothed torque')
+    if not len(stamps):
+        return []
+    keep = (stamps >= stamps[0] + round(SETTLE * 1e9)) & \
+        (rows[:, S_TWIST_STD] <= np.hypot(p['r_std_motor'], p['r_std_arm']))
+    stamps, rows = stamps[keep], rows[keep]
+    if not len(stamps):
+        return []
+    span = float(stamps[-1] - stamps[0]) * 1e-9
+    count = max(1, round(span / p['drift_window']))
+    return [features.fit(part, result.monitor.drive, int(end[-1])) for part, end in zip(
+        np.array_split(rows, count), np.array_split(stamps, count)) if len(part)]
+
+
+def combine(found, name, relative=0.0):
+    """Return the Combined feature `name` of the list `found` of Backlash, None without any."""
+    pairs = np.array([(getattr(w, name), getattr(w, name + '_std')) for w in found])
+    pairs = pairs[np.isfinite(pairs).all(axis=1)] if len(pairs) else pairs
+    if not len(pairs):
+        return None
+    value, n = float(pairs[:, 0].mean()), len(pairs)
+    variance = float((pairs[:, 1] ** 2).mean())
+    if n > 1:
+        variance = max(variance, float(pairs[:, 0].var(ddof=1)))
+    return Combined(value, math.hypot(math.sqrt(variance / n), relative * value))
+
+
+def judge(found, limits, confidence):
+    """
+    Return the verdict on windows (list of Backlash and NotExcited) as plain data.
+
+    limits: {'max_gap': rad or None, 'min_stiffness': N m/rad or None}.
+    """
+    seen = [w for w in found if isinstance(w, features.Backlash)]
+    data = {'windows': len(found), 'windows_used': len(seen)}
+    if not seen:
+        reasons = [w.reason for w in found] or ['no estimates after the first seconds']
+        return {'verdict': 'not excited', 'reason': max(set(reasons), key=reasons.count), **data}
+    clear = [w for w in seen if w.separable]
+    separable = 2 * len(clear) > len(seen)
+    used = clear if separable else seen
+    gap, stiffness = combine(used, 'gap', GAP_ERROR), combine(used, 'stiffness', STIFFNESS_ERROR)
+    hysteresis, lost = combine(used, 'hysteresis'), combine(used, 'lost_motion', GAP_ERROR)
+    data['windows_used'] = len(used)
+    for name, value in (('gap_rad', gap), ('stiffness', stiffness), ('hysteresis', hysteresis),
+                        ('lost_motion_rad', lost)):
+        if value:
+            data[name], data[name + '_std'] = value.value, value.std
+    data['gap_arcmin'] = math.degrees(gap.value) * 60.0
+    data['gap_arcmin_std'] = math.degrees(gap.std) * 60.0
+    data['separable'] = separable
+    data['width'] = float(np.mean([w.width for w in used]))
+    data['passive'] = 2 * sum(w.passive for w in used) > len(used)
+    data['crossings'] = float(np.mean([w.coverage for w in used]))
+    met, missed, reasons = [], [], []
+    if limits['max_gap'] is not None:
+        judged = gap if separable else lost
+        p = _below(judged, limits['max_gap']) if judged else 0.5
+        data['probability_gap'] = p
+        met.append(p >= confidence)
+        missed.append(separable and 1.0 - p >= confidence)
+        if not met[-1] and not missed[-1]:
+            reasons.append('gap and compliance cannot be told apart, and the lost motion exceeds '
+                           'the limit' if not separable else
+                           'the gap is too close to its limit for this confidence: record longer')
+    if limits['min_stiffness'] is not None:
+        p = 1.0 - _below(stiffness, limits['min_stiffness'])
+        data['probability_stiffness'] = p
+        met.append(separable and p >= confidence)
+        missed.append(separable and 1.0 - p >= confidence)
+        if not met[-1] and not missed[-1]:
+            reasons.append('gap and compliance cannot be told apart' if not separable else
+                           'the stiffness is too close to its limit for this confidence: record '
+                           'longer')
+    verdict = ('measured' if not met else 'fail' if any(missed) else 'pass' if all(met) else
+               'undecided' if separable else 'not excited')
+    reason = '; '.join(reasons)
+    if not separable and not reason:
+        reason = 'gap and compliance cannot be told apart'
+    return {'verdict': verdict, 'reason': reason, **data}
+
+
+def _below(combined, limit):
+    """Return the probability that the value lies below `limit`."""
+    if combined.std <= 0.0:
+        return float(combined.value <= limit)
+    return float(norm.cdf((limit - combined.value) / combined.std))
+
+
+def write_model(path, model, data, bag):
+    """Write `model` with the transmission in `data` to the new file `path`."""
+    gap, stiffness, width = data['gap_rad'], data['stiffness'], data['width']
+    seen = abs(data['hysteresis']) > SEEN * data['hysteresis_std']
+    changes = {'kind': 'dead_zone', 'stiffness': stiffness, 'half_gap': gap / 2.0,
+               'hysteresis_width': 0.0, 'hysteresis_stiffness': 0.0}
+    if seen and data['hysteresis'] > 0.0:
+        width = data['hysteresis'] / (2.0 * stiffness)
+        changes.update(kind='play', hysteresis_width=width,
+                       half_gap=max(gap / 2.0 - width, 0.0))
+    elif seen and data['passive']:
+        changes.update(kind='passive_play', hysteresis_width=width,
+                       hysteresis_stiffness=-data['hysteresis'] / (2.0 * width))
+    changes = {name: v if isinstance(v, str) else float(f'{v:.6g}')
+               for name, v in changes.items()}
+    save_model(path, model.with_(**changes), [
+        f'Transmission measured by "gearbox_monitor accept" in {Path(bag).name}, '
+        f'{data["windows_used"]} windows:',
+        f'gap {gap:.5g} +- {data["gap_rad_std"]:.2g} rad, stiffness {stiffness:.5g} +- '
+        f'{data["stiffness_std"]:.2g} N m/rad, hysteresis {data["hysteresis"]:.3g} +- '
+        f'{data["hysteresis_std"]:.2g} N m.', 'The rest as it was given.'])
+
+
+def text(data):
+    """Return the result as lines for people."""
+    lines = [f'bag          {data["bag"]}',
+             f'windows      {data["windows_used"]} used of {data["windows"]}']
+    if 'gap_rad' in data:
+        if data['separable']:
+            lines += [
+                f'gap          {data["gap_rad"]:.4g} +- {data["gap_rad_std"]:.2g} rad = '
+                f'{data["gap_arcmin"]:.4g} +- {data["gap_arcmin_std"]:.2g} arcmin at the output',
+                f'stiffness    {data["stiffness"]:.4g} +- {data["stiffness_std"]:.2g} N m/rad',
+                f'hysteresis   {data["hysteresis"]:.3g} +- {data["hysteresis_std"]:.2g} N m']
+        else:
+            lines.append('gap          not separable from compliance in this motion')
+        if 'lost_motion_rad' in data:
+            value, std = data['lost_motion_rad'], data['lost_motion_rad_std']
+            lines.append(
+                f'lost motion  {value:.4g} +- {std:.2g} rad = {math.degrees(value) * 60:.4g} +- '
+                f'{math.degrees(std) * 60:.2g} arcmin at the output')
+    for name, limit, unit, sign in (('gap', 'max_gap', 'rad', '<='),
+                                    ('stiffness', 'min_stiffness', 'N m/rad', '>=')):
+        if f'probability_{name}' in data:
+            lines.append(f'limit        {name} {sign} {data[limit]:.4g} {unit}: holds with '
+                         f'probability {data["probability_" + name]:.3f}')
+    lines += [f'note         {note}' for note in data['notes']]
+    if 'model_file' in data:
+        lines.append(f'model        written to {data["model_file"]}')
+    reason = f': {data["reason"]}' if data['reason'] else ''
+    at = f' (confidence {data["confidence"]:g})' if data['verdict'] in ('pass', 'fail') else ''
+    lines.append(f'verdict      {data["verdict"]}{at}{reason}')
+    return '\n'.join(lines)

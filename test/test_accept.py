@@ -1,0 +1,133 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Acceptance of a gearbox from a bag, through the command line."""
+import json
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.cli.accept import angle, judge
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.drift.features import Backlash, NotExcited
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import Noise, simulate
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_model
+
+NOISE = Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3))
+
+
+def write(path, model, scale=1.0, seconds=14.0):
+    t = 1e-3 * np.arange(round(seconds * 1e3))
+    out = simulate(model, scale * Excitation().torque(t), 1e-3, NOISE, seed=2)
+    stamps = 1_700_000_000_000_000_000 + np.arange(len(t)) * 1_000_000
+    effort = np.column_stack([out.u, np.full(len(t), np.nan)])
+    messages = encode_joint_states(stamps, ['motor', 'arm'], out.y, effort=effort)
+    with BagWriter(path) as writer:
+        writer.add_topic('/joint_states', 'sensor_msgs/msg/JointState')
+        for stamp, message in zip(stamps, messages):
+            writer.write('/joint_states', int(stamp), message)
+    return str(path)
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    return write(tmp_path_factory.mktemp('accept') / 'bag', DriveModel())
+
+
+@pytest.mark.parametrize('limits, code, verdict', [
+    (['--max-gap', '0.22'], 0, 'pass'),
+    (['--max-gap', '12.6deg', '--min-stiffness', '20'], 0, 'pass'),
+    (['--max-gap', '600arcmin'], 1, 'fail'),
+    (['--max-gap', '0.22', '--min-stiffness', '35'], 1, 'fail')])
+def test_verdicts(bag, capsys, limits, code, verdict):
+    assert main(['accept', bag, *limits]) == code
+    shown = capsys.readouterr().out
+    assert f'verdict      {verdict}' in shown and 'arcmin at the output' in shown
+    assert main(['accept', bag, *limits, '--json']) == code
+    told = json.loads(capsys.readouterr().out)
+    assert told['verdict'] == verdict
+    assert told['gap_rad'] == pytest.approx(0.2, rel=0.025)
+    assert told['gap_arcmin'] == pytest.approx(0.2 * 10800 / np.pi, rel=0.025)
+    assert told['stiffness'] == pytest.approx(25.0, rel=0.1)
+
+
+def test_not_excited(tmp_path, capsys):
+    still = write(tmp_path / 'still', DriveModel(), scale=0.0, seconds=6.0)
+    assert main(['accept', still, '--max-gap', '1.0', '--json']) == 2
+    told = json.loads(capsys.readouterr().out)
+    assert told['verdict'] == 'not excited' and 'stands still' in told['reason']
+    file = tmp_path / 'never.yaml'
+    assert main(['accept', still, '--write-model', str(file)]) == 2
+    assert not file.exists() and 'not written' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('kind', ['dead_zone', 'play'])
+def test_model_file_round_trip(tmp_path, capsys, kind):
+    model = DriveModel().with_(kind=kind, stiffness=20.0, half_gap=0.12,
+                               hysteresis_width=0.04 if kind == 'play' else 0.0)
+    path, file = write(tmp_path / 'bag', model), tmp_path / 'measured.yaml'
+    assert main(['accept', path, '--write-model', str(file)]) == 0
+    assert 'verdict      measured' in capsys.readouterr().out
+    found = load_model(file)
+    assert found.transmission.kind == kind
+    assert found.transmission.stiffness == pytest.approx(20.0, rel=0.1)
+    assert found.transmission.half_gap == pytest.approx(0.12, rel=0.1)
+    if kind == 'play':
+        assert found.transmission.hysteresis_width == pytest.approx(0.04, rel=0.2)
+    assert found.with_(**model.to_dict()['transmission']) == model  # the rest as it was
+    assert main(['accept', path, '--write-model', str(file)]) == 2
+    assert 'exists' in capsys.readouterr().err
+    assert main(['accept', path, '--model', str(file), '--max-gap', '0.5']) == 0
+
+
+@pytest.mark.parametrize('options, word', [
+    (['--max-gap', '-1'], '--max-gap'), (['--max-gap', '3 inches'], '--max-gap'),
+    (['--max-gap', 'nan'], '--max-gap'), ([], 'no limit'),
+    (['--max-gap', '1', '--confidence', '1'], '--confidence'),
+    (['--min-stiffness', 'inf'], '--min-stiffness')])
+def test_bad_options(bag, capsys, options, word):
+    assert main(['accept', bag, *options]) == 2
+    error = capsys.readouterr().err
+    assert word in error and error.count('\n') == 1
+
+
+def test_angles():
+    assert angle('60 arcmin') == pytest.approx(np.radians(1.0)) == angle('1deg')
+    assert angle('2e-3') == 0.002 == pytest.approx(angle('2mrad'))
+    with pytest.raises(InputError):
+        angle('1e')
+
+
+def window(gap, separable=True, **more):
+    return Backlash(0, gap, 0.002, 5.0, 0.05, 0.0, 0.01, coverage=10.0, separable=separable,
+                    **more)
+
+
+def test_a_close_call_is_no_verdict():
+    limits = {'max_gap': 1.0, 'min_stiffness': None}
+    assert judge([window(1.0)] * 3, limits, 0.95)['verdict'] == 'undecided'
+    assert judge([window(0.9)] * 3, limits, 0.95)['verdict'] == 'pass'
+    assert judge([window(1.1), NotExcited(0, 'x')], limits, 0.95)['verdict'] == 'fail'
+    # Not separable: the lost motion bounds the gap, so it can pass but not fail.
+    for lost, verdict in ((0.9, 'pass'), (1.1, 'not excited')):
+        found = judge([window(0.5, False, lost_motion=lost, lost_motion_std=0.001)], limits, 0.95)
+        assert found['verdict'] == verdict and 'told apart' in found['reason']
+    stiff = {'max_gap': None, 'min_stiffness': 4.0}
+    assert judge([window(0.5, False)], stiff, 0.95)['verdict'] == 'not excited'
+    assert judge([window(0.5)], stiff, 0.95)['verdict'] == 'pass'
