@@ -17,6 +17,8 @@ Measure this package against its bars. Ends with exit code 1 when a bar is misse
 
 usage examples:
   gearbox_monitor benchmark paper --seeds 5
+  gearbox_monitor benchmark speed
+  gearbox_monitor benchmark trust --quick
   gearbox_monitor benchmark real path/to/davinci_backend
   gearbox_monitor benchmark real davinci_backend --split load --json
 """
@@ -26,6 +28,8 @@ import importlib
 # name -> (module of gearbox_monitor.benchmarks, one line of help)
 BENCHMARKS = {
     'paper': ('paper', "the paper's tables, by all filters, beside the published numbers"),
+    'speed': ('speed', "CPU time of the filters' steps, beside filterpy's"),
+    'trust': ('trust', 'false alarms of trust and drift, and how soon faults are found'),
     'real': ('real', 'torque of a real drive against static current compensation'),
 }
 

@@ -1,0 +1,52 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""95 % confidence intervals of what benchmarks count and measure."""
+import numpy as np
+from scipy import stats
+
+LEVEL = 0.95
+
+
+def share(hits, total):
+    """Return [low, high] (Wilson) of a share of which `hits` of `total` were seen."""
+    if total == 0:
+        return [0.0, 1.0]
+    found = stats.binomtest(int(hits), int(total)).proportion_ci(LEVEL, method='wilson')
+    return [float(found.low), float(found.high)]
+
+
+def rate(events, exposure):
+    """Return [low, high] of a Poisson rate after `events` in `exposure` (s, h ...), exact."""
+    tail = 0.5 * (1.0 - LEVEL)
+    low = stats.chi2.ppf(tail, 2 * events) / 2.0 if events else 0.0
+    return [float(low / exposure), float(stats.chi2.isf(tail, 2 * events + 2) / 2.0 / exposure)]
+
+
+def mean(values):
+    """Return [low, high] of the mean of `values`, by bootstrap (delays are skewed)."""
+    values = np.asarray(values, float)
+    if len(values) < 2 or np.ptp(values) == 0.0:
+        return [float(v) for v in (values.min(), values.max())] if len(values) else [np.nan] * 2
+    found = stats.bootstrap((values,), np.mean, confidence_level=LEVEL, n_resamples=2000,
+                            method='percentile', random_state=np.random.default_rng(0))
+    return [float(v) for v in found.confidence_interval]
+
+
+def spread(values):
+    """Return [low, high] of the standard deviation of normal, independent `values`."""
+    n, s = len(values), float(np.std(values, ddof=1))
+    tail = 0.5 * (1.0 - LEVEL)
+    return [s * float(np.sqrt((n - 1) / stats.chi2.isf(tail, n - 1))),
+            s * float(np.sqrt((n - 1) / stats.chi2.ppf(tail, n - 1)))]

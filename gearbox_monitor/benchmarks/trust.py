@@ -1,0 +1,397 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Trust indicators and drift alerts: false alarms, what faults they find, and how soon.
+
+Simulated drives: A and B of "benchmark paper" (with and without hysteresis), with R and Q by
+likelihood and the fixed EKF, each with and without a load on the arm; and the packaged drive with
+the packaged parameters. With DATA, the folder davinci_backend, also the backlash of a real drive
+over its 20 recordings. docs/trust_benchmark.md explains the tables.
+
+usage examples:
+  gearbox_monitor benchmark trust
+  gearbox_monitor benchmark trust --quick
+  gearbox_monitor benchmark trust path/to/davinci_backend --json trust.json
+"""
+import json
+from pathlib import Path
+import sys
+import time
+
+import numpy as np
+
+from gearbox_monitor.benchmarks import (
+    intervals, paper, trust_cost, trust_drift, trust_real, trust_runs)
+from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
+from gearbox_monitor.drive.simulate import simulate
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.monitor import Monitor
+
+CASES = ('A', 'B')
+HEALTHY_SEED, LEARNING_SEED, FAULT_SEED, DELAY_SEED, DRAW_SEED = 1, 50, 100, 1000, 7
+ONSET, FAULTY = 12.0, 30.0  # s before a fault, and with it
+# Seconds of a run without fault, runs per fault, runs per change of the gap and per ramp, seconds
+# for the shift by friction, seconds that the baseline is learnt from, hours of drift windows,
+# recordings tuned on, whether tuned with the arm load, too.
+SIZES = {
+    'default': {'healthy': 3600.0, 'faults': 8, 'changes': 24, 'ramps': 6, 'shift': 600.0,
+                'learning': 7210.0, 'hours': 72.0, 'tuning': 3, 'tune_load': True},
+    'quick': {'healthy': 300.0, 'faults': 1, 'changes': 2, 'ramps': 1, 'shift': 200.0,
+              'learning': 1200.0, 'hours': 6.0, 'tuning': 1, 'tune_load': False},
+}
+# Bars.
+MAX_FLAGGED, MAX_ALARMS = 0.02, 0
+MIN_FOUND = {'noise x1.2': 0.80, 'Cv x1.2': 0.98, 'motor frozen': 0.98, 'arm frozen': 0.98}
+GAP_STD, GAP_BIAS = {'A': 0.010, 'B': 0.006}, {'A': 2.5, 'B': 1.5}  # rad; %
+STATED = 1.5            # stated over empirical deviation, and the other way round
+MAX_SHIFT = 0.005       # of the gap, by 10 % of Cv
+GROWTH = 0.01
+MAX_DELAY = 180.0                       # s, mean, for GROWTH at the delivered setting
+MAX_DELAY_DAILY = {'A': 110.0, 'B': 60.0}   # s, at one false alarm per day
+MAX_COST, MAX_COST_ALL = 1.0, 10.0      # EKF steps
+
+
+def add_arguments(parser):
+    parser.add_argument('data', metavar='DATA', nargs='?',
+                        help='folder with the recordings XY.TXT.gz of davinci_backend')
+    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+    parser.add_argument('--seeds', type=int, metavar='N',
+                        help='runs per fault and case (default: 8, quick: 2)')
+    parser.add_argument('--quick', action='store_true',
+                        help='small samples, about a minute: shows that all works, its verdicts '
+                        'are coarse')
+    parser.add_argument('--full', action='store_true',
+                        help='simulate all 72 h of each case instead of drawing their windows '
+                        'from an hour; takes an hour')
+
+
+class Bars:
+    """The verdicts: what was found against what is asked for."""
+
+    def __init__(self):
+        self.rows = []
+
+    def add(self, bar, value, low=-np.inf, high=np.inf, interval=None):
+        """Judge `value`; `interval`: its 95 % confidence interval, shown beside it."""
+        expected = (f'{low:.3g} .. {high:.3g}' if np.isfinite([low, high]).all() else
+                    f'<= {high:g}' if np.isfinite(high) else f'>= {low:g}')
+        self.rows.append({'bar': bar, 'value': float(value), 'interval': interval,
+                          'expected': expected, 'met': bool(low <= value <= high)})
+
+
+# ---------------------------------------------------------------------- what is measured
+
+def healthy_runs(size, progress):
+    """Return ({name: Drive}, {name: Watched}) of all drives without fault."""
+    drives, runs = {}, {}
+    seeds = paper.TUNING_SEEDS[:size['tuning']]
+    makers = []
+    for case in CASES:
+        makers.append((case, lambda case=case: trust_runs.paper_drive(case, False, seeds)))
+        makers.append((f'{case}, arm load', lambda case=case: trust_runs.paper_drive(
+            case, True, seeds, None if size['tune_load'] else {
+                **drives[case].parameters, 'arm_load': 'unknown'})))
+    makers.append(('packaged', trust_runs.packaged_drive))
+    for name, make in makers:
+        progress(f'{name}: tuning')
+        drive = make()
+        progress(f'{name}: running without fault')
+        drives[drive.name] = drive
+        runs[drive.name] = trust_runs.watch(drive, size['healthy'], HEALTHY_SEED,
+                                            parameters=trust_drift.SMOOTHED)
+    return drives, runs
+
+
+def healthy_table(runs, size, bars):
+    """Return rows of shares flagged and alarms; judges them."""
+    hours, rows = size['healthy'] / 3600.0, []
+    for name, run in runs.items():
+        hits, total = int(run.any().sum()), len(run.began)
+        alarms = sum(run.alarms().values())
+        rows.append({
+            'drive': name, 'windows': total, 'alarms': alarms, 'hours': hours,
+            'alarms_of': {k: v for k, v in run.alarms().items() if v},
+            'alarms_interval': intervals.rate(alarms, hours),
+            **{test: float(run.flags[test].mean()) for test in trust_runs.TESTS},
+            'any': hits / total, 'interval': intervals.share(hits, total)})
+        bars.add(f'{name}: windows flagged', hits / total, high=MAX_FLAGGED,
+                 interval=rows[-1]['interval'])
+        bars.add(f'{name}: alarms in {hours:.3g} h', alarms, high=MAX_ALARMS,
+                 interval=[v * hours for v in rows[-1]['alarms_interval']])
+    return rows
+
+
+def fault_table(drive, reference, runs, bars, progress):
+    """Return a row per fault of `drive`: shares flagged per test, delay of the first alarm."""
+    rows = []
+    due = {**trust_runs.faults(drive.noise), **dict.fromkeys(trust_runs.MISTUNED)}
+    for fault, make in due.items():
+        flags, delays, said = [], [], []
+        for run in range(runs):
+            # Anywhere within the second between two evaluations, and in the excitation.
+            start = ONSET + run * (1.0 + 1.0 / runs) if make else 0.0
+            extra = None if make else {
+                'q_std_tau_k': drive.parameters['q_std_tau_k']
+                * np.sqrt(trust_runs.MISTUNED[fault])}
+            found = trust_runs.watch(
+                drive, start + FAULTY, FAULT_SEED + run, make(start) if make else None, extra,
+                reference)
+            late = found.began >= start
+            flags.append(np.array([*(found.flags[t][late] for t in trust_runs.TESTS),
+                                   found.any()[late]]))
+            if make:
+                delay, name = found.delay(start)
+                delays += [] if delay is None else [delay]
+                said += [] if name is None else [name]
+        flags = np.concatenate(flags, axis=1)
+        hits, total = int(flags[-1].sum()), flags.shape[1]
+        rows.append({
+            'fault': fault, 'windows': total, 'any': hits / total,
+            **{test: float(flags[i].mean()) for i, test in enumerate(trust_runs.TESTS)},
+            'interval': intervals.share(hits, total), 'runs': runs if make else 0,
+            'found': len(delays), 'delays': delays,
+            'delay': float(np.mean(delays)) if delays else None,
+            'delay_interval': intervals.mean(delays) if delays else None,
+            'first': max(set(said), key=said.count) if said else None})
+        if fault in MIN_FOUND:
+            bars.add(f'{drive.name}: {fault}, windows found', hits / total, low=MIN_FOUND[fault],
+                     interval=rows[-1]['interval'])
+        progress(f'{drive.name}: {fault}')
+    return rows
+
+
+def gap_figures(drive, windows, size, bars, progress):
+    """Return what the gap of `drive` was measured as over healthy `windows`; judges it."""
+    case, truth = drive.name, trust_drift.true_gap(drive.model)
+    found = trust_drift.gaps(windows)[1:]  # the first window begins at rest
+    if len(found) < 3:
+        bars.add(f'{case}: windows with a gap', len(found), low=3)
+        return {'windows': len(found)}
+    progress(f'{case}: gap under changed friction')
+    stated = float(np.sqrt(np.mean([w.gap_std ** 2 for w in windows[1:]])))
+    std, bias = float(found.std(ddof=1)), float(found.mean() / truth - 1.0)
+    neighbours = float(np.corrcoef(found[1:], found[:-1])[0, 1])
+    error = std / np.sqrt(len(found)) / truth
+    shift = trust_drift.friction_shift(drive, size['shift'], HEALTHY_SEED + 1, lambda: None)
+    bars.add(f'{case}: gap, deviation (rad)', std, high=GAP_STD[case],
+             interval=intervals.spread(found))
+    bars.add(f'{case}: gap, bias (%)', 100 * bias, -GAP_BIAS[case], GAP_BIAS[case],
+             interval=[100 * (bias - 2 * error), 100 * (bias + 2 * error)])
+    bars.add(f'{case}: stated / empirical deviation', stated / std, 1 / STATED, STATED,
+             interval=[stated / v for v in intervals.spread(found)[::-1]])
+    bars.add(f'{case}: gap, shift by 10 % of Cv', shift, high=MAX_SHIFT)
+    return {'windows': len(found), 'truth': truth, 'mean': float(found.mean()), 'std': std,
+            'bias': bias, 'stated': stated, 'neighbours': neighbours, 'shift': shift}
+
+
+def drift_figures(drive, windows, size, full, bars, progress):
+    """Return false alarms and delays of the drift alert of `drive`; judges them."""
+    case, random = drive.name, np.random.default_rng(DRAW_SEED)
+    windows = trust_drift.measured(windows)[1:]
+    if len(windows) <= trust_drift.BLOCK:
+        bars.add(f'{case}: windows for drift', len(windows), low=trust_drift.BLOCK + 1)
+        return {}
+    progress(f'{case}: {size["hours"]:g} h of drift windows')
+    # Learnt from a run of its own: what is judged must be new to it.
+    learnt = trust_runs.watch(drive, size['learning'], LEARNING_SEED, None, trust_drift.SMOOTHED,
+                              flags=False).windows[1:]
+    yearly, daily = (trust_drift.trained(learnt, trust_drift.settings(drive, interval))
+                     for interval in (None, trust_drift.DAY))
+    count = round(size['hours'] * 3600.0 / trust_drift.PERIOD)
+    if full:
+        days = trust_runs.watch(drive, size['hours'] * 3600.0, HEALTHY_SEED + 2, None,
+                                trust_drift.SMOOTHED, flags=False).windows
+    else:
+        days = trust_drift.drawn(windows, count, random)
+    alarms = {name: trust_drift.false_alarms(trust_drift.fresh(tracker),
+                                             trust_drift.later(days, tracker))
+              for name, tracker in (('yearly', yearly), ('daily', daily))}
+    hours = size['hours']
+    bars.add(f'{case}: drift alarms in {hours:g} h', alarms['yearly'], high=0,
+             interval=[v * hours for v in intervals.rate(alarms['yearly'], hours)])
+    result = {'hours': hours, 'simulated': full, 'alarms': alarms, 'delays': {}}
+    trackers = {'yearly': yearly, 'daily': daily}
+    for change, growth, runs, ramp in (
+            (f'+{100 * GROWTH:g} %', GROWTH, size['changes'], False),
+            ('+2 %', 0.02, size['changes'] // 2, False),
+            ('5 %/h', trust_drift.SLOW, size['ramps'], True)):
+        progress(f'{case}: gap grows by {change}')
+        found = trust_drift.delays(drive, trackers, growth, runs, DELAY_SEED, lambda: None, ramp)
+        for name, delays in found.items():
+            seen = [d for d in delays if d is not None]
+            result['delays'][f'{change} {name}'] = {
+                'runs': len(delays), 'found': len(seen), 'values': delays,
+                'mean': float(np.mean(seen)) if seen else None,
+                'interval': intervals.mean(seen) if seen else None,
+                'worst': max(seen) if seen else None}
+    for change, name, high in (('+1 %', 'yearly', MAX_DELAY),
+                               ('+1 %', 'daily', MAX_DELAY_DAILY[case])):
+        row = result['delays'][f'{change} {name}']
+        # What was not found counts as found at the end.
+        mean = np.mean([trust_drift.JUMP_TIME if d is None else d for d in row['values']]
+                       or [np.inf])
+        bars.add(f'{case}: {change} found ({name}), s', mean, high=high, interval=row['interval'])
+    row = result['delays']['5 %/h yearly']
+    bars.add(f'{case}: ramps of 5 %/h found', row['found'] / max(row['runs'], 1), low=1.0,
+             interval=intervals.share(row['found'], row['runs']))
+    return result
+
+
+def costs(drive):
+    """
+    Return CPU time per sample over that of an EKF step, medians of interleaved rounds.
+
+    trust: see trust_cost; monitor: all of it, with the plain EKF; all: with AEKF, smoother and
+    drift.
+    """
+    _, _, u = paper.drive(drive.name)
+    trajectory = simulate(drive.model, u, paper.DT, drive.noise, 0)
+    samples, n = paper.run_samples(trajectory), len(trajectory.u)
+    plain = {**drive.parameters, 'smoother_lag': 0.0}
+    every = {**drive.parameters, **paper.FILTERS['AEKF'], **trust_drift.SMOOTHED}
+    found = cpu_per_step({
+        'step': stepper(drive.assumed, plain, trajectory.u, np.ascontiguousarray(trajectory.y),
+                        paper.DT),
+        'monitor': lambda: Monitor(drive.assumed, plain).run(samples),
+        'all': lambda: Monitor(drive.assumed, every).run(samples)}, n)
+    return {'step_us': 1e6 * found['step'],
+            'trust': trust_cost.cost_ratio(drive.parameters)['ratio'],
+            'monitor': found['monitor'] / found['step'], 'all': found['all'] / found['step']}
+
+
+def evaluate(size, full=False, data=None, progress=lambda text: None):
+    """Return all figures as plain data; `size`: see SIZES; `data`: folder of davinci_backend."""
+    bars = Bars()
+    drives, runs = healthy_runs(size, progress)
+    result = {'size': size, 'full': full, 'healthy': healthy_table(runs, size, bars),
+              'faults': {}, 'gap': {}, 'drift': {}}
+    for case in CASES:
+        drive, run = drives[case], runs[case]
+        result['faults'][case] = fault_table(drive, run.tau_k_std, size['faults'], bars, progress)
+    for case in CASES:
+        drive, windows = drives[case], runs[case].windows
+        result['gap'][case] = gap_figures(drive, windows, size, bars, progress)
+        result['drift'][case] = drift_figures(drive, windows, size, full, bars, progress)
+    if data is not None:
+        progress('davinci_backend')
+        result['real'] = trust_real.figures(data, bars)
+    progress('cost')
+    result['cost'] = costs(drives['A'])
+    bars.add('trust, EKF steps per sample', result['cost']['trust'], high=MAX_COST)
+    bars.add('all with AEKF and smoother', result['cost']['all'], high=MAX_COST_ALL)
+    result['bars'] = bars.rows
+    return result
+
+
+# ---------------------------------------------------------------------- tables
+
+def _percent(row):
+    return ''.join(f'{100 * row[test]:7.1f}' for test in trust_runs.TESTS)
+
+
+def _between(interval, digits=1, factor=1.0):
+    if interval is None:
+        return ''
+    return '[{:.{d}f}, {:.{d}f}]'.format(*(factor * v for v in interval), d=digits)
+
+
+def text(data):
+    """Return tables and bars, at most 80 columns."""
+    tests = ''.join(f'{name[:6]:>7}' for name in trust_runs.TESTS)
+    lines = ['No fault: share of 0.5 s windows flagged (%), debounced alarms', '',
+             f'{"drive":<20}{tests}{"any [95 %]":>18}{"alarms":>7}']
+    for row in data['healthy']:
+        lines.append(f'{row["drive"]:<20}{_percent(row)}{100 * row["any"]:6.1f} '
+                     f'{_between(row["interval"], factor=100):<11}{row["alarms"]:7d}')
+    for row in data['healthy']:
+        if row['alarms']:
+            lines.append(f'  {row["drive"]}: ' + ', '.join(
+                f'{k} {v}' for k, v in row['alarms_of'].items()))
+    lines.append(f'({data["healthy"][0]["windows"]} windows, {data["healthy"][0]["hours"]:.3g} h '
+                 'each)')
+    for case, rows in data['faults'].items():
+        lines += ['', f'Drive {case}: share of 0.5 s windows flagged (%), s to the first alarm',
+                  '', f'{"fault":<16}{tests}{"any":>6}{"delay [95 %]":>16}  found']
+        for row in rows:
+            delay = '-' if row['delay'] is None else \
+                f'{row["delay"]:.1f} {_between(row["delay_interval"])}'
+            found = f'{row["found"]}/{row["runs"]}' if row['runs'] else ''
+            lines.append(f'{row["fault"]:<16}{_percent(row)}{100 * row["any"]:6.1f}{delay:>16}'
+                         f'  {found}')
+    lines += ['', 'Gap, windows of 10 s, smoothed', '',
+              f'{"drive":<8}{"true":>8}{"mean":>9}{"deviation":>11}{"stated":>9}'
+              f'{"shift by 10 % Cv":>18}{"windows":>9}{"r1":>7}']
+    for case, row in data['gap'].items():
+        if 'mean' in row:
+            lines.append(f'{case:<8}{row["truth"]:8.4f}{row["mean"]:9.4f}{row["std"]:11.4f}'
+                         f'{row["stated"]:9.4f}{100 * row["shift"]:16.2f} %{row["windows"]:9d}'
+                         f'{row["neighbours"]:7.2f}')
+    for case, row in data['drift'].items():
+        if not row:
+            continue
+        how = 'all simulated' if row['simulated'] else \
+            'NOT simulated: windows drawn, minute by minute, from the run above'
+        lines += ['', f'Drive {case}: drift alarms in {row["hours"]:g} h', f'  ({how}):',
+                  f'  {row["alarms"]["yearly"]} at one false alarm per year (delivered), '
+                  f'{row["alarms"]["daily"]} at one per day',
+                  f'{"  gap grows by":<20}{"s to the alarm [95 %]":>26}{"worst":>8}   found '
+                  '(simulated)']
+        for change, found in row['delays'].items():
+            mean = '-' if found['mean'] is None else \
+                f'{found["mean"]:.0f} {_between(found["interval"], 0)}'
+            worst = '-' if found['worst'] is None else f'{found["worst"]:.0f}'
+            lines.append(f'  {change:<18}{mean:>26}{worst:>8}   {found["found"]}/{found["runs"]}')
+    if 'real' in data:
+        lines += ['', *trust_real.table(data['real'])]
+    cost = data['cost']
+    lines += ['', f'Cost per sample, in EKF steps ({cost["step_us"]:.2f} us): trust '
+              f'{cost["trust"]:.2f}; Monitor with EKF {cost["monitor"]:.2f},',
+              f'with AEKF, smoother and drift {cost["all"]:.2f}', '']
+    for bar in data['bars']:
+        digits = 4 if abs(bar['value']) < 1 else 2
+        between = '' if bar['interval'] is None else _between(bar['interval'], digits)
+        lines.append(f'{"met   " if bar["met"] else "MISSED"} {bar["bar"]:<32}'
+                     f'{bar["value"]:8.{digits}f} {between:<18} {bar["expected"]}')
+    return '\n'.join(lines)
+
+
+def run(args):
+    """Run the benchmark; returns 1 when a bar is missed."""
+    if not COMPILED:
+        raise InputError('benchmark trust: numba is missing, expected compiled kernels')
+    if args.seeds is not None and args.seeds < 1:
+        raise InputError(f'--seeds: {args.seeds}, expected a whole number >= 1')
+    if args.quick and args.full:
+        raise InputError('--full: given with --quick, expected one of them')
+    if args.json and not Path(args.json).absolute().parent.is_dir():
+        raise InputError(f'{args.json}: its directory does not exist, expected one that does')
+    if args.data is not None:
+        trust_real.check(args.data)
+    size = dict(SIZES['quick' if args.quick else 'default'])
+    if args.seeds is not None:
+        size['faults'] = args.seeds
+    began = time.monotonic()
+
+    def progress(line):
+        if sys.stderr.isatty():
+            line = line and f'{time.monotonic() - began:4.0f} s  {line}'
+            print(f'\r{line:<60}', end='', file=sys.stderr, flush=True)
+    data = evaluate(size, args.full, args.data, progress)
+    progress('')
+    print(text(data))
+    if args.json:
+        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
+    return 0 if all(bar['met'] for bar in data['bars']) else 1

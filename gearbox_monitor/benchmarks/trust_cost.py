@@ -1,0 +1,67 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Cost of the trust indicators per sample against one EKF step, in one run."""
+import time
+
+import numpy as np
+
+from gearbox_monitor.benchmarks import paper
+from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
+from gearbox_monitor.drive.simulate import simulate
+from gearbox_monitor.monitor import Monitor
+
+ROUNDS = 9
+
+
+def cost_ratio(parameters=None, rounds=ROUNDS):
+    """
+    Return {'step', 'trust', 'ratio'}: CPU time (s) of an EKF step and of trust, per sample.
+
+    Trust is all that Monitor does beside filter, smoother and drift: keeping the history, judging
+    once per second, debouncing. Medians over `rounds` runs of 20 s at 1 kHz of case A, the two
+    interleaved, so that a machine that changes its speed hits both alike.
+    """
+    model, noise, u = paper.drive('A')
+    parameters = {'arm_load': 'none', 'smoother_lag': 0.0, **(parameters or {})}
+    trajectory = simulate(model, u, paper.DT, noise, 0)
+    samples = paper.run_samples(trajectory)
+    step = stepper(model, parameters, trajectory.u, np.ascontiguousarray(trajectory.y), paper.DT)
+    trust, costs = _trust_cost(model, parameters, samples), []
+    trust()  # compiles
+    for _ in range(rounds):
+        costs.append((cpu_per_step({'EKF': step}, len(u), 1)['EKF'], trust() / len(u)))
+    step, trust = np.median(costs, axis=0)
+    return {'step': float(step), 'trust': float(trust),
+            'ratio': float(np.median([b / a for a, b in costs]))}
+
+
+def _trust_cost(model, parameters, samples):
+    """Return a function that runs a Monitor over `samples` and returns the CPU time of trust."""
+    def run():
+        monitor, spent = Monitor(model, parameters), [0.0]
+        monitor._check_backlash = lambda found: {}
+        for name in ('_remember', '_evaluate'):
+            setattr(monitor, name, _timed(getattr(monitor, name), spent))
+        monitor.run(samples)
+        return spent[0]
+    return run
+
+
+def _timed(function, spent):
+    def call(*args):
+        begin = time.process_time()
+        function(*args)
+        spent[0] += time.process_time() - begin
+    return call

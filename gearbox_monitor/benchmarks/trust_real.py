@@ -1,0 +1,137 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Backlash of a real drive over its 20 recordings (davinci_backend), as it is and widened.
+
+Widened: from recording 11 on the motor encoder turns so much further while the twist crosses the
+dead zone, as it would had the dead zone grown by WIDENED.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearbox_monitor.benchmarks import real, real_fit
+from gearbox_monitor.drift import change
+from gearbox_monitor.drift.features import Backlash, fit, NotExcited
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.interval import smooth_interval
+from gearbox_monitor.monitor import Samples
+from gearbox_monitor.trust.level import Level
+
+# What "benchmark real" finds for this drive on the training runs of split orig.
+FITTED = {
+    'torque_constant': 0.9302, 'motor_inertia': 8.743e-4, 'coulomb_friction': 0.02259,
+    'viscous_friction': -7.869e-4, 'torque_offset': -0.008554, 'q_std_motor_speed': 0.5773,
+    'q_std_arm_speed': 0.396, 'q_std_tau_k': 2.717e-4, 'q_std_tau_k_speed': 0.02447,
+    'r_std_motor': 1.62e-4, 'r_std_arm': 6.014e-4, 'tau_k_stiffness': 2.447,
+    'tau_k_model_std': 0.002928,
+}
+BURN_IN = 1.0           # s
+WIDENED, FROM = 0.05, 10  # from this recording on, counted from 0
+LOST_MOTION, SPREAD = (1.65, 1.82), 0.08  # deg: mean; largest minus smallest
+# All recordings share one baseline: lost motion hardly depends on speed and load.
+ONE_POINT = {'angle_bin': 0.0, 'speed_bin': 1.0, 'load_bin': 1.0}
+
+
+@dataclass(frozen=True)
+class Found:
+    """Windows (Backlash or NotExcited) of all recordings, one each, and whether it alerted."""
+
+    windows: list
+    alerted: list  # names of recordings with which an alert began
+
+
+def widened(y, width, growth):
+    """
+    Return readings y [N, 2] (rad) of a dead zone of `width` rad that has grown by `growth`.
+
+    The twist is stretched about its middle within the dead zone and moved beyond it.
+    """
+    twist = y[:, 0] - y[:, 1]
+    middle = 0.5 * (np.quantile(twist, 0.02) + np.quantile(twist, 0.98))
+    inside = np.clip((twist - middle) / (0.5 * width), -1.0, 1.0)
+    return np.column_stack([y[:, 0] + 0.5 * growth * width * inside, y[:, 1]])
+
+
+def window(run, y, arm_step, number):
+    """Return the Backlash (or NotExcited) of a real_fit.Run with readings `y` [N, 2]."""
+    model, parameters = real_fit.configure(FITTED, arm_step)
+    u = np.column_stack([FITTED['torque_constant'] * run.current, np.full(len(y), np.nan)])
+    smoothed = smooth_interval(model, parameters, Samples(run.stamps, u, y))
+    rows = smoothed.rows[smoothed.stamp_ns >= smoothed.stamp_ns[0] + round(BURN_IN * 1e9)]
+    return fit(rows, model, (number + 1) * 20_000_000_000)
+
+
+def follow(runs, windows, arm_step):
+    """Return the names of the recordings at which an alert was given, in their order."""
+    model, parameters = real_fit.configure(FITTED, arm_step)
+    tracker = change.Tracker(change.Settings.of({**parameters, **ONE_POINT}, model))
+    alerted, before = [], False
+    for name, one in zip(runs, windows):
+        now = tracker.update(one)['backlash'].level > Level.OK and bool(tracker.changes)
+        if now and not before:
+            alerted.append(name)
+        before = now
+    return alerted
+
+
+def check(folder):
+    """Raise InputError unless `folder` holds recordings."""
+    if len(real.load_runs(folder)[0]) <= FROM:
+        raise InputError(f'{folder}: fewer than {FROM + 1} recordings, expected 00.TXT.gz to '
+                         '43.TXT.gz')
+
+
+def figures(folder, bars):
+    """Return what was found in the recordings of `folder` as plain data; judges it."""
+    runs, step = real.load_runs(folder)
+    healthy = [window(run, run.outputs, step, i) for i, run in enumerate(runs.values())]
+    known = [w for w in healthy if isinstance(w, Backlash)]
+    lost = np.degrees([w.lost_motion for w in known])
+    width = float(np.radians(np.nanmean(lost)))
+    worn = [one if i < FROM else
+            window(run, widened(run.outputs, width, WIDENED), step, i)
+            for i, (run, one) in enumerate(zip(runs.values(), healthy))]
+    alerted, alerted_worn = (follow(runs, windows, step) for windows in (healthy, worn))
+    late = [name for name in alerted_worn if list(runs).index(name) >= FROM]
+    grown = np.degrees([w.lost_motion for w in worn[FROM:] if not isinstance(w, NotExcited)])
+    result = {
+        'runs': list(runs), 'windows': len(known), 'lost_motion': lost.tolist(),
+        'mean': float(np.mean(lost)), 'spread': float(np.ptp(lost)),
+        'separable': sum(bool(w.separable) for w in known),
+        'gap': np.degrees([w.gap for w in known]).tolist(),
+        'alerts': alerted, 'alerts_widened': late,
+        'growth_seen': float(np.mean(grown) / np.mean(lost[FROM:]) - 1.0)}
+    bars.add('real: recordings measured', len(known), low=len(runs))
+    bars.add('real: lost motion, mean (deg)', result['mean'], *LOST_MOTION)
+    bars.add('real: lost motion, spread (deg)', result['spread'], high=SPREAD)
+    bars.add('real: gap told from compliance', result['separable'], high=0)
+    bars.add('real: alerts', len(alerted), high=0)
+    bars.add('real: alerts, gap 5 % wider', len(late), low=1)
+    return result
+
+
+def table(data):
+    """Return lines of at most 80 columns."""
+    late = (f'first alert with recording {data["alerts_widened"][0]}'
+            if data['alerts_widened'] else 'no alert')
+    return [
+        f'Real drive, {data["windows"]} of {len(data["runs"])} recordings, one baseline:',
+        f'  lost motion (medians of both directions) {data["mean"]:.3f} deg, '
+        f'{min(data["lost_motion"]):.3f} .. {max(data["lost_motion"]):.3f}',
+        f'  dead zone told from compliance in {data["separable"]} recordings; alerts: '
+        f'{", ".join(data["alerts"]) or "none"}',
+        f'  dead zone {100 * WIDENED:.0f} % wider from recording {data["runs"][FROM]} on: lost '
+        f'motion {100 * data["growth_seen"]:+.1f} %, {late}']
