@@ -55,6 +55,10 @@ def _cache_folder():
 CACHE_FOLDER = _cache_folder() if COMPILED else None
 
 
+# numba's own name for "without reference counts"; one that does not know it counts them.
+LEAN = {'_nrt': False}
+
+
 def jit(function):
     """
     Return `function` compiled (cached on disk where a folder is writable) or as it is.
@@ -62,12 +66,12 @@ def jit(function):
     It may not make or return arrays: without counting references, which costs more than the
     arithmetic of a step, all that a kernel writes into must be handed to it.
     """
-    return _compiled(function, {'_nrt': False}) if COMPILED else function
+    return _compiled(function, LEAN) if COMPILED else function
 
 
 def jit_inline(function):
     """Return `function` as jit does, compiled into its callers: for what is a few lines."""
-    return _compiled(function, {'_nrt': False, 'forceinline': True}) if COMPILED else function
+    return _compiled(function, {**LEAN, 'forceinline': True}) if COMPILED else function
 
 
 def jit_allocating(function):

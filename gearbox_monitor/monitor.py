@@ -26,6 +26,7 @@ import numpy as np
 
 from gearbox_monitor import stream
 from gearbox_monitor.drift import change, features
+from gearbox_monitor.drift.known import Known
 from gearbox_monitor.drive.model import model_from_dict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters import FILTERS
@@ -177,6 +178,11 @@ class Divergence:
                 f'{self.reason} (smallest eigenvalue {self.smallest_eigenvalue:.3g})')
 
 
+def _known_of(snapshot):
+    """Return the Known in a `snapshot`; older ones have none."""
+    return Known(json.loads(snapshot['known']) if 'known' in snapshot else None)
+
+
 class Monitor:
     """
     Filter, trust and drift of one gearbox.
@@ -237,6 +243,7 @@ class Monitor:
         self._drift = []  # chunks (stamps, smoothed rows) of the window under way
         self._window_start = None  # stamp of the first smoothed row of the window under way
         self._window_whole = True  # whether its rows are at hand from there on
+        self._known = Known()  # what the windows have in common
         self._window_flagged = 0  # evaluations in it that an indicator of trust flagged
         self._gate[stream.EVALUATE_AT] = 0
         self._reference, self._references = self._given_reference, []
@@ -305,6 +312,7 @@ class Monitor:
             'drift': json.dumps(self.tracker.to_dict()),
             'temperature': json.dumps(self.temperature),
             'window_start': json.dumps(self._window_start),
+            'known': json.dumps(self._known.to_list()),
             'stamp_ns': str(self._gate[stream.LAST]),
             'input_count': str(self._gate[stream.INPUTS]),
             'gate': json.dumps([int(v) for v in self._gate[:stream.EVALUATE_AT]]),
@@ -325,6 +333,7 @@ class Monitor:
             monitor.temperature = json.loads(snapshot['temperature'])
             monitor._window_start = json.loads(snapshot['window_start'])
             monitor._window_whole = monitor._window_start is None
+            monitor._known = _known_of(snapshot)
             monitor._gate[:stream.EVALUATE_AT] = np.reshape(
                 json.loads(snapshot['gate']), stream.EVALUATE_AT)
             monitor._gate[stream.INPUTS] = int(snapshot['input_count'])
@@ -346,8 +355,11 @@ class Monitor:
         """
         Take over baselines, drift state and temperature of a `snapshot` of where this stands.
 
-        A baseline may have been saved meanwhile, and the temperature is no sample.
+        A baseline may have been saved meanwhile, and the temperature is no sample. What windows
+        have in common comes with them: one that was cut at the start is missing here.
         """
+        if 'known' in snapshot:
+            self._known = _known_of(snapshot)
         self.tracker = change.Tracker(self.tracker.settings, json.loads(snapshot['drift']))
         self.temperature = json.loads(snapshot['temperature'])
         if self.tracker.stamp_ns:
@@ -598,6 +610,7 @@ class Monitor:
         known = rows[rows[:, S_TWIST_STD] <= np.hypot(p['r_std_motor'], p['r_std_arm'])]
         now = features.fit(known, self.drive, end)
         if isinstance(now, features.Backlash):
+            now = self._known.refine(now)
             self.windows.append(now)
         return self.tracker.update(now, self._trusted(), self.temperature)
 

@@ -256,7 +256,7 @@ class Tracker:
     def _measure(self, window):
         """Return (values [F], variances [F]) of a Backlash."""
         w, nan = window, (math.nan, math.nan)
-        width = w.gap, w.gap_std
+        width = w.alone  # a gap refined by other windows is not independent of them
         lost = w.lost_motion, w.lost_motion_std
         s = self.settings
         friction = s.viscous * w.speed + s.coulomb

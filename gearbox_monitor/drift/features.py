@@ -32,7 +32,7 @@ from gearbox_monitor.filters.smoother import (
 MAX_POINTS = 2500
 MIN_POINTS = 50
 PLAUSIBLE = 1e9    # rad, rad/s, N m
-GROUPS = 300       # averages of points that the fit compares
+GROUPS = 300       # of points; the fit compares averages of two neighbours
 BLOCKS = 20        # parts of a window that count as independent
 START_POINTS = 250
 HUBER = 1.5        # residuals beyond so many standard deviations count less
@@ -53,7 +53,8 @@ STANDSTILL = 3.0
 # Gap and compliance are told apart by the slope on a flank: twist and torque must be correlated so
 # much on each flank for itself (half of the torque's variance explained).
 MIN_CORRELATION = 0.7
-CHANGES = (VISCOUS, COULOMB, GAIN)
+# What windows have in common, see known.Known.
+COMMON = (VISCOUS, COULOMB, GAIN, STIFFNESS)
 # Lost motion is the twist's answer to the direction in this share of the samples, or undefined.
 ONE_SIDED = 0.9
 
@@ -73,8 +74,9 @@ class Backlash:
     other and only the lost motion counts. angle: mean arm position (rad), speed: rms motor speed
     (rad/s), load: rms tau_K (N m). width: half width of the play behind the hysteresis (rad), 0
     where none is seen; passive: whether the loop is open in the gap, too (passive_play).
-    gap_slopes: change of the fitted gap per viscous, coulomb and gain, gap_std_known: what is left
-    of gap_std once these are known, see gap_given.
+    gap_slopes: change of the fitted gap per viscous, coulomb, gain and stiffness, gap_std_known:
+    what is left of gap_std once these are known, see gap_given. gap_alone, gap_alone_std: where
+    known.Known has refined the gap, what the window gave alone; else NaN.
     """
 
     stamp_ns: int
@@ -101,19 +103,38 @@ class Backlash:
     load: float = math.nan
     width: float = 0.0
     passive: bool = False
-    gap_slopes: tuple = (0.0, 0.0, 0.0)
+    gap_slopes: tuple = (0.0, 0.0, 0.0, 0.0)
     gap_std_known: float = math.nan
+    gap_alone: float = math.nan
+    gap_alone_std: float = math.nan
 
-    def gap_given(self, viscous, coulomb, gain=math.nan):
-        """
-        Return the gap (rad) that the window gives when friction and gain are known better.
+    @property
+    def alone(self):
+        """Gap and its standard deviation (rad) by this window alone: independent of others."""
+        if math.isnan(self.gap_alone):
+            return self.gap, self.gap_std
+        return self.gap_alone, self.gap_alone_std
 
-        What many windows say about them, say. NaN: not known.
+    @property
+    def common(self):
+        """What windows have in common: viscous, coulomb, gain, stiffness."""
+        return self.viscous, self.coulomb, self.gain, self.stiffness
+
+    @property
+    def common_std(self):
+        """Return the standard deviations of `common`."""
+        return self.viscous_std, self.coulomb_std, self.gain_std, self.stiffness_std
+
+    def gap_given(self, common):
         """
-        pairs = zip((viscous, coulomb, gain), (self.viscous, self.coulomb, self.gain),
-                    self.gap_slopes)
-        return self.gap + sum(slope * (known - found) for known, found, slope in pairs
-                              if math.isfinite(known) and math.isfinite(found))
+        Return the gap (rad) that the window gives when what is `common` is known.
+
+        NaN: not known.
+        """
+        return self.alone[0] + sum(
+            slope * (known - found)
+            for known, found, slope in zip(common, self.common, self.gap_slopes)
+            if math.isfinite(known) and math.isfinite(found))
 
 
 @dataclass(frozen=True)
@@ -142,18 +163,22 @@ def fit(rows, model, stamp_ns):
                             points[:, S_U]])
     weights = _weights(points, model)[:count * group].reshape(count, group).mean(axis=1)
     start, variance = _start(data)
-    regression = Regression(data, group, weights, BLOCKS, np.zeros(N_SHAPE),
+    regression = Regression(data, group, weights.copy(), BLOCKS, np.zeros(N_SHAPE),
                             float(np.ptp(data[:, 0])))
-    try:
-        found = _fit_all(regression, start, variance, _expected(data, model))
-    except np.linalg.LinAlgError:
-        return NotExcited(stamp_ns, 'the motion does not determine any fit')
-    theta = found.theta
-    if not (np.isfinite(theta).all() and np.isfinite(found.covariance).all()):
-        return NotExcited(stamp_ns, 'the motion does not determine any fit')
-    half_width = theta[HALF_GAP] + (0.0 if found.passive else abs(theta[WIDTH]))
-    side = _sides(points[:, S_TWIST] - theta[ZERO], half_width)
-    flank = float(min((side > 0).mean(), (side < 0).mean()))
+    for loop in (True, False):  # a loop that leaves no flank is none
+        try:
+            found = _fit_all(regression, start, variance, _expected(data, model), loop)
+        except np.linalg.LinAlgError:
+            return NotExcited(stamp_ns, 'the motion does not determine any fit')
+        theta = found.theta
+        if not (np.isfinite(theta).all() and np.isfinite(found.covariance).all()):
+            return NotExcited(stamp_ns, 'the motion does not determine any fit')
+        half_width = theta[HALF_GAP] + (0.0 if found.passive else abs(theta[WIDTH]))
+        side = _sides(points[:, S_TWIST] - theta[ZERO], half_width)
+        flank = float(min((side > 0).mean(), (side < 0).mean()))
+        if flank >= MIN_FLANK or theta[WIDTH] == 0.0:
+            break
+        regression.weights[:] = weights
     crossed = side[side != 0]
     traversals = int((np.diff(crossed) != 0).sum())
     if flank < MIN_FLANK:
@@ -239,13 +264,18 @@ class _Fit:
     normal: np.ndarray
     passive: bool
     gain: bool
+    loop: bool
 
 
-def _fit_all(regression, theta, variance, expected):
-    """Return the _Fit: robust, the gain and the hysteresis only where they are seen."""
+def _fit_all(regression, theta, variance, expected, loop):
+    """
+    Return the _Fit: robust, the gain and the hysteresis only where they are seen.
+
+    loop: whether a hysteresis is looked for.
+    """
     base = regression.weights.copy()
     free = np.ones(N_SHAPE, bool)
-    free[HEIGHT] = False
+    free[HEIGHT], free[WIDTH] = False, loop
     free[VISCOUS] = regression.data[:, 2].any()
     free[COULOMB] = regression.data[:, 3].any()
     free[GAIN] = regression.data[:, 4].any()
@@ -282,7 +312,7 @@ def _fit_all(regression, theta, variance, expected):
         other, other_covariance = refit(other, more, passive=True, rounds=REWEIGHTS)
         if np.median(np.abs(regression.residuals)) < off:
             return _Fit(other, other_covariance, other, other_covariance,
-                        regression.normal, True, gain)
+                        regression.normal, True, gain, loop)
         regression.weights[:] = weights
     # Shrunk towards none, without a jump: a loop that is not seen adds noise to the gap only.
     theta = theta.copy()
@@ -294,7 +324,7 @@ def _fit_all(regression, theta, variance, expected):
         covariance = covariance_free
     else:
         normal = regression.normal
-    return _Fit(theta, covariance, theta_free, covariance_free, normal, False, gain)
+    return _Fit(theta, covariance, theta_free, covariance_free, normal, False, gain, loop)
 
 
 def _features(rows, stamp_ns, found, flank, traversals, separable):
@@ -311,6 +341,8 @@ def _features(rows, stamp_ns, found, flank, traversals, separable):
         to_height[STIFFNESS], to_height[WIDTH] = 2.0 * c, 2.0 * k
         hysteresis = 2.0 * k * c
         hysteresis_std = math.sqrt(max(to_height @ found.covariance_free @ to_height, 0.0))
+    if not found.loop:
+        hysteresis = hysteresis_std = math.nan
     lost_motion, lost_motion_std = lost_motion_of(rows)
 
     def rms(column):
@@ -326,7 +358,7 @@ def _features(rows, stamp_ns, found, flank, traversals, separable):
     stiffness_std = float(std[STIFFNESS])
     slopes = _slopes(found.normal, to_gap)
     left = to_gap.copy()
-    left[list(CHANGES)] -= slopes
+    left[list(COMMON)] -= slopes
     gap_std_known = math.sqrt(max(left @ covariance @ left, 0.0))
     if not separable:  # what the load twists on both flanks may be gap as well
         gap_std, stiffness_std = math.hypot(gap_std, 2.0 * load / stiffness), stiffness
@@ -344,19 +376,19 @@ def _features(rows, stamp_ns, found, flank, traversals, separable):
 
 
 def _slopes(normal, to_gap):
-    """Return the change of the best gap when one of CHANGES is held off its best value."""
+    """Return the change of the best gap when one of COMMON is held off its best value."""
     at = np.flatnonzero(np.diag(normal) > 0.0)
     scale = np.zeros(N_SHAPE)
     scale[at] = 1.0 / np.sqrt(np.diag(normal)[at])
     inverse = np.outer(scale, scale)
     part = np.ix_(at, at)
     inverse[part] *= np.linalg.pinv(normal[part] * inverse[part], 1e-12)
-    fitted = [i for i in CHANGES if i in at]
-    result = dict.fromkeys(CHANGES, 0.0)
+    fitted = [i for i in COMMON if i in at]
+    result = dict.fromkeys(COMMON, 0.0)
     if fitted:
         result.update(zip(fitted, np.linalg.pinv(inverse[np.ix_(fitted, fitted)])
                           @ inverse[fitted] @ to_gap))
-    return np.array([float(result[i]) for i in CHANGES])
+    return np.array([float(result[i]) for i in COMMON])
 
 
 def lost_motion_of(rows):

@@ -24,7 +24,8 @@ Torque over twist with friction errors beside it, and its least squares.
 
 K, b, c, t0, dCv, dCc, dg, h are fitted together: what friction or a torque gain that have changed
 do to tau_K cannot pass for a gap then, nor the other way round. Torque and model are averaged
-over groups of samples before they are compared: the noise of a smoothed torque is high-frequency.
+over pairs of neighbouring groups of samples before they are compared: the noise of a smoothed
+torque is high-frequency. Each group belongs to two pairs, so that nothing is lost between them.
 """
 import numpy as np
 
@@ -42,7 +43,8 @@ def normal_equations(theta, free, passive, data, group, weights, block, normal, 
     free bool [N_SHAPE]: what is fitted. data [N, 5]: twist, tau, x3, friction direction
     (2/pi) atan(alpha x3), u. weights [M]: of the groups of `group` samples, M group <= N. Written:
     normal [N_SHAPE, N_SHAPE] and right [N_SHAPE] of the step, scores [M // block + 1, N_SHAPE]
-    (the parts of `right` by blocks of `block` groups), residuals [M] (0 before the play is known).
+    (the parts of `right` by blocks of `block` groups), residuals [M] of each group's pair with the
+    one before (0 before the play is known).
     """
     k, b, t0, height = theta[STIFFNESS], theta[HALF_GAP], theta[ZERO], theta[HEIGHT]
     active = theta[WIDTH] >= 0.0
@@ -51,8 +53,9 @@ def normal_equations(theta, free, passive, data, group, weights, block, normal, 
     normal[:, :] = 0.0
     right[:] = 0.0
     scores[:, :] = 0.0
-    slope = np.zeros(N_SHAPE)
-    inverse, cost = 1.0 / group, 0.0
+    slope, last, pair = np.zeros(N_SHAPE), np.zeros(N_SHAPE), np.zeros(N_SHAPE)
+    error_last, paired = 0.0, False
+    inverse, cost = 0.5 / group, 0.0
     for j in range(residuals.shape[0]):
         slope[:] = 0.0
         error = 0.0
@@ -95,18 +98,24 @@ def normal_equations(theta, free, passive, data, group, weights, block, normal, 
         residuals[j] = 0.0
         if not known:
             continue
-        error *= inverse
+        for p in range(N_SHAPE):
+            pair[p] = inverse * (slope[p] + last[p])
+            last[p] = slope[p]
+        mean = inverse * (error + error_last)
+        error_last = error
+        if not paired:
+            paired = True
+            continue
+        error = mean
         residuals[j] = error
         cost += weights[j] * error * error
         for p in range(N_SHAPE):
-            slope[p] *= inverse
-        for p in range(N_SHAPE):
             if free[p]:
-                part = weights[j] * slope[p]
+                part = weights[j] * pair[p]
                 right[p] += part * error
                 scores[j // block, p] += part * error
                 for q in range(p + 1):
-                    normal[p, q] += part * slope[q]
+                    normal[p, q] += part * pair[q]
     for p in range(N_SHAPE):
         for q in range(p):
             normal[q, p] = normal[p, q]
