@@ -19,7 +19,7 @@ import sys
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from gearbox_monitor.drift import change  # noqa: E402, I100, I202
+from gearbox_monitor.drift import watched  # noqa: E402, I100, I202
 from gearbox_monitor.monitor import CONDITIONS  # noqa: E402
 from gearbox_monitor.trust.level import DEBOUNCE  # noqa: E402
 
@@ -59,7 +59,7 @@ def table(component, conditions):
 
 def page():
     """Return the text of the page."""
-    conditions = [*CONDITIONS, *getattr(change, 'CONDITIONS', ())]
+    conditions = [*CONDITIONS, *watched.CONDITIONS]
     tables = [table(component, [c for c in conditions if c.component == component])
               for component in DEBOUNCE if any(c.component == component for c in conditions)]
     return HEAD + '\n' + '\n\n'.join(tables) + '\n'

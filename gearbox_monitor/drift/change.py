@@ -19,19 +19,18 @@ Follow the features of backlash and friction window by window: what has changed 
 says what grew, by how much, since when, and when a limit will be reached.
 """
 from dataclasses import asdict, dataclass, field
-from datetime import datetime, timezone
 import math
 
 import numpy as np
 
 from gearbox_monitor.drift import forecast, scan
 from gearbox_monitor.drift.features import Backlash, NotExcited
-from gearbox_monitor.drift.operating_point import Point, Points, Sums
-from gearbox_monitor.trust.level import Condition, Finding, Level
+from gearbox_monitor.drift.forecast import span, when
+from gearbox_monitor.drift.operating_point import numbers, Point, Points, Sums
+from gearbox_monitor.drift.watched import (
+    ADVICE, ALONE, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, size_name, STIFFNESS, TESTS)
+from gearbox_monitor.trust.level import Finding, Level
 
-SECOND = 1_000_000_000
-FEATURES = ('gap', 'lost_motion', 'stiffness', 'hysteresis', 'friction', 'gain')
-GAP, LOST_MOTION, STIFFNESS, HYSTERESIS, FRICTION, GAIN = range(len(FEATURES))
 # A change is over when the newest so many windows show less than half of what was found.
 RELEASE_WINDOWS = 12
 # The size of a change is that of the newest so many windows where these differ from all since the
@@ -40,104 +39,14 @@ RECENT, DIFFERENT = (3, 12), 4.0
 # A stage is left when the change is below this share of its limit.
 RELEASE = 0.9
 FOUND, WARNED, GROSS = 1, 2, 3  # stages of an alarm
-COMPONENTS = ('backlash', 'friction')
-ALONE = 'gap_all_else_equal'
 # All else has stayed: its stretch scores less than this either way; and the gap as it was measured
 # must speak for growth, too.
 STAYED, AGREES = 3.5, 1.5
 
-
-@dataclass(frozen=True)
-class Test:
-    """
-    One upward test: `sign` times the feature in `column`.
-
-    relative: to the baseline; otherwise to the load, or as it is. share: of the false alarms.
-    """
-
-    key: str
-    component: str
-    column: int
-    sign: int
-    relative: bool
-    share: float
-    words: str
-
-
-TESTS = (
-    Test('gap', 'backlash', GAP, 1, True, 0.15, 'gap has grown by'),
-    # Far sharper where the others stay, see Sums.couplings; what it finds is a growth of the gap.
-    Test(ALONE, 'backlash', len(FEATURES), 1, True, 0.45, 'gap has grown by'),
-    Test('lost_motion', 'backlash', LOST_MOTION, 1, True, 0.1, 'lost motion has grown by'),
-    Test('stiffness_loss', 'backlash', STIFFNESS, -1, True, 0.05, 'stiffness is lost by'),
-    Test('hysteresis', 'backlash', HYSTERESIS, 1, False, 0.025,
-         'hysteresis, over the load, has risen by'),
-    Test('hysteresis_down', 'backlash', HYSTERESIS, -1, False, 0.025,
-         'hysteresis, over the load, has fallen by'),
-    Test('friction', 'friction', FRICTION, 1, True, 0.05, 'friction has grown by'),
-    Test('friction_loss', 'friction', FRICTION, -1, True, 0.05, 'friction has dropped by'),
-    Test('torque_gain', 'friction', GAIN, 1, True, 0.05, 'torque gain has grown by'),
-    Test('torque_gain_loss', 'friction', GAIN, -1, True, 0.05, 'torque gain has dropped by'),
-)
 _COLUMNS = (np.array([t.column for t in TESTS]), np.array([t.sign for t in TESTS]),
             np.array([t.relative for t in TESTS]))
 RAW, SHARP, *ELSE = (next(i for i, t in enumerate(TESTS) if t.key == key) for key in (
     'gap', ALONE, 'stiffness_loss', 'hysteresis', 'friction', 'torque_gain'))
-ADVICE = {
-    'gap': ('watch it', 'plan a service', 'service the gearbox'),
-    'lost_motion': ('watch it', 'plan a service', 'service the gearbox'),
-    'stiffness_loss': ('watch it', 'check couplings and mounting, plan a service',
-                       'check couplings, mounting and teeth now'),
-    'hysteresis': ('watch it', 'check preload and lubrication', 'check preload and lubrication'),
-    'hysteresis_down': ('watch it', 'check preload and lubrication',
-                        'check preload and lubrication'),
-    'friction': ('watch it', 'check lubrication, bearings and brake',
-                 'check lubrication, bearings and brake now'),
-    'friction_loss': ('watch it', 'check preload and lubricant', 'check preload and lubricant'),
-    'torque_gain': ('watch it', 'check the torque constant of the drive',
-                    'check the torque constant of the drive'),
-    'torque_gain_loss': ('watch it', 'check motor and torque constant',
-                         'check motor and torque constant'),
-}
-# Limits of each test, by parameter: stated from, WARN with the second advice from, ERROR from.
-_WIDTH = ('gap_notice', 'gap_warn', 'gap_error')
-_STIFFNESS = ('0.2 stiffness_warn', 'stiffness_warn', 'stiffness_error')
-_FRICTION = ('0.25 friction_warn', 'friction_warn', 'friction_error')
-_LIMITS = {'gap': _WIDTH, 'lost_motion': _WIDTH, 'stiffness_loss': _STIFFNESS,
-           'hysteresis': _STIFFNESS, 'hysteresis_down': _STIFFNESS, 'friction': _FRICTION,
-           'friction_loss': _FRICTION, 'torque_gain': _STIFFNESS, 'torque_gain_loss': _STIFFNESS}
-
-
-def _conditions():
-    for component in COMPONENTS:
-        yield Condition(component, Level.WARN, f'{component} not measured yet',
-                        'no window since the start showed it', 'drift_window',
-                        'move so that both flanks are loaded, there and back')
-    for test in TESTS:
-        if test.key not in _LIMITS:
-            continue
-        name = _name(test)
-        scores = (f'{test.key}_score', f'{ALONE}_score') if test.key == 'gap' else \
-            (f'{test.key}_score',)
-        for k, limit in enumerate(_LIMITS[test.key]):
-            sure = 'significant (false_alarm_interval) and ' if k == 0 else ''
-            also = ', or the gap > gap_limit' if limit == 'gap_error' and test.key == 'gap' else ''
-            yield Condition(
-                test.component, Level.ERROR if k == 2 else Level.WARN, f'{test.words} ... %',
-                f'{sure}change >= {limit}{also}',
-                f'best of the newest 1 .. {scan.HORIZON} windows' if k == 0 else
-                'since the change', ADVICE[test.key][k],
-                scores if k == 0 else (name,),
-                tuple(f'{score}_threshold' for score in scores) if k == 0 else
-                (f'{name}_{"warn" if k == 1 else "error"}',))
-
-
-def _name(test):
-    """Return the name of the size of a change in the values."""
-    return 'growth' if test.key == 'gap' else f'{test.key}_change'
-
-
-CONDITIONS = tuple(_conditions())
 
 
 @dataclass(frozen=True)
@@ -507,14 +416,14 @@ class Tracker:
                 values[f'{test.key}_score_threshold'] = self.settings.threshold(test)
                 if test.key in self.settings.limits:
                     _, warn, error = self._limits(test)
-                    name = _name(test)
+                    name = size_name(test)
                     values[f'{name}_warn'], values[f'{name}_error'] = warn, error
         values['trusted'] = self._trusted
         return values
 
     def _describe(self, test, change, values):
         """Return the words for a Change and add its figures to `values`."""
-        name = _name(test)
+        name = size_name(test)
         values[name], values[f'{name}_std'] = change.growth, change.std
         values[f'{name}_since'] = when(change.since_ns)
         digits = 1 if change.std >= 0.001 else 2
@@ -571,51 +480,14 @@ class Tracker:
 
     def baseline_points(self):
         """Return the baselines as plain data, a list with one mapping per operating point."""
-        found = []
-        for point in self._points:
-            sums = point.sums
-            mean, std = sums.mean(), sums.std()
-            row = {'angle': point.angle, 'speed': point.speed, 'load': point.load,
-                   'temperature': point.temperature, 'scale': sums.scale,
-                   'features': {}}
-            names = [name for name, used in zip(FEATURES, sums.used) if used]
-            if sums.complete > 0:
-                # How the errors go together: sums of products of deviations from the means.
-                deviation = sums.mean() - sums.first
-                moments = (sums.products - np.outer(deviation, sums.sum_complete)
-                           - np.outer(sums.sum_complete, deviation)
-                           + sums.complete * np.outer(deviation, deviation))
-                row['together'] = {
-                    'features': names, 'windows': int(sums.complete),
-                    'sums': [float(v) for v in
-                             (sums.sum_complete - sums.complete * deviation)[sums.used]],
-                    'products': [float(v) for v in
-                                 moments[np.ix_(sums.used, sums.used)].ravel()]}
-            for i, name in enumerate(FEATURES):
-                if sums.count[i] > 0:
-                    row['features'][name] = {
-                        'windows': int(sums.count[i]), 'mean': float(mean[i]),
-                        'std': float(std[i]), 'stated_std': float(math.sqrt(sums.stated[i]))}
-            if row['features']:
-                found.append(row)
-        return found
+        rows = ((point, point.sums.described(FEATURES)) for point in self._points)
+        return [{**point.place(), **row} for point, row in rows if row['features']]
 
     def to_dict(self):
         """Return all that the next findings depend on, as plain data; floats read back exactly."""
-        def numbers(a):
-            return [float(v) for v in a]
-
         return {
-            'points': [{
-                'angle': p.angle, 'speed': p.speed, 'load': p.load, 'temperature': p.temperature,
-                'scale': p.sums.scale, 'first': numbers(p.sums.first),
-                'count': numbers(p.sums.count), 'total': numbers(p.sums.total),
-                'squares': numbers(p.sums.squares), 'stated': numbers(p.sums.stated),
-                'used': [int(v) for v in p.sums.used], 'complete': p.sums.complete,
-                'sum_complete': numbers(p.sums.sum_complete),
-                'products': numbers(p.sums.products.ravel())}
-                for p in self._points],
-            'windows': [[stamp, where, int(learned), *numbers(values)] for
+            'points': [{**p.place(), **p.sums.to_dict()} for p in self._points],
+            'windows': [[stamp, where, int(learned), *map(float, values)] for
                         stamp, where, learned, values in
                         zip(self._stamps, self._where, self._learned, self._values)],
             'scores': self._scores,
@@ -635,32 +507,8 @@ class Tracker:
             state = {'points': state}
         n = len(FEATURES)
         for row in state['points']:
-            if 'features' in row:
-                sums = Sums.empty(n, float(row['scale']))
-                for name, known in row['features'].items():
-                    i = FEATURES.index(name)
-                    count = int(known['windows'])
-                    sums.first[i], sums.count[i] = known['mean'], count
-                    sums.squares[i] = (count - 1) * known['std'] ** 2
-                    sums.stated[i] = known['stated_std'] ** 2
-                if 'together' in row:
-                    also = row['together']
-                    which = [FEATURES.index(name) for name in also['features']]
-                    sums.used[which] = True
-                    sums.complete = float(also['windows'])
-                    sums.sum_complete[which] = _array(also['sums'], len(which))
-                    sums.products[np.ix_(which, which)] = _array(
-                        also['products'], len(which) ** 2).reshape(len(which), -1)
-            else:
-                sums = Sums.empty(n, float(row['scale']))
-                for name in ('first', 'count', 'total', 'squares', 'stated', 'sum_complete'):
-                    setattr(sums, name, _array(row[name], n))
-                sums.used = _array(row['used'], n) > 0.0
-                sums.complete = float(row['complete'])
-                sums.products = _array(row['products'], n * n).reshape(n, n)
-            self._points.points.append(Point(
-                float(row['angle']), float(row['speed']), float(row['load']),
-                None if row['temperature'] is None else float(row['temperature']), sums))
+            read = Sums.from_described if 'features' in row else Sums.from_dict
+            self._points.points.append(Point.at(row, read(row, FEATURES)))
         if 'windows' not in state:
             return
         rows = state['windows']
@@ -669,7 +517,7 @@ class Tracker:
         if not all(0 <= where < len(self._points) for where in self._where):
             raise ValueError('a window of an unknown operating point')
         self._learned = [bool(r[2]) for r in rows]
-        self._values = _array([r[3:] for r in rows], len(rows) * n).reshape(-1, n)
+        self._values = numbers([r[3:] for r in rows], len(rows) * n).reshape(-1, n)
         self._scores.update({test.key: float(state['scores'][test.key]) for test in TESTS})
         self.changes = {key: Change(**value) for key, value in state['changes'].items()
                         if key in self._scores}
@@ -681,28 +529,3 @@ class Tracker:
         self._growth = float(state['growth'])
         self._pause = state['pause'] and NotExcited(**state['pause'])
         self.stamp_ns = int(state['stamp_ns'])
-
-
-def _array(values, size):
-    array = np.array(values, float)
-    if array.size != size:
-        raise ValueError(f'{array.size} numbers, expected {size}')
-    return array.ravel()
-
-
-def when(stamp_ns):
-    """Return a stamp in words: UTC, or seconds where the clock is a simulated one."""
-    if stamp_ns < 10 ** 9 * SECOND:
-        return f't = {stamp_ns / SECOND:.1f} s'
-    return datetime.fromtimestamp(stamp_ns // SECOND, timezone.utc).strftime(
-        '%Y-%m-%d %H:%M:%S UTC')
-
-
-def span(seconds):
-    """Return a time span in words."""
-    if not math.isfinite(seconds):
-        return 'never'
-    for unit, size in (('d', 86400.0), ('h', 3600.0), ('min', 60.0)):
-        if seconds >= 2 * size:
-            return f'{seconds / size:.0f} {unit}'
-    return f'{seconds:.0f} s'

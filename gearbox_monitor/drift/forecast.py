@@ -14,10 +14,12 @@
 
 """History of the growth, fine where new and coarse where old, and when it reaches a limit."""
 from dataclasses import dataclass
+from datetime import datetime, timezone
 import math
 
 import numpy as np
 
+SECOND = 1_000_000_000
 PER_SIZE = 16  # blocks of one size, before the two oldest of them become one
 SIGNIFICANT = 3.0  # standard deviations: a slope that small is no trend
 MIN_BLOCKS = 4
@@ -97,3 +99,21 @@ class History:
         return Trend(last, float(level - slope * middle),
                      math.sqrt(worse * (1.0 / w.sum() + middle ** 2 / spread)), float(slope),
                      math.sqrt(worse / spread))
+
+
+def when(stamp_ns):
+    """Return a stamp in words: UTC, or seconds where the clock is a simulated one."""
+    if stamp_ns < 10 ** 9 * SECOND:
+        return f't = {stamp_ns / SECOND:.1f} s'
+    return datetime.fromtimestamp(stamp_ns // SECOND, timezone.utc).strftime(
+        '%Y-%m-%d %H:%M:%S UTC')
+
+
+def span(seconds):
+    """Return a time span in words."""
+    if not math.isfinite(seconds):
+        return 'never'
+    for unit, size in (('d', 86400.0), ('h', 3600.0), ('min', 60.0)):
+        if seconds >= 2 * size:
+            return f'{seconds / size:.0f} {unit}'
+    return f'{seconds:.0f} s'

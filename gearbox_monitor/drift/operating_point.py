@@ -25,10 +25,11 @@ import math
 import numpy as np
 
 MAX_POINTS = 64
-GAP, OTHERS = 0, (2, 3, 4, 5)  # columns of the features: see change.FEATURES
+GAP, OTHERS = 0, (2, 3, 4, 5)  # columns of the features: see watched.FEATURES
 MIN_COMPLETE = 60  # windows, before the gap is compared with the others being equal
 RIDGE = 2.0  # windows
 TINY = 1e-9
+_COLUMNS = ('first', 'count', 'total', 'squares', 'stated', 'sum_complete')
 
 
 @dataclass
@@ -137,6 +138,65 @@ class Sums:
             return np.where(self.count > 1, np.sqrt(squares / np.maximum(self.count - 1, 1)),
                             np.sqrt(np.where(self.count > 0, self.stated, np.nan)))
 
+    def to_dict(self):
+        """Return all of it as plain data; floats read back exactly."""
+        return {
+            'scale': self.scale, 'used': [int(v) for v in self.used], 'complete': self.complete,
+            'products': [float(v) for v in self.products.ravel()],
+            **{name: [float(v) for v in getattr(self, name)] for name in _COLUMNS}}
+
+    @classmethod
+    def from_dict(cls, row, features):
+        """Return the Sums of what to_dict gave; `features`: their names."""
+        n = len(features)
+        sums = cls.empty(n, float(row['scale']))
+        for name in _COLUMNS:
+            setattr(sums, name, numbers(row[name], n))
+        sums.used = numbers(row['used'], n) > 0.0
+        sums.complete = float(row['complete'])
+        sums.products = numbers(row['products'], n * n).reshape(n, n)
+        return sums
+
+    def described(self, features):
+        """Return it for people: mean and deviation by name of the feature, and how they go."""
+        mean, std = self.mean(), self.std()
+        row = {'scale': self.scale, 'features': {}}
+        if self.complete > 0:
+            # How the errors go together: sums of products of deviations from the means.
+            off = mean - self.first
+            moments = (self.products - np.outer(off, self.sum_complete)
+                       - np.outer(self.sum_complete, off) + self.complete * np.outer(off, off))
+            sums = self.sum_complete - self.complete * off
+            row['together'] = {
+                'features': [name for name, used in zip(features, self.used) if used],
+                'windows': int(self.complete), 'sums': [float(v) for v in sums[self.used]],
+                'products': [float(v) for v in moments[np.ix_(self.used, self.used)].ravel()]}
+        for i, name in enumerate(features):
+            if self.count[i] > 0:
+                row['features'][name] = {
+                    'windows': int(self.count[i]), 'mean': float(mean[i]), 'std': float(std[i]),
+                    'stated_std': float(math.sqrt(self.stated[i]))}
+        return row
+
+    @classmethod
+    def from_described(cls, row, features):
+        """Return the Sums of what described gave. Raises KeyError, TypeError or ValueError."""
+        sums = cls.empty(len(features), float(row['scale']))
+        for name, known in row['features'].items():
+            i, count = features.index(name), int(known['windows'])
+            sums.first[i], sums.count[i] = known['mean'], count
+            sums.squares[i] = (count - 1) * known['std'] ** 2
+            sums.stated[i] = known['stated_std'] ** 2
+        if 'together' in row:
+            also = row['together']
+            which = [features.index(name) for name in also['features']]
+            sums.used[which] = True
+            sums.complete = float(also['windows'])
+            sums.sum_complete[which] = numbers(also['sums'], len(which))
+            sums.products[np.ix_(which, which)] = numbers(
+                also['products'], len(which) ** 2).reshape(len(which), -1)
+        return sums
+
 
 @dataclass
 class Point:
@@ -151,6 +211,18 @@ class Point:
     load: float
     temperature: object
     sums: Sums
+
+    @classmethod
+    def at(cls, row, sums):
+        """Return the Point whose centre `row` names, see place."""
+        temperature = row['temperature']
+        return cls(float(row['angle']), float(row['speed']), float(row['load']),
+                   None if temperature is None else float(temperature), sums)
+
+    def place(self):
+        """Return the centre as plain data."""
+        return {'angle': self.angle, 'speed': self.speed, 'load': self.load,
+                'temperature': self.temperature}
 
     def text(self):
         """Return the point in words."""
@@ -214,3 +286,11 @@ def distance(point, window, temperature, bins):
 
 def _number(value):
     return float(value) if math.isfinite(value) else 0.0
+
+
+def numbers(values, size):
+    """Return `values` as an array [size]; raises ValueError."""
+    array = np.array(values, float)
+    if array.size != size:
+        raise ValueError(f'{array.size} numbers, expected {size}')
+    return array.ravel()
