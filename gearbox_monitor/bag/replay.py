@@ -195,6 +195,7 @@ def replay(reader, model=None, parameters=None, topic='joint_states'):
 
 def _from_snapshots(reader, recording, snapshots):
     samples, parts, resumed = recording.samples, [], []
+    snapshots = _followed(recording, snapshots)
     starts = [_index_after(recording, s) for s in snapshots]
     ends = starts[1:] + [len(samples.stamp_ns)]
     monitor, early = None, 0
@@ -221,6 +222,21 @@ def _from_snapshots(reader, recording, snapshots):
         result.notes.append(f'recorded with {", ".join(sorted(kernels))}, replayed with '
                             f'{KERNELS}: the last bits may differ')
     return result
+
+
+def _followed(recording, snapshots):
+    """
+    Return the snapshots from where every input is recorded.
+
+    A recorder that joins late gets the latched snapshots of earlier, but not the samples that
+    followed them. Raises SnapshotError when none is left.
+    """
+    stamps = recording.samples.stamp_ns
+    missed = [k for k, s in enumerate(snapshots)
+              if len(stamps) and 0 < s.stamp_ns < stamps[0] and s.stamp_ns not in stamps]
+    if missed and missed[-1] + 1 == len(snapshots):
+        raise SnapshotError('the recording begins behind the last snapshot of the estimator')
+    return snapshots[missed[-1] + 1:] if missed else snapshots
 
 
 def _goes_on(monitor, snapshot):
@@ -264,6 +280,8 @@ def _compare(reader, result, resumed):
     state = recorded.get(SIGNALS[0].topic)
     live = state.stamp_ns if state is not None else np.empty(0, np.int64)
     ours = result.estimates.stamp_ns
+    if len(ours):  # what was estimated before the first snapshot has nothing to be compared with
+        live = live[np.argmax(live == ours[0]):]
     lost_inputs, lost_outputs = np.setdiff1d(live, ours), np.setdiff1d(ours, live)
     comparison.lost_inputs, comparison.lost_outputs = len(lost_inputs), len(lost_outputs)
     losses = np.sort(np.concatenate([lost_inputs, lost_outputs]))
