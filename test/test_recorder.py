@@ -257,3 +257,18 @@ def test_definition_from_class(msgtype):
     types = get_types_from_msg(message_definition(msgtype), msgtype)
     for name, (_, fields) in types.items():
         assert fields == store.fielddefs[name][1], name
+
+
+def test_first_message_comes_with_the_signal(recorder, node, tmp_path):
+    """What arrives while the recorder ends is in a whole bag, with its topic."""
+    process = recorder()
+    publisher = node.create_publisher(JointState, 'joint_states', 100)
+    wait_matched(publisher)
+    time.sleep(0.5)
+    process.send_signal(signal.SIGSTOP)
+    publisher.publish(JointState(name=['motor']))
+    process.send_signal(signal.SIGINT)
+    process.send_signal(signal.SIGCONT)
+    stop(process)
+    with open_bag(tmp_path / 'bag') as bag:
+        assert not bag.truncated

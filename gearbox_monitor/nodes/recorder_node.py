@@ -265,8 +265,11 @@ class Recorder(Node):
 
     def _add_to_bag(self, topic):
         """Announce `topic` in the bag with the QoS that its publishers offer."""
-        offers = [info.qos_profile for info in self.get_publishers_info_by_topic(topic.name)]
-        offers = offers or [topic.subscription.qos_profile]
+        try:
+            infos = self.get_publishers_info_by_topic(topic.name)
+        except RCLError:  # a signal has ended the context: this is the first message, and the last
+            infos = []
+        offers = [info.qos_profile for info in infos] or [topic.subscription.qos_profile]
         self._writer.add_topic(topic.name, topic.msgtype, [_as_bag_qos(o) for o in offers],
                                message_definition(topic.msgtype))
 
