@@ -79,6 +79,18 @@ def jit_allocating(function):
     return _compiled(function, {}) if COMPILED else function
 
 
+def jit_anew(function):
+    """
+    Return `function` as jit does, compiled in each process.
+
+    For what is made at run time: the cache tells kernels apart by their source only, not by the
+    functions that they call.
+    """
+    if not COMPILED:
+        return function
+    return numba.njit(error_model='numpy', nogil=True, **LEAN)(function)
+
+
 def _compiled(function, options):
     options = {'error_model': 'numpy', 'nogil': True, **options}
     chosen = numba.config.CACHE_DIR  # the user's, by NUMBA_CACHE_DIR

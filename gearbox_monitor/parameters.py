@@ -300,6 +300,9 @@ PLANT = (
               change=AT_ONCE),
     Parameter('fault_gap', 1.0, '-', 'factor on the gap, all at once', low=0.0, high=100.0,
               change=AT_ONCE),
+    Parameter('effects', [''], '', 'effects besides those of the model file, each a text like '
+              '"stribeck Cs=0.1 vs=0.2", "" for none; ids and parameters: docs/effects.md',
+              change=AT_ONCE),
     Parameter('load_gravity', 0.0, 'N m', 'load on the arm: G sin(arm position)',
               low=-1e6, high=1e6, change=AT_ONCE),
     Parameter('load_coulomb', 0.0, 'N m', 'load on the arm: Coulomb friction',

@@ -30,6 +30,7 @@ BENCHMARKS = {
     'paper': ('paper', "the paper's tables, by all filters, beside the published numbers"),
     'speed': ('speed', "CPU time of the filters' steps, beside filterpy's"),
     'trust': ('trust', 'false alarms of trust and drift, and how soon faults are found'),
+    'blind': ('blind', 'diagnosis of recordings whose effect only the scorer knows'),
     'real': ('real', 'torque of a real drive against static current compensation'),
 }
 

@@ -168,7 +168,8 @@ class FaultyPlant:
 
     @model.setter
     def model(self, model):
-        self._model, self._in_force = model, None
+        # Folded: a fault's factors act on values that effects have replaced, too.
+        self._model, self._in_force = model.folded(), None
 
     @property
     def faults(self):
@@ -220,7 +221,7 @@ class FaultyPlant:
         if now != self._in_force:
             self._in_force = now
             self.plant.model = f.model(self._model, active, k // step * step * dt)
-        run = self.plant.run(f.torque * u if active and f.torque != 1.0 else u, dt)
+        run = self.plant.run(f.torque * u if active and f.torque != 1.0 else u, dt, k * dt)
         y = self.encoders.read(run.x[:, :2], run.y, dt, f, active)
         return replace(run, t=(k + np.arange(len(u))) * dt, y=y)
 

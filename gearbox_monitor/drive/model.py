@@ -25,12 +25,12 @@ Equation (1) of Hovland, with everything referred to the arm side:
 
 The paper has no torque on the arm (tau_arm = 0) and no friction that depends on the load (Cl = 0).
 """
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 import math
 
 import numpy as np
 
-from gearbox_monitor.drive.effects import EFFECTS
+from gearbox_monitor.drive.effects import ADDITIVE, EFFECTS, plugins
 from gearbox_monitor.drive.transmission import KINDS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.jit import jit
@@ -76,8 +76,34 @@ class DriveModel:
     tolerance: float = 0.0
     process_torque: float | None = None
 
+    def folded(self):
+        """Return the model with the effects in its values that only replace one of them."""
+        changes, shape, rest = {}, {}, []
+        names = {f.name for f in fields(Transmission)}
+        for effect in self.effects:
+            known = EFFECTS.get(effect['id'])
+            if effect['id'] == 'torque_offset':
+                changes['torque_offset'] = (
+                    changes.get('torque_offset', self.torque_offset) + effect['u0'])
+            elif known and known.replaces:
+                value = effect[known.parameters[0].name]
+                (shape if known.replaces in names else changes)[known.replaces] = value
+            else:
+                rest.append(effect)
+        if len(rest) == len(self.effects):
+            return self
+        return replace(self, transmission=replace(self.transmission, **shape),
+                       effects=tuple(rest), **changes)
+
     def pack(self):
-        """Return the parameters as the float64 array [N_PARAMETERS] that kernels take."""
+        """
+        Return the parameters as the float64 array [N_PARAMETERS] that kernels take.
+
+        With the effects that the filters know; effects.pack has the others.
+        """
+        folded = self.folded()
+        if folded is not self:
+            return folded.pack()
         p = np.zeros(N_PARAMETERS)
         p[INVERSE_M1], p[INVERSE_M2] = 1.0 / self.motor_inertia, 1.0 / self.arm_inertia
         p[D] = self.damping
@@ -188,20 +214,36 @@ def model_from_dict(data, source):
 def _effects(items, source):
     if not isinstance(items, (list, tuple)):
         raise InputError(f'{source}: effects: {items!r}, expected a list')
-    result = []
+    result, known = [], EFFECTS
     for item in items:
-        if not isinstance(item, dict) or item.get('id') not in EFFECTS:
+        name = item.get('id') if isinstance(item, dict) else None
+        if isinstance(name, str) and name not in known:
+            known = {**EFFECTS, **plugins()}
+        if not isinstance(name, str) or name not in known:
             raise InputError(f'{source}: effects: {item!r}, expected an id of '
-                             f'{", ".join(sorted(EFFECTS))}')
-        names = EFFECTS[item['id']]
-        _mapping(item, f'effects.{item["id"]}', source, {'id', *names})
-        for name in names:
-            value = item.get(name)
-            if not isinstance(value, (int, float)) or not math.isfinite(value):
-                raise InputError(f'{source}: effects.{item["id"]}.{name}: {value!r}, expected a '
-                                 'finite number')
+                             f'{", ".join(sorted(known))}')
+        if name not in ADDITIVE and any(name == other['id'] for other in result):
+            raise InputError(f'{source}: effects.{name}: given twice, expected each id once')
+        parameters = known[name].parameters
+        _mapping(item, f'effects.{name}', source, {'id', *(p.name for p in parameters)})
+        for parameter in parameters:
+            _check_effect_value(item.get(parameter.name), parameter,
+                                f'{source}: effects.{name}.{parameter.name}')
         result.append(dict(item))
     return tuple(result)
+
+
+def _check_effect_value(value, parameter, place):
+    good = (isinstance(value, (int, float)) and not isinstance(value, bool)
+            and math.isfinite(value) and parameter.low <= value <= parameter.high
+            and not (parameter.whole and value != int(value)))
+    if not good:
+        kind = 'a whole number' if parameter.whole else 'a finite number'
+        bounds = [f'{sign} {bound:g}' for sign, bound in
+                  (('>=', parameter.low), ('<=', parameter.high)) if math.isfinite(bound)]
+        raise InputError(f'{place}: {value!r}, expected '
+                         + ' '.join([kind, ' and '.join(bounds)]).strip()
+                         + f' ({parameter.unit})')
 
 
 def fastest_eigenvalue(model):
@@ -211,16 +253,26 @@ def fastest_eigenvalue(model):
     In contact, and where the friction slopes Cv + Cc (2/pi) alpha of motor and arm are steepest.
     Friction that depends on the load counts with the torque of a twist by the half gap.
     """
+    model = model.folded()
     p = model.pack()
     torque = model.transmission.stiffness * model.transmission.half_gap
     slope = motor_friction_slope(0.0, torque, p)
     arm_slope = p[CAV] + TWO_OVER_PI * p[CAC] * p[ALPHA]
+    bristles = 0.0
+    for effect in model.effects:
+        if effect['id'] == 'stribeck':
+            slope += TWO_OVER_PI * p[ALPHA] * effect['Cs']
+        elif effect['id'] == 'coulomb_asymmetry':
+            slope += TWO_OVER_PI * p[ALPHA] * abs(effect['Ca'])
+        elif effect['id'] == 'lugre':  # at rest a spring and a damper
+            slope += effect['sigma1']
+            bristles = effect['sigma0']
     k = model.transmission.stiffness + model.transmission.hysteresis_stiffness
     m1, m2, d = model.motor_inertia, model.arm_inertia, model.damping
     a = np.array([
         [0.0, 0.0, 1.0, 0.0],
         [0.0, 0.0, 0.0, 1.0],
-        [-(k + model.position_gain) / m1, k / m1, -(d + slope) / m1, d / m1],
+        [-(k + model.position_gain + bristles) / m1, k / m1, -(d + slope) / m1, d / m1],
         [k / m2, -(k + p[G]) / m2, d / m2, -(d + arm_slope) / m2]])
     return float(np.abs(np.linalg.eigvals(a)).max())
 

@@ -38,6 +38,7 @@ from std_msgs.msg import Float64MultiArray
 
 from gearbox_monitor.drive.excitation import Excitation
 from gearbox_monitor.drive.faults import EncoderFault, Faults, FaultyPlant, JOINTS
+from gearbox_monitor.drive.model import model_from_dict
 from gearbox_monitor.drive.simulate import Noise, Plant
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model
@@ -115,8 +116,9 @@ class PlantNode(Node):
         loads = ({'id': 'gravity', 'G': v['load_gravity']},
                  {'id': 'arm_coulomb', 'Cac': v['load_coulomb']},
                  {'id': 'load_torque', 'TL': v['load_constant']})
-        model = self.drive.with_(effects=(*self.drive.effects, *loads),
-                                 **{name: v[name] for name in PLANT_MODEL})
+        values = self.drive.with_(**{name: v[name] for name in PLANT_MODEL}).to_dict()
+        values['effects'] += [*loads, *map(_effect, filter(str.strip, v['effects']))]
+        model = model_from_dict(values, 'plant')
         self._model, self._excitation = model, excitation
         self._noise = Noise(tuple(v['process_noise']), tuple(v['measurement_noise']))
         encoders = {joint: EncoderFault(
@@ -285,6 +287,24 @@ class PlantNode(Node):
         # A logger without /rosout, which is gone when a signal has ended the context.
         get_logger('plant_node').info(
             f'{text}; {self._overrun_text()}' if self.overruns else text)
+
+
+def _effect(text):
+    """Return the effect {'id': .., parameter: value} of a text like 'stribeck Cs=0.1 vs=0.2'."""
+    name, *pairs = text.split()
+    effect = {'id': name}
+    for pair in pairs:
+        key, _, value = pair.partition('=')
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise InputError(f'plant: effects: {text!r}: {pair!r}, expected name=number')
+        if key in effect:
+            raise InputError(f'plant: effects: {text!r}: {key} given twice, expected it once')
+        effect[key] = number
+    return effect
 
 
 def _value(model, name):

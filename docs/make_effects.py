@@ -1,0 +1,108 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Write effects.md from the library of effects: python docs/make_effects.py."""
+import math
+from pathlib import Path
+import sys
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from gearbox_monitor.cli.diagnose_report import MEANINGS  # noqa: E402, I100, I202
+from gearbox_monitor.drive.effects import EFFECTS, LOCATIONS  # noqa: E402
+
+PAGE = ROOT / 'docs/effects.md'
+HEAD = """\
+# Effects
+
+Written by `docs/make_effects.py` from `gearbox_monitor/drive/effects.py`; change it there. What a
+drive does that the plain model does not. [`gearbox_monitor diagnose`](diagnose.md) finds them. The
+simulated plant can have them, several at once: by the key `effects` of the model file, or while it
+runs by `ros2 param set /plant effects '["stribeck Cs=0.1 vs=0.2"]'`.
+
+The plain model, everything on the arm side (SI units, N m, rad, s):
+
+    x1' = x3,  x2' = x4                         motor and arm
+    m1 x3' = u_act - D (x3 - x4) - tau_K - tau_f - Kr x1,   u_act = u
+    m2 x4' = D (x3 - x4) + tau_K - tau_arm,                 tau_arm = 0
+    tau_f = Cv x3 + Cc s(x3),       s(v) = (2/pi) atan(alpha v)
+    tau_K = K dz(delta, b),         delta = x1 - x2, dz the dead zone of half gap b
+    y1 = x1 + noise,  y2 = x2 + noise           encoders
+
+`'` is the derivative with respect to time, t the time from the start of the recording. "replaced"
+means that the parameter takes the place of the value in the model file. N is a whole number of
+periods per turn of the motor (on the arm side).
+"""
+OWN = """\
+
+## Effects of your own
+
+A package adds an effect through an entry point; nothing here has to be touched. In its `setup.py`:
+
+```python
+entry_points={'gearbox_monitor.effects': ['spring = my_package.spring:EFFECT']}
+```
+
+and in `my_package/spring.py`:
+
+```python
+from gearbox_monitor.drive.effects import Effect, Parameter
+
+
+def torques(t, x1, x2, x3, x4, u, tau_k, theta):
+    return 0.0, theta[0] * x2, 0.0
+
+
+EFFECT = Effect(
+    'arm_spring', 'arm_side', 'tau_arm += S x2', (Parameter('S', 'N m/rad', 0.0),),
+    torques=torques, starts=(0.1,))
+```
+
+`torques` returns what is added to the torque of the motor, to the load tau_arm on the arm, and to
+tau_K, N m each. theta holds the parameters in their order, `starts` the values from which fits
+begin, in the order of magnitude that matters. The function must compile with numba (arithmetic,
+`math`, no arrays made). It takes part in simulation and diagnosis as the others do; a model can
+have one effect of a plug-in at a time.
+"""
+
+
+def bounds(parameter):
+    """Return the bounds of a Parameter as words, '' for none."""
+    low, high = (f'{bound:g}' if math.isfinite(bound) else ''
+                 for bound in (parameter.low, parameter.high))
+    if low and high:
+        return f', {low} to {high}'
+    return f', >= {low}' if low else f', <= {high}' if high else ''
+
+
+def row(effect):
+    """Return the line of the table for an Effect."""
+    parameters = '; '.join(f'`{p.name}` ({p.unit}{bounds(p)})' for p in effect.parameters)
+    cells = (f'`{effect.id}`', MEANINGS[effect.id], f'`{effect.equation}`', parameters)
+    return '| ' + ' | '.join(cell.replace('|', '\\|') for cell in cells) + ' |'
+
+
+def page():
+    """Return the text of the page."""
+    lines = [HEAD.rstrip('\n')]
+    for location in LOCATIONS:
+        lines += ['', f'## {location}', '', '| id | what it is | equation | parameters |',
+                  '|---|---|---|---|']
+        lines += [row(effect) for effect in EFFECTS.values() if effect.location == location]
+    return '\n'.join(lines) + '\n' + OWN
+
+
+if __name__ == '__main__':
+    PAGE.write_text(page(), encoding='utf-8')

@@ -1,0 +1,93 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Motions for recordings: torque alone, or a controller that follows a path."""
+import numpy as np
+
+KINDS = ('multisine', 'chirp', 'steps', 'rbs', 'trapezoid', 'triangle', 'wide', 'tri_sine')
+LIMIT = 8.0  # N m
+
+
+def _uniform_log(random, low, high):
+    return float(np.exp(random.uniform(np.log(low), np.log(high))))
+
+
+def _held(random, n, dt, shortest, longest, draw):
+    """Return [n] of levels from draw(), each held for a random time."""
+    out, k = np.empty(n), 0
+    while k < n:
+        length = max(1, int(random.uniform(shortest, longest) / dt))
+        out[k:k + length] = draw()
+        k += length
+    return out
+
+
+def _triangle(t, rate):
+    return 1.0 - 4.0 * np.abs(np.mod(t * rate + 0.25, 1.0) - 0.5)
+
+
+def draw(kind, random, n, dt):
+    """
+    Return (u [n], control, reference [n, 2]) of a motion: feed-forward torque and a controller.
+
+    control: (kp N m/rad, kd N m s/rad, limit N m, followed position: 0 motor, 1 arm).
+    """
+    t = np.arange(n) * dt
+    u, path = np.zeros(n), np.zeros(n)
+    control = [random.uniform(2.0, 8.0), random.uniform(0.05, 0.25), LIMIT, 0]
+    amplitude = random.uniform(1.0, 3.5)
+    soft = [random.uniform(0.2, 1.5) if random.random() < 0.5 else 0.0, 0.0, LIMIT,
+            int(random.random() < 0.3)]
+    if kind == 'multisine':
+        control = soft
+        rates = np.array([_uniform_log(random, 0.4, 6.0) for _ in range(random.integers(2, 5))])
+        parts = random.uniform(0.4, 1.0, len(rates))
+        parts *= 1.5 * amplitude / parts.sum()
+        u = sum(a * np.cos(2 * np.pi * f * t + random.uniform(-0.5, 0.5))
+                for a, f in zip(parts, rates))
+    elif kind == 'chirp':
+        control = soft
+        low, high = random.uniform(0.3, 0.8), random.uniform(4.0, 10.0)
+        end = t[-1]
+        u = amplitude * np.cos(2 * np.pi * (low * t + 0.5 * (high - low) / end * t * t))
+    elif kind == 'rbs':
+        control = soft
+        clock = random.uniform(0.04, 0.15)
+        u = amplitude * _held(random, n, dt, clock, 3 * clock,
+                              lambda: random.choice([-1.0, 1.0]))
+    elif kind == 'steps':
+        size = random.uniform(0.6, 2.5)
+        path = _held(random, n, dt, 0.3, 1.0, lambda: random.uniform(-size, size))
+        control[0] = random.uniform(1.5, 4.0)
+    elif kind == 'trapezoid':
+        reach, speed, slope = (random.uniform(0.8, 4.0), random.uniform(3.0, 12.0),
+                               random.uniform(30.0, 120.0))
+        goal = _held(random, n, dt, 0.5, 1.4, lambda: random.uniform(-reach, reach))
+        v = 0.0
+        for k in range(1, n):  # speed- and acceleration-limited
+            rest = goal[k] - path[k - 1]
+            wish = np.sign(rest) * min(speed, np.sqrt(2.0 * slope * abs(rest)))
+            v += np.clip(wish - v, -slope * dt, slope * dt)
+            path[k] = path[k - 1] + v * dt
+    elif kind == 'triangle':
+        path = random.uniform(1.0, 4.0) * _triangle(t, random.uniform(0.2, 0.7))
+    elif kind == 'wide':
+        path = random.uniform(3.5, 7.0) * np.sin(2 * np.pi * random.uniform(0.2, 0.5) * t)
+        path += random.uniform(0.3, 1.0) * np.sin(2 * np.pi * random.uniform(0.9, 2.0) * t)
+    elif kind == 'tri_sine':
+        path = random.uniform(1.0, 3.0) * _triangle(t, random.uniform(0.15, 0.4))
+        u = 0.6 * amplitude * np.sin(2 * np.pi * random.uniform(1.5, 6.0) * t)
+    else:
+        raise ValueError(kind)
+    return u, tuple(control), np.column_stack([path, np.gradient(path, dt)])

@@ -1,0 +1,506 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+A drive with a gap, with any effect and several at once, written from the equations alone.
+
+    x1' = x3, x2' = x4, delta = x1 - x2
+    m1 x3' = u_act - D (x3 - x4) - tau_K - tau_f - Kr x1 + cogging
+    m2 x4' = D (x3 - x4) + tau_K - tau_arm
+    tau_f = Cv x3 + Cc s(x3), s(v) = 2/pi atan(alpha v), tau_K = K dz(delta, b)
+
+It shares no code with the simulator that the diagnosis uses, so that a wrong equation shows.
+RK4 at 0.1 ms and finer where a memory (bristle, hysteresis) is faster than that. Torque chain:
+command -> delay -> saturation -> lag -> gain -> ripple -> offset. Before t = 0 the drive stood
+still with u = 0.
+"""
+import math
+
+import numpy as np
+
+from gearbox_monitor.jit import jit
+
+NOMINAL = {'m1': 0.006442, 'm2': 0.023454, 'D': 0.01, 'Cv': 0.1, 'Cc': 0.27, 'alpha': 100.0,
+           'Kr': 0.01, 'K': 25.0, 'b': 0.1}
+SUBSTEPS = 10   # per sample of 1 ms
+FASTEST = 0.4   # largest product of substep and rate of a memory
+
+# id -> (place, names of its parameters). OUTSIDE: effects that no vocabulary names.
+EFFECTS = {
+    'motor_viscous': ('motor_side', ('Cv',)),
+    'motor_coulomb': ('motor_side', ('Cc',)),
+    'stribeck': ('motor_side', ('Cs', 'vs')),
+    'lugre': ('motor_side', ('sigma0', 'sigma1', 'Cs', 'vs')),
+    'coulomb_asymmetry': ('motor_side', ('Ca',)),
+    'load_friction': ('motor_side', ('Cl',)),
+    'motor_inertia': ('motor_side', ('m1',)),
+    'viscous_drift': ('motor_side', ('r', 'T')),
+    'cogging': ('motor_side', ('A', 'N', 'phi')),
+    'arm_viscous': ('arm_side', ('Cav',)),
+    'arm_coulomb': ('arm_side', ('Cac',)),
+    'gravity': ('arm_side', ('G',)),
+    'load_torque': ('arm_side', ('TL',)),
+    'arm_inertia': ('arm_side', ('m2',)),
+    'disturbance': ('arm_side', ()),
+    'backlash_gap': ('transmission', ('b',)),
+    'stiffness': ('transmission', ('K',)),
+    'hardening': ('transmission', ('K3',)),
+    'hysteresis_bouc_wen': ('transmission', ('Th', 'dh')),
+    'hysteresis_branch': ('transmission', ('h', 'ds')),
+    'transmission_damping': ('transmission', ('D',)),
+    'mesh_error': ('transmission', ('A', 'N', 'phi')),
+    'torque_gain': ('actuator', ('g',)),
+    'torque_offset': ('actuator', ('u0',)),
+    'actuator_lag': ('actuator', ('T',)),
+    'actuator_delay': ('actuator', ('T',)),
+    'saturation': ('actuator', ('umax',)),
+    'torque_ripple': ('actuator', ('A', 'N', 'phi')),
+    'motor_encoder_eccentricity': ('motor_sensor', ('A', 'phi')),
+    'motor_encoder_quantisation': ('motor_sensor', ('q',)),
+    'motor_encoder_delay': ('motor_sensor', ('T',)),
+    'arm_encoder_eccentricity': ('arm_sensor', ('A', 'phi')),
+    'arm_encoder_quantisation': ('arm_sensor', ('q',)),
+    'arm_encoder_delay': ('arm_sensor', ('T',)),
+    'encoder_offset': ('arm_sensor', ('c',)),
+}
+OUTSIDE = {
+    'motor_quadratic': ('motor_side', ('C2',)),             # tau_f += C2 x3 |x3|
+    'motor_friction_angle': ('motor_side', ('a', 'phi')),   # Cc (1 + a sin(x1 + phi))
+    'arm_spring': ('arm_side', ('k',)),                     # tau_arm += k x2
+    'arm_quadratic': ('arm_side', ('C2',)),                 # tau_arm += C2 x4 |x4|
+    'arm_fan': ('arm_side', ('A', 'f', 'phi')),             # tau_arm += A sin(2 pi f t + phi)
+    'stiffness_angle': ('transmission', ('a', 'phi')),      # K (1 + a sin(2 x1 + phi))
+    'gap_angle': ('transmission', ('a', 'phi')),            # b (1 + a sin(3 x1 + phi))
+    'stiffness_sides': ('transmission', ('a',)),            # K (1 + a) where delta > b
+    'contact_damping': ('transmission', ('Dc',)),           # tau_K += Dc (x3 - x4) in contact
+    'torque_cubic': ('actuator', ('c',)),                   # u + c u^3
+    'torque_rate': ('actuator', ('rate',)),                 # |u'| <= rate, N m/s
+    'motor_encoder_harmonic': ('motor_sensor', ('A', 'phi')),   # y1 + A sin(2 x1 + phi)
+    'arm_encoder_harmonic': ('arm_sensor', ('A', 'phi')),       # y2 + A sin(2 x2 + phi)
+}
+PLACES = ('motor_side', 'arm_side', 'transmission', 'actuator', 'motor_sensor', 'arm_sensor')
+
+# Places in the packed parameters: the kernel's numbers first, then those of the sensors.
+_NAMES = (
+    'm1 m2 D Cv Cc alpha Kr K b Cs vs lugre sigma0 sigma1 Lcs Lvs Ca Cl drift drift_T '
+    'cog_A cog_N cog_phi Cav Cac G TL K3 Th dh h ds mesh_A mesh_N mesh_phi '
+    'gain u0 lag delay umax rip_A rip_N rip_phi '
+    'C2 cca ccphi spring aC2 fan_A fan_f fan_phi ka kphi ba bphi side Dc cubic rate').split()
+(M1, M2, D, CV, CC, ALPHA, KR, K, B, CS, VS, LUGRE, SIGMA0, SIGMA1, LCS, LVS, CA, CL, DRIFT,
+ DRIFT_T, COG_A, COG_N, COG_PHI, CAV, CAC, G, TL, K3, TH, DH, H, DS, MESH_A, MESH_N, MESH_PHI,
+ GAIN, U0, LAG, DELAY, UMAX, RIP_A, RIP_N, RIP_PHI, C2, CCA, CCPHI, SPRING, AC2, FAN_A, FAN_F,
+ FAN_PHI, KA, KPHI, BA, BPHI, SIDE, DC, CUBIC, RATE) = range(len(_NAMES))
+_PLACE = {name: i for i, name in enumerate(_NAMES)}
+
+# (id, parameter) -> name in the packed parameters.
+_SET = {
+    ('motor_viscous', 'Cv'): 'Cv', ('motor_coulomb', 'Cc'): 'Cc', ('stribeck', 'Cs'): 'Cs',
+    ('stribeck', 'vs'): 'vs', ('lugre', 'sigma0'): 'sigma0', ('lugre', 'sigma1'): 'sigma1',
+    ('lugre', 'Cs'): 'Lcs', ('lugre', 'vs'): 'Lvs', ('coulomb_asymmetry', 'Ca'): 'Ca',
+    ('load_friction', 'Cl'): 'Cl', ('motor_inertia', 'm1'): 'm1',
+    ('viscous_drift', 'r'): 'drift', ('viscous_drift', 'T'): 'drift_T',
+    ('cogging', 'A'): 'cog_A', ('cogging', 'N'): 'cog_N', ('cogging', 'phi'): 'cog_phi',
+    ('arm_viscous', 'Cav'): 'Cav', ('arm_coulomb', 'Cac'): 'Cac', ('gravity', 'G'): 'G',
+    ('load_torque', 'TL'): 'TL', ('arm_inertia', 'm2'): 'm2', ('backlash_gap', 'b'): 'b',
+    ('stiffness', 'K'): 'K', ('hardening', 'K3'): 'K3', ('hysteresis_bouc_wen', 'Th'): 'Th',
+    ('hysteresis_bouc_wen', 'dh'): 'dh', ('hysteresis_branch', 'h'): 'h',
+    ('hysteresis_branch', 'ds'): 'ds', ('transmission_damping', 'D'): 'D',
+    ('mesh_error', 'A'): 'mesh_A', ('mesh_error', 'N'): 'mesh_N',
+    ('mesh_error', 'phi'): 'mesh_phi', ('torque_gain', 'g'): 'gain',
+    ('torque_offset', 'u0'): 'u0', ('actuator_lag', 'T'): 'lag',
+    ('actuator_delay', 'T'): 'delay', ('saturation', 'umax'): 'umax',
+    ('torque_ripple', 'A'): 'rip_A', ('torque_ripple', 'N'): 'rip_N',
+    ('torque_ripple', 'phi'): 'rip_phi',
+    ('motor_quadratic', 'C2'): 'C2', ('motor_friction_angle', 'a'): 'cca',
+    ('motor_friction_angle', 'phi'): 'ccphi', ('arm_spring', 'k'): 'spring',
+    ('arm_quadratic', 'C2'): 'aC2', ('arm_fan', 'A'): 'fan_A', ('arm_fan', 'f'): 'fan_f',
+    ('arm_fan', 'phi'): 'fan_phi', ('stiffness_angle', 'a'): 'ka',
+    ('stiffness_angle', 'phi'): 'kphi', ('gap_angle', 'a'): 'ba', ('gap_angle', 'phi'): 'bphi',
+    ('stiffness_sides', 'a'): 'side', ('contact_damping', 'Dc'): 'Dc',
+    ('torque_cubic', 'c'): 'cubic', ('torque_rate', 'rate'): 'rate',
+}
+SENSORS = {'motor_encoder_eccentricity', 'motor_encoder_quantisation', 'motor_encoder_delay',
+           'arm_encoder_eccentricity', 'arm_encoder_quantisation', 'arm_encoder_delay',
+           'encoder_offset', 'motor_encoder_harmonic', 'arm_encoder_harmonic'}
+
+
+def place_of(effect):
+    """Return the place of the id `effect`, of the vocabulary or outside of it."""
+    return {**EFFECTS, **OUTSIDE}[effect][0]
+
+
+def pack(nominal, effects):
+    """Return the kernel's parameters [n] and bursts [m, 3] (t0, duration, amplitude)."""
+    p = np.zeros(len(_NAMES))
+    p[VS] = p[LVS] = p[DRIFT_T] = p[DH] = p[DS] = 1.0
+    p[UMAX] = p[RATE] = np.inf
+    for name in ('m1', 'm2', 'D', 'Cv', 'Cc', 'alpha', 'Kr', 'K', 'b'):
+        p[_PLACE[name]] = nominal.get(name, NOMINAL[name])
+    bursts = np.zeros((0, 3))
+    for effect in effects:
+        if effect['id'] == 'lugre':
+            p[LUGRE] = 1.0
+        if effect['id'] == 'disturbance':
+            bursts = np.array([[b['t0'], b['duration'], b['amplitude']]
+                               for b in effect.get('bursts', [])]).reshape(-1, 3)
+            continue
+        for name, value in effect.items():
+            if name != 'id' and effect['id'] not in SENSORS:
+                p[_PLACE[_SET[effect['id'], name]]] = value
+    return p, bursts
+
+
+@jit
+def _sign(v, alpha):
+    return 2.0 / math.pi * math.atan(alpha * v)
+
+
+@jit
+def _rates(x1, x2, x3, x4, z, w, s, t, u, push, p, bursts):
+    """Return d/dt of (x3, x4, z, w, s); u: after the lag; push: process torque on the motor."""
+    delta, speed = x1 - x2, x3 - x4
+    torque = u * (1.0 + p[GAIN])
+    if p[RIP_A] != 0.0:
+        torque *= 1.0 + p[RIP_A] * math.sin(p[RIP_N] * x1 + p[RIP_PHI])
+    torque += p[U0] + push
+
+    twist = delta
+    if p[MESH_A] != 0.0:
+        twist += p[MESH_A] * math.sin(p[MESH_N] * x1 + p[MESH_PHI])
+    ds = 0.0
+    if p[H] != 0.0:
+        twist -= p[H] * s
+        ds = (speed - abs(speed) * s) / p[DS]
+    half = p[B]
+    if p[BA] != 0.0:
+        half *= 1.0 + p[BA] * math.sin(3.0 * x1 + p[BPHI])
+    beyond = 0.0
+    if twist > half:
+        beyond = twist - half
+    elif twist < -half:
+        beyond = twist + half
+    stiffness = p[K]
+    if p[KA] != 0.0:
+        stiffness *= 1.0 + p[KA] * math.sin(2.0 * x1 + p[KPHI])
+    if beyond > 0.0:
+        stiffness *= 1.0 + p[SIDE]
+    tau_k = stiffness * beyond + p[K3] * beyond ** 3
+    if beyond != 0.0:
+        tau_k += p[DC] * speed
+    dw = 0.0
+    if p[TH] != 0.0:
+        tau_k += p[TH] * w
+        dw = (speed - abs(speed) * w) / p[DH]
+
+    sign = _sign(x3, p[ALPHA])
+    cv = p[CV]
+    if p[DRIFT] != 0.0:
+        cv *= 1.0 + p[DRIFT] * (1.0 - math.exp(-max(t, 0.0) / p[DRIFT_T]))
+    friction = cv * x3 + p[CA] * abs(sign) + p[CL] * abs(tau_k) * sign + p[C2] * x3 * abs(x3)
+    cc = p[CC]
+    if p[CCA] != 0.0:
+        cc *= 1.0 + p[CCA] * math.sin(x1 + p[CCPHI])
+    dz = 0.0
+    if p[LUGRE] != 0.0:
+        g = cc + p[LCS] * math.exp(-(x3 / p[LVS]) ** 2)
+        dz = x3 - p[SIGMA0] * abs(x3) * z / g
+        friction += p[SIGMA0] * z + p[SIGMA1] * dz
+    else:
+        if p[CS] != 0.0:
+            cc += p[CS] * math.exp(-(x3 / p[VS]) ** 2)
+        friction += cc * sign
+
+    load = p[CAV] * x4 + p[TL] + p[SPRING] * x2 + p[AC2] * x4 * abs(x4)
+    if p[CAC] != 0.0:
+        load += p[CAC] * _sign(x4, p[ALPHA])
+    if p[G] != 0.0:
+        load += p[G] * math.sin(x2)
+    if p[FAN_A] != 0.0:
+        load += p[FAN_A] * math.sin(2.0 * math.pi * p[FAN_F] * t + p[FAN_PHI])
+    for i in range(bursts.shape[0]):  # half a sine each
+        since = t - bursts[i, 0]
+        if 0.0 <= since <= bursts[i, 1]:
+            load += bursts[i, 2] * math.sin(math.pi * since / bursts[i, 1])
+
+    transmitted = p[D] * speed + tau_k
+    cog = 0.0
+    if p[COG_A] != 0.0:
+        cog = p[COG_A] * math.sin(p[COG_N] * x1 + p[COG_PHI])
+    a3 = (torque - transmitted - friction - p[KR] * x1 + cog) / p[M1]
+    return a3, (transmitted - load) / p[M2], dz, dw, ds
+
+
+@jit
+def _substeps(x3, x4, p, dt, least):
+    """Return the number of substeps of a sample: at least `least`, more for fast memories."""
+    rate, speed = 0.0, abs(x3 - x4)
+    if p[LUGRE] != 0.0:
+        g = p[CC] + p[LCS] * math.exp(-(x3 / p[LVS]) ** 2)
+        rate = max(rate, p[SIGMA0] * abs(x3) / g, p[SIGMA1] / p[M1])
+    if p[TH] != 0.0:
+        rate = max(rate, speed / p[DH])
+    if p[H] != 0.0:
+        rate = max(rate, speed / p[DS])
+    return min(max(least, int(math.ceil(rate * dt / FASTEST))), 400)
+
+
+@jit
+def _command(u, before, p, dt):
+    """Return the command after the drive's electronics, `before`: that of the last sample."""
+    u = u + p[CUBIC] * u ** 3
+    return min(max(u, before - p[RATE] * dt), before + p[RATE] * dt)
+
+
+@jit
+def _delayed(command, begin, end, dt, p):
+    """Return the mean of the held command, saturated, over `begin` .. `end` (s), 0 before 0."""
+    i = int(math.floor(begin / dt + 1e-9))
+    j = int(math.floor(end / dt - 1e-9))
+    n = command.shape[0]
+    first = 0.0 if i < 0 else command[min(i, n - 1)]
+    first = min(max(first, -p[UMAX]), p[UMAX])
+    if j <= i:
+        return first
+    second = 0.0 if j < 0 else command[min(j, n - 1)]
+    second = min(max(second, -p[UMAX]), p[UMAX])
+    share = (j * dt - begin) / (end - begin)
+    return share * first + (1.0 - share) * second
+
+
+@jit
+def _advance(state, lagged, k, command, push, dt, p, bursts, least):
+    """Carry state [7] from sample k to k + 1, in place; returns the lagged torque (N m)."""
+    n = _substeps(state[2], state[3], p, dt, least)
+    h = dt / n
+    half = 0.5 * h
+    decay = math.exp(-half / p[LAG]) if p[LAG] > 0.0 else 0.0
+    x1, x2, x3, x4, z, w, s = (state[0], state[1], state[2], state[3], state[4], state[5],
+                               state[6])
+    for i in range(n):
+        t = k * dt + i * h
+        if p[DELAY] > 0.0:
+            u = _delayed(command, t - p[DELAY], t + h - p[DELAY], dt, p)
+        else:
+            u = command[k] if k >= 0 else 0.0
+            u = min(max(u, -p[UMAX]), p[UMAX])
+        ua, ub, uc = u, u, u
+        if p[LAG] > 0.0:
+            ua = lagged
+            ub = u + (ua - u) * decay
+            uc = u + (ub - u) * decay
+        a3, a4, az, aw, as_ = _rates(x1, x2, x3, x4, z, w, s, t, ua, push, p, bursts)
+        y1, y2, y3, y4 = x1 + half * x3, x2 + half * x4, x3 + half * a3, x4 + half * a4
+        b3, b4, bz, bw, bs = _rates(y1, y2, y3, y4, z + half * az, w + half * aw, s + half * as_,
+                                    t + half, ub, push, p, bursts)
+        v1, v2, v3, v4 = x1 + half * y3, x2 + half * y4, x3 + half * b3, x4 + half * b4
+        c3, c4, cz, cw, cs = _rates(v1, v2, v3, v4, z + half * bz, w + half * bw, s + half * bs,
+                                    t + half, ub, push, p, bursts)
+        w1, w2, w3, w4 = x1 + h * v3, x2 + h * v4, x3 + h * c3, x4 + h * c4
+        d3, d4, dz, dw, ds = _rates(w1, w2, w3, w4, z + h * cz, w + h * cw, s + h * cs,
+                                    t + h, uc, push, p, bursts)
+        x1 += h / 6.0 * (x3 + 2.0 * y3 + 2.0 * v3 + w3)
+        x2 += h / 6.0 * (x4 + 2.0 * y4 + 2.0 * v4 + w4)
+        x3 += h / 6.0 * (a3 + 2.0 * b3 + 2.0 * c3 + d3)
+        x4 += h / 6.0 * (a4 + 2.0 * b4 + 2.0 * c4 + d4)
+        z += h / 6.0 * (az + 2.0 * bz + 2.0 * cz + dz)
+        w += h / 6.0 * (aw + 2.0 * bw + 2.0 * cw + dw)
+        s += h / 6.0 * (as_ + 2.0 * bs + 2.0 * cs + ds)
+        lagged = uc
+    state[0], state[1], state[2], state[3] = x1, x2, x3, x4
+    state[4], state[5], state[6] = z, w, s
+    return lagged
+
+
+@jit
+def _run(u, command, push, x, state, dt, p, bursts, least, control, reference):
+    """
+    Fill x [N, 4], and u [N] and command [N] where a controller makes them.
+
+    control: kp, kd, limit (N m), which position (0 motor, 1 arm); kp = kd = 0: u as given.
+    reference [N, 2]: position and speed.
+    """
+    lagged, before = 0.0, 0.0
+    which = int(control[3])
+    for k in range(u.shape[0]):
+        for i in range(4):
+            x[k, i] = state[i]
+        if control[0] != 0.0 or control[1] != 0.0:
+            torque = (u[k] + control[0] * (reference[k, 0] - state[which])
+                      + control[1] * (reference[k, 1] - state[2]))
+            u[k] = min(max(torque, -control[2]), control[2])
+        before = _command(u[k], before, p, dt)
+        command[k] = before
+        lagged = _advance(state, lagged, k, command, push[k], dt, p, bursts, least)
+
+
+@jit
+def _window(x, state, first, lagged, command, dt, p, bursts, least):
+    """Fill x [n, 4] from `state` [7] at sample `first`, which may be negative."""
+    for k in range(x.shape[0]):
+        for i in range(4):
+            x[k, i] = state[i]
+        lagged = _advance(state, lagged, first + k, command, 0.0, dt, p, bursts, least)
+
+
+@jit
+def _commands(u, command, dt, p):
+    before = 0.0
+    for k in range(u.shape[0]):
+        before = _command(u[k], before, p, dt)
+        command[k] = before
+
+
+@jit
+def _lagged(command, out, dt, p):
+    """Fill out [N] with the lagged torque at each sample, from rest."""
+    value = 0.0
+    parts = 20
+    h = dt / parts
+    decay = math.exp(-h / p[LAG])
+    for k in range(out.shape[0]):
+        out[k] = value
+        for i in range(parts):
+            t = k * dt + i * h - p[DELAY]
+            u = _delayed(command, t, t + h, dt, p)
+            value = u + (value - u) * decay
+
+
+def sensor_delays(effects):
+    """Return the delays (s) of the two encoders."""
+    delays = [0.0, 0.0]
+    for effect in effects:
+        if effect['id'] in ('motor_encoder_delay', 'arm_encoder_delay'):
+            delays[effect['id'] == 'arm_encoder_delay'] = effect['T']
+    return delays
+
+
+def lead_of(effects, dt):
+    """Return how many samples before a window its run must start."""
+    return int(math.ceil(max(sensor_delays(effects)) / dt - 1e-9))
+
+
+def read_encoders(x, effects, dt, lead=0):
+    """
+    Return y [..., N - lead, 2] of states x [..., N, 4], without noise and without rounding.
+
+    Before the first state the drive stood still.
+    """
+    n = x.shape[-2]
+    y = []
+    for channel, delay in enumerate(sensor_delays(effects)):
+        position, speed = x[..., channel], x[..., 2 + channel]
+        if delay > 0.0:  # cubic Hermite between samples
+            at = np.arange(n) - delay / dt
+            i = np.clip(np.floor(at).astype(int), 0, n - 2)
+            f = np.clip(at - i, 0.0, 1.0)
+            position = ((1 + 2 * f) * (1 - f) ** 2 * position[..., i]
+                        + f * (1 - f) ** 2 * dt * speed[..., i]
+                        + f * f * (3 - 2 * f) * position[..., i + 1]
+                        - f * f * (1 - f) * dt * speed[..., i + 1])
+        out = position
+        for effect in effects:
+            name = effect['id']
+            if name.startswith(('motor_', 'arm_')[channel]):
+                if name.endswith('_encoder_eccentricity'):
+                    out = out + effect['A'] * np.sin(position + effect['phi'])
+                elif name.endswith('_encoder_harmonic'):
+                    out = out + effect['A'] * np.sin(2.0 * position + effect['phi'])
+            elif name == 'encoder_offset' and channel == 1:
+                out = out + effect['c']
+        y.append(out[..., lead:])
+    return np.stack(y, axis=-1)
+
+
+def quantise(y, effects):
+    """Return y [N, 2] (noise included), rounded where an effect says so."""
+    y = np.array(y, float)
+    for effect in effects:
+        if effect['id'].endswith('_encoder_quantisation'):
+            channel = int(effect['id'].startswith('arm'))
+            y[:, channel] = effect['q'] * np.round(y[:, channel] / effect['q'])
+    return y
+
+
+def simulate(nominal, effects, u, dt, x0=(0.0, 0.0, 0.0, 0.0), torque_std=0.0, rng=None,
+             control=None, reference=None, substeps=SUBSTEPS):
+    """
+    Return (x [N, 4], y [N, 2]): states and encoders without noise; with `control` also u [N].
+
+    nominal: m1 m2 D Cv Cc alpha Kr K b. effects: [{'id': .., parameter: value}]. u (N m) is held
+    over each sample of `dt` s. torque_std: process torque on the motor, N m rms per sample.
+    control: (kp, kd, limit, 0 motor or 1 arm) adds feedback of the position to u towards
+    `reference` [N, 2] (rad, rad/s).
+    """
+    p, bursts = pack(nominal, effects)
+    u = np.array(u, float)
+    n = len(u)
+    push = np.zeros(n) if not torque_std else torque_std * rng.standard_normal(n)
+    x, state = np.empty((n, 4)), np.zeros(7)
+    state[:4] = x0
+    _run(u, np.zeros(n), push, x, state, dt, p, bursts, substeps,
+         np.array(control if control is not None else (0.0, 0.0, 0.0, 0.0), float),
+         np.zeros((n, 2)) if reference is None else np.ascontiguousarray(reference, float))
+    y = read_encoders(x, effects, dt)
+    return (x, y) if control is None else (x, y, u)
+
+
+class Windows:
+    """Free runs of one model over windows of a recording, each from its own state."""
+
+    def __init__(self, nominal, effects, u, dt, starts, length, substeps=SUBSTEPS, lead=0):
+        """
+        Keep what does not change: `starts` [W]: first samples; length: samples.
+
+        lead: least number of samples that a run starts earlier.
+        """
+        self.effects, self.dt, self.length = effects, dt, int(length)
+        self.p, self.bursts = pack(nominal, effects)
+        self.substeps = substeps
+        # A delayed encoder sees what was before the window: start that much earlier.
+        self.lead = max(lead, lead_of(effects, dt))
+        self.firsts = np.asarray(starts, int) - self.lead
+        self.command = np.empty(len(u))
+        _commands(np.ascontiguousarray(u, float), self.command, dt, self.p)
+        self.lagged = np.zeros(len(u))
+        if self.p[LAG] > 0.0:
+            _lagged(self.command, self.lagged, dt, self.p)
+        self.memory = np.zeros((len(self.firsts), 3))
+
+    def run(self, states, chosen=None, keep=False):
+        """
+        Return y [W, length, 2] from `states` [W, 4] at the windows' starts less `lead` samples.
+
+        chosen: indices of the windows that `states` belong to (default: all). keep: let the
+        memories (bristle, hysteresis) at the end of each window start the next one.
+        """
+        chosen = range(len(self.firsts)) if chosen is None else chosen
+        y = np.empty((len(chosen), self.length, 2))
+        x, state = np.empty((self.lead + self.length, 4)), np.empty(7)
+        for row, w in enumerate(chosen):
+            state[:4], state[4:] = states[row], self.memory[w]
+            first = int(self.firsts[w])
+            _window(x, state, first, self.lagged[max(first, 0)], self.command, self.dt, self.p,
+                    self.bursts, self.substeps)
+            y[row] = read_encoders(x, self.effects, self.dt, self.lead)
+            if keep and w + 1 < len(self.memory):
+                self.memory[w + 1] = np.clip(np.nan_to_num(state[4:]), -1e3, 1e3)
+        return y
+
+
+def windows(nominal, effects, u, dt, starts, states, length, memory=None, substeps=SUBSTEPS):
+    """Return y [W, length, 2]: free runs from `states` [W, 4]; memory [W, 3]: z, z, s there."""
+    runs = Windows(nominal, effects, u, dt, starts, length, substeps)
+    if memory is not None:
+        runs.memory[:] = memory
+    return runs.run(states)
