@@ -16,22 +16,24 @@
 from pathlib import Path
 import re
 import runpy
+import shlex
 
 import pytest
 import yaml
 
 from gearbox_monitor import signals
-from gearbox_monitor.cli.main import COMMANDS
+from gearbox_monitor.cli.main import _parse, COMMANDS
 from gearbox_monitor.parameters import checked, defaults, ESTIMATOR, PLANT
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
 
 
-def test_parameter_page_is_up_to_date():
-    page = runpy.run_path(str(ROOT / 'docs/make_parameters.py'))['page']()
-    assert (ROOT / 'docs/parameters.md').read_text(encoding='utf-8') == page, \
-        'run python docs/make_parameters.py'
+@pytest.mark.parametrize('name', ['parameters', 'effects'])
+def test_written_page_is_up_to_date(name):
+    page = runpy.run_path(str(ROOT / f'docs/make_{name}.py'))['page']()
+    assert (ROOT / f'docs/{name}.md').read_text(encoding='utf-8') == page, \
+        f'run python docs/make_{name}.py'
 
 
 @pytest.mark.parametrize('node, table', [('estimator', ESTIMATOR), ('plant', PLANT)])
@@ -59,10 +61,20 @@ def test_every_command_is_mentioned():
 
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda p: p.name)
+def test_commands_can_be_given(page):
+    """In shell blocks, every command of ours has the options it is shown with."""
+    for block in re.findall(r'```sh\n(.*?)```', page.read_text(encoding='utf-8'), re.DOTALL):
+        for line in block.replace('\\\n', ' ').splitlines():
+            words = shlex.split(line, comments=True)
+            if words[:1] == ['gearbox_monitor']:
+                _parse(words[1:], words[1])
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda p: p.name)
 def test_links_lead_somewhere(page):
     for target in re.findall(r'\]\(([^)#]+)[^)]*\)', page.read_text(encoding='utf-8')):
         assert re.match('https?://', target) or (page.parent / target).exists(), target
 
 
 def test_readme_is_short():
-    assert len((ROOT / 'README.md').read_text(encoding='utf-8').splitlines()) <= 130
+    assert len((ROOT / 'README.md').read_text(encoding='utf-8').splitlines()) <= 155

@@ -15,6 +15,7 @@
 """The command line ``gearbox_monitor``: finds the subcommand and turns errors into exit codes."""
 import argparse
 import importlib
+import os
 import sys
 
 from gearbox_monitor import __version__
@@ -29,6 +30,7 @@ COMMANDS = {
     'tune': ('tune', 'find R and Q of a filter from a recording'),
     'compare': ('compare', 'run several filters on one recording, side by side'),
     'accept': ('accept', 'check the backlash and stiffness of a delivered gearbox from a bag'),
+    'diagnose': ('diagnose', 'find the effect that simulator and drive differ by, from a bag'),
     'benchmark': ('benchmark', 'measure this package against its bars'),
 }
 
@@ -65,6 +67,8 @@ def _parse(argv, named):
         sub = subparsers.add_parser(
             name, help=summary, formatter_class=argparse.RawDescriptionHelpFormatter)
         if name == named:
+            # Small matrices, and fits in threads of our own: those of BLAS would be in the way.
+            os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
             command = importlib.import_module('gearbox_monitor.cli.' + module)
             sub.description = command.__doc__
             command.add_arguments(sub)

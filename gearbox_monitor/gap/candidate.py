@@ -1,0 +1,289 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What is fitted: nuisance values of the model and parameters of effects, as coordinates."""
+from dataclasses import dataclass, field, replace
+import math
+
+import numpy as np
+
+from gearbox_monitor.drive.effects import EFFECTS, library, MAX_DELAY
+from gearbox_monitor.drive.model import DriveModel, Transmission
+
+# Values of the model that scatter with its tolerance: name in a verdict -> field.
+NUISANCES = {'m1': 'motor_inertia', 'm2': 'arm_inertia', 'D': 'damping',
+             'Cv': 'viscous_friction', 'Cc': 'coulomb_friction', 'K': 'stiffness', 'b': 'half_gap'}
+_SHAPE = {name for name in Transmission.__dataclass_fields__}
+PERIODIC = ('cogging', 'mesh_error', 'torque_ripple')
+PHASED = (*PERIODIC, 'motor_encoder_eccentricity', 'arm_encoder_eccentricity')
+ORDERS = range(1, 41)
+# Not fitted as a motion: read from the lattice of the readings, or a free signal.
+NOT_FITTED = ('motor_encoder_quantisation', 'arm_encoder_quantisation', 'disturbance')
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """
+    One number of a fit: `value` = low-level parameter, on a log scale where `log`.
+
+    scale: a change that matters; low, high: bounds; prior: standard deviation about the start, or
+    0. owner: index of the effect, or -1 for a nuisance.
+    """
+
+    owner: int
+    name: str
+    start: float
+    scale: float
+    low: float = -math.inf
+    high: float = math.inf
+    log: bool = False
+    prior: float = 0.0
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """
+    A model to be fitted: the nominal one with nuisances and the effects `ids`.
+
+    orders: {index of a periodic effect: its N}.
+    """
+
+    nominal: DriveModel
+    ids: tuple
+    coordinates: tuple
+    orders: dict = field(default_factory=dict)
+
+    @property
+    def name(self):
+        """Ids joined by '+', 'none' without any."""
+        return '+'.join(self.ids) or 'none'
+
+    @property
+    def n_effect(self):
+        """Number of free parameters of the effects; N counts."""
+        return sum(c.owner >= 0 for c in self.coordinates) + len(self.orders)
+
+    def start(self):
+        """Return the coordinates' start [P]."""
+        return np.array([math.log(c.start) if c.log else c.start for c in self.coordinates])
+
+    def bounded(self, z):
+        """Return z [P] within the bounds."""
+        low = [math.log(max(c.low, 1e-300)) if c.log else c.low for c in self.coordinates]
+        high = [math.log(c.high) if c.log else c.high for c in self.coordinates]
+        return np.clip(z, low, high)
+
+    def at_bound(self, z):
+        """Return the names of the effects' coordinates that sit at a bound that is finite."""
+        moved = self.bounded(z)
+        out = []
+        for c, value in zip(self.coordinates, moved):
+            value = math.exp(value) if c.log else value
+            near = 1e-6 * max(c.scale, abs(value))
+            if c.owner >= 0 and (value <= c.low + near or value >= c.high - near):
+                out.append(f'{self.ids[c.owner]}.{c.name}')
+        return out
+
+    def steps(self):
+        """Return the steps [P] of finite differences."""
+        return np.array([4e-3 if c.log else 4e-3 * c.scale for c in self.coordinates])
+
+    def prior(self, z):
+        """Return (pull [P], weight [P]) of the Gaussian prior on z [P]."""
+        weight = np.array([c.prior ** -2 if c.prior else 0.0 for c in self.coordinates])
+        return weight * (z - self.start()), weight
+
+    def penalty(self, z):
+        """Return -2 log of the prior at z."""
+        pull, _ = self.prior(z)
+        return float(pull @ (z - self.start()))
+
+    def values(self, z):
+        """Return (relative nuisances {name: factor - 1}, [{parameter: value} per effect])."""
+        nuisances, given = {}, [{} for _ in self.ids]
+        for c, v in zip(self.coordinates, z):
+            v = math.exp(v) if c.log else float(v)
+            if c.owner < 0:
+                nuisances[c.name] = v
+            else:
+                given[c.owner][c.name] = v
+        for i, (name, values) in enumerate(zip(self.ids, given)):
+            if name in PHASED:
+                s, c = values.pop('As'), values.pop('Ac')
+                if name in PERIODIC:
+                    values.update(A=math.hypot(s, c), N=self.orders[i], phi=math.atan2(c, s))
+                else:
+                    values.update(A=math.hypot(s, c), phi=math.atan2(c, s))
+        return nuisances, given
+
+    def model(self, z):
+        """Return the DriveModel at z [P]."""
+        nuisances, given = self.values(z)
+        return with_effects(scaled(self.nominal, nuisances),
+                            [{'id': name, **values} for name, values in zip(self.ids, given)])
+
+
+def scaled(model, nuisances):
+    """Return `model` with its values changed by the relative `nuisances` {name: change}."""
+    if not nuisances:
+        return model
+    changes, shape = {}, {}
+    for name, change in nuisances.items():
+        where = NUISANCES[name]
+        if where in _SHAPE:
+            shape[where] = getattr(model.transmission, where) * (1.0 + change)
+        else:
+            changes[where] = getattr(model, where) * (1.0 + change)
+    return replace(model, transmission=replace(model.transmission, **shape), **changes)
+
+
+def with_effects(model, found):
+    """Return `model` with `found` effects (dicts) instead of those of the same id."""
+    ids = {effect['id'] for effect in found}
+    kept = tuple(e for e in model.effects if e['id'] not in ids)
+    return replace(model, effects=(*kept, *found))
+
+
+def replaced_value(model, name):
+    """Return the value of `model` that the effect `name` replaces, None when it replaces none."""
+    effect = EFFECTS.get(name)
+    if effect is None or not effect.replaces:
+        return None
+    where = effect.replaces
+    return getattr(model.transmission if where in _SHAPE else model, where)
+
+
+def nuisances_of(model):
+    """Return the names of the values that scatter: those that are not 0, with a tolerance."""
+    if model.tolerance <= 0.0:
+        return ()
+    return tuple(name for name, where in NUISANCES.items()
+                 if getattr(model.transmission if where in _SHAPE else model, where))
+
+
+class Starts:
+    """Where fits of each effect begin, in the scales of one drive and one recording."""
+
+    def __init__(self, model, recording):
+        self.model = model
+        self.effects = library()
+        t = model.transmission
+        self.torque = max(float(np.std(recording.u)), 1e-9)
+        self.peak = max(float(np.abs(recording.u).max()), 1e-9)
+        self.friction = model.coulomb_friction or 0.1 * self.torque
+        travel = recording.y[10:, 0] - recording.y[:-10, 0]
+        self.speed = max(float(travel.std() / (10 * recording.dt)), 1e-6)
+        self.twist = max(t.half_gap, self.torque / t.stiffness, 1e-6)
+        self.angle = max(float(np.std(recording.y[:, 0])), 1e-6)
+
+    def none(self):
+        """Return the Candidate without effects."""
+        return Candidate(self.model, (), tuple(self._nuisances(())))
+
+    def candidates(self, name, order=None):
+        """Return the Candidates, one per start, of the single effect `name`."""
+        starts = self._starts(name)
+        return [self._candidate((name,), [coordinates], {0: order} if name in PERIODIC else {})
+                for coordinates in starts]
+
+    def joint(self, parts):
+        """
+        Return the Candidate of several effects that begins where fits of them ended.
+
+        parts: [(Candidate, z)] of single effects or pairs.
+        """
+        ids, groups, orders = [], [], {}
+        for candidate, z in parts:
+            for i, name in enumerate(candidate.ids):
+                if i in candidate.orders:
+                    orders[len(ids)] = candidate.orders[i]
+                ids.append(name)
+                groups.append([
+                    replace(c, start=math.exp(v) if c.log else float(v))
+                    for c, v in zip(candidate.coordinates, z) if c.owner == i])
+        return self._candidate(tuple(ids), groups, orders)
+
+    def _candidate(self, ids, groups, orders):
+        coordinates = self._nuisances(ids)
+        for i, group in enumerate(groups):
+            coordinates += [replace(c, owner=i) for c in group]
+        return Candidate(self.model, ids, tuple(coordinates), orders)
+
+    def _nuisances(self, ids):
+        own = {EFFECTS[i].parameters[0].name for i in ids if i in EFFECTS and EFFECTS[i].replaces}
+        r = self.model.tolerance
+        return [Coordinate(-1, name, 0.0, r, -0.9, 10.0, prior=r)
+                for name in nuisances_of(self.model) if name not in own]
+
+    def _starts(self, name):
+        """Return lists of Coordinates (owner 0), one list per start."""
+        effect = self.effects[name]
+        if name not in EFFECTS:
+            return [[Coordinate(0, p.name, float(v), max(abs(float(v)), 1e-3), p.low, p.high)
+                     for p, v in zip(effect.parameters, effect.starts)]]
+        p = effect.parameters[0]
+        if effect.replaces:
+            value = replaced_value(self.model, name)
+            scale = {'Cv': self.torque / self.speed, 'Cc': self.friction,
+                     'D': 0.1 * self.torque / self.speed}.get(p.name, value)
+            scale = value if value else scale
+            # A resonance that is far off fits in several places.
+            factors = (1.0, 0.7, 1.4) if p.name in ('K', 'b', 'm2', 'm1') else (1.0,)
+            return [[Coordinate(0, p.name, f * value, scale, max(p.low, 0.02 * value), p.high)]
+                    for f in factors]
+        if name in PHASED:
+            size = {'cogging': 0.1 * self.torque, 'torque_ripple': 0.05,
+                    'mesh_error': 0.05 * self.twist}.get(name, 0.01 * self.angle)
+            return [[Coordinate(0, 'As', 0.0, size), Coordinate(0, 'Ac', 0.0, size)]]
+
+        def one(name, start, scale, low=-math.inf, high=math.inf):
+            return Coordinate(0, name, start, scale, low, high)
+
+        def log(name, start, low, high):
+            return Coordinate(0, name, start, start, low, high, log=True)
+
+        torque, speed, friction = 0.1 * self.torque, self.speed, self.friction
+        elastic = self.model.transmission.stiffness * self.twist
+        table = {
+            'stribeck': [[one('Cs', 0.3 * friction, friction, 0.0),
+                          log('vs', f * speed, 1e-3, 1e3)] for f in (0.03, 0.15, 0.6)],
+            'lugre': [[log('sigma0', s0 * friction, 1e-3, 1e6), log('sigma1', s1, 1e-6, 1e3),
+                       one('Cs', 0.3 * friction, friction, 0.0), log('vs', f * speed, 1e-3, 1e3)]
+                      for s0, s1, f in ((100.0, 0.3, 0.1), (1000.0, 0.1, 0.1), (30.0, 0.3, 0.3))],
+            'coulomb_asymmetry': [[one('Ca', 0.0, friction)]],
+            'load_friction': [[one('Cl', 0.0, 0.1, 0.0, 1.0)]],
+            'viscous_drift': [[one('r', 0.05, 0.3, -1.0), log('T', tc, 0.05, 1e3)]
+                              for tc in (1.0, 6.0)],
+            'arm_viscous': [[one('Cav', 0.0, torque / speed, 0.0)]],
+            'arm_coulomb': [[one('Cac', 0.0, torque, 0.0)]],
+            'gravity': [[one('G', 0.0, torque)]],
+            'load_torque': [[one('TL', 0.0, torque)]],
+            'hardening': [[one('K3', 0.0, torque / self.twist ** 3)]],
+            'hysteresis_bouc_wen': [[one('Th', 0.0, 0.1 * elastic),
+                                     log('dh', f * self.twist, 1e-5, 1e2)]
+                                    for f in (0.03, 0.2, 1.0)],
+            'hysteresis_branch': [[one('h', 0.0, 0.1 * self.twist),
+                                   log('ds', f * self.twist, 1e-5, 1e2)]
+                                  for f in (0.03, 0.2, 1.0)],
+            'torque_gain': [[one('g', 0.0, 0.1, -0.95)]],
+            'torque_offset': [[one('u0', 0.0, torque)]],
+            'actuator_lag': [[one('T', 0.001, 0.002, 0.0, 1.0)]],
+            'actuator_delay': [[one('T', 0.001, 0.002, 0.0, MAX_DELAY)]],
+            'saturation': [[one('umax', f * self.peak, 0.1 * self.peak, 0.02 * self.peak,
+                                self.peak)] for f in (0.97, 0.85, 0.65, 0.4)],
+            'motor_encoder_delay': [[one('T', 0.0005, 0.001, 0.0, MAX_DELAY)]],
+            'arm_encoder_delay': [[one('T', 0.0005, 0.001, 0.0, MAX_DELAY)]],
+            'encoder_offset': [[one('c', 0.0, 0.1 * self.twist)]],
+        }
+        return table[name]

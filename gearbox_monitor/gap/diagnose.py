@@ -1,0 +1,332 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The diagnosis: where the gap between recording and model lies, which effect, how far it goes."""
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.fft import dct
+
+from gearbox_monitor.drive.effects import EFFECTS, library
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.gap import close, isolate, residual
+from gearbox_monitor.gap.candidate import NUISANCES, replaced_value, with_effects
+from gearbox_monitor.gap.noise import noise_levels
+from gearbox_monitor.gap.pairs import find_pairs, forward_gains
+from gearbox_monitor.gap.search import Fitted, Search
+
+MARGIN = 25.0        # gain in BIC of one effect over none: covers the search over some 35
+OWN_MARGIN = 16.0    # gain in -2 log L where the effect is a value that may scatter anyway
+PAIR_MARGIN = 40.0   # gain in BIC of a second effect
+PAIR_HINT = 60.0     # linearised gain of a second effect from which on pairs are fitted
+LACK = 0.08          # excess of chi2 that is no matter of the noise level
+LACK_RELATIVE = 2e-4  # of the gap: integration is not more accurate
+STRUCTURE = 4.0      # standard deviations of the residual in a frequency band
+PAIR_STRUCTURE = 3.0  # the same for pairs, which imitate what is in no library
+STRUCTURE_RELATIVE = 0.04  # of the gap, as LACK_RELATIVE
+BANDS = (0.0, 3.0, 8.0, 20.0, 60.0)  # Hz
+MAX_SHARPENING = 0.15  # correction of sigma that is believed
+QUANTISED = 0.5      # step of a lattice over sigma, from which on rounding matters
+ON_FLOOR, QUIET_SHARE = 1.12, 0.35
+TWINS = ('torque_offset', 'coulomb_asymmetry')
+UNREPEATABLE = ('disturbance', 'motor_encoder_quantisation', 'arm_encoder_quantisation')
+
+
+@dataclass
+class Verdict:
+    """
+    What a diagnosis found; see docs/diagnose.md for each field of `data`.
+
+    model: DriveModel with the effect, None where there is none to add.
+    """
+
+    data: dict
+    model: object = None
+    search: object = field(default=None, repr=False)
+
+    def to_dict(self):
+        """Return plain data, as JSON has it."""
+        return self.data
+
+
+def joined(recordings):
+    """Return one Recording of several of one drive. Raises InputError when rates differ."""
+    first = recordings[0]
+    if len(recordings) == 1:
+        return first
+    for other in recordings[1:]:
+        if abs(other.dt / first.dt - 1.0) > 1e-3:
+            raise InputError(f'{other.name}: {1 / other.dt:g} Hz, expected {1 / first.dt:g} Hz as '
+                             f'{first.name}')
+        if (other.arm_torque is None) != (first.arm_torque is None):
+            raise InputError(f'{other.name}: arm torque: expected in all recordings or in none')
+    sizes = [len(r.u) for r in recordings]
+    return replace(
+        first, t=np.arange(sum(sizes)) * first.dt,
+        u=np.concatenate([r.u for r in recordings]), y=np.concatenate([r.y for r in recordings]),
+        arm_torque=None if first.arm_torque is None else np.concatenate(
+            [r.arm_torque for r in recordings]),
+        name=', '.join(r.name for r in recordings), cuts=tuple(np.cumsum([0, *sizes[:-1]])))
+
+
+def diagnose(recordings, model, *, validate=None, only=None, exclude=(), seed=0, jobs=1,
+             progress=None):
+    """
+    Return the Verdict on `recordings` (Recording, of one drive) under the DriveModel `model`.
+
+    validate: a further Recording, used for nothing but judging. only, exclude: ids of effects.
+    seed: of the bootstrap. jobs: threads. progress(done, total, text). Raises InputError.
+    """
+    recording = joined(list(recordings))
+    ids = chosen_ids(only, exclude)
+    sigma, quantum = noise_levels(recording.y)
+    search = Search(recording, model, sigma, ids, jobs, progress)
+    none = search.none()
+    search.refine(search.screen())
+    best, kind = decide(search)
+    lattices = [name for i, name in enumerate(('motor_encoder_quantisation',
+                                               'arm_encoder_quantisation'))
+                if name in ids and quantum[i] > QUANTISED * sigma[i]]
+    return report(search, none, best, kind, lattices, quantum, validate, seed)
+
+
+def chosen_ids(only, exclude):
+    """Return the ids that may be named. Raises InputError for unknown ones."""
+    known = library()
+    for name in (*(only or ()), *exclude):
+        if name not in known:
+            raise InputError(f'effect: {name!r}, expected one of {", ".join(known)}')
+    ids = [i for i in known if i not in exclude and (only is None or i in only)]
+    if not ids:
+        raise InputError('effects: none is left, expected at least one')
+    return ids
+
+
+# ---------------------------------------------------------------------- which
+
+
+def gain(search, fitted):
+    """Return by how much `fitted` beats none, in BIC."""
+    return search.fitted[''].score - fitted.score
+
+
+def convincing(search, fitted):
+    """Return whether `fitted` (one effect) beats none by more than the search itself explains."""
+    names = {EFFECTS[i].parameters[0].name for i in fitted.candidate.ids
+             if i in EFFECTS and EFFECTS[i].replaces}
+    if search.model.tolerance > 0.0 and names & set(NUISANCES):
+        # Under scatter none may move this value, too: what counts is how far beyond the tolerance.
+        penalty = fitted.candidate.n_effect * np.log(search.long.n_train)
+        return gain(search, fitted) + penalty > OWN_MARGIN
+    return gain(search, fitted) > MARGIN
+
+
+def spectrum(search, residual):
+    """
+    Return (power [W, L, 2], frequencies [L] Hz, white [2]) of residuals [W, L, 2].
+
+    white: mean power above BANDS, where motion has none (all of it at low sample rates).
+    """
+    length, dt = search.long.windows.length, search.recording.dt
+    power = dct(residual, axis=1, norm='ortho') ** 2
+    at = np.arange(length) * 0.5 / (length * dt)
+    high = at > BANDS[-1] if at[-1] > 2.0 * BANDS[-1] else at >= 0.0
+    return power, at, power[:, high].mean(axis=(0, 1))
+
+
+def sharpen_sigma(search, best):
+    """Measure sigma anew in what `best` leaves at high frequencies; residuals follow it."""
+    length = search.long.windows.length
+    _, _, white = spectrum(search, best.point.residual.reshape(-1, length, 2))
+    factor = np.sqrt(white)
+    if not (np.abs(factor - 1.0) < MAX_SHARPENING).all():
+        return
+    search.long.sigma = search.long.sigma * factor
+    for fitted in {id(f): f for f in (search.fitted[''], best)}.values():
+        for name in ('residual', 'white'):
+            owner = fitted.point if name == 'residual' else fitted
+            if getattr(owner, name) is not None:
+                setattr(owner, name, getattr(owner, name) / np.tile(factor, length))
+        fitted.point.chi2 = (fitted.point.residual ** 2).sum(axis=1)
+
+
+def misfit(search, fitted):
+    """
+    Return (excess, structure) of what `fitted` leaves on the training windows.
+
+    excess: chi2 per reading - 1. structure: by how many standard deviations the most conspicuous
+    frequency band exceeds white noise of the power above BANDS; it does not depend on how well
+    sigma is known.
+    """
+    train, length = search.long.train, search.long.windows.length
+    r = fitted.point.residual if fitted.white is None else fitted.white
+    r = r[train].reshape(train.sum(), length, 2)
+    power, at, white = spectrum(search, r)
+    structure = -np.inf
+    for low, high in zip(BANDS, BANDS[1:]):
+        inside = power[:, (at > low) & (at <= high)] / white
+        # Without the worst window: one that found no good start is no unknown effect.
+        ratio = np.sort(inside.mean(axis=(1, 2)))[:max(1, len(inside) - 1)].mean()
+        structure = max(structure, (ratio - 1.0) / np.sqrt(2.0 / inside.size))
+    return float((r ** 2).mean() - 1.0), float(structure)
+
+
+def lacks(search, fitted):
+    """Return whether `fitted` leaves more than noise."""
+    excess, structure = misfit(search, fitted)
+    before, _ = misfit(search, search.fitted[''])
+    limit = PAIR_STRUCTURE if len(fitted.candidate.ids) > 1 else STRUCTURE
+    return (excess > max(LACK, LACK_RELATIVE * before)
+            or structure > limit + STRUCTURE_RELATIVE * before)
+
+
+def decide(search):
+    """Return (Fitted, 'effect' | 'none' | 'unknown'): what explains the recording best."""
+    none = search.fitted['']
+    singles = search.ranked()
+    if not singles:
+        return none, 'unknown' if lacks(search, none) else 'none'
+    best = search.fitted[singles[0]]
+    burst = disturbance(search) if 'disturbance' in search.ids else None
+    if burst is not None and gain(search, burst) > MARGIN + max(0.0, everywhere(search, best)):
+        search.fitted['disturbance'] = burst
+        return burst, 'effect'
+    if not convincing(search, best):
+        return none, 'unknown' if lacks(search, none) else 'none'
+    hints = forward_gains(search, best)
+    if lacks(search, best) or max((g for g, _ in hints.values()), default=0.0) > PAIR_HINT:
+        pairs = find_pairs(search, singles[:2])
+        search.whiten([search.ranked()[0], *pairs[:2]] if pairs else [])
+        pairs = sorted(pairs, key=lambda n: search.fitted[n].score)
+        best = search.fitted[search.ranked()[0]]
+        pair = search.fitted[pairs[0]] if pairs else best
+        if best.score - pair.score > PAIR_MARGIN and (
+                lacks(search, best) or not lacks(search, pair)):
+            best = pair
+    return best, 'unknown' if lacks(search, best) else 'effect'
+
+
+def everywhere(search, fitted):
+    """Return by how much `fitted` beats none in BIC on all windows, held-out ones included."""
+    n = 2 * search.long.windows.length * len(search.long.windows)
+    return float((search.fitted[''].point.chi2 - fitted.point.chi2).sum()
+                 - fitted.candidate.n_effect * np.log(n))
+
+
+def disturbance(search):
+    """Return a Fitted for bursts on the arm, None where the recording does not look like it."""
+    none = search.fitted['']
+    length = 2 * search.long.windows.length
+    quiet = none.point.chi2 < ON_FLOOR * length
+    if not QUIET_SHARE <= quiet.mean() < 1.0:
+        return None
+    free = residual.free_forms(search, none, search.jobs, places=('arm_side',))['arm_side']
+    cost = free.chi2 + free.unknowns * np.log(length)
+    use = (cost < none.point.chi2) & ~quiet
+    if not use.any():
+        return None
+    point = replace(none.point, chi2=np.where(use, free.chi2, none.point.chi2),
+                    residual=np.where(use[:, None], free.residual, none.point.residual))
+    # Bursts are not repeated: those in held-out windows are evidence like the others.
+    score = none.score - float(np.where(use, none.point.chi2 - cost, 0.0).sum())
+    return Fitted(replace(none.candidate, ids=('disturbance',)), point, score)
+
+
+# ---------------------------------------------------------------------- report
+
+
+def location_of(name):
+    """Return the location class of the effect `name`."""
+    return library()[name].location
+
+
+def report(search, none, best, kind, lattices, quantum, validate, seed):
+    """Return the Verdict with all evidence."""
+    ids = list(best.candidate.ids)
+    sharpen_sigma(search, best)
+    places = residual.places(search, none, search.jobs)
+    if kind == 'none' and lattices:
+        kind, ids = 'effect', lattices[:2]
+    elif kind == 'effect' and lattices and len(ids) == 1:
+        ids = [*ids, lattices[0]]
+    named = ids if kind == 'effect' else []
+    locations = [location_of(i) for i in named]
+    if kind == 'unknown':
+        locations = [unknown_place(search, best, places)]
+    model = None
+    nuisances, given = best.candidate.values(best.point.z)
+    if ids and set(ids) - set(UNREPEATABLE):
+        model = best.candidate.model(best.point.z)
+    params = {name: {k: float(v) for k, v in values.items()}
+              for name, values in zip(best.candidate.ids, given)}
+    for i, name in enumerate(('motor_encoder_quantisation', 'arm_encoder_quantisation')):
+        if name in ids:
+            params[name] = {'q': float(quantum[i])}
+            model = with_effects(model or search.model, [
+                *(model or search.model).effects, {'id': name, **params[name]}])
+    closure = close.closure(search, none, best if best.candidate.ids else None, seed)
+    if kind == 'effect' and any(i in UNREPEATABLE for i in ids):
+        closure.update(closed_fraction=None, closed_fraction_ci=None)
+    ranked = search.ranked() + [n for size in (2,) for n in search.ranked(size)]
+    ranked = sorted(ranked, key=lambda n: search.fitted[n].score)
+    order = list(dict.fromkeys([*named, *(i for n in ranked for i in n.split('+'))]))
+    excess, structure = misfit(search, best)
+    values = {}
+    for name in NUISANCES:
+        value = next((replaced_value(search.model, i) for i in EFFECTS if EFFECTS[i].replaces and
+                      EFFECTS[i].parameters[0].name == name))
+        values[name] = float(value * (1.0 + nuisances.get(name, 0.0)))
+    data = {
+        'verdict': kind,
+        'effect': '+'.join(named) if named else None,
+        'location': ('none' if kind == 'none' else locations[0] if len(locations) == 1
+                     else locations),
+        'ranked': order,
+        'confusable': isolate.confusable(search, best) if kind == 'effect' else [],
+        'params': params if kind != 'none' else {},
+        **closure,
+        'sigma': [float(s) for s in search.long.sigma],
+        'nominal': values,
+        'process_torque': float(best.s),
+        'gains': {n: round(gain(search, search.fitted[n]), 1) for n in ranked},
+        'misfit': {'excess': excess, 'structure': structure},
+        'where': places,
+        'warnings': warnings(search, best, kind, nuisances),
+    }
+    if search.model.tolerance > 0.0:
+        data['nominal_shift'] = {
+            n: v / search.model.tolerance for n, v in nuisances.items()}
+    if validate is not None:
+        data['validation'] = close.validate(validate, search.model, model or search.model,
+                                            search.long.sigma)
+    return Verdict(data, model, search)
+
+
+def unknown_place(search, best, places):
+    """Return the place of an effect outside the library, 'unknown' when the evidence is split."""
+    return places['place']
+
+
+def warnings(search, best, kind, nuisances):
+    """Return sentences about what weakens the verdict."""
+    out = []
+    bound = best.candidate.at_bound(best.point.z)
+    if bound and kind != 'none':
+        out.append(f'{", ".join(bound)}: at the bound of what is possible')
+    if search.model.tolerance > 0.0 and best.candidate.penalty(best.point.z) > MARGIN:
+        far = max(nuisances, key=lambda n: abs(nuisances[n]))
+        out.append(f'nominal values lie far outside their tolerance (most: {far}, '
+                   f'{nuisances[far] / search.model.tolerance:+.1f} tolerances): the tolerance '
+                   'looks too small, or several values have changed')
+    return out

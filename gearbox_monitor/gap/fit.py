@@ -1,0 +1,335 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Fit a candidate to the windows of a recording: Gauss-Newton with the window states eliminated.
+
+Residuals are in standard deviations of the encoders. Each window has 4 states of its own (motor
+and arm position and speed where it begins); the candidate's coordinates are fitted jointly.
+"""
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gearbox_monitor.gap.windows import N_MEMORY
+
+STATE_STEPS = np.array([1e-5, 1e-5, 1e-3, 1e-3])
+ROBUST = 2.5   # times the median chi2: windows above count less
+WORST = 1e6  # standard deviations
+STUCK = 1.15   # times the median chi2: windows above are tried from elsewhere
+
+
+@dataclass
+class Point:
+    """
+    Where a fit stands: coordinates z [P], states [W, 4] and memory [W, 4] of the windows.
+
+    residual [W, 2L] in standard deviations, chi2 [W] its square sum, carry [W, 8] the states where
+    the next window begins.
+    """
+
+    z: np.ndarray
+    states: np.ndarray
+    memory: np.ndarray
+    residual: np.ndarray = None
+    chi2: np.ndarray = None
+    carry: np.ndarray = None
+
+
+class Data:
+    """Readings of `windows` in units of sigma, and which windows may move the coordinates."""
+
+    def __init__(self, recording, simulator, windows, sigma, train=None):
+        self.recording, self.simulator, self.windows = recording, simulator, windows
+        self.sigma = np.asarray(sigma, float)
+        index = windows.first[:, None] + np.arange(windows.length)
+        self.y = recording.y[index]
+        self.train = np.ones(len(windows), bool) if train is None else train
+
+    @property
+    def n_train(self):
+        """Number of readings in the windows that count."""
+        return int(self.train.sum()) * self.windows.length * 2
+
+    def residual(self, model, states, memory, index=None, extra=None):
+        """Return (residual [W, 2L], carry [W, 8]) of the windows `index` (default: all)."""
+        windows = self.windows if index is None else self.windows.take(index)
+        y, carry = self.simulator.run(windows, model, states, memory, extra)
+        measured = self.y if index is None else self.y[index]
+        r = ((measured - y) / self.sigma).reshape(len(y), -1)
+        # A run that diverges is as bad as can be, and still a number.
+        return np.clip(np.nan_to_num(r, nan=WORST), -WORST, WORST), carry
+
+    def evaluate(self, candidate, point):
+        """Fill in residual, chi2 and carry of `point`; return it."""
+        point.residual, point.carry = self.residual(
+            candidate.model(point.z), point.states, point.memory)
+        point.chi2 = _squares(point.residual)
+        return point
+
+    def raw_states(self):
+        """Return states [W, 4] where the windows begin, from straight lines through readings."""
+        y, dt, n = self.recording.y, self.recording.dt, len(self.recording.y)
+        half = max(2, round(0.006 / dt))
+        states = np.empty((len(self.windows), 4))
+        for w, k in enumerate(self.windows.begin):
+            low, high = max(0, k - half), min(n, k + half + 1)
+            t = (np.arange(low, high) - k) * dt
+            line = np.polyfit(t, y[low:high], 2 if high - low > 4 else 1)
+            states[w, :2], states[w, 2:] = line[-1], line[-2]
+        return states
+
+
+def _squares(residual):
+    return np.einsum('wl,wl->w', residual, residual)
+
+
+def carried(memory, carry):
+    """Return memory [W, 4] with that of each window's predecessor."""
+    moved = memory.copy()
+    moved[1:] = carry[:-1, 4:]
+    return moved
+
+
+def state_sensitivity(data, model, states, memory, residual, index=None):
+    """Return d(-residual)/d(states) [W, 2L, 4]."""
+    out = np.empty((*residual.shape, 4))
+    for i, step in enumerate(STATE_STEPS):
+        moved = states.copy()
+        moved[:, i] += step
+        out[:, :, i] = (residual - data.residual(model, moved, memory, index)[0]) / step
+    return out
+
+
+def solve_states(data, model, states, memory, index, iterations=6):
+    """
+    Fit only the states of the windows `index` [M]; return (states [M, 4], chi2 [M]).
+
+    Levenberg-Marquardt, each window with a damping of its own.
+    """
+    states = states.copy()
+    residual, _ = data.residual(model, states, memory, index)
+    chi2 = _squares(residual)
+    damping = np.full(len(states), 1e-3)
+    for _ in range(iterations):
+        J = state_sensitivity(data, model, states, memory, residual, index)
+        A = np.einsum('wli,wlj->wij', J, J)
+        g = np.einsum('wli,wl->wi', J, residual)
+        diagonal = np.einsum('wii->wi', A)
+        A[:, range(4), range(4)] += diagonal * damping[:, None] + 1e-9
+        step = np.linalg.solve(A, g[:, :, None])[:, :, 0]
+        trial = states + step
+        moved, _ = data.residual(model, trial, memory, index)
+        after = _squares(moved)
+        better = after < chi2
+        gain = np.where(better, chi2 - after, 0.0)
+        states[better], residual[better] = trial[better], moved[better]
+        chi2[better] = after[better]
+        damping = np.where(better, damping * 0.1, np.minimum(damping * 20.0, 1e6))
+        if (gain < 1e-3 * chi2).all() and (damping > 1.0)[~better].all():
+            break
+    return states, chi2
+
+
+def rescue(data, candidate, point, others=(), everything=False, half_gap=0.05):
+    """
+    Try other starts for windows that stand out; return how many became better.
+
+    others: states [W, 4] of other fits. everything: all windows, not only those that stand out.
+    """
+    count = len(data.windows)
+    length = 2 * data.windows.length
+    limit = max(STUCK * np.median(point.chi2), 1.12 * length)
+    stuck = np.arange(count) if everything else np.flatnonzero(point.chi2 > limit)
+    if not len(stuck):
+        return 0
+    model = candidate.model(point.z)
+    raw, before = data.raw_states()[stuck], point.states[stuck]
+    starts = [raw, *(other[stuck] for other in others)]
+    if len(stuck) and point.carry is not None:
+        previous = point.carry[np.maximum(stuck - 1, 0), :4].copy()
+        previous[stuck == 0] = raw[stuck == 0]
+        starts.append(previous)
+    for i, sizes in ((3, (-4.0, -1.5, 1.5, 4.0)), (1, (-1.0, 1.0))):
+        for size in sizes:
+            moved = before.copy()
+            moved[:, i] += size * (0.6 * half_gap if i == 1 else 1.0)
+            starts.append(moved)
+    index = np.tile(stuck, len(starts))
+    states, chi2 = solve_states(data, model, np.concatenate(starts),
+                                point.memory[index], index)
+    chi2 = chi2.reshape(len(starts), len(stuck))
+    best = chi2.argmin(axis=0)
+    better = chi2.min(axis=0) < point.chi2[stuck] * (1 - 1e-4) - 1e-3
+    chosen = states.reshape(len(starts), len(stuck), 4)[best, np.arange(len(stuck))]
+    point.states[stuck[better]] = chosen[better]
+    data.evaluate(candidate, point)
+    return int(better.sum())
+
+
+def weights(data, chi2, robust):
+    """Return the weight [W] of each window on the coordinates."""
+    weight = data.train.astype(float)
+    if robust:
+        median = np.median(chi2[data.train])
+        weight *= np.minimum(1.0, ROBUST * median / np.maximum(chi2, 1e-30))
+    return weight
+
+
+def cost(candidate, point, weight):
+    """Return the weighted chi2 of the windows that count, with the prior."""
+    return float(weight @ point.chi2) + candidate.penalty(point.z)
+
+
+@dataclass
+class Sensitivity:
+    """Derivatives of -residual by states Jx [W, 2L, 4] and coordinates Jz [W, 2L, P]."""
+
+    Jx: np.ndarray
+    Jz: np.ndarray
+
+
+def coordinate_sensitivity(data, candidate, point, which=None):
+    """Return d(-residual)/dz [W, 2L, P]; memories stay as they are."""
+    steps = candidate.steps()
+    which = range(len(steps)) if which is None else which
+    out = np.zeros((*point.residual.shape, len(steps)))
+    for i in which:
+        moved = point.z.copy()
+        moved[i] += steps[i]
+        step = steps[i]
+        if candidate.bounded(moved)[i] != moved[i]:
+            step = -step
+            moved[i] = point.z[i] + step
+        r, _ = data.residual(candidate.model(moved), point.states, point.memory)
+        out[:, :, i] = (point.residual - r) / step
+    return out
+
+
+def sensitivity(data, candidate, point):
+    """Return the Sensitivity at `point`."""
+    model = candidate.model(point.z)
+    return Sensitivity(
+        state_sensitivity(data, model, point.states, point.memory, point.residual),
+        coordinate_sensitivity(data, candidate, point))
+
+
+def normal_equations(s, residual, weight, whiten=None):
+    """
+    Return (S [P, P], g [P], X [W, 4, P], x [W, 4]): the reduced normal equations.
+
+    The states' step is x - X dz. weight [W]. whiten(array [W, 2L, ...]) applies the noise model.
+    """
+    Jx, Jz, r = s.Jx, s.Jz, residual
+    if whiten is not None:
+        Jx, Jz, r = whiten(Jx), whiten(Jz), whiten(r)
+    A = np.einsum('wli,wlj->wij', Jx, Jx)
+    A[:, range(4), range(4)] *= 1.0 + 1e-9
+    A[:, range(4), range(4)] += 1e-9
+    B = np.einsum('wli,wlj->wij', Jx, Jz)
+    gx = np.einsum('wli,wl->wi', Jx, r)
+    solved = np.linalg.solve(A, np.concatenate([B, gx[:, :, None]], axis=2))
+    X, x = solved[:, :, :-1], solved[:, :, -1]
+    full = np.einsum('wli,wlj->wij', Jz, Jz) - np.einsum('wki,wkj->wij', B, X)
+    g = np.einsum('wli,wl->wi', Jz, r) - np.einsum('wki,wk->wi', B, x)
+    return np.einsum('w,wij->ij', weight, full), weight @ g, X, x
+
+
+def damped_solve(S, g, damping):
+    """Solve S dz = g, scaled by its diagonal, Levenberg-Marquardt damping on it."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-12 * max(np.diag(S).max(initial=0.0), 1e-30)))
+    scaled = S * scale[:, None] * scale
+    scaled[np.diag_indices_from(scaled)] += damping
+    return scale * np.linalg.solve(scaled, scale * g)
+
+
+def fit(data, candidate, point, iterations=4, robust=False, refresh=(0, 1, 3), whiten=None,
+        tolerance=0.05):
+    """
+    Improve `point` in place (z, states, memory); return it.
+
+    refresh: iterations at which the sensitivities are made anew. Stops when a step gains less
+    than `tolerance` in chi2.
+    """
+    if point.residual is None:
+        data.evaluate(candidate, point)
+    damping, s = 1e-6, None
+    for k in range(iterations):
+        weight = weights(data, point.chi2, robust)
+        before = objective(candidate, point, weight, whiten)
+        if s is None or k in refresh:
+            s = sensitivity(data, candidate, point)
+        S, g, X, x = normal_equations(s, point.residual, weight, whiten)
+        pull, prior = candidate.prior(point.z)
+        S = S + np.diag(prior)
+        g = g - pull
+        improved = False
+        for _ in range(4):
+            dz = damped_solve(S, g, damping) if len(g) else np.zeros(0)
+            z = candidate.bounded(point.z + dz)
+            dz = z - point.z
+            trial = Point(z, point.states + x - np.einsum('wij,j->wi', X, dz), point.memory)
+            data.evaluate(candidate, trial)
+            kept = Point(z, point.states, point.memory)
+            data.evaluate(candidate, kept)
+            worse = kept.chi2 < trial.chi2
+            if worse.any():  # a window whose own step failed stays where it is
+                for name in ('states', 'residual', 'chi2', 'carry'):
+                    getattr(trial, name)[worse] = getattr(kept, name)[worse]
+            if objective(candidate, trial, weight, whiten) < before:
+                improved = True
+                break
+            damping = max(damping * 100.0, 1e-3)
+        if not improved:
+            if k in refresh:
+                break
+            s, damping = None, 1e-6
+            continue
+        damping = max(damping * 0.1, 1e-9)
+        gain = before - objective(candidate, trial, weight, whiten)
+        for name in ('z', 'states', 'residual', 'chi2', 'carry'):
+            setattr(point, name, getattr(trial, name))
+        if uses_memory(candidate):
+            point.memory = carried(point.memory, point.carry)
+            data.evaluate(candidate, point)
+        if gain < tolerance:
+            break
+    return point
+
+
+def objective(candidate, point, weight, whiten=None):
+    """Return what a fit makes small: weighted chi2 (whitened) and the prior."""
+    chi2 = point.chi2 if whiten is None else _squares(whiten(point.residual))
+    return float(weight @ chi2) + candidate.penalty(point.z)
+
+
+def uses_memory(candidate):
+    """Return whether windows hand anything over but their states."""
+    return candidate.nominal.transmission.kind != 'dead_zone' or any(
+        i in ('lugre', 'hysteresis_bouc_wen', 'hysteresis_branch') for i in candidate.ids)
+
+
+def fresh(data, candidate, states=None):
+    """Return a Point at the candidate's start; states [W, 4] default to those of the readings."""
+    states = data.raw_states() if states is None else states.copy()
+    return Point(candidate.start(), states, np.zeros((len(data.windows), N_MEMORY)))
+
+
+def copied(point, z=None):
+    """Return a copy of `point` (at other coordinates: not evaluated)."""
+    moved = replace(point, z=(point.z if z is None else z).copy(), states=point.states.copy(),
+                    memory=point.memory.copy())
+    if z is not None:
+        moved.residual = moved.chi2 = moved.carry = None
+    return moved

@@ -1,0 +1,66 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Noise of an encoder and the lattice of its readings, from the readings alone."""
+import numpy as np
+
+# The fourth difference of white noise has 1 + 16 + 36 + 16 + 1 times its variance; motion that is
+# smooth over five samples leaves none.
+DIFFERENCE_GAIN = np.sqrt(70.0)
+MAD_TO_SIGMA = 1.0 / 0.6744897501960817  # of a normal distribution
+
+
+def noise_levels(y):
+    """
+    Return (sigma [2], quantum [2]) of readings y [N, 2], both in rad.
+
+    sigma: standard deviation of white noise, rounding included, from the median of fourth
+    differences: impacts and single wild readings do not count. quantum: step of the lattice that
+    all readings stand on, 0 where there is none. Text of few decimals is a lattice, too: a
+    quantum far below sigma says nothing about the encoder.
+    """
+    y = np.asarray(y, float)
+    quantum = np.array([lattice(channel) for channel in y.T])
+    return np.array([noise_level(channel, q) for channel, q in zip(y.T, quantum)]), quantum
+
+
+def noise_level(y, quantum=0.0):
+    """Return the standard deviation (rad) of white noise on y [N] (rad), rounding included."""
+    if len(y) < 5:
+        return 0.0
+    spread = np.median(np.abs(np.diff(y, 4))) * MAD_TO_SIGMA / DIFFERENCE_GAIN
+    # Slow motion on a coarse lattice: most differences are 0 and the median says nothing.
+    return float(max(spread, quantum / np.sqrt(12.0)))
+
+
+def lattice(y):
+    """Return the step (rad) of the lattice that all of y [N] stand on, 0 where there is none."""
+    values = np.unique(y)
+    if len(values) < 2:
+        return 0.0
+    steps = np.diff(values)
+    # Rounding in the last bits makes twins of one value.
+    twins = 16 * np.spacing(np.abs(values).max())
+    steps = steps[steps > twins]
+    if not len(steps):
+        return 0.0
+    count = np.rint(steps / steps.min())
+    if count.sum() > 1e12:
+        return 0.0
+    place = np.concatenate([[0.0], np.cumsum(count)])
+    values = values[np.concatenate([[True], np.diff(values) > twins])]
+    quantum = (values[-1] - values[0]) / place[-1]  # the whole span: the least error of the step
+    off = np.abs(values - values[0] - quantum * place)
+    # Values on no lattice stand off it by a quarter step on average.
+    return float(quantum) if len(values) > 2 and off.max() < 0.05 * quantum else 0.0

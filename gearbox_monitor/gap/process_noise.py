@@ -1,0 +1,95 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Torque noise on the motor as part of the likelihood: independent triangles of 40 ms in each window.
+
+To first order the residual then has the covariance I + s^2 H H', H the response to each triangle.
+Whitening residual and sensitivities with it leaves a fit as it is, and equals the innovations
+likelihood of a linearised Kalman filter.
+"""
+import math
+
+import numpy as np
+
+from gearbox_monitor.gap import fit as fitting
+from gearbox_monitor.gap.residual import _Fit, SPACING
+
+# N m rms per sample that are tried.
+LEVELS = (0.0, 0.002, 0.004, 0.007, 0.01, 0.014, 0.02, 0.03, 0.04, 0.055, 0.075, 0.1)
+
+
+class Whitener:
+    """Whitening of arrays [W, 2L, ...] for torque noise; `level` N m rms per sample."""
+
+    def __init__(self, data, candidate, point):
+        free = _Fit(data, candidate.model(point.z), 'motor_side', point)
+        count = free.basis.shape[1]
+        H = free.sensitivity(np.zeros((len(point.states), count)), point.states,
+                             point.residual)[:, :, :count]
+        gram = np.swapaxes(H, 1, 2) @ H
+        values, vectors = np.linalg.eigh(gram)
+        self.values = np.maximum(values, 1e-12 * max(values.max(), 1e-300))
+        self.U = (H @ vectors) / np.sqrt(
+            self.values)[:, None, :]
+        self.samples = SPACING / data.recording.dt
+        self.level = 0.0
+
+    def _variance(self, level):
+        """Return the variance of a triangle's torque: the mean of so many samples' noise."""
+        return level * level / self.samples
+
+    def __call__(self, array):
+        """Return `array` whitened at the level in force."""
+        if self.level == 0.0:
+            return array
+        f = 1.0 - 1.0 / np.sqrt(1.0 + self._variance(self.level) * self.values)
+        flat = array.reshape(*array.shape[:2], -1)
+        inside = np.swapaxes(self.U, 1, 2) @ flat
+        out = flat - self.U @ (f[:, :, None] * inside)
+        return out.reshape(array.shape)
+
+    def deviance(self, level, residual, Jx, train):
+        """Return -2 log L (restricted: window states integrated out) of the windows `train`."""
+        self.level = level
+        r, J = self(residual)[train], self(Jx)[train]
+        A = np.einsum('wli,wlj->wij', J, J) + 1e-9 * np.eye(4)
+        g = np.einsum('wli,wl->wi', J, r)
+        chi2 = (r ** 2).sum() - np.einsum('wi,wi->', g, np.linalg.solve(A, g[:, :, None])[:, :, 0])
+        spread = np.log1p(self._variance(level) * self.values[train]).sum()
+        return float(chi2 + spread + np.linalg.slogdet(A)[1].sum())
+
+
+def whitened(data, candidate, point, levels=LEVELS, rounds=2):
+    """
+    Refit a copy of `point` with torque noise; return (point, deviance, level, whitened residual).
+
+    The level is chosen for each candidate: otherwise the noise of a wrong model is charged to the
+    right one. deviance: -2 log L of the training windows and the prior.
+    """
+    point, whitener = fitting.copied(point), None
+    for k in range(rounds + 1):
+        whitener = Whitener(data, candidate, point)
+        Jx = fitting.state_sensitivity(data, candidate.model(point.z), point.states,
+                                       point.memory, point.residual)
+        costs = [whitener.deviance(level, point.residual, Jx, data.train) for level in levels]
+        best = int(np.argmin(costs))
+        whitener.level = levels[best]
+        if k == rounds or not math.isfinite(costs[best]):
+            break
+        if levels[best] == 0.0 and k:
+            break
+        fitting.fit(data, candidate, point, 3, refresh=(0,), whiten=whitener)
+    return (point, costs[best] + candidate.penalty(point.z), levels[best],
+            whitener(point.residual))

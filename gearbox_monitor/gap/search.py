@@ -1,0 +1,411 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Which effect: every candidate fitted on the same windows, with the same effort, and ranked.
+
+Short windows (0.25 s) find the right contact of the gap and the rough values, windows of 1 s carry
+the evidence. The score is -2 log likelihood of the training windows plus p log n (BIC).
+"""
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from gearbox_monitor.drive.effects import EFFECTS
+from gearbox_monitor.gap import fit as fitting
+from gearbox_monitor.gap.candidate import (
+    Candidate, NOT_FITTED, ORDERS, PERIODIC, PHASED, replaced_value, Starts, with_effects)
+from gearbox_monitor.gap.process_noise import LEVELS, whitened
+from gearbox_monitor.gap.windows import cut, Simulator
+
+SHORT, LONG = 0.25, 1.0  # s
+HELD_OUT = 0.3
+KEEP_SCREENED, KEEP_REFINED = 6, 4
+STRAY = 50.0  # chi2
+FAR = 2.5     # tolerances
+
+
+def held_out(recording, windows):
+    """
+    Return (train [W], samples of each joined recording before the held-out windows).
+
+    Held out are the last windows of each recording, 30 %.
+    """
+    train, last = np.ones(len(windows), bool), []
+    part = np.searchsorted(recording.cuts, windows.first, side='right') - 1
+    for i, cut_at in enumerate(recording.cuts):
+        here = np.flatnonzero(part == i)
+        held = round(HELD_OUT * len(here))
+        if held:
+            train[here[-held:]] = False
+        kept = here[:len(here) - held]
+        last.append(int(windows.first[kept[-1]]) + windows.length - cut_at if len(kept) else 0)
+    return train, last
+
+
+@dataclass
+class Fitted:
+    """A candidate where its fit ended, on the long windows."""
+
+    candidate: Candidate
+    point: fitting.Point
+    score: float = math.inf
+    s: float = 0.0  # torque noise on the motor, N m rms per sample
+    white: np.ndarray | None = None  # residual [W, 2L] with that noise taken out
+
+    @property
+    def name(self):
+        """Ids joined by '+'."""
+        return self.candidate.name
+
+
+@dataclass
+class Screened:
+    """One start of an effect, roughly fitted: long windows, short ones, and what they promise."""
+
+    long: Fitted
+    short: fitting.Point
+    long_gain: float
+    short_gain: float
+
+    @property
+    def name(self):
+        """Id of the effect."""
+        return self.long.name
+
+
+def _long_gain(screened):
+    return screened.long_gain
+
+
+def _short_gain(screened):
+    return screened.short_gain
+
+
+class Search:
+    """
+    All fits of one Recording under one DriveModel.
+
+    sigma [2] rad; only, exclude: ids; jobs: threads; progress(done, total, text) is called as it
+    goes on.
+    """
+
+    def __init__(self, recording, model, sigma, ids, jobs=1, progress=None):
+        self.recording, self.model, self.ids = recording, model, list(ids)
+        self.simulator = Simulator(recording, model)
+        self.starts = Starts(model, recording)
+        windows = cut(recording, LONG)
+        train, last = held_out(recording, windows)
+        self.long = fitting.Data(recording, self.simulator, windows, sigma, train)
+        self.short = fitting.Data(recording, Simulator(recording, model, coarse=True),
+                                  cut(recording, SHORT, last), sigma)
+        self.jobs, self._progress = jobs, progress or (lambda *_: None)
+        self._pool = ThreadPoolExecutor(jobs)
+        self._done, self._total = 0, 1
+        self.fitted = {}
+        self._orders = {}
+
+    # ------------------------------------------------------------------ helpers
+
+    def map(self, function, items, text):
+        """Return [function(item)] of all items, in threads; says how far it is."""
+        self._total += len(items)
+
+        def one(item):
+            out = function(item)
+            self._done += 1
+            name = getattr(item, 'name', item if isinstance(item, str) else '')
+            best = next(iter(self.ranked()), '')
+            self._progress(self._done, self._total,
+                           f'{text} {name}' + (f', best {best}' if best else ''))
+            return out
+        return list(self._pool.map(one, items))
+
+    @property
+    def half_gap(self):
+        """Half gap of the model (rad), the scale on which windows are started elsewhere."""
+        return max(self.model.transmission.half_gap, 0.01)
+
+    def score(self, data, candidate, point):
+        """Return the BIC of `point` on the training windows of `data`."""
+        plain = fitting.objective(candidate, point, data.train.astype(float))
+        return plain + candidate.n_effect * math.log(data.n_train)
+
+    def as_fitted(self, candidate, point):
+        return Fitted(candidate, point, self.score(self.long, candidate, point))
+
+    def found_orders(self, name):
+        """Return the orders N that find_orders found for the periodic effect `name`."""
+        return self._orders[name]
+
+    # ------------------------------------------------------------------ none
+
+    def none(self):
+        """Fit the model without effects; returns the Fitted and keeps the short windows' Point."""
+        candidate = self.starts.none()
+        point = fitting.fresh(self.short, candidate)
+        every = np.arange(len(self.short.windows))
+        point.states, _ = fitting.solve_states(
+            self.short, candidate.model(point.z), point.states, point.memory, every)
+        self.short.evaluate(candidate, point)
+        for robust in (True, False):
+            fitting.rescue(self.short, candidate, point, half_gap=self.half_gap)
+            if candidate.coordinates:
+                fitting.fit(self.short, candidate, point, 6, robust=robust)
+        self.short_none = point
+        long = fitting.Point(point.z.copy(), self.long_states(point, candidate),
+                             np.zeros((len(self.long.windows), 4)))
+        every = np.arange(len(self.long.windows))
+        long.states, _ = fitting.solve_states(
+            self.long, candidate.model(long.z), long.states, long.memory, every)
+        self.long.evaluate(candidate, long)
+        fitting.rescue(self.long, candidate, long, half_gap=self.half_gap)
+        if candidate.coordinates:
+            fitting.fit(self.long, candidate, long, 4, robust=True)
+            fitting.fit(self.long, candidate, long, 4)
+        self.fitted[''] = self.as_fitted(candidate, long)
+        return self.fitted['']
+
+    def long_states(self, short_point, candidate):
+        """Return states [W, 4] of the long windows: those of the short ones where they begin."""
+        states = self.long.raw_states()
+        at = {int(b): w for w, b in enumerate(self.short.windows.begin)}
+        for w, begin in enumerate(self.long.windows.begin):
+            if int(begin) in at:
+                states[w] = short_point.states[at[int(begin)]]
+        return states
+
+    # ------------------------------------------------------------------ single effects
+
+    def screen(self):
+        """Fit all single effects roughly; keeps the best of each id in `fitted`."""
+        ids = [i for i in self.ids if i not in NOT_FITTED]
+        candidates = []
+        self.find_orders()
+        for name in ids:
+            if name in PERIODIC:
+                for order in self._orders[name]:
+                    candidates += self.starts.candidates(name, order)
+            else:
+                candidates += self.starts.candidates(name)
+        by_id = {}
+        for found in self.map(self._screen_one, candidates, 'screening'):
+            by_id.setdefault(found.long.name, []).append(found)
+        return by_id
+
+    def _screen_one(self, candidate):
+        """Return (Fitted on long windows from none, score and z on short windows)."""
+        none = self.fitted['']
+        points = []
+        for data, start in ((self.short, self.short_none), (self.long, none.point)):
+            point = self.at_none(candidate, start)
+            for _ in range(2):
+                fitting.fit(data, candidate, point, 4, robust=True, refresh=(0, 2))
+                # Every candidate holds none in it: one that is worse is still on its way.
+                if self.promise(data, candidate, point, start) > -1.0:
+                    break
+            points.append(point)
+        short, long = points
+        return Screened(self.as_fitted(candidate, long), short,
+                        self.promise(self.long, candidate, long, none.point),
+                        self.promise(self.short, candidate, short, self.short_none))
+
+    def promise(self, data, candidate, point, none_point):
+        """
+        Return the gain in BIC over none that `point` promises.
+
+        A window that went astray counts no more than STRAY: refining will bring it back.
+        """
+        lost = np.minimum(point.chi2, none_point.chi2 + STRAY) - none_point.chi2
+        base = self.fitted[''].candidate
+        prior = candidate.penalty(point.z) - base.penalty(none_point.z)
+        return -(float(lost[data.train].sum()) + prior)
+
+    def at_none(self, candidate, point):
+        """Return a Point of `candidate` at its start, with states and nuisances of `point`."""
+        z = candidate.start()
+        known = {c.name: v for c, v in zip(self.fitted[''].candidate.coordinates, point.z)}
+        for i, c in enumerate(candidate.coordinates):
+            if c.owner < 0 and c.name in known:
+                z[i] = known[c.name]
+        return fitting.copied(point, z)
+
+    def refine(self, by_id):
+        """Fit the promising ids well, all of them and none with the same means."""
+        cost = math.log(self.long.n_train)
+        parts = [p for group in by_id.values() for p in group]
+        # What another fit has found for a window that went astray is no merit of its effect.
+        none = self.polish(self.fitted[''], [p.long.point.states for p in parts])
+        self.fitted[''] = none
+        for p in parts:
+            p.long_gain = self.promise(self.long, p.long.candidate, p.long.point, none.point)
+
+        def best(by):
+            gains = {i: max(by(p) - p.long.candidate.n_effect * cost for p in parts)
+                     for i, parts in by_id.items()}
+            return sorted(gains, key=gains.get, reverse=True)[:KEEP_SCREENED]
+        for name, parts in by_id.items():
+            self.fitted[name] = min((p.long for p in parts), key=lambda f: f.score)
+        chosen = dict.fromkeys(best(_long_gain) + best(_short_gain) + self._far(by_id))
+        jobs = [(name, by_id[name]) for name in chosen]
+        for name, found in zip(chosen, self.map(self._refine_one, jobs, 'refining')):
+            self.fitted[name] = min(found, self.fitted[name], key=lambda f: f.score)
+        for _ in range(2):
+            self.cross()
+        self.whiten(['', *self.ranked()[:KEEP_REFINED]])
+
+    def _far(self, ids):
+        """Return those of `ids` whose value none has moved far beyond its tolerance."""
+        none = self.fitted['']
+        far = {c.name for c, z in zip(none.candidate.coordinates, none.point.z)
+               if abs(z) > FAR * c.prior}
+        return [i for i in ids if i in EFFECTS and EFFECTS[i].replaces
+                and EFFECTS[i].parameters[0].name in far]
+
+    def _refine_one(self, job):
+        name, parts = job
+        short = max(parts, key=_short_gain)
+        candidate = short.long.candidate
+        trials = [max(parts, key=_long_gain).long,
+                  self.as_fitted(candidate, self.to_long(candidate, short.short))]
+        none = [self.fitted[''].point.states]
+        return min((self.polish(f, none) for f in trials), key=lambda f: f.score)
+
+    def to_long(self, candidate, short_point):
+        point = fitting.Point(short_point.z.copy(), self.long_states(short_point, candidate),
+                              np.zeros((len(self.long.windows), 4)))
+        every = np.arange(len(self.long.windows))
+        point.states, _ = fitting.solve_states(
+            self.long, candidate.model(point.z), point.states, point.memory, every, 4)
+        return self.long.evaluate(candidate, point)
+
+    def polish(self, fitted, others=()):
+        """Rescue and refit `fitted` on the long windows: robust, then plain."""
+        candidate, point = fitted.candidate, fitting.copied(fitted.point)
+        fitting.rescue(self.long, candidate, point, others, half_gap=self.half_gap)
+        if candidate.coordinates:
+            fitting.fit(self.long, candidate, point, 4, robust=True)
+            fitting.fit(self.long, candidate, point, 6)
+        return min(self.as_fitted(candidate, point), fitted, key=lambda f: f.score)
+
+    def cross(self, names=None):
+        """Give the best fits and none each other's window states, and fit them again."""
+        names = names or ['', *self.ranked()[:KEEP_REFINED]]
+        every = [self.fitted[n].point.states for n in names]
+        jobs = [self.fitted[n] for n in names]
+        found = self.map(lambda f: self.polish(f, every), jobs, 'comparing')
+        self.fitted.update(zip(names, found))
+
+    @property
+    def noisy(self):
+        """Whether torque noise on the motor is part of the likelihood."""
+        return self.model.tolerance > 0.0 or bool(self.model.process_torque)
+
+    def whiten(self, names):
+        """Fit `names` again with torque noise; all others stay behind them."""
+        if not self.noisy or not names:
+            return
+        known = self.model.process_torque
+        levels = LEVELS if known is None else (known,)
+
+        def one(name):
+            f = self.fitted[name]
+            point, deviance, s, white = whitened(self.long, f.candidate, f.point, levels)
+            score = deviance + f.candidate.n_effect * math.log(self.long.n_train)
+            return Fitted(f.candidate, point, score, s, white)
+        found = dict(zip(names, self.map(one, names, 'torque noise')))
+        worst = max(f.score for f in found.values())
+        plain = max(self.fitted[n].score for n in names)
+        for name, fitted in self.fitted.items():
+            if fitted.white is None and name not in found:
+                fitted.score = worst + max(fitted.score - plain, 1.0)
+        self.fitted.update(found)
+
+    def ranked(self, size=1):
+        """Return the names of candidates with `size` effects, best first."""
+        names = [n for n, f in list(self.fitted.items()) if len(f.candidate.ids) == size]
+        return sorted(names, key=lambda n: self.fitted[n].score)
+
+    # ------------------------------------------------------------------ signatures
+
+    def probes(self, name, order=None):
+        """Return lists of effects (one per column) that stand for a little of effect `name`."""
+        effect = EFFECTS.get(name)
+        if effect is not None and effect.replaces:
+            value = replaced_value(self.model, name)
+            c = self.starts.candidates(name)[0].coordinates[-1]
+            return [[{effect.parameters[0].name: value + 0.02 * c.scale}]]
+        out = []
+        for candidate in self.starts.candidates(name, order):
+            group = [c for c in candidate.coordinates if c.owner == 0]
+            z = {c.name: c.start if c.start else 0.1 * c.scale for c in group}
+            if name in PHASED:
+                size = 0.1 * group[0].scale
+                more = {'N': order} if name in PERIODIC else {}
+                out.append([{'A': size, 'phi': p, **more} for p in (0.0, 0.5 * math.pi)])
+            else:
+                out.append([z])
+        return out
+
+    def gains(self, data, base, point, ids, orders=None):
+        """
+        Return {(id, N): linearised gain in chi2 of adding it to the Candidate `base` at `point`}.
+
+        Window states and coordinates of `base` give way. N is None but for periodic effects, which
+        are tried with `orders` (default: those found before).
+        """
+        weight = fitting.weights(data, point.chi2, True)
+        s = fitting.sensitivity(data, base, point)
+        model = base.model(point.z)
+        _, prior = base.prior(point.z)
+        out = {}
+
+        def one(job):
+            key, columns = job
+            residuals = [(point.residual - data.residual(
+                with_effects(model, [*model.effects, {'id': key[0], **column}]), point.states,
+                point.memory)[0]) for column in columns]
+            joint = fitting.Sensitivity(s.Jx, np.concatenate(
+                [s.Jz, np.stack(residuals, axis=2)], axis=2))
+            S, g, _, _ = fitting.normal_equations(joint, point.residual, weight)
+            S[np.diag_indices(len(prior))] += prior
+            return key, _gain(S, g, len(prior))
+        jobs = []
+        for name in ids:
+            if name in base.ids or name in NOT_FITTED:
+                continue
+            tried = orders or self._orders.get(name, ORDERS)
+            for order in tried if name in PERIODIC else [None]:
+                jobs += [((name, order), columns) for columns in self.probes(name, order)]
+        for key, gain in self._pool.map(one, jobs):
+            out[key] = max(out.get(key, 0.0), gain)
+        return out
+
+    def find_orders(self, keep=3):
+        """Find the orders N of the periodic effects with the largest linearised gains."""
+        periodic = [i for i in PERIODIC if i in self.ids]
+        gain = self.gains(self.short, self.fitted[''].candidate, self.short_none, periodic, ORDERS)
+        for name in periodic:
+            self._orders[name] = sorted(ORDERS, key=lambda n: -gain[name, n])[:keep]
+
+
+def _gain(S, g, known):
+    """Return the gain in chi2 of the coordinates from `known` on, the first ones free as well."""
+    if len(g) == known:
+        return 0.0
+    total = fitting.damped_solve(S, g, 1e-9) @ g
+    before = fitting.damped_solve(S[:known, :known], g[:known], 1e-9) @ g[:known] if known else 0.0
+    return float(total - before)

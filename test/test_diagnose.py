@@ -1,0 +1,223 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The command ``diagnose``: what goes in, what comes out. How good verdicts are: test_blind."""
+from dataclasses import replace
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.read import McapReader
+from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.cli import diagnose as command
+from gearbox_monitor.cli.diagnose_report import MEANINGS, PLACES
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.drive.effects import EFFECTS, LOCATIONS
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import simulate
+from gearbox_monitor.files import load_model
+
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+T0 = 1_700_000_000_000_000_000
+MODEL = DriveModel()
+TRUE = {'id': 'arm_coulomb', 'Cac': 0.05}
+FEW = ['--only', 'arm_coulomb', 'motor_viscous', '--seed', '1', '--jobs', '2']
+KEYS = {'verdict', 'effect', 'location', 'ranked', 'confusable', 'params', 'gap_before',
+        'gap_after', 'closed_fraction', 'closed_fraction_ci', 'sigma', 'nominal',
+        'process_torque'}
+
+
+def record(effects=(), seconds=6.0, seed=1, load=None):
+    """Return (t, u, y) of a simulated drive; load [N]: torque on its arm, N m."""
+    t = np.arange(int(1000 * seconds)) * 1e-3
+    u = Excitation('multisine', (4.0, 2.0, 1.0), (0.5, 1.3, 3.1 + 0.1 * seed)).torque(t)
+    x = simulate(replace(MODEL, effects=effects), u, 1e-3).x[:, :2]
+    return t, u, x + 0.002 * np.random.default_rng(seed).standard_normal(x.shape)
+
+
+def write_csv(path, t, u, y, *more, header='t,u,motor,arm'):
+    np.savetxt(path, np.column_stack([t, u, y, *more]), '%.9g', ',', header=header, comments='')
+    return str(path)
+
+
+def write_bag(path, t, u, y, topic, noise=False):
+    """Write a bag; with `noise` also what the diagnosis must not read."""
+    stamps = T0 + np.rint(t * 1e9).astype(np.int64)
+    nothing = np.full(len(t), np.nan)
+    states = encode_joint_states(stamps, ['motor', 'arm'], y, effort=np.column_stack([u, nothing]),
+                                 frame_id='arm_coulomb' if noise else '')
+    truth = encode_joint_states(stamps, ['transmission'], y[:, :1], effort=u[:, None])
+    with BagWriter(path) as writer:
+        writer.add_topic(topic, JOINT_STATE)
+        if noise:
+            writer.add_topic('/plant/transmission_state', JOINT_STATE)
+            writer.add_topic('/estimator/arm_coulomb', JOINT_STATE)
+            writer.add_metadata('gearbox_monitor', {'plant.effects': json.dumps([TRUE])})
+        for k, stamp in enumerate(stamps.tolist()):
+            writer.write(topic, stamp, states[k])
+            if noise:
+                writer.write('/plant/transmission_state', stamp, truth[k])
+    return str(path)
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory):
+    """Return a folder with model files and recordings."""
+    folder = tmp_path_factory.mktemp('diagnose')
+    (folder / 'drive.yaml').write_text(yaml.safe_dump(MODEL.to_dict()))
+    (folder / 'measured.yaml').write_text(
+        yaml.safe_dump(replace(MODEL, arm_load='measured').to_dict()))
+    write_csv(folder / 'worn.csv', *record((TRUE,)))
+    write_csv(folder / 'worn2.csv', *record((TRUE,), seed=2))
+    write_csv(folder / 'good.csv', *record())
+    return folder
+
+
+def call(folder, *words, model='drive.yaml'):
+    """Return the exit code of the command."""
+    return main(['diagnose', *words, '--model', str(folder / model)])
+
+
+def test_verdict_as_json(folder, capsys):
+    assert call(folder, str(folder / 'worn.csv'), *FEW, '--json', '-') == 1
+    out, err = capsys.readouterr()
+    data = json.loads(out)
+    assert KEYS <= set(data)
+    assert (data['verdict'], data['effect'], data['location']) == (
+        'effect', 'arm_coulomb', 'arm_side')
+    assert data['ranked'][0] == 'arm_coulomb' and set(data['ranked']) <= {*FEW}
+    assert data['params']['arm_coulomb']['Cac'] == pytest.approx(0.05, rel=0.1)
+    assert data['gap_before'] > 1.2 and data['gap_after'] == pytest.approx(1.0, abs=0.05)
+    low, high = data['closed_fraction_ci']
+    assert low - 0.02 <= data['closed_fraction'] <= high + 0.02
+    assert data['closed_fraction'] > 0.9
+    assert data['sigma'] == pytest.approx([0.002, 0.002], rel=0.05)
+    assert any('few windows' in warning for warning in data['warnings'])
+    assert '\r' not in err and '%|' not in err  # no bar in a pipe
+
+
+def test_text_files_and_a_second_recording(folder, tmp_path, capsys):
+    out = tmp_path / 'out'
+    words = [str(folder / 'worn.csv'), *FEW, '--out', str(out), '--validate',
+             str(folder / 'worn2.csv')]
+    assert call(folder, *words) == 1
+    shown = capsys.readouterr().out
+    assert 'Effect: arm_coulomb (arm side).' in shown
+    assert 'Cac = 0.0' in shown and ' N m' in shown and 'validation' in shown
+    text = shown.replace(str(folder), '').replace(str(tmp_path), '')
+    assert max(map(len, text.splitlines())) <= 80
+    assert sorted(p.name for p in out.iterdir()) == ['drive.closed.yaml', 'verdict.json']
+    data = json.loads((out / 'verdict.json').read_text())
+    assert data['validation']
+    model = load_model(out / 'drive.closed.yaml')
+    (effect,) = model.effects
+    assert effect == {'id': 'arm_coulomb', **data['params']['arm_coulomb']}
+    assert replace(model, effects=()) == MODEL
+    assert call(folder, *words) == 2
+    assert 'exists, expected a new file' in capsys.readouterr().err
+
+
+def test_no_gap(folder, tmp_path, capsys):
+    out = tmp_path / 'out'
+    assert call(folder, str(folder / 'good.csv'), *FEW, '--out', str(out)) == 0
+    shown = capsys.readouterr().out
+    assert 'No gap' in shown and 'arm encoder' not in shown
+    assert [p.name for p in out.iterdir()] == ['verdict.json']
+    assert json.loads((out / 'verdict.json').read_text())['verdict'] == 'none'
+
+
+def test_only_the_measurement_topic_counts(folder, tmp_path, capsys, monkeypatch):
+    """Without truth, names and parameters in the bag, and with one thread, the same answer."""
+    read = []
+    messages = McapReader.messages
+    monkeypatch.setattr(McapReader, 'messages', lambda self, topics=None: (
+        read.append(topics), messages(self, topics))[1])
+    told = []
+    for name, topic, noise, jobs in (('arm_coulomb', '/joint_states', True, '2'),
+                                     ('b', '/a/joint_states', False, '1')):
+        bag = write_bag(tmp_path / name, *record((TRUE,)), topic, noise)
+        assert call(folder, bag, *FEW, '--jobs', jobs, '--json', '-') == 1
+        told.append(capsys.readouterr().out)
+    assert told[0] == told[1]
+    assert json.loads(told[0])['effect'] == 'arm_coulomb'
+    assert read == [['/joint_states'], ['/a/joint_states']]
+
+
+def test_a_measured_load_is_no_gap(folder, tmp_path, capsys):
+    t, u, y = record(({'id': 'load_torque', 'TL': 0.4},))
+    loaded = write_csv(tmp_path / 'a.csv', t, u, y, np.full(len(t), 0.4),
+                       header='t,u,motor,arm,arm_torque')
+    few = ['--only', 'load_torque', '--json', '-']
+    assert call(folder, loaded, *few, model='measured.yaml') == 0
+    assert call(folder, loaded, *few) == 1
+    assert 'not used' in capsys.readouterr().out
+    assert call(folder, str(folder / 'good.csv'), *few, model='measured.yaml') == 2
+    assert 'no torque measured on the arm' in capsys.readouterr().err
+
+
+def test_bad_recordings_get_no_verdict(folder, tmp_path, capsys):
+    t, u, y = record()
+    holed = y.copy()
+    holed[1000:1200, 1] = np.nan
+    for k, (columns, says) in enumerate((
+            ((t[:3000], u[:3000], y[:3000]), 'expected at least 4 s'),
+            ((t, u, y[:, ::-1]), 'swapped'), ((t, u, -y), 'sign'),
+            ((t, u, np.degrees(y)), 'degrees'), ((t, u, holed), 'column arm: nan'))):
+        path = write_csv(tmp_path / f'{k}.csv', *columns)
+        out = tmp_path / f'out{k}'
+        assert call(folder, path, *FEW, '--out', str(out)) == 2
+        told, err = capsys.readouterr()
+        assert not told and not out.exists()
+        assert says in err and path in err and err.count('\n') == 1
+
+
+@pytest.mark.parametrize('words, says', [
+    (['nowhere'], 'nowhere: no such file or directory'),
+    (['worn.csv', '--only', 'gravity,gravitiy'], "--only: unknown effect 'gravitiy', expected"),
+    (['worn.csv', '--exclude', 'x'], "--exclude: unknown effect 'x', expected ids of motor_"),
+    (['worn.csv', '--only', 'gravity', '--exclude', 'gravity'], 'no effect is left'),
+    (['worn.csv', '--jobs', '0'], '--jobs: 0, expected'),
+    (['worn.csv', '--seed', '-1'], '--seed: -1, expected'),
+    (['worn.csv', '--json', 'no/where.json'], 'no such folder'),
+    (['worn.csv', '--json', 'good.csv'], 'good.csv: exists'),
+    (['worn.csv', '--out', 'good.csv'], 'is a file, expected a directory'),
+    (['worn.csv', '--validate', 'nowhere'], 'nowhere: no such file'),
+])
+def test_bad_usage(folder, capsys, monkeypatch, words, says):
+    monkeypatch.chdir(folder)
+    assert call(folder, *words) == 2
+    assert says in capsys.readouterr().err
+
+
+def test_interrupted_it_leaves_nothing(folder, tmp_path, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+    words = [str(folder / 'worn.csv'), *FEW, '--out', str(tmp_path / 'out'),
+             '--json', str(tmp_path / 'verdict.json')]
+    with monkeypatch.context() as context:
+        context.setattr(command, 'diagnose', interrupted)
+        assert call(folder, *words) == 130
+    assert not list(tmp_path.iterdir())
+    monkeypatch.setattr(command, 'save_model', interrupted)  # between the two files
+    assert call(folder, *words) == 130
+    assert not list(tmp_path.iterdir())
+
+
+def test_every_effect_and_place_has_words():
+    assert list(MEANINGS) == list(EFFECTS)
+    assert set(PLACES) == set(LOCATIONS)

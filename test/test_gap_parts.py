@@ -1,0 +1,160 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Where the gap lies, how far it closes, and what a recording can separate."""
+import json
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.drive.model import DriveModel, model_from_dict
+from gearbox_monitor.drive.simulate import Noise, simulate
+from gearbox_monitor.gap import close, fit, isolate, residual
+from gearbox_monitor.gap.recording import Recording
+from gearbox_monitor.gap.search import Search
+
+DT, SIGMA = 0.001, (0.002, 0.002)
+CASES = {
+    'stribeck': ({'Cs': 0.15, 'vs': 0.5}, 'motor_side'),
+    'arm_coulomb': ({'Cac': 0.03}, 'arm_side'),
+    'backlash_gap': ({'b': 0.115}, 'transmission'),
+    'arm_encoder_eccentricity': ({'A': 0.02, 'phi': 0.7}, 'arm_sensor'),
+}
+
+
+def record(effects, seconds=5, seed=1, noise=SIGMA, u=None):
+    """Return a Recording of the paper's drive with `effects` under a sum of sines."""
+    t = np.arange(round(seconds / DT)) * DT
+    if u is None:
+        phase = np.random.default_rng(seed).uniform(0, 2 * np.pi, 3)
+        u = sum(a * np.sin(2 * np.pi * f * t + p)
+                for a, f, p in zip((0.6, 0.4, 0.3), (0.45, 1.1, 2.3), phase))
+    model = model_from_dict({'effects': effects}, 'test')
+    path = simulate(model, u, DT, Noise(measurement=noise), seed)
+    return Recording(t, u, path.y, DT)
+
+
+@pytest.fixture(scope='module')
+def searches():
+    """Return {id: (Search, none, Fitted of the id, from the truth on)} of all cases."""
+    out = {}
+    for name, (values, _) in CASES.items():
+        search = Search(record([{'id': name, **values}]), DriveModel(), SIGMA, [name])
+        out[name] = search, search.none(), fitted_from(search, name, values)
+    return out
+
+
+def fitted_from(search, name, values):
+    """Return the Fitted of effect `name` that begins at its true `values`."""
+    candidate = search.starts.candidates(name)[0]
+    point = fit.copied(search.fitted[''].point, candidate.start())
+    if 'phi' in values:
+        values = {'As': values['A'] * np.cos(values['phi']),
+                  'Ac': values['A'] * np.sin(values['phi'])}
+    for k, c in enumerate(candidate.coordinates):
+        point.z[k] = np.log(values[c.name]) if c.log else values[c.name]
+    search.long.evaluate(candidate, point)
+    fit.rescue(search.long, candidate, point, everything=True)
+    return search.as_fitted(candidate, fit.fit(search.long, candidate, point, 6))
+
+
+@pytest.mark.parametrize('name', CASES)
+def test_a_free_signal_finds_the_place(searches, name):
+    search, none, _ = searches[name]
+    found = residual.places(search, none)
+    assert found['place'] == CASES[name][1], found['places']
+    assert found['places'][found['place']]['explained'] > 0.8
+    assert all(0.0 <= v['explained'] <= 1.0 for v in found['places'].values())
+    for shares in found['region'].values():
+        assert sum(shares['time'].values()) == pytest.approx(1.0)
+    if name == 'stribeck':
+        assert found['region']['speed']['signal']['high'] < 0.2
+    json.dumps(found, allow_nan=False)
+
+
+@pytest.mark.parametrize('name', CASES)
+def test_the_true_effect_closes_the_gap(searches, name):
+    search, none, fitted = searches[name]
+    found = close.closure(search, none, fitted, seed=3)
+    assert found['gap_before'] > 1.05
+    assert found['gap_after'] == pytest.approx(1.0, abs=0.03)
+    assert found['closed_fraction'] == pytest.approx(1.0, abs=0.15)
+    low, high = found['closed_fraction_ci']
+    assert low <= 1.0 <= high and low <= found['closed_fraction'] <= high
+    assert not found['at_bound']
+    truth, (given,) = CASES[name][0], fitted.candidate.values(fitted.point.z)[1]
+    for parameter, value in truth.items():
+        error = found['standard_errors'][name][parameter]
+        assert abs(given[parameter] - value) < 4.5 * error, parameter
+    assert found == close.closure(search, none, fitted, seed=3)
+    json.dumps(found, allow_nan=False)
+
+
+def test_without_an_effect_there_is_nothing_to_close():
+    search = Search(record([]), DriveModel(), SIGMA, [])
+    found = close.closure(search, search.none(), None)
+    assert found['closed_fraction'] is None and found['closed_fraction_ci'] is None
+    assert found['gap_before'] == pytest.approx(1.0, abs=0.03)
+
+
+def test_a_wrong_effect_does_not_close_the_gap(searches):
+    search, none, _ = searches['arm_encoder_eccentricity']
+    wrong = search.starts.candidates('motor_viscous')[0]
+    point = search.at_none(wrong, none.point)
+    search.long.evaluate(wrong, point)
+    found = close.closure(search, none, search.as_fitted(wrong, point))
+    assert found['closed_fraction'] < 0.1 and found['closed_fraction_ci'][1] < 0.3
+
+
+def test_validation_on_a_second_recording():
+    effect = {'id': 'arm_coulomb', 'Cac': 0.05}
+    found = close.validate(record([effect], seed=9), DriveModel(),
+                           model_from_dict({'effects': [effect]}, 'test'), SIGMA)
+    assert found['gap_after'] == pytest.approx(1.0, abs=0.03) and found['gap_before'] > 1.3
+    before, after = found['free_run']['before'], found['free_run']['after']
+    assert after['motor'] < 0.2 * before['motor'] and after['arm'] < 0.2 * before['arm']
+
+
+def test_one_speed_cannot_tell_viscous_from_coulomb_friction():
+    """Forth and back at one speed, Cv and Cc act alike; at several speeds they do not."""
+    t = np.arange(4000) * DT
+    ids = ['motor_coulomb', 'motor_viscous', 'gravity', 'torque_offset', 'coulomb_asymmetry']
+    slow = 0.5 * np.sign(np.sin(2 * np.pi * 0.5 * t))
+    levels = np.repeat([0.35, -0.6, 1.5, 0.4] * 4, 250)
+    found = []
+    for u in (slow, levels):
+        search = Search(record([], 4, u=u), DriveModel(), SIGMA, ids)
+        search.none()
+        names, s2 = isolate.matrix(search)
+        assert np.diag(s2) == pytest.approx(0.0, abs=1e-6)
+        found.append({(a, b): s2[i, j] for i, a in enumerate(names)
+                      for j, b in enumerate(names)})
+    pair = ('motor_coulomb', 'motor_viscous')
+    assert found[0][pair] < 0.03 and found[1][pair] > 10 * found[0][pair]
+    for table in found:
+        assert table['motor_coulomb', 'gravity'] > 0.3
+        assert table['torque_offset', 'coulomb_asymmetry'] < 0.02
+
+
+def test_confusable_lists_what_little_evidence_leaves_open():
+    ids = ['torque_offset', 'coulomb_asymmetry', 'gravity', 'motor_inertia']
+    search = Search(record([{'id': 'torque_offset', 'u0': 0.02}], 4), DriveModel(), SIGMA, ids)
+    search.none()
+    search.refine(search.screen())
+    best = search.fitted['torque_offset']
+    found = isolate.separations(search, best)
+    d, table = found['torque_offset']
+    assert d > 100 and table['coulomb_asymmetry'] < 0.05 < table['gravity']
+    names = isolate.confusable(search, best, found)
+    assert 'coulomb_asymmetry' in names and 'motor_inertia' not in names
