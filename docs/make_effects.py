@@ -45,36 +45,8 @@ The plain model, everything on the arm side (SI units, N m, rad, s):
 means that the parameter takes the place of the value in the model file. N is a whole number of
 periods per turn of the motor (on the arm side).
 """
-OWN = """\
-
-## Effects of your own
-
-A package adds an effect through an entry point; nothing here has to be touched. In its `setup.py`:
-
-```python
-entry_points={'gearbox_monitor.effects': ['spring = my_package.spring:EFFECT']}
-```
-
-and in `my_package/spring.py`:
-
-```python
-from gearbox_monitor.drive.effects import Effect, Parameter
-
-
-def torques(t, x1, x2, x3, x4, u, tau_k, theta):
-    return 0.0, theta[0] * x2, 0.0
-
-
-EFFECT = Effect(
-    'arm_spring', 'arm_side', 'tau_arm += S x2', (Parameter('S', 'N m/rad', 0.0),),
-    torques=torques, starts=(0.1,))
-```
-
-`torques` returns what is added to the torque of the motor, to the load tau_arm on the arm, and to
-tau_K, N m each. theta holds the parameters in their order, `starts` the values from which fits
-begin, in the order of magnitude that matters. The function must compile with numba (arithmetic,
-`math`, no arrays made). It takes part in simulation and diagnosis as the others do; a model can
-have one effect of a plug-in at a time.
+OWN = """
+Other packages add effects of their own: [plugins](plugins.md).
 """
 
 

@@ -27,6 +27,7 @@ import numpy as np
 from gearbox_monitor import stream
 from gearbox_monitor.drift import change, features
 from gearbox_monitor.drift.known import Known
+from gearbox_monitor.drive.effects import not_in_filters
 from gearbox_monitor.drive.model import model_from_dict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters import FILTERS
@@ -223,6 +224,10 @@ class Monitor:
             self.drive.arm_load == 'measured'], np.int64)
         n, module = len(self.names), FILTERS[p['filter']]
         self.warnings = module.warnings(n, p) if hasattr(module, 'warnings') else []
+        ignored = not_in_filters(self.drive.effects)
+        if ignored:
+            self.warnings = [*self.warnings, f'effects of the model that no filter knows are left '
+                             f'out: {", ".join(ignored)}']
         self._z, self._P = np.zeros(n), np.eye(n).ravel()
         self._memory = np.zeros(module.memory_size(n))
         self._clock, self._efforts = np.zeros(1), np.zeros((stream.N_EFFORTS, 2))

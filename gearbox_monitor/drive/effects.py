@@ -244,6 +244,12 @@ def library():
     return {**EFFECTS, **plugins()}
 
 
+def not_in_filters(effects):
+    """Return the ids of `effects` (dicts of a model) that filters leave out."""
+    return [e['id'] for e in effects if e['id'] not in IN_FILTERS
+            and not (e['id'] in EFFECTS and EFFECTS[e['id']].replaces)]
+
+
 # ---------------------------------------------------------------------- equations
 
 

@@ -24,7 +24,7 @@ import math
 import numpy as np
 
 from gearbox_monitor.gap import fit as fitting
-from gearbox_monitor.gap.residual import _Fit, SPACING
+from gearbox_monitor.gap.residual import FreeFit, SPACING
 
 # N m rms per sample that are tried.
 LEVELS = (0.0, 0.002, 0.004, 0.007, 0.01, 0.014, 0.02, 0.03, 0.04, 0.055, 0.075, 0.1)
@@ -34,7 +34,7 @@ class Whitener:
     """Whitening of arrays [W, 2L, ...] for torque noise; `level` N m rms per sample."""
 
     def __init__(self, data, candidate, point):
-        free = _Fit(data, candidate.model(point.z), 'motor_side', point)
+        free = FreeFit(data, candidate.model(point.z), 'motor_side', point)
         count = free.basis.shape[1]
         H = free.sensitivity(np.zeros((len(point.states), count)), point.states,
                              point.residual)[:, :, :count]

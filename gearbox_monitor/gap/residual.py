@@ -89,7 +89,7 @@ def _gram(J):
     return out
 
 
-class _Fit:
+class FreeFit:
     """Windows with a free signal at one place."""
 
     def __init__(self, data, model, place, start):
@@ -218,9 +218,9 @@ def free_forms(search, fitted, jobs=1, places=PLACES):
     begun = fitting.Point(point.z, states, memory)
 
     def one(place):
-        brief = _Fit(short, model, place, begun)
+        brief = FreeFit(short, model, place, begun)
         rough = brief.solve(states)
-        fit = _Fit(long, model, place, point)
+        fit = FreeFit(long, model, place, point)
         started = point.states.copy()
         _take_over(short.windows, rough.states, long.windows, started)
         series = np.zeros(len(search.recording.u))
