@@ -34,8 +34,8 @@ from gearbox_monitor.gap.windows import cut, Simulator
 SHORT, LONG = 0.25, 1.0  # s
 HELD_OUT = 0.3
 KEEP_SCREENED, KEEP_REFINED = 6, 4
-STRAY = 50.0  # chi2
-FAR = 2.5     # tolerances
+STRAY = 50.0  # chi2 by which a window may be worse than without effect before it counts as lost
+FAR = 2.5     # tolerances from which on a nominal value is tried as an effect of its own
 
 
 def held_out(recording, windows):
@@ -145,6 +145,7 @@ class Search:
         return plain + candidate.n_effect * math.log(data.n_train)
 
     def as_fitted(self, candidate, point):
+        """Return the Fitted of `candidate` at `point`, scored."""
         return Fitted(candidate, point, self.score(self.long, candidate, point))
 
     def found_orders(self, name):
@@ -207,7 +208,7 @@ class Search:
         return by_id
 
     def _screen_one(self, candidate):
-        """Return (Fitted on long windows from none, score and z on short windows)."""
+        """Return the Screened `candidate`, fitted from where none stands."""
         none = self.fitted['']
         points = []
         for data, start in ((self.short, self.short_none), (self.long, none.point)):
@@ -285,6 +286,7 @@ class Search:
         return min((self.polish(f, none) for f in trials), key=lambda f: f.score)
 
     def to_long(self, candidate, short_point):
+        """Return the Point of the long windows that begins where one of the short ones ended."""
         point = fitting.Point(short_point.z.copy(), self.long_states(short_point, candidate),
                               np.zeros((len(self.long.windows), 4)))
         every = np.arange(len(self.long.windows))
