@@ -59,7 +59,7 @@ def published(search, none, best=None):
     point.states, _ = fitting.solve_states(
         search.long, search.model, point.states, point.memory, every)
     search.long.evaluate(candidate, point)
-    others = [none.point.states] + ([best.point.states] if best else [])
+    others = [none.point] + ([best.point] if best else [])
     fitting.rescue(search.long, candidate, point, others, half_gap=search.half_gap)
     return point
 
@@ -75,11 +75,10 @@ def settled(search, fitted, others):
     if not len(held) or set(candidate.ids) & set(NOT_FITTED):
         return fitted
     model, point = candidate.model(fitted.point.z), fitting.copied(fitted.point)
-    known = [f.point.states for n in search.ranked()[:4] for f in (search.fitted[n],)]
-    known = [point.states, *others, *known]
+    known = [point, *others, *(search.fitted[n].point for n in search.ranked()[:4])]
     index = np.tile(held, len(known))
     states, chi2 = fitting.solve_states(
-        data, model, np.concatenate([k[held] for k in known]), point.memory[index], index)
+        data, model, np.concatenate([k.states[held] for k in known]), point.memory[index], index)
     chi2 = chi2.reshape(len(known), -1)
     best = chi2.argmin(axis=0)
     better = chi2.min(axis=0) < point.chi2[held]
@@ -101,9 +100,9 @@ def closure(search, none, best=None, seed=0):
     standard_errors {id: {parameter}}, condition of the scaled normal matrix, at_bound [names].
     """
     before = published(search, none, best)
-    fitted = settled(search, best or none, [before.states])
+    fitted = settled(search, best or none, [before])
     if not none.candidate.coordinates and best is not None:
-        before = settled(search, none, [fitted.point.states]).point
+        before = settled(search, none, [fitted.point]).point
     held = ~search.long.train
     if not held.any():
         held = ~held
@@ -261,7 +260,7 @@ def _windowed(recording, model, sigma):
 
 def _cross(fits):
     """Give both models each other's window states, and memories from the window before."""
-    known = [point.states.copy() for _, _, point in fits]
+    known = [fitting.copied(point) for _, _, point in fits]
     for k, (search, candidate, point) in enumerate(fits):
         data, every = search.long, np.arange(len(search.long.windows))
         if search.model.transmission.kind != 'dead_zone' or any(

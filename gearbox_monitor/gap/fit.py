@@ -27,6 +27,7 @@ from gearbox_monitor.gap.windows import N_MEMORY
 STATE_STEPS = np.array([1e-5, 1e-5, 1e-3, 1e-3])
 ROBUST = 2.5   # times the median chi2: windows above count less
 WORST = 1e6  # standard deviations
+RIVAL = 6.0  # chi2 by which another fit of a window is better, from which on its start is tried
 STUCK = 1.15   # times the median chi2: windows above are tried from elsewhere
 
 
@@ -142,21 +143,23 @@ def solve_states(data, model, states, memory, index, iterations=6):
     return states, chi2
 
 
-def rescue(data, candidate, point, others=(), everything=False, half_gap=0.05):
+def rescue(data, candidate, point, others=(), half_gap=0.05):
     """
     Try other starts for windows that stand out; return how many became better.
 
-    others: states [W, 4] of other fits. everything: all windows, not only those that stand out.
+    others: Points of other fits. Where one of them is better, a window is tried, too: a start
+    that only one candidate has found must not be its merit.
     """
-    count = len(data.windows)
     length = 2 * data.windows.length
-    limit = max(STUCK * np.median(point.chi2), 1.12 * length)
-    stuck = np.arange(count) if everything else np.flatnonzero(point.chi2 > limit)
+    out = point.chi2 > max(STUCK * np.median(point.chi2), 1.12 * length)
+    for other in others:
+        out |= other.chi2 < point.chi2 - RIVAL
+    stuck = np.flatnonzero(out)
     if not len(stuck):
         return 0
     model = candidate.model(point.z)
     raw, before = data.raw_states()[stuck], point.states[stuck]
-    starts = [raw, *(other[stuck] for other in others)]
+    starts = [raw, *(other.states[stuck] for other in others)]
     if len(stuck) and point.carry is not None:
         previous = point.carry[np.maximum(stuck - 1, 0), :4].copy()
         previous[stuck == 0] = raw[stuck == 0]

@@ -65,7 +65,7 @@ def find_pairs(search, firsts):
     if not chosen:
         return []
     for _ in range(2):
-        others = [f.point.states for f in chosen]
+        others = [f.point for f in chosen]
         chosen = search.map(lambda f: search.polish(f, others), chosen, 'refining')
     for fitted in chosen:
         search.fitted[fitted.name] = fitted

@@ -249,7 +249,7 @@ class Search:
         cost = math.log(self.long.n_train)
         parts = [p for group in by_id.values() for p in group]
         # What another fit has found for a window that went astray is no merit of its effect.
-        none = self.polish(self.fitted[''], [p.long.point.states for p in parts])
+        none = self.polish(self.fitted[''], [p.long.point for p in parts])
         self.fitted[''] = none
         for p in parts:
             p.long_gain = self.promise(self.long, p.long.candidate, p.long.point, none.point)
@@ -282,7 +282,7 @@ class Search:
         candidate = short.long.candidate
         trials = [max(parts, key=_long_gain).long,
                   self.as_fitted(candidate, self.to_long(candidate, short.short))]
-        none = [self.fitted[''].point.states]
+        none = [self.fitted[''].point]
         return min((self.polish(f, none) for f in trials), key=lambda f: f.score)
 
     def to_long(self, candidate, short_point):
@@ -306,7 +306,7 @@ class Search:
     def cross(self, names=None):
         """Give the best fits and none each other's window states, and fit them again."""
         names = names or ['', *self.ranked()[:KEEP_REFINED]]
-        every = [self.fitted[n].point.states for n in names]
+        every = [self.fitted[n].point for n in names]
         jobs = [self.fitted[n] for n in names]
         found = self.map(lambda f: self.polish(f, every), jobs, 'comparing')
         self.fitted.update(zip(names, found))
