@@ -65,7 +65,12 @@ def fitted_from(search, name, values):
     for k, c in enumerate(candidate.coordinates):
         point.z[k] = np.log(values[c.name]) if c.log else values[c.name]
     search.long.evaluate(candidate, point)
-    fit.rescue(search.long, candidate, point, everything=True)
+    for _ in range(3):
+        every = np.arange(len(point.states))
+        point.states, _ = fit.solve_states(search.long, candidate.model(point.z), point.states,
+                                           point.memory, every)
+        search.long.evaluate(candidate, point)
+        fit.rescue(search.long, candidate, point)
     return search.as_fitted(candidate, fit.fit(search.long, candidate, point, 6))
 
 
