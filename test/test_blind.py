@@ -312,6 +312,24 @@ def test_oracle_meets_the_bars_and_others_do_not(labelled):
                                    for i, values in v['params'].items()}}, 'single')
 
 
+@compiled
+def test_what_the_real_diagnosis_says(labelled):
+    """A small sample of the benchmark; the whole of it is run by command."""
+    folder, labels, _, _ = labelled
+    wanted = {name: label for name, label in labels.items()
+              if label['class'] == 'none' or label['ids'] == ['gravity']}
+    orders = [{'name': name, 'exclude': []} for name in wanted]
+    verdicts, _, failures = runner.diagnose_all(
+        folder / 'recordings', orders, 1, lambda *_: None)
+    assert not failures
+    for name, label in wanted.items():
+        assert verdicts[name]['effect'] == ('+'.join(label['ids']) or None)
+        if label['ids']:
+            true, = label['effects']
+            assert verdicts[name]['params']['gravity']['G'] == pytest.approx(true['G'], rel=0.1)
+            assert verdicts[name]['closed_fraction'] == pytest.approx(1.0, abs=0.05)
+
+
 def test_twins_are_one_class():
     label = {'ids': ['coulomb_asymmetry']}
     found = score.judge(label, {'verdict': 'effect', 'effect': 'torque_offset',
