@@ -321,5 +321,10 @@ def arm_acceleration(x3, x4, tau_k, tau_arm, p):
 @jit
 def arm_load(x2, x4, p):
     """Return tau_arm (N m): viscous and Coulomb friction, gravity and a constant load."""
-    return (p[CAV] * x4 + p[CAC] * TWO_OVER_PI * math.atan(p[ALPHA] * x4)
-            + p[G] * math.sin(x2) + p[TL])
+    torque = p[CAV] * x4 + p[TL]
+    # Most drives have neither: this spares two transcendental functions in each stage of a step.
+    if p[CAC] != 0.0:
+        torque += p[CAC] * TWO_OVER_PI * math.atan(p[ALPHA] * x4)
+    if p[G] != 0.0:
+        torque += p[G] * math.sin(x2)
+    return torque

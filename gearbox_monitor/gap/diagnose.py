@@ -204,6 +204,9 @@ def decide(search):
         return burst, 'effect'
     if not convincing(search, best):
         return none, 'unknown' if lacks(search, none) else 'none'
+    if lacks(search, best) and not search.noisy:
+        search.settle(singles[:2])
+        best = search.fitted[search.ranked()[0]]
     hints = forward_gains(search, best)
     if lacks(search, best) or max((g for g, _ in hints.values()), default=0.0) > PAIR_HINT:
         pairs = find_pairs(search, singles[:2])

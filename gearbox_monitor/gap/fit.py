@@ -28,6 +28,7 @@ STATE_STEPS = np.array([1e-5, 1e-5, 1e-3, 1e-3])
 ROBUST = 2.5   # times the median chi2: windows above count less
 WORST = 1e6  # standard deviations
 RIVAL = 6.0  # chi2 by which another fit of a window is better, from which on its start is tried
+ROUGH, KEPT_STARTS = 2, 3  # iterations from all starts; how many go on
 STUCK = 1.15   # times the median chi2: windows above are tried from elsewhere
 
 
@@ -117,28 +118,35 @@ def solve_states(data, model, states, memory, index, iterations=6):
     """
     Fit only the states of the windows `index` [M]; return (states [M, 4], chi2 [M]).
 
-    Levenberg-Marquardt, each window with a damping of its own.
+    Levenberg-Marquardt, each window with a damping of its own; those that have arrived wait.
     """
-    states = states.copy()
+    states, index = states.copy(), np.asarray(index)
     residual, _ = data.residual(model, states, memory, index)
     chi2 = _squares(residual)
     damping = np.full(len(states), 1e-3)
+    A, g = np.empty((len(states), 4, 4)), np.empty((len(states), 4))
+    moved = active = np.arange(len(states))
     for _ in range(iterations):
-        J = state_sensitivity(data, model, states, memory, residual, index)
-        A = np.einsum('wli,wlj->wij', J, J)
-        g = np.einsum('wli,wl->wi', J, residual)
-        diagonal = np.einsum('wii->wi', A)
-        A[:, range(4), range(4)] += diagonal * damping[:, None] + 1e-9
-        step = np.linalg.solve(A, g[:, :, None])[:, :, 0]
-        trial = states + step
-        moved, _ = data.residual(model, trial, memory, index)
-        after = _squares(moved)
-        better = after < chi2
-        gain = np.where(better, chi2 - after, 0.0)
-        states[better], residual[better] = trial[better], moved[better]
-        chi2[better] = after[better]
-        damping = np.where(better, damping * 0.1, np.minimum(damping * 20.0, 1e6))
-        if (gain < 1e-3 * chi2).all() and (damping > 1.0)[~better].all():
+        if len(moved):
+            J = state_sensitivity(data, model, states[moved], memory[moved], residual[moved],
+                                  index[moved])
+            A[moved] = np.einsum('wli,wlj->wij', J, J)
+            g[moved] = np.einsum('wli,wl->wi', J, residual[moved])
+        damped = A[active]
+        diagonal = np.einsum('wii->wi', damped)
+        damped[:, range(4), range(4)] += diagonal * damping[active, None] + 1e-9
+        trial = states[active] + np.linalg.solve(damped, g[active, :, None])[:, :, 0]
+        r, _ = data.residual(model, trial, memory[active], index[active])
+        after = _squares(r)
+        gain = chi2[active] - after
+        better = gain > 0.0
+        damping[active] = np.where(better, damping[active] * 0.1,
+                                   np.minimum(damping[active] * 20.0, 1e6))
+        arrived = np.where(better, gain < 1e-3 * chi2[active], damping[active] > 1.0)
+        moved = active[better]
+        states[moved], residual[moved], chi2[moved] = trial[better], r[better], after[better]
+        moved, active = active[better & ~arrived], active[~arrived]
+        if not len(active):
             break
     return states, chi2
 
@@ -159,8 +167,13 @@ def rescue(data, candidate, point, others=(), half_gap=0.05):
         return 0
     model = candidate.model(point.z)
     raw, before = data.raw_states()[stuck], point.states[stuck]
-    starts = [raw, *(other.states[stuck] for other in others)]
-    if len(stuck) and point.carry is not None:
+    starts = [raw]
+    if others:
+        found = np.stack([other.chi2[stuck] for other in others])
+        states = np.stack([other.states[stuck] for other in others])
+        for best in np.argsort(found, axis=0)[:KEPT_STARTS]:
+            starts.append(states[best, np.arange(len(stuck))])
+    if point.carry is not None:
         previous = point.carry[np.maximum(stuck - 1, 0), :4].copy()
         previous[stuck == 0] = raw[stuck == 0]
         starts.append(previous)
@@ -169,13 +182,16 @@ def rescue(data, candidate, point, others=(), half_gap=0.05):
             moved = before.copy()
             moved[:, i] += size * (0.6 * half_gap if i == 1 else 1.0)
             starts.append(moved)
-    index = np.tile(stuck, len(starts))
-    states, chi2 = solve_states(data, model, np.concatenate(starts),
-                                point.memory[index], index)
-    chi2 = chi2.reshape(len(starts), len(stuck))
-    best = chi2.argmin(axis=0)
-    better = chi2.min(axis=0) < point.chi2[stuck] * (1 - 1e-4) - 1e-3
-    chosen = states.reshape(len(starts), len(stuck), 4)[best, np.arange(len(stuck))]
+    starts = np.stack(starts, axis=1)
+    for iterations, kept in ((ROUGH, KEPT_STARTS), (6 - ROUGH, 1)):
+        index = np.repeat(stuck, starts.shape[1])
+        states, chi2 = solve_states(data, model, starts.reshape(-1, 4), point.memory[index],
+                                    index, iterations)
+        chi2 = chi2.reshape(len(stuck), -1)
+        order = np.argsort(chi2, axis=1)[:, :kept]
+        starts = np.take_along_axis(states.reshape(len(stuck), -1, 4), order[:, :, None], axis=1)
+    chi2, chosen = chi2.min(axis=1), starts[:, 0]
+    better = chi2 < point.chi2[stuck] * (1 - 1e-4) - 1e-3
     point.states[stuck[better]] = chosen[better]
     data.evaluate(candidate, point)
     return int(better.sum())
@@ -188,11 +204,6 @@ def weights(data, chi2, robust):
         median = np.median(chi2[data.train])
         weight *= np.minimum(1.0, ROBUST * median / np.maximum(chi2, 1e-30))
     return weight
-
-
-def cost(candidate, point, weight):
-    """Return the weighted chi2 of the windows that count, with the prior."""
-    return float(weight @ point.chi2) + candidate.penalty(point.z)
 
 
 @dataclass
@@ -284,12 +295,7 @@ def fit(data, candidate, point, iterations=4, robust=False, refresh=(0, 1, 3), w
             dz = z - point.z
             trial = Point(z, point.states + x - np.einsum('wij,j->wi', X, dz), point.memory)
             data.evaluate(candidate, trial)
-            kept = Point(z, point.states, point.memory)
-            data.evaluate(candidate, kept)
-            worse = kept.chi2 < trial.chi2
-            if worse.any():  # a window whose own step failed stays where it is
-                for name in ('states', 'residual', 'chi2', 'carry'):
-                    getattr(trial, name)[worse] = getattr(kept, name)[worse]
+            _keep_states(data, candidate, point, trial)
             if objective(candidate, trial, weight, whiten) < before:
                 improved = True
                 break
@@ -304,11 +310,34 @@ def fit(data, candidate, point, iterations=4, robust=False, refresh=(0, 1, 3), w
         for name in ('z', 'states', 'residual', 'chi2', 'carry'):
             setattr(point, name, getattr(trial, name))
         if uses_memory(candidate):
-            point.memory = carried(point.memory, point.carry)
-            data.evaluate(candidate, point)
+            _hand_over(data, candidate, point)
         if gain < tolerance:
             break
     return point
+
+
+def _hand_over(data, candidate, point):
+    """Give windows the memory with which their predecessor ends, where they can live with it."""
+    moved = data.evaluate(candidate, Point(
+        point.z, point.states, carried(point.memory, point.carry)))
+    # Near a reversal a little change elsewhere turns a memory over; then the last one is better.
+    use = moved.chi2 < point.chi2 + RIVAL
+    for name in ('memory', 'residual', 'chi2', 'carry'):
+        getattr(point, name)[use] = getattr(moved, name)[use]
+
+
+def _keep_states(data, candidate, point, trial):
+    """Let windows of `trial` that became worse keep their states of `point` where that helps."""
+    worse = np.flatnonzero(trial.chi2 > point.chi2)
+    if not len(worse):
+        return
+    residual, carry = data.residual(candidate.model(trial.z), point.states[worse],
+                                    point.memory[worse], worse)
+    chi2 = _squares(residual)
+    use = chi2 < trial.chi2[worse]
+    worse = worse[use]
+    trial.states[worse], trial.residual[worse] = point.states[worse], residual[use]
+    trial.chi2[worse], trial.carry[worse] = chi2[use], carry[use]
 
 
 def objective(candidate, point, weight, whiten=None):

@@ -64,11 +64,9 @@ def find_pairs(search, firsts):
     chosen = sorted(by_pair.values(), key=lambda f: f.score)[:3]
     if not chosen:
         return []
-    for _ in range(2):
-        others = [f.point for f in chosen]
-        chosen = search.map(lambda f: search.polish(f, others), chosen, 'refining')
-    for fitted in chosen:
-        search.fitted[fitted.name] = fitted
+    search.fitted.update((f.name, f) for f in chosen)
+    search.settle([f.name for f in chosen])
+    chosen = [search.fitted[f.name] for f in chosen]
     _backward(search, min(chosen, key=lambda f: f.score))
     return sorted((f.name for f in chosen), key=lambda n: search.fitted[n].score)
 

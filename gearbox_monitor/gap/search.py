@@ -34,6 +34,7 @@ from gearbox_monitor.gap.windows import cut, Simulator
 SHORT, LONG = 0.25, 1.0  # s
 HELD_OUT = 0.3
 KEEP_SCREENED, KEEP_REFINED = 6, 4
+SETTLING, STILL = 4, 5.0  # further rounds at most; gain in BIC below which a fit stands still
 STRAY = 50.0  # chi2 by which a window may be worse than without effect before it counts as lost
 FAR = 2.5     # tolerances from which on a nominal value is tried as an effect of its own
 
@@ -310,6 +311,14 @@ class Search:
         jobs = [self.fitted[n] for n in names]
         found = self.map(lambda f: self.polish(f, every), jobs, 'comparing')
         self.fitted.update(zip(names, found))
+
+    def settle(self, names):
+        """Polish the fits `names` until they stand still: what they leave is to be judged."""
+        for _ in range(SETTLING):
+            before = [self.fitted[n].score for n in names]
+            self.cross(names)
+            if all(b - self.fitted[n].score < STILL for b, n in zip(before, names)):
+                break
 
     @property
     def noisy(self):
