@@ -170,6 +170,23 @@ def test_a_measured_load_is_no_gap(folder, tmp_path, capsys):
     assert 'no torque measured on the arm' in capsys.readouterr().err
 
 
+def test_an_unknown_encoder_zero_is_no_gap(folder, tmp_path, capsys):
+    t, u, y = record()
+    path = write_csv(tmp_path / 'shifted.csv', t, u, y + (0.0, 0.03))
+    (tmp_path / 'zero.yaml').write_text(
+        yaml.safe_dump(replace(MODEL, zero_tolerance=0.05).to_dict()))
+    few = [*FEW[:3], 'encoder_offset', *FEW[3:], '--json', '-']
+    found = {}
+    for name in (folder / 'drive.yaml', tmp_path / 'zero.yaml'):
+        main(['diagnose', path, *few, '--model', str(name)])
+        found[name.name] = json.loads(capsys.readouterr()[0])
+    blamed, known = found['drive.yaml'], found['zero.yaml']
+    assert blamed['effect'] == 'encoder_offset'
+    assert known['verdict'] == 'none'
+    assert known['nominal']['zero'] == pytest.approx(0.03, rel=0.05)
+    assert known['nominal_shift'] == {'zero': pytest.approx(0.6, rel=0.05)}
+
+
 def test_bad_recordings_get_no_verdict(folder, tmp_path, capsys):
     t, u, y = record()
     holed = y.copy()

@@ -243,16 +243,13 @@ def _regions(regions):
 
 
 def _nominal(data, model):
-    values = data.get('nominal') or {}
-    if not model.tolerance or not values:
+    shifts = data.get('nominal_shift')
+    if not shifts:
         return []
-    published = {'m1': model.motor_inertia, 'm2': model.arm_inertia, 'D': model.damping,
-                 'Cv': model.viscous_friction, 'Cc': model.coulomb_friction,
-                 'K': model.transmission.stiffness, 'b': model.transmission.half_gap}
-    words = [f'{name} {number(value)} ({(value / published[name] - 1) / model.tolerance:+.1f})'
-             for name, value in values.items() if value is not None and published.get(name)]
+    words = [f'{name} {number(data["nominal"][name])} ({shift:+.1f})'
+             for name, shift in shifts.items()]
     lines = _entry('model values', ', '.join(words) + '; in brackets: off by so many tolerances')
-    if data.get('process_torque') is not None:
+    if model.tolerance:
         lines += _entry('torque noise', f'{number(data["process_torque"])} N m rms per sample')
     return lines
 

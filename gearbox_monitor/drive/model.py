@@ -74,6 +74,7 @@ class DriveModel:
     transmission: Transmission = Transmission()
     effects: tuple = ()
     tolerance: float = 0.0
+    zero_tolerance: float = 0.0
     process_torque: float | None = None
 
     def folded(self):
@@ -152,6 +153,7 @@ _RANGES = {
     'torque_offset': ('N m', -1e9, 1e9, False),
     'gear_ratio': ('-', -1e6, 1e6, False),
     'tolerance': ('-', 0.0, 1.0, False),
+    'zero_tolerance': ('rad', 0.0, 1e3, False),
     'process_torque': ('N m', 0.0, 1e9, False),
     'stiffness': ('N m/rad', 0.0, 1e12, True),
     'half_gap': ('rad', 0.0, 1e3, False),

@@ -24,6 +24,7 @@ from gearbox_monitor.drive.model import DriveModel, Transmission
 # Values of the model that scatter with its tolerance: name in a verdict -> field.
 NUISANCES = {'m1': 'motor_inertia', 'm2': 'arm_inertia', 'D': 'damping',
              'Cv': 'viscous_friction', 'Cc': 'coulomb_friction', 'K': 'stiffness', 'b': 'half_gap'}
+ZERO = 'zero'  # offset of the motor's encoder against the arm's, where model.zero_tolerance > 0
 _SHAPE = {name for name in Transmission.__dataclass_fields__}
 PERIODIC = ('cogging', 'mesh_error', 'torque_ripple')
 PHASED = (*PERIODIC, 'motor_encoder_eccentricity', 'arm_encoder_eccentricity')
@@ -135,9 +136,14 @@ class Candidate:
 
 
 def scaled(model, nuisances):
-    """Return `model` with its values changed by the relative `nuisances` {name: change}."""
+    """Return `model` changed by `nuisances` {name: relative change; ZERO: rad}."""
     if not nuisances:
         return model
+    nuisances = dict(nuisances)
+    zero = nuisances.pop(ZERO, None)
+    if zero is not None:
+        known = sum(e['c'] for e in model.effects if e['id'] == 'encoder_offset')
+        model = with_effects(model, [{'id': 'encoder_offset', 'c': known + zero}])
     changes, shape = {}, {}
     for name, change in nuisances.items():
         where = NUISANCES[name]
@@ -165,11 +171,14 @@ def replaced_value(model, name):
 
 
 def nuisances_of(model):
-    """Return the names of the values that scatter: those that are not 0, with a tolerance."""
-    if model.tolerance <= 0.0:
-        return ()
-    return tuple(name for name, where in NUISANCES.items()
-                 if getattr(model.transmission if where in _SHAPE else model, where))
+    """Return {name: standard deviation} of the values that scatter; ones that are 0 do not."""
+    found = {}
+    if model.tolerance > 0.0:
+        found = {name: model.tolerance for name, where in NUISANCES.items()
+                 if getattr(model.transmission if where in _SHAPE else model, where)}
+    if model.zero_tolerance > 0.0:
+        found[ZERO] = model.zero_tolerance
+    return found
 
 
 class Starts:
@@ -222,9 +231,11 @@ class Starts:
 
     def _nuisances(self, ids):
         own = {EFFECTS[i].parameters[0].name for i in ids if i in EFFECTS and EFFECTS[i].replaces}
-        r = self.model.tolerance
-        return [Coordinate(-1, name, 0.0, r, -0.9, 10.0, prior=r)
-                for name in nuisances_of(self.model) if name not in own]
+        if 'encoder_offset' in ids:
+            own.add(ZERO)
+        return [Coordinate(-1, name, 0.0, r, -math.inf if name == ZERO else -0.9,
+                           math.inf if name == ZERO else 10.0, prior=r)
+                for name, r in nuisances_of(self.model).items() if name not in own]
 
     def _starts(self, name):
         """Return lists of Coordinates (owner 0), one list per start."""

@@ -21,7 +21,8 @@ from scipy.fft import dct
 from gearbox_monitor.drive.effects import EFFECTS, library
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.gap import close, isolate, residual
-from gearbox_monitor.gap.candidate import NUISANCES, replaced_value, with_effects
+from gearbox_monitor.gap.candidate import (
+    NUISANCES, nuisances_of, replaced_value, with_effects, ZERO)
 from gearbox_monitor.gap.noise import noise_levels
 from gearbox_monitor.gap.pairs import find_pairs, forward_gains
 from gearbox_monitor.gap.search import Fitted, Search
@@ -125,7 +126,9 @@ def convincing(search, fitted):
     """Return whether `fitted` (one effect) beats none by more than the search itself explains."""
     names = {EFFECTS[i].parameters[0].name for i in fitted.candidate.ids
              if i in EFFECTS and EFFECTS[i].replaces}
-    if search.model.tolerance > 0.0 and names & set(NUISANCES):
+    if 'encoder_offset' in fitted.candidate.ids:
+        names.add(ZERO)
+    if names & set(nuisances_of(search.model)):
         # Under scatter none may move this value, too: what counts is how far beyond the tolerance.
         penalty = fitted.candidate.n_effect * np.log(search.long.n_train)
         return gain(search, fitted) + penalty > OWN_MARGIN
@@ -290,6 +293,8 @@ def report(search, none, best, kind, lattices, quantum, validate, seed):
         value = next((replaced_value(search.model, i) for i in EFFECTS if EFFECTS[i].replaces and
                       EFFECTS[i].parameters[0].name == name))
         values[name] = float(value * (1.0 + nuisances.get(name, 0.0)))
+    if ZERO in nuisances:
+        values[ZERO] = float(nuisances[ZERO])
     data = {
         'verdict': kind,
         'effect': '+'.join(named) if named else None,
@@ -307,9 +312,8 @@ def report(search, none, best, kind, lattices, quantum, validate, seed):
         'where': places,
         'warnings': warnings(search, best, kind, nuisances),
     }
-    if search.model.tolerance > 0.0:
-        data['nominal_shift'] = {
-            n: v / search.model.tolerance for n, v in nuisances.items()}
+    if nuisances:
+        data['nominal_shift'] = shifts(search.model, nuisances)
     if validate is not None:
         data['validation'] = close.validate(validate, search.model, model or search.model,
                                             search.long.sigma)
@@ -321,15 +325,22 @@ def unknown_place(search, best, places):
     return places['place']
 
 
+def shifts(model, nuisances):
+    """Return {name: shift in standard deviations} of the values estimated along."""
+    spread = nuisances_of(model)
+    return {name: float(value / spread[name]) for name, value in nuisances.items()}
+
+
 def warnings(search, best, kind, nuisances):
     """Return sentences about what weakens the verdict."""
     out = []
     bound = best.candidate.at_bound(best.point.z)
     if bound and kind != 'none':
         out.append(f'{", ".join(bound)}: at the bound of what is possible')
-    if search.model.tolerance > 0.0 and best.candidate.penalty(best.point.z) > MARGIN:
-        far = max(nuisances, key=lambda n: abs(nuisances[n]))
+    if nuisances and best.candidate.penalty(best.point.z) > MARGIN:
+        shift = shifts(search.model, nuisances)
+        far = max(shift, key=lambda n: abs(shift[n]))
         out.append(f'nominal values lie far outside their tolerance (most: {far}, '
-                   f'{nuisances[far] / search.model.tolerance:+.1f} tolerances): the tolerance '
+                   f'{shift[far]:+.1f} tolerances): the tolerance '
                    'looks too small, or several values have changed')
     return out

@@ -91,7 +91,7 @@ def _rough(search, joint, long_point, short_point):
 def _with_nuisances(search, joint, point):
     z, n = joint.start(), sum(c.owner < 0 for c in joint.coordinates)
     fewer = min(n, len(point.z))
-    if n and search.model.tolerance > 0.0:
+    if n:
         names = [c.name for c in search.fitted[''].candidate.coordinates]
         known = dict(zip(names, point.z[:fewer]))
         for i, c in enumerate(joint.coordinates[:n]):
