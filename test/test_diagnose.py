@@ -28,7 +28,7 @@ from gearbox_monitor.cli.diagnose_report import MEANINGS, PLACES
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.drive.effects import EFFECTS, LOCATIONS
 from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.model import DriveModel, Transmission
 from gearbox_monitor.drive.simulate import simulate
 from gearbox_monitor.files import load_model
 
@@ -168,6 +168,28 @@ def test_a_measured_load_is_no_gap(folder, tmp_path, capsys):
     assert 'not used' in capsys.readouterr().out
     assert call(folder, str(folder / 'good.csv'), *few, model='measured.yaml') == 2
     assert 'no torque measured on the arm' in capsys.readouterr().err
+
+
+def test_a_drive_with_one_encoder(tmp_path, capsys):
+    rigid = replace(MODEL, transmission=Transmission('rigid'))
+    (tmp_path / 'rigid.yaml').write_text(yaml.safe_dump(rigid.to_dict()))
+    t, u, _ = record()
+    x = simulate(replace(rigid, effects=({'id': 'arm_coulomb', 'Cac': 0.05},)), u, 1e-3).x
+    y = x[:, 0] + 0.002 * np.random.default_rng(3).standard_normal(len(t))
+    for name, columns in (('motor', (y, np.nan * y)), ('arm', (np.nan * y, y))):
+        path = write_csv(tmp_path / f'{name}.csv', t, u, np.column_stack(columns))
+        main(['diagnose', path, '--only', 'motor_coulomb', 'motor_viscous', 'arm_coulomb',
+              f'{name}_encoder_delay', 'backlash_gap', '--model', str(tmp_path / 'rigid.yaml'),
+              '--json', '-'])
+        out, _ = capsys.readouterr()
+        data = json.loads(out)
+        # Friction of the arm goes by the motor's name: nothing tells them apart.
+        assert (data['effect'], data['location']) == ('motor_coulomb', 'motor_side')
+        assert data['params']['motor_coulomb']['Cc'] == pytest.approx(
+            MODEL.coulomb_friction + 0.05, rel=0.02)
+        assert set(data['ranked']) == {'motor_coulomb', 'motor_viscous', f'{name}_encoder_delay'}
+        assert [s is None for s in data['sigma']] == [name != 'motor', name != 'arm']
+        assert set(data['channels']) == {name}
 
 
 def test_an_unknown_encoder_zero_is_no_gap(folder, tmp_path, capsys):

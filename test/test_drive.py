@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """The drive against analytic cases, the published figures, and its model file."""
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -21,7 +22,7 @@ from scipy.integrate import solve_ivp
 
 from gearbox_monitor.drive.excitation import Excitation
 from gearbox_monitor.drive.model import (
-    DriveModel, fastest_eigenvalue, substeps)
+    DriveModel, fastest_eigenvalue, substeps, Transmission)
 from gearbox_monitor.drive.simulate import Noise, Plant, simulate
 from gearbox_monitor.drive.transmission import (
     DEAD_ZONE, PASSIVE_PLAY, PLAY, transmission_torque)
@@ -136,6 +137,22 @@ def test_orientation_of_the_loop(kind, sign):
     else:
         # A friction element of force k_s r, slipping over 2 (2 A - 2 r).
         assert work == pytest.approx(5.0 * 0.3 * 2 * (2 * 1.5 - 2 * 0.3), rel=1e-3)
+
+
+def test_a_rigid_drive_is_the_limit_of_a_stiff_one():
+    loads = ({'id': 'gravity', 'G': 0.3}, {'id': 'load_friction', 'Cl': 0.2})
+    t = 1e-3 * np.arange(1000)
+    u = Excitation().torque(t)
+    rigid = replace(DriveModel(effects=loads), transmission=Transmission('rigid'))
+    stiff = replace(rigid, transmission=Transmission('dead_zone', 2e4, 0.0))
+    found, near = simulate(rigid, u, 1e-3), simulate(stiff, u, 1e-3)
+    np.testing.assert_allclose(found.x[:, 0], found.x[:, 1], atol=1e-12)
+    np.testing.assert_allclose(found.x[:, :2], near.x[:, :2], atol=0.02)
+    assert np.ptp(found.x[:, 0]) > 1.0
+    # The arm's own equation: what is transmitted moves it.
+    acceleration = np.gradient(found.x[:, 3], 1e-3)
+    error = (found.tau_k - found.tau_arm - rigid.arm_inertia * acceleration)[5:-5]
+    assert np.quantile(np.abs(error), 0.99) < 0.15  # differences smear reversals
 
 
 def test_eigenvalue_and_substeps():

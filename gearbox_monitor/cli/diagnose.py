@@ -170,7 +170,8 @@ def load(path, model, args):
             notes.append('the torque measured on the arm is not used: arm_load in '
                          f'{Path(args.model).name} is {model.arm_load}, not measured')
         arm_torque = None
-    recording, repaired = prepare(t, u, y, arm_torque, str(path), place)
+    recording, repaired = prepare(t, u, y, arm_torque, str(path), place,
+                                  one_encoder=model.transmission.kind == 'rigid')
     problems = check(recording, model)
     fatal = [problem.text for problem in problems if problem.fatal]
     if fatal:

@@ -117,7 +117,8 @@ def text(data, recordings, model, written=(), validated=None):
         lines += _entry('recording', f'{recording.name}: {recording.duration:.1f} s, '
                         f'{1.0 / recording.dt:.0f} samples/s')
     sigma = data['sigma']
-    lines += _entry('noise', f'motor {sigma[0]:.3g} rad, arm {sigma[1]:.3g} rad')
+    lines += _entry('noise', ', '.join(f'{name} {value:.3g} rad' for name, value in
+                                       zip(('motor', 'arm'), sigma) if value is not None))
     lines += ['', *textwrap.wrap(headline(data), WIDTH)]
     lines += [line for name in ids_of(data) for line in _meaning(name)]
     lines += ['', *_gap(data), *_parameters(data), *_ranking(data), *_where(data)]

@@ -257,7 +257,10 @@ def fastest_eigenvalue(model):
     """
     model = model.folded()
     p = model.pack()
-    torque = model.transmission.stiffness * model.transmission.half_gap
+    if model.transmission.kind == 'rigid':
+        torque = abs(p[G]) + abs(p[TL])
+    else:
+        torque = model.transmission.stiffness * model.transmission.half_gap
     slope = motor_friction_slope(0.0, torque, p)
     arm_slope = p[CAV] + TWO_OVER_PI * p[CAC] * p[ALPHA]
     bristles = 0.0
@@ -269,6 +272,8 @@ def fastest_eigenvalue(model):
         elif effect['id'] == 'lugre':  # at rest a spring and a damper
             slope += effect['sigma1']
             bristles = effect['sigma0']
+    if model.transmission.kind == 'rigid':
+        return (slope + arm_slope) / (model.motor_inertia + model.arm_inertia)
     k = model.transmission.stiffness + model.transmission.hysteresis_stiffness
     m1, m2, d = model.motor_inertia, model.arm_inertia, model.damping
     a = np.array([
@@ -330,3 +335,18 @@ def arm_load(x2, x4, p):
     if p[G] != 0.0:
         torque += p[G] * math.sin(x2)
     return torque
+
+
+@jit
+def rigid_torque(x1, x3, u, tau_arm, p):
+    """
+    Return tau_K (N m) of a rigid transmission: the one with which motor and arm accelerate alike.
+
+    u: all torques on the motor but friction; tau_arm: the load. Friction that grows with the
+    transmitted torque makes tau + k |tau| = c of it, |k| < 1.
+    """
+    both = 1.0 / (p[INVERSE_M1] + p[INVERSE_M2])
+    c = both * (p[INVERSE_M1] * (u + p[OFFSET] - motor_friction(x3, 0.0, p) - p[KR] * x1)
+                + p[INVERSE_M2] * tau_arm)
+    k = both * p[INVERSE_M1] * motor_friction_load_slope(x3, 1.0, p)
+    return c / (1.0 + k) if c > 0.0 else c / (1.0 - k)

@@ -26,8 +26,8 @@ from gearbox_monitor.drive.effects import (
     loop_memory, MAX_DELAY, motor_torque, quantised, reading, SIGMA0, TH)
 from gearbox_monitor.drive.model import (
     ALPHA, arm_acceleration, arm_load, CC, CV, fastest_eigenvalue, HALF_GAP, K_S,
-    KIND, motor_acceleration, STIFFNESS, substeps, WIDTH)
-from gearbox_monitor.drive.transmission import transmission_torque
+    KIND, motor_acceleration, rigid_torque, STIFFNESS, substeps, WIDTH)
+from gearbox_monitor.drive.transmission import RIGID, transmission_torque
 from gearbox_monitor.jit import jit, jit_anew, jit_inline
 
 # State of a simulation: x1..x4, memory of the transmission, of lugre, bouc_wen and branch.
@@ -83,10 +83,19 @@ def _torques(t, x1, x2, x3, x4, u, w, z, loop, branch, p, e, theta):
 
 
 @jit_inline
+def _constrained(x1, x3, u, extra, tau_k, tau_arm, motor, p):
+    """Return tau_K: of the constraint where the transmission is rigid, else with what is added."""
+    if int(p[KIND]) == RIGID:
+        return rigid_torque(x1, x3, u + motor + extra[0], tau_arm - extra[1], p)
+    return tau_k + extra[2]
+
+
+@jit_inline
 def _derivative(t, x1, x2, x3, x4, u, extra, w, z, loop, branch, p, e, theta):
     tau_k, tau_arm, motor = _torques(t, x1, x2, x3, x4, u, w, z, loop, branch, p, e, theta)
-    return (x3, x4, motor_acceleration(x1, x3, x4, u + motor + extra[0], tau_k + extra[2], p),
-            arm_acceleration(x3, x4, tau_k + extra[2], tau_arm - extra[1], p))
+    tau_k = _constrained(x1, x3, u, extra, tau_k, tau_arm, motor, p)
+    return (x3, x4, motor_acceleration(x1, x3, x4, u + motor + extra[0], tau_k, p),
+            arm_acceleration(x3, x4, tau_k, tau_arm - extra[1], p))
 
 
 @jit_inline
@@ -150,10 +159,10 @@ def _run(state, t, u, extra, dt, n, noise, process_std, p, e, theta, x, tau):
         for i in range(4):
             x[k, i] = state[i]
         outside = (extra[k, 0], extra[k, 1], extra[k, 2])
-        tau[k, 0], tau[k, 1], _ = _torques(t[k], state[0], state[1], state[2], state[3], u[k, 0],
-                                           state[4], state[5], state[6], state[7], p, e, theta)
-        tau[k, 0] += outside[2]
-        tau[k, 1] -= outside[1]
+        tau_k, tau_arm, motor = _torques(t[k], state[0], state[1], state[2], state[3], u[k, 0],
+                                         state[4], state[5], state[6], state[7], p, e, theta)
+        tau[k, 0] = _constrained(state[0], state[2], u[k, 0], outside, tau_k, tau_arm, motor, p)
+        tau[k, 1] = tau_arm - outside[1]
         advance(state, t[k], u[k], outside, dt, n, noise[k], process_std, p, e, theta)
 
 

@@ -12,12 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Torque of the transmission over its twist: dead zone and two kinds of hysteresis."""
+"""Torque of the transmission over its twist: dead zone, two kinds of hysteresis, rigid."""
 from gearbox_monitor.jit import jit
 
 # The order is the code that kernels switch on.
-KINDS = ('dead_zone', 'play', 'passive_play')
-DEAD_ZONE, PLAY, PASSIVE_PLAY = range(3)
+KINDS = ('dead_zone', 'play', 'passive_play', 'rigid')
+DEAD_ZONE, PLAY, PASSIVE_PLAY, RIGID = range(4)
 
 
 @jit
@@ -42,6 +42,8 @@ def transmission_torque(twist, memory, kind, stiffness, half_gap, width, hystere
     passive_play: tau = K dz(twist, b) + k_s (twist - w), w <- min(max(w, twist - r), twist + r):
     upper branch while the twist grows, as physics wants it. Memory: w in rad.
 
+    rigid: 0; the torque is that of the constraint, model.rigid_torque.
+
     `width` is c or r (rad), `hysteresis_stiffness` is k_s (N m/rad).
     """
     if kind == PLAY:
@@ -49,6 +51,8 @@ def transmission_torque(twist, memory, kind, stiffness, half_gap, width, hystere
         upper = stiffness * dead_zone(twist + width, half_gap)
         memory = min(max(memory, lower), upper)
         return memory, memory
+    if kind == RIGID:
+        return 0.0, memory
     tau_k = stiffness * dead_zone(twist, half_gap)
     if kind == PASSIVE_PLAY:
         memory = min(max(memory, twist - width), twist + width)

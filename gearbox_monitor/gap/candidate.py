@@ -24,6 +24,7 @@ from gearbox_monitor.drive.model import DriveModel, Transmission
 # Values of the model that scatter with its tolerance: name in a verdict -> field.
 NUISANCES = {'m1': 'motor_inertia', 'm2': 'arm_inertia', 'D': 'damping',
              'Cv': 'viscous_friction', 'Cc': 'coulomb_friction', 'K': 'stiffness', 'b': 'half_gap'}
+RIGID_HIDES = ('m2', 'D', 'K', 'b')  # of m1 and m2 only the sum shows
 ZERO = 'zero'  # offset of the motor's encoder against the arm's, where model.zero_tolerance > 0
 _SHAPE = {name for name in Transmission.__dataclass_fields__}
 PERIODIC = ('cogging', 'mesh_error', 'torque_ripple')
@@ -174,8 +175,9 @@ def nuisances_of(model):
     """Return {name: standard deviation} of the values that scatter; ones that are 0 do not."""
     found = {}
     if model.tolerance > 0.0:
-        found = {name: model.tolerance for name, where in NUISANCES.items()
-                 if getattr(model.transmission if where in _SHAPE else model, where)}
+        hidden = RIGID_HIDES if model.transmission.kind == 'rigid' else ()
+        found = {name: model.tolerance for name, where in NUISANCES.items() if name not in hidden
+                 and getattr(model.transmission if where in _SHAPE else model, where)}
     if model.zero_tolerance > 0.0:
         found[ZERO] = model.zero_tolerance
     return found

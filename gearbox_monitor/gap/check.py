@@ -67,7 +67,8 @@ def check(recording, model):
     if 'wraps' in fatal or (np.ptp(recording.y, axis=0) == 0.0).any():
         return problems
     smooth = Smooth(recording, sigma)
-    wrong = _wiring(smooth, model)
+    rigid = model.transmission.kind == 'rigid'
+    wrong = [] if rigid else _wiring(smooth, model)
     if fatal:
         # In wrong units, a coarse encoder that stands still looks frozen or clipped.
         looks = quantum.any() and any(p.code == 'units' for p in wrong)
@@ -413,11 +414,14 @@ def _motion(r, smooth, model, sigma):
         problems.append(Problem(
             'no_reversal', f'the motor speed {times} reverses: friction that depends on the '
             'direction, torque offset and load cannot be told apart', False))
-    if crossings == 0 and model.transmission.half_gap > 0.0:
+    if crossings == 0 and model.transmission.kind != 'rigid' and model.transmission.half_gap > 0.0:
         problems.append(Problem(
             'gap_not_crossed', 'the drive never crosses the gap: its width and an offset between '
             'the encoders cannot be seen', False))
-    if np.abs(smooth.a[:, 0]).max() * model.motor_inertia < 0.01 * np.abs(smooth.u).max():
+    inertia = model.motor_inertia
+    if model.transmission.kind == 'rigid':
+        inertia += model.arm_inertia
+    if np.abs(smooth.a[:, 0]).max() * inertia < 0.01 * np.abs(smooth.u).max():
         problems.append(Problem(
             'no_acceleration', 'the motor hardly accelerates: inertia cannot be seen', False))
     return problems

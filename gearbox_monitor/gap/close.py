@@ -112,8 +112,9 @@ def closure(search, none, best=None, seed=0):
     fraction = closed_of(*gaps) if best is not None and repeatable else None
     interval = None
     if fraction is not None:
-        interval = _interval(before.chi2 / size, left_out(search, fitted) / size,
-                             2 * len(search.recording.u), np.random.default_rng(seed))
+        readings = len(search.long.channels) * len(search.recording.u)
+        interval = _interval(before.chi2 / size, left_out(search, fitted) / size, readings,
+                             np.random.default_rng(seed))
         # It judges all windows, the fraction the held-out ones.
         interval = [min(interval[0], fraction), max(interval[1], fraction)]
     errors, condition = standard_errors(search, fitted) if repeatable else ({}, None)
@@ -170,10 +171,9 @@ def _interval(before, after, readings, random):
 
 
 def _parts(search, none, before, after, held):
-    """Return ({channel: figures}, {region: {bin: figures}}) of residuals [W, 2L] in `held`."""
-    shape = (int(held.sum()), -1, 2)
-    before = before[held].reshape(shape) ** 2
-    after = after[held].reshape(shape) ** 2
+    """Return ({channel: figures}, {region: {bin: figures}}) of residuals [W, C L] in `held`."""
+    before = search.long.parted(before[held]) ** 2
+    after = search.long.parted(after[held]) ** 2
 
     def figures(use):
         if not use.any():
@@ -181,7 +181,7 @@ def _parts(search, none, before, after, held):
         gaps = [float(math.sqrt(power[use].mean())) for power in (before, after)]
         return {'before': gaps[0], 'after': gaps[1], 'closed': closed_of(*gaps)}
     channels = {}
-    for i, name in enumerate(('motor', 'arm')):
+    for i, name in enumerate(np.array(('motor', 'arm'))[search.long.channels].tolist()):
         use = np.zeros(before.shape, bool)
         use[:, :, i] = True
         channels[name] = figures(use)
@@ -241,8 +241,8 @@ def validate(recording, before, after, sigma):
     {'gap_before', 'gap_after', 'closed_fraction', 'windows', 'free_run': {'seconds', 'before',
     'after': {'motor', 'arm': rad rms over the whole recording}}}; None: the run diverges.
     """
-    fits = [_windowed(recording, model, sigma) for model in (before, after)]
-    _cross(fits)
+    fits = [windowed(recording, model, sigma) for model in (before, after)]
+    cross(fits)
     gaps = [gap_of(point.chi2, point.residual.shape[1]) for _, _, point in fits]
     runs = [_free_run(search, point) for search, _, point in fits]
     return {'gap_before': gaps[0], 'gap_after': gaps[1], 'closed_fraction': closed_of(*gaps),
@@ -251,19 +251,19 @@ def validate(recording, before, after, sigma):
                          'after': runs[1]}}
 
 
-def _windowed(recording, model, sigma):
+def windowed(recording, model, sigma):
     """Return (Search, Candidate, Point) of `model` on all windows, only their states fitted."""
     search = Search(recording, replace(model, tolerance=0.0), sigma, [])
     none = search.none()
     return search, none.candidate, none.point
 
 
-def _cross(fits):
+def cross(fits):
     """Give both models each other's window states, and memories from the window before."""
     known = [fitting.copied(point) for _, _, point in fits]
     for k, (search, candidate, point) in enumerate(fits):
         data, every = search.long, np.arange(len(search.long.windows))
-        if search.model.transmission.kind != 'dead_zone' or any(
+        if search.model.transmission.kind in ('play', 'passive_play') or any(
                 e['id'] in CARRIED for e in search.model.effects):
             for _ in range(2):
                 point.memory = fitting.carried(point.memory, point.carry)
@@ -279,4 +279,5 @@ def _free_run(search, point):
     whole = Windows(np.zeros(1, int), n, np.zeros(1, int), np.full(1, n))
     y, _ = search.simulator.run(whole, search.model, point.states[:1], np.zeros((1, N_MEMORY)))
     rms = np.sqrt(np.mean((recording.y - y[0]) ** 2, axis=0))
+    rms[[i for i in (0, 1) if i not in recording.channels]] = np.nan
     return {name: float(v) if np.isfinite(v) else None for name, v in zip(('motor', 'arm'), rms)}

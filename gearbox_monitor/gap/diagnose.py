@@ -38,9 +38,11 @@ PAIR_STRUCTURE = 3.0  # the same for pairs, which imitate what is in no library
 STRUCTURE_RELATIVE = 0.04  # of the gap, as LACK_RELATIVE
 BANDS = (0.0, 3.0, 8.0, 20.0, 60.0)  # Hz
 MAX_SHARPENING = 0.15  # correction of sigma that is believed
+FINEST = 1e-5        # of the travel: differences below are no gap (readings that were smoothed)
 QUANTISED = 0.5      # step of a lattice over sigma, from which on rounding matters
 ON_FLOOR, QUIET_SHARE = 1.12, 0.35
 TWINS = ('torque_offset', 'coulomb_asymmetry')
+ARM_TWINS = ('arm_viscous', 'arm_coulomb', 'arm_inertia', 'load_torque')
 UNREPEATABLE = ('disturbance', 'motor_encoder_quantisation', 'arm_encoder_quantisation')
 
 
@@ -90,8 +92,12 @@ def diagnose(recordings, model, *, validate=None, only=None, exclude=(), seed=0,
     seed: of the bootstrap. jobs: threads. progress(done, total, text). Raises InputError.
     """
     recording = joined(list(recordings))
-    ids = chosen_ids(only, exclude)
+    ids = [i for i in chosen_ids(only, exclude) if visible(i, model, recording)]
+    if not ids:
+        raise InputError('effects: none is left that this drive and its encoders show, expected '
+                         'at least one')
     sigma, quantum = noise_levels(recording.y)
+    sigma = np.maximum(sigma, FINEST * np.ptp(recording.y, axis=0))
     search = Search(recording, model, sigma, ids, jobs, progress)
     none = search.none()
     search.refine(search.screen())
@@ -112,6 +118,17 @@ def chosen_ids(only, exclude):
     if not ids:
         raise InputError('effects: none is left, expected at least one')
     return ids
+
+
+def visible(name, model, recording):
+    """Return whether the effect `name` shows in readings of this drive, and under this name."""
+    missing = {('motor_sensor', 'arm_sensor')[i] for i in (0, 1) if i not in recording.channels}
+    place = location_of(name)
+    if place in missing or (missing and name == 'encoder_offset'):
+        return False
+    # In a rigid drive the same on the arm cannot be told from it on the motor.
+    return model.transmission.kind != 'rigid' or (
+        place != 'transmission' and name not in ARM_TWINS)
 
 
 # ---------------------------------------------------------------------- which
@@ -137,7 +154,7 @@ def convincing(search, fitted):
 
 def spectrum(search, residual):
     """
-    Return (power [W, L, 2], frequencies [L] Hz, white [2]) of residuals [W, L, 2].
+    Return (power [W, L, C], frequencies [L] Hz, white [C]) of residuals [W, L, C].
 
     white: mean power above BANDS, where motion has none (all of it at low sample rates).
     """
@@ -151,11 +168,13 @@ def spectrum(search, residual):
 def sharpen_sigma(search, best):
     """Measure sigma anew in what `best` leaves at high frequencies; residuals follow it."""
     length = search.long.windows.length
-    _, _, white = spectrum(search, best.point.residual.reshape(-1, length, 2))
+    _, _, white = spectrum(search, search.long.parted(best.point.residual))
     factor = np.sqrt(white)
     if not (np.abs(factor - 1.0) < MAX_SHARPENING).all():
         return
-    search.long.sigma = search.long.sigma * factor
+    sigma = search.long.sigma.copy()
+    sigma[search.long.channels] *= factor
+    search.long.sigma = sigma
     for fitted in {id(f): f for f in (search.fitted[''], best)}.values():
         for name in ('residual', 'white'):
             owner = fitted.point if name == 'residual' else fitted
@@ -172,9 +191,9 @@ def misfit(search, fitted):
     frequency band exceeds white noise of the power above BANDS; it does not depend on how well
     sigma is known.
     """
-    train, length = search.long.train, search.long.windows.length
+    train = search.long.train
     r = fitted.point.residual if fitted.white is None else fitted.white
-    r = r[train].reshape(train.sum(), length, 2)
+    r = search.long.parted(r[train])
     power, at, white = spectrum(search, r)
     structure = -np.inf
     for low, high in zip(BANDS, BANDS[1:]):
@@ -225,7 +244,7 @@ def decide(search):
 
 def everywhere(search, fitted):
     """Return by how much `fitted` beats none in BIC on all windows, held-out ones included."""
-    n = 2 * search.long.windows.length * len(search.long.windows)
+    n = search.long.size * len(search.long.windows)
     return float((search.fitted[''].point.chi2 - fitted.point.chi2).sum()
                  - fitted.candidate.n_effect * np.log(n))
 
@@ -233,7 +252,7 @@ def everywhere(search, fitted):
 def disturbance(search):
     """Return a Fitted for bursts on the arm, None where the recording does not look like it."""
     none = search.fitted['']
-    length = 2 * search.long.windows.length
+    length = search.long.size
     quiet = none.point.chi2 < ON_FLOOR * length
     if not QUIET_SHARE <= quiet.mean() < 1.0:
         return None
@@ -304,7 +323,8 @@ def report(search, none, best, kind, lattices, quantum, validate, seed):
         'confusable': isolate.confusable(search, best) if kind == 'effect' else [],
         'params': params if kind != 'none' else {},
         **closure,
-        'sigma': [float(s) for s in search.long.sigma],
+        'sigma': [float(s) if i in search.long.channels else None
+                  for i, s in enumerate(search.long.sigma)],
         'nominal': values,
         'process_torque': float(best.s),
         'gains': {n: round(gain(search, search.fitted[n]), 1) for n in ranked},

@@ -54,22 +54,33 @@ class Data:
 
     def __init__(self, recording, simulator, windows, sigma, train=None):
         self.recording, self.simulator, self.windows = recording, simulator, windows
+        self.channels = list(recording.channels)
         self.sigma = np.asarray(sigma, float)
         index = windows.first[:, None] + np.arange(windows.length)
-        self.y = recording.y[index]
+        self.y = recording.y[index][:, :, self.channels]
         self.train = np.ones(len(windows), bool) if train is None else train
 
     @property
     def n_train(self):
         """Number of readings in the windows that count."""
-        return int(self.train.sum()) * self.windows.length * 2
+        return int(self.train.sum()) * self.size
+
+    @property
+    def size(self):
+        """Number of readings in a window: L samples of C encoders."""
+        return self.windows.length * len(self.channels)
+
+    def parted(self, residual):
+        """Return `residual` [W, C L] as [W, L, C]."""
+        return residual.reshape(len(residual), self.windows.length, len(self.channels))
 
     def residual(self, model, states, memory, index=None, extra=None):
         """Return (residual [W, 2L], carry [W, 8]) of the windows `index` (default: all)."""
         windows = self.windows if index is None else self.windows.take(index)
         y, carry = self.simulator.run(windows, model, states, memory, extra)
         measured = self.y if index is None else self.y[index]
-        r = ((measured - y) / self.sigma).reshape(len(y), -1)
+        r = (measured - y[:, :, self.channels]) / self.sigma[self.channels]
+        r = r.reshape(len(y), -1)
         # A run that diverges is as bad as can be, and still a number.
         return np.clip(np.nan_to_num(r, nan=WORST), -WORST, WORST), carry
 
@@ -158,8 +169,7 @@ def rescue(data, candidate, point, others=(), half_gap=0.05):
     others: Points of other fits. Where one of them is better, a window is tried, too: a start
     that only one candidate has found must not be its merit.
     """
-    length = 2 * data.windows.length
-    out = point.chi2 > max(STUCK * np.median(point.chi2), 1.12 * length)
+    out = point.chi2 > max(STUCK * np.median(point.chi2), 1.12 * data.size)
     for other in others:
         out |= other.chi2 < point.chi2 - RIVAL
     stuck = np.flatnonzero(out)
@@ -348,7 +358,7 @@ def objective(candidate, point, weight, whiten=None):
 
 def uses_memory(candidate):
     """Return whether windows hand anything over but their states."""
-    return candidate.nominal.transmission.kind != 'dead_zone' or any(
+    return candidate.nominal.transmission.kind in ('play', 'passive_play') or any(
         i in ('lugre', 'hysteresis_bouc_wen', 'hysteresis_branch') for i in candidate.ids)
 
 

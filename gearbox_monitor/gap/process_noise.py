@@ -26,8 +26,14 @@ import numpy as np
 from gearbox_monitor.gap import fit as fitting
 from gearbox_monitor.gap.residual import FreeFit, SPACING
 
-# N m rms per sample that are tried.
+# N m rms per sample that are tried where the torque is some N m; see levels().
 LEVELS = (0.0, 0.002, 0.004, 0.007, 0.01, 0.014, 0.02, 0.03, 0.04, 0.055, 0.075, 0.1)
+
+
+def levels(u):
+    """Return LEVELS in the power of ten that suits the torque u [N] of a drive."""
+    scale = 10.0 ** int(math.log10(max(float(np.std(u)), 1e-9)))  # 0.1 to 10 N m: as they are
+    return tuple(scale * np.array(LEVELS))
 
 
 class Whitener:

@@ -40,7 +40,8 @@ class Recording:
 
     t [N] s from 0; u [N] N m, held from t_k to t_k+1; y [N, 2] rad, motor and arm as measured;
     arm_torque [N] N m or None where not measured; name: what messages call it; cuts: first
-    samples of the recordings that were joined to this one.
+    samples of the recordings that were joined to this one; channels: columns of y that were
+    measured, the other one is a copy (transmission.kind: rigid).
     """
 
     t: np.ndarray
@@ -49,7 +50,8 @@ class Recording:
     dt: float
     arm_torque: np.ndarray | None = None
     name: str = ''
-    cuts: tuple = (0,)  # first samples of the recordings that were joined to this one
+    cuts: tuple = (0,)
+    channels: tuple = (0, 1)
 
     @property
     def duration(self):
@@ -57,12 +59,13 @@ class Recording:
         return len(self.t) * self.dt
 
 
-def prepare(t, u, y, arm_torque=None, name='', place=None):
+def prepare(t, u, y, arm_torque=None, name='', place=None, one_encoder=False):
     """
     Return (Recording, notices) of samples stamped `t` [N], s, or integer ns; NaN: not measured.
 
     u [N] N m, y [N, 2] rad, arm_torque [N] N m or None. `place(row, field)` says where a value
-    stands; by default its row, from 0. notices: sentences about what was repaired.
+    stands; by default its row, from 0. notices: sentences about what was repaired. one_encoder:
+    motor or arm may be without any reading.
 
     - Stamps: a uniform grid is laid through them. Where the readings say that they were taken at
       the stamped times, positions are interpolated onto the grid; otherwise the stamps have
@@ -76,8 +79,13 @@ def prepare(t, u, y, arm_torque=None, name='', place=None):
     place = place or (lambda row, field: f'row {row}, {field}')
     where = f'{name}: ' if name else ''
     t, first = _seconds(t)
-    values = {'u': np.array(u, float), 'motor': np.array(y, float)[:, 0],
-              'arm': np.array(y, float)[:, 1]}
+    y = np.array(y, float)
+    channels = (0, 1)
+    if one_encoder:
+        channels = tuple(i for i in (0, 1) if np.isfinite(y[:, i]).any()) or channels
+        if len(channels) == 1:
+            y[:, 1 - channels[0]] = y[:, channels[0]]
+    values = {'u': np.array(u, float), 'motor': y[:, 0], 'arm': y[:, 1]}
     if arm_torque is not None and not np.isnan(np.asarray(arm_torque, float)).all():
         values['arm_torque'] = np.array(arm_torque, float)
     notices = []
@@ -124,7 +132,7 @@ def prepare(t, u, y, arm_torque=None, name='', place=None):
         if count:
             notices.append(f'{count} single wild readings of {field} are interpolated')
     return Recording(grid, values['u'], np.column_stack([values['motor'], values['arm']]),
-                     dt, values.get('arm_torque'), name), tuple(notices)
+                     dt, values.get('arm_torque'), name, channels=channels), tuple(notices)
 
 
 def _seconds(t):

@@ -111,11 +111,11 @@ class FreeFit:
         data, windows = self.data, self.data.windows
         if not self.torque:
             out, _ = data.residual(self.model, states, self.memory)
-            channel = SENSORS.index(self.place)
-            offset = signal @ self.basis[self.lead:].T / data.sigma[channel]
-            out[:, channel::2] -= offset
+            sensor = SENSORS.index(self.place)
+            offset = signal @ self.basis[self.lead:].T / data.sigma[sensor]
+            out[:, data.channels.index(sensor)::len(data.channels)] -= offset
             return out
-        out = np.empty((len(windows), 2 * windows.length))
+        out = np.empty((len(windows), data.size))
         column = TORQUES.index(self.place)
         torque = np.einsum('wh,lh->wl', signal, self.basis)
         for turn in self.turns:
@@ -139,8 +139,9 @@ class FreeFit:
                 J[:, :, k] = (residual - self.residual(moved, states)) / step
         else:
             J[:, :, :count] = 0.0
-            channel = SENSORS.index(self.place)
-            J[:, channel::2, :count] = self.basis[self.lead:] / self.data.sigma[channel]
+            sensor, channels = SENSORS.index(self.place), self.data.channels
+            J[:, channels.index(sensor)::len(channels), :count] = (
+                self.basis[self.lead:] / self.data.sigma[sensor])
         for i, step in enumerate(fitting.STATE_STEPS):
             moved = states.copy()
             moved[:, i] += step
@@ -300,8 +301,8 @@ def region(search, fitted, free):
     signal: of the evidence for the FreeForm `free`; most: where it is densest.
     """
     long, dt = search.long, search.recording.dt
-    residual = fitted.point.residual.reshape(len(long.windows), -1, 2)
-    power = (residual ** 2).sum(axis=2) - 2.0
+    residual = long.parted(fitted.point.residual)
+    power = (residual ** 2).sum(axis=2) - len(long.channels)
     basis = triangles(long.windows.length, 0, dt)
     strength = (free.evidence - 1.0) @ (basis / basis.sum(axis=0)).T
     out = {}
@@ -310,7 +311,7 @@ def region(search, fitted, free):
                      'residual': _shares(power, label, names),
                      'signal': _shares(strength, label, names)}
     found = np.zeros(3)
-    for channel in (0, 1):
+    for channel in range(len(long.channels)):
         bands, part = _bands(residual[:, :, channel], dt)
         noise = residual.shape[0] * residual.shape[1] * (residual.shape[1] // 2 + 1)
         found += np.clip(bands - noise * part, 0.0, None)
@@ -358,6 +359,15 @@ def command_or_motion(search, free):
         ('constant', (np.ones(at.shape),)))}
 
 
+def visible_places(search):
+    """Return the places that this drive and its encoders tell apart."""
+    if search.model.transmission.kind != 'rigid':
+        return PLACES
+    # Any torque moves both sides alike; one encoder alone would take whatever is asked of it.
+    both = len(search.long.channels) == 2
+    return ('motor_side', *SENSORS) if both else ('motor_side',)
+
+
 def places(search, fitted, jobs=1):
     """
     Return how much of the gap that `fitted` (none) leaves a free signal at each place explains.
@@ -366,7 +376,7 @@ def places(search, fitted, jobs=1):
     'margin': left of the second best over the best, 'actuator': see command_or_motion,
     'region': see region}. Effects of the actuator show as motor_side.
     """
-    found = free_forms(search, fitted, jobs)
+    found = free_forms(search, fitted, jobs, visible_places(search))
     size = fitted.point.residual.shape[1]
     before = float(fitted.point.chi2.sum())
     floor = size * len(fitted.point.chi2)
@@ -377,7 +387,7 @@ def places(search, fitted, jobs=1):
         table[place] = {'left': left, 'explained': float(np.clip(share, 0.0, 1.0))}
     order = sorted(table, key=lambda p: table[p]['left'])
     return {'place': order[0], 'places': table,
-            'margin': table[order[1]]['left'] / table[order[0]]['left'],
+            'margin': table[order[1]]['left'] / table[order[0]]['left'] if order[1:] else 1.0,
             'actuator': command_or_motion(search, found['motor_side']),
             'region': region(search, fitted, found[order[0]])}
 

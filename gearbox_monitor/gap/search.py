@@ -28,7 +28,7 @@ from gearbox_monitor.drive.effects import EFFECTS
 from gearbox_monitor.gap import fit as fitting
 from gearbox_monitor.gap.candidate import (
     Candidate, NOT_FITTED, ORDERS, PERIODIC, PHASED, replaced_value, Starts, with_effects)
-from gearbox_monitor.gap.process_noise import LEVELS, whitened
+from gearbox_monitor.gap.process_noise import levels, whitened
 from gearbox_monitor.gap.windows import cut, Simulator
 
 SHORT, LONG = 0.25, 1.0  # s
@@ -330,11 +330,11 @@ class Search:
         if not self.noisy or not names:
             return
         known = self.model.process_torque
-        levels = LEVELS if known is None else (known,)
+        tried = levels(self.recording.u) if known is None else (known,)
 
         def one(name):
             f = self.fitted[name]
-            point, deviance, s, white = whitened(self.long, f.candidate, f.point, levels)
+            point, deviance, s, white = whitened(self.long, f.candidate, f.point, tried)
             score = deviance + f.candidate.n_effect * math.log(self.long.n_train)
             return Fitted(f.candidate, point, score, s, white)
         found = dict(zip(names, self.map(one, names, 'torque noise')))

@@ -150,6 +150,8 @@ class Simulator:
         if name not in self._kernels:
             self._kernels[name] = with_plugin(plugin.torques, _free_runs)[0]
         e = effects.pack(model.effects)
+        if model.transmission.kind == 'rigid':
+            states = states[:, [0, 0, 2, 2]]
         w = len(windows)
         y, carry = np.empty((w, windows.length, 2)), np.empty((w, N_STATE))
         rows = np.empty((windows.length + self._keep + 1, N_STATE))
