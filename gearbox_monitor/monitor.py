@@ -36,7 +36,7 @@ from gearbox_monitor.filters.record import predicted, record_size
 from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TWIST_STD
 from gearbox_monitor.history import History
 from gearbox_monitor.parameters import checked, ESTIMATOR
-from gearbox_monitor.trust import covariance, innovation, observability, usable
+from gearbox_monitor.trust import covariance, innovation, missing, observability, usable
 from gearbox_monitor.trust.level import (
     Alarm, Condition, DEBOUNCE, Finding, finding_of, Level)
 
@@ -44,7 +44,8 @@ RING = 2048
 HISTORY = 8192
 SECOND = stream.SECOND
 SETTLE = 2.0  # s after a start that are not judged
-COMPONENTS = ('observability', 'prediction error', 'covariance', 'backlash', 'friction', 'input')
+COMPONENTS = ('observability', 'prediction error', 'covariance', 'model', 'backlash', 'friction',
+              'input')
 
 REASON_CODES = np.array(list(stream.REASONS))
 STATE_COLUMNS = {'tau_arm': stream.E_TAU_ARM, 'tau_e': stream.E_TAU_E}
@@ -55,7 +56,7 @@ AT_BOUND = Condition(
     'only)', 'the evaluation', 'the model or a start value is far off: check it', ('adapted_...',))
 CONDITIONS = (
     *usable.CONDITIONS, *observability.CONDITIONS, *innovation.CONDITIONS,
-    *covariance.CONDITIONS, AT_BOUND)
+    *covariance.CONDITIONS, AT_BOUND, *missing.CONDITIONS)
 
 
 class SnapshotError(InputError):
@@ -215,6 +216,9 @@ class Monitor:
         p = self.parameters
         if p['arm_load'] == 'model':
             p = {**p, 'arm_load': self.model.arm_load}
+        if self.model.transmission.kind == 'rigid':
+            raise InputError('transmission.kind: rigid: a filter has no twist to see the '
+                             'transmission torque by, expected another kind')
         self.drive = self.model.with_(arm_load=p['arm_load'])
         self.names = state_names(self.drive, p)
         self._packed = pack(self.drive, p)
@@ -252,7 +256,8 @@ class Monitor:
         self._window_flagged = 0  # evaluations in it that an indicator of trust flagged
         self._gate[stream.EVALUATE_AT] = 0
         self._reference, self._references = self._given_reference, []
-        self.findings = {**self.findings, **{name: NO_DATA for name in (*COMPONENTS[:3], 'input')}}
+        self._systematic = missing.Systematic()
+        self.findings = {**self.findings, **{name: NO_DATA for name in (*COMPONENTS[:4], 'input')}}
         self._alarms = {name: Alarm(*debounce) for name, debounce in DEBOUNCE.items()}
         self._last_counts = self.counts.copy()
 
@@ -510,6 +515,7 @@ class Monitor:
                 found['observability'] = self._check_observability(recent)
                 found['prediction error'] = self._check_prediction_error(recent, stamp_ns)
                 found['covariance'] = self._check_covariance(recent)
+                found['model'] = self._check_model(found, stamp_ns)
         found.update(self._check_backlash(found))
         self.findings = dict(self.findings)
         for name, finding in found.items():
@@ -583,9 +589,18 @@ class Monitor:
                 [replace(AT_BOUND, says=f'adapted to its bound: {", ".join(bound)}')], '', values)
         return replace(finding, values=values)
 
+    def _check_model(self, found, stamp_ns):
+        # What a lost encoder or a broken stream does to the errors says nothing about the model.
+        judged = (found['observability'].level < Level.ERROR
+                  and found['input'].level < Level.ERROR)
+        systematic = judged and innovation.systematic(found['prediction error'].values)
+        self._systematic.add(stamp_ns, systematic)
+        return missing.check(self._systematic, stamp_ns, self.parameters['model_gap_after'],
+                             self.drive.arm_load == 'unknown')
+
     def _check_backlash(self, found):
         """Return {component: Finding} when a window has ended, else nothing."""
-        if any(finding.level > Level.OK for finding in found.values()):
+        if any(finding.level > Level.OK for name, finding in found.items() if name != 'model'):
             self._window_flagged += 1
         if not self._drift:
             return {}

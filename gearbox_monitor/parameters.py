@@ -199,6 +199,13 @@ ESTIMATOR = (
               'restart, written after each window; empty: not kept'),
     Parameter('snapshot_period', 10.0, 's', 'how often the state is published for replay',
               low=0.1, high=3600.0),
+    Parameter('model_gap_after', 60.0, 's', 'the model misses something when prediction errors '
+              'were biased or not white in more than half of this time', low=5.0, high=3600.0,
+              change=AT_ONCE),
+    Parameter('keep_minutes', 5.0, 'min', 'how much of joint_states is kept in memory for '
+              '~/keep_recording, 12 MB for 5 min at 1 kHz; 0: nothing', low=0.0, high=60.0),
+    Parameter('keep_folder', '', '', 'where ~/keep_recording puts its folders; empty: where the '
+              'node was started'),
 )
 
 

@@ -64,6 +64,12 @@ class SampleReader:
             (_at(message.effort, motor) * self.gear_ratio, _at(message.effort, arm)),
             (_at(message.position, motor) / self.gear_ratio, _at(message.position, arm)))
 
+    def raw(self, message):
+        """Return position of motor and arm, effort of motor and arm as sample() found them."""
+        motor, arm = self._motor, self._arm
+        return (_at(message.position, motor), _at(message.position, arm),
+                _at(message.effort, motor), _at(message.effort, arm))
+
 
 def to_joint_state(signal, stamp_ns, row, names, gear_ratio):
     """Return the JointState of `signal` (signals.Signal); arguments as of joint_values."""

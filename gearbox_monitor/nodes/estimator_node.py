@@ -20,15 +20,19 @@ monitor.Monitor; this file moves messages in and out.
 
   ros2 run gearbox_monitor estimator_node --ros-args --params-file estimator.yaml
 """
+from dataclasses import replace
 import math
 import sys
+from threading import Thread
 
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import (
     DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy)
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.task import Future
 from sensor_msgs.msg import JointState, Temperature
 from std_srvs.srv import Trigger
 
@@ -41,7 +45,9 @@ from gearbox_monitor.jit import COMPILED, KERNELS
 from gearbox_monitor.monitor import Monitor, Sample
 from gearbox_monitor.nodes.convert import (
     SampleReader, to_diagnostics, to_joint_state, to_snapshot, to_status)
+from gearbox_monitor.nodes.keep import About, keep
 from gearbox_monitor.nodes.params import declare, on_change
+from gearbox_monitor.nodes.ring import Ring
 from gearbox_monitor.nodes.runtime import drain, spin_node
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.resources import config_path
@@ -55,6 +61,7 @@ SECOND = 1_000_000_000
 INPUT_DEPTH = 2000
 # After such a pause the outputs come in a burst: a recorder must not lose them either.
 OUTPUT_DEPTH = 2000
+KEEP = '~/keep_recording'
 MIN_SILENCE = 0.5  # s between two diagnostics
 LATCHED = QoSProfile(depth=16, history=HistoryPolicy.KEEP_LAST,
                      reliability=ReliabilityPolicy.RELIABLE,
@@ -84,6 +91,9 @@ class EstimatorNode(Node):
         self._state_error = ''
         self._component = self.get_fully_qualified_name().lstrip('/')
         self._snapshot_stamp = 0
+        minutes = values['keep_minutes']
+        self._ring = Ring(60.0 * minutes) if minutes else None
+        self._keeping = None  # the thread that writes what the ring holds
 
         overridable = QoSOverridingOptions.with_default_policies()
         self._outputs = [
@@ -101,6 +111,9 @@ class EstimatorNode(Node):
             qos_overriding_options=overridable)
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(Trigger, '~/save_baseline', self._on_save_baseline)
+        # Its answer waits for the disk; in the default group everything else would wait, too.
+        self.create_service(Trigger, KEEP, self._on_keep_recording,
+                            callback_group=ReentrantCallbackGroup())
         on_change(self, ESTIMATOR, self._on_parameters)
         if values['temperature_topic']:
             self.create_subscription(
@@ -162,6 +175,8 @@ class EstimatorNode(Node):
             self._foreign += 1
             return
         estimate = self.monitor.step(sample)
+        if self._ring is not None:
+            self._ring.add(sample.stamp_ns, estimate is not None, self._reader.raw(message))
         if self.monitor.counts[stream.DIVERGED] != self._divergences:
             self._divergences = int(self.monitor.counts[stream.DIVERGED])
             self.get_logger().error(f'{self.monitor.divergences[-1]}; starting anew',
@@ -244,6 +259,11 @@ class EstimatorNode(Node):
 
     def _on_second(self):
         findings = self._findings()
+        model = findings['model']
+        if model.level and model.values:
+            findings['model'] = replace(model, values={**model.values, 'command': (
+                f'ros2 service call {self.resolve_service_name(KEEP)} std_srvs/srv/Trigger'
+                if self._ring is not None else 'nothing is kept: set keep_minutes')})
         serial = self.monitor.parameters['gearbox_serial'] or 'gearbox'
         statuses = [to_status(f'{self._component}: {name}', finding, serial)
                     for name, finding in findings.items()]
@@ -287,6 +307,43 @@ class EstimatorNode(Node):
         self._publish_snapshot('reset')
         response.success, response.message = True, 'filter starts anew with the next sample'
         return response
+
+    async def _on_keep_recording(self, _, response):
+        p = self.monitor.parameters
+        if self._ring is None:
+            response.message = 'nothing is kept: keep_minutes is 0, expected more'
+        elif self._keeping is not None:
+            response.message = 'a recording is being written: wait for the answer to that call'
+        elif not len(self._ring):
+            response.message = f'no samples yet on {self._input.topic_name}'
+        else:
+            about = About(self._input.topic_name, (p['motor_joint'], p['arm_joint']),
+                          self.monitor.model, self.monitor.drive.arm_load, dict(p))
+            done = Future()
+            self._keeping = Thread(target=self._keep, args=(self._ring.rows(), about, done))
+            self._keeping.start()
+            response.success, response.message = await done
+            self._keeping = None
+            if response.success:
+                self.get_logger().info(response.message)
+            else:
+                self.get_logger().error(f'keep_recording: {response.message}')
+        return response
+
+    def _keep(self, rows, about, done):
+        """Write the rows; the thread of ~/keep_recording."""
+        try:
+            result = True, keep(about.parameters['keep_folder'], rows(), about)
+        except Exception as error:  # whatever it is, the estimates must go on
+            result = False, str(error) or type(error).__name__
+        done.set_result(result)
+        if self.executor is not None:  # it may have ended meanwhile
+            self.executor.wake()
+
+    def close(self):
+        """Let a recording that is being written come to its end."""
+        if self._keeping is not None:
+            self._keeping.join()
 
     def _on_save_baseline(self, _, response):
         monitor, p = self.monitor, self.monitor.parameters

@@ -195,6 +195,18 @@ def flags(white, nis, dof):
             'nis': not low <= float(np.sum(nis)) / total <= high}
 
 
+def systematic(values):
+    """
+    Return whether `values` of check() are biased or not white, as no noise makes them.
+
+    Noise of the encoders that is larger or smaller than stated, or outliers, are neither.
+    """
+    return 'mean' in values and (
+        values['mean'] > values['mean_threshold']
+        or (values['ljung_box'] > values['ljung_box_threshold']
+            and values['predictable_share'] > values['predictable_share_threshold']))
+
+
 def check(white, nis, dof, errors, stds, recent, newest):
     """
     Return the Finding for a window of N samples.

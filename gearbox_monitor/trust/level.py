@@ -71,7 +71,7 @@ def finding_of(broken, fine, values):
 # Component -> evaluations in a row that raise and that lower its level. One evaluation per second
 # of stamps; of backlash and friction one per drift window: their sequential test debounces.
 DEBOUNCE = {'observability': (3, 5), 'prediction error': (3, 5), 'covariance': (3, 5),
-            'backlash': (1, 1), 'friction': (1, 1), 'input': (3, 5)}
+            'model': (3, 5), 'backlash': (1, 1), 'friction': (1, 1), 'input': (3, 5)}
 
 
 class Alarm:

@@ -1,0 +1,181 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The last minutes kept in memory, and what is written of them; no ROS."""
+from pathlib import Path
+import time
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.bag import write
+from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.replay import read_recording
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_model
+from gearbox_monitor.nodes.keep import About, command, keep
+from gearbox_monitor.nodes.ring import MAX_RATE, Ring, SECOND, stretch
+from gearbox_monitor.parameters import defaults, ESTIMATOR
+
+T0 = 1_700_000_000 * SECOND
+PERIOD = 2_000_000
+
+
+def filled(n, seconds=10.0, block=64, begin=0, ring=None, good=lambda k: True, step=PERIOD):
+    ring = ring or Ring(seconds, block)
+    for k in range(begin, begin + n):
+        ring.add(T0 + k * step, good(k), (0.1 * k, 0.2 * k, 0.3 * k, np.nan))
+    return ring
+
+
+def about(**changes):
+    model = changes.pop('model', DriveModel(gear_ratio=50.0))
+    parameters = {**defaults(ESTIMATOR), **changes.pop('parameters', {})}
+    return About(**{'topic': '/left/joint_states', 'joints': ('m7', 'arm'), 'model': model,
+                    'arm_load': 'unknown', 'parameters': parameters, **changes})
+
+
+def moving(n, first=0, motion=0.5):
+    """Return rows at 500 Hz of a drive that swings."""
+    ring, k = Ring(600.0), np.arange(first, first + n)
+    motor = motion * np.sin(2 * np.pi * k * 0.002)
+    for i, y in zip(k.tolist(), motor.tolist()):
+        ring.add(T0 + i * PERIOD, True, (y, 0.9 * y, float(i), np.nan))
+    return ring.rows()()
+
+
+@pytest.mark.parametrize('n', [0, 1, 63, 64, 65, 4999, 5000, 5001, 5064, 20001])
+def test_ring_holds_the_last_seconds_in_order(n):
+    rows = filled(n).rows()()
+    assert len(rows) == min(n, 5000)  # 10 s at 500 Hz
+    expected = np.arange(n - len(rows), n)
+    np.testing.assert_array_equal(rows['stamp_ns'], T0 + expected * PERIOD)
+    np.testing.assert_array_equal(rows['values'][:, 1], 0.2 * expected)
+
+
+def test_ring_is_bounded_and_what_was_read_stays():
+    ring = filled(3000, seconds=1.0, step=10)  # far beyond any rate
+    assert len(ring) <= MAX_RATE + 2 * 64
+    ring = filled(100)
+    rows = ring.rows()
+    filled(10000, begin=100, ring=ring)
+    np.testing.assert_array_equal(rows()['stamp_ns'], T0 + np.arange(100) * PERIOD)
+    assert len(ring) < 5000 + 3 * 64
+
+
+def test_irregular_stamps_refused_samples_and_a_clock_set_back():
+    rng = np.random.default_rng(0)
+    ring, stamps = Ring(2.0, 64), T0 + np.cumsum(rng.integers(1, 40_000_000, 3000))
+    for k, stamp in enumerate(stamps.tolist()):
+        ring.add(stamp, True, (k, k, k, k))
+        if k % 3 == 0:
+            ring.add(0, False, (k, k, k, k))
+    rows = ring.rows()()
+    good = rows[rows['good']]
+    np.testing.assert_array_equal(good['stamp_ns'], stamps[stamps > stamps[-1] - 2 * SECOND])
+    assert 0.3 < (~rows['good']).sum() / len(good) < 0.37
+    for k in range(300):  # a simulation that begins anew
+        ring.add(10 * SECOND + k * PERIOD, True, (k, k, k, k))
+    rows = ring.rows()()
+    np.testing.assert_array_equal(rows['stamp_ns'], 10 * SECOND + np.arange(300) * PERIOD)
+
+
+def test_stretch_is_without_gaps_and_the_newest_that_moves():
+    rows = moving(30000)
+    part = stretch(rows)
+    assert len(part) == 7000 and part['stamp_ns'][-1] == rows['stamp_ns'][-1]
+    still = rows.copy()
+    still['values'][12000:, 0] = 0.0  # the drive has stopped
+    part = stretch(still)
+    assert len(part) == 7000
+    assert 11000 < (part['stamp_ns'][-1] - T0) / PERIOD < 14000
+    holed = np.delete(still, [*range(9000, 9050), 5000])  # a gap, and one lost sample
+    part = stretch(holed)
+    assert len(part) == 7000 and (part['stamp_ns'][-1] - T0) / PERIOD <= 9000
+    holed['values'][3000:3100, 1] = np.nan  # without arm: as a gap
+    holed['good'][6000:6010] = False
+    part = stretch(holed)
+    assert not np.isnan(part['values'][:, :3]).any()
+    assert np.diff(part['stamp_ns']).max() < 4 * PERIOD
+    assert not len(stretch(moving(1900))) and not len(stretch(rows[:1]))
+    for channel in (0, 2):  # nothing to diagnose without motor or torque
+        nothing = rows.copy()
+        nothing['values'][:, channel] = np.nan
+        assert not len(stretch(nothing))
+    rows['values'][:, 1] = np.nan  # one encoder is all there is
+    assert len(stretch(rows)) == 7000
+
+
+@pytest.mark.parametrize('delay', [-1, 0, 3])
+def test_stretch_has_the_effort_where_it_acts(delay):
+    part = stretch(moving(5000), delay)
+    k = (part['stamp_ns'] - T0) // PERIOD
+    np.testing.assert_array_equal(part['values'][:, 2], k - delay)
+    assert len(part) == 5000 - abs(delay)
+
+
+def test_folder_holds_everything_as_received_and_the_model(tmp_path):
+    rows, clock = moving(10000), lambda: time.struct_time((2026, 3, 4, 5, 6, 7, 0, 0, 0))
+    text = keep(tmp_path / 'new', rows, about(), clock)
+    folder = tmp_path / 'new' / 'kept_2026_03_04-05_06_07'
+    assert str(folder) in text and '14.0 s' in text and '--motor-joint m7' in text
+    assert text.endswith(command(folder, about()))
+    for name, wanted in (('all', rows), ('bag', stretch(rows))):
+        with open_bag(folder / name) as bag:
+            assert not bag.truncated
+            got = read_recording(bag, 'm7', 'arm', 1.0, '/left/joint_states').samples
+        np.testing.assert_array_equal(got.stamp_ns, wanted['stamp_ns'])
+        np.testing.assert_array_equal(got.y, wanted['values'][:, :2])
+        np.testing.assert_array_equal(got.u, wanted['values'][:, 2:])
+        assert (folder / name / 'metadata.yaml').exists()
+    assert load_model(folder / 'drive.yaml') == about().model
+    again = keep(tmp_path / 'new', rows[:100], about(), clock)  # never over another
+    assert '_2/all' in again and 'no 4 s' in again and 'diagnose ' not in again
+    assert len(list((tmp_path / 'new').iterdir())) == 2
+
+
+def test_command_finds_another_topic_and_folder():
+    words = command(Path('/a b'), about(topic='/j7', joints=('motor', 'x')))
+    assert words == ("gearbox_monitor diagnose '/a b/bag' --model '/a b/drive.yaml' --topic /j7 "
+                     '--arm-joint x')
+
+
+@pytest.mark.parametrize('in_file, in_force, given, written', [
+    ('none', 'unknown', False, 'none'), ('none', 'measured', True, 'measured'),
+    ('measured', 'unknown', True, 'measured'), ('measured', 'measured', False, 'unknown')])
+def test_model_says_measured_only_where_the_load_is_in_the_bag(
+        tmp_path, in_file, in_force, given, written):
+    rows = moving(2500)
+    if given:
+        rows['values'][:, 3] = 0.5
+    keep(tmp_path, rows, about(model=DriveModel(arm_load=in_file), arm_load=in_force))
+    assert load_model(next(tmp_path.glob('*/drive.yaml'))).arm_load == written
+
+
+def test_failure_is_told_and_leaves_nothing(tmp_path, monkeypatch):
+    (tmp_path / 'file').write_text('')
+    with pytest.raises(InputError, match='keep_folder'):
+        keep(tmp_path / 'file', moving(2500), about())
+    left, write_record = [0], write._RecordFile.write
+
+    def full(self, data):
+        left[0] += len(data)
+        if left[0] > 20000:
+            raise OSError(28, 'No space left on device')
+        return write_record(self, data)
+    monkeypatch.setattr(write._RecordFile, 'write', full)
+    with pytest.raises(InputError, match='No space left on device; removed again'):
+        keep(tmp_path, moving(2500), about())
+    assert [path.name for path in tmp_path.iterdir()] == ['file']

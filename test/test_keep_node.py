@@ -1,0 +1,104 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""From a drive with an effect to its name: diagnostics, ~/keep_recording, the command it gives."""
+import json
+import shlex
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy')
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
+from harness import Graph  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
+
+from gearbox_monitor.bag.read import open_bag  # noqa: E402
+from gearbox_monitor.cli.main import main  # noqa: E402
+
+pytestmark = pytest.mark.ros
+EFFECT = '["torque_offset u0=0.6"]'
+
+
+@pytest.fixture
+def graph(tmp_path, monkeypatch):
+    graph = Graph(tmp_path, monkeypatch)
+    yield graph
+    graph.close()
+
+
+def test_a_drive_with_an_effect_is_told_kept_and_named(graph, tmp_path):
+    folder, told, efforts = tmp_path / 'kept', [], []
+    graph.node.create_subscription(DiagnosticArray, '/diagnostics', told.append, 10)
+    graph.node.create_subscription(JointState, 'joint_states', efforts.append, 10000)
+    estimator = graph.start('estimator_node', arm_load='none', model_gap_after=5.0,
+                            keep_folder=folder)
+    asked = Trigger.Request()
+    answer = graph.call(Trigger, 'estimator/keep_recording', asked)
+    assert not answer.success and 'no samples yet on /joint_states' in answer.message
+    graph.start('plant_node', rate=500.0, effects=EFFECT, process_noise='[0.0, 0.0, 0.02, 0.02]')
+
+    def status(name):
+        return next((s for s in told[-1].status if s.name == f'estimator: {name}'), None)
+
+    graph.until(lambda: told and 'misses something' in status('model').message, 'the notice')
+    values = {v.key: v.value for v in status('model').values}
+    assert values['command'] == 'ros2 service call /estimator/keep_recording std_srvs/srv/Trigger'
+    assert float(values['systematic_s']) > float(values['systematic_s_threshold']) == 2.5
+    graph.until(lambda: len(efforts) > 500 * 12, 'a recording that is long enough')
+    client = graph.node.create_client(Trigger, 'estimator/keep_recording')
+    graph.until(client.service_is_ready, 'service')
+    both = [client.call_async(asked) for _ in range(2)]
+    graph.until(lambda: all(future.done() for future in both), 'the answers')
+    good, = (f.result() for f in both if f.result().success)
+    refused, = (f.result() for f in both if not f.result().success)
+    assert 'is being written' in refused.message
+    kept, = folder.iterdir()
+    with open_bag(kept / 'all') as bag:
+        states = bag.joint_states('/joint_states', ('motor', 'arm'))
+    sent = np.array([m.effort[0] for m in efforts])
+    assert len(states.stamp_ns) > 5000 and set(states.effort[:, 0]) <= set(sent)
+    # The estimates went on meanwhile, and nothing was lost.
+    graph.spin(2.2)
+    assert status('input').level == b'\x00', status('input').message
+
+    words = shlex.split(good.message.split(' s of it: ')[1])
+    assert words[:2] == ['gearbox_monitor', 'diagnose']
+    graph.stop(estimator)
+    code = main([*words[1:], '--only', 'torque_offset', 'load_torque', 'stribeck',
+                 '--json', str(tmp_path / 'verdict.json')])
+    verdict = json.loads((tmp_path / 'verdict.json').read_text())
+    assert code == 1 and verdict['effect'] == 'torque_offset', verdict
+    assert verdict['params']['torque_offset']['u0'] == pytest.approx(0.6, abs=0.1)
+
+
+def test_a_full_disk_or_nothing_kept_is_told(graph, tmp_path):
+    folder = tmp_path / 'kept'
+    folder.write_text('no folder')
+    estimator = graph.start('estimator_node', keep_folder=folder)
+    off = graph.start('estimator_node', '-r', '__node:=off', keep_minutes=0.0)
+    publisher = graph.node.create_publisher(JointState, 'joint_states', 10)
+    graph.until(lambda: publisher.get_subscription_count() == 2, 'matching')
+    for k in range(3):
+        message = JointState(name=['motor', 'arm'], position=[0.0, 0.0], effort=[0.0, 0.0])
+        message.header.stamp.sec = 10 + k
+        publisher.publish(message)
+    graph.spin(0.3)
+    answer = graph.call(Trigger, 'estimator/keep_recording', Trigger.Request())
+    assert not answer.success and str(folder) in answer.message, answer.message
+    answer = graph.call(Trigger, 'off/keep_recording', Trigger.Request())
+    assert not answer.success and 'keep_minutes is 0' in answer.message
+    assert 'keep_recording: ' in graph.stop(estimator)
+    graph.stop(off)
