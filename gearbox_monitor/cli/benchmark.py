@@ -31,6 +31,7 @@ BENCHMARKS = {
     'speed': ('speed', "CPU time of the filters' steps, beside filterpy's"),
     'trust': ('trust', 'false alarms of trust and drift, and how soon faults are found'),
     'blind': ('blind', 'diagnosis of recordings whose effect only the scorer knows'),
+    'motion': ('motion', 'motions that separate what a recording confused'),
     'real': ('real', 'torque of a real drive against static current compensation'),
 }
 

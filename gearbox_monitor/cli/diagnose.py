@@ -26,7 +26,8 @@ the bag, is used as the known load where the model file has arm_load: measured.
 
 usage examples:
   gearbox_monitor diagnose BAG --model drive.yaml
-  gearbox_monitor diagnose BAG --model drive.yaml --out found     # and the model that closes it
+  gearbox_monitor diagnose BAG --model drive.yaml --out found     # and the model that closes it,
+                                                                  # and a page about all of it
   gearbox_monitor diagnose BAG --model drive.yaml --validate BAG2 --json verdict.json
   gearbox_monitor diagnose run1.csv run2.csv --model drive.yaml --exclude lugre viscous_drift
   gearbox_monitor diagnose BAG --model drive.yaml --json - | jq .effect
@@ -46,7 +47,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import find_topic, JOINT_STATE, read_recording
-from gearbox_monitor.cli.diagnose_report import headline, text
+from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.drive.effects import library
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, save_model
@@ -54,22 +55,36 @@ from gearbox_monitor.gap.check import check
 from gearbox_monitor.gap.diagnose import diagnose
 from gearbox_monitor.gap.recording import prepare
 from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.report import diagnosis, overlay_plot
+from gearbox_monitor.report.evidence import gather
+from gearbox_monitor.report.words import headline, on_axis
 
+DRAWN = ('report.html', 'overlay.png', 'where.png', 'ranking.png')
 CSV = ('.csv', '.tsv', '.txt', '.csv.gz', '.tsv.gz', '.txt.gz')
 FIELDS = {'t': 'stamp', 'u': 'effort of the motor', 'motor': 'position of the motor',
           'arm': 'position of the arm', 'arm_torque': 'effort of the arm'}
 
 
-def add_arguments(parser):
-    """Declare the options."""
+def add_inputs(parser):
+    """Declare recordings, model file and where in a bag the readings stand."""
     parser.add_argument('bag', nargs='+', metavar='BAG',
                         help='bag directory, .mcap file or CSV file; several of one drive at once')
     parser.add_argument('--model', metavar='FILE', required=True, help='model file of the drive')
+    parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
+    parser.add_argument('--motor-joint', metavar='NAME', default='motor',
+                        help='name of the motor joint, in bags (default: motor)')
+    parser.add_argument('--arm-joint', metavar='NAME', default='arm',
+                        help='name of the arm joint, in bags (default: arm)')
+
+
+def add_arguments(parser):
+    """Declare the options."""
+    add_inputs(parser)
     parser.add_argument('--validate', metavar='BAG2',
                         help='second recording of the drive, to test the result on')
     parser.add_argument('--out', metavar='DIR',
-                        help='write verdict.json and, where an effect was named, '
-                        'drive.closed.yaml: the model with it')
+                        help='write verdict.json, report.html, pictures and, where an effect '
+                        'was named, drive.closed.yaml: the model with it')
     parser.add_argument('--json', metavar='FILE',
                         help='write the verdict as JSON; - prints it, and nothing else')
     parser.add_argument('--exclude', metavar='ID', nargs='+', default=[],
@@ -77,13 +92,8 @@ def add_arguments(parser):
     parser.add_argument('--only', metavar='ID', nargs='+', help='effects that are tried, no other')
     parser.add_argument('--seed', metavar='N', type=int, default=0,
                         help='of the intervals (default: 0); same seed, same answer')
-    parser.add_argument('--jobs', metavar='N', type=int, default=_cores(),
+    parser.add_argument('--jobs', metavar='N', type=int, default=cores(),
                         help='threads (default: one per core); does not change the answer')
-    parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
-    parser.add_argument('--motor-joint', metavar='NAME', default='motor',
-                        help='name of the motor joint, in bags (default: motor)')
-    parser.add_argument('--arm-joint', metavar='NAME', default='arm',
-                        help='name of the arm joint, in bags (default: arm)')
 
 
 def run(args):
@@ -110,11 +120,14 @@ def run(args):
     with tqdm(total=100, desc='diagnose', disable=None, leave=False,
               bar_format='{percentage:3.0f} %|{bar:20}| {elapsed} {desc}') as bar:
         verdict = diagnose(recordings, model, validate=validate, only=only, exclude=exclude,
-                           seed=args.seed, jobs=args.jobs, progress=_shown_by(bar))
+                           seed=args.seed, jobs=args.jobs, progress=shown_by(bar))
     data = plain(verdict.to_dict())
     data['warnings'] = [*notes, *(data.get('warnings') or [])]
     closed = verdict.model if data['verdict'] == 'effect' else None
-    written = write(targets, data, closed, args)
+    drawn = {}
+    if args.out:
+        drawn = draw(verdict, data, recordings, model, args)
+    written = write(targets, data, closed, drawn, args)
     if args.json == '-':
         print(dump(data))
     else:
@@ -122,7 +135,7 @@ def run(args):
     return 0 if data['verdict'] == 'none' else 1
 
 
-def _cores():
+def cores():
     """Return how many cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else os.cpu_count()
 
@@ -138,7 +151,7 @@ def _ids(option, words):
     return tuple(dict.fromkeys(ids))
 
 
-def _shown_by(bar):
+def shown_by(bar):
     """Return progress(done, total, text) that moves `bar`, never back."""
     def progress(done, total, text=''):
         if text:
@@ -218,6 +231,21 @@ def dump(data):
     return json.dumps(data, indent=2, allow_nan=False)
 
 
+def draw(verdict, data, recordings, model, args):
+    """Return {file of --out: HTML or Figure} about a Verdict and its plain `data`."""
+    found = gather(verdict, recordings, model, args.jobs)
+    title = headline(data)
+    drawn = {
+        'report.html': diagnosis.report(data, found, recordings, data['verdict'] == 'effect',
+                                        args.validate),
+        'overlay.png': overlay_plot.windows_figure(found.overlay, found.shown, title,
+                                                   on_axis('rad', model.axis)),
+        'where.png': overlay_plot.maps_figure(found, title)}
+    if data['gains']:
+        drawn['ranking.png'] = overlay_plot.ranking_figure(data['gains'], data['effect'], title)
+    return drawn
+
+
 def _targets(args):
     """Return {what: Path} of the files to write. Raises InputError where one exists."""
     targets = {}
@@ -226,6 +254,7 @@ def _targets(args):
     if args.out:
         targets['verdict'] = Path(args.out) / 'verdict.json'
         targets['model'] = Path(args.out) / 'drive.closed.yaml'
+        targets.update((name, Path(args.out) / name) for name in DRAWN)
     for path in targets.values():
         if path.exists():
             raise InputError(f'{path}: exists, expected a new file')
@@ -237,11 +266,11 @@ def _targets(args):
     return targets
 
 
-def write(targets, data, closed, args):
+def write(targets, data, closed, drawn, args):
     """
     Write the files `targets` of _targets, all of them or none; returns their Paths.
 
-    closed: DriveModel with the effect, or None. Raises InputError.
+    closed: DriveModel with the effect, or None; drawn: see draw. Raises InputError.
     """
     comment = [f'Written by gearbox_monitor {__version__} diagnose from '
                f'{", ".join(args.bag)} and {args.model}.', headline(data)]
@@ -251,14 +280,16 @@ def write(targets, data, closed, args):
             made = Path(args.out)
             made.mkdir()
         for what, path in targets.items():
-            if what == 'model' and closed is None:
+            if what == 'model' and closed is None or what in DRAWN and what not in drawn:
                 continue
             part = path.with_name(f'.{path.name}.{os.getpid()}.part')
             parts.append((part, path))
             if what == 'model':
                 save_model(part, closed, comment)
+            elif what.endswith('.png'):
+                drawn[what].savefig(part, dpi=110, format='png')
             else:
-                part.write_text(dump(data) + '\n', encoding='utf-8')
+                part.write_text(drawn.get(what) or dump(data) + '\n', encoding='utf-8')
         for part, path in parts:
             os.replace(part, path)
         made = None

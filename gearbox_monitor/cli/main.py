@@ -30,7 +30,10 @@ COMMANDS = {
     'tune': ('tune', 'find R and Q of a filter from a recording'),
     'compare': ('compare', 'run several filters on one recording, side by side'),
     'accept': ('accept', 'check the backlash and stiffness of a delivered gearbox from a bag'),
+    'simulate': ('simulate', 'lay a recording, its model and the closed model over each other'),
     'diagnose': ('diagnose', 'find the effect that simulator and drive differ by, from a bag'),
+    'suggest': ('suggest', 'find the motion that tells confused effects apart'),
+    'fit-nominal': ('fit_nominal', 'find the values of a model file from recordings'),
     'benchmark': ('benchmark', 'measure this package against its bars'),
 }
 

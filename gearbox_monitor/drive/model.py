@@ -44,6 +44,7 @@ RK4_STABILITY = 2.7
  CAV, CAC, G, TL, CL, N_PARAMETERS) = range(19)
 
 ARM_LOAD_MODES = ('none', 'unknown', 'measured')
+AXES = ('rotary', 'prismatic')  # prismatic: m, N and kg instead of rad, N m and kg m^2
 
 
 @dataclass(frozen=True)
@@ -70,12 +71,14 @@ class DriveModel:
     position_gain: float = 0.01
     torque_offset: float = 0.0
     gear_ratio: float = 1.0
+    axis: str = 'rotary'
     arm_load: str = 'none'
     transmission: Transmission = Transmission()
     effects: tuple = ()
     tolerance: float = 0.0
     zero_tolerance: float = 0.0
     process_torque: float | None = None
+    process_torque_time: float = 0.0
 
     def folded(self):
         """Return the model with the effects in its values that only replace one of them."""
@@ -155,6 +158,7 @@ _RANGES = {
     'tolerance': ('-', 0.0, 1.0, False),
     'zero_tolerance': ('rad', 0.0, 1e3, False),
     'process_torque': ('N m', 0.0, 1e9, False),
+    'process_torque_time': ('s', 0.0, 1e3, False),
     'stiffness': ('N m/rad', 0.0, 1e12, True),
     'half_gap': ('rad', 0.0, 1e3, False),
     'hysteresis_width': ('rad', 0.0, 1e3, False),
@@ -205,6 +209,8 @@ def model_from_dict(data, source):
         values['effects'] = _effects(values['effects'], source)
     if 'arm_load' in values:
         _choice(values['arm_load'], 'arm_load', source, ARM_LOAD_MODES)
+    if 'axis' in values:
+        _choice(values['axis'], 'axis', source, AXES)
     for name in values:
         if name in _RANGES and not (name == 'process_torque' and values[name] is None):
             values[name] = _number(values[name], name, source)

@@ -26,6 +26,9 @@ NUISANCES = {'m1': 'motor_inertia', 'm2': 'arm_inertia', 'D': 'damping',
              'Cv': 'viscous_friction', 'Cc': 'coulomb_friction', 'K': 'stiffness', 'b': 'half_gap'}
 RIGID_HIDES = ('m2', 'D', 'K', 'b')  # of m1 and m2 only the sum shows
 ZERO = 'zero'  # offset of the motor's encoder against the arm's, where model.zero_tolerance > 0
+# Values that only an effect has: name -> (id, parameter). kt: factor on the torque.
+BY_EFFECT = {'kt': ('torque_gain', 'g'), 'u0': ('torque_offset', 'u0'),
+             ZERO: ('encoder_offset', 'c')}
 _SHAPE = {name for name in Transmission.__dataclass_fields__}
 PERIODIC = ('cogging', 'mesh_error', 'torque_ripple')
 PHASED = (*PERIODIC, 'motor_encoder_eccentricity', 'arm_encoder_eccentricity')
@@ -117,7 +120,7 @@ class Candidate:
         for c, v in zip(self.coordinates, z):
             v = math.exp(v) if c.log else float(v)
             if c.owner < 0:
-                nuisances[c.name] = v
+                nuisances[c.name] = v - 1.0 if c.log else v
             else:
                 given[c.owner][c.name] = v
         for i, (name, values) in enumerate(zip(self.ids, given)):
@@ -137,15 +140,19 @@ class Candidate:
 
 
 def scaled(model, nuisances):
-    """Return `model` changed by `nuisances` {name: relative change; ZERO: rad}."""
+    """Return `model` changed by `nuisances` {name: relative change; u0: N m; ZERO: rad}."""
     if not nuisances:
         return model
     nuisances = dict(nuisances)
-    zero = nuisances.pop(ZERO, None)
-    if zero is not None:
-        known = sum(e['c'] for e in model.effects if e['id'] == 'encoder_offset')
-        model = with_effects(model, [{'id': 'encoder_offset', 'c': known + zero}])
+    for name, (effect, parameter) in BY_EFFECT.items():
+        if name in nuisances:
+            change = nuisances.pop(name)
+            known = sum(e[parameter] for e in model.effects if e['id'] == effect)
+            value = (1.0 + known) * (1.0 + change) - 1.0 if name == 'kt' else known + change
+            model = with_effects(model, [{'id': effect, parameter: value}])
     changes, shape = {}, {}
+    if model.transmission.kind == 'rigid' and 'm1' in nuisances:
+        nuisances['m2'] = nuisances['m1']  # the sum is what shows
     for name, change in nuisances.items():
         where = NUISANCES[name]
         if where in _SHAPE:
@@ -153,6 +160,15 @@ def scaled(model, nuisances):
         else:
             changes[where] = getattr(model, where) * (1.0 + change)
     return replace(model, transmission=replace(model.transmission, **shape), **changes)
+
+
+def offered(model):
+    """Return the names of all values that can be fitted to the drive `model`."""
+    hidden = (*RIGID_HIDES, ZERO) if model.transmission.kind == 'rigid' else ()
+    # A value of 0 has no scale to move on.
+    values = [name for name, where in NUISANCES.items()
+              if getattr(model.transmission if where in _SHAPE else model, where)]
+    return [name for name in (*values, *BY_EFFECT) if name not in hidden]
 
 
 def with_effects(model, found):

@@ -25,6 +25,7 @@ import numpy as np
 
 from gearbox_monitor.gap import fit as fitting
 from gearbox_monitor.gap.candidate import Candidate, NOT_FITTED, PERIODIC, PHASED
+from gearbox_monitor.gap.process_noise import Whitener
 from gearbox_monitor.gap.residual import labels
 from gearbox_monitor.gap.search import Search
 from gearbox_monitor.gap.windows import N_MEMORY, Windows
@@ -202,12 +203,17 @@ def standard_errors(search, fitted):
     if not len(point.z):
         return {}, None
     s = fitting.sensitivity(data, candidate, point)
-    S, _, _, _ = fitting.normal_equations(s, point.residual, data.train.astype(float))
+    left, whiten = point.residual, None
+    if fitted.white is not None:
+        left, whiten = fitted.white, Whitener(data, candidate, point)
+        whiten.level = fitted.s
+    S, _, _, _ = fitting.normal_equations(
+        s, point.residual, data.train.astype(float), whiten)
     S = S + np.diag(candidate.prior(point.z)[1])
     scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-300))
     scaled = S * scale[:, None] * scale
     condition = float(np.linalg.cond(scaled))
-    misfit = max(1.0, point.chi2[data.train].sum() / data.n_train)
+    misfit = max(1.0, float((left[data.train] ** 2).mean()))
     covariance = misfit * scale[:, None] * scale * np.linalg.pinv(scaled, rcond=1e-13)
     out = {}
     for i, name in enumerate(candidate.ids):
@@ -244,7 +250,11 @@ def validate(recording, before, after, sigma):
     fits = [windowed(recording, model, sigma) for model in (before, after)]
     cross(fits)
     gaps = [gap_of(point.chi2, point.residual.shape[1]) for _, _, point in fits]
-    runs = [_free_run(search, point) for search, _, point in fits]
+    runs = []
+    for search, _, point in fits:
+        off = rms(recording, free_run(search, search.model, point))
+        runs.append({name: float(v) if np.isfinite(v) else None
+                     for name, v in zip(('motor', 'arm'), off)})
     return {'gap_before': gaps[0], 'gap_after': gaps[1], 'closed_fraction': closed_of(*gaps),
             'windows': len(fits[0][2].chi2),
             'free_run': {'seconds': float(recording.duration), 'before': runs[0],
@@ -273,11 +283,17 @@ def cross(fits):
         fitting.rescue(data, candidate, point, [known[1 - k]], half_gap=search.half_gap)
 
 
-def _free_run(search, point):
-    """Return the rms (rad) of both channels over one free run, from the first window's states."""
-    recording, n = search.recording, len(search.recording.u)
+def free_run(search, model, point):
+    """Return the readings [N, 2] of one run of `model` from the states of the first window."""
+    n = len(search.recording.u)
     whole = Windows(np.zeros(1, int), n, np.zeros(1, int), np.full(1, n))
-    y, _ = search.simulator.run(whole, search.model, point.states[:1], np.zeros((1, N_MEMORY)))
-    rms = np.sqrt(np.mean((recording.y - y[0]) ** 2, axis=0))
-    rms[[i for i in (0, 1) if i not in recording.channels]] = np.nan
-    return {name: float(v) if np.isfinite(v) else None for name, v in zip(('motor', 'arm'), rms)}
+    y, _ = search.simulator.run(whole, model, point.states[:1], np.zeros((1, N_MEMORY)))
+    return y[0]
+
+
+def rms(recording, y):
+    """Return [2] rad, rms of the recording against y [N, 2]; NaN: diverges, or no such encoder."""
+    with np.errstate(over='ignore', invalid='ignore'):
+        found = np.sqrt(np.mean((recording.y - y) ** 2, axis=0))
+    found[[i for i in (0, 1) if i not in recording.channels]] = np.nan
+    return np.where(np.isfinite(found), found, np.nan)

@@ -22,7 +22,7 @@ from gearbox_monitor.drive.effects import EFFECTS, library
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.gap import close, isolate, residual
 from gearbox_monitor.gap.candidate import (
-    NUISANCES, nuisances_of, replaced_value, with_effects, ZERO)
+    NUISANCES, nuisances_of, PHASED, replaced_value, with_effects, ZERO)
 from gearbox_monitor.gap.noise import noise_levels
 from gearbox_monitor.gap.pairs import find_pairs, forward_gains
 from gearbox_monitor.gap.search import Fitted, Search
@@ -38,7 +38,8 @@ PAIR_STRUCTURE = 3.0  # the same for pairs, which imitate what is in no library
 STRUCTURE_RELATIVE = 0.04  # of the gap, as LACK_RELATIVE
 BANDS = (0.0, 3.0, 8.0, 20.0, 60.0)  # Hz
 MAX_SHARPENING = 0.15  # correction of sigma that is believed
-FINEST = 1e-5        # of the travel: differences below are no gap (readings that were smoothed)
+FINEST = 1e-4        # of the travel: on a real drive, differences below are no gap
+LOOSE = 0.2          # of the torque: more that lasts and is not explained is an unknown effect
 QUANTISED = 0.5      # step of a lattice over sigma, from which on rounding matters
 ON_FLOOR, QUIET_SHARE = 1.12, 0.35
 TWINS = ('torque_offset', 'coulomb_asymmetry')
@@ -96,8 +97,7 @@ def diagnose(recordings, model, *, validate=None, only=None, exclude=(), seed=0,
     if not ids:
         raise InputError('effects: none is left that this drive and its encoders show, expected '
                          'at least one')
-    sigma, quantum = noise_levels(recording.y)
-    sigma = np.maximum(sigma, FINEST * np.ptp(recording.y, axis=0))
+    sigma, quantum = noise_floor(recording, model)
     search = Search(recording, model, sigma, ids, jobs, progress)
     none = search.none()
     search.refine(search.screen())
@@ -106,6 +106,14 @@ def diagnose(recordings, model, *, validate=None, only=None, exclude=(), seed=0,
                                                'arm_encoder_quantisation'))
                 if name in ids and quantum[i] > QUANTISED * sigma[i]]
     return report(search, none, best, kind, lattices, quantum, validate, seed)
+
+
+def noise_floor(recording, model):
+    """Return (sigma [2], quantum [2]) of a Recording, rad; sigma not below what matters."""
+    sigma, quantum = noise_levels(recording.y)
+    if model.process_torque_time > 0.0:
+        sigma = np.maximum(sigma, FINEST * np.ptp(recording.y, axis=0))
+    return sigma, quantum
 
 
 def chosen_ids(only, exclude):
@@ -126,6 +134,8 @@ def visible(name, model, recording):
     place = location_of(name)
     if place in missing or (missing and name == 'encoder_offset'):
         return False
+    if model.axis == 'prismatic' and (name in PHASED or name == 'gravity'):
+        return False  # nothing turns with a position in m, and a weight is a constant load
     # In a rigid drive the same on the arm cannot be told from it on the motor.
     return model.transmission.kind != 'rigid' or (
         place != 'transmission' and name not in ARM_TWINS)
@@ -206,6 +216,9 @@ def misfit(search, fitted):
 
 def lacks(search, fitted):
     """Return whether `fitted` leaves more than noise."""
+    if search.model.process_torque_time > 0.0:
+        # No model of a real drive explains everything: the torque that is left tells.
+        return fitted.s > LOOSE * np.std(search.recording.u)
     excess, structure = misfit(search, fitted)
     before, _ = misfit(search, search.fitted[''])
     limit = PAIR_STRUCTURE if len(fitted.candidate.ids) > 1 else STRUCTURE

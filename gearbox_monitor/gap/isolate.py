@@ -32,7 +32,7 @@ TWINS = {'torque_offset': 'coulomb_asymmetry', 'coulomb_asymmetry': 'torque_offs
 SMALL = 1e-9
 
 
-class _Space:
+class Space:
     """Scalar products of changes of the training windows, free unknowns taken out."""
 
     def __init__(self, search, fitted):
@@ -80,7 +80,7 @@ def _orders(search, name):
         return search.found_orders(name)[0]
 
 
-def _share_left(a, b):
+def share_left(a, b):
     """Return the share of the power of a [M, A] that the span of b [M, B] leaves."""
     total = (a * a).sum()
     if not b.shape[1] or total <= 0.0:
@@ -98,7 +98,7 @@ def _orthonormal(columns):
     return columns @ vectors[:, keep] / np.sqrt(values[keep])
 
 
-def _remove(columns, nuisances, prior):
+def remove(columns, nuisances, prior):
     """
     Return columns with what the nuisances [M, Q] imitate taken out, their prior [Q] as rows.
 
@@ -113,7 +113,7 @@ def _remove(columns, nuisances, prior):
     return padded - q @ (q.T @ padded)
 
 
-def _direction(fitted, owner, own):
+def direction(fitted, owner, own):
     """Return the change [M, 1] towards no effect `owner` of `fitted`, from its columns `own`."""
     candidate, z = fitted.candidate, fitted.point.z
     name = candidate.ids[owner]
@@ -152,7 +152,7 @@ def separations(search, best):
     owners = [i for i, n in enumerate(candidate.ids) if n not in NOT_FITTED]
     if not owners:
         return {}
-    space = _Space(search, best)
+    space = Space(search, best)
     _, prior = candidate.prior(best.point.z)
     names = [n for n in search.ids if n not in NOT_FITTED and n not in candidate.ids]
 
@@ -163,8 +163,8 @@ def separations(search, best):
     for owner in owners:
         rest = [k for k, c in enumerate(candidate.coordinates) if c.owner != owner]
         nuisances, weight = space.own[:, rest], prior[rest]
-        a = _remove(_direction(best, owner, space.own), nuisances, weight)
-        table = {name: _share_left(a, _remove(columns, nuisances, weight))
+        a = remove(direction(best, owner, space.own), nuisances, weight)
+        table = {name: share_left(a, remove(columns, nuisances, weight))
                  for name, columns in found.items()}
         out[candidate.ids[owner]] = (evidence(search, best, owner), table)
     return out
@@ -198,10 +198,10 @@ def matrix(search, fitted=None):
     Signatures about `fitted`, by default none.
     """
     fitted = fitted or search.fitted['']
-    space = _Space(search, fitted)
+    space = Space(search, fitted)
     _, prior = fitted.candidate.prior(fitted.point.z)
     ids = [n for n in search.ids if n not in NOT_FITTED and n not in fitted.candidate.ids]
-    columns = [_remove(space.signature(n, _orders(search, n)), space.own, prior) for n in ids]
+    columns = [remove(space.signature(n, _orders(search, n)), space.own, prior) for n in ids]
     spans = [_orthonormal(c) for c in columns]
     s2 = np.ones((len(ids), len(ids)))
     for i, a in enumerate(columns):

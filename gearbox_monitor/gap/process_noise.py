@@ -16,6 +16,8 @@
 Torque noise on the motor as part of the likelihood: independent triangles of 40 ms in each window.
 
 To first order the residual then has the covariance I + s^2 H H', H the response to each triangle.
+On a real drive the torque that a model leaves lasts (friction that varies with the position): with
+`time` triangles are correlated by exp(-distance / time), and H stands for H times a root of that.
 Whitening residual and sensitivities with it leaves a fit as it is, and equals the innovations
 likelihood of a linearised Kalman filter.
 """
@@ -28,28 +30,42 @@ from gearbox_monitor.gap.residual import FreeFit, SPACING
 
 # N m rms per sample that are tried where the torque is some N m; see levels().
 LEVELS = (0.0, 0.002, 0.004, 0.007, 0.01, 0.014, 0.02, 0.03, 0.04, 0.055, 0.075, 0.1)
+LASTING = np.geomspace(0.003, 0.6, 12)  # of the torque's standard deviation
 
 
-def levels(u):
-    """Return LEVELS in the power of ten that suits the torque u [N] of a drive."""
-    scale = 10.0 ** int(math.log10(max(float(np.std(u)), 1e-9)))  # 0.1 to 10 N m: as they are
+def levels(model, u):
+    """Return the levels that are tried for the torque u [N] of a DriveModel."""
+    if model.process_torque is not None:
+        return (model.process_torque,)
+    size = max(float(np.std(u)), 1e-9)
+    if model.process_torque_time > SPACING:
+        return (0.0, *(size * LASTING))
+    scale = 10.0 ** int(math.log10(size))  # 0.1 to 10 N m: as they are
     return tuple(scale * np.array(LEVELS))
 
 
 class Whitener:
-    """Whitening of arrays [W, 2L, ...] for torque noise; `level` N m rms per sample."""
+    """
+    Whitening of arrays [W, C L, ...] for torque noise.
+
+    level: N m rms per sample; of the torque itself where it lasts.
+    """
 
     def __init__(self, data, candidate, point):
         free = FreeFit(data, candidate.model(point.z), 'motor_side', point)
         count = free.basis.shape[1]
         H = free.sensitivity(np.zeros((len(point.states), count)), point.states,
                              point.residual)[:, :, :count]
+        time = candidate.nominal.process_torque_time
+        self.samples = SPACING / data.recording.dt if time <= SPACING else 1.0
+        if time > SPACING:
+            apart = SPACING * np.abs(np.arange(count)[:, None] - np.arange(count))
+            H = H @ np.linalg.cholesky(np.exp(-apart / time))
         gram = np.swapaxes(H, 1, 2) @ H
         values, vectors = np.linalg.eigh(gram)
         self.values = np.maximum(values, 1e-12 * max(values.max(), 1e-300))
         self.U = (H @ vectors) / np.sqrt(
             self.values)[:, None, :]
-        self.samples = SPACING / data.recording.dt
         self.level = 0.0
 
     def _variance(self, level):

@@ -323,14 +323,15 @@ class Search:
     @property
     def noisy(self):
         """Whether torque noise on the motor is part of the likelihood."""
-        return self.model.tolerance > 0.0 or bool(self.model.process_torque)
+        model = self.model
+        return (model.tolerance > 0.0 or bool(model.process_torque)
+                or model.process_torque_time > 0.0)
 
     def whiten(self, names):
         """Fit `names` again with torque noise; all others stay behind them."""
         if not self.noisy or not names:
             return
-        known = self.model.process_torque
-        tried = levels(self.recording.u) if known is None else (known,)
+        tried = levels(self.model, self.recording.u)
 
         def one(name):
             f = self.fitted[name]

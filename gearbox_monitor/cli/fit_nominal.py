@@ -1,0 +1,132 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Find the values of a model file from recordings of the drive, and say which of them the data show.
+
+All values of the drive are fitted (or those named with --free), each within physical bounds and
+held weakly at the value of the model file, which must be right within a factor of some ten. What
+the recordings do not determine is listed as such and stays near its start.
+
+names: m1 m2 (inertias) D (damping) Cv Cc (friction) K (stiffness) b (half gap), kt (factor on the
+torque: a wrong torque constant), u0 (offset of the torque), zero (of the encoders). Without a load
+that is known, torque constant, inertia, friction and stiffness share one scale: fix one of them.
+
+usage examples:
+  gearbox_monitor fit-nominal BAG --model drive.yaml --out drive.fitted.yaml
+  gearbox_monitor fit-nominal BAG BAG2 --model drive.yaml --free m1 Cv Cc u0 --validate BAG3
+  gearbox_monitor fit-nominal BAG --model drive.yaml --windows 20   # weigh what drifts slowly
+
+exit code: 0 all values determined, 1 some are not, 2 bad usage or input.
+"""
+import json
+import math
+from pathlib import Path
+
+from tqdm import tqdm
+
+from gearbox_monitor.cli.diagnose import add_inputs, cores, load, plain, shown_by
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_model, save_model
+from gearbox_monitor.gap.nominal import fit_nominal
+
+SECONDS = 1.0
+
+
+def add_arguments(parser):
+    """Declare the options."""
+    add_inputs(parser)
+    parser.add_argument('--free', metavar='NAME', nargs='+',
+                        help='values that are fitted (default: all of this drive but kt)')
+    parser.add_argument('--validate', metavar='BAG2',
+                        help='another recording of the drive, to test the model on')
+    parser.add_argument('--windows', metavar='S', type=float, default=SECONDS,
+                        help='length of the runs that are fitted, s; longer than the recording: '
+                        'all of it (default: %(default)g)')
+    parser.add_argument('--out', metavar='FILE', help='write the model file, a new one')
+    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON; - prints them')
+    parser.add_argument('--jobs', metavar='N', type=int, default=cores(),
+                        help='threads (default: one per core)')
+
+
+def run(args):
+    """Run the command; returns the exit code."""
+    if args.jobs < 1:
+        raise InputError(f'--jobs: {args.jobs}, expected a whole number >= 1')
+    if not args.windows >= SECONDS:
+        raise InputError(f'--windows: {args.windows:g}, expected at least {SECONDS:g} s')
+    for option, name in (('--out', args.out), ('--json', args.json)):
+        if not name or name == '-':
+            continue
+        if not Path(name).absolute().parent.is_dir():
+            raise InputError(f'{option} {name}: its directory does not exist, expected one that '
+                             'does')
+        if option == '--out' and Path(name).exists():
+            raise InputError(f'{option} {name}: exists, expected a new file')
+    model = load_model(args.model)
+    paths = [*args.bag, *([args.validate] if args.validate else [])]
+    loaded = [load(path, model, args) for path in paths]
+    recordings = [recording for recording, _ in loaded]
+    validate = recordings.pop() if args.validate else None
+    with tqdm(total=100, desc='fit', disable=None, leave=False,
+              bar_format='{percentage:3.0f} %|{bar:20}| {elapsed} {desc}') as bar:
+        found = fit_nominal(
+            recordings, model, args.free, validate=validate, jobs=args.jobs,
+            seconds=args.windows if args.windows > SECONDS else None, progress=shown_by(bar))
+    if args.out:
+        save_model(args.out, found.model, 'Fitted with gearbox_monitor fit-nominal to '
+                   + ', '.join(Path(path).name for path in args.bag))
+    data = plain({
+        'values': {v.name: {k: x for k, x in vars(v).items() if k != 'name'}
+                   for v in found.values},
+        'correlated': found.correlated, 'gap_before': found.gap_before,
+        'gap_after': found.gap_after, 'validation': found.validation,
+        'notes': [note for _, said in loaded for note in said]})
+    if args.json and args.json != '-':
+        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
+    print(json.dumps(data, indent=2) if args.json == '-' else text(data, args))
+    return 0 if all(v.determined for v in found.values) else 1
+
+
+def text(data, args):
+    """Return the figures as lines of at most 80 columns."""
+    lines = [f'{"":6s}{"model file":>12s}{"fitted":>12s}{"+-":>10s}  unit']
+    for name, v in data['values'].items():
+        lines.append(f'{name:6s}{v["start"]:12.5g}{v["value"]:12.5g}{v["error"]:10.2g}  '
+                     f'{v["unit"]:10s}' + ('' if v['determined'] else 'not determined'))
+    for one, other, r in data['correlated']:
+        lines.append(f'{one} and {other} can hardly be told apart (correlation {r:.2f})')
+    gap = f'gap {data["gap_after"]:.4g}'
+    if data['gap_before'] is not None:
+        gap += f' after, {data["gap_before"]:.4g} before'
+    lines.append(f'{gap} (in standard deviations of the encoders, runs of '
+                 f'{args.windows:g} s)')
+    found = data['validation']
+    if found:
+        runs = found['free_run']
+        lines.append(f'{Path(args.validate).name}: gap {found["gap_before"]:.4g} before, '
+                     f'{found["gap_after"]:.4g} after')
+        for name in ('motor', 'arm'):
+            one, other = runs['before'][name], runs['after'][name]
+            if one is not None or other is not None:
+                lines.append(f'  one free run of {runs["seconds"]:.0f} s, {name}: '
+                             f'{_rms(one)} before, {_rms(other)} after')
+    lines += [f'note: {note}'[:80] for note in data['notes']]
+    if args.out:
+        lines.append(f'written: {args.out}')
+    return '\n'.join(lines)
+
+
+def _rms(value):
+    return 'diverges' if value is None or not math.isfinite(value) else f'{value:.3g} rms'

@@ -1,0 +1,181 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Simulate a recording: lay the recording, its model and the closed model over each other.
+
+Over windows of 1 s each model starts from the state that fits best: what is left is the gap, in
+standard deviations of the encoder noise, 1 is the floor. Over the whole recording it runs once,
+from the state of the first window, with the recorded torque alone: errors add up, as in a
+simulator. Nothing else is fitted.
+
+BAG is read as by diagnose. Take a recording that was not used to find the model.
+
+usage examples:
+  gearbox_monitor simulate --model drive.yaml --against BAG
+  gearbox_monitor simulate --model drive.yaml --closed drive.closed.yaml --against BAG2 --out pics
+  gearbox_monitor simulate --model drive.yaml --against run.csv --json - | jq .gap_before
+"""
+from pathlib import Path
+import textwrap
+
+import numpy as np
+
+from gearbox_monitor.cli.diagnose import dump, load, plain
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_model
+from gearbox_monitor.gap.close import closed_of, rms
+from gearbox_monitor.gap.overlay import overlay
+from gearbox_monitor.report import overlay_plot
+from gearbox_monitor.report.evidence import shown_windows
+from gearbox_monitor.report.words import number, on_axis, percent
+
+WIDTH = 80
+CHANNELS = ('motor', 'arm')
+PICTURES = ('windows.png', 'free_run.png')
+
+
+def add_arguments(parser):
+    """Declare the options."""
+    parser.add_argument('--model', metavar='FILE', required=True, help='model file of the drive')
+    parser.add_argument('--closed', metavar='FILE',
+                        help='model file with the effect, as diagnose writes it')
+    parser.add_argument('--against', metavar='BAG', required=True,
+                        help='bag directory, .mcap file or CSV file with the recorded drive')
+    parser.add_argument('--out', metavar='DIR',
+                        help='write windows.png and free_run.png: recording, models, residuals')
+    parser.add_argument('--json', metavar='FILE',
+                        help='write the numbers as JSON; - prints them, and nothing else')
+    parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
+    parser.add_argument('--motor-joint', metavar='NAME', default='motor',
+                        help='name of the motor joint, in bags (default: motor)')
+    parser.add_argument('--arm-joint', metavar='NAME', default='arm',
+                        help='name of the arm joint, in bags (default: arm)')
+
+
+def run(args):
+    """Run the command; returns the exit code."""
+    _check_targets(args)
+    models = {'nominal model': load_model(args.model)}
+    if args.closed:
+        models['closed model'] = load_model(args.closed)
+    recording, notes = load(args.against, models['nominal model'], args)
+    laid = overlay(recording, models)
+    data = plain(figures(laid))
+    data['notes'] = notes
+    unit = on_axis('rad', models['nominal model'].axis)
+    written = write(laid, data, args, unit)
+    print(dump(data) if args.json == '-' else text(data, recording, written, unit))
+    return 0
+
+
+def figures(laid):
+    """
+    Return the numbers of an Overlay with one or two runs, as plain data.
+
+    {'gap_before', 'gap_after', 'closed_fraction', 'channels' {name: {before, after}}, 'windows',
+    'sigma', 'free_run' {'seconds', 'before', 'after' {name: rad rms}}}; after: None without a
+    closed model, rms None where a run diverges.
+    """
+    gaps = [run.gap for run in laid.runs]
+    channels, free = {}, [{}, {}]
+    for column, k in enumerate(laid.channels):
+        parts = [float(np.sqrt(np.mean(laid.residual(run)[:, :, column] ** 2)))
+                 for run in laid.runs]
+        channels[CHANNELS[k]] = {'before': parts[0], 'after': parts[1] if parts[1:] else None}
+    for run, found in zip(laid.runs, free):
+        values = rms(laid.recording, run.free)
+        found.update({CHANNELS[k]: float(values[k]) for k in laid.channels})
+    both = len(gaps) > 1
+    return {'gap_before': gaps[0], 'gap_after': gaps[1] if both else None,
+            'closed_fraction': closed_of(*gaps) if both else None, 'channels': channels,
+            'windows': len(laid.windows), 'sigma': laid.sigma,
+            'free_run': {'seconds': float(laid.recording.duration), 'before': free[0],
+                         'after': free[1] if both else None}}
+
+
+def text(data, recording, written=(), unit='rad'):
+    """Return the numbers `data` as lines for people, at most 80 columns."""
+    both = data['gap_after'] is not None
+    sigma = ', '.join(f'{name} {data["sigma"][CHANNELS.index(name)]:.3g} {unit}'
+                      for name in data['channels'])
+    lines = _wrapped(f'{recording.name}: {recording.duration:.1f} s, '
+                     f'{1.0 / recording.dt:.0f} samples/s, noise {sigma}')
+    lines += ['', f'{"":<34s}{"nominal":>12s}' + (f'{"closed":>12s}' if both else '')]
+
+    def row(words, before, after):
+        cells = [before, after] if both else [before]
+        lines.append(f'{words:<34s}' + ''.join(f'{_cell(v):>12s}' for v in cells))
+    row(f'gap in {data["windows"]} windows of 1 s', data['gap_before'], data['gap_after'])
+    for name, part in data['channels'].items():
+        row(f'  {name}', part['before'], part['after'])
+    free = data['free_run']
+    lines.append(f'one free run of {free["seconds"]:.0f} s, rms in {unit}')
+    for name in free['before']:
+        row(f'  {name}', free['before'][name], (free['after'] or {}).get(name))
+    if data['closed_fraction'] is not None:
+        lines += _wrapped('The closed model closes '
+                          f'{percent(data["closed_fraction"])} of the gap.', first=True)
+    if free['before'] and None in (*free['before'].values(), *(free['after'] or {}).values()):
+        lines += _wrapped('diverges: the run leaves what numbers can hold.')
+    for note in data['notes']:
+        lines += _wrapped(f'note: {note}')
+    return '\n'.join([*lines, *(f'written {path}' for path in written)])
+
+
+def _cell(value):
+    return 'diverges' if value is None else number(value)
+
+
+def _wrapped(words, first=False):
+    return [''] * first + textwrap.wrap(words, WIDTH, break_on_hyphens=False)
+
+
+def _check_targets(args):
+    """Raise InputError where a file to write exists or has no folder."""
+    paths = [Path(args.out) / name for name in PICTURES] if args.out else []
+    if args.json and args.json != '-':
+        paths.append(Path(args.json))
+    for path in paths:
+        if path.exists():
+            raise InputError(f'{path}: exists, expected a new file')
+    for path in (args.out, args.json if args.json != '-' else None):
+        if path and not Path(path).absolute().parent.is_dir():
+            raise InputError(f'{path}: no such folder, expected one in an existing folder')
+    if args.out and Path(args.out).exists() and not Path(args.out).is_dir():
+        raise InputError(f'{args.out}: is a file, expected a directory')
+
+
+def write(laid, data, args, unit='rad'):
+    """Write the pictures and the JSON that were asked for; returns their Paths."""
+    written = []
+    try:
+        if args.out:
+            out = Path(args.out)
+            out.mkdir(exist_ok=True)
+            title = f'{Path(laid.recording.name).name}: gap {number(data["gap_before"])}'
+            if data['gap_after'] is not None:
+                title += f', closed {number(data["gap_after"])}'
+            drawn = (overlay_plot.windows_figure(laid, shown_windows(laid, False), title, unit),
+                     overlay_plot.free_figure(laid, title, unit))
+            for name, figure in zip(PICTURES, drawn):
+                figure.savefig(out / name, dpi=110)
+                written.append(out / name)
+        if args.json and args.json != '-':
+            Path(args.json).write_text(dump(data) + '\n', encoding='utf-8')
+            written.append(Path(args.json))
+    except OSError as error:
+        raise InputError(f'{error.filename}: {error.strerror}, expected a new, writable file') \
+            from None
+    return written

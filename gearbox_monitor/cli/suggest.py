@@ -1,0 +1,163 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Suggest the motion that tells effects apart which a recording could not separate.
+
+VERDICT is verdict.json of a diagnosis (diagnose --out DIR), or DIR itself: the effect that was
+found, at its size, against those listed as confusable. Without it, --pair names two effects of the
+library, at a usual size. Some sixty torque signals that the plant node knows are simulated within
+the limits; d s2 is the evidence for the effect that the other one cannot imitate, above 20 is
+enough. Limits are on the arm side; the simulation starts at rest and has no end stops.
+
+usage examples:
+  gearbox_monitor suggest found --model drive.yaml --max-torque 5 --max-speed 20 --max-travel 3
+  gearbox_monitor suggest --pair actuator_lag actuator_delay --model drive.yaml --max-torque 5
+  gearbox_monitor suggest found --model drive.yaml --max-torque 5 --out motion.yaml
+  ros2 run gearbox_monitor plant_node --ros-args --params-file motion.yaml
+
+exit code: 0 a motion separates all pairs, 1 none within the limits does, 2 bad usage or input.
+"""
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+import yaml
+
+from gearbox_monitor.drive.effects import library
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_model
+from gearbox_monitor.gap.isolate import LIMIT
+from gearbox_monitor.gap.motion import Limits, suggest
+
+SHOWN = 3
+NOISE = 1e-3  # rad, where no recording says otherwise
+
+
+def add_arguments(parser):
+    """Declare the options."""
+    parser.add_argument('verdict', nargs='?', metavar='VERDICT',
+                        help='verdict.json of diagnose, or the directory it stands in')
+    parser.add_argument('--pair', nargs=2, metavar='ID', help='tell the first from the second')
+    parser.add_argument('--model', metavar='FILE', required=True,
+                        help='model file of the drive, as given to diagnose')
+    parser.add_argument('--max-torque', type=float, required=True, metavar='NM')
+    parser.add_argument('--max-speed', type=float, default=math.inf, metavar='RAD_S')
+    parser.add_argument('--max-travel', type=float, default=math.inf, metavar='RAD',
+                        help='to either side of the start')
+    parser.add_argument('--seconds', type=float, default=12.0, metavar='S',
+                        help='length of the recording (default: %(default)g)')
+    parser.add_argument('--noise', type=float, metavar='RAD',
+                        help=f'of the encoders (default: that of the verdict, else {NOISE:g})')
+    parser.add_argument('--out', metavar='FILE', help='write parameters of the plant node')
+    parser.add_argument('--csv', metavar='FILE', help='write t (s), u (N m)')
+    parser.add_argument('--json', metavar='FILE', help='write the motions as JSON; - prints them')
+
+
+def run(args):
+    """Run the command; returns the exit code."""
+    for option in ('max_torque', 'max_speed', 'max_travel', 'seconds', 'noise'):
+        value = getattr(args, option)
+        if value is not None and not value > 0.0:
+            raise InputError(f'--{option.replace("_", "-")}: {value:g}, expected a number > 0')
+    if not 4.0 <= args.seconds <= 120.0:
+        raise InputError(f'--seconds: {args.seconds:g}, expected 4 to 120')
+    for name in (args.out, args.csv, None if args.json == '-' else args.json):
+        if name and not Path(name).absolute().parent.is_dir():
+            raise InputError(f'{name}: its directory does not exist, expected one that does')
+    model = load_model(args.model)
+    effects, pairs, sigma = _question(args)
+    limits = Limits(args.max_torque, args.max_speed, args.max_travel)
+    with tqdm(total=1, desc='suggest', disable=None, leave=False,
+              bar_format='{percentage:3.0f} %|{bar:20}| {elapsed} {desc}') as bar:
+        def progress(done, total):
+            bar.update(done / total - bar.n)
+        motions = suggest(model, effects, pairs, limits, np.array(sigma), args.seconds,
+                          progress=progress)
+    if not motions:
+        raise InputError(f'--max-speed, --max-travel: no motion of {args.seconds:g} s stays '
+                         'within them, expected wider limits')
+    best = motions[0]
+    if args.out:
+        Path(args.out).write_text(yaml.safe_dump({'plant': {'ros__parameters': _plant(best)}}),
+                                  encoding='utf-8')
+    if args.csv:
+        np.savetxt(args.csv, np.column_stack(best.torque()), '%.9g', ',', header='t,u',
+                   comments='')
+    data = [{'excitation': _plant(m), 'seconds': m.seconds, 'least': m.least,
+             'separation': {f'{a}|{b}': v for (a, b), v in m.separation.items()},
+             'reached': vars(m.reached)} for m in motions]
+    if args.json and args.json != '-':
+        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
+    print(json.dumps(data, indent=2) if args.json == '-' else text(motions, args))
+    return 0 if best.least > LIMIT else 1
+
+
+def _question(args):
+    """Return (effects {id: values or None}, pairs [(a, b)], sigma [2])."""
+    known = library()
+    if bool(args.pair) == bool(args.verdict):
+        raise InputError('suggest: expected either VERDICT or --pair ID ID')
+    if args.pair:
+        for name in args.pair:
+            if name not in known:
+                raise InputError(f'--pair: unknown effect {name!r}, expected ids of '
+                                 f'{", ".join(known)}')
+        return {}, [tuple(args.pair)], [args.noise or NOISE] * 2
+    path = Path(args.verdict)
+    path = path / 'verdict.json' if path.is_dir() else path
+    try:
+        data = json.loads(path.read_text(encoding='utf-8'))
+        effects, rivals = data['params'], data['confusable']
+        sigma = [args.noise or s or NOISE for s in data['sigma']]
+        pairs = [(a, b) for a in effects if a in known for b in rivals if b in known]
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror or error}, expected a verdict of diagnose'
+                         ) from None
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise InputError(f'{path}: no verdict of diagnose, expected verdict.json of '
+                         'diagnose --out') from None
+    if not pairs:
+        raise InputError(f'{path}: nothing is confusable there, expected a verdict with effects '
+                         'to tell apart, or --pair')
+    return effects, pairs, sigma
+
+
+def _plant(motion):
+    """Return the parameters of the plant node that run `motion`."""
+    return {'excitation': motion.kind, 'amplitudes': [float(a) for a in motion.amplitudes],
+            'frequencies': [float(f) for f in motion.frequencies],
+            'period': float(motion.seconds)}
+
+
+def text(motions, args):
+    """Return the best motions as lines of at most 80 columns."""
+    lines = []
+    for k, motion in enumerate(motions[:SHOWN]):
+        sizes = ', '.join(f'{a:.3g}' for a in motion.amplitudes)
+        rates = ', '.join(f'{f:.3g}' for f in motion.frequencies)
+        reached = motion.reached
+        lines += [f'{k + 1}. {motion.kind}: {sizes} N m at {rates} Hz, {motion.seconds:g} s',
+                  f'   reaches {reached.torque:.3g} N m, {reached.speed:.3g} rad/s, '
+                  f'{reached.travel:.3g} rad from the start']
+        for (a, b), value in sorted(motion.separation.items(), key=lambda item: item[1]):
+            lines.append(f'   {a} from {b}: d s2 {value:.3g}'
+                         + ('' if value > LIMIT else ', not enough'))
+    if motions[0].least <= LIMIT:
+        lines.append('no motion within the limits separates all of them: allow more, record '
+                     'longer, or lower the noise')
+    lines += [f'written: {name}' for name in (args.out, args.csv) if name]
+    return '\n'.join(lines)

@@ -1,0 +1,223 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Fit the values of a drive's model from recordings, and say which of them the data determine.
+
+Each value moves on a log scale about that of the model file, held by a weak prior: what the data
+do not determine stays where it was, and is told.
+"""
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.gap import close, fit as fitting
+from gearbox_monitor.gap.candidate import Candidate, Coordinate, NUISANCES, offered, ZERO
+from gearbox_monitor.gap.diagnose import joined, noise_floor
+from gearbox_monitor.gap.process_noise import Whitener
+from gearbox_monitor.gap.search import Fitted, Search
+from gearbox_monitor.gap.windows import cut
+
+WEAK = 1.0         # standard deviation of the prior on the log of a value, or of an offset's scale
+DETERMINED = 0.3   # standard error of the log, or of an offset over its scale, to count as known
+WIDE = (1e-3, 1e3)  # bounds of a value over that of the model file
+STAGES = (0.1, 0.25)  # s: windows before those of 1 s
+ROUNDS = 3
+
+
+@dataclass
+class Value:
+    """One fitted value: `value` and its standard `error` in `unit`, `start` in the model file."""
+
+    name: str
+    unit: str
+    start: float
+    value: float
+    error: float
+    determined: bool
+
+
+@dataclass
+class NominalFit:
+    """model: DriveModel with the values; values: [Value]; correlated: [(name, name, r)]."""
+
+    model: object
+    values: list
+    correlated: list
+    gap_before: float
+    gap_after: float
+    validation: dict | None = None
+
+
+def fit_nominal(recordings, model, free=None, *, validate=None, seconds=None, jobs=1,
+                progress=None):
+    """
+    Return the NominalFit of the values `free` (default: all of the drive) to recordings.
+
+    free: names of candidate.NUISANCES, 'kt' (factor on the torque; not by default: without a known
+    load it shares one scale with the others), 'u0' (torque offset, N m), 'zero' (of the encoders,
+    rad). seconds: length of the windows of the last step; long ones weigh what
+    drifts (whole: inf). validate: a further Recording, used for nothing but judging.
+    Raises InputError for names that this drive does not have.
+    """
+    recording = joined(list(recordings))
+    known = offered(model)
+    for name in free or ():
+        if name not in known:
+            raise InputError(f'free: {name!r}, expected one of {", ".join(known)}')
+    plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
+    sigma, _ = noise_floor(recording, model)
+    search = Search(recording, plain, sigma, [], jobs, progress)
+    before = search.none()
+    scales = {'u0': search.starts.torque, ZERO: max(search.starts.twist, 1e-6)}
+    free = free or [name for name in known if name != 'kt']
+    candidate = Candidate(plain, (), tuple(
+        _coordinate(name, scales.get(name)) for name in free))
+    fitted = _settled(search, candidate)
+    data = search.long
+    if seconds:
+        whole = min(seconds, min(np.diff([*recording.cuts, len(recording.u)])) * recording.dt)
+        data = fitting.Data(recording, search.simulator, cut(recording, whole), sigma)
+        fitted = _longer(data, fitted)
+    found = candidate.model(fitted.point.z)
+    values, correlated = _known(data, fitted, plain)
+    gaps = [close.gap_of(f.point.chi2, f.point.residual.shape[1]) for f in (before, fitted)]
+    if seconds:
+        gaps[0] = None
+    validation = None
+    if validate is not None:
+        validation = close.validate(validate, plain, found, sigma)
+    found = replace(found.folded(), tolerance=model.tolerance,
+                    zero_tolerance=model.zero_tolerance)
+    return NominalFit(found, values, correlated, *gaps, validation)
+
+
+def _coordinate(name, scale):
+    if scale is None:
+        low, high = WIDE
+        return Coordinate(-1, name, 1.0, 1.0, low, high, log=True, prior=WEAK)
+    return Coordinate(-1, name, 0.0, scale, prior=WEAK * scale)
+
+
+def _settled(search, candidate):
+    """
+    Return the Fitted `candidate`, from short windows to long ones.
+
+    In 0.1 s even a wrong model stays near the readings, whatever contact the gap is in.
+    """
+    recording, sigma = search.recording, search.long.sigma
+    coarse = search.short.simulator
+    z = candidate.start()
+    for seconds in STAGES:
+        data = fitting.Data(recording, coarse, cut(recording, seconds), sigma)
+        point = fitting.fresh(data, candidate)
+        point.z = z
+        z = _rounds(search, data, candidate, point).z
+    point = fitting.fresh(search.long, candidate)
+    point.z = z
+    search.fitted[''] = search.as_fitted(candidate, _rounds(search, search.long, candidate, point))
+    search.settle([''])
+    search.whiten([''])
+    return search.fitted['']
+
+
+def _rounds(search, data, candidate, point):
+    """Find the windows' states at `point`, then fit and rescue in turns; return the Point."""
+    every = np.arange(len(data.windows))
+    point.states, _ = fitting.solve_states(
+        data, candidate.model(point.z), point.states, point.memory, every)
+    data.evaluate(candidate, point)
+    for _ in range(ROUNDS):
+        fitting.rescue(data, candidate, point, half_gap=search.half_gap)
+        fitting.fit(data, candidate, point, 8, robust=True, refresh=range(8))
+    return point
+
+
+def _longer(data, fitted):
+    """Return `fitted` on the longer windows of `data`."""
+    candidate = fitted.candidate
+    point = fitting.fresh(data, candidate)
+    point.z = fitted.point.z.copy()
+    every = np.arange(len(data.windows))
+    point.states, _ = fitting.solve_states(
+        data, candidate.model(point.z), point.states, point.memory, every, 20)
+    data.evaluate(candidate, point)
+    fitting.fit(data, candidate, point, 40, refresh=range(40))
+    return Fitted(candidate, point)
+
+
+def _known(data, fitted, model):
+    """Return ([Value], [(name, name, correlation)]) by the linearised fit."""
+    candidate, point = fitted.candidate, fitted.point
+    s = fitting.sensitivity(data, candidate, point)
+    s.Jz = _central(data, candidate, point)
+    left, whiten = point.residual, None
+    if fitted.white is not None:
+        left, whiten = fitted.white, Whitener(data, candidate, point)
+        whiten.level = fitted.s
+    S, _, _, _ = fitting.normal_equations(s, point.residual, data.train.astype(float), whiten)
+    # What is left is no noise of the encoders: it counts as one number per window and encoder.
+    misfit = max(1.0, float((left[data.train] ** 2).mean()))
+    if misfit > 1.5:
+        misfit *= data.windows.length
+    prior = candidate.prior(point.z)[1]
+    covariance = np.linalg.inv(S / misfit + np.diag(prior))
+    errors = np.sqrt(np.diag(covariance))
+    starts = start_values(model)
+    found = start_values(candidate.model(point.z))
+    values = []
+    for c, error in zip(candidate.coordinates, errors):
+        determined = error < DETERMINED * (1.0 if c.log else c.scale)
+        value = found[c.name]
+        values.append(Value(c.name, UNITS[model.axis][c.name], starts[c.name], value,
+                            float(error * abs(value) if c.log else error), bool(determined)))
+    r = covariance / np.outer(errors, errors)
+    names = [c.name for c in candidate.coordinates]
+    correlated = [(names[i], names[j], float(r[i, j])) for i in range(len(names))
+                  for j in range(i) if abs(r[i, j]) > 0.95]
+    return values, correlated
+
+
+def _central(data, candidate, point):
+    """Return d(-residual)/dz [W, C L, P]; one-sided, it would see what is not determined."""
+    columns = []
+    for i, step in enumerate(candidate.steps()):
+        sides = []
+        for sign in (-1.0, 1.0):
+            z = point.z.copy()
+            z[i] += 0.02 * sign * step
+            sides.append(data.residual(candidate.model(z), point.states, point.memory)[0])
+        columns.append((sides[0] - sides[1]) / (0.04 * step))
+    return np.stack(columns, axis=2)
+
+
+def start_values(model):
+    """Return {name: value} of everything that can be fitted, as `model` has it."""
+    out = {}
+    for name, where in NUISANCES.items():
+        t = model.transmission
+        out[name] = getattr(t, where) if hasattr(t, where) else getattr(model, where)
+    effects = {e['id']: e for e in model.effects}
+    out['kt'] = 1.0 + effects.get('torque_gain', {'g': 0.0})['g']
+    out['u0'] = model.torque_offset + effects.get('torque_offset', {'u0': 0.0})['u0']
+    out[ZERO] = effects.get('encoder_offset', {'c': 0.0})['c']
+    return out
+
+
+_ROTARY = {'m1': 'kg m^2', 'm2': 'kg m^2', 'D': 'N m s/rad', 'Cv': 'N m s/rad', 'Cc': 'N m',
+           'K': 'N m/rad', 'b': 'rad', 'kt': '', 'u0': 'N m', ZERO: 'rad'}
+UNITS = {'rotary': _ROTARY,
+         'prismatic': {'m1': 'kg', 'm2': 'kg', 'D': 'N s/m', 'Cv': 'N s/m', 'Cc': 'N',
+                       'K': 'N/m', 'b': 'm', 'kt': '', 'u0': 'N', ZERO: 'm'}}

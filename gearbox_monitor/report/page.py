@@ -1,0 +1,368 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The one renderer of pages: parts of a self-contained HTML file, which loads nothing.
+
+Functions return HTML strings; text that is given is escaped. Curves are SVG paths, drawn once in
+units of their panel, and stay sharp when zoomed.
+"""
+from dataclasses import dataclass
+from html import escape
+import math
+
+import numpy as np
+
+from gearbox_monitor import __version__
+from gearbox_monitor.report.page_assets import SCRIPT, STYLE
+
+UNITS = 10000      # a panel is so many wide and high
+MAX_POINTS = 4000  # of a curve
+
+
+@dataclass(frozen=True)
+class Line:
+    """
+    One curve: x [N], y [N] (NaN: none), its name, and its role, which sets the colour.
+
+    role: recording, nominal, closed or signal. step: x [N + 1] are edges of y [N]. band: (low
+    [N], high [N]) drawn around it, or None.
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    name: str
+    role: str
+    step: bool = False
+    band: tuple | None = None
+
+
+@dataclass(frozen=True)
+class Panel:
+    """
+    Curves on one axis.
+
+    level: y of a dotted line, or None; height in pixels; shown: values that are in view anyway.
+    """
+
+    label: str
+    lines: tuple
+    level: float | None = None
+    height: int = 170
+    shown: tuple = ()
+
+
+def page(title, sections, lead=''):
+    """
+    Return a whole page.
+
+    lead: HTML above the first section; sections: [(heading, HTML)].
+    """
+    links = ''.join(f'<a href="#s{k}">{escape(name)}</a>' for k, (name, _) in enumerate(sections))
+    body = ''.join(f'<section><h2 id="s{k}">{escape(name)}</h2>{html}</section>\n'
+                   for k, (name, html) in enumerate(sections))
+    return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+            '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+            '<link rel="icon" href="data:,">\n'
+            f'<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<main>\n'
+            f'<h1>{escape(title)}</h1>\n{lead}\n<nav>{links}</nav>\n{body}'
+            f'<p class="soft">Written by gearbox_monitor {escape(__version__)}. This file is '
+            f'complete: it loads nothing.</p>\n</main>\n<script>{SCRIPT}</script>\n'
+            '</body>\n</html>\n')
+
+
+def paragraph(text, soft=False):
+    """Return a paragraph."""
+    return f'<p{" class=soft" if soft else ""}>{escape(text)}</p>'
+
+
+def bullets(items):
+    """Return a list."""
+    return f'<ul>{"".join(f"<li>{escape(item)}</li>" for item in items)}</ul>' if items else ''
+
+
+def details(summary, html):
+    """Return a part that opens on a click."""
+    return f'<details><summary>{escape(summary)}</summary>{html}</details>'
+
+
+def facts(items):
+    """Return figures side by side; items: [(name, value)]."""
+    return '<dl class="facts">' + ''.join(
+        f'<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>'
+        for name, value in items) + '</dl>'
+
+
+def grid(*parts):
+    """Return parts two in a row, on a phone one."""
+    return f'<div class="grid">{"".join(parts)}</div>'
+
+
+def tabs(items):
+    """Return parts of which one shows, chosen by buttons; items: [(name, HTML)]."""
+    if len(items) == 1:
+        return items[0][1]
+    buttons = ''.join(f'<button type="button" role="tab">{escape(n)}</button>' for n, _ in items)
+    parts = ''.join(f'<div class="tab"><h3>{escape(n)}</h3>{html}</div>' for n, html in items)
+    return f'<div class="tabs"><div class="tabbar" role="tablist">{buttons}</div>{parts}</div>'
+
+
+def table(header, rows, numeric=()):
+    """Return a table; numeric: columns aligned to the right."""
+    def line(cells, tag):
+        return '<tr>' + ''.join(
+            f'<{tag}{" class=n" if k in numeric else ""}>{escape(str(cell))}</{tag}>'
+            for k, cell in enumerate(cells)) + '</tr>'
+    return ('<div class="scroll"><table><thead>' + line(header, 'th') + '</thead><tbody>'
+            + ''.join(line(row, 'td') for row in rows) + '</tbody></table></div>')
+
+
+def bars(rows, log=False, top=None):
+    """
+    Return horizontal bars.
+
+    rows: [(name, note, value or None, shown, role, (low, high) or None)]. log: lengths are
+    logarithms, from 1 on. top: value of a full bar (default: the largest).
+    """
+    values = [v for row in rows for v in (row[2], *(row[5] or ())) if v is not None]
+    top = top or max(values, default=1.0)
+
+    def part(value):
+        if log:
+            share = math.log(max(value, 1.0)) / max(math.log(max(top, 1.0)), 1e-9)
+        else:
+            share = value / top if top > 0.0 else 0.0
+        return 100.0 * min(1.0, max(0.0, share))
+    out = []
+    for name, note, value, shown, role, interval in rows:
+        fill = whisker = ''
+        if value is not None:
+            fill = f'<span class="fill {role}" style="width:{part(value):.2f}%"></span>'
+        if interval:
+            low, high = part(interval[0]), part(interval[1])
+            whisker = (f'<span class="whisker" style="left:min({low:.2f}%,100% - 5px);width:'
+                       f'max(5px,{max(high - low, 0.0):.2f}%)"></span>')
+        small = f'<small>{escape(note)}</small>' if note else ''
+        out.append(f'<div class="row"><div>{escape(name)}{small}</div>'
+                   f'<div class="track">{fill}{whisker}</div>'
+                   f'<div class="value">{escape(shown)}</div></div>')
+    return f'<div class="bars">{"".join(out)}</div>'
+
+
+def matrix(names, values):
+    """
+    Return the square table `values` [N, N] of shares; small ones stand out.
+
+    Columns are called by the number of their row.
+    """
+    head = '<tr><th></th><th></th>' + ''.join(
+        f'<th class="n" title="{escape(name)}">{k + 1}</th>'
+        for k, name in enumerate(names)) + '</tr>'
+    rows = []
+    for i, name in enumerate(names):
+        cells = ''.join(
+            '<td></td>' if i == j else
+            f'<td class="cell" style="--v:{1.0 - values[i][j]:.2f}" title="{escape(name)} less '
+            f'what {escape(other)} imitates">{100.0 * values[i][j]:.0f}</td>'
+            for j, other in enumerate(names))
+        rows.append(f'<tr><th class="n">{i + 1}</th><td>{escape(name)}</td>{cells}</tr>')
+    return ('<div class="scroll"><table class="matrix"><thead>' + head + '</thead><tbody>'
+            + ''.join(rows) + '</tbody></table></div>')
+
+
+# ---------------------------------------------------------------------- charts
+
+
+def ticks(low, high, count=5):
+    """Return (values, digits behind the point) of round ticks between `low` and `high`."""
+    raw = (high - low) / count
+    power = 10.0 ** math.floor(math.log10(raw))
+    step = next(m * power for m in (1.0, 2.0, 5.0, 10.0) if m * power >= 0.75 * raw)
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return ([k * step for k in range(first, last + 1)],
+            max(0, -math.floor(math.log10(step) + 1e-9)))
+
+
+def chart(title, panels, x_label, unit, zoom=True):
+    """
+    Return Panels above each other on one x axis; a part of it can be zoomed.
+
+    unit: of x, as "t (s)", told with the values under the pointer. zoom: with buttons for it.
+    """
+    xs = [line.x for panel in panels for line in panel.lines]
+    first, last = float(min(x[0] for x in xs)), float(max(x[-1] for x in xs))
+    last = last if last > first else first + 1.0
+    marks, digits = ticks(first, last)
+    grid_lines = ''.join(f'M{_x(v, first, last):.0f} 0V{UNITS}' for v in marks)
+    legend, seen = '', set()
+    for panel in panels:
+        for line in panel.lines:
+            if line.name and line.name not in seen:
+                seen.add(line.name)
+                legend += (f'<span><svg viewBox="0 0 26 8" aria-hidden="true"><path '
+                           f'class="{line.role}" d="M0 4H26"/></svg>{escape(line.name)}</span>')
+    buttons = ''.join(
+        f'<button type="button" data-zoom="{what}" title="{says}" aria-label="{says}">{sign}'
+        '</button>' for what, says, sign in (
+            ('left', 'earlier', '&#8592;'), ('right', 'later', '&#8594;'),
+            ('out', 'zoom out', '&#8722;'), ('in', 'zoom in', '+'), ('all', 'show all', 'all')))
+    tools = f'<span class="tools">{buttons}</span>' if zoom else ''
+    labels = ''.join(f'<span style="left:{100 * (v - first) / (last - first):.2f}%">'
+                     f'{v:.{digits}f}</span>' for v in marks)
+    return (f'<figure class="chart" data-from="{first:.9g}" data-to="{last:.9g}" '
+            f'data-x="{escape(unit)}"><figcaption>{tools}'
+            f'{escape(title)}</figcaption><div class="legend">{legend}</div>'
+            + ''.join(_panel(panel, first, last, grid_lines) for panel in panels)
+            + f'<div class="xt">{labels}</div><div class="xlabel">{escape(x_label)}</div>'
+            '<div class="readout"></div></figure>')
+
+
+def heat_maps(title, planes, x_edges, y_edges, x_label, y_label, unit):
+    """
+    Return planes [(name, values [Y, X])] side by side, colours on one logarithmic scale.
+
+    Values are 1 and above; NaN stays empty.
+    """
+    known = [v[np.isfinite(v)] for _, v in planes]
+    top = max((float(v.max()) for v in known if len(v)), default=2.0)
+    top = max(top, 2.0)
+    x_marks, x_digits = ticks(x_edges[0], x_edges[-1])
+    y_marks, y_digits = ticks(y_edges[0], y_edges[-1])
+    figures = []
+    for name, values in planes:
+        rows, columns = values.shape
+        width, height = UNITS / columns, UNITS / rows
+        cells = ''.join(
+            f'<rect x="{i * width:.0f}" y="{UNITS - (k + 1) * height:.0f}" '
+            f'width="{width + 1:.0f}" height="{height + 1:.0f}" '
+            f'fill="{_colour(math.log(max(values[k, i], 1.0)) / math.log(top))}"><title>'
+            f'{values[k, i]:.3g}</title></rect>'
+            for k in range(rows) for i in range(columns) if np.isfinite(values[k, i]))
+        y_ticks = ''.join(
+            f'<span class="yt" style="bottom:{100 * _share(v, y_edges):.2f}%;'
+            f'transform:translateY(50%)">{v:.{y_digits}f}</span>' for v in y_marks)
+        x_ticks = ''.join(f'<span style="left:{100 * _share(v, x_edges):.2f}%">{v:.{x_digits}f}'
+                          '</span>' for v in x_marks)
+        figures.append(
+            f'<figure><figcaption>{escape(name)}</figcaption><div class="panel"><div '
+            f'class="ylabel">{escape(y_label)}</div><div class="plot" style="height:200px">'
+            f'{y_ticks}<svg viewBox="0 0 {UNITS} {UNITS}" preserveAspectRatio="none" role="img" '
+            f'aria-label="{escape(name)}">{cells}</svg></div></div><div class="xt">{x_ticks}'
+            f'</div><div class="xlabel">{escape(x_label)}</div></figure>')
+    stops = ', '.join(_colour(k / 8) for k in range(9))
+    scale = (f'<div class="heat">1<i style="background:linear-gradient(to right, {stops})"></i>'
+             f'{top:.3g} {escape(unit)}, logarithmic</div>')
+    return f'<h3>{escape(title)}</h3>{scale}{grid(*figures)}'
+
+
+def _share(value, edges):
+    return (value - edges[0]) / (edges[-1] - edges[0])
+
+
+# Cividis in nine steps: dark to bright for all eyes.
+_CIVIDIS = ((0, 34, 78), (18, 53, 112), (59, 73, 108), (87, 93, 109), (112, 113, 115),
+            (138, 134, 120), (165, 156, 116), (195, 179, 105), (254, 232, 56))
+
+
+def _colour(share):
+    """Return the colour of `share`, 0 to 1."""
+    at = min(1.0, max(0.0, share)) * (len(_CIVIDIS) - 1)
+    k = min(int(at), len(_CIVIDIS) - 2)
+    mixed = [round(a + (at - k) * (b - a)) for a, b in zip(_CIVIDIS[k], _CIVIDIS[k + 1])]
+    return '#{:02x}{:02x}{:02x}'.format(*mixed)
+
+
+def _x(value, first, last):
+    return UNITS * (value - first) / (last - first)
+
+
+def _panel(panel, first, last, grid_lines):
+    low, high = _limits(panel)
+    marks, digits = ticks(low, high, max(4, panel.height // 36))
+
+    def y(value):
+        return UNITS * (high - value) / (high - low)
+    horizontal = ''.join(f'M0 {y(v):.0f}H{UNITS}' for v in marks)
+    labels = ''.join(f'<span class="yt" style="top:{y(v) / UNITS:.2%}">{v:.{digits}f}</span>'
+                     for v in marks if y(v) / UNITS * panel.height > 6.0)
+    level = ('' if panel.level is None else
+             f'<path class="zero" d="M0 {y(panel.level):.0f}H{UNITS}"/>')
+    curves = ''
+    for line in panel.lines:
+        if line.band is not None:
+            curves += _band(line, first, last, y)
+        called = f' data-name="{escape(line.name)}"' if line.name else ''
+        curves += (f'<path class="{line.role}"{called} '
+                   f'd="{_path(line, first, last, y)}"/>')
+    return (f'<div class="panel"><div class="ylabel">{escape(panel.label)}</div><div class="plot" '
+            f'style="height:{panel.height}px" data-low="{low:.9g}" data-high="{high:.9g}">'
+            f'{labels}<svg viewBox="0 0 {UNITS} {UNITS}" preserveAspectRatio="none" role="img" '
+            f'aria-label="{escape(panel.label)}"><path class="grid" d="{horizontal}"/>'
+            f'<path class="grid xgrid" d="{grid_lines}"/>{level}{curves}</svg>'
+            '<div class="cursor"></div><div class="range"></div></div></div>')
+
+
+def _limits(panel):
+    """Return (low, high) of the y axis, with room around what is drawn."""
+    values = [np.asarray(v, float) for line in panel.lines
+              for v in (line.y, *(line.band or ()))]
+    values = np.concatenate([v[np.isfinite(v)] for v in values] or [np.zeros(0)])
+    values = np.append(values, panel.shown if panel.level is None else
+                       (panel.level, *panel.shown))
+    if not len(values):
+        return 0.0, 1.0
+    low, high = float(values.min()), float(values.max())
+    room = 0.06 * (high - low) or 0.5 * abs(high) or 0.5
+    return low - room, high + room
+
+
+def thinned(x, y, most=MAX_POINTS):
+    """Return x, y [N] with no more than about `most` points; extremes stay."""
+    if len(x) <= most:
+        return x, y
+    size = -(-2 * len(x) // most)
+    count = len(x) // size
+    part = y[:count * size].reshape(count, size)
+    part = np.where(np.isfinite(part), part, 0.0)
+    at = np.sort(np.stack([part.argmin(axis=1), part.argmax(axis=1)], axis=1), axis=1)
+    at = (at + np.arange(count)[:, None] * size).ravel()
+    at = np.unique(np.concatenate([[0], at, [len(x) - 1]]))
+    return x[at], y[at]
+
+
+def _path(line, first, last, y):
+    """Return the d of an SVG path; it breaks where y is NaN."""
+    xs, ys = np.asarray(line.x, float), np.asarray(line.y, float)
+    if line.step:
+        xs, ys = np.repeat(xs, 2)[1:-1], np.repeat(ys, 2)
+    xs, ys = thinned(xs, ys)
+    out, pen = [], 'M'
+    for a, b in zip(_x(xs, first, last), y(ys)):
+        if not math.isfinite(b):
+            pen = 'M'
+            continue
+        out.append(f'{pen}{a:.0f} {b:.0f}')
+        pen = 'L'
+    return ''.join(out)
+
+
+def _band(line, first, last, y):
+    xs = _x(np.asarray(line.x, float), first, last)
+    low, high = (y(np.asarray(v, float)) for v in line.band)
+    known = np.isfinite(low) & np.isfinite(high)
+    if not known.any():
+        return ''
+    there = [f'{a:.0f} {b:.0f}' for a, b in zip(xs[known], high[known])]
+    back = [f'{a:.0f} {b:.0f}' for a, b in zip(xs[known][::-1], low[known][::-1])]
+    return f'<path class="band" d="M{"L".join(there + back)}Z"/>'

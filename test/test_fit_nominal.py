@@ -1,0 +1,115 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The command ``fit-nominal``: values found again, values that nothing shows, a real drive."""
+from dataclasses import replace
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel, Transmission
+from gearbox_monitor.drive.simulate import simulate
+from gearbox_monitor.files import load_model
+
+TRUE = DriveModel(torque_offset=0.1, position_gain=0.0)
+WRONG = replace(TRUE, torque_offset=0.0, motor_inertia=0.008, arm_inertia=0.015,
+                coulomb_friction=0.15, viscous_friction=0.15,
+                transmission=Transmission('dead_zone', 15.0, 0.06))
+EMPS = Path(__file__).resolve().parents[2] / 'shared' / 'data' / 'emps'
+
+
+def record(path, model, seed=1, zero=-0.02):
+    t = np.arange(8000) * 1e-3
+    u = Excitation('multisine', (4.0, 2.0, 1.0), (0.5, 1.3, 3.1 + 0.1 * seed)).torque(t)
+    y = simulate(model, u, 1e-3).x[:, :2] + (0.0, zero)
+    y = y + 0.002 * np.random.default_rng(seed).standard_normal(y.shape)
+    np.savetxt(path, np.column_stack([t, u, y]), '%.9g', ',', header='t,u,motor,arm', comments='')
+    return str(path)
+
+
+def model_file(path, model):
+    path.write_text(yaml.safe_dump(model.to_dict()))
+    return str(path)
+
+
+def test_values_are_found_again(tmp_path, capsys):
+    bag, other = record(tmp_path / 'a.csv', TRUE), record(tmp_path / 'b.csv', TRUE, 2)
+    out = tmp_path / 'fitted.yaml'
+    assert main(['fit-nominal', bag, '--model', model_file(tmp_path / 'd.yaml', WRONG),
+                 '--validate', other, '--out', str(out), '--json', '-']) in (0, 1)
+    data = json.loads(capsys.readouterr()[0])
+    true = {'m1': TRUE.motor_inertia, 'm2': TRUE.arm_inertia, 'Cv': 0.1, 'Cc': 0.27, 'K': 25.0,
+            'b': 0.1, 'u0': 0.1, 'zero': -0.02}
+    for name, value in true.items():
+        found = data['values'][name]
+        assert found['determined'], name
+        assert found['value'] == pytest.approx(value, rel=0.05), name
+        assert abs(found['value'] - value) < 6.0 * found['error'], name
+    assert data['gap_after'] < 1.05 and data['validation']['gap_after'] < 1.05
+    assert data['validation']['gap_before'] > 5.0
+    fitted = load_model(out)
+    assert fitted.transmission.stiffness == pytest.approx(25.0, rel=0.05)
+    assert fitted.torque_offset == pytest.approx(0.1, rel=0.05)
+
+
+def test_what_the_data_do_not_determine_is_told(tmp_path, capsys):
+    rigid = replace(TRUE, torque_offset=0.0, transmission=Transmission('rigid'))
+    bag = record(tmp_path / 'a.csv', rigid, zero=0.0)
+    assert main(['fit-nominal', bag, '--model', model_file(tmp_path / 'd.yaml', rigid),
+                 '--free', 'm1', 'Cv', 'Cc', 'kt', '--json', '-']) == 1
+    data = json.loads(capsys.readouterr()[0])
+    # Torque, inertia and friction have one scale in common.
+    assert not any(data['values'][name]['determined'] for name in ('Cv', 'Cc', 'kt'))
+    assert {name for pair in data['correlated'] for name in pair[:2]} >= {'Cv', 'Cc', 'kt'}
+
+
+@pytest.mark.parametrize('words, parts', [
+    (['--free', 'mass'], ("'mass'", 'expected one of m1')),
+    (['--windows', '0.5'], ('--windows', '0.5', 'at least 1 s')),
+    (['--out', 'd.yaml'], ('d.yaml', 'exists')),
+])
+def test_bad_usage(tmp_path, capsys, monkeypatch, words, parts):
+    monkeypatch.chdir(tmp_path)
+    bag = record(tmp_path / 'a.csv', TRUE)
+    model_file(tmp_path / 'd.yaml', TRUE)
+    assert main(['fit-nominal', bag, '--model', 'd.yaml', *words]) == 2
+    err = capsys.readouterr()[1]
+    assert all(part in err for part in parts) and err.count('\n') == 1
+
+
+@pytest.mark.skipif(not EMPS.exists(), reason='no recordings of the EMPS beside the repository')
+def test_a_real_axis_with_one_encoder(tmp_path, capsys):
+    """Open-loop simulation of a whole recording after a fit to another one, position rms."""
+    bags = []
+    for name in ('DATA_EMPS', 'DATA_EMPS_PULSES'):
+        bags.append(str(tmp_path / name))
+        assert main(['import', str(EMPS / f'{name}.mat'), '--map', 'emps', bags[-1]]) == 0
+    axis = replace(DriveModel(), motor_inertia=60.0, arm_inertia=0.1, viscous_friction=100.0,
+                   coulomb_friction=10.0, friction_sharpness=1000.0, position_gain=0.0,
+                   axis='prismatic', transmission=Transmission('rigid'))
+    rms = {}
+    for free in (['m1', 'Cv', 'Cc'], ['m1', 'Cv', 'Cc', 'u0']):
+        capsys.readouterr()
+        main(['fit-nominal', bags[0], '--model', model_file(tmp_path / 'd.yaml', axis), '--free',
+              *free, '--windows', '30', '--validate', bags[1], '--json', '-'])
+        data = json.loads(capsys.readouterr()[0])
+        assert all(v['value'] > 0.0 for v in data['values'].values())
+        rms[len(free)] = data['validation']['free_run']['after']['motor']
+    assert 0.05 < rms[3] < 0.12
+    assert rms[4] < 0.007

@@ -1,0 +1,110 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Suggested motions: within limits, better than what was there, and diagnosed rightly."""
+from dataclasses import replace
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import simulate
+from gearbox_monitor.gap import fit as fitting, motion as motions
+from gearbox_monitor.gap.isolate import LIMIT
+from gearbox_monitor.gap.motion import DT, Limits, separations, suggest
+from gearbox_monitor.gap.recording import Recording
+from gearbox_monitor.gap.search import Search
+
+MODEL = DriveModel()
+SIGMA = np.array([0.005, 0.005])
+LAG = {'id': 'actuator_lag', 'T': 0.0015}
+PAIR = ('actuator_lag', 'actuator_delay')
+
+
+def slow(t):
+    return Excitation('multisine', (3.0,), (0.3,)).torque(t)
+
+
+@pytest.fixture(scope='module')
+def found():
+    """Return the motions for a lag that slow motion cannot tell from a dead time."""
+    few, more = motions.KINDS, motions.CHANGES
+    motions.KINDS, motions.CHANGES = few[::5], 8
+    try:
+        return suggest(MODEL, {'actuator_lag': {'T': LAG['T']}}, [PAIR],
+                       Limits(4.0, 25.0, 1.5), SIGMA)
+    finally:
+        motions.KINDS, motions.CHANGES = few, more
+
+
+def test_limits_hold_in_simulation(found):
+    best = found[0]
+    t, u = best.torque()
+    run = simulate(replace(MODEL, effects=(LAG,)), u, DT)
+    assert len(t) == 12000 and np.abs(u).max() <= 4.0 + 1e-9
+    assert np.abs(run.x[:, 2:]).max() <= 25.0 and np.abs(run.x[:, :2]).max() <= 1.5
+    assert [m.least for m in found] == sorted((m.least for m in found), reverse=True)
+
+
+def test_the_suggestion_separates_what_slow_motion_does_not(found):
+    t = np.arange(12000) * DT
+    before, _ = separations(MODEL, {'actuator_lag': {'T': LAG['T']}}, slow(t), SIGMA, [PAIR])
+    assert before[PAIR] < LIMIT < found[0].separation[PAIR]
+
+
+def test_it_is_what_the_evidence_of_fits_says():
+    """By its linear prediction: chi2 that a rival leaves where its own fit is free."""
+    t = np.arange(12000) * DT
+    u = Excitation('multisine', (3.0, 2.0), (0.9, 2.3)).torque(t)
+    values = {'Cv': 1.03 * MODEL.viscous_friction}
+    pair = ('motor_viscous', 'motor_coulomb')
+    found, _ = separations(MODEL, {'motor_viscous': values}, u, SIGMA, [pair])
+    run = simulate(replace(MODEL, effects=({'id': 'motor_viscous', **values},)), u, DT)
+    search = Search(Recording(t, u, run.y, DT), MODEL, SIGMA, ['motor_coulomb'])
+    candidate = search.starts.candidates('motor_coulomb')[0]
+    point = fitting.fresh(search.long, candidate, run.x[search.long.windows.begin])
+    fitting.fit(search.long, candidate, point, 20, refresh=range(20))
+    left = point.chi2[search.long.train].sum()
+    assert left == pytest.approx(found[pair], rel=0.2)
+
+
+def test_from_a_verdict_to_parameters_of_the_plant(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(motions, 'KINDS', motions.KINDS[::8])
+    monkeypatch.setattr(motions, 'CHANGES', 0)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'drive.yaml').write_text(yaml.safe_dump(MODEL.to_dict()))
+    verdict = {'params': {'actuator_lag': {'T': 0.0015}}, 'confusable': ['actuator_delay'],
+               'sigma': [0.005, 0.005]}
+    (tmp_path / 'verdict.json').write_text(json.dumps(verdict))
+    line = ['suggest', '.', '--model', 'drive.yaml', '--max-torque', '4']
+    assert main([*line, '--out', 'motion.yaml', '--csv', 'motion.csv', '--json', '-']) == 0
+    best = json.loads(capsys.readouterr()[0])[0]
+    plant = yaml.safe_load((tmp_path / 'motion.yaml').read_text())['plant']['ros__parameters']
+    assert plant == best['excitation'] and best['least'] > LIMIT
+    t, u = np.loadtxt('motion.csv', delimiter=',', skiprows=1).T
+    again = Excitation(plant['excitation'], plant['amplitudes'], plant['frequencies'],
+                       plant['period'])
+    np.testing.assert_allclose(u, again.torque(t), atol=1e-7)
+    for words, part in ((['--max-torque', '0'], '--max-torque: 0'),
+                        (['--max-travel', '1e-9'], '--max-travel'),
+                        (['--seconds', '1'], '--seconds: 1')):
+        assert main([*line, *words]) == 2
+        assert part in capsys.readouterr()[1]
+    (tmp_path / 'verdict.json').write_text('{}')
+    assert main(line) == 2
+    assert 'verdict.json: no verdict' in capsys.readouterr()[1]

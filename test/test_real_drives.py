@@ -1,0 +1,62 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The walk-through of docs/real_drives.md, on the recordings of a real axis."""
+import json
+from pathlib import Path
+import re
+import shlex
+
+import pytest
+
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.files import load_model
+
+ROOT = Path(__file__).resolve().parents[1]
+DATA = ROOT.parent / 'shared' / 'data' / 'emps'
+
+
+@pytest.mark.skipif(not DATA.exists(), reason='no recordings of the EMPS beside the repository')
+def test_walk_through(tmp_path, monkeypatch, capsys):
+    page = (ROOT / 'docs' / 'real_drives.md').read_text(encoding='utf-8')
+    monkeypatch.chdir(tmp_path)
+    for path in DATA.glob('*.mat'):
+        (tmp_path / path.name).symlink_to(path)
+    model, = re.findall(r'```yaml\n# drive.yaml\n(.*?)```', page, re.DOTALL)
+    Path('drive.yaml').write_text(model)
+    lines = [shlex.split(line) for block in re.findall(r'```sh\n(.*?)```', page, re.DOTALL)
+             for line in block.splitlines()]
+    assert [words[1] for words in lines] == [
+        'import', 'import', 'fit-nominal', 'diagnose', 'fit-nominal', 'simulate']
+    said = {}
+    for words in lines:
+        if words[1] == 'diagnose':  # fewer rivals, for time
+            words += ['--only', 'coulomb_asymmetry', 'torque_offset', 'motor_coulomb', 'stribeck',
+                      'motor_encoder_delay', '--jobs', '2']
+        assert main(words[1:]) in (0, 1), words
+        said[words[1]] = capsys.readouterr()[0]
+
+    verdict = json.loads(Path('found/verdict.json').read_text())
+    assert verdict['effect'] in ('coulomb_asymmetry', 'torque_offset')
+    assert {'coulomb_asymmetry', 'torque_offset'} <= {verdict['effect'], *verdict['confusable']}
+    size, = verdict['params'][verdict['effect']].values()
+    assert abs(size) == pytest.approx(3.165, abs=0.3)  # N, as the authors publish it
+    closed = load_model('closed.yaml')
+    assert closed.coulomb_friction > 0.0 and closed.viscous_friction > 0.0
+    # Open loop over the whole of the other recording.
+    free = verdict['validation']['free_run']
+    assert free['before']['motor'] > 0.09
+    assert free['after']['motor'] < 0.02
+    last, = re.findall(r'motor: \S+ rms before, (\S+) rms after', said['fit-nominal'])
+    assert float(last) < 0.007

@@ -1,0 +1,279 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The page of a diagnosis in a real browser, the maps in it, and `simulate`."""
+from dataclasses import replace
+import json
+import shutil
+
+import numpy as np
+import pytest
+import yaml
+
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import simulate
+from gearbox_monitor.gap import maps
+from gearbox_monitor.gap.overlay import near, smoothed
+from gearbox_monitor.gap.residual import triangles
+from gearbox_monitor.report import page
+
+MODEL = DriveModel()
+TRUE = {'id': 'arm_coulomb', 'Cac': 0.05}
+PICTURES = ('overlay.png', 'where.png', 'ranking.png')
+
+
+def record(path, effects, seed=1):
+    t = np.arange(6000) * 1e-3
+    u = Excitation('multisine', (4.0, 2.0, 1.0), (0.5, 1.3, 3.1 + 0.1 * seed)).torque(t)
+    x = simulate(replace(MODEL, effects=effects), u, 1e-3).x[:, :2]
+    y = x + 0.002 * np.random.default_rng(seed).standard_normal(x.shape)
+    np.savetxt(path, np.column_stack([t, u, y]), '%.9g', ',', header='t,u,motor,arm', comments='')
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory):
+    """Return a folder with recordings, drive.yaml and, in out, all that diagnose writes."""
+    folder = tmp_path_factory.mktemp('report')
+    (folder / 'drive.yaml').write_text(yaml.safe_dump(MODEL.to_dict()))
+    record(folder / 'worn & <b>old.csv', (TRUE,))
+    record(folder / 'worn2.csv', (TRUE,), seed=2)
+    record(folder / 'good.csv', ())
+    assert main(['diagnose', str(folder / 'worn & <b>old.csv'), '--model',
+                 str(folder / 'drive.yaml'), '--out', str(folder / 'out'), '--validate',
+                 str(folder / 'worn2.csv'), '--only', 'arm_coulomb', 'stribeck', '--jobs',
+                 '1']) == 1
+    return folder
+
+
+# ---------------------------------------------------------------------- page
+
+
+def test_all_of_it_is_written(folder):
+    assert sorted(p.name for p in (folder / 'out').iterdir()) == sorted(
+        [*PICTURES, 'drive.closed.yaml', 'report.html', 'verdict.json'])
+    for name in PICTURES:
+        assert (folder / 'out' / name).read_bytes().startswith(b'\x89PNG')
+    html = (folder / 'out/report.html').read_text(encoding='utf-8')
+    assert 1e5 < len(html) < 5e6
+    assert '<b>' not in html and 'worn &amp; &lt;b&gt;old.csv' in html
+    assert 'Effect: arm_coulomb (arm side).' in html and 'second recording' in html
+    assert 'Missing torque: arm side' in html and 'nan' not in html.lower().split('<pre>')[0]
+    for word in ('http:', 'https:', 'url(', '@import', ' src='):
+        assert word not in html.replace('http://www.w3.org', '')
+
+
+def test_no_gap_has_a_page_too(folder, tmp_path):
+    out = tmp_path / 'out'
+    assert main(['diagnose', str(folder / 'good.csv'), '--model', str(folder / 'drive.yaml'),
+                 '--out', str(out), '--only', 'arm_coulomb', '--jobs', '1']) == 0
+    html = (out / 'report.html').read_text(encoding='utf-8')
+    assert 'No gap: the model explains' in html and 'Missing torque' not in html
+
+
+@pytest.fixture(scope='module')
+def browser(tmp_path_factory):
+    """Return a headless Chromium, which must not talk to anyone."""
+    webdriver = pytest.importorskip('selenium.webdriver')
+    service = pytest.importorskip('selenium.webdriver.chrome.service')
+    binary = shutil.which('chromium') or shutil.which('chromium-browser') or shutil.which(
+        'google-chrome')
+    driver = shutil.which('chromedriver')
+    if not binary or not driver:
+        pytest.skip('chromium or chromedriver is not installed')
+    options = webdriver.ChromeOptions()
+    options.binary_location = binary
+    for flag in ('headless', 'no-sandbox', 'disable-gpu', 'disable-quic', 'no-first-run',
+                 'disable-background-networking', 'disable-component-update', 'disable-sync',
+                 'disable-dev-shm-usage', f'user-data-dir={tmp_path_factory.mktemp("profile")}'):
+        options.add_argument(f'--{flag}')
+    options.set_capability('goog:loggingPrefs', {'browser': 'ALL', 'performance': 'ALL'})
+    chrome = webdriver.Chrome(options=options, service=service.Service(driver))
+    yield chrome
+    chrome.quit()
+
+
+def requests(browser):
+    """Return the addresses the page has asked for since the last call."""
+    messages = [json.loads(entry['message'])['message']
+                for entry in browser.get_log('performance')]
+    return [m['params']['request']['url'] for m in messages
+            if m['method'] == 'Network.requestWillBeSent']
+
+
+@pytest.mark.parametrize('width', [1280, 390])
+def test_page_in_a_browser(folder, browser, width):
+    from selenium.webdriver import ActionChains
+    from selenium.webdriver.common.by import By
+    browser.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', {
+        'width': width, 'height': 900, 'deviceScaleFactor': 1, 'mobile': False})
+    address = (folder / 'out/report.html').as_uri()
+    browser.get('about:blank')
+    requests(browser)  # those of the browser's own first page
+    browser.get(address)
+
+    def find(selector):
+        return browser.find_elements(By.CSS_SELECTOR, selector)
+    assert browser.execute_script('return document.documentElement.scrollWidth') <= width
+
+    tabs = find('.tabbar button')
+    assert len(tabs) >= 2
+    for k, tab in enumerate(tabs):
+        tab.click()
+        assert [part.is_displayed() for part in find('.tab')] == [
+            i == k for i in range(len(tabs))]
+        figure = [f for f in find('.tab figure.chart') if f.is_displayed()][0]
+        whole = figure.get_attribute('data-from'), figure.get_attribute('data-to')
+
+        def shown():
+            return [float(v) for v in figure.get_attribute('data-shown').split()]
+        figure.find_element(By.CSS_SELECTOR, '[data-zoom=in]').click()
+        begin, end = shown()
+        assert end - begin == pytest.approx(0.5 * (float(whole[1]) - float(whole[0])))
+        assert figure.find_elements(By.CSS_SELECTOR, '.xt span')
+        for what in ('left', 'right', 'out', 'in', 'all'):
+            figure.find_element(By.CSS_SELECTOR, f'[data-zoom={what}]').click()
+        assert shown() == pytest.approx([float(v) for v in whole])
+        plot = figure.find_element(By.CSS_SELECTOR, '.plot')
+        ActionChains(browser).move_to_element(plot).click_and_hold().move_by_offset(
+            60, 0).release().perform()
+        begin, end = shown()
+        assert end - begin < 0.3 * (float(whole[1]) - float(whole[0]))
+        readout = figure.find_element(By.CSS_SELECTOR, '.readout').text
+        assert 'recording' in readout and 'nominal model' in readout and 't (s)' in readout
+        ActionChains(browser).move_to_element(plot).double_click().perform()
+        assert shown() == pytest.approx([float(v) for v in whole])
+    for summary in find('summary'):
+        summary.click()
+    assert all(part.get_attribute('open') for part in find('details'))
+    assert browser.execute_script('return document.documentElement.scrollWidth') <= width
+    for link in find('nav a'):
+        link.click()
+        assert browser.current_url.startswith(address + '#')
+    for feature in ('dark', 'light'):
+        browser.execute_cdp_cmd('Emulation.setEmulatedMedia', {
+            'features': [{'name': 'prefers-color-scheme', 'value': feature}]})
+    assert browser.get_log('browser') == []
+    assert [url for url in requests(browser)
+            if not url.startswith(('data:', address))] == []
+
+
+def test_ticks_and_thinning():
+    assert page.ticks(0.0, 1.0) == ([pytest.approx(0.2 * k) for k in range(6)], 1)
+    values, digits = page.ticks(-0.031, 0.002)
+    assert digits == 3 and values[-1] == 0.0 and len(values) >= 3
+    x = np.arange(100000.0)
+    y = np.zeros(100000)
+    y[54321] = 1.0
+    a, b = page.thinned(x, y, 1000)
+    assert len(a) <= 1010 and b.max() == 1.0 and a[0] == 0.0 and a[-1] == x[-1]
+
+
+# ---------------------------------------------------------------------- maps
+
+
+def test_binned_over_a_motion():
+    x = np.linspace(0.0, 1.0, 1000)
+    value = np.stack([np.where(x > 0.5, 3.0, 1.0), np.where(x > 0.5, 3.0, 1.0)], axis=1)
+    found = maps.binned(x, value, np.linspace(0.0, 1.0, 11))
+    assert found.count.sum() == 1000
+    assert found.rms == pytest.approx(np.where(np.arange(10) < 5, 1.0, 3.0))
+    few = maps.binned(np.append(x, 9.9), np.append(value[:, 0], 1.0), np.linspace(0.0, 10.0, 11))
+    assert np.isnan(few.rms[1:]).all() and np.isfinite(few.rms[0])
+    plane = maps.plane(x, x, value, np.array([0.0, 0.5, 1.0]), np.array([0.0, 0.5, 1.0]))
+    assert plane[[0, 1], [0, 1]] == pytest.approx([1.0, 3.0])
+    assert np.isnan(plane[[0, 1], [1, 0]]).all()
+
+
+def test_motion_is_smoothed_within_each_recording():
+    dt = 1e-3
+    t = np.arange(2000) * dt
+    one = np.stack([2.0 * t, 2.0 * t - 0.1], axis=1)
+    found = maps.motion(np.concatenate([one, one]), dt, (0, 2000))
+    assert found['speed'] == pytest.approx(2.0) and found['twist'] == pytest.approx(0.1)
+    assert found['time'][-1] == pytest.approx(3.999)
+
+
+def test_a_law_is_found_in_a_free_signal():
+    """Coulomb friction shows as a step over speed, and as nothing over another quantity."""
+    random = np.random.default_rng(1)
+    windows, length = 12, 1000
+    basis = triangles(length, 0, 1e-3)
+    t = np.arange(length) * 1e-3
+    speed = np.stack([np.sin(2 * np.pi * (2.0 * t + k / 7)) for k in range(windows)])
+    truth = -0.3 * np.sign(speed)
+    at = np.minimum(np.rint(np.arange(basis.shape[1]) * 40).astype(int), length - 1)
+    signal = truth[:, at] + 0.02 * random.standard_normal((windows, len(at)))
+    precision = np.tile(np.eye(len(at)) / 0.02 ** 2, (windows, 1, 1))
+    law = maps.law(speed, signal, precision, basis, np.linspace(-1.0, 1.0, 11))
+    fast = np.abs(law.centers) > 0.6
+    assert law.value[fast] == pytest.approx(-0.3 * np.sign(law.centers[fast]), abs=0.06)
+    assert law.explained > 0.8 and np.nanmax(law.error) < 0.1
+    other = maps.law(random.random(speed.shape), signal, precision, basis,
+                     np.linspace(0.0, 1.0, 11))
+    assert other.explained < 0.05
+
+
+def test_edges_about_zero_are_closest_there():
+    edges = maps.edges_about_zero(np.linspace(-3.0, 3.0, 1000), 16)
+    assert np.diff(edges).argmin() in (7, 8) and edges[-1] == pytest.approx(3.0, rel=0.02)
+
+
+def test_curves_to_draw():
+    assert smoothed(np.ones(100), 1e-3) == pytest.approx(1.0)
+    drawn = near(np.array([0.5, 1e9, np.nan]), np.array([0.0, 1.0, 0.5]))
+    assert drawn[0] == 0.5 and np.isnan(drawn[1:]).all()
+
+
+# ---------------------------------------------------------------------- simulate
+
+
+def test_simulate(folder, tmp_path, capsys):
+    words = ['simulate', '--model', str(folder / 'drive.yaml'), '--against',
+             str(folder / 'worn2.csv')]
+    out = tmp_path / 'pictures'
+    closed = [*words, '--closed', str(folder / 'out/drive.closed.yaml'), '--out', str(out)]
+    assert main([*closed, '--json', str(tmp_path / 'numbers.json')]) == 0
+    shown = capsys.readouterr().out
+    text = shown.replace(str(folder), '').replace(str(tmp_path), '')
+    assert max(map(len, text.splitlines())) <= 80
+    assert 'The closed model closes' in shown and 'one free run of 6 s' in shown
+    assert sorted(p.name for p in out.iterdir()) == ['free_run.png', 'windows.png']
+    data = json.loads((tmp_path / 'numbers.json').read_text())
+    known = json.loads((folder / 'out/verdict.json').read_text())['validation']
+    assert data['gap_before'] == pytest.approx(known['gap_before'], rel=0.02)
+    assert data['gap_after'] == pytest.approx(1.0, abs=0.04)
+    assert data['closed_fraction'] > 0.9
+    for name in ('motor', 'arm'):
+        assert data['free_run']['after'][name] < data['free_run']['before'][name]
+        assert data['channels'][name]['after'] < data['channels'][name]['before']
+    assert main(closed) == 2
+    assert 'exists, expected a new file' in capsys.readouterr().err
+    assert main([*words, '--json', '-']) == 0
+    alone = json.loads(capsys.readouterr().out)
+    assert alone['gap_after'] is None and alone['gap_before'] == pytest.approx(
+        data['gap_before'], rel=0.02)
+
+
+def test_simulate_with_bad_usage(folder, tmp_path, capsys):
+    words = ['simulate', '--model', str(folder / 'drive.yaml')]
+    for more, says in (
+            (['--against', str(folder / 'nothing.csv')], 'no such file'),
+            (['--against', str(folder / 'good.csv'), '--out', str(tmp_path / 'a/b')],
+             'no such folder'),
+            (['--against', str(folder / 'good.csv'), '--closed', str(folder / 'good.csv')],
+             'good.csv')):
+        assert main([*words, *more]) == 2
+        assert says in capsys.readouterr().err
