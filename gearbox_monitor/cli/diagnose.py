@@ -65,16 +65,21 @@ FIELDS = {'t': 'stamp', 'u': 'effort of the motor', 'motor': 'position of the mo
           'arm': 'position of the arm', 'arm_torque': 'effort of the arm'}
 
 
-def add_inputs(parser):
-    """Declare recordings, model file and where in a bag the readings stand."""
-    parser.add_argument('bag', nargs='+', metavar='BAG',
-                        help='bag directory, .mcap file or CSV file; several of one drive at once')
+def add_drive(parser):
+    """Declare the model file and where in a bag the readings stand."""
     parser.add_argument('--model', metavar='FILE', required=True, help='model file of the drive')
     parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
     parser.add_argument('--motor-joint', metavar='NAME', default='motor',
                         help='name of the motor joint, in bags (default: motor)')
     parser.add_argument('--arm-joint', metavar='NAME', default='arm',
                         help='name of the arm joint, in bags (default: arm)')
+
+
+def add_inputs(parser):
+    """Declare recordings of one drive and what add_drive does."""
+    parser.add_argument('bag', nargs='+', metavar='BAG',
+                        help='bag directory, .mcap file or CSV file; several of one drive at once')
+    add_drive(parser)
 
 
 def add_arguments(parser):

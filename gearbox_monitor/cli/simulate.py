@@ -32,7 +32,7 @@ import textwrap
 
 import numpy as np
 
-from gearbox_monitor.cli.diagnose import dump, load, plain
+from gearbox_monitor.cli.diagnose import add_drive, dump, load, plain
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model
 from gearbox_monitor.gap.close import closed_of, rms
@@ -48,7 +48,7 @@ PICTURES = ('windows.png', 'free_run.png')
 
 def add_arguments(parser):
     """Declare the options."""
-    parser.add_argument('--model', metavar='FILE', required=True, help='model file of the drive')
+    add_drive(parser)
     parser.add_argument('--closed', metavar='FILE',
                         help='model file with the effect, as diagnose writes it')
     parser.add_argument('--against', metavar='BAG', required=True,
@@ -57,11 +57,6 @@ def add_arguments(parser):
                         help='write windows.png and free_run.png: recording, models, residuals')
     parser.add_argument('--json', metavar='FILE',
                         help='write the numbers as JSON; - prints them, and nothing else')
-    parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
-    parser.add_argument('--motor-joint', metavar='NAME', default='motor',
-                        help='name of the motor joint, in bags (default: motor)')
-    parser.add_argument('--arm-joint', metavar='NAME', default='arm',
-                        help='name of the arm joint, in bags (default: arm)')
 
 
 def run(args):

@@ -175,7 +175,8 @@ def confusable(search, best, found=None):
     Return the ids that this recording cannot tell from an effect of the Fitted `best`.
 
     Those that imitate all but LIMIT of its evidence and whose own fit, where it was made with
-    care, does not lag behind by more. found: of `separations`, to spare it.
+    care, does not lag behind by more; and those whose fit lags by less, linear or not. found: of
+    `separations`, to spare it.
     """
     single = len(best.candidate.ids) == 1
     careful = search.ranked()[:KEEP_SCREENED]
@@ -187,6 +188,9 @@ def confusable(search, best, found=None):
                     and fitted.score > best.score + LIMIT)
             if d * s2 < LIMIT and not lags:
                 out.append(other)
+    if single:
+        out += [n for n in careful if search.fitted[n].score < best.score + LIMIT
+                and (best.white is None or search.fitted[n].white is not None)]
     out += [TWINS[i] for i in best.candidate.ids if i in TWINS and TWINS[i] in search.ids]
     return list(dict.fromkeys(i for i in out if i not in best.candidate.ids))
 
