@@ -27,7 +27,7 @@ import numpy as np
 from gearbox_monitor import stream
 from gearbox_monitor.drift import change, features
 from gearbox_monitor.drift.known import Known
-from gearbox_monitor.drive.effects import not_in_filters
+from gearbox_monitor.drive.effects import ARM_LOADS, not_in_filters
 from gearbox_monitor.drive.model import model_from_dict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters import FILTERS
@@ -232,6 +232,8 @@ class Monitor:
         if ignored:
             self.warnings = [*self.warnings, f'effects of the model that no filter knows are left '
                              f'out: {", ".join(ignored)}']
+            if set(ignored) & set(ARM_LOADS) and self.drive.arm_load != 'unknown':
+                self.warnings.append('loads on the arm are estimated with arm_load: unknown')
         self._z, self._P = np.zeros(n), np.eye(n).ravel()
         self._memory = np.zeros(module.memory_size(n))
         self._clock, self._efforts = np.zeros(1), np.zeros((stream.N_EFFORTS, 2))

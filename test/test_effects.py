@@ -27,7 +27,7 @@ from gearbox_monitor.benchmarks.blind import plant as own
 from gearbox_monitor.drive import effects
 from gearbox_monitor.drive.effects import EFFECTS
 from gearbox_monitor.drive.faults import Faults, FaultyPlant
-from gearbox_monitor.drive.model import DriveModel, model_from_dict
+from gearbox_monitor.drive.model import model_from_dict
 from gearbox_monitor.drive.simulate import Noise, Plant
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model
@@ -35,7 +35,6 @@ from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.gap.search import Search
 from gearbox_monitor.gap.windows import cut, Simulator
 from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.monitor import Monitor
 
 compiled = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 PAGE = Path(__file__).parents[1] / 'docs/plugins.md'
@@ -469,11 +468,3 @@ def test_texts_of_bad_effects_end_the_node(graph):
     assert process.returncode == 2
     assert len(errors.strip().splitlines()) == 1, errors
     assert 'wobble' in errors
-
-
-def test_monitor_says_which_effects_its_filter_leaves_out():
-    model = DriveModel().with_(effects=(
-        {'id': 'stribeck', 'Cs': 0.1, 'vs': 0.2}, {'id': 'gravity', 'G': 0.5},
-        {'id': 'stiffness', 'K': 20.0}))
-    assert [text for text in Monitor(model).warnings if 'left out: stribeck' in text]
-    assert not Monitor(model.with_(effects=model.effects[1:])).warnings

@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """One sample in, one estimate out: same bits however it is fed, whatever comes in."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -457,3 +459,21 @@ def test_lost_positive_definiteness_is_told_with_its_eigenvalue():
     told, = monitor.divergences
     assert told.reason == 'the covariance is not positive definite'
     assert told.smallest_eigenvalue <= -1.0
+
+
+@pytest.mark.parametrize('effect', [
+    {'id': 'gravity', 'G': 0.5}, {'id': 'arm_coulomb', 'Cac': 0.1},
+    {'id': 'arm_viscous', 'Cav': 0.1}, {'id': 'load_torque', 'TL': 0.5},
+    {'id': 'load_friction', 'Cl': 0.2}, {'id': 'torque_offset', 'u0': 0.5},
+    {'id': 'motor_viscous', 'Cv': 0.2}, {'id': 'motor_coulomb', 'Cc': 0.5},
+    {'id': 'motor_inertia', 'm1': 0.01}, {'id': 'arm_inertia', 'm2': 0.04},
+    {'id': 'transmission_damping', 'D': 0.1}, {'id': 'stribeck', 'Cs': 0.2, 'vs': 0.5},
+    {'id': 'actuator_lag', 'T': 0.01}], ids=lambda e: e['id'])
+def test_an_effect_is_used_or_said_to_be_left_out(effect):
+    samples, _ = drive(0.2)
+    plain = Monitor(MODEL, {'arm_load': 'none'})
+    given = Monitor(replace(MODEL, effects=(effect,)), {'arm_load': 'none'})
+    # Friction that is left out still asks for finer steps.
+    used = np.median(np.abs(plain.run(samples).tau_k - given.run(samples).tau_k)) > 0.02
+    told = any(effect['id'] in warning for warning in given.warnings)
+    assert used != told
