@@ -55,6 +55,7 @@ setup(
             'pydocstyle>=6.1',
             'pytest>=7.4',
             'pytest-timeout>=2.2',
+            'pytest-xdist>=3.3',
             'selenium>=4.11',
         ],
     },

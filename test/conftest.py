@@ -13,10 +13,13 @@
 # limitations under the License.
 
 """What all tests share: no ROS traffic beyond this machine, no files outside temporary folders."""
+import fcntl
 import importlib.util
 import os
 import shutil
 import tempfile
+
+import pytest
 
 
 def pytest_configure(config):
@@ -26,6 +29,20 @@ def pytest_configure(config):
         logs = tempfile.mkdtemp(prefix='gearbox_monitor_logs_')
         os.environ['ROS_LOG_DIR'] = logs
         config.add_cleanup(lambda: shutil.rmtree(logs, ignore_errors=True))
+    if getattr(config.option, 'dist', 'no') == 'load':  # -n 2 alone
+        config.option.dist = 'loadfile'
+
+
+@pytest.hookimpl(hookwrapper=True, tryfirst=True)
+def pytest_runtest_protocol(item):
+    """Tests that start nodes run one at a time, also in several processes (pytest-xdist)."""
+    if item.get_closest_marker('ros') is None:
+        yield
+        return
+    turns = os.path.join(tempfile.gettempdir(), f'gearbox_monitor_nodes_{os.getuid()}')
+    with open(turns, 'w') as turn:
+        fcntl.flock(turn, fcntl.LOCK_EX)
+        yield
 
 
 def pytest_report_header():
