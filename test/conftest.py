@@ -35,7 +35,7 @@ def pytest_configure(config):
 
 @pytest.hookimpl(hookwrapper=True, tryfirst=True)
 def pytest_runtest_protocol(item):
-    """Tests that start nodes run one at a time, also in several processes (pytest-xdist)."""
+    """Let tests that start nodes run one at a time, also in several processes (pytest-xdist)."""
     if item.get_closest_marker('ros') is None:
         yield
         return

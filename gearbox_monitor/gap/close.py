@@ -25,6 +25,7 @@ import numpy as np
 
 from gearbox_monitor.gap import fit as fitting
 from gearbox_monitor.gap.candidate import Candidate, NOT_FITTED, PERIODIC, PHASED
+from gearbox_monitor.gap.noise import spectrum
 from gearbox_monitor.gap.process_noise import Whitener
 from gearbox_monitor.gap.residual import labels
 from gearbox_monitor.gap.search import Search
@@ -34,9 +35,9 @@ VISIBLE = 1.02     # gap before, from which on a closed fraction means something
 FOLDS = 5
 DRAWS = 2000
 COVERAGE = (5.0, 95.0)  # percentiles
-# Standard deviation of log sigma, as noise.py estimates it from n readings, beyond that of their
-# root mean square: times 1 / sqrt(n). From simulated white noise.
-SIGMA_ERROR = 1.20
+# Standard deviation of log sigma, measured above the frequencies of motion, beyond that of the
+# root mean square of all n readings: times 1 / sqrt(n).
+SIGMA_ERROR = 0.3
 CARRIED = ('lugre', 'hysteresis_bouc_wen', 'hysteresis_branch')
 
 
@@ -114,8 +115,8 @@ def closure(search, none, best=None, seed=0):
     interval = None
     if fraction is not None:
         readings = len(search.long.channels) * len(search.recording.u)
-        interval = _interval(before.chi2 / size, left_out(search, fitted) / size, readings,
-                             np.random.default_rng(seed))
+        interval = _interval(before.chi2 / size, left_out(search, fitted) / size,
+                             _noise(search, fitted), readings, np.random.default_rng(seed))
         # It judges all windows, the fraction the held-out ones.
         interval = [min(interval[0], fraction), max(interval[1], fraction)]
     errors, condition = standard_errors(search, fitted) if repeatable else ({}, None)
@@ -157,11 +158,24 @@ def left_out(search, fitted):
     return chi2
 
 
-def _interval(before, after, readings, random):
-    """Return [low, high] of the closed fraction; before, after [W]: chi2 per reading."""
+def _noise(search, fitted):
+    """Return the power [W] of what `fitted` leaves above the frequencies of motion, mean 1."""
+    power, _, high = spectrum(search.long.parted(fitted.point.residual), search.recording.dt)
+    noise = power[:, high].mean(axis=(1, 2))
+    return noise / noise.mean()
+
+
+def _interval(before, after, noise, readings, random):
+    """
+    Return [low, high] of the closed fraction; before, after [W]: chi2 per reading.
+
+    noise [W]: power of the encoders' noise in the windows. sigma is measured in them as well: what
+    is drawn of it moves gap and sigma alike.
+    """
     count = len(before)
     draw = random.integers(0, count, (DRAWS, count))
     sigma = np.exp(random.standard_normal(DRAWS) * SIGMA_ERROR / math.sqrt(readings))
+    sigma /= np.sqrt(noise[draw].mean(axis=1))
     gap0 = np.sqrt(before[draw].mean(axis=1)) * sigma
     gap1 = np.sqrt(after[draw].mean(axis=1)) * sigma
     closed = (gap0 - gap1) / np.maximum(gap0 - 1.0, 1e-3)

@@ -16,14 +16,12 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.fft import dct
 
 from gearbox_monitor.drive.effects import EFFECTS, library
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.gap import close, isolate, residual
+from gearbox_monitor.gap import close, isolate, noise, residual
 from gearbox_monitor.gap.candidate import (
     NUISANCES, nuisances_of, PHASED, replaced_value, with_effects, ZERO)
-from gearbox_monitor.gap.noise import noise_levels
 from gearbox_monitor.gap.pairs import find_pairs, forward_gains
 from gearbox_monitor.gap.search import Fitted, Search
 
@@ -36,7 +34,7 @@ LACK_RELATIVE = 2e-4  # of the gap: integration is not more accurate
 STRUCTURE = 4.0      # standard deviations of the residual in a frequency band
 PAIR_STRUCTURE = 3.0  # the same for pairs, which imitate what is in no library
 STRUCTURE_RELATIVE = 0.04  # of the gap, as LACK_RELATIVE
-BANDS = (0.0, 3.0, 8.0, 20.0, 60.0)  # Hz
+BANDS = (0.0, 3.0, 8.0, 20.0, noise.MOTION)  # Hz
 MAX_SHARPENING = 0.15  # correction of sigma that is believed
 FINEST = 1e-4        # of the travel: on a real drive, differences below are no gap
 LOOSE = 0.2          # of the torque: more that lasts and is not explained is an unknown effect
@@ -110,7 +108,7 @@ def diagnose(recordings, model, *, validate=None, only=None, exclude=(), seed=0,
 
 def noise_floor(recording, model):
     """Return (sigma [2], quantum [2]) of a Recording, rad; sigma not below what matters."""
-    sigma, quantum = noise_levels(recording.y)
+    sigma, quantum = noise.noise_levels(recording.y)
     if model.process_torque_time > 0.0:
         sigma = np.maximum(sigma, FINEST * np.ptp(recording.y, axis=0))
     return sigma, quantum
@@ -166,12 +164,9 @@ def spectrum(search, residual):
     """
     Return (power [W, L, C], frequencies [L] Hz, white [C]) of residuals [W, L, C].
 
-    white: mean power above BANDS, where motion has none (all of it at low sample rates).
+    white: mean power above the frequencies of motion.
     """
-    length, dt = search.long.windows.length, search.recording.dt
-    power = dct(residual, axis=1, norm='ortho') ** 2
-    at = np.arange(length) * 0.5 / (length * dt)
-    high = at > BANDS[-1] if at[-1] > 2.0 * BANDS[-1] else at >= 0.0
+    power, at, high = noise.spectrum(residual, search.recording.dt)
     return power, at, power[:, high].mean(axis=(0, 1))
 
 

@@ -12,13 +12,15 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Noise of an encoder and the lattice of its readings, from the readings alone."""
+"""Noise of an encoder, its spectrum, and the lattice of its readings."""
 import numpy as np
+from scipy.fft import dct
 
 # The fourth difference of white noise has 1 + 16 + 36 + 16 + 1 times its variance; motion that is
 # smooth over five samples leaves none.
 DIFFERENCE_GAIN = np.sqrt(70.0)
 MAD_TO_SIGMA = 1.0 / 0.6744897501960817  # of a normal distribution
+MOTION = 60.0  # Hz, above which motion has hardly anything
 
 
 def noise_levels(y):
@@ -33,6 +35,18 @@ def noise_levels(y):
     y = np.asarray(y, float)
     quantum = np.array([lattice(channel) for channel in y.T])
     return np.array([noise_level(channel, q) for channel, q in zip(y.T, quantum)]), quantum
+
+
+def spectrum(residual, dt):
+    """
+    Return (power [W, L, C], frequencies [L] Hz, high [L]) of residuals [W, L, C], dt s apart.
+
+    high: above the frequencies of motion; all of them at low sample rates.
+    """
+    length = residual.shape[1]
+    power = dct(residual, axis=1, norm='ortho') ** 2
+    at = np.arange(length) * 0.5 / (length * dt)
+    return power, at, at > MOTION if at[-1] > 2.0 * MOTION else at >= 0.0
 
 
 def noise_level(y, quantum=0.0):

@@ -122,8 +122,9 @@ def spin_node(factory, args=None, doc=None):
             raise
     finally:
         # A terminal and ros2 launch send SIGINT twice: the second must not interrupt the end.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        # (SIG_IGN would do, but Python grumbles when one arrives just as it is set.)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: None)
         try:
             if hasattr(node, 'close'):
                 node.close()
