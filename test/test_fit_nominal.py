@@ -103,13 +103,9 @@ def test_a_real_axis_with_one_encoder(tmp_path, capsys):
     axis = replace(DriveModel(), motor_inertia=60.0, arm_inertia=0.1, viscous_friction=100.0,
                    coulomb_friction=10.0, friction_sharpness=1000.0, position_gain=0.0,
                    axis='prismatic', transmission=Transmission('rigid'))
-    rms = {}
-    for free in (['m1', 'Cv', 'Cc'], ['m1', 'Cv', 'Cc', 'u0']):
-        capsys.readouterr()
-        main(['fit-nominal', bags[0], '--model', model_file(tmp_path / 'd.yaml', axis), '--free',
-              *free, '--windows', '30', '--validate', bags[1], '--json', '-'])
-        data = json.loads(capsys.readouterr()[0])
-        assert all(v['value'] > 0.0 for v in data['values'].values())
-        rms[len(free)] = data['validation']['free_run']['after']['motor']
-    assert 0.05 < rms[3] < 0.12
-    assert rms[4] < 0.007
+    main(['fit-nominal', bags[0], '--model', model_file(tmp_path / 'd.yaml', axis), '--free', 'm1',
+          'Cv', 'Cc', 'u0', '--windows', '30', '--validate', bags[1], '--json', '-'])
+    data = json.loads(capsys.readouterr()[0].split('\n', 2)[2])
+    assert all(v['value'] > 0.0 for v in data['values'].values())
+    free = data['validation']['free_run']
+    assert free['before']['motor'] > 0.2 and free['after']['motor'] < 0.007

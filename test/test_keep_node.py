@@ -95,8 +95,13 @@ def test_a_full_disk_or_nothing_kept_is_told(graph, tmp_path):
         message = JointState(name=['motor', 'arm'], position=[0.0, 0.0], effort=[0.0, 0.0])
         message.header.stamp.sec = 10 + k
         publisher.publish(message)
-    graph.spin(0.3)
-    answer = graph.call(Trigger, 'estimator/keep_recording', Trigger.Request())
+    answers = []
+
+    def arrived():
+        answers.append(graph.call(Trigger, 'estimator/keep_recording', Trigger.Request()))
+        return 'no samples yet' not in answers[-1].message
+    graph.until(arrived, 'samples')
+    answer = answers[-1]
     assert not answer.success and str(folder) in answer.message, answer.message
     answer = graph.call(Trigger, 'off/keep_recording', Trigger.Request())
     assert not answer.success and 'keep_minutes is 0' in answer.message

@@ -122,9 +122,9 @@ def spin_node(factory, args=None, doc=None):
             raise
     finally:
         # A terminal and ros2 launch send SIGINT twice: the second must not interrupt the end.
-        # (SIG_IGN would do, but Python grumbles when one arrives just as it is set.)
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda *_: None)
+        sys.unraisablehook = _without_signals
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
         try:
             if hasattr(node, 'close'):
                 node.close()
@@ -135,6 +135,12 @@ def spin_node(factory, args=None, doc=None):
                 node.destroy_node()
             rclpy.try_shutdown()
     return code
+
+
+def _without_signals(unraisable):
+    """Say nothing of a signal that comes just as it is set to be ignored."""
+    if not isinstance(unraisable.exc_value, OSError):
+        sys.__unraisablehook__(unraisable)
 
 
 def _die_with_parent():
