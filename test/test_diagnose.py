@@ -192,6 +192,24 @@ def test_a_drive_with_one_encoder(tmp_path, capsys):
         assert set(data['channels']) == {name}
 
 
+def test_gains_are_those_of_fits_that_compare(tmp_path, capsys):
+    rigid = replace(MODEL, transmission=Transmission('rigid'), tolerance=0.01)
+    (tmp_path / 'rigid.yaml').write_text(yaml.safe_dump(rigid.to_dict()))
+    t, u, _ = record()
+    x = simulate(replace(rigid, effects=({'id': 'gravity', 'G': 0.3},)), u, 1e-3).x
+    path = write_csv(tmp_path / 'heavy.csv', t, u, x[:, :2]
+                     + 0.002 * np.random.default_rng(3).standard_normal((len(t), 2)))
+    ids = ['gravity', 'motor_viscous', 'motor_coulomb', 'torque_gain', 'torque_offset',
+           'actuator_delay', 'motor_encoder_delay']
+    main(['diagnose', path, '--only', *ids, '--model', str(tmp_path / 'rigid.yaml'), '--json',
+          '-'])
+    data = json.loads(capsys.readouterr()[0])
+    assert data['effect'] == 'gravity' and set(data['ranked']) == set(ids)
+    singles = [name for name in data['gains'] if '+' not in name]
+    # The others were not fitted with torque noise: there is no number for them.
+    assert 'gravity' in singles and len(singles) < len(ids)
+
+
 def test_an_unknown_encoder_zero_is_no_gap(folder, tmp_path, capsys):
     t, u, y = record()
     path = write_csv(tmp_path / 'shifted.csv', t, u, y + (0.0, 0.03))

@@ -24,6 +24,7 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.drive.excitation import Excitation
 from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.drive.simulate import simulate
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.gap import fit as fitting, motion as motions
 from gearbox_monitor.gap.isolate import LIMIT
 from gearbox_monitor.gap.motion import DT, Limits, separations, suggest
@@ -81,6 +82,11 @@ def test_it_is_what_the_evidence_of_fits_says():
     fitting.fit(search.long, candidate, point, 20, refresh=range(20))
     left = point.chi2[search.long.train].sum()
     assert left == pytest.approx(found[pair], rel=0.2)
+
+
+def test_twins_are_not_promised_a_motion():
+    with pytest.raises(InputError, match='no pair'):
+        suggest(MODEL, {}, [('torque_offset', 'coulomb_asymmetry')], Limits(4.0), SIGMA)
 
 
 def test_from_a_verdict_to_parameters_of_the_plant(tmp_path, capsys, monkeypatch):

@@ -335,7 +335,9 @@ def report(search, none, best, kind, lattices, quantum, validate, seed):
                   for i, s in enumerate(search.long.sigma)],
         'nominal': values,
         'process_torque': float(best.s),
-        'gains': {n: round(gain(search, search.fitted[n]), 1) for n in ranked},
+        # With torque noise only those fitted with it can be compared; the others stand behind.
+        'gains': {n: round(gain(search, search.fitted[n]), 1) for n in ranked
+                  if not search.noisy or search.fitted[n].white is not None},
         'misfit': {'excess': excess, 'structure': structure},
         'where': places,
         'warnings': warnings(search, best, kind, nuisances),

@@ -152,7 +152,9 @@ def suggest(model, effects, pairs, limits, sigma, seconds=12.0, seed=0, progress
     from b; sigma [2] rad: noise of the encoders. progress(done, total).
     Raises InputError where no pair can be looked at.
     """
-    pairs = [(a, b) for a, b in pairs if not {a, b} & set(NOT_FITTED)]
+    # Twins differ near standstill only, by less than any model of friction is good for.
+    pairs = [(a, b) for a, b in pairs
+             if not {a, b} & set(NOT_FITTED) and isolate.TWINS.get(a) != b]
     if not pairs:
         raise InputError('motion: no pair of effects that a motion could separate')
     random = np.random.default_rng(seed)
