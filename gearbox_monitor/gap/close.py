@@ -26,7 +26,7 @@ import numpy as np
 from gearbox_monitor.gap import fit as fitting
 from gearbox_monitor.gap.candidate import Candidate, NOT_FITTED, PERIODIC, PHASED
 from gearbox_monitor.gap.noise import spectrum
-from gearbox_monitor.gap.process_noise import Whitener
+from gearbox_monitor.gap.process_noise import left_of
 from gearbox_monitor.gap.residual import labels
 from gearbox_monitor.gap.search import Search
 from gearbox_monitor.gap.windows import N_MEMORY, Windows
@@ -217,10 +217,7 @@ def standard_errors(search, fitted):
     if not len(point.z):
         return {}, None
     s = fitting.sensitivity(data, candidate, point)
-    left, whiten = point.residual, None
-    if fitted.white is not None:
-        left, whiten = fitted.white, Whitener(data, candidate, point)
-        whiten.level = fitted.s
+    left, whiten = left_of(data, fitted)
     S, _, _, _ = fitting.normal_equations(
         s, point.residual, data.train.astype(float), whiten)
     S = S + np.diag(candidate.prior(point.z)[1])

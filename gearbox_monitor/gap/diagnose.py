@@ -296,7 +296,7 @@ def report(search, none, best, kind, lattices, quantum, validate, seed):
     named = ids if kind == 'effect' else []
     locations = [location_of(i) for i in named]
     if kind == 'unknown':
-        locations = [unknown_place(search, best, places)]
+        locations = [places['place']]
     model = None
     nuisances, given = best.candidate.values(best.point.z)
     if ids and set(ids) - set(UNREPEATABLE):
@@ -348,11 +348,6 @@ def report(search, none, best, kind, lattices, quantum, validate, seed):
         data['validation'] = close.validate(validate, search.model, model or search.model,
                                             search.long.sigma)
     return Verdict(data, model, search)
-
-
-def unknown_place(search, best, places):
-    """Return the place of an effect outside the library, 'unknown' when the evidence is split."""
-    return places['place']
 
 
 def shifts(model, nuisances):

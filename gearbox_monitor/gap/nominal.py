@@ -26,7 +26,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.gap import close, fit as fitting
 from gearbox_monitor.gap.candidate import Candidate, Coordinate, NUISANCES, offered, ZERO
 from gearbox_monitor.gap.diagnose import joined, noise_floor
-from gearbox_monitor.gap.process_noise import Whitener
+from gearbox_monitor.gap.process_noise import left_of
 from gearbox_monitor.gap.search import Fitted, Search
 from gearbox_monitor.gap.windows import cut
 
@@ -163,10 +163,7 @@ def _known(data, fitted, model):
     candidate, point = fitted.candidate, fitted.point
     s = fitting.sensitivity(data, candidate, point)
     s.Jz = _central(data, candidate, point)
-    left, whiten = point.residual, None
-    if fitted.white is not None:
-        left, whiten = fitted.white, Whitener(data, candidate, point)
-        whiten.level = fitted.s
+    left, whiten = left_of(data, fitted)
     S, _, _, _ = fitting.normal_equations(s, point.residual, data.train.astype(float), whiten)
     # What is left is no noise of the encoders: it counts as one number per window and encoder.
     misfit = max(1.0, float((left[data.train] ** 2).mean()))

@@ -93,6 +93,15 @@ class Whitener:
         return float(chi2 + spread + np.linalg.slogdet(A)[1].sum())
 
 
+def left_of(data, fitted):
+    """Return (what a search.Fitted leaves [W, C L], whitened if it is; its Whitener or None)."""
+    if fitted.white is None:
+        return fitted.point.residual, None
+    whitener = Whitener(data, fitted.candidate, fitted.point)
+    whitener.level = fitted.s
+    return fitted.white, whitener
+
+
 def whitened(data, candidate, point, levels=LEVELS, rounds=2):
     """
     Refit a copy of `point` with torque noise; return (point, deviance, level, whitened residual).
