@@ -31,6 +31,9 @@ def pytest_configure(config):
         config.add_cleanup(lambda: shutil.rmtree(logs, ignore_errors=True))
     if getattr(config.option, 'dist', 'no') == 'load':  # -n 2 alone
         config.option.dist = 'loadfile'
+        # A process that crashes would otherwise be replaced and meet the same test for ever.
+        if config.option.maxworkerrestart is None:
+            config.option.maxworkerrestart = '0'
 
 
 @pytest.hookimpl(hookwrapper=True, tryfirst=True)

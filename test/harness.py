@@ -71,6 +71,7 @@ class Graph:
         self.until(client.service_is_ready, f'service {name}')
         future = client.call_async(request)
         self.until(future.done, f'answer of {name}')
+        self.node.destroy_client(client)
         return future.result()
 
     def stop(self, process, sig=signal.SIGINT):
