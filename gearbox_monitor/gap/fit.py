@@ -22,13 +22,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gearbox_monitor.gap.windows import N_MEMORY
+from gearbox_monitor.gap.windows import N_MEMORY, Windows
 
 STATE_STEPS = np.array([1e-5, 1e-5, 1e-3, 1e-3])
 ROBUST = 2.5   # times the median chi2: windows above count less
 WORST = 1e6  # standard deviations
 RIVAL = 6.0  # chi2 by which another fit of a window is better, from which on its start is tried
 ROUGH, KEPT_STARTS = 2, 3  # iterations from all starts; how many go on
+SHARES = (0.1, 0.2, 0.4, 0.7, 1.0)  # of the windows, on which states are found step by step
 STUCK = 1.15   # times the median chi2: windows above are tried from elsewhere
 
 
@@ -162,48 +163,109 @@ def solve_states(data, model, states, memory, index, iterations=6):
     return states, chi2
 
 
+def shortened(data, share):
+    """Return Data of the first `share` of each window."""
+    if share == 1.0:
+        return data
+    w = data.windows
+    length = max(round(share * w.length), 8)
+    return Data(data.recording, data.simulator,
+                Windows(w.first, length, w.begin, w.first + length), data.sigma, data.train)
+
+
+def grown_states(data, model, memory, index, half_gap, last=1.0):
+    """
+    Return states [M, 4] of the windows `index`, found on their beginnings, which get longer.
+
+    Over a long window states far off lead to runs that have nothing to do with the readings; over
+    a short one every start arrives. last: the share of the windows to end with.
+    """
+    raw = data.raw_states()[index]
+    starts = [raw]
+    for i, size in ((3, 1.5), (3, -1.5), (1, 0.6 * half_gap), (1, -0.6 * half_gap)):
+        moved = raw.copy()
+        moved[:, i] += size
+        starts.append(moved)
+    starts = np.stack(starts, axis=1)
+    every = np.repeat(index, starts.shape[1])
+    states, chi2 = solve_states(shortened(data, SHARES[0]), model, starts.reshape(-1, 4),
+                                memory[every], every)
+    best = chi2.reshape(len(index), -1).argmin(axis=1)
+    states = states.reshape(len(index), -1, 4)[np.arange(len(index)), best]
+    for share in SHARES[1:]:
+        if share <= last:
+            states, _ = solve_states(shortened(data, share), model, states, memory[index], index)
+    return states
+
+
+def grow(data, candidate, point, half_gap):
+    """Return a Point of `candidate` fitted on the windows' beginnings, which get longer."""
+    every = np.arange(len(data.windows))
+    grown = Point(point.z.copy(), None, point.memory.copy())
+    grown.states = grown_states(data, candidate.model(grown.z), grown.memory, every, half_gap,
+                                SHARES[0])
+    for share in SHARES:
+        part = shortened(data, share)
+        grown = Point(grown.z, grown.states, grown.memory)
+        if share > SHARES[0]:
+            grown.states, _ = solve_states(part, candidate.model(grown.z), grown.states,
+                                           grown.memory, every)
+        fit(part, candidate, grown, 5, robust=True)
+    return grown
+
+
 def rescue(data, candidate, point, others=(), half_gap=0.05):
     """
     Try other starts for windows that stand out; return how many became better.
 
-    others: Points of other fits. Where one of them is better, a window is tried, too: a start
-    that only one candidate has found must not be its merit.
+    others: Points of other fits. Where one of them is better, its start is tried, too: one that
+    only one candidate has found must not be its merit.
     """
-    out = point.chi2 > max(STUCK * np.median(point.chi2), 1.12 * data.size)
+    stuck = point.chi2 > max(STUCK * np.median(point.chi2), 1.12 * data.size)
+    behind = np.zeros(len(stuck), bool)
     for other in others:
-        out |= other.chi2 < point.chi2 - RIVAL
-    stuck = np.flatnonzero(out)
-    if not len(stuck):
-        return 0
+        behind |= other.chi2 < point.chi2 - RIVAL
+    better = 0
+    for windows, anywhere in ((np.flatnonzero(stuck), True),
+                              (np.flatnonzero(behind & ~stuck), False)):
+        if not len(windows):
+            continue
+        starts = _rival_states(others, windows)
+        if anywhere:
+            starts.append(grown_states(data, candidate.model(point.z), point.memory, windows,
+                                       half_gap))
+            if point.carry is not None:
+                starts.append(np.where(windows[:, None] > 0,
+                                       point.carry[np.maximum(windows - 1, 0), :4], starts[-1]))
+        better += _try_starts(data, candidate, point, windows, np.stack(starts, axis=1))
+    if better:
+        data.evaluate(candidate, point)
+    return better
+
+
+def _rival_states(others, windows):
+    """Return the states [M, 4] of the Points `others` that fit `windows` best, as a list."""
+    if not others:
+        return []
+    found = np.stack([other.chi2[windows] for other in others])
+    states = np.stack([other.states[windows] for other in others])
+    return [states[best, np.arange(len(windows))]
+            for best in np.argsort(found, axis=0)[:KEPT_STARTS]]
+
+
+def _try_starts(data, candidate, point, windows, starts):
+    """Move the states of `windows` [M] to the best of `starts` [M, S, 4]; return how many moved."""
     model = candidate.model(point.z)
-    raw, before = data.raw_states()[stuck], point.states[stuck]
-    starts = [raw]
-    if others:
-        found = np.stack([other.chi2[stuck] for other in others])
-        states = np.stack([other.states[stuck] for other in others])
-        for best in np.argsort(found, axis=0)[:KEPT_STARTS]:
-            starts.append(states[best, np.arange(len(stuck))])
-    if point.carry is not None:
-        previous = point.carry[np.maximum(stuck - 1, 0), :4].copy()
-        previous[stuck == 0] = raw[stuck == 0]
-        starts.append(previous)
-    for i, sizes in ((3, (-4.0, -1.5, 1.5, 4.0)), (1, (-1.0, 1.0))):
-        for size in sizes:
-            moved = before.copy()
-            moved[:, i] += size * (0.6 * half_gap if i == 1 else 1.0)
-            starts.append(moved)
-    starts = np.stack(starts, axis=1)
     for iterations, kept in ((ROUGH, KEPT_STARTS), (6 - ROUGH, 1)):
-        index = np.repeat(stuck, starts.shape[1])
+        index = np.repeat(windows, starts.shape[1])
         states, chi2 = solve_states(data, model, starts.reshape(-1, 4), point.memory[index],
                                     index, iterations)
-        chi2 = chi2.reshape(len(stuck), -1)
+        chi2 = chi2.reshape(len(windows), -1)
         order = np.argsort(chi2, axis=1)[:, :kept]
-        starts = np.take_along_axis(states.reshape(len(stuck), -1, 4), order[:, :, None], axis=1)
-    chi2, chosen = chi2.min(axis=1), starts[:, 0]
-    better = chi2 < point.chi2[stuck] * (1 - 1e-4) - 1e-3
-    point.states[stuck[better]] = chosen[better]
-    data.evaluate(candidate, point)
+        starts = np.take_along_axis(states.reshape(len(windows), -1, 4), order[:, :, None], axis=1)
+    chi2 = chi2.min(axis=1)
+    better = chi2 < point.chi2[windows] * (1 - 1e-4) - 1e-3
+    point.states[windows[better]] = starts[better, 0]
     return int(better.sum())
 
 

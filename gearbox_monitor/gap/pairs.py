@@ -64,7 +64,9 @@ def find_pairs(search, firsts):
     chosen = sorted(by_pair.values(), key=lambda f: f.score)[:3]
     if not chosen:
         return []
-    search.fitted.update((f.name, f) for f in chosen)
+    grown = search.map(search.grown, chosen, 'pairs')
+    search.fitted.update((f.name, min(f, g, key=lambda f: f.score))
+                         for f, g in zip(chosen, grown))
     search.settle([f.name for f in chosen])
     chosen = [search.fitted[f.name] for f in chosen]
     _backward(search, min(chosen, key=lambda f: f.score))

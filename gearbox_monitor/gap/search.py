@@ -281,10 +281,11 @@ class Search:
         name, parts = job
         short = max(parts, key=_short_gain)
         candidate = short.long.candidate
-        trials = [max(parts, key=_long_gain).long,
-                  self.as_fitted(candidate, self.to_long(candidate, short.short))]
+        long = max(parts, key=_long_gain).long
+        trials = [long, self.as_fitted(candidate, self.to_long(candidate, short.short)),
+                  self.grown(long)]
         none = [self.fitted[''].point]
-        return min((self.polish(f, none) for f in trials), key=lambda f: f.score)
+        return self.polish(min(trials, key=lambda f: f.score), none)
 
     def to_long(self, candidate, short_point):
         """Return the Point of the long windows that begins where one of the short ones ended."""
@@ -294,6 +295,11 @@ class Search:
         point.states, _ = fitting.solve_states(
             self.long, candidate.model(point.z), point.states, point.memory, every, 4)
         return self.long.evaluate(candidate, point)
+
+    def grown(self, fitted):
+        """Return `fitted` found anew on windows that get longer."""
+        point = fitting.grow(self.long, fitted.candidate, fitted.point, self.half_gap)
+        return self.as_fitted(fitted.candidate, point)
 
     def polish(self, fitted, others=()):
         """Rescue and refit `fitted` on the long windows: robust, then plain."""
