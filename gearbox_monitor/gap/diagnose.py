@@ -39,6 +39,8 @@ MAX_SHARPENING = 0.15  # correction of sigma that is believed
 FINEST = 1e-4        # of the travel: on a real drive, differences below are no gap
 LOOSE = 0.2          # of the torque: more that lasts and is not explained is an unknown effect
 QUANTISED = 0.5      # step of a lattice over sigma, from which on rounding matters
+ROUGH = 2.0          # the same, from which on it is no white noise any more
+ROUGH_LACK, ROUGH_MARGIN = 0.2, 250.0  # then: LACK and MARGIN of bursts
 ON_FLOOR, QUIET_SHARE = 1.12, 0.35
 TWINS = ('torque_offset', 'coulomb_asymmetry')
 ARM_TWINS = ('arm_viscous', 'arm_coulomb', 'arm_inertia', 'load_torque')
@@ -97,9 +99,10 @@ def diagnose(recordings, model, *, validate=None, only=None, exclude=(), seed=0,
                          'at least one')
     sigma, quantum = noise_floor(recording, model)
     search = Search(recording, model, sigma, ids, jobs, progress)
+    rough = bool((quantum > ROUGH * sigma).any())
     none = search.none()
     search.refine(search.screen())
-    best, kind = decide(search)
+    best, kind = decide(search, rough)
     lattices = [name for i, name in enumerate(('motor_encoder_quantisation',
                                                'arm_encoder_quantisation'))
                 if name in ids and quantum[i] > QUANTISED * sigma[i]]
@@ -209,45 +212,52 @@ def misfit(search, fitted):
     return float((r ** 2).mean() - 1.0), float(structure)
 
 
-def lacks(search, fitted):
-    """Return whether `fitted` leaves more than noise."""
+def lacks(search, fitted, rough=False):
+    """Return whether `fitted` leaves more than noise; rough: an encoder has steps above noise."""
     if search.model.process_torque_time > 0.0:
         # No model of a real drive explains everything: the torque that is left tells.
         return fitted.s > LOOSE * np.std(search.recording.u)
     excess, structure = misfit(search, fitted)
     before, _ = misfit(search, search.fitted[''])
     limit = PAIR_STRUCTURE if len(fitted.candidate.ids) > 1 else STRUCTURE
-    return (excess > max(LACK, LACK_RELATIVE * before)
+    return (excess > max(ROUGH_LACK if rough else LACK, LACK_RELATIVE * before)
             or structure > limit + STRUCTURE_RELATIVE * before)
 
 
-def decide(search):
-    """Return (Fitted, 'effect' | 'none' | 'unknown'): what explains the recording best."""
+def decide(search, rough=False):
+    """
+    Return (Fitted, 'effect' | 'none' | 'unknown'): what explains the recording best.
+
+    rough: an encoder has steps above its noise.
+    """
+    def lack(fitted):
+        return lacks(search, fitted, rough)
+
     none = search.fitted['']
     singles = search.ranked()
     if not singles:
-        return none, 'unknown' if lacks(search, none) else 'none'
+        return none, 'unknown' if lack(none) else 'none'
     best = search.fitted[singles[0]]
     burst = disturbance(search) if 'disturbance' in search.ids else None
-    if burst is not None and gain(search, burst) > MARGIN + max(0.0, everywhere(search, best)):
+    margin = (ROUGH_MARGIN if rough else MARGIN) + max(0.0, everywhere(search, best))
+    if burst is not None and gain(search, burst) > margin and not lack(burst):
         search.fitted['disturbance'] = burst
         return burst, 'effect'
     if not convincing(search, best):
-        return none, 'unknown' if lacks(search, none) else 'none'
-    if lacks(search, best) and not search.noisy:
+        return none, 'unknown' if lack(none) else 'none'
+    if lack(best) and not search.noisy:
         search.settle(singles[:2])
         best = search.fitted[search.ranked()[0]]
     hints = forward_gains(search, best)
-    if lacks(search, best) or max((g for g, _ in hints.values()), default=0.0) > PAIR_HINT:
+    if lack(best) or max((g for g, _ in hints.values()), default=0.0) > PAIR_HINT:
         pairs = find_pairs(search, singles[:2])
         search.whiten([search.ranked()[0], *pairs[:2]] if pairs else [])
         pairs = sorted(pairs, key=lambda n: search.fitted[n].score)
         best = search.fitted[search.ranked()[0]]
         pair = search.fitted[pairs[0]] if pairs else best
-        if best.score - pair.score > PAIR_MARGIN and (
-                lacks(search, best) or not lacks(search, pair)):
+        if best.score - pair.score > PAIR_MARGIN and (lack(best) or not lack(pair)):
             best = pair
-    return best, 'unknown' if lacks(search, best) else 'effect'
+    return best, 'unknown' if lack(best) else 'effect'
 
 
 def everywhere(search, fitted):
