@@ -132,8 +132,9 @@ def evaluate(n, which, seed, jobs, keep=None, progress=lambda what, done, total:
             shutil.copy(sealed, base / 'labels.json')
 
         def imitator(label, recording):
-            return imitate.best_imitator(label, recording) if label['class'] == 'loo' else {
-                'left': None, 'imitators': []}
+            if label['class'] in ('loo', 'outside'):
+                return imitate.best_imitator(label, recording)
+            return {'left': None, 'imitators': []}
         data = score.score(drawn['labels'], verdicts,
                            lambda name: generate.read(recordings / name), seconds,
                            progress=lambda d, t: progress('scores', d, t), imitator=imitator)

@@ -233,6 +233,8 @@ def _main_bars(bars, rows, stress):
     if not stress:
         outside = [r for r in rows if r['class'] == 'outside']
         bars.share('outside called unknown', [r['unknown'] for r in outside], 0.90)
+        clear = [r for r in outside if r['left'] is None or r['left'] > IMITABLE]
+        bars.share('outside, no imitator: unknown', [r['unknown'] for r in clear], 0.90)
         bars.share('outside located', [r['located'] for r in outside], 0.75)
         bars.share('known called unknown', [r['unknown'] for r in singles], high=0.04)
     _closure_bars(bars, [r for r in rows if r['class'] in ('single', 'pair')], prefix)
@@ -244,8 +246,8 @@ def score(labels, verdicts, read, seconds=None, fresh=True, progress=lambda done
     Return all figures as plain data.
 
     labels: {name: label}; verdicts: {name: verdict or None}; read(name): the recording;
-    seconds: {name: s}; imitator(label, recording): what the best imitator leaves (leave-one-out
-    and outside), None: not asked.
+    seconds: {name: s}; imitator(label, recording): what the best imitator leaves (left out and
+    outside effects), None: not asked.
     """
     rows = []
     for name, label in labels.items():
