@@ -16,12 +16,13 @@
 import math
 from pathlib import Path
 import sys
+import textwrap
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.cli.diagnose_report import MEANINGS  # noqa: E402, I100, I202
-from gearbox_monitor.drive.effects import EFFECTS, LOCATIONS  # noqa: E402
+from gearbox_monitor.drive.effects import EFFECTS, IN_FILTERS, LOCATIONS  # noqa: E402
 
 PAGE = ROOT / 'docs/effects.md'
 HEAD = """\
@@ -45,6 +46,9 @@ The plain model, everything on the arm side (SI units, N m, rad, s):
 means that the parameter takes the place of the value in the model file. N is a whole number of
 periods per turn of the motor (on the arm side).
 """
+KNOWN = """\
+Simulator and diagnosis know them all. The filters use those that replace a value of the model, and
+{}; a warning of the estimator names what they leave out."""
 OWN = """
 Other packages add effects of their own: [plugins](plugins.md).
 """
@@ -68,7 +72,8 @@ def row(effect):
 
 def page():
     """Return the text of the page."""
-    lines = [HEAD.rstrip('\n')]
+    names = ', '.join(f'`{name}`' for name in IN_FILTERS)
+    lines = [HEAD.rstrip('\n'), '', textwrap.fill(KNOWN.format(names), 99)]
     for location in LOCATIONS:
         lines += ['', f'## {location}', '', '| id | what it is | equation | parameters |',
                   '|---|---|---|---|']

@@ -25,7 +25,7 @@ import numpy as np
 
 from gearbox_monitor import stream
 from gearbox_monitor.filters import FILTERS
-from gearbox_monitor.filters.process import pack, state_names, TAU_K_MODEL_STD
+from gearbox_monitor.filters.process import markers, pack, state_names, TAU_K_MODEL_STD
 from gearbox_monitor.filters.record import record_size, updated
 from gearbox_monitor.filters.smoother import N_SMOOTHED, smooth
 from gearbox_monitor.monitor import Monitor, SECOND
@@ -68,6 +68,7 @@ class _Pass:
         p = parameters
         self.n, module = len(state_names(drive, p)), FILTERS[p['filter']]
         self.packed, self.kind = pack(drive, p), stream.KINDS[p['filter']]
+        self.states = markers(self.packed, self.n)
         self.settings = np.array([round(p['max_gap'] * SECOND), p['effort_delay'], 0,
                                   drive.arm_load == 'measured'], np.int64)
         self.memory_size = module.memory_size(self.n)
@@ -85,7 +86,7 @@ class _Pass:
         counts = np.zeros(stream.N_COUNTS, np.int64)
         while begin < end:
             taken, _ = stream.run(
-                (None,) * self.n, *(a[begin:end] for a in given), *self.kind, self.packed,
+                self.states, *(a[begin:end] for a in given), *self.kind, self.packed,
                 self.settings, gate, counts, clock, efforts, z, P, memory, self.ring,
                 self.ring_stamps, self.vectors, self.matrices, self.codes, self.estimates,
                 *self.nothing)
@@ -113,7 +114,7 @@ class _Pass:
                 z, P = updated(self.ring[last % size], n)
                 z[:], P.flat = later
             z = np.empty(n)
-            smooth((None,) * n, self.ring, last, cut, last, self.packed[TAU_K_MODEL_STD] ** 2, z,
+            smooth(self.states, self.ring, last, cut, last, self.packed[TAU_K_MODEL_STD] ** 2, z,
                    self.matrices, rows[cut:last + 1])
             later = z, self.matrices[0].copy()
         return rows

@@ -31,7 +31,7 @@ from gearbox_monitor.drive.effects import ARM_LOADS, not_in_filters
 from gearbox_monitor.drive.model import model_from_dict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters import FILTERS
-from gearbox_monitor.filters.process import pack, state_names, TAU_K
+from gearbox_monitor.filters.process import markers, pack, state_names, TAU_K
 from gearbox_monitor.filters.record import predicted, record_size
 from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TWIST_STD
 from gearbox_monitor.history import History
@@ -185,18 +185,28 @@ def _known_of(snapshot):
     return Known(json.loads(snapshot['known']) if 'known' in snapshot else None)
 
 
+def _where(good):
+    """Return what chooses the rows `good` (bool [N]): a slice, which copies nothing, or `good`."""
+    chosen = np.flatnonzero(good)
+    if not len(chosen) or chosen[-1] - chosen[0] + 1 == len(chosen):
+        return slice(chosen[0], chosen[-1] + 1) if len(chosen) else slice(0)
+    return good
+
+
 class Monitor:
     """
     Filter, trust and drift of one gearbox.
 
     model: DriveModel. parameters: mapping with names of parameters.ESTIMATOR; the rest take their
     defaults. drift: state or baselines of a change.Tracker, or None (then the first windows are
-    healthy). temperature: of the gearbox now (deg C), None = not known.
+    healthy). temperature: of the gearbox now (deg C), None = not known. judged: whether trust and
+    drift are evaluated; smoothed: whether the smoother runs, which drift needs. Without them the
+    same estimates come in a fraction of the time.
     Raises InputError for a parameter that is unknown or out of range; what Tracker raises.
     """
 
-    def __init__(self, model, parameters=None, drift=None):
-        self.model = model
+    def __init__(self, model, parameters=None, drift=None, judged=True, smoothed=True):
+        self.model, self._judged, self._smoothed = model, judged, smoothed
         self.parameters = checked(ESTIMATOR, parameters or {}, 'parameters')
         self.divergences = deque(maxlen=100)  # newest last
         self.counts = np.zeros(stream.N_COUNTS, np.int64)
@@ -224,21 +234,25 @@ class Monitor:
         self._packed = pack(self.drive, p)
         self._kind = stream.KINDS[p['filter']]
         self._settings = np.array([
-            round(p['max_gap'] * SECOND), p['effort_delay'], round(p['smoother_lag'] * SECOND),
+            round(p['max_gap'] * SECOND), p['effort_delay'],
+            round(p['smoother_lag'] * SECOND) if self._smoothed else 0,
             self.drive.arm_load == 'measured'], np.int64)
         n, module = len(self.names), FILTERS[p['filter']]
+        self._states = markers(self._packed, n)
         self.warnings = module.warnings(n, p) if hasattr(module, 'warnings') else []
         ignored = not_in_filters(self.drive.effects)
         if ignored:
             self.warnings = [*self.warnings, f'effects of the model that no filter knows are left '
                              f'out: {", ".join(ignored)}']
-            if set(ignored) & set(ARM_LOADS) and self.drive.arm_load != 'unknown':
-                self.warnings.append('loads on the arm are estimated with arm_load: unknown')
+        loads = [e['id'] for e in self.drive.effects if e['id'] in ARM_LOADS]
+        if loads and self.drive.arm_load == 'measured':
+            self.warnings = [*self.warnings, f'effects of the model act besides the measured load '
+                             f'on the arm: {", ".join(loads)}; leave out what it contains']
         self._z, self._P = np.zeros(n), np.eye(n).ravel()
         self._memory = np.zeros(module.memory_size(n))
         self._clock, self._efforts = np.zeros(1), np.zeros((stream.N_EFFORTS, 2))
-        self._ring = np.zeros((RING, record_size(n)))
-        self._ring_stamps = np.zeros(RING, np.int64)
+        rows = RING if self._settings[stream.LAG] else 2  # few stay in the processor's cache
+        self._ring, self._ring_stamps = np.zeros((rows, record_size(n))), np.zeros(rows, np.int64)
         self._vectors = np.zeros((module.N_VECTORS, n))
         self._matrices = np.zeros((max(module.N_MATRICES, 5), n * n))
         self._one = (np.zeros(1, np.int64), np.zeros((1, 2)), np.zeros((1, 2)))
@@ -256,7 +270,7 @@ class Monitor:
         self._window_whole = True  # whether its rows are at hand from there on
         self._known = Known()  # what the windows have in common
         self._window_flagged = 0  # evaluations in it that an indicator of trust flagged
-        self._gate[stream.EVALUATE_AT] = 0
+        self._gate[stream.EVALUATE_AT] = 0 if self._judged else stream.NEVER
         self._reference, self._references = self._given_reference, []
         self._systematic = missing.Systematic()
         self.findings = {**self.findings, **{name: NO_DATA for name in (*COMPONENTS[:4], 'input')}}
@@ -294,7 +308,7 @@ class Monitor:
         else:
             self._given_reference = self._reference = None
         self._gate[:] = gate
-        self._gate[stream.EVALUATE_AT] = 0
+        self._gate[stream.EVALUATE_AT] = 0 if self._judged else stream.NEVER
         self._keep_belief_only()
 
     def _keep_belief_only(self):
@@ -302,11 +316,12 @@ class Monitor:
         step = self._gate[stream.STEPS]
         n = len(self.names)
         start = n + 2 * n * n
-        row = self._ring[step % RING]
+        place = step % len(self._ring)
+        row = self._ring[place]
         row[start:start + n] = self._z
         row[start + n:start + n + n * n] = self._P
         row[-1] = self._efforts[(step - 1 - self.parameters['effort_delay']) % stream.N_EFFORTS, 0]
-        self._ring_stamps[step % RING] = self._gate[stream.LAST]
+        self._ring_stamps[place] = self._gate[stream.LAST]
         self._gate[stream.SMOOTH_NEXT] = step
 
     def snapshot(self):
@@ -333,15 +348,16 @@ class Monitor:
             'clock': numbers(self._clock), 'efforts': numbers(self._efforts)}
 
     @classmethod
-    def restore(cls, snapshot, source='snapshot'):
-        """Return the Monitor that went on from `snapshot`. Raises InputError."""
+    def restore(cls, snapshot, source='snapshot', judged=True, smoothed=True):
+        """Return the Monitor that went on from `snapshot`, see Monitor. Raises InputError."""
         def numbers(name, like):
             values = [float.fromhex(v) for v in json.loads(snapshot[name])]
             return np.array(values).reshape(like.shape)
 
         try:
             monitor = cls(model_from_dict(json.loads(snapshot['model']), source),
-                          json.loads(snapshot['parameters']), json.loads(snapshot['drift']))
+                          json.loads(snapshot['parameters']), json.loads(snapshot['drift']),
+                          judged, smoothed)
             monitor.temperature = json.loads(snapshot['temperature'])
             monitor._window_start = json.loads(snapshot['window_start'])
             monitor._window_whole = monitor._window_start is None
@@ -443,33 +459,29 @@ class Monitor:
         stamps = np.ascontiguousarray(samples.stamp_ns, np.int64)
         u = np.ascontiguousarray(samples.u, float)
         y = np.ascontiguousarray(samples.y, float)
-        parts, start = [self._run_part(stamps[:0], u[:0], y[:0])[1:]], 0
-        while start < len(stamps):
+        n, start, due = len(stamps), 0, 0
+        room = n + RING if self._settings[stream.LAG] else 0
+        codes, rows = np.empty(n, np.int64), np.empty((n, stream.N_ESTIMATE))
+        stamps_s, smoothed = np.empty(room, np.int64), np.empty((room, N_SMOOTHED))
+        while start < n:
             end = start + HISTORY // 2
-            taken, *part = self._run_part(stamps[start:end], u[start:end], y[start:end])
-            parts.append(part)
-            start += taken
-        return Estimates(*(np.concatenate(column) for column in zip(*parts)))
-
-    def _run_part(self, stamps, u, y):
-        codes = np.empty(len(stamps), np.int64)
-        rows = np.empty((len(stamps), stream.N_ESTIMATE))
-        stamps_s = np.empty(len(stamps) + RING, np.int64)
-        smoothed = np.empty((len(stamps) + RING, N_SMOOTHED))
-        taken, n = self._run(stamps, u, y, codes, rows, stamps_s, smoothed)
-        stamps, rows, codes = stamps[:taken], rows[:taken], codes[:taken]
-        last = int(stamps[-1]) if taken else 0
-        good = codes == stream.ESTIMATE
-        if not good.all():
-            stamps, rows = stamps[good], rows[good]
-        self._remember(stamps, rows, stamps_s[:n], smoothed[:n])
-        if taken and codes[-1] in (stream.ESTIMATE, stream.START):
-            self._after(last)
-        return taken, stamps, rows, stamps_s[:n], smoothed[:n], codes
+            taken, more = self._run(stamps[start:end], u[start:end], y[start:end],
+                                    codes[start:end], rows[start:end], stamps_s[due:],
+                                    smoothed[due:])
+            end = start + taken
+            if self._judged:
+                good = _where(codes[start:end] == stream.ESTIMATE)
+                self._remember(stamps[start:end][good], rows[start:end][good],
+                               stamps_s[due:due + more].copy(), smoothed[due:due + more].copy())
+                if codes[end - 1] in (stream.ESTIMATE, stream.START):
+                    self._after(int(stamps[end - 1]))
+            start, due = end, due + more
+        good = _where(codes == stream.ESTIMATE)
+        return Estimates(stamps[good], rows[good], stamps_s[:due], smoothed[:due], codes)
 
     def _run(self, stamps, u, y, codes, rows, stamps_s, smoothed):
         taken, n = stream.run(
-            (None,) * len(self.names), stamps, u, y, *self._kind, self._packed, self._settings,
+            self._states, stamps, u, y, *self._kind, self._packed, self._settings,
             self._gate, self.counts, self._clock, self._efforts, self._z, self._P, self._memory,
             self._ring, self._ring_stamps, self._vectors, self._matrices, codes, rows, stamps_s,
             smoothed)
@@ -480,7 +492,7 @@ class Monitor:
     def _divergence(self, stamp_ns):
         """Return why the filter failed at the sample that came last."""
         n, step = len(self.names), int(self._gate[stream.STEPS])
-        _, predicted_P, _ = predicted(self._ring[step % RING], n)
+        _, predicted_P, _ = predicted(self._ring[step % len(self._ring)], n)
         reason, smallest = 'state or covariance is not finite', np.nan
         if np.isfinite(self._z).all() and np.isfinite(self._P).all():
             smallest = float(np.linalg.eigvalsh(self._P.reshape(n, n)).min())
@@ -496,12 +508,12 @@ class Monitor:
     def _remember(self, stamps, rows, stamps_s, smoothed):
         self._history.add(stamps, rows)
         if len(stamps_s):
-            self._drift.append((stamps_s, smoothed.copy()))
+            self._drift.append((stamps_s, smoothed))
 
     def _after(self, stamp_ns):
         """Judge when a second of accepted stamps has passed."""
         at = self._gate[stream.EVALUATE_AT]
-        if at and at - SECOND <= stamp_ns < at:
+        if at == stream.NEVER or at and at - SECOND <= stamp_ns < at:
             return
         self._gate[stream.EVALUATE_AT] = stamp_ns + SECOND
         if at and stamp_ns >= at:

@@ -87,8 +87,9 @@ ESTIMATOR = (
     Parameter('arm_joint', 'arm', '', 'name of the arm in joint_states'),
     Parameter('gearbox_serial', 'gearbox', '', 'hardware_id in diagnostics'),
     Parameter('arm_load', 'unknown', '',
-              'what acts on the arm: none, an unknown load (estimated), or a measured one '
-              '(effort of the arm joint); "model" takes the word of the model file',
+              'what acts on the arm besides effects of the model file: none, an unknown load '
+              '(estimated), or a measured one (effort of the arm joint); "model" takes the word '
+              'of the model file',
               choices=('none', 'unknown', 'measured', 'model')),
     Parameter('effort_delay', 0, 'samples',
               'effort stamped t_k acts on [t_k+d, t_k+d+1); -1: it acted on the sample before',

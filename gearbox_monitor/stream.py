@@ -44,6 +44,9 @@ REASONS = {
 (LAST, PENDING_STAMP, PENDING_COUNT, LAST_EFFORT, LAST_MEASUREMENT, STEPS, STARTED,
  EVALUATE_AT, SMOOTH_NEXT, INPUTS, N_GATE) = range(11)
 SECOND = 1_000_000_000
+NEVER = -1  # at EVALUATE_AT: no evaluation is due
+# Places in the settings.
+MAX_GAP, DELAY, LAG, LOAD_MEASURED = range(4)
 # A jump of the clock is believed when this many samples follow it consistently.
 CONFIRM = 3
 N_EFFORTS = 64
@@ -105,7 +108,7 @@ def _gate(stamp, gate, max_gap):
 @jit
 def _due(stamp, gate):
     at = gate[EVALUATE_AT]
-    return at == 0 or stamp >= at or stamp < at - SECOND
+    return at != NEVER and (at == 0 or stamp >= at or stamp < at - SECOND)
 
 
 @jit
@@ -190,7 +193,7 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
     ring_stamps. Written: codes int64 [N], estimates [N, N_ESTIMATE] (rows whose code is ESTIMATE),
     smoothed_stamps and smoothed (rows as many as samples plus the ring's length).
     """
-    max_gap, delay, lag = settings[0], settings[1], settings[2]
+    max_gap, delay, lag = settings[MAX_GAP], settings[DELAY], settings[LAG]
     rows = ring.shape[0]
     n_smoothed = 0
     for k in range(stamps.shape[0]):
@@ -208,7 +211,7 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
                 counts[MOTOR_MISSING] += 1
             if not math.isfinite(y2):
                 counts[ARM_MISSING] += 1
-            have_u = math.isfinite(u) and (settings[3] == 0 or math.isfinite(load))
+            have_u = math.isfinite(u) and (settings[LOAD_MEASURED] == 0 or math.isfinite(load))
             if not have_u:
                 counts[EFFORT_HELD] += 1
                 if code == START or stamp - gate[LAST_EFFORT] > max_gap:
@@ -257,7 +260,7 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
         efforts[now, 1] = load if math.isfinite(load) else efforts[before, 1]
         acting = (step - 1 - delay) % N_EFFORTS
         u_acting = efforts[acting, 0]
-        load_acting = efforts[acting, 1] if settings[3] == 1 else 0.0
+        load_acting = efforts[acting, 1] if settings[LOAD_MEASURED] == 1 else 0.0
         record = ring[step % rows]
         ring_stamps[step % rows] = stamp
         if not filter_step(is_ukf, is_srukf, is_aekf, states, z, P, memory, dt, u_acting,

@@ -31,13 +31,20 @@ def arctangent(v):
     return math.atan(v.real) + 1j * v.imag / (1.0 + v.real ** 2)
 
 
+def sine(v):
+    """Sine of a complex number near the real axis, to first order in its imaginary part."""
+    return math.sin(v.real) + 1j * v.imag * math.cos(v.real)
+
+
 def derivative(z, u, load, c):
     """
     Equations (1), (2), with tau_K as state 4 and optional states for load and friction error.
 
     c: dict of constants; c['load_at'], c['friction_at'] are indices or None.
     """
-    x1, _, x3, x4, tau = z[:5]
+    x1, x2, x3, x4, tau = z[:5]
+    load = (load + c.get('TL', 0.0) + c.get('Cav', 0.0) * x4 + c.get('G', 0.0) * sine(x2)
+            + c.get('Cac', 0.0) * 2.0 / math.pi * arctangent(c['alpha'] * x4))
     friction = c['Cv'] * x3 + c['Cc'] * 2.0 / math.pi * arctangent(c['alpha'] * x3)
     out = np.zeros_like(z)
     if c.get('load_at'):

@@ -24,7 +24,7 @@ from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters import aekf, ekf
 from gearbox_monitor.filters.adaptation import ADAPTABLE
-from gearbox_monitor.filters.process import ADAPT_AT, P0, pack, state_names
+from gearbox_monitor.filters.process import ADAPT_AT, markers, P0, pack, state_names
 from gearbox_monitor.filters.record import record_size
 from gearbox_monitor.jit import COMPILED
 from gearbox_monitor.monitor import Monitor, Samples
@@ -65,12 +65,15 @@ def settled(monitor, out, seconds, y=None):
 
 
 # model's load, further parameters, dt, effects
+LOADS = ({'id': 'load_friction', 'Cl': 0.05}, {'id': 'gravity', 'G': 20.0},
+         {'id': 'arm_coulomb', 'Cac': 0.9}, {'id': 'arm_viscous', 'Cav': 0.1},
+         {'id': 'load_torque', 'TL': 0.4})
 SETUPS = {
     'paper': ('none', {}, 1e-3, ()),
     'sharp friction': ('none', {'adapt_friction_sharpness': 100.0}, 1e-3, ()),
     'long steps': ('none', {'adapt_friction_sharpness': 100.0}, 4e-3, ()),
-    'all states': ('unknown', {'friction_error_std': 0.2, 'q_std_tau_k_speed': 1.0}, 1e-3,
-                   ({'id': 'load_friction', 'Cl': 0.05},)),
+    'all states': ('unknown', {'friction_error_std': 0.2, 'q_std_tau_k_speed': 1.0}, 4e-3,
+                   LOADS),
 }
 
 
@@ -93,7 +96,7 @@ def test_gradient_is_that_of_the_log_likelihood(setup):
             memory[aekf.IN_USE + int(p[ADAPT_AT + i])] *= np.exp(c)
         gradient = np.zeros(aekf.MAX_THETA)
         value = aekf.likelihood_gradient(
-            (None,) * n, out.u, np.zeros(300), y, np.full(300, dt), z, P, memory, p,
+            markers(p, n), out.u, np.zeros(300), y, np.full(300, dt), z, P, memory, p,
             np.zeros((aekf.N_VECTORS, n)), np.zeros((aekf.N_MATRICES, n * n)),
             np.zeros(record_size(n)), gradient)
         assert aekf.guards(memory)['sensitivity_resets'] == 0

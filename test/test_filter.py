@@ -28,7 +28,8 @@ from gearbox_monitor.drive.excitation import Excitation
 from gearbox_monitor.drive.model import DriveModel, substeps
 from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.filters import ekf
-from gearbox_monitor.filters.process import EIGENVALUE, P0, pack, propagate, Q0, state_names
+from gearbox_monitor.filters.process import (
+    EIGENVALUE, markers, P0, pack, propagate, Q0, state_names)
 from gearbox_monitor.filters.record import correction, predicted, record_size, updated
 from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, smooth
 from gearbox_monitor.jit import COMPILED
@@ -37,13 +38,16 @@ from gearbox_monitor.parameters import defaults, ESTIMATOR
 
 
 PARAMETERS = defaults(ESTIMATOR)
+LOADS = {'gravity': {'G': 1.2}, 'arm_coulomb': {'Cac': 0.9}, 'arm_viscous': {'Cav': 0.1},
+         'load_torque': {'TL': 0.4}}
+# Load on the arm, parameters of the filter, effects of the model.
 VARIANTS = {
-    'paper': ('none', {}),
-    'known load': ('measured', {}),
-    'unknown load': ('unknown', {}),
-    'stiffness': ('unknown', {'tau_k_stiffness': 3.65}),
-    'friction error': ('none', {'friction_error_std': 0.2, 'friction_error_time': 0.3}),
-    'all': ('unknown', {'tau_k_stiffness': 2.0, 'friction_error_std': 0.2}),
+    'paper': ('none', {}, {}),
+    'known load': ('measured', {}, {}),
+    'unknown load': ('unknown', {}, {}),
+    'stiffness': ('unknown', {'tau_k_stiffness': 3.65}, {}),
+    'friction error': ('none', {'friction_error_std': 0.2, 'friction_error_time': 0.3}, {}),
+    'all': ('unknown', {'tau_k_stiffness': 2.0, 'friction_error_std': 0.2}, LOADS),
 }
 CASE_B = DriveModel().with_(stiffness=5.0, half_gap=0.6)
 TUNED = {'arm_load': 'none', 'r_std_motor': 0.0612, 'r_std_arm': 0.0828,
@@ -53,14 +57,16 @@ TUNED = {'arm_load': 'none', 'r_std_motor': 0.0612, 'r_std_arm': 0.0828,
 
 def setup(variant='paper', model=None, **changes):
     """Return (packed parameters, oracle's constants, number of states)."""
-    load, options = VARIANTS[variant]
+    load, options, effects = VARIANTS[variant]
     parameters = {**PARAMETERS, **options, **changes}
-    model = (model or DriveModel()).with_(arm_load=load)
+    model = (model or DriveModel()).with_(
+        arm_load=load, effects=[{'id': name, **values} for name, values in effects.items()])
     names = state_names(model, parameters)
     constants = {
         'm1': model.motor_inertia, 'm2': model.arm_inertia, 'D': model.damping,
         'Cv': model.viscous_friction, 'Cc': model.coulomb_friction,
         'alpha': model.friction_sharpness, 'Kr': model.position_gain,
+        **{name: v for values in effects.values() for name, v in values.items()},
         'k_p': parameters['tau_k_stiffness'], 'T': parameters['friction_error_time'],
         'load_at': names.index('tau_arm') if 'tau_arm' in names else None,
         'friction_at': names.index('tau_e') if 'tau_e' in names else None}
@@ -73,7 +79,7 @@ def filtered(p, n, z, P, dts, u, load, y):
     vectors, matrices = np.zeros((ekf.N_VECTORS, n)), np.zeros((5, n * n))
     records = np.zeros((len(dts), record_size(n)))
     for k, dt in enumerate(dts):
-        assert ekf.step((None,) * n, z, P, np.zeros(0), dt, u[k], load[k], y[k, 0], y[k, 1], p,
+        assert ekf.step(markers(p, n), z, P, np.zeros(0), dt, u[k], load[k], y[k, 0], y[k, 1], p,
                         vectors, matrices, records[k])
     return records
 
@@ -107,7 +113,7 @@ def test_tangent_is_that_of_the_rk4_step(variant, x3, dt):
     counted = substeps(dt, p[EIGENVALUE])
     expected, phi_expected = oracle.flow(z, 0.05, 0.2, dt, counted, constants)
     phi = np.full(n * n, np.nan)
-    propagate((None,) * n, z, phi, 0.05, 0.2, dt, counted, p)
+    propagate(markers(p, n), z, phi, 0.05, 0.2, dt, counted, p)
     np.testing.assert_allclose(z, expected, rtol=1e-12, atol=1e-14)
     np.testing.assert_allclose(phi.reshape(n, n), phi_expected, rtol=1e-10, atol=1e-12)
 

@@ -14,6 +14,11 @@
 
 """One sample in, one estimate out: same bits however it is fed, whatever comes in."""
 from dataclasses import replace
+import json
+import os
+from pathlib import Path
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -24,6 +29,7 @@ from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters.smoother import S_TAU_K
+from gearbox_monitor.jit import COMPILED
 from gearbox_monitor.monitor import COMPONENTS, Monitor, Sample, Samples
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.trust.level import Level
@@ -409,6 +415,88 @@ def test_measured_arm_load():
     assert not len(monitor.run(samples).rows) and monitor.counts[stream.NO_EFFORT] == 1000
 
 
+def test_loads_that_the_model_has():
+    """With its effects on the arm in the model the filter does as on a drive without them."""
+    def scores(model, samples, out):
+        estimates = Monitor(model, {'arm_load': model.arm_load}).run(samples)
+        at = np.searchsorted(samples.stamp_ns, estimates.smoothed_stamp_ns)
+        smoothed = estimates.smoothed[:, S_TAU_K] - out.tau_k[at]
+        return (estimates.nis[500:].mean(), rms((estimates.tau_k - out.tau_k[1:])[500:]),
+                rms(smoothed[500:]))
+
+    plain = MODEL.with_(arm_load='none')
+    _, reference, smoothed_reference = scores(plain, *drive(10.0))
+    for name, effects in LOADS.items():
+        model = plain.with_(effects=effects)
+        given = drive(10.0, model=model)
+        nis, error, smoothed = scores(model, *given)
+        assert 1.85 <= nis <= 2.1, (name, nis)
+        assert error < 1.05 * reference and smoothed < 1.1 * smoothed_reference, name
+        if effects:
+            nis, _, smoothed = scores(plain, *given)
+            assert nis > 20.0 and smoothed > 1.5 * smoothed_reference, (name, nis, smoothed)
+
+
+def test_the_arm_alone_tells_the_torque_where_the_load_is_known():
+    def error(effects, known):
+        model = MODEL.with_(effects=effects, arm_load='none')
+        samples, out = drive(10.0, model=model)
+        samples.y[2000:, 0] = np.nan  # the motor's encoder is lost
+        estimates = Monitor(known, {'arm_load': 'none'}).run(samples)
+        return rms((estimates.tau_k - out.tau_k[1:])[2500:])
+
+    reference = error([], MODEL)
+    for name in ('gravity', 'coulomb', 'all'):
+        knowing = error(LOADS[name], MODEL.with_(effects=LOADS[name]))
+        assert knowing < 1.1 * reference < 1.5 * reference < error(LOADS[name], MODEL), name
+
+
+def test_loads_of_the_model_act_besides_the_measured_one():
+    constant, gravity = LOADS['constant'], LOADS['gravity']
+    samples, out = drive(10.0, model=MODEL.with_(effects=constant + gravity))
+    samples.u[:, 1] = constant[0]['TL']
+    nis = {}
+    for effects in ([], gravity, constant + gravity):
+        monitor = Monitor(MODEL.with_(effects=effects), {'arm_load': 'measured'})
+        nis[len(effects)] = monitor.run(samples).nis[500:].mean()
+        assert len(monitor.warnings) == (1 if effects else 0)
+    assert 1.85 <= nis[1] <= 2.1 and min(nis[0], nis[2]) > 20.0
+    assert 'besides the measured load on the arm: load_torque, gravity' in monitor.warnings[0]
+
+
+RUN = """
+import json, sys
+import numpy as np
+from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.monitor import Monitor, Samples
+assert not COMPILED
+data = np.load(sys.argv[1])
+monitor = Monitor.restore(json.loads(sys.argv[3]))
+np.save(sys.argv[2], monitor.run(Samples(data['stamps'], data['u'], data['y'])).rows)
+"""
+
+
+def test_loads_of_the_model_in_replay_and_without_compiler(tmp_path):
+    model = MODEL.with_(effects=[*LOADS['all'], {'id': 'arm_viscous', 'Cav': 0.1}])
+    samples, _ = drive(0.6, model=model)
+    live = Monitor(model, {'arm_load': 'none'})
+    live.run(cut(samples, 0, 300))
+    snapshot = json.loads(json.dumps(live.snapshot()))
+    rows = live.run(cut(samples, 300, 600)).rows
+    again = Monitor.restore(snapshot).run(cut(samples, 300, 600)).rows
+    np.testing.assert_array_equal(again, rows)
+    if not COMPILED:
+        pytest.skip('numba is not installed: nothing to compare with')
+    rest = cut(samples, 300, 600)
+    np.savez(tmp_path / 'in.npz', stamps=rest.stamp_ns, u=rest.u, y=rest.y)
+    subprocess.run(
+        [sys.executable, '-W', 'error', '-c', RUN, tmp_path / 'in.npz', tmp_path / 'out.npy',
+         json.dumps(snapshot)], check=True, timeout=120,
+        env={**os.environ, 'GEARBOX_MONITOR_JIT': '0',
+             'PYTHONPATH': str(Path(__file__).parents[1])})
+    np.testing.assert_allclose(rows, np.load(tmp_path / 'out.npy'), rtol=1e-9, atol=1e-9)
+
+
 def test_no_arm_load_for_the_papers_plant():
     samples, out = drive(10.0)
     estimates = Monitor(MODEL, {'arm_load': 'none'}).run(samples)
@@ -462,7 +550,7 @@ def test_lost_positive_definiteness_is_told_with_its_eigenvalue():
 
 
 @pytest.mark.parametrize('effect', [
-    {'id': 'gravity', 'G': 0.5}, {'id': 'arm_coulomb', 'Cac': 0.1},
+    {'id': 'gravity', 'G': 0.5}, {'id': 'arm_coulomb', 'Cac': 0.5},
     {'id': 'arm_viscous', 'Cav': 0.1}, {'id': 'load_torque', 'TL': 0.5},
     {'id': 'load_friction', 'Cl': 0.2}, {'id': 'torque_offset', 'u0': 0.5},
     {'id': 'motor_viscous', 'Cv': 0.2}, {'id': 'motor_coulomb', 'Cc': 0.5},

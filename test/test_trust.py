@@ -96,16 +96,22 @@ def test_information_share_with_an_unknown_load(moving):
     assert tau_arm[0] < observability.UNTRUSTED < min(tau_arm[1:])
 
 
-def test_gramian_against_the_exact_tangent(moving):
+LOADS = [{'id': 'gravity', 'G': 2.3}, {'id': 'arm_coulomb', 'Cac': 1.65}]
+
+
+@pytest.mark.parametrize('effects', [[], LOADS], ids=['plain', 'loads on the arm'])
+def test_gramian_against_the_exact_tangent(moving, effects):
     """The cheap linearised steps agree with the filter's own map, at rest and moving."""
-    rows, packed = moving
+    rows, _ = moving
+    packed = Monitor(CASE_B.with_(effects=effects), REFERENCE)._packed
     for states in (rows[2000:2100, :5], np.zeros((100, 5))):
         phi, z, product, gramian = np.empty((5, 5)), np.empty(5), np.eye(5), np.zeros((5, 5))
         for state in states:
             information = np.diag(1.0 / packed[[process.R1, process.R2]])
             gramian += product[:2].T @ information @ product[:2]
             z[:] = state
-            process.propagate((None,) * 5, z, phi.reshape(-1), 0.0, 0.0, 1e-3, 8, packed)
+            process.propagate(process.markers(packed, 5), z, phi.reshape(-1), 0.0, 0.0, 1e-3, 8,
+                              packed)
             product = phi @ product
         scale = np.array([1.0, 1.0, 20.0, 20.0, 3.6])
         exact = np.sqrt(np.diag(np.linalg.inv(scale[:, None] * gramian * scale + np.eye(5))))

@@ -25,7 +25,7 @@ import numpy as np
 from gearbox_monitor.drive.model import substeps
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters.process import (
-    advance, EIGENVALUE, noise, P0, pack, propagate, R1, R2, state_names, TAU_K,
+    advance, EIGENVALUE, markers, noise, P0, pack, propagate, R1, R2, state_names, TAU_K,
     TAU_K_MODEL_STD)
 from gearbox_monitor.filters.smoother import N_SMOOTHED
 from gearbox_monitor.parameters import checked, ESTIMATOR
@@ -79,7 +79,7 @@ def run(name, model, parameters, samples):
         model = model.with_(arm_load=parameters['arm_load'])
     _check(name, model, parameters, samples)
     p, n = pack(model, parameters), len(state_names(model, parameters))
-    states = (None,) * n
+    states = markers(p, n)
     load = samples.u[:, 1] if model.arm_load == 'measured' else np.zeros(len(samples.u))
 
     def move(z, dt, u=0.0, load=0.0):

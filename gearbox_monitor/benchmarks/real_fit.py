@@ -29,7 +29,7 @@ from scipy.optimize import brentq, least_squares
 from gearbox_monitor.drive.model import model_from_dict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters import ekf
-from gearbox_monitor.filters.process import P0, pack, state_names, TAU_K, X1, X2
+from gearbox_monitor.filters.process import markers, P0, pack, state_names, TAU_K, X1, X2
 from gearbox_monitor.filters.record import record_size
 from gearbox_monitor.jit import jit
 from gearbox_monitor.monitor import Monitor, Samples
@@ -111,7 +111,7 @@ def estimate(values, run, arm_step, sharpness=SHARPNESS):
     torque, variance = np.zeros(len(u)), np.zeros(len(u))
     p = pack(model, parameters)
     P = np.diag(p[P0:P0 + n]).ravel()
-    _filter((None,) * n, run.stamps, u, run.outputs, p, np.zeros(n), P, np.zeros(0),
+    _filter(markers(p, n), run.stamps, u, run.outputs, p, np.zeros(n), P, np.zeros(0),
             np.zeros((ekf.N_VECTORS, n)), np.zeros((ekf.N_MATRICES, n * n)),
             np.zeros(record_size(n)), torque, variance)
     return torque, np.sqrt(variance + values.get('tau_k_model_std', 0.0) ** 2)

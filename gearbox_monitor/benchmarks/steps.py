@@ -18,7 +18,7 @@ import time
 import numpy as np
 
 from gearbox_monitor.filters import FILTERS
-from gearbox_monitor.filters.process import pack, state_names
+from gearbox_monitor.filters.process import markers, pack, state_names
 from gearbox_monitor.filters.record import record_size
 from gearbox_monitor.jit import jit
 from gearbox_monitor.parameters import checked, ESTIMATOR
@@ -44,14 +44,15 @@ def stepper(model, parameters, u, y, dt):
     model = model.with_(arm_load=parameters['arm_load'])
     n, module = len(state_names(model, parameters)), FILTERS[parameters['filter']]
     p, kind = pack(model, parameters), KINDS[parameters['filter']]
+    states = markers(p, n)
 
     def run():
         z, P, memory = np.zeros(n), np.eye(n).ravel(), np.zeros(module.memory_size(n))
         record = np.zeros(record_size(n))
         vectors = np.zeros((module.N_VECTORS, n))
         matrices = np.zeros((max(module.N_MATRICES, 5), n * n))
-        start((None,) * n, z, P, y[0, 0], y[0, 1], p, record)
-        return _loop(*kind, (None,) * n, z, P, memory, u, y, dt, p.copy(), vectors, matrices,
+        start(states, z, P, y[0, 0], y[0, 1], p, record)
+        return _loop(*kind, states, z, P, memory, u, y, dt, p.copy(), vectors, matrices,
                      record)
     return run
 

@@ -145,11 +145,10 @@ _TABLE = (
     Effect('encoder_offset', 'arm_sensor', 'y2 = x2 + c', (Parameter('c', 'rad'),)),
 )
 EFFECTS = {effect.id: effect for effect in _TABLE}
-# Loads on the arm: filters estimate them as one (arm_load: unknown). Then effects that filters
-# know, besides those that replace a value of the model.
+# What model.arm_load has; then what filters know besides effects that replace a model's value.
 ARM_LOADS = ('arm_viscous', 'arm_coulomb', 'gravity', 'load_torque')
-IN_FILTERS = ('load_friction', 'torque_offset')
-ADDITIVE = (*ARM_LOADS, *IN_FILTERS, 'disturbance')  # may be given several times
+IN_FILTERS = (*ARM_LOADS, 'load_friction', 'torque_offset')
+ADDITIVE = (*IN_FILTERS, 'disturbance')  # may be given several times
 
 # Places in the packed array of effects: those that model.pack does not hold already.
 _PACKED = {

@@ -41,10 +41,11 @@ RK4_STABILITY = 2.7
 
 # Places in the packed parameter array; of the inertias stand the inverses, kernels need no other.
 (INVERSE_M1, INVERSE_M2, D, CV, CC, ALPHA, KR, OFFSET, KIND, STIFFNESS, HALF_GAP, WIDTH, K_S,
- CAV, CAC, G, TL, CL, N_PARAMETERS) = range(19)
+ CAV, CAC, ARM_ALPHA, G, TL, CL, N_PARAMETERS) = range(20)
 
 ARM_LOAD_MODES = ('none', 'unknown', 'measured')
 AXES = ('rotary', 'prismatic')  # prismatic: m, N and kg instead of rad, N m and kg m^2
+DRIVEN_BY = ('torque', 'position')  # what of a recording moves the model in a diagnosis
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,7 @@ class DriveModel:
     gear_ratio: float = 1.0
     axis: str = 'rotary'
     arm_load: str = 'none'
+    driven_by: str = 'torque'
     transmission: Transmission = Transmission()
     effects: tuple = ()
     tolerance: float = 0.0
@@ -114,6 +116,7 @@ class DriveModel:
         p[CV], p[CC] = self.viscous_friction, self.coulomb_friction
         p[ALPHA], p[KR], p[OFFSET] = (
             self.friction_sharpness, self.position_gain, self.torque_offset)
+        p[ARM_ALPHA] = self.friction_sharpness
         t = self.transmission
         p[KIND] = KINDS.index(t.kind)
         p[STIFFNESS], p[HALF_GAP] = t.stiffness, t.half_gap
@@ -211,9 +214,14 @@ def model_from_dict(data, source):
         _choice(values['arm_load'], 'arm_load', source, ARM_LOAD_MODES)
     if 'axis' in values:
         _choice(values['axis'], 'axis', source, AXES)
+    if 'driven_by' in values:
+        _choice(values['driven_by'], 'driven_by', source, DRIVEN_BY)
     for name in values:
         if name in _RANGES and not (name == 'process_torque' and values[name] is None):
             values[name] = _number(values[name], name, source)
+    if values.get('driven_by') == 'position' and not values.get('process_torque_time'):
+        raise InputError(f'{source}: process_torque_time: 0, expected a number > 0 (s) with '
+                         'driven_by: position, whose residuals are never white')
     if values.get('gear_ratio') == 0:
         raise InputError(f'{source}: gear_ratio: 0, expected a number other than 0')
     return DriveModel(**values)
@@ -337,10 +345,18 @@ def arm_load(x2, x4, p):
     torque = p[CAV] * x4 + p[TL]
     # Most drives have neither: this spares two transcendental functions in each stage of a step.
     if p[CAC] != 0.0:
-        torque += p[CAC] * TWO_OVER_PI * math.atan(p[ALPHA] * x4)
+        torque += p[CAC] * TWO_OVER_PI * math.atan(p[ARM_ALPHA] * x4)
     if p[G] != 0.0:
         torque += p[G] * math.sin(x2)
     return torque
+
+
+@jit
+def arm_load_slopes(x2, x4, p):
+    """Return d tau_arm / d x2 (N m/rad) and d tau_arm / d x4 (N m s/rad) of arm_load."""
+    v = p[ARM_ALPHA] * x4
+    on_speed = p[CAV] + p[CAC] * TWO_OVER_PI * p[ARM_ALPHA] / (1.0 + v * v)
+    return p[G] * math.cos(x2) if p[G] != 0.0 else 0.0, on_speed
 
 
 @jit

@@ -27,8 +27,9 @@ the filter as computed: s_i = d z / d theta_i and P_i = d P / d theta_i.
     adapt     theta <- theta - gain (M + gain R I)^-1 g,  gain <- gain / (gain + lambda)
 
 dPhi_i needs no second propagation. In an RK4 step theta and s_i enter the tangent only by single
-rows of A at the four stages, so dPhi_i = sum_k g_k (c_ik r_k)': how the end of the step answers to
-a unit in stage k (g_k) and what that stage saw (r_k) are common to all theta.
+rows of A at the four stages (that of x3; with a load on the arm that of x4, too), so dPhi_i =
+sum_k g_k (c_ik r_k)': how the end of the step answers to a unit in stage k (g_k) and what that
+stage saw (r_k) are common to all theta.
 
 Forgetting counts samples with a measurement, not seconds. `gain R I` is the information of a prior
 on each theta (R = RIDGE): where the motion says nothing, theta rests.
@@ -36,14 +37,15 @@ on each theta (R = RIDGE): where the motion says nothing, theta rests.
 import math
 
 from gearbox_monitor.drive.model import (
-    ALPHA, CC, CL, CV, INVERSE_M1, INVERSE_M2, substeps, TWO_OVER_PI)
+    ALPHA, ARM_ALPHA, CAV, CC, CL, CV, G, INVERSE_M1, INVERSE_M2, substeps, TWO_OVER_PI)
 from gearbox_monitor.filters import ekf
 from gearbox_monitor.filters.linalg import multiply, multiply_symmetric
 from gearbox_monitor.filters.process import (
-    ADAPT_AT, ADAPT_COUNT, ADAPT_FORGETTING, ADAPT_RATE, ADAPT_START, along, decay, EIGENVALUE,
-    FRICTION_AT, K_P, LOAD_AT, N_PACKED, N_SEEN, noise, Q0, Q_TAU_K_SPEED, R1, R2, rates, rk4,
-    SEEN_SHARE, SEEN_SLOPE, SEEN_SPEED, SEEN_TAU_K, SEEN_TORQUE, SEEN_TWIST_RATE, SEEN_X3,
-    SEEN_X4, SLOTS, TAU_K, X1, X2, X3, X4)
+    ADAPT_AT, ADAPT_COUNT, ADAPT_FORGETTING, ADAPT_RATE, ADAPT_START, along, answer, decay,
+    EIGENVALUE, FRICTION_AT, K_P, LOAD_AT, N_PACKED, N_SEEN, N_SEEN_OF_LOAD, noise, Q0,
+    Q_TAU_K_SPEED, R1, R2, rates, rk4, SEEN_ARM_POSITION, SEEN_ARM_SPEED, SEEN_ON_POSITION,
+    SEEN_ON_SPEED, SEEN_SHARE, SEEN_SLOPE, SEEN_SPEED, SEEN_TAU_K, SEEN_TORQUE, SEEN_TWIST_RATE,
+    SEEN_X2, SEEN_X3, SEEN_X4, SLOTS, TAU_K, X1, X2, X3, X4)
 from gearbox_monitor.filters.record import places
 from gearbox_monitor.jit import jit, jit_inline
 
@@ -65,14 +67,19 @@ SENSITIVITY = IN_USE + N_PACKED
 GUARDS = {'sensitivity_resets': RESETS, 'limited_steps': STEPS_LIMITED,
           'steps_held_at_bound': AT_BOUND, 'unsolvable_steps': NOT_SOLVED}
 
-# Rows of the scratch vectors; the first ones are what rk4 has seen. Four rows of a kind, or four
-# columns, belong to the stages of RK4.
-(_R_SPEED, _R_TWIST, _R_TORQUE) = (SEEN_SPEED, SEEN_TWIST_RATE, SEEN_TORQUE)
+# Rows of the scratch vectors; the first ones, and with a load on the arm the last ones, are what
+# rk4 has seen. Four rows of a kind, or four columns, belong to the stages of RK4.
+(_R_SPEED, _R_TWIST, _R_TORQUE, _R_ARM_POSITION, _R_ARM_SPEED) = (
+    SEEN_SPEED, SEEN_TWIST_RATE, SEEN_TORQUE, SEEN_ARM_POSITION, SEEN_ARM_SPEED)
 (_CURVATURE, _CROSS, _TWIST_RATE, _TORQUE, _FORCE, _A, _B, _C_SPEED, _C_TORQUE,
  _G) = range(N_SEEN, N_SEEN + 10)
 (_V_SPEED, _V_TORQUE, _G_TWIST, _V_TWIST, _W, _SCORE) = range(_G + 4, _G + 28, 4)
 _GRADIENT = _SCORE + MAX_THETA
-N_VECTORS, N_MATRICES = _GRADIENT + MAX_THETA, 3
+# With a load on the arm:
+(_G_ARM, _V_ARM_POSITION, _V_ARM_SPEED,
+ _ON_POSITION) = range(_GRADIENT + MAX_THETA, _GRADIENT + MAX_THETA + 16, 4)
+(_ON_SPEED, _C_ARM_POSITION, _C_ARM_SPEED) = range(_ON_POSITION + 1, _ON_POSITION + 4)
+N_VECTORS, N_MATRICES = _C_ARM_SPEED + 1 + N_SEEN_OF_LOAD, 3
 
 
 def memory_size(n):
@@ -207,15 +214,24 @@ def _eigenvalue(now, p):
 
 
 @jit_inline
-def _apply(v, stage, now, vectors):
+def _arm(loaded, q, vectors):
+    """Return the slopes of the load on the arm that stage `q` has seen."""
+    if loaded is None:
+        return 0.0, 0.0
+    return vectors[SEEN_ON_POSITION, q], vectors[SEEN_ON_SPEED, q]
+
+
+@jit_inline
+def _apply(loaded, v, stage, now, vectors):
     """Return A v for v = (v1, v2, v3, v4, v_tau), A as of stage `stage`, from these states."""
-    r = rates((v[0], v[2], v[3], v[4]), vectors[SEEN_SLOPE, stage],
-              vectors[SEEN_SHARE, stage], 0.0, 0.0, now)
+    m = (v[0], v[2], v[3], v[4], v[1])
+    load = answer(loaded, _arm(loaded, stage, vectors), 0.0, m)
+    r = rates(m, vectors[SEEN_SLOPE, stage], vectors[SEEN_SHARE, stage], 0.0, load, now)
     return v[2], v[3], r[0], r[1], now[K_P] * (v[2] - v[3])
 
 
 @jit_inline
-def _look(with_atan, now, vectors):
+def _look(loaded, with_atan, now, vectors):
     """Complete what rk4 has seen of its four stages by what sensitivities need besides."""
     for q in range(4):
         x3, tau = vectors[SEEN_X3, q], vectors[SEEN_TAU_K, q]
@@ -228,6 +244,11 @@ def _look(with_atan, now, vectors):
         vectors[_CROSS, q] = now[CL] * vectors[_FORCE, q] * sign
         vectors[_TWIST_RATE, q] = x3 - vectors[SEEN_X4, q]
         vectors[_TORQUE, q] = TWO_OVER_PI * math.atan(v) if with_atan else 0.0
+        if loaded is not None:  # how the slopes of the load bend
+            v = now[ARM_ALPHA] * vectors[SEEN_X4, q]
+            coulomb = vectors[SEEN_ON_SPEED, q] - now[CAV]
+            vectors[_ON_SPEED, q] = -2.0 * coulomb * now[ARM_ALPHA] * v / (1.0 + v * v)
+            vectors[_ON_POSITION, q] = -now[G] * math.sin(vectors[SEEN_X2, q])
 
 
 @jit_inline
@@ -249,27 +270,28 @@ def _answers(states, unit, g, h, now, vectors):
 
     On that of the stages 1 to 3 each; the answer to the last one is h / 6 of the unit.
     """
-    n = len(states)
-    a3 = _apply(unit, 3, now, vectors)
+    n, loaded = len(states), states[0]
+    a3 = _apply(loaded, unit, 3, now, vectors)
     _write(vectors[g + 2], _sum(h / 3.0, unit, h * h / 6.0, a3), n)
-    a2 = _apply(unit, 2, now, vectors)
-    a32 = _apply(a2, 3, now, vectors)
+    a2 = _apply(loaded, unit, 2, now, vectors)
+    a32 = _apply(loaded, a2, 3, now, vectors)
     end = _sum(h / 3.0, a2, h * h / 6.0, a32)
     _write(vectors[g + 1], _sum(h / 3.0, unit, 0.5 * h, end), n)
-    a1 = _apply(unit, 1, now, vectors)
-    a21 = _apply(a1, 2, now, vectors)
-    a321 = _apply(a21, 3, now, vectors)
+    a1 = _apply(loaded, unit, 1, now, vectors)
+    a21 = _apply(loaded, a1, 2, now, vectors)
+    a321 = _apply(loaded, a21, 3, now, vectors)
     end = _sum(h / 3.0, a21, h * h / 6.0, a321)
     end = _sum(h / 3.0, a1, 0.5 * h, end)
     _write(vectors[g], _sum(h / 6.0, unit, 0.5 * h, end), n)
 
 
 @jit_inline
-def _sensitivity_rates(m, q, slot, error, load, now, vectors):
+def _sensitivity_rates(loaded, m, q, slot, error, load, now, vectors):
     """
-    Return how x3' and x4' of stage `q` answer to theta, m = (s1, s3, s4, s_tau) of that stage.
+    Return how x3' and x4' of stage `q` answer to theta, m = (s1, s3, s4, s_tau, s2) of that stage.
 
-    Keeps the change of A: row X3 changes by -c / m1 on the column of x3, and on that of tau_K.
+    Keeps the change of A: row X3 changes by -c / m1 on the column of x3, and on that of tau_K; row
+    X4 on those of x2 and x4.
     """
     c = vectors[_CURVATURE, q] * m[1] + vectors[_CROSS, q] * m[3]
     if slot == CV:
@@ -280,13 +302,17 @@ def _sensitivity_rates(m, q, slot, error, load, now, vectors):
         error += now[CC] * vectors[_TORQUE, q]
     vectors[_C_SPEED, q] = -c * now[INVERSE_M1]
     vectors[_C_TORQUE, q] = -vectors[_CROSS, q] * m[1] * now[INVERSE_M1]
-    return rates(m, vectors[SEEN_SLOPE, q], vectors[SEEN_SHARE, q], error, load, now)
+    if loaded is not None:
+        vectors[_C_ARM_POSITION, q] = -vectors[_ON_POSITION, q] * m[4] * now[INVERSE_M2]
+        vectors[_C_ARM_SPEED, q] = -vectors[_ON_SPEED, q] * m[2] * now[INVERSE_M2]
+    return rates(m, vectors[SEEN_SLOPE, q], vectors[SEEN_SHARE, q], error,
+                 answer(loaded, _arm(loaded, q, vectors), load, m), now)
 
 
 @jit_inline
 def _advance_sensitivity(states, s, slot, h, now, vectors):
     """Advance `s` [n] by the derivative of one RK4 step."""
-    n = len(states)
+    n, loaded = len(states), states[0]
     half, sixth = 0.5 * h, h / 6.0
     error, load = (0.0, 0.0, 0.0, 0.0, 0.0), 0.0
     if n > 5:
@@ -299,14 +325,14 @@ def _advance_sensitivity(states, s, slot, h, now, vectors):
     if slot == K_P:
         twist = (now[K_P] * vectors[_TWIST_RATE, 0], now[K_P] * vectors[_TWIST_RATE, 1],
                  now[K_P] * vectors[_TWIST_RATE, 2], now[K_P] * vectors[_TWIST_RATE, 3])
-    m1 = (s[X1], s[X3], s[X4], s[TAU_K])
-    r1 = _sensitivity_rates(m1, 0, slot, error[0], load, now, vectors)
+    m1 = (s[X1], s[X3], s[X4], s[TAU_K], s[X2])
+    r1 = _sensitivity_rates(loaded, m1, 0, slot, error[0], load, now, vectors)
     m2 = _added(along(m1, half, m1, r1, now), half * twist[0])
-    r2 = _sensitivity_rates(m2, 1, slot, error[1], load, now, vectors)
+    r2 = _sensitivity_rates(loaded, m2, 1, slot, error[1], load, now, vectors)
     m3 = _added(along(m1, half, m2, r2, now), half * twist[1])
-    r3 = _sensitivity_rates(m3, 2, slot, error[2], load, now, vectors)
+    r3 = _sensitivity_rates(loaded, m3, 2, slot, error[2], load, now, vectors)
     m4 = _added(along(m1, h, m3, r3, now), h * twist[2])
-    r4 = _sensitivity_rates(m4, 3, slot, error[3], load, now, vectors)
+    r4 = _sensitivity_rates(loaded, m4, 3, slot, error[3], load, now, vectors)
     moved1 = sixth * (m1[1] + 2.0 * (m2[1] + m3[1]) + m4[1])
     moved2 = sixth * (m1[2] + 2.0 * (m2[2] + m3[2]) + m4[2])
     s[X1] += moved1
@@ -319,13 +345,13 @@ def _advance_sensitivity(states, s, slot, h, now, vectors):
 
 @jit_inline
 def _added(m, torque):
-    return m[0], m[1], m[2], m[3] + torque
+    return m[0], m[1], m[2], m[3] + torque, m[4]
 
 
 @jit_inline
 def _predict(states, z, P, s, P_s, count, dt, u, load, now, p, vectors, matrices, record):
     """Predict belief and sensitivities over `dt` s; s [>= count, n], P_s [>= count, n * n]."""
-    n = len(states)
+    n, loaded = len(states), states[0]
     at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
     product, change, phi = matrices[0], matrices[1], matrices[2]
     cross, P_pred = record[at_cross:at_cross + n * n], record[at_P:at_P + n * n]
@@ -344,7 +370,7 @@ def _predict(states, z, P, s, P_s, count, dt, u, load, now, p, vectors, matrices
         record[at_z + i] = half * noise(z, now, i)
     for part in range(counted):
         rk4(states, z, phi, True, u, load, h, now, vectors)
-        _look(with_atan, now, vectors)
+        _look(loaded, with_atan, now, vectors)
         if part == 0:
             multiply(states, phi, P, cross)
             for i in range(n):
@@ -363,6 +389,10 @@ def _predict(states, z, P, s, P_s, count, dt, u, load, now, p, vectors, matrices
         if with_twist:
             _answers(states, (0.0, 0.0, 0.0, 0.0, 1.0), _G_TWIST, h, now, vectors)
             _times(states, product, _R_TWIST, flat, _V_TWIST)
+        if loaded is not None:
+            _answers(states, (0.0, 0.0, 0.0, 1.0, 0.0), _G_ARM, h, now, vectors)
+            _times(states, product, _R_ARM_POSITION, flat, _V_ARM_POSITION)
+            _times(states, product, _R_ARM_SPEED, flat, _V_ARM_SPEED)
         for i in range(count):
             slot = int(p[ADAPT_AT + i])
             _advance_sensitivity(states, s[i], slot, h, now, vectors)
@@ -405,6 +435,13 @@ def _advance_covariance(states, P_i, slot, h, now, vectors, flat):
     _add_products(states, P_i, 1.0, X3, h, _G, _W, flat)
     if slot == K_P:
         _add_products(states, P_i, now[K_P], TAU_K, h, _G_TWIST, _V_TWIST, flat)
+    if states[0] is not None:
+        for q in range(4):
+            c, d = vectors[_C_ARM_POSITION, q], vectors[_C_ARM_SPEED, q]
+            for a in range(n):
+                flat[(_W + q) * n + a] = (c * flat[(_V_ARM_POSITION + q) * n + a]
+                                          + d * flat[(_V_ARM_SPEED + q) * n + a])
+        _add_products(states, P_i, 1.0, X4, h, _G_ARM, _W, flat)
 
 
 @jit_inline

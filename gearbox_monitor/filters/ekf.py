@@ -23,11 +23,11 @@ the integral of Phi Q Phi'; it needs no Phi, so every filter can share it.
 """
 import math
 
-from gearbox_monitor.drive.model import ALPHA, substeps
+from gearbox_monitor.drive.model import ALPHA, ARM_ALPHA, substeps
 from gearbox_monitor.filters.linalg import multiply, multiply_symmetric
 from gearbox_monitor.filters.process import (
     EIGENVALUE, noise, NUMERIC, propagate, propagate_numeric, R1, R2,
-    softened_sharpness, STATISTICAL, X3)
+    softened_sharpness, STATISTICAL, X3, X4)
 from gearbox_monitor.filters.record import places
 from gearbox_monitor.jit import jit_inline
 
@@ -45,7 +45,7 @@ def step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record
     """
     Predict over `dt` s and update with y = (y1, y2); a NaN was not measured.
 
-    states: (None,) * n, whose length the compiler unrolls loops for. z [n], P [n * n]: belief,
+    states: process.markers. z [n], P [n * n]: belief,
     changed in place. memory [memory_size(n)]: what else the filter carries; all zero at a start
     and after a change of parameters, then to be made from z, P and p. u, load: motor torque and
     known arm load (N m), held over the step. p: process.pack. vectors [N_VECTORS, n], matrices
@@ -67,15 +67,16 @@ def predict(states, z, P, dt, u, load, p, vectors, matrices, record):
     for i in range(n):  # the first half
         record[at_z + i] = 0.5 * dt * noise(z, p, i)
     counted = substeps(dt, p[EIGENVALUE])
-    sharpness = p[ALPHA]
+    motor, arm = p[ALPHA], p[ARM_ALPHA]
     if p[STATISTICAL] > 0.0:  # until the end of the propagation
-        p[ALPHA] = softened_sharpness(p, P[X3 * n + X3])
+        p[ALPHA] = softened_sharpness(motor, P[X3 * n + X3])
+        p[ARM_ALPHA] = softened_sharpness(arm, P[X4 * n + X4])
     if p[NUMERIC] > 0.0:
         propagate_numeric(states, z, phi, u, load, dt, counted, p, vectors[0])
     else:
         propagate(states, z, phi, u, load, dt, counted, p)
     if p[STATISTICAL] > 0.0:
-        p[ALPHA] = sharpness
+        p[ALPHA], p[ARM_ALPHA] = motor, arm
     multiply(states, phi, P, cross)
     for i in range(n):
         for j in range(n):

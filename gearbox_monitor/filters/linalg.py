@@ -27,7 +27,7 @@ if COMPILED:
         """
         Write a b into `out`; all [n * n], row by row.
 
-        states: (None,) * n; its length is what the compiler unrolls the loops for. Sums
+        states: a tuple of n; its length is what the compiler unrolls the loops for. Sums
         stand in variables: the compiler cannot know that `out` is neither `a` nor `b`.
         """
         n = len(states)

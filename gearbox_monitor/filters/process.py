@@ -18,7 +18,8 @@ The process model that every filter shares: the drive's equations with unknown t
 State z = [x1, x2, x3, x4, tau_K, (tau_arm), (tau_e)]:
     equations (1) with tau_K as a state (the paper's equations (2), (3)),
     tau_K'   = k_p (x3 - x4) + w      k_p = 0 is the paper's random walk
-    tau_arm' = w                      load on the arm, present with arm_load "unknown"
+    tau_arm' = w                      load on the arm, present with arm_load "unknown"; the loads
+                                      that the model has as effects add to it
     tau_e'   = -tau_e / T + w         error of the friction model, present with a standard
                                       deviation > 0; Ornstein-Uhlenbeck, so Q = 2 std^2 / T
 Measurements y = [x1, x2] + noise.
@@ -28,8 +29,9 @@ import math
 import numpy as np
 
 from gearbox_monitor.drive.model import (
-    ALPHA, arm_acceleration, CC, CL, CV, D, fastest_eigenvalue, INVERSE_M1, INVERSE_M2, KR,
-    motor_acceleration, motor_friction_load_slope, motor_friction_slope, N_PARAMETERS)
+    arm_acceleration, arm_load, arm_load_slopes, CAC, CAV, CC, CL, CV, D, fastest_eigenvalue, G,
+    INVERSE_M1, INVERSE_M2, KR, motor_acceleration, motor_friction_load_slope,
+    motor_friction_slope, N_PARAMETERS, TL)
 from gearbox_monitor.filters.adaptation import adapted_names, softened_model
 from gearbox_monitor.jit import jit, jit_inline
 
@@ -50,9 +52,13 @@ SLOTS = {'q_std_tau_k': Q0 + TAU_K, 'r_std_motor': R1, 'r_std_arm': R2, 'viscous
 
 # Rows of what the stages of an RK4 step saw (see rk4), four of each: x3, x3 - x4 (with k_p) and
 # tau_K (with friction that depends on it) of every column of the tangent; then one row each, by
-# stage.
+# stage. Rows that only a load on the arm wants are counted from the end of the array, out of the
+# way of the others: four of x2, four of x4, then by stage.
 (SEEN_SPEED, SEEN_TWIST_RATE, SEEN_TORQUE) = (0, 4, 8)
 (SEEN_X3, SEEN_X4, SEEN_TAU_K, SEEN_SLOPE, SEEN_SHARE, N_SEEN) = range(12, 18)
+N_SEEN_OF_LOAD = 11
+(SEEN_ARM_POSITION, SEEN_ARM_SPEED) = (-11, -7)
+(SEEN_X2, SEEN_ON_POSITION, SEEN_ON_SPEED) = (-3, -2, -1)
 
 DIFFERENCE = 1e-6  # step of forward differences, relative above 1
 
@@ -121,6 +127,21 @@ def pack(model, parameters):
     return p
 
 
+def markers(p, n):
+    """
+    Return what kernels take as `states` of a filter with `n` states and p: process.pack.
+
+    A tuple: its length is what the compiler unrolls loops for, and None in it leaves out what only
+    a load on the arm wants. Then a filter without one costs what it did, to the last bit.
+    """
+    return (True if _has_load(p) else None,) * n
+
+
+@jit_inline
+def _has_load(p):
+    return p[CAV] != 0.0 or p[CAC] != 0.0 or p[G] != 0.0 or p[TL] != 0.0
+
+
 @jit_inline
 def noise(z, p, i):
     """
@@ -137,6 +158,7 @@ def noise(z, p, i):
 def tangent(z, m, p, out):
     """Write A(z) m into `out`, A = d z' / d z [n, n] and `m` [n, n]."""
     slope, share = _slopes(z[X3], z[TAU_K], p)
+    loaded, arm = _has_load(p), arm_load_slopes(z[X2], z[X4], p)
     load_at, friction_at = int(p[LOAD_AT]), int(p[FRICTION_AT])
     for j in range(m.shape[1]):
         load = error = 0.0
@@ -146,21 +168,23 @@ def tangent(z, m, p, out):
         if friction_at > 0:
             error = m[friction_at, j]
             out[friction_at, j] = -error / p[FRICTION_TIME]
-        column = (m[X1, j], m[X3, j], m[X4, j], m[TAU_K, j])
+        column = (m[X1, j], m[X3, j], m[X4, j], m[TAU_K, j], m[X2, j])
+        if loaded:
+            load = answer(True, arm, load, column)
         out[X3, j], out[X4, j] = rates(column, slope, share, error, load, p)
         out[X1, j], out[X2, j] = m[X3, j], m[X4, j]
         out[TAU_K, j] = p[K_P] * (m[X3, j] - m[X4, j])
 
 
 @jit
-def softened_sharpness(p, variance):
+def softened_sharpness(sharpness, variance):
     """
-    Return the sharpness of the friction linearised over a motor speed of that variance.
+    Return the `sharpness` (s/rad) of a friction linearised over a speed of that variance.
 
     At standstill its slope is then that of the mean friction, E[sign(x3)] for a sharp one, instead
     of a slope 1 / alpha wide (0.01 rad/s) that the speed is never known to.
     """
-    return 1.0 / math.sqrt(1.0 / (p[ALPHA] * p[ALPHA]) + variance / (0.5 * math.pi))
+    return 1.0 / math.sqrt(1.0 / (sharpness * sharpness) + variance / (0.5 * math.pi))
 
 
 @jit_inline
@@ -177,10 +201,11 @@ def decay(error, half, h, p):
 @jit
 def advance(states, z, u, load, dt, n_substeps, p):
     """
-    Advance `z` [n] by `dt` s in RK4 substeps; u and the known load (N m) are held.
+    Advance `z` [n] by `dt` s in RK4 substeps; u and the measured load (N m) are held.
 
-    states: (None,) * n; its length is what the compiler unrolls loops for.
+    states: see markers.
     """
+    loaded = states[0]
     h = dt / n_substeps
     half, sixth = 0.5 * h, h / 6.0
     x1, x2, x3, x4, tau_k = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
@@ -193,16 +218,16 @@ def advance(states, z, u, load, dt, n_substeps, p):
     for _ in range(n_substeps):
         if len(states) > 5 and p[FRICTION_AT] > 0.0:
             e1, e2, e3, e4, e = decay(e, half, h, p)
-        f1, g1 = _accelerations(x1, x3, x4, tau_k, u - e1, load, p)
+        f1, g1 = _accelerations(loaded, x1, x2, x3, x4, tau_k, u - e1, load, p)
         b3, b4 = x3 + half * f1, x4 + half * g1
-        f2, g2 = _accelerations(x1 + half * x3, b3, b4, tau_k + half * p[K_P] * (x3 - x4),
-                                u - e2, load, p)
+        f2, g2 = _accelerations(loaded, x1 + half * x3, x2 + half * x4, b3, b4,
+                                tau_k + half * p[K_P] * (x3 - x4), u - e2, load, p)
         c3, c4 = x3 + half * f2, x4 + half * g2
-        f3, g3 = _accelerations(x1 + half * b3, c3, c4, tau_k + half * p[K_P] * (b3 - b4),
-                                u - e3, load, p)
+        f3, g3 = _accelerations(loaded, x1 + half * b3, x2 + half * b4, c3, c4,
+                                tau_k + half * p[K_P] * (b3 - b4), u - e3, load, p)
         d3, d4 = x3 + h * f3, x4 + h * g3
-        f4, g4 = _accelerations(x1 + h * c3, d3, d4, tau_k + h * p[K_P] * (c3 - c4),
-                                u - e4, load, p)
+        f4, g4 = _accelerations(loaded, x1 + h * c3, x2 + h * c4, d3, d4,
+                                tau_k + h * p[K_P] * (c3 - c4), u - e4, load, p)
         moved1 = sixth * (x3 + 2.0 * (b3 + c3) + d3)
         moved2 = sixth * (x4 + 2.0 * (b4 + c4) + d4)
         x1 += moved1
@@ -216,12 +241,30 @@ def advance(states, z, u, load, dt, n_substeps, p):
 
 
 @jit_inline
-def _accelerations(x1, x3, x4, tau_k, u, load, p):
+def _accelerations(loaded, x1, x2, x3, x4, tau_k, u, load, p):
+    if loaded is not None:
+        load += arm_load(x2, x4, p)
     return motor_acceleration(x1, x3, x4, u, tau_k, p), arm_acceleration(x3, x4, tau_k, load, p)
 
 
-# The tangent, column by column: m = (m1, m3, m4, m_tau), how x1, x3, x4 and tau_K of a stage
-# answer to one state at the start. No other row depends on anything but these.
+# The tangent, column by column: m = (m1, m3, m4, m_tau, m2), how x1, x3, x4, tau_K and x2 of a
+# stage answer to one state at the start. No other row depends on anything but these, and without a
+# load on the arm nothing depends on m2.
+
+@jit_inline
+def _load_slopes(loaded, x2, x4, p):
+    if loaded is None:
+        return 0.0, 0.0
+    return arm_load_slopes(x2, x4, p)
+
+
+@jit_inline
+def answer(loaded, arm, load, m):
+    """Return how the load of a stage answers; arm: arm_load_slopes, load: answer of the state."""
+    if loaded is None:
+        return load
+    return load + arm[0] * m[4] + arm[1] * m[2]
+
 
 @jit_inline
 def rates(m, slope, share, error, load, p):
@@ -236,13 +279,15 @@ def rates(m, slope, share, error, load, p):
 def along(start, a, m, r, p):
     """Return the column at the next stage, `a` s from `start` with the rates `r` of stage `m`."""
     return (start[0] + a * m[1], start[1] + a * r[0], start[2] + a * r[1],
-            start[3] + a * p[K_P] * (m[1] - m[2]))
+            start[3] + a * p[K_P] * (m[1] - m[2]), start[4] + a * m[2])
 
 
 @jit_inline
-def _four_rates(m, slope, share, p):
-    return (rates(m[0], slope, share, 0.0, 0.0, p), rates(m[1], slope, share, 0.0, 0.0, p),
-            rates(m[2], slope, share, 0.0, 0.0, p), rates(m[3], slope, share, 0.0, 0.0, p))
+def _four_rates(loaded, m, slope, share, arm, p):
+    return (rates(m[0], slope, share, 0.0, answer(loaded, arm, 0.0, m[0]), p),
+            rates(m[1], slope, share, 0.0, answer(loaded, arm, 0.0, m[1]), p),
+            rates(m[2], slope, share, 0.0, answer(loaded, arm, 0.0, m[2]), p),
+            rates(m[3], slope, share, 0.0, answer(loaded, arm, 0.0, m[3]), p))
 
 
 @jit_inline
@@ -253,21 +298,21 @@ def _four_along(start, a, m, r, p):
 
 @jit_inline
 def _begin(n, phi, j, first):
-    """Return column `j` at the start of an RK4 step, and its element in the row of x2."""
+    """Return column `j` at the start of an RK4 step."""
     if first:
         return (1.0 if j == X1 else 0.0, 1.0 if j == X3 else 0.0, 1.0 if j == X4 else 0.0,
-                1.0 if j == TAU_K else 0.0), 0.0
-    return ((phi[X1 * n + j], phi[X3 * n + j], phi[X4 * n + j], phi[TAU_K * n + j]),
+                1.0 if j == TAU_K else 0.0, 1.0 if j == X2 else 0.0)
+    return (phi[X1 * n + j], phi[X3 * n + j], phi[X4 * n + j], phi[TAU_K * n + j],
             phi[X2 * n + j])
 
 
 @jit_inline
-def _end(n, phi, j, start2, h, m, r, p, seen):
+def _end(loaded, n, phi, j, h, m, r, p, seen):
     """Write column `j` of phi behind an RK4 step; m, r: its four stages and their rates."""
     moved1 = h / 6.0 * (m[0][1] + 2.0 * (m[1][1] + m[2][1]) + m[3][1])
     moved2 = h / 6.0 * (m[0][2] + 2.0 * (m[1][2] + m[2][2]) + m[3][2])
     phi[X1 * n + j] = m[0][0] + moved1
-    phi[X2 * n + j] = start2 + moved2
+    phi[X2 * n + j] = m[0][4] + moved2
     phi[X3 * n + j] = m[0][1] + h / 6.0 * (r[0][0] + 2.0 * (r[1][0] + r[2][0]) + r[3][0])
     phi[X4 * n + j] = m[0][2] + h / 6.0 * (r[0][1] + 2.0 * (r[1][1] + r[2][1]) + r[3][1])
     phi[TAU_K * n + j] = m[0][3] + p[K_P] * (moved1 - moved2)
@@ -280,20 +325,37 @@ def _end(n, phi, j, start2, h, m, r, p, seen):
         if p[CL] > 0.0:
             for q in range(4):
                 seen[SEEN_TORQUE + q, j] = m[q][3]
+        if loaded is not None:
+            for q in range(4):
+                seen[SEEN_ARM_POSITION + q, j], seen[SEEN_ARM_SPEED + q, j] = m[q][4], m[q][2]
 
 
 @jit_inline
-def _column(n, phi, j, first, h, slopes, shares, errors, load, p, seen):
-    """Advance column `j` of phi by an RK4 step; slopes, shares, errors: of its four stages."""
-    m1, start2 = _begin(n, phi, j, first)
-    r1 = rates(m1, slopes[0], shares[0], errors[0], load, p)
+def _column(loaded, n, phi, j, first, h, slopes, shares, arms, errors, load, p, seen):
+    """Advance column `j` of phi by an RK4 step; slopes .. errors: of its four stages."""
+    m1 = _begin(n, phi, j, first)
+    r1 = rates(m1, slopes[0], shares[0], errors[0], answer(loaded, arms[0], load, m1), p)
     m2 = along(m1, 0.5 * h, m1, r1, p)
-    r2 = rates(m2, slopes[1], shares[1], errors[1], load, p)
+    r2 = rates(m2, slopes[1], shares[1], errors[1], answer(loaded, arms[1], load, m2), p)
     m3 = along(m1, 0.5 * h, m2, r2, p)
-    r3 = rates(m3, slopes[2], shares[2], errors[2], load, p)
+    r3 = rates(m3, slopes[2], shares[2], errors[2], answer(loaded, arms[2], load, m3), p)
     m4 = along(m1, h, m3, r3, p)
-    r4 = rates(m4, slopes[3], shares[3], errors[3], load, p)
-    _end(n, phi, j, start2, h, (m1, m2, m3, m4), (r1, r2, r3, r4), p, seen)
+    r4 = rates(m4, slopes[3], shares[3], errors[3], answer(loaded, arms[3], load, m4), p)
+    _end(loaded, n, phi, j, h, (m1, m2, m3, m4), (r1, r2, r3, r4), p, seen)
+
+
+@jit_inline
+def _column_of_x2(loaded, n, phi, first, h, slopes, shares, arms, p, seen):
+    if loaded is not None:
+        _column(loaded, n, phi, X2, first, h, slopes, shares, arms, (0.0, 0.0, 0.0, 0.0), 0.0, p,
+                seen)
+    else:  # nothing depends on x2
+        if first:
+            for i in range(n):
+                phi[i * n + X2] = 1.0 if i == X2 else 0.0
+        if seen is not None:
+            for q in range(12):
+                seen[q, X2] = 0.0
 
 
 @jit_inline
@@ -306,11 +368,12 @@ def rk4(states, z, phi, first, u, load, h, p, seen):
     """
     Advance `z` [n] and `phi` [n * n] by one RK4 step of `h` s; phi by the step's exact tangent.
 
-    first: phi is not read, but taken for the unit matrix. seen: None, or an array [N_SEEN, n] into
-    which is written what the stages saw: rows SEEN_*. The columns of four states go along with the
-    stages, and fill the time in which one arctangent waits for the one before.
+    first: phi is not read, but taken for the unit matrix. seen: None, or an array [>= N_SEEN +
+    N_SEEN_OF_LOAD, n] into which is written what the stages saw: rows SEEN_*. The columns of four
+    states go along with the stages, and fill the time in which one arctangent waits for the one
+    before.
     """
-    n = len(states)
+    n, loaded = len(states), states[0]
     half, sixth = 0.5 * h, h / 6.0
     x1, x2, x3, x4, tau_k = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
     error = (0.0, 0.0, 0.0, 0.0, 0.0)
@@ -319,47 +382,51 @@ def rk4(states, z, phi, first, u, load, h, p, seen):
             load += z[int(p[LOAD_AT])]
         if p[FRICTION_AT] > 0.0:
             error = decay(z[int(p[FRICTION_AT])], half, h, p)
-    (a1, start_a), (b1, start_b), (c1, start_c), (d1, start_d) = (
-        _begin(n, phi, X1, first), _begin(n, phi, X3, first), _begin(n, phi, X4, first),
-        _begin(n, phi, TAU_K, first))
+    m1 = (_begin(n, phi, X1, first), _begin(n, phi, X3, first), _begin(n, phi, X4, first),
+          _begin(n, phi, TAU_K, first))
     # Stage by stage: the state y, its rates (f, g), the columns m and their rates r.
     slope1, share1 = _slopes(x3, tau_k, p)
-    f1, g1 = _accelerations(x1, x3, x4, tau_k, u - error[0], load, p)
-    m1 = (a1, b1, c1, d1)
-    r1 = _four_rates(m1, slope1, share1, p)
-    y3, y4, tau_y = x3 + half * f1, x4 + half * g1, tau_k + half * p[K_P] * (x3 - x4)
+    arm1 = _load_slopes(loaded, x2, x4, p)
+    f1, g1 = _accelerations(loaded, x1, x2, x3, x4, tau_k, u - error[0], load, p)
+    r1 = _four_rates(loaded, m1, slope1, share1, arm1, p)
+    y2, y3, y4 = x2 + half * x4, x3 + half * f1, x4 + half * g1
+    tau_y = tau_k + half * p[K_P] * (x3 - x4)
     slope2, share2 = _slopes(y3, tau_y, p)
-    f2, g2 = _accelerations(x1 + half * x3, y3, y4, tau_y, u - error[1], load, p)
+    arm2 = _load_slopes(loaded, y2, y4, p)
+    f2, g2 = _accelerations(loaded, x1 + half * x3, y2, y3, y4, tau_y, u - error[1], load, p)
     m2 = _four_along(m1, half, m1, r1, p)
-    r2 = _four_rates(m2, slope2, share2, p)
-    v3, v4, tau_v = x3 + half * f2, x4 + half * g2, tau_k + half * p[K_P] * (y3 - y4)
+    r2 = _four_rates(loaded, m2, slope2, share2, arm2, p)
+    v2, v3, v4 = x2 + half * y4, x3 + half * f2, x4 + half * g2
+    tau_v = tau_k + half * p[K_P] * (y3 - y4)
     slope3, share3 = _slopes(v3, tau_v, p)
-    f3, g3 = _accelerations(x1 + half * y3, v3, v4, tau_v, u - error[2], load, p)
+    arm3 = _load_slopes(loaded, v2, v4, p)
+    f3, g3 = _accelerations(loaded, x1 + half * y3, v2, v3, v4, tau_v, u - error[2], load, p)
     m3 = _four_along(m1, half, m2, r2, p)
-    r3 = _four_rates(m3, slope3, share3, p)
-    w3, w4, tau_w = x3 + h * f3, x4 + h * g3, tau_k + h * p[K_P] * (v3 - v4)
+    r3 = _four_rates(loaded, m3, slope3, share3, arm3, p)
+    w2, w3, w4 = x2 + h * v4, x3 + h * f3, x4 + h * g3
+    tau_w = tau_k + h * p[K_P] * (v3 - v4)
     slope4, share4 = _slopes(w3, tau_w, p)
-    f4, g4 = _accelerations(x1 + h * v3, w3, w4, tau_w, u - error[3], load, p)
+    arm4 = _load_slopes(loaded, w2, w4, p)
+    f4, g4 = _accelerations(loaded, x1 + h * v3, w2, w3, w4, tau_w, u - error[3], load, p)
     m4 = _four_along(m1, h, m3, r3, p)
-    r4 = _four_rates(m4, slope4, share4, p)
+    r4 = _four_rates(loaded, m4, slope4, share4, arm4, p)
     moved1 = sixth * (x3 + 2.0 * (y3 + v3) + w3)
     moved2 = sixth * (x4 + 2.0 * (y4 + v4) + w4)
     z[X1], z[X2] = x1 + moved1, x2 + moved2
     z[X3] = x3 + sixth * (f1 + 2.0 * (f2 + f3) + f4)
     z[X4] = x4 + sixth * (g1 + 2.0 * (g2 + g3) + g4)
     z[TAU_K] = tau_k + p[K_P] * (moved1 - moved2)
-    if first:  # nothing depends on x2
-        for i in range(n):
-            phi[i * n + X2] = 1.0 if i == X2 else 0.0
-    _end(n, phi, X1, start_a, h, (m1[0], m2[0], m3[0], m4[0]), (r1[0], r2[0], r3[0], r4[0]), p,
+    _end(loaded, n, phi, X1, h, (m1[0], m2[0], m3[0], m4[0]), (r1[0], r2[0], r3[0], r4[0]), p,
          seen)
-    _end(n, phi, X3, start_b, h, (m1[1], m2[1], m3[1], m4[1]), (r1[1], r2[1], r3[1], r4[1]), p,
+    _end(loaded, n, phi, X3, h, (m1[1], m2[1], m3[1], m4[1]), (r1[1], r2[1], r3[1], r4[1]), p,
          seen)
-    _end(n, phi, X4, start_c, h, (m1[2], m2[2], m3[2], m4[2]), (r1[2], r2[2], r3[2], r4[2]), p,
+    _end(loaded, n, phi, X4, h, (m1[2], m2[2], m3[2], m4[2]), (r1[2], r2[2], r3[2], r4[2]), p,
          seen)
-    _end(n, phi, TAU_K, start_d, h, (m1[3], m2[3], m3[3], m4[3]), (r1[3], r2[3], r3[3], r4[3]), p,
+    _end(loaded, n, phi, TAU_K, h, (m1[3], m2[3], m3[3], m4[3]), (r1[3], r2[3], r3[3], r4[3]), p,
          seen)
     slopes, shares = (slope1, slope2, slope3, slope4), (share1, share2, share3, share4)
+    arms = (arm1, arm2, arm3, arm4)
+    _column_of_x2(loaded, n, phi, first, h, slopes, shares, arms, p, seen)
     if n > 5:
         if first:
             for i in range(5, n):
@@ -367,16 +434,15 @@ def rk4(states, z, phi, first, u, load, h, p, seen):
                     phi[i * n + j] = 1.0 if i == j else 0.0
         none = (0.0, 0.0, 0.0, 0.0)
         if p[LOAD_AT] > 0.0:
-            _column(n, phi, int(p[LOAD_AT]), first, h, slopes, shares, none, 1.0, p, seen)
+            _column(loaded, n, phi, int(p[LOAD_AT]), first, h, slopes, shares, arms, none, 1.0, p,
+                    seen)
         if p[FRICTION_AT] > 0.0:
             i = int(p[FRICTION_AT])
             z[i] = error[4]
             fades = decay(phi[i * n + i], half, h, p)
-            _column(n, phi, i, first, h, slopes, shares, fades[:4], 0.0, p, seen)
+            _column(loaded, n, phi, i, first, h, slopes, shares, arms, fades[:4], 0.0, p, seen)
             phi[i * n + i] = fades[4]
     if seen is not None:
-        for q in range(12):  # of x2
-            seen[q, X2] = 0.0
         for q, value in enumerate((x3, y3, v3, w3)):
             seen[SEEN_X3, q] = value
         for q, value in enumerate((x4, y4, v4, w4)):
@@ -385,6 +451,11 @@ def rk4(states, z, phi, first, u, load, h, p, seen):
             seen[SEEN_TAU_K, q] = value
         for q in range(4):
             seen[SEEN_SLOPE, q], seen[SEEN_SHARE, q] = slopes[q], shares[q]
+        if loaded is not None:
+            for q, value in enumerate((x2, y2, v2, w2)):
+                seen[SEEN_X2, q] = value
+            for q in range(4):
+                seen[SEEN_ON_POSITION, q], seen[SEEN_ON_SPEED, q] = arms[q]
 
 
 @jit_inline

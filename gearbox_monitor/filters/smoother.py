@@ -50,7 +50,7 @@ def smooth(states, ring, newest, oldest, keep_until, model_variance, z, matrices
     """
     Smooth steps `newest` .. `oldest` and write rows for steps `oldest` .. `keep_until` into `out`.
 
-    states: (None,) * n. ring [M, record_size(n)]: step k stands in row k % M. All indices count
+    states: a tuple of n. ring [M, record_size(n)]: step k stands in row k % M. All indices count
     steps, inclusive. model_variance (N^2 m^2) is added to that of tau_K. matrices [>=5, n * n]:
     scratch. out [>= keep_until - oldest + 1, N_SMOOTHED]. A singular P_pred ends the pass: the
     filtered values then stand in for what lies before. Leaves the smoothed state of step `oldest`

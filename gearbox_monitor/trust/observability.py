@@ -23,10 +23,11 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.drive.model import D, INVERSE_M1, INVERSE_M2, motor_friction_slope
+from gearbox_monitor.drive.model import (
+    arm_load_slopes, D, INVERSE_M1, INVERSE_M2, motor_friction_slope)
 from gearbox_monitor.filters.process import (
     K_P, LOAD_AT, P0, Q0, R1, R2, tangent, TAU_K, X1, X2, X3, X4)
-from gearbox_monitor.jit import jit, jit_allocating
+from gearbox_monitor.jit import jit, jit_allocating, jit_inline
 from gearbox_monitor.trust.level import Condition, finding_of, Level
 
 WINDOW = 0.1  # s
@@ -47,8 +48,8 @@ def _gramian(states, dts, seen, p, gramian, product, slope):
     """
     Sum Phi' H' R^-1 H Phi over W samples [W, n], from the first state on.
 
-    Phi by one linearised step per sample (more where k_p makes tau_K stiff), the motor's friction
-    integrated exactly: within 2 % of the filter's own tangent at a tenth of its cost.
+    Phi by one linearised step per sample (more where k_p makes tau_K stiff), friction of motor and
+    arm integrated exactly: within 2 % of the filter's own tangent at a tenth of its cost.
     """
     n = states.shape[1]
     omega = math.sqrt(p[K_P] * (p[INVERSE_M1] + p[INVERSE_M2]))
@@ -66,21 +67,30 @@ def _gramian(states, dts, seen, p, gramian, product, slope):
         z = states[k]
         count = 1 + int(dts[k] * omega)
         h = dts[k] / count
-        rate = h * (motor_friction_slope(z[X3], z[TAU_K], p) + p[D]) * p[INVERSE_M1]
-        # Speed and position after h under a constant push, over those without friction.
-        speed = (1.0 - math.exp(-rate)) / rate if abs(rate) > 1e-6 else 1.0
-        way = 2.0 * (1.0 - speed) / rate if abs(rate) > 1e-6 else 1.0
+        motor_speed, motor_way = _braked(
+            h * (motor_friction_slope(z[X3], z[TAU_K], p) + p[D]) * p[INVERSE_M1])
+        arm_speed, arm_way = _braked(h * arm_load_slopes(z[X2], z[X4], p)[1] * p[INVERSE_M2])
         for _ in range(count):
             tangent(z, product, p, slope)
             for j in range(n):
                 motor, arm = h * slope[X3, j], h * slope[X4, j]
-                product[X1, j] += h * (product[X3, j] + 0.5 * way * motor)
-                product[X2, j] += h * (product[X4, j] + 0.5 * arm)
-                product[X3, j] += speed * motor
-                product[X4, j] += arm
-                product[TAU_K, j] += h * slope[TAU_K, j] + 0.5 * h * p[K_P] * (way * motor - arm)
+                product[X1, j] += h * (product[X3, j] + 0.5 * motor_way * motor)
+                product[X2, j] += h * (product[X4, j] + 0.5 * arm_way * arm)
+                product[X3, j] += motor_speed * motor
+                product[X4, j] += arm_speed * arm
+                product[TAU_K, j] += h * slope[TAU_K, j] + 0.5 * h * p[K_P] * (
+                    motor_way * motor - arm_way * arm)
                 for i in range(TAU_K + 1, n):
                     product[i, j] += h * slope[i, j]
+
+
+@jit_inline
+def _braked(rate):
+    """Return speed and way under a constant push, over those without friction of that rate."""
+    if not abs(rate) > 1e-6:
+        return 1.0, 1.0
+    speed = (1.0 - math.exp(-rate)) / rate
+    return speed, 2.0 * (1.0 - speed) / rate
 
 
 @jit_allocating
