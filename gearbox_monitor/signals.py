@@ -20,6 +20,8 @@ the stamp of the measurement (smoothed: of the time it is about). Units: rad, ra
 """
 from dataclasses import dataclass
 
+import numpy as np
+
 from gearbox_monitor import stream
 from gearbox_monitor.filters import smoother
 
@@ -87,3 +89,21 @@ def joint_values(signal, row, names, gear_ratio):
         if signal.velocity:
             velocity.append(float(row[signal.velocity[i]]) * scale)
     return joints, position, velocity, effort
+
+
+def signal_values(signal, estimates, gear_ratio):
+    """
+    Return (stamp_ns [M], {field: [M, J]}) of `signal` for all estimates; see joint_values.
+
+    Values of joints that were not measured are NaN.
+    """
+    stamps = estimates.smoothed_stamp_ns if signal.smoothed else estimates.stamp_ns
+    rows = estimates.smoothed if signal.smoothed else estimates.rows
+    scale = np.array([(abs(gear_ratio) if signal.deviation else gear_ratio)
+                      if joint == MOTOR else 1.0 for joint in signal.joints])
+    values = {'position': rows[:, signal.position] * scale}
+    if signal.velocity:
+        values['velocity'] = rows[:, signal.velocity] * scale
+    if signal.effort:
+        values['effort'] = rows[:, signal.effort]
+    return stamps, values

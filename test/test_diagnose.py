@@ -144,9 +144,9 @@ def test_no_gap(folder, tmp_path, capsys):
 def test_only_the_measurement_topic_counts(folder, tmp_path, capsys, monkeypatch):
     """Without truth, names and parameters in the bag, and with one thread, the same answer."""
     read = []
-    messages = McapReader.messages
-    monkeypatch.setattr(McapReader, 'messages', lambda self, topics=None: (
-        read.append(topics), messages(self, topics))[1])
+    blocks = McapReader.blocks
+    monkeypatch.setattr(McapReader, 'blocks', lambda self, topics=None: (
+        read.append(topics), blocks(self, topics))[1])
     told = []
     for name, topic, noise, jobs in (('arm_coulomb', '/joint_states', True, '2'),
                                      ('b', '/a/joint_states', False, '1')):

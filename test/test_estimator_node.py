@@ -34,7 +34,7 @@ from sensor_msgs.msg import JointState, Temperature  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
-from gearbox_monitor.bag.replay import replay, summary  # noqa: E402
+from gearbox_monitor.bag.replay import replay  # noqa: E402
 from gearbox_monitor.baseline import save_state  # noqa: E402
 from gearbox_monitor.drift.change import Settings, Tracker  # noqa: E402
 from gearbox_monitor.drift.features import Backlash  # noqa: E402
@@ -126,14 +126,14 @@ def test_live_equals_replay_bit_for_bit(graph, drive, tmp_path):
     graph.stop(recorder)
     with open_bag(tmp_path / 'bag') as bag:
         result = replay(bag)
-        told = summary(bag, result)
     comparison = result.comparison
-    assert told['replay_identical'] == 'yes', comparison
+    assert result.told['replay_identical'] == 'yes', comparison
     assert comparison.different == comparison.explained == 0
     # The recorder may find the estimator's topics a moment after its first estimates.
     assert comparison.compared == comparison.identical > 6 * 1000
     assert comparison.lost_inputs == 0
-    assert told['refused']['starts'] >= 1 and told['refused']['repeated stamps'] == 5
+    refused = result.told['refused']
+    assert refused['starts'] >= 1 and refused['repeated stamps'] == 5
     whole = result.estimates
     mcap = next((tmp_path / 'bag').glob('*.mcap'))
     cut = tmp_path / 'cut.mcap'

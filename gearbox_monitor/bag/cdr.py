@@ -18,9 +18,13 @@ import struct
 
 import numpy as np
 
+from gearbox_monitor.bag.records import word
+from gearbox_monitor.jit import jit
+
 FIELDS = ('position', 'velocity', 'effort')
 LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 MAX_ITEMS = 1 << 20  # no joint state is larger: guards against declared sizes in damaged data
+MAX_LAYOUTS = 16  # of one topic; messages in others are decoded one by one
 
 
 @dataclass(frozen=True)
@@ -38,13 +42,26 @@ class JointStates:
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the fields of one serialised joint state are, and the bytes that say so."""
+    """
+    Where the fields of one serialised joint state are, and the bytes that decide it.
+
+    Those bytes are in K words: from byte starts[k] on, under mask[k], stands fixed[k].
+    """
 
     names: tuple
-    offsets: tuple     # byte offset of position, velocity, effort
-    counts: tuple      # number of values of each
-    fixed: np.ndarray  # int[K], offsets of the bytes that decide the layout
-    size: int
+    offsets: tuple      # byte offset of position, velocity, effort
+    counts: tuple       # number of values of each
+    size: int           # bytes up to the last value
+    starts: np.ndarray  # uint64[K]
+    mask: np.ndarray    # uint64[K]
+    fixed: np.ndarray   # uint64[K]
+
+    def columns(self, names):
+        """Return int64[3 J]: byte offsets of position, velocity, effort of `names`, -1 = none."""
+        index = {name: k for k, name in reversed(list(enumerate(self.names)))}
+        return np.array([
+            begin + 8 * index[name] if index.get(name, count) < count else -1
+            for begin, count in zip(self.offsets, self.counts) for name in names], np.int64)
 
 
 def read_layout(raw):
@@ -53,7 +70,7 @@ def read_layout(raw):
         if raw[:4] != LITTLE_ENDIAN:
             return None
         fixed, offsets, counts, names = [range(4)], [], [], []
-        text, at = _read_text(raw, 12, fixed)  # frame_id
+        _, at = _read_text(raw, 12, fixed)  # frame_id
         count, at = _read_count(raw, at, fixed)
         if count > MAX_ITEMS:
             return None
@@ -70,8 +87,16 @@ def read_layout(raw):
             return None
     except (struct.error, UnicodeDecodeError):
         return None
-    return Layout(tuple(names), tuple(offsets), tuple(counts),
-                  np.concatenate([np.asarray(r, int) for r in fixed]), at)
+    decides = np.concatenate([np.asarray(r, int) for r in fixed])
+    mask = np.zeros(decides[-1] + 1, np.uint8)
+    mask[decides] = 0xff
+    starts = list(range(0, len(mask) - 7, 8))
+    if len(mask) % 8:  # whole words only: the last one may overlap
+        starts.append(len(mask) - 8)
+    words = [np.concatenate([table[k:k + 8] for k in starts]).view('<u8')
+             for table in (mask, mask & np.frombuffer(raw, np.uint8)[:len(mask)])]
+    return Layout(tuple(names), tuple(offsets), tuple(counts), at,
+                  np.array(starts, np.uint64), *words)
 
 
 def _read_count(raw, at, fixed):
@@ -95,48 +120,98 @@ def _aligned(at, size):
     return at + (4 - at) % size
 
 
-def decode_run(raws, layout, names, into, rows):
+@jit
+def _gather(data, at, size, needed, starts, mask, fixed, columns, stamps, values, done):
+    """Write stamps [N] and values [N, 3 J] of the messages at data[at] that share a layout."""
+    for k in range(at.shape[0]):
+        done[k] = False
+        if size[k] < needed:
+            continue
+        here, different = np.uint64(at[k]), np.uint64(0)
+        for i in range(starts.shape[0]):
+            different |= (word(data, here + starts[i]) & mask[i]) ^ fixed[i]
+        if different != 0:
+            continue
+        done[k] = True
+        time = word(data, here + np.uint64(4))
+        sec, nanosec = np.int64(time & np.uint64(0xffffffff)), np.int64(time >> np.uint64(32))
+        if sec >= 0x80000000:  # it is signed
+            sec -= 0x100000000
+        stamps[k] = sec * 1000000000 + nanosec
+        for i in range(columns.shape[0]):
+            if columns[i] >= 0:
+                values[k, i] = word(data, here + np.uint64(columns[i]))
+
+
+class Decoder:
     """
-    Decode the messages of `raws` that share `layout`, all of the same length.
+    Turn the joint states of one topic into arrays, block by block.
 
-    `into` holds stamp_ns, named, position, velocity, effort; decoded messages go to its `rows`
-    (int[n]). Returns bool[n], which messages were decoded.
+    names: J joints, the columns. decode: function that returns the message object of CDR bytes,
+    for messages in no layout of the kernel's. there: {joint: None} met so far, in order.
     """
-    size = len(raws[0])
-    table = np.frombuffer(b''.join(raws), np.uint8).reshape(len(raws), size)
-    same = (table[:, layout.fixed] == table[0, layout.fixed]).all(axis=1)
-    if not same.all():
-        table, rows = np.ascontiguousarray(table[same]), rows[same]
-    record = np.dtype({
-        'names': ['sec', 'nanosec', *FIELDS],
-        'formats': ['<i4', '<u4', *(('<f8', (count,)) for count in layout.counts)],
-        'offsets': [4, 8, *layout.offsets],
-        'itemsize': size,
-    })
-    values = table.view(record)[:, 0]
-    into['stamp_ns'][rows] = values['sec'].astype(np.int64) * 1_000_000_000 + values['nanosec']
-    index = {name: k for k, name in reversed(list(enumerate(layout.names)))}
-    into['named'][rows] = [name in index for name in names]
-    for field, count in zip(FIELDS, layout.counts):
-        for column, name in enumerate(names):
-            k = index.get(name, count)
-            if k < count:
-                into[field][rows, column] = values[field][:, k]
-    return same
 
+    def __init__(self, names, decode):
+        self.names, self.there = tuple(names), {}
+        self._decode = decode
+        self._layouts = []  # of MAX_LAYOUTS at most: (Layout, columns, named), newest first
 
-def decode_message(message, names, into, row):
-    """Decode one deserialised joint state `message` into `row`."""
-    stamp = message.header.stamp
-    into['stamp_ns'][row] = stamp.sec * 1_000_000_000 + stamp.nanosec
-    index = {name: k for k, name in reversed(list(enumerate(message.name)))}
-    into['named'][row] = [name in index for name in names]
-    for field in FIELDS:
-        values = getattr(message, field)
-        for column, name in enumerate(names):
-            k = index.get(name, len(values))
-            if k < len(values):
-                into[field][row, column] = values[k]
+    def __call__(self, block):
+        """Return the JointStates of a records.Block, in its order."""
+        count, joints = len(block), len(self.names)
+        stamp_ns, named = np.zeros(count, np.int64), np.zeros((count, joints), bool)
+        values = np.full((count, 3 * joints), np.nan)
+        left = np.arange(count)
+        for known in list(self._layouts):
+            left = self._gather(block, left, known, stamp_ns, named, values)
+        while len(left):
+            raw = block.raw(left[0])
+            layout = read_layout(raw) if len(self._layouts) < MAX_LAYOUTS else None
+            if layout is None:
+                stamp_ns[left[0]] = self._decode_one(raw, named[left[0]], values[left[0]])
+                left = left[1:]
+                continue
+            self._layouts.insert(0, (layout, layout.columns(self.names),
+                                     np.array([name in layout.names for name in self.names])))
+            self.there.update(dict.fromkeys(layout.names))
+            left = self._gather(block, left, self._layouts[0], stamp_ns, named, values)
+        position, velocity, effort = np.hsplit(values, 3) if joints else [values] * 3
+        return JointStates(self.names, stamp_ns, block.log_ns, named, position, velocity, effort)
+
+    def _gather(self, block, rows, known, stamp_ns, named, values):
+        """Decode those of `rows` that have a `known` layout; return the others."""
+        layout, columns, has = known
+        if not len(rows):
+            return rows
+        every = len(rows) == len(block)
+        at, size = (block.at, block.size) if every else (block.at[rows], block.size[rows])
+        done = np.empty(len(rows), bool)
+        stamps = stamp_ns if every else stamp_ns[rows]
+        found = values if every else values[rows]
+        _gather(block.data, at, size, layout.size, layout.starts, layout.mask, layout.fixed,
+                columns, stamps, found.view(np.uint64), done)
+        whole = bool(done.all())
+        good = rows if whole else rows[done]
+        if not every:
+            stamp_ns[good], values[good] = (stamps, found) if whole else (
+                stamps[done], found[done])
+        named[good] = has
+        return rows[:0] if whole else rows[~done]
+
+    def _decode_one(self, raw, named, values):
+        """Write the message `raw` to one row; return its stamp."""
+        message = self._decode(raw)
+        index = {name: k for k, name in reversed(list(enumerate(message.name)))}
+        self.there.update(dict.fromkeys(message.name))
+        named[:] = [name in index for name in self.names]
+        for i, field in enumerate(FIELDS):
+            given = getattr(message, field)
+            for column, name in enumerate(self.names):
+                k = index.get(name, len(given))
+                if k < len(given):
+                    values[i * len(self.names) + column] = given[k]
+        stamp = message.header.stamp
+        return stamp.sec * 1_000_000_000 + stamp.nanosec
 
 
 def encode_joint_states(stamp_ns, names, position=None, velocity=None, effort=None, frame_id=''):

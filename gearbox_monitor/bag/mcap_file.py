@@ -20,7 +20,7 @@ every chunk before the cut counts, and of a cut chunk all messages that can stil
 """
 from dataclasses import dataclass, field
 from io import BytesIO
-import mmap
+import os
 import struct
 import zlib
 
@@ -32,18 +32,21 @@ from mcap.records import Channel, Metadata, Schema
 import numpy as np
 import zstandard
 
+from gearbox_monitor.bag.records import CHANNELS, find_messages, MESSAGE_HEAD
 from gearbox_monitor.errors import InputError
 
 MAGIC = b'\x89MCAP0\r\n'
 RECORD = struct.Struct('<BQ')
-MESSAGE = struct.Struct('<BQHIQQ')  # opcode, length, channel, sequence, log time, publish time
 CHUNK = struct.Struct('<QQQII')  # start, end, unpacked size, CRC, length of compression name
+WINDOW = 1 << 14  # bytes of the file read at once while its structure is looked at
 PIECE = 1 << 24  # bytes unpacked at a time: a declared size is never allocated at once
-LOOSE_BYTES = 1 << 22  # messages outside chunks are grouped into runs of about this size
+EXPANSION = 256  # no whole chunk of data unpacks to more times its size, lz4 to 255 at most
+LOOSE_BYTES = 1 << 20  # messages outside chunks are grouped into runs of about this size
 DAMAGE = (McapError, struct.error, UnicodeDecodeError, ValueError, MemoryError, EOFError)
+ALL_CHANNELS = np.arange(CHANNELS, dtype=np.int32)
 
 
-@dataclass
+@dataclass(slots=True)
 class Chunk:
     """Part of the file that holds messages."""
 
@@ -56,14 +59,15 @@ class Chunk:
     end_ns: int = 0
     whole: bool = True
     counts: dict = field(default_factory=dict)  # channel id: number of messages
-    index: dict = field(default_factory=dict)   # channel id: (offset, bytes) of its index
 
 
 class McapFile:
     """
     The chunks, channels and metadata of one file.
 
-    `truncated` says that the file has no footer, `damaged` lists what could not be read.
+    `truncated` says that the file has no footer, `damaged` lists what could not be read. The file
+    is read, not mapped: what is mapped would count as memory in use, and a file that is cut while
+    it is read would end the process.
     """
 
     def __init__(self, path):
@@ -73,45 +77,73 @@ class McapFile:
         self.schemas, self.channels = {}, {}
         self.metadata = {}
         self.chunks = []
+        self._window_at, self._window = 0, b''
         try:
-            with open(path, 'rb') as file:
-                size = file.seek(0, 2)
-                if not size:
-                    raise InputError(f'{path}: the file is empty, expected an MCAP recording')
-                self._data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+            self._file = open(path, 'rb', buffering=0)
         except OSError as error:
             raise InputError(f'{path}: cannot read: {error.strerror}') from None
-        if self._data[:len(MAGIC)] != MAGIC:
-            raise InputError(f'{path}: not an MCAP file (no MCAP magic at its start)')
-        self._scan()
+        try:
+            self._size = self._file.seek(0, os.SEEK_END)
+            if not self._size:
+                raise InputError(f'{path}: the file is empty, expected an MCAP recording')
+            if self._near(0, len(MAGIC)) != MAGIC:
+                raise InputError(f'{path}: not an MCAP file (no MCAP magic at its start)')
+            self._scan()
+        except OSError as error:
+            self.close()
+            raise InputError(f'{path}: cannot read: {error.strerror}') from None
+        except InputError:
+            self.close()
+            raise
 
     def close(self):
-        self._data.close()
+        self._file.close()
 
-    def messages(self, chunk, channels):
-        """
-        Return the messages of `chunk` on the channel ids `channels` in file order.
+    def unpacked(self, chunk):
+        """Return the records of `chunk`; of a cut or damaged one as much as can be had."""
+        packed = self._read(chunk.begin, chunk.end)
+        data, problem = _unpack(packed, chunk.compression, chunk.unpacked_size)
+        if chunk.whole and not problem:
+            if len(data) != chunk.unpacked_size:
+                problem = f'{len(data)} bytes instead of {chunk.unpacked_size}'
+            elif chunk.crc and zlib.crc32(data) != chunk.crc:
+                problem = 'wrong checksum'
+                data = b''
+        if problem and chunk.whole:
+            text = f'chunk at byte {chunk.begin}: {problem}'
+            if text not in self.damaged:
+                self.damaged.append(text)
+        return data
 
-        A list of (log_ns, publish_ns, channel id, bytes).
-        """
-        data = self._unpacked(chunk)
-        offsets = self._indexed(chunk, channels, data) if chunk.index else None
-        if offsets is None:
-            return [(log, publish, channel, body) for log, publish, channel, body
-                    in self._walk(data) if channel in channels]
-        found = []
-        for at in offsets:
-            opcode, length, channel, _, log, publish = MESSAGE.unpack_from(data, at)
-            found.append((log, publish, channel, data[at + 31:at + 9 + length]))
-        return found
+    def _read(self, begin, end):
+        """Return the bytes begin .. end - 1 of the file, fewer where it ends before."""
+        try:
+            self._file.seek(begin)
+            data = self._file.read(end - begin)
+            while len(data) < end - begin:
+                more = self._file.read(end - begin - len(data))
+                if not more:
+                    break
+                data += more
+        except OSError as error:
+            raise InputError(f'{self.path}: cannot read: {error.strerror}') from None
+        return data
+
+    def _near(self, begin, size):
+        """Return what _read does, for few bytes near those asked for before."""
+        at = begin - self._window_at
+        if at < 0 or at + size > len(self._window):
+            self._window_at, at = begin, 0
+            self._window = self._read(begin, begin + max(size, WINDOW))
+        return self._window[at:at + size]
 
     def _scan(self):
         """Read the file's structure; stop quietly where it is cut."""
-        data, size, at = self._data, len(self._data), len(MAGIC)
+        size, at = self._size, len(MAGIC)
         chunk, loose = None, None
-        while at + 9 <= size:
-            opcode, length = RECORD.unpack_from(data, at)
-            body, following = at + 9, at + 9 + length
+        while at + RECORD.size <= size:
+            opcode, length = RECORD.unpack(self._near(at, RECORD.size))
+            body, following = at + RECORD.size, at + RECORD.size + length
             if not opcode:
                 break  # preallocated space behind a crash
             if opcode == Opcode.CHUNK:
@@ -121,15 +153,16 @@ class McapFile:
             elif opcode == Opcode.MESSAGE:
                 loose = self._extend(loose, at, following)
             elif opcode == Opcode.MESSAGE_INDEX and chunk is not None:
-                channel, count = struct.unpack_from('<HI', data, body) if length >= 6 else (0, 0)
-                if count + 6 == length and count % 16 == 0:
-                    chunk.index[channel] = (body + 6, count)
-                    chunk.counts[channel] = count // 16
+                if length >= 6:
+                    channel, count = struct.unpack('<HI', self._near(body, 6))
+                    if count + 6 == length and count % 16 == 0:
+                        chunk.counts[channel] = count // 16
             elif opcode == Opcode.FOOTER:
-                self.truncated = data[following:] != MAGIC
+                end = min(size, following + len(MAGIC) + 1)
+                self.truncated = self._read(following, end) != MAGIC
                 break
-            else:
-                self._define(opcode, data[body:following])
+            elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA):
+                self._define(opcode, self._read(body, following))
             if opcode != Opcode.MESSAGE:
                 loose = None
             at = following
@@ -140,17 +173,17 @@ class McapFile:
         self.chunks = [part for part in self.chunks if part.counts]
 
     def _read_chunk(self, body, end, whole):
-        data = self._data
         try:
-            start_ns, end_ns, unpacked, crc, length = CHUNK.unpack_from(data, body)
+            start_ns, end_ns, unpacked, crc, length = CHUNK.unpack(
+                self._near(body, min(CHUNK.size, end - body)))
             at = body + CHUNK.size
-            compression = data[at:at + length].decode()
-            (packed,) = struct.unpack_from('<Q', data, at + length)
+            compression = self._near(at, min(length, end - at)).decode()
+            (packed,) = struct.unpack('<Q', self._near(at + length, 8))
             at += length + 8
         except (struct.error, UnicodeDecodeError):
             return None
         if whole and at + packed != end:
-            self.damaged.append(f'chunk at byte {body - 9}')
+            self.damaged.append(f'chunk at byte {body - RECORD.size}')
             return None
         chunk = Chunk(at, end, compression, unpacked, crc, start_ns, end_ns, whole)
         self.chunks.append(chunk)
@@ -169,29 +202,27 @@ class McapFile:
         """Find out what `chunk` holds where its index does not tell or names new channels."""
         if chunk.counts and all(channel in self.channels for channel in chunk.counts):
             return
-        counts, times = {}, []
-        for log, _, channel, _ in self._walk(self._unpacked(chunk), define=True):
-            counts[channel] = counts.get(channel, 0) + 1
-            times.append(log)
-        if counts != chunk.counts:
-            chunk.counts, chunk.index = counts, {}
-        if times:
-            chunk.start_ns, chunk.end_ns = min(times), max(times)
-
-    def _walk(self, data, define=False):
-        """Yield (log_ns, publish_ns, channel, bytes) of the whole records in unpacked `data`."""
-        at, size = 0, len(data)
-        while at + 9 <= size:
-            opcode, length = RECORD.unpack_from(data, at)
-            following = at + 9 + length
-            if following > size or not opcode:
-                return
-            if opcode == Opcode.MESSAGE and length >= 22:
-                _, _, channel, _, log, publish = MESSAGE.unpack_from(data, at)
-                yield log, publish, channel, data[at + 31:following]
-            elif define:
-                self._define(opcode, data[at + 9:following])
+        raw = self.unpacked(chunk)
+        rows = len(raw) // MESSAGE_HEAD
+        integers = np.empty((2, rows), np.int64)
+        channels, times = np.empty(rows, np.int32), np.empty((2, rows), np.uint64)
+        data, row, at = np.frombuffer(raw, np.uint8), 0, 0
+        while True:
+            row, at = find_messages(data, at, len(raw), ALL_CHANNELS, True, row, *integers,
+                                    channels, *times)
+            if at + RECORD.size > len(raw):
+                break
+            opcode, length = RECORD.unpack_from(raw, at)
+            following = at + RECORD.size + length
+            if not opcode or following > len(raw):
+                break
+            self._define(opcode, raw[at + RECORD.size:following])
             at = following
+        found, counts = np.unique(channels[:row], return_counts=True)
+        chunk.counts = dict(zip(found.tolist(), counts.tolist()))
+        if row:
+            log_ns = times[0, :row].view(np.int64)
+            chunk.start_ns, chunk.end_ns = int(log_ns.min()), int(log_ns.max())
 
     def _define(self, opcode, body):
         """Take in a schema, channel or metadata record."""
@@ -207,53 +238,42 @@ class McapFile:
         except DAMAGE:
             self.damaged.append(f'{Opcode(opcode).name.lower()} record')
 
-    def _indexed(self, chunk, channels, data):
-        """Return the sorted offsets that the index gives, None unless each is such a message."""
-        parts = []
-        for channel in channels:
-            begin, size = chunk.index.get(channel, (0, 0))
-            table = np.frombuffer(self._data, '<u8', size // 8, begin)
-            offsets = table[1::2].astype(np.int64)
-            for at in offsets.tolist():
-                if not 0 <= at <= len(data) - MESSAGE.size:
-                    return None
-                opcode, length, found = struct.unpack_from('<BQH', data, at)
-                if (opcode, found) != (Opcode.MESSAGE, channel) or at + 9 + length > len(data):
-                    return None
-            parts.append(offsets)
-        return np.sort(np.concatenate(parts)).tolist() if parts else []
-
-    def _unpacked(self, chunk):
-        """Return the records of `chunk`; of a cut or damaged one as much as can be had."""
-        packed = self._data[chunk.begin:chunk.end]
-        data, problem = _unpack(packed, chunk.compression, chunk.unpacked_size)
-        if chunk.whole and not problem:
-            if len(data) != chunk.unpacked_size:
-                problem = f'{len(data)} bytes instead of {chunk.unpacked_size}'
-            elif chunk.crc and zlib.crc32(data) != chunk.crc:
-                problem = 'wrong checksum'
-                data = b''
-        if problem and chunk.whole:
-            text = f'chunk at byte {chunk.begin}: {problem}'
-            if text not in self.damaged:
-                self.damaged.append(text)
-        return data
-
 
 def _unpack(packed, compression, size):
     """Return (as many of `size` bytes as can be unpacked, what went wrong or None)."""
     if compression == '':
         return packed[:size], None
+    if compression not in ('zstd', 'lz4'):
+        return b'', f'unknown compression {compression!r}'
+    if 0 < size <= min(PIECE, EXPANSION * len(packed)):
+        data = _unpack_whole(packed, compression, size)
+        if data is not None:
+            return data, None
+    return _unpack_piecewise(packed, compression, size)
+
+
+def _unpack_whole(packed, compression, size):
+    """Return the `size` bytes that a whole frame unpacks to, None where it is no such frame."""
+    try:
+        if compression == 'lz4':
+            data = lz4.frame.LZ4FrameDecompressor().decompress(packed, size)
+        elif zstandard.frame_content_size(packed) in (size, -1):  # -1: it does not say
+            data = zstandard.ZstdDecompressor().decompress(packed, size)
+        else:
+            return None
+    except (zstandard.ZstdError, RuntimeError, EOFError, MemoryError):
+        return None
+    return data if len(data) == size else None
+
+
+def _unpack_piecewise(packed, compression, size):
+    """Return what _unpack does, of damaged and cut frames, too."""
     pieces, total = [], 0
     try:
         if compression == 'zstd':
-            source = zstandard.ZstdDecompressor().stream_reader(packed)
-            read = source.read
-        elif compression == 'lz4':
-            source = lz4.frame.LZ4FrameFile(BytesIO(packed))
-            read = source.read1
+            read = zstandard.ZstdDecompressor().stream_reader(packed).read
         else:
-            return b'', f'unknown compression {compression!r}'
+            read = lz4.frame.LZ4FrameFile(BytesIO(packed)).read1
         while total < size:
             piece = read(min(PIECE, size - total))
             if not piece:

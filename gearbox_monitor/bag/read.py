@@ -25,15 +25,17 @@ from rosbags.typesys import get_types_from_idl, get_types_from_msg, get_typestor
 import yaml
 
 from gearbox_monitor.bag import metadata
-from gearbox_monitor.bag.cdr import (
-    decode_message, decode_run, FIELDS, JointStates, read_layout,
-)
+from gearbox_monitor.bag.cdr import Decoder, JointStates
 from gearbox_monitor.bag.mcap_file import McapFile
+from gearbox_monitor.bag.records import (
+    Block, block_of, CHANNELS, find_messages, MESSAGE_HEAD)
 from gearbox_monitor.errors import InputError
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
-BLOCK = 16384  # messages decoded at once
-SMALL_RUN = 4  # fewer messages of one layout are not worth a table
+# The one in C is ten times as fast, where it was built.
+YAML_LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+BLOCK_BYTES = 1 << 20  # unpacked at once, or one chunk where that is larger
+BLOCK_MESSAGES = 4096  # of a bag that comes message by message
 
 
 def open_bag(path):
@@ -64,7 +66,7 @@ def _files_of(path):
     info = path / metadata.FILE_NAME
     if info.is_file():
         try:
-            content = yaml.safe_load(info.read_text(encoding='utf-8'))
+            content = yaml.load(info.read_text(encoding='utf-8'), YAML_LOADER)
             content = content['rosbag2_bagfile_information']
             names = [str(name) for name in content['relative_file_paths']]
             if content.get('compression_mode'):
@@ -110,6 +112,15 @@ class BagReader:
 
     def messages(self, topics=None):
         """Yield (topic, log_ns, publish_ns, bytes) by log time, equal times in file order."""
+        for block in self.blocks(topics):
+            yield from block.messages()
+
+    def blocks(self, topics=None):
+        """
+        Yield records.Blocks of the messages on `topics` (all when None), in the same order.
+
+        A block holds about BLOCK_BYTES, whatever the length of the bag.
+        """
         raise NotImplementedError
 
     def close(self):
@@ -153,49 +164,32 @@ class BagReader:
     def joint_states(self, topic, names):
         """Return the JointStates of `topic` with the joints `names` as columns."""
         states, there = self._joint_states(topic, tuple(names))
+        self.require_joints(topic, names, there)
+        return states
+
+    def require_joints(self, topic, names, there):
+        """Raise InputError unless all `names` are `there`, the joints on `topic`."""
         for name in names:
             if name not in there:
                 raise InputError(f'{self.path}: topic {topic} has no joint {name!r}, '
                                  f'it has {", ".join(there) or "none"}')
-        return states
+
+    def decoder(self, topic, names):
+        """Return the cdr.Decoder of `topic` with the joints `names` as columns."""
+        self.require(topic, JOINT_STATE)
+        return Decoder(names, lambda raw: self.decode(JOINT_STATE, raw))
 
     def _joint_states(self, topic, names):
         if (topic, names) in self._decoded:
             return self._decoded[topic, names]
-        self.require(topic, JOINT_STATE)
-        log, raws = [], []
-        for _, log_ns, _, raw in self.messages([topic]):
-            log.append(log_ns)
-            raws.append(raw)
-        into = {field: np.full((len(raws), len(names)), np.nan) for field in FIELDS}
-        into['stamp_ns'] = np.zeros(len(raws), np.int64)
-        into['named'] = np.zeros((len(raws), len(names)), bool)
-        there = {}
-        for begin in range(0, len(raws), BLOCK):
-            self._decode_block(raws[begin:begin + BLOCK], begin, names, into, there)
-        states = JointStates(names, log_ns=np.array(log, np.int64), **into)
-        self._decoded = {(topic, names): (states, tuple(there))}
+        decode = self.decoder(topic, names)
+        parts = [decode(block_of((topic,), []))]
+        parts += [decode(block) for block in self.blocks([topic])]
+        states = JointStates(names, *(
+            np.concatenate([getattr(part, field) for part in parts])
+            for field in list(JointStates.__dataclass_fields__)[1:]))
+        self._decoded = {(topic, names): (states, tuple(decode.there))}
         return self._decoded[topic, names]
-
-    def _decode_block(self, raws, begin, names, into, there):
-        """Decode `raws`, rows `begin` and following: runs of one layout at once."""
-        lengths = np.array([len(raw) for raw in raws])
-        order = np.arange(len(raws))
-        for length in dict.fromkeys(lengths.tolist()):
-            left = order[lengths == length]
-            while len(left) >= SMALL_RUN:
-                layout = read_layout(raws[left[0]])
-                if layout is None:
-                    break
-                done = decode_run([raws[k] for k in left], layout, names, into, left + begin)
-                there.update(dict.fromkeys(layout.names))
-                left = left[~done]
-                if done.sum() < SMALL_RUN:
-                    break  # many layouts of one length: message by message
-            for k in left.tolist():
-                message = self.decode(JOINT_STATE, raws[k])
-                decode_message(message, names, into, begin + k)
-                there.update(dict.fromkeys(message.name))
 
     def _register(self, msgtype):
         encoding, text = self._definitions.get(msgtype, ('', ''))
@@ -237,30 +231,78 @@ class McapReader(BagReader):
                     self.topics[channel.topic] = (msgtype, total + count)
                 self._parts.append((chunk.start_ns, number, chunk.begin, file, chunk))
         self._parts.sort(key=lambda part: part[:3])
+        self._ranks = np.empty(len(self._parts), np.int64)
+        self._ranks[sorted(range(len(self._parts)), key=lambda k: self._parts[k][1:3])] = \
+            np.arange(len(self._parts))
         if self._parts:
             self.start_ns = self._parts[0][0]
             self.end_ns = max(part[4].end_ns for part in self._parts)
         self.truncated = any(file.truncated for file in self._files)
         self.notice = self._notice(lost)
 
-    def messages(self, topics=None):
-        held = []
-        for position, (_, number, begin, file, chunk) in enumerate(self._parts):
-            names = {channel_id: file.channels[channel_id].topic for channel_id in chunk.counts
-                     if channel_id in file.channels
-                     and (topics is None or file.channels[channel_id].topic in topics)}
-            if names:
-                held += [(log, number, begin, order, names[channel], publish, raw)
-                         for order, (log, publish, channel, raw)
-                         in enumerate(file.messages(chunk, names))]
-                held.sort(key=lambda item: item[:4])
+    def blocks(self, topics=None):
+        topics = tuple(self.topics if topics is None else topics)
+        tables = [self._topic_of(file, topics) for file in self._files]
+        held, group, size = None, [], 0
+        for position, (_, number, _, _, chunk) in enumerate(self._parts):
+            if any(tables[number][channel] >= 0 for channel in chunk.counts):
+                group.append(position)
+                size += chunk.unpacked_size
             last = position + 1 == len(self._parts)
-            until = None if last else self._parts[position + 1][0]
-            ready = len(held) if last else _count_before(held, until)
-            for log, _, _, _, topic, publish, raw in held[:ready]:
-                yield topic, log, publish, raw
-            held = held[ready:]
+            if not last and size < BLOCK_BYTES:
+                continue
+            block, ranks = self._block(topics, tables, held, group)
+            ready = len(block) if last else int(
+                np.searchsorted(block.log_ns, self._parts[position + 1][0]))
+            held, group, size = None, [], 0
+            if ready < len(block):
+                held = _compact(block.take(slice(ready, None))), ranks[ready:]
+                block = block.take(slice(0, ready))
+            if len(block):
+                yield block
         self.notice = self._notice(0) or self.notice
+
+    def _topic_of(self, file, topics):
+        """Return int32[CHANNELS]: place in `topics` of each channel of `file`, -1 = none."""
+        number = {topic: k for k, topic in enumerate(topics)}
+        table = np.full(CHANNELS, -1, np.int32)
+        for channel_id, channel in file.channels.items():
+            table[channel_id] = number.get(channel.topic, -1)
+        return table
+
+    def _block(self, topics, tables, held, group):
+        """
+        Return (Block of what is `held` and in the parts `group`, by log time, ranks of its rows).
+
+        Equal times stay in the order of files, chunks and messages: that of the ranks.
+        """
+        pieces, ranks = [], []
+        if held is not None:
+            pieces.append(held[0].data.tobytes())
+        pieces += [self._parts[k][3].unpacked(self._parts[k][4]) for k in group]
+        data = np.frombuffer(pieces[0] if len(pieces) == 1 else b''.join(pieces), np.uint8)
+        rows = len(data) // MESSAGE_HEAD + (len(held[0]) if held else 0)
+        at, size = np.empty((2, rows), np.int64)
+        log_ns, publish_ns = np.empty((2, rows), np.uint64)
+        topic, row, begin = np.empty(rows, np.int32), 0, 0
+        if held is not None:
+            block, row, begin = held[0], len(held[0]), len(pieces[0])
+            at[:row], size[:row], topic[:row] = block.at, block.size, block.topic
+            log_ns[:row], publish_ns[:row] = block.log_ns, block.publish_ns
+            ranks.append(held[1])
+        for k, piece in zip(group, pieces[len(pieces) - len(group):]):
+            first, end = row, begin + len(piece)
+            row, _ = find_messages(data, begin, end, tables[self._parts[k][1]], False, row, at,
+                                   size, topic, log_ns, publish_ns)
+            ranks.append(np.full(row - first, self._ranks[k]))
+            begin = end
+        block = Block(topics, data, at[:row], size[:row], topic[:row],
+                      log_ns[:row].view(np.int64), publish_ns[:row].view(np.int64))
+        rank = np.concatenate(ranks) if ranks else np.empty(0, np.int64)
+        if not ((np.diff(block.log_ns) >= 0) & (np.diff(rank) >= 0)).all():
+            order = np.lexsort((rank, block.log_ns))
+            block, rank = block.take(order), rank[order]
+        return block, rank
 
     def close(self):
         for file in self._files:
@@ -281,16 +323,9 @@ class McapReader(BagReader):
         return '; '.join(texts)
 
 
-def _count_before(held, until):
-    """Return how many of the sorted `held` messages were logged before `until`."""
-    low, high = 0, len(held)
-    while low < high:
-        middle = (low + high) // 2
-        if held[middle][0] < until:
-            low = middle + 1
-        else:
-            high = middle
-    return low
+def _compact(block):
+    """Return the `block` with the bytes of its own messages only."""
+    return block_of(block.topics, list(block.messages()))
 
 
 class RosbagsReader(BagReader):
@@ -313,15 +348,20 @@ class RosbagsReader(BagReader):
             self.start_ns = self._reader.start_time
             self.end_ns = self._reader.end_time - 1  # rosbags names the first moment after it
 
-    def messages(self, topics=None):
+    def blocks(self, topics=None):
         wanted = [c for c in self._reader.connections if topics is None or c.topic in topics]
-        if not wanted:
-            return
+        topics, messages = tuple(self.topics if topics is None else topics), []
         try:
-            for connection, log_ns, raw in self._reader.messages(connections=wanted):
-                yield connection.topic, log_ns, log_ns, bytes(raw)
+            for connection, log_ns, raw in self._reader.messages(connections=wanted) \
+                    if wanted else ():
+                messages.append((connection.topic, log_ns, log_ns, bytes(raw)))
+                if len(messages) == BLOCK_MESSAGES:
+                    yield block_of(topics, messages)
+                    messages = []
         except (ReaderError, OSError, sqlite3.Error) as error:
             raise _unreadable(self.path, error) from None
+        if messages:
+            yield block_of(topics, messages)
 
     def close(self):
         self._reader.close()

@@ -13,18 +13,20 @@
 # limitations under the License.
 
 """
-Run a recording through the estimator, and compare with what was published live.
+Run a recording through the estimator, block by block in bounded memory.
 
 Replay starts at the estimator's recorded snapshots (state, parameters, input counter) and hands
 each sample to the same Monitor. Where no message was lost the live estimates come out bit for bit.
-A sample that the recorder or the estimator missed is counted; comparison is meaningful again from
-the next snapshot on.
 """
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass
 import json
 
 import numpy as np
 
+from gearbox_monitor.bag.comparison import Comparer, Comparison
+from gearbox_monitor.bag.pairing import match
+from gearbox_monitor.bag.records import Block
+from gearbox_monitor.bag.summary import BURN_IN, Summary, truth_topic
 from gearbox_monitor.drive.model import DriveModel, model_from_dict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TAU_K, smoother_parameters
@@ -32,12 +34,9 @@ from gearbox_monitor.interval import smooth_interval
 from gearbox_monitor.jit import KERNELS
 from gearbox_monitor.monitor import Estimates, Monitor, Samples, SnapshotError
 from gearbox_monitor.parameters import ESTIMATOR
-from gearbox_monitor.signals import ARM, MOTOR, SIGNALS
-from gearbox_monitor.stream import REASONS
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 DIAGNOSTIC_ARRAY = 'diagnostic_msgs/msg/DiagnosticArray'
-CLOSE = 1e-9  # relative, absolute below 1
 KEEP_GOING = ('period', 'baseline')  # snapshots that do not touch the state
 
 
@@ -73,45 +72,40 @@ class Snapshot:
         return int(self.content['input_count'])
 
 
-@dataclass
-class Comparison:
+@dataclass(frozen=True)
+class Part:
     """
-    Replay against the recorded estimates, in messages.
+    What one block of a recording gave.
 
-    compared = identical + close + explained + different. `close` agree to 1e-9, as they do with
-    other versions or on another machine. `explained` differ behind a lost sample, before
-    the next snapshot. early_inputs: recorded before the estimator was ready. lost_inputs:
-    estimated live, but not in the recording; lost_outputs: recorded inputs whose estimate is not
-    in the recording. first: where the first unexplained difference is.
+    block: its messages. samples: Samples [N] among them; log_ns int64 [N]; estimates: of these.
+    resumed int64 [K]: stamps of the samples before which a recorded snapshot was taken up.
     """
 
-    compared: int = 0
-    identical: int = 0
-    close: int = 0
-    explained: int = 0
-    different: int = 0
-    early_inputs: int = 0
-    lost_inputs: int = 0
-    lost_outputs: int = 0
-    first: str = ''
+    block: Block
+    samples: Samples
+    log_ns: np.ndarray
+    estimates: Estimates
+    resumed: np.ndarray
 
     @property
-    def verdict(self):
-        """'yes', 'to 1e-9', 'no', or 'nothing to compare'."""
-        if not self.compared:
-            return 'nothing to compare'
-        return 'no' if self.different else 'to 1e-9' if self.close else 'yes'
+    def now(self):
+        """Log time of the last message."""
+        return int(self.block.log_ns[-1])
 
 
 @dataclass
 class Replay:
-    """What a replay gave: estimates, the Monitor at its end, and the comparison (or None)."""
+    """
+    What a replay gave: all samples and estimates, and the Monitor at its end.
+
+    comparison: with the recorded estimates, or None. told: {name: value}, see summary.Summary.
+    """
 
     recording: Recording
     estimates: Estimates
     monitor: Monitor
-    comparison: Comparison | None = None
-    notes: list = field(default_factory=list)
+    comparison: Comparison | None
+    told: dict | None
 
 
 def find_topic(reader, name, msgtype):
@@ -136,13 +130,20 @@ def find_topic(reader, name, msgtype):
 def read_recording(reader, motor_joint, arm_joint, gear_ratio, topic):
     """Return the Recording of `topic` in `reader` (bag.read). Raises InputError."""
     states = reader.joint_states(topic, (motor_joint, arm_joint))
+    samples, log_ns = samples_of(states, gear_ratio)
+    return Recording(samples, log_ns, topic, topic.rsplit('/', 1)[0])
+
+
+def samples_of(states, gear_ratio):
+    """Return (Samples [N], log_ns [N]) of JointStates with the columns motor and arm."""
     ours = states.named.any(axis=1)  # others may publish on the same topic
+    ours = slice(None) if ours.all() else ours
     position, effort = states.position[ours], states.effort[ours]
-    samples = Samples(
-        states.stamp_ns[ours],
-        np.column_stack([effort[:, 0] * gear_ratio, effort[:, 1]]),
-        np.column_stack([position[:, 0] / gear_ratio, position[:, 1]]))
-    return Recording(samples, states.log_ns[ours], topic, topic.rsplit('/', 1)[0])
+    u, y = np.empty((len(position), 2)), np.empty((len(position), 2))
+    np.multiply(effort[:, 0], gear_ratio, u[:, 0])
+    np.divide(position[:, 0], gear_ratio, y[:, 0])
+    u[:, 1], y[:, 1] = effort[:, 1], position[:, 1]
+    return Samples(states.stamp_ns[ours], u, y), states.log_ns[ours]
 
 
 def read_snapshots(reader, namespace):
@@ -159,84 +160,217 @@ def read_snapshots(reader, namespace):
     return found
 
 
+class Player:
+    """
+    A bag on its way through the estimator, part by part.
+
+    Without `model` and `parameters` the recorded ones apply and the result can be compared with
+    the recorded estimates (`compared`). With any of them, they replace the recorded (or default)
+    ones. judged, smoothed: as of Monitor. monitor: as it stands. early_inputs: samples recorded
+    before the estimator was ready. notes: sentences for the user. Raises InputError.
+    """
+
+    def __init__(self, reader, model=None, parameters=None, topic='joint_states', judged=True,
+                 smoothed=True):
+        self.reader, self.judged, self.smoothed = reader, judged, smoothed
+        self.topic = find_topic(reader, topic, JOINT_STATE)
+        self.namespace = self.topic.rsplit('/', 1)[0]
+        self.notes, self.early_inputs = [], 0
+        snapshots = read_snapshots(reader, self.namespace)
+        recorded_model, recorded = DriveModel(), {}
+        if snapshots:
+            recorded_model = model_from_dict(json.loads(snapshots[0].content['model']),
+                                             str(reader.path))
+            known = {row.name for row in ESTIMATOR}  # another version may have others
+            recorded = {name: value for name, value in
+                        json.loads(snapshots[0].content['parameters']).items() if name in known}
+        self.monitor = Monitor(model or recorded_model, {**recorded, **(parameters or {})},
+                               judged=judged, smoothed=smoothed)
+        self._names = (self.monitor.parameters['motor_joint'],
+                       self.monitor.parameters['arm_joint'])
+        self._require_joints()
+        self._snapshots, self._starts, self._running, reason = [], [], False, ''
+        if model is not None or parameters:
+            reason = 'parameters were given'
+        elif not snapshots:
+            reason = 'the bag holds no snapshot of an estimator'
+        else:
+            try:
+                self._place(snapshots)
+            except SnapshotError as error:
+                reason = str(error)
+        self.compared = not reason
+        if reason:
+            self.notes.append(f'not compared: {reason}')
+
+    def run(self, sinks):
+        """Hand all parts to each of `sinks`, which then finish. They name the topics they need."""
+        topics = dict.fromkeys(topic for sink in sinks for topic in sink.topics)
+        for part in self.parts(topics):
+            for sink in sinks:
+                sink.add(part)
+        for sink in sinks:
+            sink.finish()
+
+    def parts(self, topics=()):
+        """Yield the Parts; their blocks hold the messages on `topics`, too."""
+        decode = self.reader.decoder(self.topic, self._names)
+        index, following = 0, 0  # of the next sample, of the next snapshot
+        for block in self.reader.blocks(tuple(dict.fromkeys((self.topic, *topics)))):
+            samples, log_ns = samples_of(decode(block.of(self.topic)),
+                                         self.monitor.model.gear_ratio)
+            begin, end, found, resumed = 0, len(log_ns), [], []
+            while begin < end:
+                behind = following
+                while following < len(self._starts) and self._starts[following] <= index + begin:
+                    self._take_up(self._snapshots[following])
+                    following += 1
+                if following > behind:
+                    resumed.append(samples.stamp_ns[begin])
+                stop = min([end, *(at - index for at in self._starts[following:following + 1])])
+                if following or not self._starts:
+                    found.append(self.monitor.run(_some(samples, begin, stop)))
+                begin = stop
+            index += end
+            yield Part(block, samples, log_ns, _joined(found or [self._nothing()]),
+                       np.array(resumed, np.int64))
+        for snapshot in self._snapshots[following:]:
+            self._take_up(snapshot)
+
+    def _nothing(self):
+        """Return Estimates of no sample."""
+        return self.monitor.run(Samples(np.empty(0, np.int64), *np.empty((2, 0, 2))))
+
+    def _require_joints(self):
+        """Raise InputError unless both joints are there; seldom takes more than a block."""
+        decode = self.reader.decoder(self.topic, self._names)
+        for block in self.reader.blocks([self.topic]):
+            decode(block)
+            if all(name in decode.there for name in self._names):
+                return
+        self.reader.require_joints(self.topic, self._names, decode.there)
+
+    def _take_up(self, snapshot):
+        """Go on from the recorded `snapshot`; a Monitor that stands exactly there stays."""
+        if self._running and _goes_on(self.monitor, snapshot):
+            return
+        self.monitor, self._running = self._restored(snapshot), True
+
+    def _restored(self, snapshot):
+        return Monitor.restore(snapshot.content, f'{self.reader.path}: snapshot', self.judged,
+                               self.smoothed)
+
+    def _place(self, snapshots):
+        """Find the first sample behind each of `snapshots`. Raises SnapshotError."""
+        starts, found, first, count = self._behind(snapshots)
+        missed = [k for k, s in enumerate(snapshots)
+                  if count and 0 < s.stamp_ns < first and not found[k]]
+        # A recorder that joins late gets the latched snapshots of earlier, but not the samples
+        # that followed them: replay starts where every input is recorded.
+        if missed and missed[-1] + 1 == len(snapshots):
+            raise SnapshotError('the recording begins behind the last snapshot of the estimator')
+        use = missed[-1] + 1 if missed else 0
+        snapshots, starts = snapshots[use:], np.maximum.accumulate(starts[use:])
+        for snapshot in reversed(snapshots):
+            self.monitor = self._restored(snapshot)  # all of them can be read
+        if len(snapshots) > 1 and snapshots[0].input_count == 0:
+            # The counter tells how many of the samples before the second snapshot were seen live.
+            self.early_inputs = max(0, int(starts[1] - starts[0]) - snapshots[1].input_count)
+            starts[0] += self.early_inputs
+        self._snapshots, self._starts = snapshots, starts.tolist()
+        kernels = {snapshot.content.get('kernels', KERNELS) for snapshot in snapshots}
+        if kernels != {KERNELS}:
+            self.notes.append(f'recorded with {", ".join(sorted(kernels))}, replayed with '
+                              f'{KERNELS}: the last bits may differ')
+
+    def _behind(self, snapshots):
+        """
+        Return where each of K `snapshots` stands in the recording.
+
+        (index of the first sample behind it int64 [K], whether its own sample is there bool [K],
+        stamp of the first sample, number of samples). A stamp can come back after the clock was
+        set: the nearest in log time is meant.
+        """
+        own = np.array([s.stamp_ns for s in snapshots], np.int64)
+        logged = np.array([s.log_ns for s in snapshots], np.int64)
+        order = np.argsort(own, kind='stable')
+        before, count, first = np.zeros(len(own), np.int64), 0, 0
+        place, distance = np.full(len(own), -1), np.full(len(own), np.iinfo(np.int64).max)
+        decode = self.reader.decoder(self.topic, self._names)
+        for block in self.reader.blocks([self.topic]):
+            samples, log_ns = samples_of(decode(block), 1.0)
+            stamps = samples.stamp_ns
+            if not count and len(stamps):
+                first = int(stamps[0])
+            before += np.searchsorted(log_ns, logged)
+            low, high = (np.searchsorted(own[order], stamps, side) for side in ('left', 'right'))
+            for row in np.flatnonzero(high > low):
+                for k in order[low[row]:high[row]]:
+                    off = abs(int(log_ns[row] - logged[k]))
+                    if off < distance[k]:
+                        place[k], distance[k] = count + row + 1, off
+            count += len(stamps)
+        start = np.where((own == 0) & (np.array([s.input_count for s in snapshots]) == 0), 0,
+                         before)
+        found = (place >= 0) & (own > 0)
+        return np.where(found, place, start), found, first, count
+
+
 def replay(reader, model=None, parameters=None, topic='joint_states'):
     """
-    Run the bag `reader` through the estimator; return a Replay.
+    Run the bag `reader` through the estimator; return a Replay, with everything in memory.
 
-    Without `model` and `parameters` the recorded ones apply and the result is compared with the
-    recorded estimates. With any of them, they replace the recorded (or default) ones.
-    Raises InputError.
+    Arguments as of Player. Compares with the recorded estimates where that can be done.
     """
-    topic = find_topic(reader, topic, JOINT_STATE)
-    snapshots = read_snapshots(reader, topic.rsplit('/', 1)[0])
-    recorded_model, recorded = DriveModel(), {}
-    if snapshots:
-        recorded_model = model_from_dict(json.loads(snapshots[0].content['model']),
-                                         str(reader.path))
-        known = {row.name for row in ESTIMATOR}  # another version may have others
-        recorded = {name: value for name, value in
-                    json.loads(snapshots[0].content['parameters']).items() if name in known}
-    overridden = model is not None or parameters
-    monitor = Monitor(model or recorded_model, {**recorded, **(parameters or {})})
-    recording = read_recording(reader, monitor.parameters['motor_joint'],
-                               monitor.parameters['arm_joint'], monitor.model.gear_ratio, topic)
-    if overridden:
-        reason = 'parameters were given'
-    elif not snapshots:
-        reason = 'the bag holds no snapshot of an estimator'
-    else:
-        try:
-            return _from_snapshots(reader, recording, snapshots)
-        except SnapshotError as error:
-            reason = str(error)
-    return Replay(recording, monitor.run(recording.samples), monitor,
-                  notes=[f'not compared: {reason}'])
+    player = Player(reader, model, parameters, topic)
+    kept, told = Kept(player), Summary(player)
+    comparer = Comparer(player) if player.compared else None
+    player.run([kept, told, *([comparer] if comparer else [])])
+    comparison = comparer and comparer.comparison
+    return kept.replay(comparison, told.data(comparison))
 
 
-def _from_snapshots(reader, recording, snapshots):
-    samples, parts, resumed = recording.samples, [], []
-    snapshots = _followed(recording, snapshots)
-    starts = [_index_after(recording, s) for s in snapshots]
-    ends = starts[1:] + [len(samples.stamp_ns)]
-    monitor, early = None, 0
-    if len(snapshots) > 1 and snapshots[0].input_count == 0:
-        # The counter tells how many of the samples before the second snapshot were seen live.
-        early = max(0, ends[0] - starts[0] - snapshots[1].input_count)
-        starts[0] += early
-    for snapshot, start, end in zip(snapshots, starts, ends):
-        if monitor is None or not _goes_on(monitor, snapshot):
-            monitor = Monitor.restore(snapshot.content, f'{reader.path}: snapshot')
-        if end > start:
-            resumed.append(samples.stamp_ns[start])
-            parts.append(monitor.run(Samples(
-                samples.stamp_ns[start:end], samples.u[start:end], samples.y[start:end])))
-    if not parts:
-        parts = [monitor.run(Samples(samples.stamp_ns[:0], samples.u[:0], samples.y[:0]))]
-    estimates = Estimates(*(np.concatenate([getattr(p, name) for p in parts])
-                            for name in Estimates.__dataclass_fields__))
-    result = Replay(recording, estimates, monitor)
-    result.comparison = _compare(reader, result, np.array(resumed, np.int64))
-    result.comparison.early_inputs = early
-    kernels = {snapshot.content.get('kernels', KERNELS) for snapshot in snapshots}
-    if kernels != {KERNELS}:
-        result.notes.append(f'recorded with {", ".join(sorted(kernels))}, replayed with '
-                            f'{KERNELS}: the last bits may differ')
-    return result
+class Kept:
+    """Takes the parts of a Player and keeps all samples and estimates."""
+
+    topics = ()
+
+    def __init__(self, player):
+        self._player = player
+        nothing = Samples(np.empty(0, np.int64), *np.empty((2, 0, 2)))
+        self._samples, self._log_ns = [nothing], [np.empty(0, np.int64)]
+        self._estimates = []
+
+    def add(self, part):
+        """Take a Part."""
+        self._samples.append(part.samples)
+        self._log_ns.append(part.log_ns)
+        self._estimates.append(part.estimates)
+
+    def finish(self):
+        """Nothing is left to do."""
+
+    def replay(self, comparison=None, told=None):
+        """Return the Replay."""
+        player = self._player
+        recording = Recording(_joined(self._samples), np.concatenate(self._log_ns), player.topic,
+                              player.namespace)
+        estimates = _joined(self._estimates or [player.monitor.run(self._samples[0])])
+        return Replay(recording, estimates, player.monitor, comparison, told)
 
 
-def _followed(recording, snapshots):
-    """
-    Return the snapshots from where every input is recorded.
+def _some(samples, begin, end):
+    """Return the Samples begin .. end - 1."""
+    return Samples(samples.stamp_ns[begin:end], samples.u[begin:end], samples.y[begin:end])
 
-    A recorder that joins late gets the latched snapshots of earlier, but not the samples that
-    followed them. Raises SnapshotError when none is left.
-    """
-    stamps = recording.samples.stamp_ns
-    missed = [k for k, s in enumerate(snapshots)
-              if len(stamps) and 0 < s.stamp_ns < stamps[0] and s.stamp_ns not in stamps]
-    if missed and missed[-1] + 1 == len(snapshots):
-        raise SnapshotError('the recording begins behind the last snapshot of the estimator')
-    return snapshots[missed[-1] + 1:] if missed else snapshots
+
+def _joined(parts):
+    """Return the dataclasses of arrays `parts`, one behind the other."""
+    if len(parts) == 1:
+        return parts[0]
+    kind = type(parts[0])
+    return kind(*(np.concatenate([getattr(part, name) for part in parts])
+                  for name in kind.__dataclass_fields__))
 
 
 def _goes_on(monitor, snapshot):
@@ -251,125 +385,17 @@ def _goes_on(monitor, snapshot):
     return same
 
 
-def _index_after(recording, snapshot):
-    """Return the index of the first sample that came after `snapshot`."""
-    stamps = recording.samples.stamp_ns
-    if snapshot.stamp_ns == 0:
-        if snapshot.input_count == 0:
-            return 0
-        return int(np.searchsorted(recording.log_ns, snapshot.log_ns))
-    same = np.flatnonzero(stamps == snapshot.stamp_ns)
-    if len(same):  # a stamp can come back after the clock was set: take the nearest in time
-        return int(same[np.argmin(np.abs(recording.log_ns[same] - snapshot.log_ns))]) + 1
-    return int(np.searchsorted(recording.log_ns, snapshot.log_ns))
-
-
-def _compare(reader, result, resumed):
-    """Compare the replayed signals with the recorded ones, message by message."""
-    comparison = Comparison()
-    parameters = result.monitor.parameters
-    names = {MOTOR: parameters['motor_joint'], ARM: parameters['arm_joint']}
-    recorded = {}
-    for signal in SIGNALS:
-        topic = f'{result.recording.namespace}/{signal.topic}'
-        if topic in reader.topics and reader.topics[topic][1]:
-            there = reader.joint_names(topic)
-            joints = [names.get(j, j) for j in signal.joints]
-            recorded[signal.topic] = reader.joint_states(
-                topic, [j for j in joints if j in there])
-    state = recorded.get(SIGNALS[0].topic)
-    live = state.stamp_ns if state is not None else np.empty(0, np.int64)
-    ours = result.estimates.stamp_ns
-    if len(ours):  # what was estimated before the first snapshot has nothing to be compared with
-        live = live[np.argmax(live == ours[0]):]
-    lost_inputs, lost_outputs = np.setdiff1d(live, ours), np.setdiff1d(ours, live)
-    comparison.lost_inputs, comparison.lost_outputs = len(lost_inputs), len(lost_outputs)
-    losses = np.sort(np.concatenate([lost_inputs, lost_outputs]))
-    for signal in SIGNALS:
-        if signal.topic in recorded:
-            _compare_signal(signal, recorded[signal.topic], result, names, resumed, losses,
-                            comparison)
-    return comparison
-
-
-def _compare_signal(signal, states, result, names, resumed, losses, comparison):
-    stamps, values = signal_values(signal, result.estimates, result.monitor.model.gear_ratio)
-    keep = [names.get(j, j) in states.names for j in signal.joints]
-    ours = {name: array[:, keep] for name, array in values.items()}
-    i, j = _match(stamps, states.stamp_ns)
-    same, close = np.ones(len(i), bool), np.ones(len(i), bool)
-    for name, array in ours.items():
-        a, b = array[i], getattr(states, name)[j]
-        absent = np.isnan(a) & np.isnan(b)
-        same &= ((a == b) | absent).all(axis=1)
-        close &= ((np.abs(a - b) <= CLOSE * np.maximum(1.0, np.abs(b))) | absent).all(axis=1)
-    # A smoothed value depends on samples behind it, up to one and a half lags.
-    lag = result.monitor.parameters['smoother_lag'] * 1e9
-    ahead = round(1.5 * lag) + 1 if signal.smoothed else 0
-    comparison.compared += len(i)
-    comparison.identical += int(same.sum())
-    for stamp, near in zip(stamps[i[~same]], close[~same]):
-        since = resumed[resumed <= stamp].max(initial=0)
-        if ((losses >= since) & (losses <= stamp + ahead)).any():
-            comparison.explained += 1
-        elif near:
-            comparison.close += 1
-        else:
-            comparison.different += 1
-            comparison.first = comparison.first or f'{signal.topic} at stamp {stamp} ns'
-
-
-def _match(a, b):
-    """Return indices (i, j) with a[i] == b[j], the k-th occurrence of a value with the k-th."""
-    def keyed(stamps):
-        order = np.argsort(stamps, kind='stable')
-        ordered = stamps[order]
-        first = np.searchsorted(ordered, ordered)
-        occurrence = np.empty(len(stamps), np.int64)
-        occurrence[order] = np.arange(len(stamps)) - first
-        return stamps, occurrence
-
-    (sa, ka), (sb, kb) = keyed(np.asarray(a)), keyed(np.asarray(b))
-    if not ka.any() and not kb.any():
-        _, i, j = np.intersect1d(sa, sb, assume_unique=True, return_indices=True)
-        return i, j
-    place = {key: index for index, key in enumerate(zip(sb.tolist(), kb.tolist()))}
-    pairs = [(index, place[key]) for index, key in enumerate(zip(sa.tolist(), ka.tolist()))
-             if key in place]
-    return (np.array([p[0] for p in pairs], int), np.array([p[1] for p in pairs], int))
-
-
-def signal_values(signal, estimates, gear_ratio):
-    """
-    Return (stamp_ns [M], {field: [M, J]}) of `signal` for all estimates; see joint_values.
-
-    Values of joints that were not measured are NaN.
-    """
-    stamps = estimates.smoothed_stamp_ns if signal.smoothed else estimates.stamp_ns
-    rows = estimates.smoothed if signal.smoothed else estimates.rows
-    scale = np.array([(abs(gear_ratio) if signal.deviation else gear_ratio)
-                      if joint == MOTOR else 1.0 for joint in signal.joints])
-    values = {'position': rows[:, signal.position] * scale}
-    if signal.velocity:
-        values['velocity'] = rows[:, signal.velocity] * scale
-    if signal.effort:
-        values['effort'] = rows[:, signal.effort]
-    return stamps, values
-
-
 def truth(reader, recording):
     """
     Return (stamp_ns, tau_k) of the true or reference torque in the bag, or None.
 
-    A simulated plant publishes plant/transmission_state, an imported recording with a torque
-    sensor reference/transmission_state.
+    See summary.truth_topic.
     """
-    for name in ('plant/transmission_state', 'reference/transmission_state'):
-        topic = f'{recording.namespace}/{name}'
-        if topic in reader.topics and reader.topics[topic][1]:
-            states = reader.joint_states(topic, ('transmission',))
-            return states.stamp_ns, states.effort[:, 0]
-    return None
+    topic = truth_topic(reader, recording.namespace)
+    if topic is None:
+        return None
+    states = reader.joint_states(topic, ('transmission',))
+    return states.stamp_ns, states.effort[:, 0]
 
 
 def smoothed(result):
@@ -383,62 +409,16 @@ def smoothed(result):
         result.monitor.model, smoother_parameters(result.monitor.parameters),
         result.recording.samples)
     rows = np.full((len(result.estimates.stamp_ns), N_SMOOTHED), np.nan)
-    i, j = _match(result.estimates.stamp_ns, found.stamp_ns)
+    i, j = match(result.estimates.stamp_ns, found.stamp_ns)
     rows[i] = found.rows[j]
     return rows
 
 
-def interval_error(reader, result, rows, burn_in=1.0):
+def interval_error(reader, result, rows):
     """Return the rms error of tau_K (N m) of the `rows` of `smoothed`, None without a truth."""
     known, stamps = truth(reader, result.recording), result.estimates.stamp_ns
     if known is None or not len(stamps):
         return None
-    keep = (stamps >= stamps[0] + round(burn_in * 1e9)) & np.isfinite(rows[:, S_TAU_K])
-    i, j = _match(stamps[keep], known[0])
-    return _rms(rows[keep, S_TAU_K][i] - known[1][j])
-
-
-def summary(reader, result, burn_in=1.0):
-    """
-    Return {name: value} of a Replay for people and machines; the first `burn_in` s do not count.
-
-    Errors are root mean squares in N m against the truth in the bag, where there is one.
-    """
-    estimates, stamps = result.estimates, result.recording.samples.stamp_ns
-    after = estimates.stamp_ns >= (estimates.stamp_ns[0] if len(estimates.stamp_ns) else 0) + \
-        round(burn_in * 1e9)
-    span = float(stamps.max() - stamps.min()) * 1e-9 if len(stamps) else 0.0
-    data = {
-        'bag': str(reader.path), 'samples': len(stamps), 'estimates': len(estimates.stamp_ns),
-        'duration_s': span, 'rate_hz': (len(stamps) - 1) / span if span > 0 else 0.0,
-        'filter': result.monitor.parameters['filter'],
-        'adapted': result.monitor.adapted(),
-        'adaptation_guards': result.monitor.adaptation_guards(),
-        'refused': {text: int(result.monitor.counts[code]) for code, text in REASONS.items()
-                    if result.monitor.counts[code]},
-        'nis': float(estimates.nis[after].mean()) if after.any() else None,
-        'gap_rad': [round(w.gap, 6) for w in result.monitor.windows],
-        'levels': {k: f.level.name for k, f in result.monitor.findings.items()},
-    }
-    known = truth(reader, result.recording)
-    if known is not None and after.any():
-        i, j = _match(estimates.stamp_ns[after], known[0])
-        error = estimates.tau_k[after][i] - known[1][j]
-        std = estimates.tau_k_std[after][i]
-        data['tau_k_rms'] = _rms(known[1][j])
-        data['tau_k_error'] = _rms(error)
-        data['coverage_1_sigma'] = float((np.abs(error) <= std).mean()) if len(i) else None
-        late = estimates.smoothed_stamp_ns >= estimates.stamp_ns[after][0]
-        i, j = _match(estimates.smoothed_stamp_ns[late], known[0])
-        data['tau_k_error_smoothed'] = _rms(
-            estimates.smoothed[late, S_TAU_K][i] - known[1][j])
-    if result.comparison:
-        data['replay_identical'] = result.comparison.verdict
-        data['comparison'] = asdict(result.comparison)
-    data['notes'] = (result.notes + result.monitor.warnings + result.monitor.divergence_notes()
-                     + ([reader.notice] if reader.notice else []))
-    return data
-
-
-def _rms(values):
-    return float(np.sqrt(np.mean(values ** 2))) if len(values) else None
+    keep = (stamps >= stamps[0] + BURN_IN) & np.isfinite(rows[:, S_TAU_K])
+    i, j = match(stamps[keep], known[0])
+    return float(np.sqrt(np.mean((rows[keep, S_TAU_K][i] - known[1][j]) ** 2))) if len(i) else None

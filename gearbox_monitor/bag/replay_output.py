@@ -13,83 +13,135 @@
 # limitations under the License.
 
 """Write a replay as a bag: the recording's own topics and the estimates, as if published live."""
-import heapq
 import json
+from pathlib import Path
+import shutil
 
 import numpy as np
 from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.replay import DIAGNOSTIC_ARRAY, JOINT_STATE, signal_values
+from gearbox_monitor.bag.replay import DIAGNOSTIC_ARRAY, JOINT_STATE
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.jit import KERNELS
 from gearbox_monitor.monitor import Monitor
-from gearbox_monitor.signals import ARM, MOTOR, SIGNALS, SNAPSHOT
+from gearbox_monitor.signals import ARM, MOTOR, signal_values, SIGNALS, SNAPSHOT
+
+RECENT = 10_000_000_000  # ns of log time in which the sample of a smoothed value is looked for
 
 
-def write_bag(path, reader, result):
+class BagOutput:
     """
-    Write `result` (replay.Replay) of the bag `reader` to the new bag `path`.
+    Takes the parts of a replay.Player and writes them to the new bag `path`.
 
-    A replay of that bag gives the same estimates: it holds the snapshots they started from.
+    A replay of that bag gives the same estimates: it holds the snapshots they started from. An
+    estimate is logged with its sample's message. Raises InputError where `path` cannot be written.
     """
-    namespace = result.recording.namespace
-    ours = {f'{namespace}/{signal.topic}' for signal in SIGNALS}
-    # What the live estimator said besides belongs to its estimates, not to these.
-    said = {'/diagnostics', f'{namespace}/drift_alerts'}
-    again = result.comparison is not None  # the recorded snapshots apply
-    keep = [topic for topic in reader.topics if topic not in ours | said
-            and (again or not topic.endswith('/snapshot'))]
-    with BagWriter(path) as writer:
-        writer.add_metadata('gearbox_monitor', {
+
+    def __init__(self, path, player):
+        reader, self._namespace = player.reader, player.namespace
+        monitor = player.monitor
+        ours = {f'{self._namespace}/{signal.topic}' for signal in SIGNALS}
+        # What the live estimator said besides belongs to its estimates, not to these.
+        said = {'/diagnostics', f'{self._namespace}/drift_alerts'}
+        self.topics = tuple(topic for topic in reader.topics if topic not in ours | said
+                            and (player.compared or not topic.endswith('/snapshot')))
+        self._gear_ratio = monitor.model.gear_ratio
+        self._names = {MOTOR: monitor.parameters['motor_joint'],
+                       ARM: monitor.parameters['arm_joint']}
+        # Smoothed values are about samples up to one and a half lags ago.
+        self._lag = round(1.5e9 * monitor.parameters['smoother_lag']) if player.smoothed else 0
+        self._stamps, self._log_ns = np.empty((2, 0), np.int64)
+        self._last = {}     # topic: log time of its last message
+        self._waiting = []  # (log time, topic, publish time, bytes)
+        self._writer = BagWriter(path)
+        try:
+            self._announce(player, ours)
+        except BaseException:
+            self.abandon()
+            raise
+
+    def _announce(self, player, ours):
+        """Write what comes before the first message; ours: topics of the estimates."""
+        reader, monitor = player.reader, player.monitor
+        self._writer.add_metadata('gearbox_monitor', {
             'version': __version__, 'replayed_from': str(reader.path),
-            'parameters': json.dumps(result.monitor.parameters),
-            'model': json.dumps(result.monitor.model.to_dict())})
-        for topic in keep:
-            writer.add_topic(topic, reader.topics[topic][0])
+            'parameters': json.dumps(monitor.parameters),
+            'model': json.dumps(monitor.model.to_dict())})
+        for topic in self.topics:
+            self._writer.add_topic(topic, reader.topics[topic][0])
         for topic in sorted(ours):
-            writer.add_topic(topic, JOINT_STATE)
-        if not again:
-            _write_snapshot(writer, reader, result)
-        streams = [reader.messages(keep)] + [_messages(signal, result) for signal in SIGNALS]
-        for topic, log_ns, publish_ns, raw in heapq.merge(*streams, key=lambda m: m[1]):
-            writer.write(topic, log_ns, raw, publish_ns)
+            self._writer.add_topic(topic, JOINT_STATE)
+        if not player.compared:  # else the recorded snapshots apply
+            self._write_snapshot(reader, monitor)
 
+    def add(self, part):
+        """Take a Part."""
+        recent = self._log_ns >= part.now - RECENT
+        self._stamps = np.concatenate([self._stamps[recent], part.samples.stamp_ns])
+        self._log_ns = np.concatenate([self._log_ns[recent], part.log_ns])
+        self._waiting += [(log_ns, topic, publish_ns, raw)
+                          for topic, log_ns, publish_ns, raw in part.block.messages()
+                          if topic in self.topics]
+        for signal in SIGNALS:
+            self._add_signal(signal, part.estimates)
+        self._waiting.sort(key=lambda message: message[0])
+        until = part.now - self._lag
+        ready = sum(message[0] < until for message in self._waiting)
+        self._write(ready)
 
-def _write_snapshot(writer, reader, result):
-    """Write the state before the first sample."""
-    topic = f'{result.recording.namespace}/estimator/{SNAPSHOT}'
-    types = get_typestore(Stores.ROS2_JAZZY).types
-    header = types['std_msgs/msg/Header'](types['builtin_interfaces/msg/Time'](0, 0), '')
-    content = {'reason': 'start', 'version': __version__, 'kernels': KERNELS,
-               **Monitor(result.monitor.model, result.monitor.parameters).snapshot()}
-    status = types['diagnostic_msgs/msg/DiagnosticStatus'](
-        0, 'estimator: snapshot', 'what replay starts from',
-        result.monitor.parameters['gearbox_serial'],
-        [types['diagnostic_msgs/msg/KeyValue'](key, value) for key, value in content.items()])
-    writer.add_topic(topic, DIAGNOSTIC_ARRAY)
-    writer.write_message(topic, reader.start_ns or 0, types[DIAGNOSTIC_ARRAY](header, [status]))
+    def finish(self):
+        """Write what is left."""
+        self._write(len(self._waiting))
 
+    def close(self):
+        """Complete the bag."""
+        self._writer.close()
 
-def _messages(signal, result):
-    """Yield (topic, log_ns, publish_ns, raw) of one signal, logged with the sample's message."""
-    recording, parameters = result.recording, result.monitor.parameters
-    stamps, values = signal_values(signal, result.estimates, result.monitor.model.gear_ratio)
-    if not len(stamps):
-        return
-    names = {MOTOR: parameters['motor_joint'], ARM: parameters['arm_joint']}
-    order = np.argsort(recording.samples.stamp_ns, kind='stable')
-    place = np.searchsorted(recording.samples.stamp_ns[order], stamps)
-    log_ns = np.maximum.accumulate(recording.log_ns[order][place])
-    present = ~np.isnan(values['position'])
-    encoded = [b''] * len(stamps)
-    for pattern in np.unique(present, axis=0):
-        rows = np.flatnonzero((present == pattern).all(axis=1))
-        joints = [names.get(j, j) for j, there in zip(signal.joints, pattern) if there]
-        fields = {name: array[rows][:, pattern] for name, array in values.items()}
-        for row, raw in zip(rows, encode_joint_states(stamps[rows], joints, **fields)):
-            encoded[row] = raw
-    topic = f'{recording.namespace}/{signal.topic}'
-    for log, raw in zip(log_ns.tolist(), encoded):
-        yield topic, log, log, raw
+    def abandon(self):
+        """Leave no bag behind."""
+        self._writer.close()
+        shutil.rmtree(Path(self._writer.path))
+
+    def _write(self, count):
+        for log_ns, topic, publish_ns, raw in self._waiting[:count]:
+            self._writer.write(topic, log_ns, raw, publish_ns)
+        del self._waiting[:count]
+
+    def _write_snapshot(self, reader, monitor):
+        """Write the state before the first sample."""
+        topic = f'{self._namespace}/estimator/{SNAPSHOT}'
+        types = get_typestore(Stores.ROS2_JAZZY).types
+        header = types['std_msgs/msg/Header'](types['builtin_interfaces/msg/Time'](0, 0), '')
+        content = {'reason': 'start', 'version': __version__, 'kernels': KERNELS,
+                   **Monitor(monitor.model, monitor.parameters).snapshot()}
+        status = types['diagnostic_msgs/msg/DiagnosticStatus'](
+            0, 'estimator: snapshot', 'what replay starts from',
+            monitor.parameters['gearbox_serial'],
+            [types['diagnostic_msgs/msg/KeyValue'](key, value) for key, value in content.items()])
+        self._writer.add_topic(topic, DIAGNOSTIC_ARRAY)
+        self._writer.write_message(topic, reader.start_ns or 0,
+                                   types[DIAGNOSTIC_ARRAY](header, [status]))
+
+    def _add_signal(self, signal, estimates):
+        """Let the messages of one signal wait for their turn."""
+        stamps, values = signal_values(signal, estimates, self._gear_ratio)
+        if not len(stamps):
+            return
+        topic = f'{self._namespace}/{signal.topic}'
+        order = np.argsort(self._stamps, kind='stable')
+        place = np.searchsorted(self._stamps[order], stamps)
+        log_ns = self._log_ns[order][np.minimum(place, len(order) - 1)]
+        log_ns[0] = max(log_ns[0], self._last.get(topic, log_ns[0]))
+        log_ns = np.maximum.accumulate(log_ns)
+        self._last[topic] = log_ns[-1]
+        present = ~np.isnan(values['position'])
+        encoded = [b''] * len(stamps)
+        for pattern in np.unique(present, axis=0):
+            rows = np.flatnonzero((present == pattern).all(axis=1))
+            joints = [self._names.get(j, j) for j, there in zip(signal.joints, pattern) if there]
+            fields = {name: array[rows][:, pattern] for name, array in values.items()}
+            for row, raw in zip(rows, encode_joint_states(stamps[rows], joints, **fields)):
+                encoded[row] = raw
+        self._waiting += [(log, topic, log, raw) for log, raw in zip(log_ns.tolist(), encoded)]

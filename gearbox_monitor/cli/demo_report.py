@@ -15,7 +15,7 @@
 """What a demo run has shown: figures, alarms, words and picture, all from its bag."""
 import numpy as np
 
-from gearbox_monitor.bag.replay import DIAGNOSTIC_ARRAY, replay, summary
+from gearbox_monitor.bag.replay import DIAGNOSTIC_ARRAY, replay
 from gearbox_monitor.filters.smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
 from gearbox_monitor.report import plots
 from gearbox_monitor.signals import DIAGNOSTICS, DRIFT_ALERTS, PLANT_TRANSMISSION_STATE
@@ -27,7 +27,7 @@ SECOND = 1e9
 def evaluate(reader, demo):
     """Replay `reader`; return ({name: value}, matplotlib Figure). `demo`: cli.demo.Demo."""
     result = replay(reader)
-    data = summary(reader, result)
+    data = dict(result.told)
     stamps = result.recording.samples.stamp_ns
     alarms, alerts, losses = _diagnostics(reader, result.recording)
     expected = round(demo.duration * 1000.0)

@@ -17,34 +17,37 @@ Run a bag through the estimator, offline, and compare with what was published li
 
 Without options the recorded parameters and snapshots apply, and every recorded estimate is
 compared bit for bit. With --filter, --params or --model the given ones replace the recorded.
---smooth adds columns to the CSV: estimates that know the whole recording (fixed-interval smoother,
-with the filter's parameters but for a fifth of the noise density of tau_K and softened friction).
+The bag is read block by block: memory does not grow with its length. --estimates-only leaves out
+the smoother, trust and drift, for the same estimates in a fraction of the time.
+--smooth adds columns to a table: estimates that know the whole recording (fixed-interval smoother,
+with the filter's parameters but for a fifth of the noise density of tau_K and softened friction);
+it holds the whole recording in memory.
 
 usage examples:
   gearbox_monitor replay gearbox_2026_11_21-10_00_00
-  gearbox_monitor replay BAG --model drive.yaml --params estimator.yaml --csv estimates.csv
+  gearbox_monitor replay BAG --out estimates.parquet --estimates-only
+  gearbox_monitor replay BAG --model drive.yaml --params estimator.yaml --out estimates.csv
   gearbox_monitor replay BAG --filter ekf --out BAG2 --json
-  gearbox_monitor replay BAG --smooth --csv smoothed.csv
+  gearbox_monitor replay BAG --smooth --out smoothed.csv
 
 exit code: 0 done, 1 the recorded estimates came out differently, 2 bad usage or input.
 """
 import json
 from pathlib import Path
 
-import numpy as np
+from tqdm import tqdm
 
+from gearbox_monitor.bag.comparison import Comparer
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import interval_error, replay, smoothed, summary
-from gearbox_monitor.bag.replay_output import write_bag
+from gearbox_monitor.bag.replay import interval_error, Kept, Player, smoothed
+from gearbox_monitor.bag.replay_output import BagOutput
+from gearbox_monitor.bag.summary import Summary
+from gearbox_monitor.bag.tables import CsvTable, ParquetTable
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters
-from gearbox_monitor.filters.smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
 from gearbox_monitor.parameters import ESTIMATOR, FILTER_NAMES
 
-CSV_COLUMNS = ('x1', 'x2', 'x3', 'x4', 'tau_k', 'tau_k_std', 'innovation_motor',
-               'innovation_arm', 'nis')
-SMOOTHED_COLUMNS = {'tau_k_smoothed': S_TAU_K, 'tau_k_smoothed_std': S_TAU_K_STD,
-                    'twist_smoothed': S_TWIST}
+TABLES = {'.csv': CsvTable, '.parquet': ParquetTable}
 
 
 def add_arguments(parser):
@@ -54,10 +57,14 @@ def add_arguments(parser):
     parser.add_argument('--params', metavar='FILE', help='ROS parameter file of the estimator')
     parser.add_argument('--model', metavar='FILE', help='model file of the drive')
     parser.add_argument('--topic', default='joint_states', help='topic of the inputs')
-    parser.add_argument('--out', metavar='BAG2', help='write inputs and estimates to a new bag')
-    parser.add_argument('--csv', metavar='FILE', help='write the estimates as CSV')
+    parser.add_argument('--out', metavar='PATH', help='write the estimates: FILE.parquet or '
+                        'FILE.csv, else inputs and estimates to a new bag')
+    parser.add_argument('--csv', metavar='FILE', help='write the estimates as CSV, whatever the '
+                        'name')
+    parser.add_argument('--estimates-only', action='store_true',
+                        help='no smoother, trust or drift: a fraction of the time')
     parser.add_argument('--smooth', action='store_true',
-                        help='smooth over the whole recording; columns for --csv')
+                        help='smooth over the whole recording; columns for a table')
     parser.add_argument('--json', action='store_true', help='print the summary as JSON')
 
 
@@ -73,38 +80,62 @@ def run(args):
             raise InputError(f'{path}: exists, expected a new file')
     with open_bag(args.bag) as reader:
         model = load_model(model_file) if model_file else None
-        result = replay(reader, model, parameters, args.topic)
-        whole = smoothed(result) if args.smooth else None
-        if args.csv:
-            write_csv(args.csv, result.estimates, whole)
-        if args.out:
-            write_bag(args.out, reader, result)
-        data = summary(reader, result)
-        if args.smooth:
-            data['tau_k_error_whole'] = interval_error(reader, result, whole)
+        whole = not args.estimates_only
+        player = Player(reader, model, parameters, args.topic, judged=whole, smoothed=whole)
+        data, comparison = _play(args, player)
     print(json.dumps(data, indent=2) if args.json else text(data))
-    return 1 if result.comparison and result.comparison.different else 0
+    return 1 if comparison and comparison.different else 0
 
 
-def write_csv(path, estimates, whole=None):
-    """
-    Write the estimates to `path`; numbers read back bit for bit.
-
-    whole: rows [M, N_SMOOTHED] of the same samples, smoothed over the recording, or None.
-    """
-    names = CSV_COLUMNS
-    columns = [getattr(estimates, name) for name in names]
-    if whole is not None:
-        names = (*names, *SMOOTHED_COLUMNS)
-        columns += [whole[:, column] for column in SMOOTHED_COLUMNS.values()]
-    table = np.column_stack(columns)
+def _play(args, player):
+    """Run the Player into everything that was asked for; return (summary, Comparison or None)."""
+    told = Summary(player)
+    comparer = Comparer(player) if player.compared else None
+    kept = Kept(player) if args.smooth else None
+    outputs = []
     try:
-        with open(path, 'x', encoding='utf-8') as file:
-            file.write(','.join(('stamp_ns', *names)) + '\n')
-            for stamp, row in zip(estimates.stamp_ns.tolist(), table.tolist()):
-                file.write(f'{stamp},{",".join(map(repr, row))}\n')
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
+        for kind, path in ((TABLES.get(Path(args.out or '').suffix), args.out),
+                           (CsvTable, args.csv)):
+            if path:
+                outputs.append(kind(path, player, args.smooth) if kind else
+                               BagOutput(path, player))
+        tables = [output for output in outputs if args.smooth and not isinstance(
+            output, BagOutput)]
+        with tqdm(total=player.reader.topics[player.topic][1], desc='replay', unit=' samples',
+                  unit_scale=True, disable=None, leave=False) as bar:
+            player.run([sink for sink in (told, comparer, kept, *outputs, Progress(bar))
+                        if sink and sink not in tables])
+        comparison = comparer and comparer.comparison
+        data = told.data(comparison)
+        if args.smooth:
+            result = kept.replay()
+            rows = smoothed(result)
+            for table in tables:
+                table.write(result.estimates, rows)
+            data['tau_k_error_whole'] = interval_error(player.reader, result, rows)
+        for output in outputs:
+            output.close()
+    except BaseException:
+        for output in outputs:
+            output.abandon()
+        raise
+    return data, comparison
+
+
+class Progress:
+    """Takes the parts of a Player and moves a progress bar."""
+
+    topics = ()
+
+    def __init__(self, bar):
+        self._bar = bar
+
+    def add(self, part):
+        """Take a Part."""
+        self._bar.update(len(part.samples.stamp_ns))
+
+    def finish(self):
+        """Leave the bar to its owner."""
 
 
 def text(data):
@@ -136,7 +167,8 @@ def text(data):
     if data['gap_rad']:
         lines.append('gap          ' + ', '.join(f'{gap:.4g}' for gap in data['gap_rad'][-8:])
                      + ' rad (windows, newest last)')
-    lines.append('trust        ' + ', '.join(f'{k} {v}' for k, v in data['levels'].items()))
+    if data['levels']:
+        lines.append('trust        ' + ', '.join(f'{k} {v}' for k, v in data['levels'].items()))
     if 'comparison' in data:
         c = data['comparison']
         lines.append(f'identical    {data["replay_identical"]}: {c["identical"]} of '

@@ -1,0 +1,148 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Replay of a simulated recording: what "benchmark speed" and "benchmark scale" measure of it."""
+from contextlib import contextmanager
+import json
+import os
+from pathlib import Path
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+from rosbags.highlevel import AnyReader
+
+from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.replay import Player
+from gearbox_monitor.bag.summary import Summary
+from gearbox_monitor.bag.tables import ParquetTable
+from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import Noise, simulate
+
+RATE = 1000.0  # Hz
+TOPIC, JOINTS = '/joint_states', ('motor', 'arm')
+FIRST_NS, STEP_NS = 1_700_000_000_000_000_000, 1_000_000
+AT_ONCE = 100_000  # messages encoded at once
+SECONDS, FEW = 600.0, 10.0  # length of the recording, and of that which rosbags decodes
+
+
+def write_recording(path, seconds, compression='lz4'):
+    """Write the new bag `path` of a drive that is measured and commanded at RATE."""
+    count = int(seconds * RATE)
+    run = simulate(DriveModel(), Excitation().torque(np.arange(count) / RATE), 1.0 / RATE,
+                   Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed=0)
+    effort = np.column_stack([run.u, np.full(count, np.nan)])
+    # By size alone, as when messages come at their own time.
+    with BagWriter(path, compression, chunk_seconds=np.inf) as writer:
+        writer.add_topic(TOPIC, 'sensor_msgs/msg/JointState')
+        for begin in range(0, count, AT_ONCE):
+            part = slice(begin, begin + AT_ONCE)
+            stamps = FIRST_NS + STEP_NS * np.arange(count)[part]
+            for stamp, raw in zip(stamps.tolist(), encode_joint_states(
+                    stamps, JOINTS, run.y[part], effort=effort[part])):
+                writer.write(TOPIC, stamp, raw)
+
+
+def replayed(bag, whole):
+    """
+    Replay `bag` into a Parquet file that is thrown away; return the samples.
+
+    whole: with smoother, trust and drift.
+    """
+    with tempfile.TemporaryDirectory() as folder, open_bag(bag) as reader:
+        player = Player(reader, judged=whole, smoothed=whole)
+        told, table = Summary(player), ParquetTable(Path(folder) / 'out.parquet', player)
+        player.run([told, table])
+        table.close()
+        return told.data()['samples']
+
+
+def decoded(bag):
+    """Read `bag` into arrays, block by block; return the samples."""
+    count = 0
+    with open_bag(bag) as reader:
+        decode = reader.decoder(TOPIC, JOINTS)
+        for block in reader.blocks([TOPIC]):
+            count += len(decode(block).stamp_ns)
+    return count
+
+
+def decoded_by_rosbags(reader):
+    """Decode all messages of rosbags' open `reader` as its users do; return the samples."""
+    rows = []
+    for connection, _, raw in reader.messages():
+        message = reader.deserialize(raw, connection.msgtype)
+        stamp = message.header.stamp
+        rows.append((stamp.sec * 10 ** 9 + stamp.nanosec, *message.position, *message.effort))
+    return len(rows)
+
+
+@contextmanager
+def steppers():
+    """Give ({row: function}, {row: samples}) on recordings that are gone afterwards."""
+    with tempfile.TemporaryDirectory() as folder:
+        bag, short = Path(folder) / 'bag', Path(folder) / 'short'
+        write_recording(bag, SECONDS)
+        write_recording(short, FEW)
+        with AnyReader([short]) as reader:
+            yield ({'replay, estimates only': lambda: replayed(bag, False),
+                    'replay, everything': lambda: replayed(bag, True),
+                    'replay, decoding alone': lambda: decoded(bag),
+                    'rosbags, decoding': lambda: decoded_by_rosbags(reader)},
+                   {'replay, estimates only': SECONDS * RATE,
+                    'replay, everything': SECONDS * RATE,
+                    'replay, decoding alone': SECONDS * RATE, 'rosbags, decoding': FEW * RATE})
+
+
+def in_a_process(bag, whole, warm):
+    """
+    Replay `bag` in a process of its own; return (CPU s, peak resident memory in bytes).
+
+    warm: a short bag that is replayed first, uncounted: start and compilation do not depend on
+    the length of a bag.
+    """
+    done = subprocess.run(
+        [sys.executable, '-m', __name__, str(bag), str(int(whole)), str(warm)],
+        stdout=subprocess.PIPE, text=True, check=True,
+        env={**os.environ, 'OPENBLAS_NUM_THREADS': '1'})
+    found = json.loads(done.stdout)
+    return found['cpu_s'], found['peak_bytes']
+
+
+def main(argv):
+    """Replay the bags of `in_a_process`."""
+    bag, whole, warm = argv[0], argv[1] == '1', argv[2]
+    replayed(warm, whole)
+    begin = time.process_time()
+    replayed(bag, whole)
+    print(json.dumps({'cpu_s': time.process_time() - begin, 'peak_bytes': _peak_bytes()}))
+
+
+def _peak_bytes():
+    """Return the largest resident memory of this process so far."""
+    status = Path('/proc/self/status')
+    if status.exists():  # what getrusage says there includes the process that started this one
+        return 1024 * int(re.search(r'VmHWM:\s*(\d+)', status.read_text())[1])
+    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+if __name__ == '__main__':
+    main(sys.argv[1:])

@@ -1,0 +1,112 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Cost of a replay against the length of its bag: CPU time and peak memory, with bars.
+
+Simulated recordings at 1 kHz (lz4), each replayed to Parquet with the EKF in a process of its own,
+whose start is left out. The exponent p of CPU time ~ length^p is fitted over all lengths; 1 is
+linear.
+
+usage examples:
+  gearbox_monitor benchmark scale
+  gearbox_monitor benchmark scale --minutes 1 10 60 240 --json scale.json
+"""
+import json
+from pathlib import Path
+import tempfile
+
+import numpy as np
+from tqdm import tqdm
+
+from gearbox_monitor.benchmarks.replay import in_a_process, write_recording
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.jit import COMPILED
+
+MINUTES = (10.0, 20.0, 60.0)
+WARM = 12.0  # s of the recording that is replayed before: long enough for a drift window
+EXPONENT, MEMORY = 1.05, 1.2  # highest
+MODES = {'estimates only': False, 'everything': True}
+
+
+def add_arguments(parser):
+    parser.add_argument('--minutes', type=float, nargs='+', default=list(MINUTES),
+                        help='lengths of the bags, at least two (default: '
+                        f'{" ".join(f"{m:g}" for m in MINUTES)})')
+    parser.add_argument('--rounds', type=int, default=3,
+                        help='interleaved rounds; medians count (default: 3)')
+    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+
+
+def evaluate(minutes, rounds):
+    """Return all figures as plain data."""
+    cells = [(name, length) for name in MODES for length in minutes]
+    cpu, peak = ({cell: [] for cell in cells} for _ in range(2))
+    with tempfile.TemporaryDirectory() as folder, tqdm(
+            total=len(minutes) + rounds * len(cells), desc='scale', disable=None,
+            leave=False) as bar:
+        warm = Path(folder) / 'warm'
+        write_recording(warm, WARM)
+        for length in minutes:
+            write_recording(Path(folder) / f'{length}', 60.0 * length)
+            bar.update()
+        for _ in range(rounds):
+            for name, length in cells:
+                found = in_a_process(Path(folder) / f'{length}', MODES[name], warm)
+                cpu[name, length].append(found[0])
+                peak[name, length].append(found[1])
+                bar.update()
+    rows, bars = [], []
+    for name in MODES:
+        seconds = [float(np.median(cpu[name, m])) for m in minutes]
+        memory = [float(np.median(peak[name, m])) for m in minutes]
+        rows += [{'mode': name, 'minutes': m, 'cpu_s': s, 'times_real_time': 60.0 * m / s,
+                  'peak_mb': b / 1e6} for m, s, b in zip(minutes, seconds, memory)]
+        exponent = float(np.polyfit(np.log(minutes), np.log(seconds), 1)[0])
+        bars.append({'bar': f'{name}: exponent of CPU time over length', 'value': exponent,
+                     'expected': EXPONENT})
+        bars.append({'bar': f'{name}: peak memory, {minutes[-1]:g} min over {minutes[0]:g} min',
+                     'value': memory[-1] / memory[0], 'expected': MEMORY})
+    for entry in bars:
+        entry['met'] = bool(entry['value'] <= entry['expected'])
+    return {'rounds': rounds, 'rows': rows, 'bars': bars}
+
+
+def text(data):
+    """Return the figures as a table for the terminal."""
+    lines = [f'  {"replay":<16}{"minutes":>9}{"CPU s":>10}{"x real time":>14}{"peak MB":>10}']
+    lines += [f'  {row["mode"]:<16}{row["minutes"]:9g}{row["cpu_s"]:10.2f}'
+              f'{row["times_real_time"]:14.0f}{row["peak_mb"]:10.0f}' for row in data['rows']]
+    lines.append('')
+    lines += [f'{"met   " if bar["met"] else "MISSED"}  {bar["bar"]:<52}{bar["value"]:8.3f}   '
+              f'expected <= {bar["expected"]:g}' for bar in data['bars']]
+    return '\n'.join(lines)
+
+
+def run(args):
+    if not COMPILED:
+        raise InputError('benchmark scale: numba is missing, expected compiled kernels')
+    minutes = sorted(set(args.minutes))
+    if len(minutes) < 2 or not all(0.0 < m < np.inf for m in minutes):
+        raise InputError(f'--minutes: {" ".join(f"{m:g}" for m in args.minutes)}, expected two or '
+                         'more different numbers > 0')
+    if args.rounds < 1:
+        raise InputError(f'--rounds: {args.rounds}, expected a whole number >= 1')
+    if args.json and not Path(args.json).absolute().parent.is_dir():
+        raise InputError(f'{args.json}: its directory does not exist, expected one that does')
+    data = evaluate(minutes, args.rounds)
+    print(text(data))
+    if args.json:
+        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
+    return 0 if all(bar['met'] for bar in data['bars']) else 1
