@@ -25,7 +25,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
         ('share/' + package_name, ['package.xml']),
-        ('share/' + package_name + '/config', sorted(glob('config/*.yaml'))),
+        ('share/' + package_name + '/config', sorted(glob('config/*.*'))),
         ('share/' + package_name + '/config/import', sorted(glob('config/import/*.yaml'))),
         ('share/' + package_name + '/launch', sorted(glob('gearbox_monitor/launch/*.launch.py'))),
     ],
@@ -33,11 +33,13 @@ setup(
     # What pip can bring. ROS packages are not named here: on an apt-installed Jazzy they have
     # no such names; in a plain venv the extra "ros" brings them as wheels.
     install_requires=[
+        'fsspec>=2023.6',  # no rosdep key
         'matplotlib>=3.6',
         'mcap-ros2-support>=0.5',  # brings mcap; both spellings are the same rosdep key
         'mcap>=1.1',
         'numba>=0.59',
         'numpy>=1.26',
+        'pyarrow>=14.0.1',  # no rosdep key
         'PyYAML>=6.0',
         'rosbags>=0.10',
         'scipy>=1.11',
@@ -45,8 +47,11 @@ setup(
         'tqdm>=4.60',
     ],
     extras_require={
+        # "fleet --scheduler"; dask and distributed have no rosdep keys
+        'fleet': ['dask>=2024.1', 'distributed>=2024.1'],
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         'test': [
+            'distributed>=2024.1',
             'filterpy>=1.4',
             'flake8>=6',
             'flake8-import-order>=0.18',

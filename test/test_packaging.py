@@ -32,6 +32,8 @@ XML = ElementTree.parse(ROOT / 'package.xml').getroot()
 SETUP = (ROOT / 'setup.py').read_text(encoding='utf-8')
 # imported name -> (key in package.xml or None, distribution in setup.py or None = from ROS).
 THIRD_PARTY = {
+    'distributed': (None, 'distributed'),  # optional; it and the next have no rosdep key
+    'fsspec': (None, 'fsspec'),
     'filterpy': (None, 'filterpy'),  # optional: a reference to compare with
     'google': (None, None),
     'lz4': ('mcap-ros2-support', 'mcap'),
@@ -40,6 +42,7 @@ THIRD_PARTY = {
     'mcap_ros2': ('mcap-ros2-support', 'mcap-ros2-support'),
     'numba': (None, 'numba'),  # absent from Ubuntu's packages, optional
     'numpy': ('python3-numpy', 'numpy'),
+    'pyarrow': (None, 'pyarrow'),  # no rosdep key
     'rosbags': ('python3-rosbags-pip', 'rosbags'),
     'scipy': ('python3-scipy', 'scipy'),
     'tqdm': ('python3-tqdm', 'tqdm'),

@@ -31,7 +31,6 @@ usage examples:
 
 exit code: 0 pass, 1 fail, 2 neither (not excited, too close to the limit) or bad usage or input.
 """
-from dataclasses import dataclass
 import json
 import math
 from pathlib import Path
@@ -42,27 +41,17 @@ from scipy.stats import norm
 
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import replay
-from gearbox_monitor.drift import features
+from gearbox_monitor.drift.windows import combine, reason_of, separable_of, Windows
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters, save_model
-from gearbox_monitor.filters.smoother import S_TWIST_STD
 from gearbox_monitor.parameters import ESTIMATOR
 
-SETTLE = 2.0  # s at the start that are not judged
 UNITS = {'': 1.0, 'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
          'arcmin': math.radians(1.0) / 60.0}
 # What averaging over windows does not remove, relative.
 GAP_ERROR, STIFFNESS_ERROR = 0.01, 0.02
 SEEN = 3.0  # standard deviations from which on a hysteresis goes into the model file
 EXIT = {'pass': 0, 'fail': 1, 'not excited': 2, 'undecided': 2, 'measured': 0}
-
-
-@dataclass(frozen=True)
-class Combined:
-    """Value and standard deviation of a feature over all windows."""
-
-    value: float
-    std: float
 
 
 def add_arguments(parser):
@@ -128,35 +117,9 @@ def angle(word):
 
 def windows(result):
     """Return what features.fit says of each window of a Replay."""
-    stamps, rows = result.estimates.smoothed_stamp_ns, result.estimates.smoothed
-    p = result.monitor.parameters
-    if p['smoother_lag'] <= 0.0:
-        raise InputError('smoother_lag: 0, expected a number > 0 (s): backlash is measured on the '
-                         'smoothed torque')
-    if not len(stamps):
-        return []
-    keep = (stamps >= stamps[0] + round(SETTLE * 1e9)) & \
-        (rows[:, S_TWIST_STD] <= np.hypot(p['r_std_motor'], p['r_std_arm']))
-    stamps, rows = stamps[keep], rows[keep]
-    if not len(stamps):
-        return []
-    span = float(stamps[-1] - stamps[0]) * 1e-9
-    count = max(1, round(span / p['drift_window']))
-    return [features.fit(part, result.monitor.drive, int(end[-1])) for part, end in zip(
-        np.array_split(rows, count), np.array_split(stamps, count)) if len(part)]
-
-
-def combine(found, name, relative=0.0):
-    """Return the Combined feature `name` of the list `found` of Backlash, None without any."""
-    pairs = np.array([(getattr(w, name), getattr(w, name + '_std')) for w in found])
-    pairs = pairs[np.isfinite(pairs).all(axis=1)] if len(pairs) else pairs
-    if not len(pairs):
-        return None
-    value, n = float(pairs[:, 0].mean()), len(pairs)
-    variance = float((pairs[:, 1] ** 2).mean())
-    if n > 1:
-        variance = max(variance, float(pairs[:, 0].var(ddof=1)))
-    return Combined(value, math.hypot(math.sqrt(variance / n), relative * value))
+    found = Windows(result.monitor.drive, result.monitor.parameters)
+    found.add(result.estimates.smoothed_stamp_ns, result.estimates.smoothed)
+    return found.finish()
 
 
 def judge(found, limits, confidence):
@@ -165,17 +128,12 @@ def judge(found, limits, confidence):
 
     limits: {'max_gap': rad or None, 'min_stiffness': N m/rad or None}.
     """
-    seen = [w for w in found if isinstance(w, features.Backlash)]
-    data = {'windows': len(found), 'windows_used': len(seen)}
-    if not seen:
-        reasons = [w.reason for w in found] or ['no estimates after the first seconds']
-        return {'verdict': 'not excited', 'reason': max(set(reasons), key=reasons.count), **data}
-    clear = [w for w in seen if w.separable]
-    separable = 2 * len(clear) > len(seen)
-    used = clear if separable else seen
+    used, separable = separable_of(found)
+    data = {'windows': len(found), 'windows_used': len(used)}
+    if not used:
+        return {'verdict': 'not excited', 'reason': reason_of(found), **data}
     gap, stiffness = combine(used, 'gap', GAP_ERROR), combine(used, 'stiffness', STIFFNESS_ERROR)
     hysteresis, lost = combine(used, 'hysteresis'), combine(used, 'lost_motion', GAP_ERROR)
-    data['windows_used'] = len(used)
     for name, value in (('gap_rad', gap), ('stiffness', stiffness), ('hysteresis', hysteresis),
                         ('lost_motion_rad', lost)):
         if value:

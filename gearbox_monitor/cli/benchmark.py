@@ -28,9 +28,11 @@ import importlib
 # name -> (module of gearbox_monitor.benchmarks, one line of help)
 BENCHMARKS = {
     'paper': ('paper', "the paper's tables, by all filters, beside the published numbers"),
-    'speed': ('speed', "CPU time of the filters' steps, beside filterpy's"),
+    'speed': ('speed', "CPU time of the filters' steps and of replay, beside filterpy, rosbags"),
+    'scale': ('scale', 'CPU time and memory of a replay against the length of its bag'),
     'trust': ('trust', 'false alarms of trust and drift, and how soon faults are found'),
     'blind': ('blind', 'diagnosis of recordings whose effect only the scorer knows'),
+    'fleet': ('fleet', 'CPU time of fleet runs: pool, Dask, number of bags, workers'),
     'motion': ('motion', 'motions that separate what a recording confused'),
     'real': ('real', 'torque of a real drive against static current compensation'),
 }

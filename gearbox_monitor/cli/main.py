@@ -29,11 +29,14 @@ COMMANDS = {
     'import': ('import_', 'turn CSV, .mat or JSON recordings into a bag'),
     'tune': ('tune', 'find R and Q of a filter from a recording'),
     'compare': ('compare', 'run several filters on one recording, side by side'),
+    'check': ('check', 'say what is in a recording and what it suits'),
+    'report': ('report', 'write one page about a recording'),
     'accept': ('accept', 'check the backlash and stiffness of a delivered gearbox from a bag'),
     'simulate': ('simulate', 'lay a recording, its model and the closed model over each other'),
     'diagnose': ('diagnose', 'find the effect that simulator and drive differ by, from a bag'),
     'suggest': ('suggest', 'find the motion that tells confused effects apart'),
     'fit-nominal': ('fit_nominal', 'find the values of a model file from recordings'),
+    'fleet': ('fleet', 'replay many bags and see which gearboxes wear'),
     'benchmark': ('benchmark', 'measure this package against its bars'),
 }
 

@@ -27,6 +27,11 @@ PARENT = 'GEARBOX_MONITOR_PARENT'  # read by nodes.runtime: a node ends with thi
 LOG_LINES = 10
 
 
+def cores():
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else os.cpu_count()
+
+
 class ChildFailed(Exception):
     """A child process could not be used; `code` is the exit code for the user."""
 

@@ -1,0 +1,200 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What a fleet run costs beside its bags: a pool and Dask against one process, and how it grows.
+
+Short bags of a simulated drive are written once. Each round runs all of them in this process, in a
+pool and on a local Dask cluster, whose scheduler and workers are processes of their own (skipped
+where distributed is missing). CPU time is that of all processes; what starts them does not count:
+workers have run two bags before. Two workers against one count by the clock, and are judged where
+the machine has two cores to give, which two busy loops tell.
+
+usage examples:
+  gearbox_monitor benchmark fleet
+  gearbox_monitor benchmark fleet --bags 20 --seconds 50 --rounds 2 --json fleet.json
+"""
+from contextlib import ExitStack
+import importlib.util
+import json
+import multiprocessing
+from pathlib import Path
+import tempfile
+import time
+
+import numpy as np
+from tqdm import tqdm
+
+from gearbox_monitor.benchmarks.fleet_setup import cpu_seconds, dask_cluster, write_bag
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.fleet.engine import Cluster, Pool, Serial
+
+WORKERS = 2
+PARTS = (0.125, 0.25, 0.5, 1.0)  # of the bags, for the exponent
+IDLE = 1.9  # so much of one busy loop must two of them get, or there are no two idle cores
+# bar: (lowest, highest)
+BARS = {'pool CPU / serial': (0.0, 1.1), 'Dask CPU / serial': (0.0, 1.8),
+        'exponent of CPU over bags': (0.95, 1.05), 'two workers / one, clock': (1.7, np.inf)}
+
+
+def add_arguments(parser):
+    parser.add_argument('--bags', type=int, default=40, help='bags (default: 40)')
+    parser.add_argument('--seconds', type=float, default=100.0,
+                        help='length of each at 1 kHz (default: 100)')
+    parser.add_argument('--rounds', type=int, default=5,
+                        help='interleaved rounds; medians count (default: 5)')
+    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+
+
+class Runs:
+    """Runs bags into a new folder each time; cluster: ids of processes that Dask alone needs."""
+
+    def __init__(self, folder):
+        self.folder, self.count, self.cluster = Path(folder), 0, ()
+
+    def run(self, bags, engine):
+        """Return (CPU time, time by the clock) of a run over `bags`, s."""
+        from gearbox_monitor.fleet.job import Settings
+        from gearbox_monitor.fleet.run import Run
+        from gearbox_monitor.fleet.table import Table
+        self.count += 1
+        others = () if isinstance(engine, Cluster) else self.cluster  # idle, but for heartbeats
+        cpu, clock = cpu_seconds(others), time.monotonic()
+        with Table(self.folder / str(self.count)) as table:
+            run = Run(bags, Settings(), table)
+            run.go(engine)
+            table.finish()
+        if run.counts['done'] != len(bags):
+            raise InputError(f'{len(bags)} bags: {dict(run.counts)}, expected all done')
+        return cpu_seconds(others) - cpu, time.monotonic() - clock
+
+
+def _spin(seconds):
+    """Count for `seconds`; return how far it came."""
+    end, count = time.monotonic() + seconds, 0
+    while time.monotonic() < end:
+        count += sum(range(1000)) >= 0
+    return count
+
+
+def cores(seconds=1.0):
+    """Return how much two busy loops get together, in terms of one alone."""
+    with multiprocessing.get_context('spawn').Pool(2) as pool:
+        pool.map(_spin, [0.01, 0.01], 1)
+        alone = pool.apply(_spin, (seconds,))
+        return sum(pool.map(_spin, [seconds, seconds], 1)) / alone
+
+
+def evaluate(count, seconds, rounds):
+    """Return all figures as plain data."""
+    from gearbox_monitor.fleet.paths import find_bags
+    skipped = None if importlib.util.find_spec('distributed') else \
+        'distributed is not installed: pip install gearbox_monitor[fleet]'
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        for k in tqdm(range(count), 'bags', disable=None, leave=False):
+            write_bag(folder / f'bags/{k:03d}', DriveModel(), seconds, k)
+        bags = find_bags([str(folder / 'bags')])
+        runs, engines = Runs(folder), {'serial': Serial()}
+        for name, workers in (('pool', WORKERS), ('one worker', 1)):
+            engines[name] = Pool(workers)
+            stack.callback(engines[name].close)
+        if not skipped:
+            address, processes = stack.enter_context(dask_cluster(folder / 'dask', WORKERS))
+            runs.cluster = [process.pid for process in processes]
+            engines['dask'] = Cluster(address)
+            stack.callback(engines['dask'].close)
+        for engine in engines.values():
+            for _ in range(2):  # each worker is to have run one
+                runs.run(bags[:2 * WORKERS], engine)
+        times = {name: [] for name in engines}
+        sizes = sorted({max(1, round(part * count)) for part in PARTS})
+        grown, seen = {size: [] for size in sizes}, []
+        for _ in tqdm(range(rounds), 'rounds', disable=None, leave=False):
+            for name, engine in engines.items():
+                times[name].append(runs.run(bags, engine))
+            for size in sizes:
+                grown[size].append(runs.run(bags[:size], engines['pool'])[0])
+            seen.append(cores())
+    return figures(times, grown, seen, count, seconds, skipped)
+
+
+def figures(times, grown, seen, count, seconds, skipped):
+    """
+    Return the figures and bars.
+
+    times {engine: [(CPU, clock) of each round]}; grown {bags: [CPU]}; seen [cores].
+    """
+    def ratio(one, other, column):
+        return float(np.median([a[column] / b[column] for a, b in zip(times[one], times[other])]))
+    sizes = sorted(grown)
+    exponent = float(np.polyfit(np.log(sizes), np.log(
+        [np.median(grown[size]) for size in sizes]), 1)[0])
+    values = {'pool CPU / serial': ratio('pool', 'serial', 0),
+              'Dask CPU / serial': None if skipped else ratio('dask', 'serial', 0),
+              'exponent of CPU over bags': exponent,
+              'two workers / one, clock': ratio('one worker', 'pool', 1)}
+    there = float(np.median(seen))
+    reasons = {'Dask CPU / serial': skipped, 'two workers / one, clock': None if there >= IDLE else
+               f'two busy loops got {there:.2f} of one here: no two idle cores'}
+    bars = []
+    for bar, (low, high) in BARS.items():
+        value, reason = values[bar], reasons.get(bar)
+        expected = (f'<= {high:g}' if low == 0.0 else f'>= {low:g}' if high == np.inf else
+                    f'{low:g} to {high:g}')
+        bars.append({'bar': bar, 'value': value, 'expected': expected, 'skipped': reason,
+                     'met': None if reason else bool(low <= value <= high)})
+    return {'bags': count, 'seconds_each': seconds, 'rounds': len(times['serial']),
+            'cpu_s': {name: float(np.median([t[0] for t in rows]))
+                      for name, rows in times.items()},
+            'clock_s': {name: float(np.median([t[1] for t in rows]))
+                        for name, rows in times.items()},
+            'cpu_s_by_bags': {size: float(np.median(grown[size])) for size in sizes},
+            'cores_seen': there, 'bars': bars}
+
+
+def text(data):
+    """Return the figures as a table for the terminal."""
+    lines = [f'{data["bags"]} bags of {data["seconds_each"]:g} s at 1 kHz, medians of '
+             f'{data["rounds"]} rounds:', '', f'  {"":<12}{"CPU s":>10}{"clock s":>10}']
+    lines += [f'  {name:<12}{cpu:10.2f}{data["clock_s"][name]:10.2f}'
+              for name, cpu in data['cpu_s'].items()]
+    lines += ['', '  CPU s in the pool by number of bags: ' + ', '.join(
+        f'{size}: {cpu:.2f}' for size, cpu in data['cpu_s_by_bags'].items()), '']
+    for bar in data['bars']:
+        value = '' if bar['value'] is None else f'{bar["value"]:8.2f}   '
+        if bar['met'] is None:
+            lines.append(f'skipped {bar["bar"]:<28}{value}{bar["skipped"]}')
+        else:
+            lines.append(f'{"met   " if bar["met"] else "MISSED"}  {bar["bar"]:<28}{value}'
+                         f'expected {bar["expected"]}')
+    return '\n'.join(lines)
+
+
+def run(args):
+    for option, value, least in (('--bags', args.bags, 2 * WORKERS), ('--rounds', args.rounds, 1),
+                                 ('--seconds', args.seconds, 5.0)):
+        if not value >= least:
+            raise InputError(f'{option}: {value:g}, expected a number >= {least:g}')
+    if args.json and not Path(args.json).absolute().parent.is_dir():
+        raise InputError(f'{args.json}: its directory does not exist, expected one that does')
+    for name in ('fsspec', 'pyarrow'):
+        if importlib.util.find_spec(name) is None:
+            raise InputError(f'{name} is not installed, expected it: pip install {name}')
+    data = evaluate(args.bags, args.seconds, args.rounds)
+    print(text(data))
+    if args.json:
+        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
+    return 0 if all(bar['met'] is not False for bar in data['bars']) else 1

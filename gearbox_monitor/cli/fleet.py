@@ -1,0 +1,203 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Replay many bags, measure the backlash in each, and see which gearboxes wear.
+
+BAGS are bags, .mcap files, folders of them, patterns, or URLs that fsspec can open (zip://, s3://
+with s3fs, ...). Each is run through the estimator as "replay" does, with the model and parameters
+recorded in it, and the backlash fitted on windows of drift_window seconds. DIR then holds
+  features/     a Parquet dataset (by gearbox and date), a row per window
+  bags.parquet  a row per bag: done, failed and why, duplicate of which; features; versions
+  fleet.html    the page: gap of each gearbox over time, the worst first
+
+Bags run in a pool of processes, or on a Dask cluster. A bag whose worker dies is tried again. The
+same command goes on where an earlier one ended, however that was: bags that are done are skipped,
+until their content, the model, the parameters or the version change.
+
+usage examples:
+  gearbox_monitor fleet archive/ --out fleet
+  gearbox_monitor fleet '2026-*/joint3_*' --out fleet --model joint3.yaml --workers 8
+  gearbox_monitor fleet archive/ --out fleet --gearbox 'archive/([^/]+)/' --diagnose
+  gearbox_monitor fleet archive/ --out fleet --scheduler tcp://head:8786
+  gearbox_monitor fleet 'zip://**/*.mcap::2025.zip' --out fleet --json | jq .gearboxes[0]
+
+exit code: 0 every bag has its row, 1 some are to be tried again by the same command (their workers
+died, their files could not be read), 2 bad usage or input, disk full, scheduler lost; 130 after
+Ctrl-C.
+"""
+from collections import Counter
+from contextlib import suppress
+import json
+import re
+import sys
+
+from tqdm import tqdm
+
+from gearbox_monitor.cli.processes import cores, Interrupt
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_model, load_parameters
+from gearbox_monitor.parameters import ESTIMATOR
+
+SHOWN = 10  # gearboxes, and bags that failed, on the terminal
+
+
+def add_arguments(parser):
+    """Declare the options."""
+    parser.add_argument('bags', nargs='+', metavar='BAGS',
+                        help='bag, .mcap file, folder of bags, pattern or URL')
+    parser.add_argument('--out', metavar='DIR', required=True,
+                        help='new folder, or that of an earlier run, which is continued')
+    parser.add_argument('--scheduler', metavar='ADDRESS',
+                        help='Dask scheduler to run on, as tcp://host:8786')
+    parser.add_argument('--workers', metavar='N', type=int,
+                        help='processes (default: one per core); 0: in this one')
+    parser.add_argument('--diagnose', action='store_true',
+                        help='diagnose 14 s of each bag, too: about a minute of computing each')
+    parser.add_argument('--only', metavar='ID,ID', default='',
+                        help='effects that --diagnose tries, no other: far quicker')
+    parser.add_argument('--model', metavar='FILE',
+                        help='model file of the drive (default: that recorded in each bag)')
+    parser.add_argument('--params', metavar='FILE', help='ROS parameter file of the estimator')
+    parser.add_argument('--topic', default='joint_states', help='topic of the inputs')
+    parser.add_argument('--gearbox', metavar='PATTERN', default='',
+                        help='regular expression: its first group, in the path of a bag, names '
+                        'the gearbox (default: gearbox_serial recorded in the bag)')
+    parser.add_argument('--json', action='store_true', help='print the summary as JSON')
+
+
+def run(args):
+    """Run the command; returns the exit code."""
+    _check(args)
+    try:
+        from gearbox_monitor.fleet.table import Table
+        from gearbox_monitor.fleet.paths import find_bags  # noqa: I100: what may be missing first
+        from gearbox_monitor.fleet.run import Run
+    except ModuleNotFoundError as error:
+        raise InputError(f'{error.name} is not installed, expected it: pip install pyarrow '
+                         'fsspec') from None
+    settings = _settings(args)
+    bags = find_bags(args.bags)
+    with Table(args.out) as table:
+        job = Run(bags, settings, table)
+        engine = _engine(args, job.left)
+        with Interrupt() as interrupt:
+            try:
+                with tqdm(total=len(bags), initial=job.counts['skipped'], desc='fleet',
+                          unit='bag', disable=None, leave=False) as bar:
+                    whole = job.go(engine, lambda: interrupt.requested, bar.update)
+            except InputError:
+                with suppress(InputError):  # of what is done
+                    finish(table, settings.key, job.counts)
+                raise
+            finally:
+                engine.close()
+            data = finish(table, settings.key, job.counts)
+    data['interrupted'] = not whole
+    print(json.dumps(data, indent=2) if args.json else text(data))
+    if not whole:
+        print('interrupted: what is done is kept, the same command goes on from there',
+              file=sys.stderr)
+        return 130
+    return 1 if data['to_be_tried_again'] else 0
+
+
+def _check(args):
+    """Raise InputError for options that contradict."""
+    if args.scheduler and args.workers is not None:
+        raise InputError('--workers: not with --scheduler, expected one of them')
+    if args.workers is not None and args.workers < 0:
+        raise InputError(f'--workers: {args.workers}, expected a whole number >= 0')
+    if args.only and not args.diagnose:
+        raise InputError('--only: not without --diagnose, expected both')
+    try:
+        re.compile(args.gearbox)
+    except re.error as error:
+        raise InputError(f'--gearbox: {args.gearbox!r}: {error}, expected a regular '
+                         'expression') from None
+
+
+def _engine(args, left):
+    """Return the engine that the options ask for; `left`: bags there are for it."""
+    from gearbox_monitor.fleet.engine import Cluster, Pool, Serial
+    if args.scheduler:
+        engine = Cluster(args.scheduler)
+        if not engine.threads():
+            print('fleet: the cluster has no workers yet', file=sys.stderr)
+        return engine
+    workers = min(cores() if args.workers is None else args.workers, left)
+    return Pool(workers) if workers else Serial()
+
+
+def _settings(args):
+    """Return the job.Settings of the options."""
+    from gearbox_monitor.fleet.job import Settings
+    from gearbox_monitor.gap.diagnose import chosen_ids
+    parameters = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
+    model_file = args.model or parameters.pop('model', '')
+    parameters.pop('model', None)
+    only = tuple(filter(None, args.only.split(',')))
+    chosen_ids(only or None, ())
+    return Settings(load_model(model_file) if model_file else None, model_file, parameters,
+                    args.topic, args.gearbox, args.diagnose, only)
+
+
+def finish(table, key, counts):
+    """
+    Write the table of bags and the page; return the summary as plain data.
+
+    key: of the settings of this run; counts: what became of its bags.
+    """
+    from gearbox_monitor.fleet.trend import gearboxes
+    from gearbox_monitor.report import fleet
+    table.finish()
+    rows = sorted(table.rows.values(), key=lambda row: row['path'])
+    boxes = gearboxes(rows)
+    status = Counter(row['status'] for row in rows)
+    other = sum(row['status'] == 'done' and row['settings'] != key for row in rows)
+    written = table.write_page(fleet.report(boxes, rows, status, other))
+    failed = [row for row in rows if row['status'] == 'failed']
+    return {
+        'out': str(table.folder), 'page': str(written), 'bags': len(rows), **dict(counts),
+        'to_be_tried_again': sum(bool(row['retry']) for row in failed),
+        'headline': fleet.headline(boxes), 'other_settings': other,
+        'gearboxes': [{**{name: value for name, value in box.items()
+                          if name not in ('start', 'value', 'std', 'line', 'reach')},
+                       # JSON knows no infinity.
+                       'reach': box['reach'] and [min(s, 1e12) for s in box['reach']],
+                       'summary': _line(box)} for box in boxes],
+        'failures': [{'path': row['path'], 'reason': row['reason'], 'retry': bool(row['retry'])}
+                     for row in failed]}
+
+
+def _line(box):
+    from gearbox_monitor.report import fleet
+    return ', '.join(filter(None, (
+        f'{fleet.FEATURES[box["feature"]]} {fleet.width(box)}', fleet.grown(box),
+        fleet.reached(box), f'{box["measured"]} of {box["bags"]} bags')))
+
+
+def text(data):
+    """Return the summary as lines for people."""
+    lines = [f'bags         {data["done"]} done, {data["failed"]} failed, {data["duplicate"]} '
+             f'duplicates, {data["skipped"]} skipped: done before',
+             f'fleet        {data["headline"]}']
+    for label, entries in (
+            ('gearboxes', [f'{box["gearbox"]}: {box["summary"]}' for box in data['gearboxes']]),
+            ('failed', [entry['reason'] + (' (will be tried again)' if entry['retry'] else '')
+                        for entry in data['failures']])):
+        shown = entries[:SHOWN] + ([f'and {len(entries) - SHOWN} more']
+                                   if len(entries) > SHOWN else [])
+        lines += [f'{"" if k else label:<12s} {entry}' for k, entry in enumerate(shown)]
+    return '\n'.join([*lines, f'written      {data["page"]}'])

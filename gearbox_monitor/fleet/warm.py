@@ -1,0 +1,46 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Load what a worker needs, kernels included, before workers are forked from this process.
+
+A kernel is compiled, or read from the cache, once for all of them, and again for none that takes
+the place of a killed one. Importing this module does it.
+"""
+import numpy as np
+
+from gearbox_monitor.drift.windows import Windows
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import simulate
+import gearbox_monitor.fleet.job  # noqa: F401: what workers run
+from gearbox_monitor.monitor import Monitor, Samples
+
+PERIOD = 2e-3  # s
+SECONDS = 13.0  # a window of the Monitor's own (drift_window) and what it waits for
+
+
+def warm():
+    """Run a short simulated recording through a Monitor and fit its backlash."""
+    model, t = DriveModel(), np.arange(0.0, SECONDS, PERIOD)
+    run = simulate(model, Excitation().torque(t), PERIOD)
+    monitor = Monitor(model)
+    found = monitor.run(Samples(np.round(t * 1e9).astype(np.int64), np.column_stack(
+        [run.u, np.full(len(t), np.nan)]), run.y))
+    windows = Windows(monitor.drive, monitor.parameters)
+    windows.add(found.smoothed_stamp_ns, found.smoothed)
+    return windows.finish()
+
+
+warm()

@@ -1,0 +1,47 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What a diagnosis is given: a recording repaired, and checked against the model of its drive."""
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.gap.check import check
+from gearbox_monitor.gap.recording import prepare
+
+
+def given(t, u, y, arm_torque, name, place, model, model_name):
+    """
+    Return (Recording, notes) of readings; see recording.prepare.
+
+    arm_torque: [N] N m as measured, used with arm_load: measured in the DriveModel `model` only;
+    None or NaN = not measured. name, model_name: what messages call the recording and the model.
+    Raises InputError, also where no verdict on the drive is possible.
+    """
+    notes = []
+    measured = arm_torque is not None and np.isfinite(arm_torque).any()
+    if model.arm_load == 'measured' and not measured:
+        raise InputError(f'{name}: no torque measured on the arm, expected one with arm_load: '
+                         f'measured in {model_name}')
+    if model.arm_load != 'measured':
+        if measured and np.nanmax(np.abs(arm_torque)) > 0.0:
+            notes.append('the torque measured on the arm is not used: arm_load in '
+                         f'{model_name} is {model.arm_load}, not measured')
+        arm_torque = None
+    recording, repaired = prepare(t, u, y, arm_torque, name, place,
+                                  one_encoder=model.transmission.kind == 'rigid')
+    problems = check(recording, model)
+    fatal = [problem.text for problem in problems if problem.fatal]
+    if fatal:
+        raise InputError(f'{name}: ' + '; '.join(fatal))
+    return recording, [*notes, *repaired, *(problem.text for problem in problems)]
