@@ -51,3 +51,25 @@ def pytest_runtest_protocol(item):
 def pytest_report_header():
     found = {name: importlib.util.find_spec(name) is not None for name in ('rclpy', 'numba')}
     return 'found: ' + ', '.join(f'{name} {"yes" if yes else "NO"}' for name, yes in found.items())
+
+
+@pytest.fixture(scope='module')
+def browser(tmp_path_factory):
+    """Return a headless Chromium, which must not talk to anyone."""
+    webdriver = pytest.importorskip('selenium.webdriver')
+    service = pytest.importorskip('selenium.webdriver.chrome.service')
+    binary = shutil.which('chromium') or shutil.which('chromium-browser') or shutil.which(
+        'google-chrome')
+    driver = shutil.which('chromedriver')
+    if not binary or not driver:
+        pytest.skip('chromium or chromedriver is not installed')
+    options = webdriver.ChromeOptions()
+    options.binary_location = binary
+    for flag in ('headless', 'no-sandbox', 'disable-gpu', 'disable-quic', 'no-first-run',
+                 'disable-background-networking', 'disable-component-update', 'disable-sync',
+                 'disable-dev-shm-usage', f'user-data-dir={tmp_path_factory.mktemp("profile")}'):
+        options.add_argument(f'--{flag}')
+    options.set_capability('goog:loggingPrefs', {'browser': 'ALL', 'performance': 'ALL'})
+    chrome = webdriver.Chrome(options=options, service=service.Service(driver))
+    yield chrome
+    chrome.quit()

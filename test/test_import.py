@@ -321,9 +321,11 @@ def test_davinci_backend(tmp_path):
     assert 0.05 < np.std(tau) < 0.07
 
 
-def test_emps(tmp_path):
+def test_emps(tmp_path, capsys):
     bag = str(tmp_path / 'bag')
-    assert main(['import', shared('emps/DATA_EMPS.mat'), '--map', 'emps', bag]) == 0
+    assert main(['import', shared('emps/DATA_EMPS.mat'), '--map', 'emps', bag, '--json']) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told['samples'] == 24841 and told['signals'] == ['motor_position', 'motor_effort']
     joints = read(bag)
     assert len(joints.stamp_ns) == 24841 and np.isnan(joints.position[:, 1]).all()
     # The published rigid model: 95.1 kg x acceleration + friction, so tens of newtons.

@@ -15,9 +15,9 @@
 """The page of a diagnosis in a real browser, the maps in it, and `simulate`."""
 from dataclasses import replace
 import json
-import shutil
 
 import numpy as np
+from pages import requests
 import pytest
 import yaml
 
@@ -81,36 +81,6 @@ def test_no_gap_has_a_page_too(folder, tmp_path):
                  '--out', str(out), '--only', 'arm_coulomb', '--jobs', '1']) == 0
     html = (out / 'report.html').read_text(encoding='utf-8')
     assert 'No gap: the model explains' in html and 'Missing torque' not in html
-
-
-@pytest.fixture(scope='module')
-def browser(tmp_path_factory):
-    """Return a headless Chromium, which must not talk to anyone."""
-    webdriver = pytest.importorskip('selenium.webdriver')
-    service = pytest.importorskip('selenium.webdriver.chrome.service')
-    binary = shutil.which('chromium') or shutil.which('chromium-browser') or shutil.which(
-        'google-chrome')
-    driver = shutil.which('chromedriver')
-    if not binary or not driver:
-        pytest.skip('chromium or chromedriver is not installed')
-    options = webdriver.ChromeOptions()
-    options.binary_location = binary
-    for flag in ('headless', 'no-sandbox', 'disable-gpu', 'disable-quic', 'no-first-run',
-                 'disable-background-networking', 'disable-component-update', 'disable-sync',
-                 'disable-dev-shm-usage', f'user-data-dir={tmp_path_factory.mktemp("profile")}'):
-        options.add_argument(f'--{flag}')
-    options.set_capability('goog:loggingPrefs', {'browser': 'ALL', 'performance': 'ALL'})
-    chrome = webdriver.Chrome(options=options, service=service.Service(driver))
-    yield chrome
-    chrome.quit()
-
-
-def requests(browser):
-    """Return the addresses the page has asked for since the last call."""
-    messages = [json.loads(entry['message'])['message']
-                for entry in browser.get_log('performance')]
-    return [m['params']['request']['url'] for m in messages
-            if m['method'] == 'Network.requestWillBeSent']
 
 
 @pytest.mark.parametrize('width', [1280, 390])

@@ -19,6 +19,9 @@ Each case: a pair of effects, a drive and a motion drawn at random, and the firs
 as that the motion tells it from the second by no more than d s2 = 2 to 15. Allowed is what this
 motion took up of torque, speed and travel. Counted are the cases in which any allowed motion comes
 above 20: the suggestion itself, or one of many drawn at random that share nothing with it.
+
+usage example:
+  gearbox_monitor benchmark motion --json motion.json
 """
 import json
 from pathlib import Path

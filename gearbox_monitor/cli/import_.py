@@ -25,7 +25,9 @@ goes to reference/transmission_state, never into the estimator's input.
 usage examples:
   gearbox_monitor import davinci_backend/00.TXT.gz --map davinci_backend run00
   gearbox_monitor import test_bench.csv --map my_bench.yaml bench
+  gearbox_monitor check bench                     # then: what is in it, and what it suits
 """
+import json
 from pathlib import Path
 
 from gearbox_monitor.errors import InputError
@@ -36,6 +38,7 @@ def add_arguments(parser):
     parser.add_argument('--map', metavar='MAP', required=True,
                         help='mapping file, or the name of a ready mapping')
     parser.add_argument('bag', metavar='BAG', help='bag to write; must not exist')
+    parser.add_argument('--json', action='store_true', help='print what was written as JSON')
 
 
 def run(args):
@@ -47,7 +50,12 @@ def run(args):
     write_bag(recording, args.bag, args.file, mapping)
     n = len(recording.stamp_ns)
     duration = (recording.stamp_ns[-1] - recording.stamp_ns[0]) * 1e-9
-    print(f'{args.bag}: {n} samples, {duration:.3f} s, {(n - 1) / duration:.1f} Hz, signals '
-          f'{", ".join(mapping.signals)}')
-    for notice in recording.notices:
+    data = {'bag': args.bag, 'samples': n, 'duration_s': duration, 'rate_hz': (n - 1) / duration,
+            'signals': list(mapping.signals), 'notes': list(recording.notices)}
+    if args.json:
+        print(json.dumps(data, indent=2))
+        return
+    print(f'{args.bag}: {n} samples, {duration:.3f} s, {data["rate_hz"]:.1f} Hz, signals '
+          f'{", ".join(data["signals"])}')
+    for notice in data['notes']:
         print(f'note: {notice}')

@@ -20,6 +20,7 @@ units of their panel, and stay sharp when zoomed.
 """
 from dataclasses import dataclass
 from html import escape
+import json
 import math
 
 import numpy as np
@@ -29,6 +30,11 @@ from gearbox_monitor.report.page_assets import SCRIPT, STYLE
 
 UNITS = 10000      # a panel is so many wide and high
 MAX_POINTS = 4000  # of a curve
+LANE_HEIGHT = 22
+SEEN = (0.2, 99.8)  # percentiles of a cloud that are in view
+HEIGHTS = (0.25, 0.6, 1.0)  # of a lane, by level
+ZOOMS = (('left', 'earlier', '&#8592;'), ('right', 'later', '&#8594;'),
+         ('out', 'zoom out', '&#8722;'), ('in', 'zoom in', '+'), ('all', 'show all', 'all'))
 
 
 @dataclass(frozen=True)
@@ -36,8 +42,9 @@ class Line:
     """
     One curve: x [N], y [N] (NaN: none), its name, and its role, which sets the colour.
 
-    role: recording, nominal, closed or signal. step: x [N + 1] are edges of y [N]. band: (low
-    [N], high [N]) drawn around it, or None.
+    role: recording, nominal, closed, signal, warn, error or limit. step: x [N + 1] are edges of y
+    [N]. band: (low [N], high [N]) drawn around it, NaN: none, or None. dots: each point on its
+    own, no line between them.
     """
 
     x: np.ndarray
@@ -46,6 +53,7 @@ class Line:
     role: str
     step: bool = False
     band: tuple | None = None
+    dots: bool = False
 
 
 @dataclass(frozen=True)
@@ -53,7 +61,8 @@ class Panel:
     """
     Curves on one axis.
 
-    level: y of a dotted line, or None; height in pixels; shown: values that are in view anyway.
+    level: y of a dotted line, or None; height in pixels; shown: values that are in view anyway;
+    limits: (low, high) of the y axis, whatever lies beyond; None: all is in view.
     """
 
     label: str
@@ -61,6 +70,44 @@ class Panel:
     level: float | None = None
     height: int = 170
     shown: tuple = ()
+    limits: tuple | None = None
+
+
+@dataclass(frozen=True)
+class Lane:
+    """
+    What was in force when, as a bar on the x axis: higher is worse.
+
+    begins [K], end of the last one; levels [K]: 0 fine, 1 warning, 2 error; words: [K] of each.
+    """
+
+    label: str
+    begins: tuple
+    end: float
+    levels: tuple
+    words: tuple
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A moment on the x axis: x, what stands there (short) and its role: good, warn or error."""
+
+    x: float
+    label: str
+    role: str = 'error'
+
+
+@dataclass(frozen=True)
+class Slice:
+    """
+    Curves of one slice of time in `loops`: its name, and x, y of points and of lines.
+
+    cloud ([P], [P]); lines (([N], [N]), ...).
+    """
+
+    name: str
+    cloud: tuple
+    lines: tuple
 
 
 def page(title, sections, lead=''):
@@ -194,38 +241,104 @@ def ticks(low, high, count=5):
             max(0, -math.floor(math.log10(step) + 1e-9)))
 
 
-def chart(title, panels, x_label, unit, zoom=True):
+def chart(title, panels, x_label, unit, zoom=True, marks=(), group='', span=None):
     """
-    Return Panels above each other on one x axis; a part of it can be zoomed.
+    Return Panels and Lanes above each other on one x axis; a part of it can be zoomed.
 
     unit: of x, as "t (s)", told with the values under the pointer. zoom: with buttons for it.
+    marks: Marks through all panels. group: charts of one group zoom together. span: (first, last)
+    of x; None: as far as the lines go.
     """
-    xs = [line.x for panel in panels for line in panel.lines]
-    first, last = float(min(x[0] for x in xs)), float(max(x[-1] for x in xs))
+    if span is None:
+        xs = [line.x for panel in panels if isinstance(panel, Panel) for line in panel.lines]
+        span = min(x[0] for x in xs), max(x[-1] for x in xs)
+    first, last = float(span[0]), float(span[1])
     last = last if last > first else first + 1.0
-    marks, digits = ticks(first, last)
-    grid_lines = ''.join(f'M{_x(v, first, last):.0f} 0V{UNITS}' for v in marks)
+    values, digits = ticks(first, last)
+    grid_lines = ''.join(f'M{_x(v, first, last):.0f} 0V{UNITS}' for v in values)
     legend, seen = '', set()
     for panel in panels:
-        for line in panel.lines:
+        for line in panel.lines if isinstance(panel, Panel) else ():
             if line.name and line.name not in seen:
                 seen.add(line.name)
-                legend += (f'<span><svg viewBox="0 0 26 8" aria-hidden="true"><path '
-                           f'class="{line.role}" d="M0 4H26"/></svg>{escape(line.name)}</span>')
-    buttons = ''.join(
-        f'<button type="button" data-zoom="{what}" title="{says}" aria-label="{says}">{sign}'
-        '</button>' for what, says, sign in (
-            ('left', 'earlier', '&#8592;'), ('right', 'later', '&#8594;'),
-            ('out', 'zoom out', '&#8722;'), ('in', 'zoom in', '+'), ('all', 'show all', 'all')))
-    tools = f'<span class="tools">{buttons}</span>' if zoom else ''
+                band = '' if line.band is None else \
+                    f'<path class="band {line.role}" d="M0 0H26V8H0Z"/>'
+                drawn = 'M6 4h0M13 4h0M20 4h0' if line.dots else 'M0 4H26'
+                legend += (f'<span><svg viewBox="0 0 26 8" aria-hidden="true">{band}<path '
+                           f'class="{_class(line)}" d="{drawn}"/></svg>{escape(line.name)}</span>')
+    tools = _tools(*(ZOOMS if zoom else ()))
+    crosses = ''.join(f'<path class="mark {mark.role}" d="M{_x(mark.x, first, last):.0f} '
+                      f'0V{UNITS}"/>' for mark in marks)
+    named = ''.join(
+        f'<span class="mk {mark.role}" data-at="{mark.x:.9g}" style="left:'
+        f'{100 * (mark.x - first) / (last - first):.2f}%">{escape(mark.label)}</span>'
+        for mark in marks)
     labels = ''.join(f'<span style="left:{100 * (v - first) / (last - first):.2f}%">'
-                     f'{v:.{digits}f}</span>' for v in marks)
+                     f'{v:.{digits}f}</span>' for v in values)
+    drawn = ''.join(
+        (_panel if isinstance(panel, Panel) else _lane)(panel, first, last, grid_lines, crosses)
+        for panel in panels)
     return (f'<figure class="chart" data-from="{first:.9g}" data-to="{last:.9g}" '
-            f'data-x="{escape(unit)}"><figcaption>{tools}'
+            f'data-x="{escape(unit)}" data-group="{escape(group)}"><figcaption>{tools}'
             f'{escape(title)}</figcaption><div class="legend">{legend}</div>'
-            + ''.join(_panel(panel, first, last, grid_lines) for panel in panels)
+            + (f'<div class="marks">{named}</div>' if named else '') + drawn
             + f'<div class="xt">{labels}</div><div class="xlabel">{escape(x_label)}</div>'
             '<div class="readout"></div></figure>')
+
+
+def _tools(*buttons):
+    """Return buttons (what, says, sign) of a figure."""
+    html = ''.join(
+        f'<button type="button" data-zoom="{what}" title="{says}" aria-label="{says}">{sign}'
+        '</button>' for what, says, sign in buttons)
+    return f'<span class="tools">{html}</span>' if html else ''
+
+
+def loops(title, slices, x_label, y_label, height=420):
+    """
+    Return Slices over each other in one plane, earliest to latest by colour.
+
+    One of them can be chosen, which shows its points; both axes can be zoomed.
+    """
+    (left, right), (low, high) = (
+        _range(np.concatenate([np.percentile(s.cloud[k], SEEN) for s in slices]))
+        for k in (0, 1))
+
+    def path(x, y):
+        return [(UNITS * (a - left) / (right - left), UNITS * (high - b) / (high - low))
+                for a, b in zip(x, y) if math.isfinite(a) and math.isfinite(b)]
+    groups = ''
+    for k, s in enumerate(slices):
+        cloud = ''.join(f'M{a:.0f} {b:.0f}h0' for a, b in path(*s.cloud))
+        lines = ''.join('M' + 'L'.join(f'{a:.0f} {b:.0f}' for a, b in path(*line))
+                        for line in s.lines if len(line[0]))
+        first = ' first' if k == 0 else ''
+        groups += (f'<g class="slice{first}" style="--t:{k / max(len(slices) - 1, 1):.3f}" '
+                   f'data-name="{escape(s.name)}"><path class="cloud" d="{cloud}"/>'
+                   f'<path class="mean" d="{lines}"/></g>')
+    x_marks, x_digits = ticks(left, right)
+    y_marks, y_digits = ticks(low, high, height // 48)
+    x_ticks = ''.join(f'<span style="left:{100 * (v - left) / (right - left):.2f}%">'
+                      f'{v:.{x_digits}f}</span>' for v in x_marks)
+    y_ticks = ''.join(f'<span class="yt" style="top:{100 * (high - v) / (high - low):.2f}%">'
+                      f'{v:.{y_digits}f}</span>' for v in y_marks)
+    lines = ''.join(f'M{UNITS * (v - left) / (right - left):.0f} 0V{UNITS}' for v in x_marks)
+    lines += ''.join(f'M0 {UNITS * (high - v) / (high - low):.0f}H{UNITS}' for v in y_marks)
+    pick = (f'<div class="pick"><button type="button" data-pick="-1" aria-label="earlier">&#8592;'
+            f'</button><input type="range" min="0" max="{len(slices)}" value="0" '
+            'aria-label="slice of time"><button type="button" data-pick="1" aria-label="later">'
+            '&#8594;</button><output>all</output></div>' if len(slices) > 1 else '')
+    scale = (f'<div class="heat">{escape(slices[0].name)}<i class="early-late"></i>'
+             f'{escape(slices[-1].name)}</div>')
+    alone = ' alone' if len(slices) == 1 else ''
+    return (f'<figure class="plane{alone}" data-left="{left:.9g}" data-right="{right:.9g}" '
+            f'data-low="{low:.9g}" data-high="{high:.9g}"><figcaption>{_tools(*ZOOMS[2:])}'
+            f'{escape(title)}</figcaption>{scale}{pick}<div class="panel"><div class="ylabel">'
+            f'{escape(y_label)}</div><div class="plot" style="height:{height}px"><div class="yts">'
+            f'{y_ticks}</div><svg viewBox="0 0 {UNITS} {UNITS}" preserveAspectRatio="none" '
+            f'role="img" aria-label="{escape(title)}"><path class="grid lattice" d="{lines}"/>'
+            f'{groups}</svg><div class="range"></div></div></div><div class="xt">{x_ticks}</div>'
+            f'<div class="xlabel">{escape(x_label)}</div></figure>')
 
 
 def heat_maps(title, planes, x_edges, y_edges, x_label, y_label, unit):
@@ -287,7 +400,30 @@ def _x(value, first, last):
     return UNITS * (value - first) / (last - first)
 
 
-def _panel(panel, first, last, grid_lines):
+def _class(line):
+    return f'{line.role} dots' if line.dots else line.role
+
+
+def _lane(lane, first, last, grid_lines, marks):
+    """Return one Lane; colour and height say the same."""
+    ends = (*lane.begins[1:], lane.end)
+    paths = ['', '', '']
+    for begin, end, level in zip(lane.begins, ends, lane.levels):
+        low, high = (UNITS * (0.5 + side * 0.5 * HEIGHTS[level]) for side in (-1, 1))
+        paths[level] += (f'M{_x(begin, first, last):.0f} {low:.0f}H{_x(end, first, last):.0f}'
+                         f'V{high:.0f}H{_x(begin, first, last):.0f}Z')
+    drawn = ''.join(f'<path class="lane level{level}" d="{path}"/>'
+                    for level, path in enumerate(paths) if path)
+    spans = json.dumps([[float(f'{b:.6g}'), w] for b, w in zip(lane.begins, lane.words)])
+    return (f'<div class="panel"><div class="ylabel">{escape(lane.label)}</div><div class="plot" '
+            f'style="height:{LANE_HEIGHT}px" data-low="0" data-high="1" '
+            f'data-spans="{escape(spans)}" data-end="{lane.end:.6g}"><svg '
+            f'viewBox="0 0 {UNITS} {UNITS}" preserveAspectRatio="none" role="img" '
+            f'aria-label="{escape(lane.label)}"><path class="grid xgrid" d="{grid_lines}"/>'
+            f'{drawn}{marks}</svg><div class="cursor"></div><div class="range"></div></div></div>')
+
+
+def _panel(panel, first, last, grid_lines, marks):
     low, high = _limits(panel)
     marks, digits = ticks(low, high, max(4, panel.height // 36))
 
@@ -303,23 +439,31 @@ def _panel(panel, first, last, grid_lines):
         if line.band is not None:
             curves += _band(line, first, last, y)
         called = f' data-name="{escape(line.name)}"' if line.name else ''
-        curves += (f'<path class="{line.role}"{called} '
+        curves += (f'<path class="{_class(line)}"{called} '
                    f'd="{_path(line, first, last, y)}"/>')
     return (f'<div class="panel"><div class="ylabel">{escape(panel.label)}</div><div class="plot" '
             f'style="height:{panel.height}px" data-low="{low:.9g}" data-high="{high:.9g}">'
             f'{labels}<svg viewBox="0 0 {UNITS} {UNITS}" preserveAspectRatio="none" role="img" '
             f'aria-label="{escape(panel.label)}"><path class="grid" d="{horizontal}"/>'
-            f'<path class="grid xgrid" d="{grid_lines}"/>{level}{curves}</svg>'
+            f'<path class="grid xgrid" d="{grid_lines}"/>{level}{marks}{curves}</svg>'
             '<div class="cursor"></div><div class="range"></div></div></div>')
 
 
 def _limits(panel):
-    """Return (low, high) of the y axis, with room around what is drawn."""
+    """Return (low, high) of the y axis of a Panel, with room around what is drawn."""
+    if panel.limits is not None:
+        return panel.limits
     values = [np.asarray(v, float) for line in panel.lines
               for v in (line.y, *(line.band or ()))]
     values = np.concatenate([v[np.isfinite(v)] for v in values] or [np.zeros(0)])
     values = np.append(values, panel.shown if panel.level is None else
                        (panel.level, *panel.shown))
+    return _range(values)
+
+
+def _range(values):
+    """Return (low, high) around values [N], with room; (0, 1) where there are none."""
+    values = values[np.isfinite(values)]
     if not len(values):
         return 0.0, 1.0
     low, high = float(values.min()), float(values.max())
@@ -352,8 +496,8 @@ def _path(line, first, last, y):
         if not math.isfinite(b):
             pen = 'M'
             continue
-        out.append(f'{pen}{a:.0f} {b:.0f}')
-        pen = 'L'
+        out.append(f'{pen}{a:.0f} {b:.0f}{"h0" if line.dots else ""}')
+        pen = 'M' if line.dots else 'L'
     return ''.join(out)
 
 
@@ -361,8 +505,10 @@ def _band(line, first, last, y):
     xs = _x(np.asarray(line.x, float), first, last)
     low, high = (y(np.asarray(v, float)) for v in line.band)
     known = np.isfinite(low) & np.isfinite(high)
-    if not known.any():
-        return ''
-    there = [f'{a:.0f} {b:.0f}' for a, b in zip(xs[known], high[known])]
-    back = [f'{a:.0f} {b:.0f}' for a, b in zip(xs[known][::-1], low[known][::-1])]
-    return f'<path class="band" d="M{"L".join(there + back)}Z"/>'
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]])))
+    path = ''
+    for begin, end in zip(edges[::2], edges[1::2]):
+        there = [f'{a:.0f} {b:.0f}' for a, b in zip(xs[begin:end], high[begin:end])]
+        back = [f'{a:.0f} {b:.0f}' for a, b in zip(xs[begin:end][::-1], low[begin:end][::-1])]
+        path += f'M{"L".join(there + back)}Z'
+    return f'<path class="band {line.role}" d="{path}"/>' if path else ''

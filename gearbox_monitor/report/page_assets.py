@@ -22,10 +22,12 @@ of Okabe and Ito, which colour-blind people can tell apart; light, dark and on p
 STYLE = """
 :root { color-scheme: light dark; --bg: #ffffff; --fg: #1b1d21; --soft: #585d66; --line: #d6d9de;
   --card: #f5f6f8; --recording: #1b1d21; --nominal: #c94f00; --closed: #0072b2;
-  --signal: #00795a; --warn: #c94f00; --good: #00795a; --bar: #0072b2; }
+  --signal: #00795a; --warn: #c94f00; --good: #00795a; --bar: #0072b2;
+  --early: #0072b2; --late: #e08a00; }
 @media (prefers-color-scheme: dark) { :root { --bg: #15171b; --fg: #e9eaec; --soft: #a3a8b1;
   --line: #3a3e46; --card: #1e2127; --recording: #e9eaec; --nominal: #ff9248; --closed: #63b8ee;
-  --signal: #35c99f; --warn: #ff9248; --good: #35c99f; --bar: #3f97cf; } }
+  --signal: #35c99f; --warn: #ff9248; --good: #35c99f; --bar: #3f97cf;
+  --early: #63b8ee; --late: #ffb84d; } }
 * { box-sizing: border-box; }
 html { -webkit-text-size-adjust: 100%; }
 body { margin: 0; background: var(--bg); color: var(--fg);
@@ -112,7 +114,35 @@ path.closed { stroke: var(--closed); }
 path.faint { stroke-width: .8; opacity: .3; stroke-dasharray: none; }
 path.firm { stroke-width: 1.8; stroke-dasharray: none; }
 path.signal { stroke: var(--signal); stroke-width: 2; }
+path.warn { stroke: var(--warn); stroke-dasharray: 8 4; }
+path.error { stroke: var(--fg); stroke-dasharray: 2 3; stroke-width: 1.8; }
+path.limit { stroke: var(--soft); stroke-dasharray: 5 3; stroke-width: 1.2; }
+path.dots { stroke-width: 5; stroke-linecap: round; stroke-dasharray: none; }
 path.band { fill: var(--signal); stroke: none; opacity: .18; }
+path.band.closed { fill: var(--closed); } path.band.recording { fill: var(--recording); }
+path.mark { stroke-width: 1.5; stroke-dasharray: none; }
+path.lane { stroke: none; } path.level0 { fill: var(--good); opacity: .6; }
+path.level1 { fill: var(--warn); } path.level2 { fill: var(--fg); }
+
+.marks { position: relative; height: 20px; margin-left: 54px; }
+.mk { position: absolute; transform: translateX(-50%); font-size: .75rem; font-weight: 600;
+  line-height: 1; padding: 3px 5px; border-radius: 4px; background: var(--warn);
+  color: var(--bg); white-space: nowrap; }
+.mk.error { background: var(--fg); } .mk.good { background: var(--good); }
+path.good { stroke: var(--good); }
+path.cloud { stroke: var(--soft); stroke-width: 2.5; stroke-linecap: round; opacity: .55;
+  display: none; }
+path.mean { stroke: var(--early); stroke-width: 1.6;
+  stroke: color-mix(in oklab, var(--late) calc(var(--t) * 100%), var(--early)); }
+.slice.on path.cloud { display: inline; }
+.slice.on path.mean { stroke-width: 3; stroke: var(--fg); }
+.picked .slice:not(.on) path.mean { opacity: .3; }
+.picked .first:not(.on) path.mean { opacity: 1; stroke-dasharray: 5 3; }
+.alone path.cloud { display: inline; }
+.early-late { background: linear-gradient(to right in oklab, var(--early), var(--late)); }
+.pick { display: none; gap: 8px; align-items: center; font-size: .85rem; margin: 6px 0; }
+.js .pick { display: flex; } .pick input { flex: 1 1 8rem; max-width: 26rem; min-width: 0; }
+.pick output { min-width: 9em; font-variant-numeric: tabular-nums; }
 
 .tabbar { display: none; flex-wrap: wrap; gap: 6px; margin: 10px 0; }
 .js .tabbar { display: flex; }
@@ -135,10 +165,11 @@ table.matrix td.cell { text-align: right; border: 1px solid var(--bg); min-width
 @media print {
   :root { color-scheme: light; --bg: #ffffff; --fg: #1b1d21; --soft: #585d66; --line: #d6d9de;
     --card: #f5f6f8; --recording: #1b1d21; --nominal: #c94f00; --closed: #0072b2;
-    --signal: #00795a; --warn: #c94f00; --good: #00795a; --bar: #0072b2; }
+    --signal: #00795a; --warn: #c94f00; --good: #00795a; --bar: #0072b2; --early: #0072b2;
+    --late: #e08a00; }
   * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
   body { font-size: 11pt; } main { max-width: none; padding: 0; }
-  .js .tools, .js .readout, .js .tabbar, nav { display: none; }
+  .js .tools, .js .readout, .js .tabbar, .js .pick, nav { display: none; }
   .js .tab[hidden] { display: block; } .js .tab > h3 { display: block; }
   figure, .bars, tr { break-inside: avoid; } h2, h3 { break-after: avoid; }
 }
@@ -186,6 +217,24 @@ SCRIPT = """
       ? list[low][1] : list[high][1];
   }
 
+  function marksAt(a, b) {  // ticks, and how far along the axis each stands (0 to 1)
+    var marks = ticks(a, b);
+    marks.at = marks.at.map(function (v) {
+      return { part: (v - a) / (b - a), text: v.toFixed(marks.digits), value: v };
+    });
+    return marks.at;
+  }
+
+  function label(parent, side, part, text, name) {
+    var span = document.createElement('span');
+    span.style[side] = 100 * part + '%';
+    span.textContent = text;
+    if (name) { span.className = name; }
+    parent.appendChild(span);
+  }
+
+  var groups = {};
+
   document.querySelectorAll('figure.chart').forEach(function (figure) {
     var first = +figure.dataset.from, last = +figure.dataset.to, a = first, b = last;
     var plots = figure.querySelectorAll('.plot'), axis = figure.querySelector('.xt');
@@ -193,19 +242,32 @@ SCRIPT = """
 
     function unitsOf(x) { return (x - first) / (last - first) * 10000; }
 
+    var members = groups[figure.dataset.group] || [draw];
+    if (figure.dataset.group) {
+      groups[figure.dataset.group] = members;
+      members.push(draw);
+    }
+
     function show(from, to) {
       var width = Math.min(to - from, last - first);
       if (!(width > (last - first) / 500)) { return; }
-      a = Math.max(first, Math.min(from, last - width));
-      b = a + width;
-      var marks = ticks(a, b), lines = '';
+      var begin = Math.max(first, Math.min(from, last - width));
+      members.forEach(function (member) { member(begin, begin + width); });
+    }
+
+    function draw(from, to) {
+      a = from;
+      b = to;
+      var lines = '';
       axis.textContent = '';
-      marks.at.forEach(function (x) {
-        var span = document.createElement('span');
-        span.style.left = 100 * (x - a) / (b - a) + '%';
-        span.textContent = x.toFixed(marks.digits);
-        axis.appendChild(span);
-        lines += 'M' + unitsOf(x) + ' 0V10000';
+      marksAt(a, b).forEach(function (mark) {
+        label(axis, 'left', mark.part, mark.text);
+        lines += 'M' + unitsOf(mark.value) + ' 0V10000';
+      });
+      figure.querySelectorAll('.mk').forEach(function (mark) {
+        var part = (mark.dataset.at - a) / (b - a);
+        mark.style.left = 100 * part + '%';
+        mark.hidden = part < 0 || part > 1;
       });
       plots.forEach(function (plot) {
         var svg = plot.querySelector('svg');
@@ -214,6 +276,14 @@ SCRIPT = """
         plot.querySelector('.cursor').style.display = 'none';
       });
       figure.dataset.shown = a + ' ' + b;
+    }
+
+    function spanAt(plot, x) {
+      var spans = JSON.parse(plot.dataset.spans), words = NONE;
+      spans.forEach(function (span) {
+        if (span[0] <= x && x <= +plot.dataset.end) { words = span[1]; }
+      });
+      return words;
     }
 
     function at(plot, event) {
@@ -233,6 +303,7 @@ SCRIPT = """
           var v = high - valueAt(path, unitsOf(x)) / 10000 * (high - low);
           words.push(path.dataset.name + ' ' + short(v, high - low));
         });
+        if (plot.dataset.spans) { words.push(spanAt(plot, x)); }
       });
       readout.textContent = words.join(' \\u00b7 ');
     }
@@ -274,6 +345,111 @@ SCRIPT = """
         if (what === 'out') { show(middle - half * 2, middle + half * 2); }
         if (what === 'left') { show(a - half, b - half); }
         if (what === 'right') { show(a + half, b + half); }
+      });
+    });
+  });
+
+  document.querySelectorAll('figure.plane').forEach(function (figure) {
+    var d = figure.dataset, whole = [+d.left, +d.right, +d.low, +d.high], now = whole.slice();
+    var plot = figure.querySelector('.plot'), svg = plot.querySelector('svg');
+    var xt = figure.querySelector('.xt'), yts = figure.querySelector('.yts');
+    var range = plot.querySelector('.range'), start = null;
+
+    function part(v, k) { return (v - whole[k]) / (whole[k + 1] - whole[k]); }
+
+    function show(box) {
+      var k, width, lines = '', x, y;
+      for (k = 0; k < 4; k += 2) {
+        width = Math.min(box[k + 1] - box[k], whole[k + 1] - whole[k]);
+        if (!(width > (whole[k + 1] - whole[k]) / 200)) { return; }
+        now[k] = Math.max(whole[k], Math.min(box[k], whole[k + 1] - width));
+        now[k + 1] = now[k] + width;
+      }
+      x = [part(now[0], 0), part(now[1], 0)];
+      y = [1 - part(now[3], 2), 1 - part(now[2], 2)];
+      svg.setAttribute('viewBox', [x[0], y[0], x[1] - x[0], y[1] - y[0]].map(function (v) {
+        return 10000 * v;
+      }).join(' '));
+      xt.textContent = yts.textContent = '';
+      marksAt(now[0], now[1]).forEach(function (mark) {
+        label(xt, 'left', mark.part, mark.text);
+        lines += 'M' + 10000 * part(mark.value, 0) + ' 0V10000';
+      });
+      marksAt(now[2], now[3]).forEach(function (mark) {
+        label(yts, 'top', 1 - mark.part, mark.text, 'yt');
+        lines += 'M0 ' + 10000 * (1 - part(mark.value, 2)) + 'H10000';
+      });
+      svg.querySelector('.lattice').setAttribute('d', lines);
+      d.shown = now.join(' ');
+    }
+
+    function scaled(factor) {
+      return [0, 0, 2, 2].map(function (k, i) {
+        var half = (now[k + 1] - now[k]) / 2;
+        return now[k] + half + (i % 2 ? 1 : -1) * half * factor;
+      });
+    }
+
+    function at(event) {
+      var box = plot.getBoundingClientRect();
+      return [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height]
+        .map(function (v) { return Math.min(1, Math.max(0, v)); });
+    }
+
+    function dragged(here) {
+      return [Math.min(start[0], here[0]), Math.max(start[0], here[0]),
+        Math.min(start[1], here[1]), Math.max(start[1], here[1])];
+    }
+
+    plot.addEventListener('pointerdown', function (event) {
+      start = at(event);
+      if (plot.setPointerCapture) { plot.setPointerCapture(event.pointerId); }
+    });
+    plot.addEventListener('pointermove', function (event) {
+      if (!start) { return; }
+      var box = dragged(at(event));
+      range.style.display = 'block';
+      range.style.left = 100 * box[0] + '%';
+      range.style.width = 100 * (box[1] - box[0]) + '%';
+      range.style.top = 100 * box[2] + '%';
+      range.style.height = 100 * (box[3] - box[2]) + '%';
+    });
+    plot.addEventListener('pointerup', function (event) {
+      var box = start && dragged(at(event)), w = now[1] - now[0], h = now[3] - now[2];
+      range.style.display = 'none';
+      start = null;
+      if (box && box[1] - box[0] > 0.02 && box[3] - box[2] > 0.02) {
+        show([now[0] + box[0] * w, now[0] + box[1] * w,
+          now[3] - box[3] * h, now[3] - box[2] * h]);
+      }
+    });
+    plot.addEventListener('pointercancel', function () {
+      start = null;
+      range.style.display = 'none';
+    });
+    plot.addEventListener('dblclick', function () { show(whole); });
+    figure.querySelectorAll('[data-zoom]').forEach(function (button) {
+      button.addEventListener('click', function () {
+        show(button.dataset.zoom === 'all' ? whole : scaled(
+          button.dataset.zoom === 'in' ? 0.5 : 2));
+      });
+    });
+
+    var slices = figure.querySelectorAll('.slice'), slider = figure.querySelector('.pick input');
+    if (!slider) { return; }
+    var output = figure.querySelector('output');
+    function choose() {
+      var k = +slider.value;
+      figure.classList.toggle('picked', k > 0);
+      slices.forEach(function (slice, i) { slice.classList.toggle('on', i === k - 1); });
+      if (k) { slices[k - 1].parentNode.appendChild(slices[k - 1]); }
+      output.textContent = k ? slices[k - 1].dataset.name : 'all';
+    }
+    slider.addEventListener('input', choose);
+    figure.querySelectorAll('[data-pick]').forEach(function (button) {
+      button.addEventListener('click', function () {
+        slider.value = +slider.value + +button.dataset.pick;
+        choose();
       });
     });
   });

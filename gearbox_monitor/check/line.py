@@ -1,0 +1,63 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""One line of a check: what was found, how good it is for each purpose, and what to do next."""
+from dataclasses import dataclass, field
+import enum
+
+PURPOSES = ('estimation', 'drift', 'diagnosis')
+
+
+class Verdict(enum.IntEnum):
+    """How good something is; the worst counts."""
+
+    OK = 0
+    WARN = 1
+    BAD = 2
+
+
+OK, WARN, BAD = Verdict
+
+
+@dataclass(frozen=True)
+class Line:
+    """
+    One finding.
+
+    group, name: where it stands; figure: what was found, in words with units; advice: what to do
+    next, '' where nothing is; hurts {purpose: Verdict}: what it spoils, purposes that are not
+    named are fine; values {name: number}: the figure for programs, SI units.
+    """
+
+    group: str
+    name: str
+    figure: str
+    advice: str = ''
+    hurts: dict = field(default_factory=dict)
+    values: dict = field(default_factory=dict)
+
+    def verdict(self, purposes=PURPOSES):
+        """Return the worst Verdict for any of `purposes`."""
+        return max((self.hurts.get(purpose, OK) for purpose in purposes), default=OK)
+
+
+def hurts(estimation=OK, drift=OK, diagnosis=OK):
+    """Return {purpose: Verdict} of what is not fine."""
+    given = dict(zip(PURPOSES, (estimation, drift, diagnosis)))
+    return {purpose: verdict for purpose, verdict in given.items() if verdict > OK}
+
+
+def everything(verdict):
+    """Return {purpose: `verdict`} for all purposes."""
+    return hurts(*(verdict for _ in PURPOSES))

@@ -1,0 +1,85 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The longest stretch of a recording without a gap, on an even grid of time."""
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+CUT = 10           # periods without a sample that are not bridged
+QUIET = 0.01       # of the period: such stamps are as good as even
+KNOWN = (0.05, 0.5)  # least share of readings, and of torques, to work with
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """
+    Samples [N] `dt` s apart, on the arm side.
+
+    begin, end (s): where in the recording; u [N] N m or None, where most are not known; y [N, 2]
+    rad; measured: (motor, arm), whether there are readings; an encoder without any is NaN.
+    """
+
+    begin: float
+    end: float
+    dt: float
+    u: np.ndarray | None
+    y: np.ndarray
+    measured: tuple
+
+    @property
+    def duration(self):
+        """Length, s."""
+        return self.end - self.begin
+
+    def first(self, seconds):
+        """Return the Stretch of its first `seconds` s, itself where it is not longer."""
+        n = int(seconds / self.dt)
+        if n >= len(self.y):
+            return self
+        return replace(self, end=self.begin + n * self.dt, y=self.y[:n],
+                       u=None if self.u is None else self.u[:n])
+
+
+def stretch(found, u, y):
+    """
+    Return the Stretch of a recording.
+
+    found: Clock of its stamps; u [N] N m, y [N, 2] rad as recorded, NaN: not measured.
+    """
+    t, u, y = found.seconds, u[found.kept], y[found.kept]
+    edges = np.flatnonzero(np.diff(t) > CUT * found.period) + 1
+    starts, ends = np.append(0, edges), np.append(edges, len(t))
+    longest = int(np.argmax(t[ends - 1] - t[starts]))
+    keep = slice(starts[longest], ends[longest])
+    t, u, y = t[keep], u[keep], y[keep]
+    even = found.jitter < QUIET * found.period and len(t) == round(
+        (t[-1] - t[0]) / found.period) + 1
+    grid = t if even else np.arange(t[0], t[-1], found.period)
+
+    def on_grid(value, least, hold=False):
+        good = np.isfinite(value)
+        if good.mean() < least:
+            return None
+        if even and good.all():
+            return value
+        if hold:
+            last = np.searchsorted(t[good], grid + 0.5 * found.period, 'right') - 1
+            return value[good][np.maximum(last, 0)]
+        return np.interp(grid, t[good], value[good])
+    channels = [on_grid(channel, KNOWN[0]) for channel in y.T]
+    none = np.full(len(grid), np.nan)
+    return Stretch(float(t[0]), float(t[-1]), found.period, on_grid(u, KNOWN[1], hold=True),
+                   np.column_stack([none if c is None else c for c in channels]),
+                   tuple(c is not None for c in channels))

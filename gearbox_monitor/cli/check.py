@@ -1,0 +1,217 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Say what is in a recording, and whether it suits estimation, drift and diagnosis.
+
+Looks at the stamps, the torque, both encoders and the motion, without running a filter: seconds
+for an hour of recording. Each line has a verdict (ok, warn, bad), the figure behind it and what to
+do. A model file is not needed; with --model, or in a bag of the estimator, signs, units and motion
+are checked against it as well. docs/check.md explains each line.
+
+usage examples:
+  gearbox_monitor check BAG
+  gearbox_monitor check BAG --model drive.yaml --params joint3.yaml
+  gearbox_monitor check BAG --motor-joint joint3_motor --arm-joint joint3 --for estimation
+  gearbox_monitor check BAG --json - | jq .suits
+
+exit code: 0 usable, 1 not suited for one of --for, 2 bad usage or input.
+"""
+import json
+import os
+from pathlib import Path
+import sys
+import textwrap
+
+import numpy as np
+
+from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.replay import (
+    find_topic, JOINT_STATE, read_recording, read_snapshots)
+from gearbox_monitor.check.examine import examine
+from gearbox_monitor.check.line import BAD, OK, PURPOSES, WARN
+from gearbox_monitor.drive.model import model_from_dict
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_model, load_parameters
+from gearbox_monitor.monitor import Samples
+from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.report.words import on_axis
+
+WIDTH = 80
+INDENT = 24  # of the figures
+COLOURS = {OK: '32', WARN: '33', BAD: '31;1'}
+SUITS = {OK: 'yes', WARN: 'with care', BAD: 'no'}
+NEXT = {'estimation': 'gearbox_monitor tune BAG --model FILE --out params.yaml',
+        'drift': 'gearbox_monitor accept BAG --model FILE',
+        'diagnosis': 'gearbox_monitor diagnose BAG --model FILE'}
+
+
+def add_arguments(parser):
+    """Declare the options."""
+    parser.add_argument('bag', metavar='BAG', help='bag directory or .mcap file, whole or cut')
+    parser.add_argument('--model', metavar='FILE', help='model file of the drive')
+    parser.add_argument('--params', metavar='FILE', help='ROS parameter file of the estimator')
+    parser.add_argument('--topic', default='joint_states', help='topic of the inputs')
+    parser.add_argument('--motor-joint', metavar='NAME', help='name of the motor joint '
+                        '(default: as --params, motor)')
+    parser.add_argument('--arm-joint', metavar='NAME', help='name of the arm joint '
+                        '(default: as --params, arm)')
+    parser.add_argument('--for', dest='purposes', nargs='+', choices=PURPOSES, metavar='PURPOSE',
+                        default=PURPOSES, help='what the recording is for: '
+                        f'{", ".join(PURPOSES)} (default: all)')
+    parser.add_argument('--json', metavar='FILE',
+                        help='write all findings as JSON; - prints them, and nothing else')
+
+
+def run(args):
+    """Run the command; returns the exit code."""
+    if args.json and args.json != '-' and Path(args.json).exists():
+        raise InputError(f'{args.json}: exists, expected a new file')
+    with open_bag(args.bag) as reader:
+        topic = find_topic(reader, args.topic, JOINT_STATE)
+        model, parameters = _known(args, reader, topic)
+        samples, notes = _samples(reader, topic, model, parameters)
+        data = {'bag': str(args.bag), 'topic': topic,
+                'joints': {'there': list(reader.joint_names(topic)),
+                           'motor': parameters['motor_joint'], 'arm': parameters['arm_joint']},
+                'model': model is not None, 'topics': _topics(reader), 'notes': notes}
+        try:
+            found = examine(samples, parameters, model)
+        except InputError as error:
+            raise InputError(f'{args.bag}: {topic}: {error}') from None
+    axis = model.axis if model is not None else 'rotary'
+    data['lines'] = [{
+        'group': line.group, 'name': line.name,
+        'verdict': line.verdict(args.purposes).name.lower(), 'figure': on_axis(line.figure, axis),
+        'advice': line.advice if line.verdict(args.purposes) > OK else '', 'values': line.values,
+        'hurts': {purpose: verdict.name.lower() for purpose, verdict in line.hurts.items()}}
+        for line in found.lines]
+    data['suits'] = {purpose: {'verdict': SUITS[verdict], 'because': list(names)}
+                     for purpose, (verdict, names) in found.suits.items()
+                     if purpose in args.purposes}
+    if args.json:
+        write(args.json, data)
+    if args.json != '-':
+        print(text(data, sys.stdout.isatty() and not os.environ.get('NO_COLOR')))
+    return int(any(found.suits[purpose][0] == BAD for purpose in args.purposes))
+
+
+def _known(args, reader, topic):
+    """Return (DriveModel or None, all parameters): as given, else as recorded."""
+    given = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
+    model_file = args.model or given.pop('model', '')
+    model, recorded = None, {}
+    snapshots = read_snapshots(reader, topic.rsplit('/', 1)[0])
+    if snapshots:
+        content = snapshots[0].content
+        model = model_from_dict(json.loads(content['model']), str(reader.path))
+        rows = {row.name for row in ESTIMATOR}  # another version may have others
+        recorded = {name: value for name, value in json.loads(content['parameters']).items()
+                    if name in rows}
+    if model_file:
+        model = load_model(model_file)
+    values = {**recorded, **given}
+    for name in ('motor_joint', 'arm_joint'):
+        values[name] = getattr(args, name) or values.get(name, name.split('_')[0])
+    values.pop('model', None)
+    return model, checked(ESTIMATOR, values, args.params or str(reader.path))
+
+
+def _samples(reader, topic, model, parameters):
+    """Return (Samples, notes); an arm joint that no message names was never measured."""
+    motor, arm = parameters['motor_joint'], parameters['arm_joint']
+    ratio = model.gear_ratio if model is not None else 1.0
+    there = reader.joint_names(topic)
+    notes = [reader.notice] if reader.notice else []
+    if arm in there or motor not in there:
+        return read_recording(reader, motor, arm, ratio, topic).samples, notes
+    alone = read_recording(reader, motor, motor, ratio, topic).samples
+    nothing = np.full(len(alone.stamp_ns), np.nan)
+    notes.append(f'{topic} has no joint {arm!r}, only {", ".join(there)}: name it with '
+                 '--arm-joint')
+    return Samples(alone.stamp_ns, np.column_stack([alone.u[:, 0], nothing]),
+                   np.column_stack([alone.y[:, 0], nothing])), notes
+
+
+def _topics(reader):
+    seconds = (reader.end_ns - reader.start_ns) * 1e-9 if reader.end_ns else 0.0
+    return [{'topic': topic, 'type': kind, 'messages': count,
+             'rate_hz': (count - 1) / seconds if seconds > 0.0 and count > 1 else None}
+            for topic, (kind, count) in sorted(reader.topics.items())]
+
+
+def text(data, colours=False):
+    """Return the findings `data` as lines of at most 80 columns."""
+    joints = data['joints']
+    lines = [*_wrapped(data['bag']), '', *_table(data['topics']), '',
+             *_wrapped(f'judged: {data["topic"]}, motor joint {joints["motor"]}, arm joint '
+                       f'{joints["arm"]}, {"with" if data["model"] else "without"} a model file')]
+    group = None
+    for line in data['lines']:
+        if line['group'] != group:
+            group = line['group']
+            lines += ['', group]
+        lines += _entry(line['name'], line['verdict'], line['figure'], line['advice'], colours)
+    lines += ['', 'suits']
+    for purpose, part in data['suits'].items():
+        verdict = {v: k for k, v in SUITS.items()}[part['verdict']].name.lower()
+        lines += _entry(purpose, verdict, part['verdict'] + (
+            f': {", ".join(part["because"])}' if part['because'] else ''), '', colours)
+    lines += [part for note in data['notes'] for part in _wrapped(f'note: {note}')]
+    good = [NEXT[purpose] for purpose, part in data['suits'].items() if part['verdict'] != 'no']
+    return '\n'.join([*lines, '', *(f'next: {command}' for command in good)]).rstrip()
+
+
+def _table(topics):
+    room = min(31, max((len(row['topic']) for row in topics), default=0))
+    lines = [f'{"topic":{room}s} {"type":31s} {"messages":>8s} {"Hz":>7s}']
+    for row in topics:
+        rate = '' if row['rate_hz'] is None else f'{row["rate_hz"]:.5g}'
+        name = row['topic']
+        if len(name) > room:
+            lines.append(name)
+            name = ''
+        kind = row['type'].replace('/msg/', '/')
+        lines.append(f'{name:{room}s} {kind[:31]:31s} {row["messages"]:8d} {rate:>7s}')
+    return lines
+
+
+def _entry(name, verdict, figure, advice, colours):
+    """Return the lines of one finding; the verdict is coloured on a terminal."""
+    shown = verdict if not colours else f'\x1b[{COLOURS[_BY_WORD[verdict]]}m{verdict}\x1b[0m'
+    first, *more = textwrap.wrap(figure, WIDTH - INDENT, break_on_hyphens=False)
+    lines = [f'  {name:16s} {shown}{" " * (5 - len(verdict))}{first}']
+    more += textwrap.wrap(f'-> {advice}', WIDTH - INDENT, subsequent_indent='   ',
+                          break_on_hyphens=False) if advice else []
+    return [*lines, *(' ' * INDENT + line for line in more)]
+
+
+_BY_WORD = {verdict.name.lower(): verdict for verdict in (OK, WARN, BAD)}
+
+
+def _wrapped(words):
+    return textwrap.wrap(words, WIDTH, break_on_hyphens=False) or ['']
+
+
+def write(path, data):
+    """Write the findings as JSON to the new file `path`, or print them where it is '-'."""
+    dumped = json.dumps(data, indent=2, allow_nan=False)
+    if path == '-':
+        print(dumped)
+        return
+    try:
+        with open(path, 'x', encoding='utf-8') as file:
+            file.write(dumped + '\n')
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None

@@ -1,0 +1,111 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Write one page about a recording: what the gearbox did, and how far to trust it.
+
+One HTML file that loads nothing, for a screen, a phone or paper: torque over twist minute by
+minute, gap width with alarms, prediction errors with two sigma, NIS, levels of trust over time,
+rate and gaps of the input, parameters and versions. Drag in a chart to zoom.
+
+Estimates in the bag are shown as they were published; where there are none, or with --model,
+--params, --filter or --replay, the estimator is run on the recorded samples. Signals over time are
+thinned to envelopes of lowest and highest value, so that an hour makes a page of some MB.
+
+usage examples:
+  gearbox_monitor report gearbox_2026_11_21-10_00_00
+  gearbox_monitor report BAG --model drive.yaml --params joint3.yaml --out joint3.html
+  gearbox_monitor report BAG --replay --filter ukf --out ukf.html
+  gearbox_monitor report BAG --json - | jq .gap_rad
+
+exit code: 0 done, 2 bad usage or input.
+"""
+import json
+import math
+from pathlib import Path
+
+from tqdm import tqdm
+
+from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.cli.inputs import check_filter
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_model, load_parameters
+from gearbox_monitor.parameters import ESTIMATOR, FILTER_NAMES
+from gearbox_monitor.report.life import figures, headline, report
+from gearbox_monitor.report.sources import Source
+
+
+def add_arguments(parser):
+    """Declare the options."""
+    parser.add_argument('bag', metavar='BAG', help='bag directory or .mcap file, whole or cut')
+    parser.add_argument('--out', metavar='FILE', help='page to write (default: name of BAG.html, '
+                        'here)')
+    parser.add_argument('--model', metavar='FILE', help='model file of the drive')
+    parser.add_argument('--params', metavar='FILE', help='ROS parameter file of the estimator')
+    parser.add_argument('--filter', metavar='F', help='filter to run: ' + ', '.join(FILTER_NAMES))
+    parser.add_argument('--topic', default='joint_states', help='topic of the inputs')
+    parser.add_argument('--replay', action='store_true',
+                        help='run the estimator although the bag holds estimates')
+    parser.add_argument('--json', metavar='FILE',
+                        help='write the figures as JSON; - prints them, and nothing else')
+
+
+def run(args):
+    """Run the command; returns the exit code."""
+    out = Path(args.out or f'{Path(args.bag).resolve().stem}.html')
+    for path in (out, Path(args.json) if args.json and args.json != '-' else None):
+        if path is not None and path.exists():
+            raise InputError(f'{path}: exists, expected a new file')
+    given = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
+    model_file = args.model or given.pop('model', '')
+    if args.filter:
+        given['filter'] = check_filter(args.filter)
+    model = load_model(model_file) if model_file else None
+    with open_bag(args.bag) as reader, tqdm(
+            total=100, desc='report', disable=None, leave=False,
+            bar_format='{desc} {percentage:3.0f} %|{bar}| {elapsed} left {remaining}') as bar:
+        source = Source(reader, args.topic, model, given, args.replay,
+                        lambda share: bar.update(100.0 * share - bar.n))
+        line, facts = source.run()
+    if not line.samples:
+        raise InputError(f'{args.bag}: topic {source.topic} holds no sample, expected some')
+    name = '/'.join(Path(args.bag).parts[-2:])
+    _write(out, report(line, facts, name))
+    data = _plain({'bag': str(args.bag), 'page': str(out), 'headline': headline(line)[0],
+                   **figures(line, facts)})
+    if args.json == '-':
+        print(json.dumps(data, indent=2, allow_nan=False))
+        return 0
+    if args.json:
+        _write(Path(args.json), json.dumps(data, indent=2, allow_nan=False) + '\n')
+    print(f'{data["headline"]}\n{out}: {out.stat().st_size / 1e6:.1f} MB, {line.last:.1f} s, '
+          f'{line.samples} samples, {"live" if facts.live else "replayed"} estimates')
+    return 0
+
+
+def _write(path, text):
+    try:
+        with open(path, 'x', encoding='utf-8') as file:
+            file.write(text)
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
+
+
+def _plain(value):
+    """Return `value` with None for numbers that are not finite."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

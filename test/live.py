@@ -1,0 +1,91 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Bags as a recorder beside an estimator writes them, without nodes."""
+import numpy as np
+from rosbags.typesys import get_typestore, Stores
+
+from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.faults import Faults, FaultyPlant
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import Noise
+from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.signals import signal_values, SIGNALS
+
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
+T0 = 1_700_000_000_000_000_000
+# Short windows, one operating point, a false alarm a day: enough for an alert in so short a time.
+PARAMETERS = {
+    'arm_load': 'none', 'drift_window': 2.0, 'false_alarm_interval': 86400.0, 'angle_bin': 0.0,
+    'speed_bin': 1.0, 'load_bin': 1.0}
+
+
+def worn(seconds, lost=(0, 0)):
+    """Return Samples of a drive whose gap grows from 10 s on; the arm is `lost` from .. to."""
+    n = seconds * 1000
+    plant = FaultyPlant(DriveModel(), Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), 5,
+                        faults=Faults(gap_growth_rate=0.05, gap_growth_start=10.0))
+    drive = plant.run(Excitation().torque(1e-3 * np.arange(n)), 1e-3)
+    y = drive.y.copy()
+    y[slice(*lost), 1] = np.nan
+    return Samples(T0 + np.arange(n) * 1_000_000,
+                   np.column_stack([drive.u, np.full(n, np.nan)]), y)
+
+
+def write_inputs(writer, samples):
+    writer.add_topic('/joint_states', JOINT_STATE)
+    raws = encode_joint_states(samples.stamp_ns, ['motor', 'arm'], samples.y, effort=samples.u)
+    for stamp, raw in zip(samples.stamp_ns.tolist(), raws):
+        writer.write('/joint_states', stamp, raw)
+
+
+def write_live(writer, samples):
+    """Write what a node with PARAMETERS would have published, once per second in one go."""
+    types = get_typestore(Stores.ROS2_JAZZY).types
+
+    def array(name, statuses, stamp):
+        message = types[DIAGNOSTICS](
+            types['std_msgs/msg/Header'](types['builtin_interfaces/msg/Time'](0, 0), ''), [
+                types['diagnostic_msgs/msg/DiagnosticStatus'](
+                    int(level), f'estimator: {component}', text, 'gearbox', [
+                        types['diagnostic_msgs/msg/KeyValue'](key, str(value))
+                        for key, value in values.items()])
+                for component, (level, text, values) in statuses.items()])
+        writer.write_message(name, stamp, message)
+
+    monitor, alerted = Monitor(DriveModel(), PARAMETERS), {}
+    for signal in SIGNALS:
+        writer.add_topic(f'/{signal.topic}', JOINT_STATE)
+    for topic in ('/diagnostics', '/drift_alerts', '/estimator/snapshot'):
+        writer.add_topic(topic, DIAGNOSTICS)
+    snapshot = {'version': '0.0.9', 'kernels': 'numba', **monitor.snapshot()}
+    array('/estimator/snapshot', {'snapshot': (0, '', snapshot)}, T0)
+    for k in range(len(samples.stamp_ns) // 1000):
+        part = slice(1000 * k, 1000 * (k + 1))
+        estimates = monitor.run(Samples(samples.stamp_ns[part], samples.u[part], samples.y[part]))
+        now = int(samples.stamp_ns[part][-1])
+        for signal in SIGNALS:
+            stamps, values = signal_values(signal, estimates, 1.0)
+            for stamp, raw in zip(stamps, encode_joint_states(stamps, signal.joints, **values)):
+                writer.write(f'/{signal.topic}', now, raw)
+        told = {name: (f.level, f.message, f.values) for name, f in monitor.findings.items()}
+        array('/diagnostics', told, now)
+        for name, stages in monitor.tracker.stages().items():
+            if stages != alerted.get(name, {}):
+                alerted[name] = stages
+                array('/drift_alerts', {name: told[name]}, now)
+    # The source has ended; the node goes on and says so.
+    array('/diagnostics', {'input': (2, 'no samples came', {})}, now + 2_000_000_000)

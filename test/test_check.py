@@ -1,0 +1,263 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What `check` says of recordings: each fault of one is found, and a sound one passes."""
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.check import stamps
+from gearbox_monitor.check.examine import examine
+from gearbox_monitor.check.line import BAD, OK, PURPOSES, WARN
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import Noise, simulate
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.monitor import Samples
+from gearbox_monitor.parameters import defaults, ESTIMATOR
+
+MODEL = DriveModel()
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+T0 = 1_700_000_000_000_000_000
+N = 31000
+DT = 1e-3
+
+
+def recorded(torque=None, noise=5e-3, model=MODEL, n=N, rest=1000):
+    """Return Samples of a simulated drive, at rest for the first `rest` samples."""
+    u = Excitation().torque(DT * np.arange(n)) if torque is None else torque
+    u[:rest] = 0.0
+    drive = simulate(model, u, DT, Noise(measurement=(noise, noise)), seed=1)
+    return Samples(T0 + np.arange(n) * 1_000_000, np.column_stack([u, np.full(n, np.nan)]),
+                   drive.y)
+
+
+@pytest.fixture(scope='module')
+def sound():
+    return recorded()
+
+
+def changed(samples, **fields):
+    return Samples(*(fields.get(name, getattr(samples, name)).copy()
+                     for name in ('stamp_ns', 'u', 'y')))
+
+
+def judged(samples, model=MODEL, **parameters):
+    """Return ({(group, name): Line}, {purpose: Verdict})."""
+    found = examine(samples, {**defaults(ESTIMATOR), 'drift_window': 5.0, **parameters}, model)
+    return ({(line.group, line.name): line for line in found.lines},
+            {purpose: verdict for purpose, (verdict, _) in found.suits.items()})
+
+
+def test_a_sound_recording_passes_in_every_line(sound):
+    lines, suits = judged(sound)
+    assert suits == dict.fromkeys(PURPOSES, OK)
+    assert all(line.verdict() == OK and not line.advice for line in lines.values())
+    values = {key: line.values for key, line in lines.items()}
+    assert values['stamps', 'rate']['rate_hz'] == pytest.approx(1000.0)
+    assert values['motor', 'noise']['noise_rad'] == pytest.approx(5e-3, rel=0.05)
+    assert values['motion', 'standstill']['rest_s'] == pytest.approx(1.0, abs=0.1)
+    assert values['signs', 'torque and motor']['gain'] == pytest.approx(
+        1.0 / MODEL.motor_inertia, rel=0.1)
+    # Two reversals per period of the stronger torque, and the gap is crossed in each.
+    reversals = values['motion', 'reversals']['reversals']
+    assert reversals == pytest.approx(2 * 0.9 * 30, rel=0.05)
+    assert values['motion', 'gap traversals']['traversals'] == pytest.approx(reversals, abs=4)
+
+
+@pytest.mark.parametrize('delay', [-1, 0, 3, 12])
+def test_effort_delay_is_measured_in_samples(sound, delay):
+    """The torque is logged `delay` samples before it acts."""
+    u = sound.u.copy()
+    u[:, 0] = np.roll(u[:, 0], -delay)
+    lines, _ = judged(changed(sound, u=u), effort_delay=delay)
+    line = lines['torque', 'effort delay']
+    std = line.values['delay_std_samples']
+    assert line.verdict() == OK and std < 0.5
+    assert abs(line.values['delay_samples'] - delay) < min(2.0 * std, 0.5)
+    if delay == 3:
+        line = judged(changed(sound, u=u))[0]['torque', 'effort delay']
+        assert line.verdict() == WARN and 'effort_delay: 3' in line.advice
+
+
+def test_no_delay_is_claimed_from_a_slow_motion():
+    u = Excitation('triangle', (2.0,), (0.2,)).torque(DT * np.arange(20000))
+    line = judged(recorded(u, 1e-3, n=20000))[0]['torque', 'effort delay']
+    assert line.verdict() == WARN and line.figure.startswith('not determined')
+
+
+def frozen(s):
+    y = s.y.copy()
+    y[20000:21000, 1] = y[20000, 1]
+    return changed(s, y=y)
+
+
+def clipped(s):
+    return changed(s, y=np.column_stack([np.minimum(s.y[:, 0], s.y[:, 0].max() - 1.0), s.y[:, 1]]))
+
+
+def wrapped(s):
+    return changed(s, y=np.column_stack([s.y[:, 0], np.mod(s.y[:, 1], 2 * np.pi)]))
+
+
+def scaled(s, u=1.0, motor=1.0, arm=1.0):
+    return changed(s, u=s.u * u, y=s.y * (motor, arm))
+
+
+def stamped(s, seed=0, jitter=0.0, repeat=0, lose=0.0, hole=0):
+    random = np.random.default_rng(seed)
+    stamp = s.stamp_ns + (jitter * 1e6 * random.standard_normal(len(s.stamp_ns))).astype(np.int64)
+    if repeat:
+        stamp[repeat::repeat] = stamp[repeat - 1:-1:repeat]
+    keep = random.random(len(stamp)) >= lose
+    keep[15000:15000 + hole] = False
+    return Samples(stamp[keep], s.u[keep], s.y[keep])
+
+
+def without_torque(s):
+    return changed(s, u=np.full_like(s.u, np.nan))
+
+
+def one_way(s):
+    """Return a drive that holds a weight while it moves: one flank only."""
+    loaded = MODEL.with_(effects=[{'id': 'load_torque', 'TL': 2.0}])
+    return recorded(2.0 + 0.5 * np.cos(4.0 * DT * np.arange(N)), model=loaded, rest=0)
+
+
+@pytest.mark.parametrize('spoil, where, words, verdict, spoilt', [
+    (lambda s: scaled(s, u=-1.0), ('signs', 'torque and motor'), 'the wrong way', BAD, PURPOSES),
+    (lambda s: scaled(s, arm=-1.0), ('signs', 'motor and arm'), '-1.0', BAD, PURPOSES),
+    (lambda s: scaled(s, motor=35.0), ('signs', 'motor and arm'), 'arm moves 0.03', BAD, PURPOSES),
+    (lambda s: scaled(s, 1.0, 180 / np.pi, 180 / np.pi), ('model', 'diagnose'), 'in degrees', BAD,
+     PURPOSES),
+    (lambda s: scaled(s, arm=1e-5), ('signs', 'motor and arm'), 'arm moves', BAD, PURPOSES),
+    (frozen, ('arm', 'sticks'), 'frozen', BAD, PURPOSES),
+    (clipped, ('motor', 'sticks'), 'clipped', BAD, PURPOSES),
+    (wrapped, ('arm', 'wraps'), 'jumps of one turn', BAD, PURPOSES),
+    (without_torque, ('torque', 'readings'), 'none', BAD, PURPOSES),
+    (lambda s: changed(s, u=0.0 * s.u + (1.0, 0.0)), ('torque', 'readings'), 'throughout', BAD,
+     PURPOSES),
+    (lambda s: stamped(s, repeat=100), ('stamps', 'order'), '309 repeated', BAD, ('diagnosis',)),
+    (lambda s: stamped(s, repeat=10), ('stamps', 'order'), 'repeated', BAD, PURPOSES),
+    (lambda s: stamped(s, jitter=0.2), ('stamps', 'jitter'), '20 % of the period', WARN, ()),
+    (lambda s: stamped(s, lose=0.02), ('stamps', 'gaps'), 'samples (', BAD, ('diagnosis',)),
+    (lambda s: stamped(s, hole=300), ('stamps', 'gaps'), '1 restart', WARN, ()),
+    (one_way, ('motion', 'gap traversals'), '0 % of the windows', BAD, ('drift',)),
+    (lambda s: changed(s, stamp_ns=T0 + 20 * (s.stamp_ns - T0)), ('stamps', 'rate'), '50 Hz', BAD,
+     ('diagnosis',)),
+])
+def test_what_is_wrong_is_said(sound, spoil, where, words, verdict, spoilt):
+    lines, suits = judged(spoil(sound))
+    line = lines[where]
+    assert line.verdict() == verdict and line.advice
+    assert words in line.figure
+    assert {purpose for purpose in PURPOSES if suits[purpose] == BAD} >= set(spoilt)
+    assert set(spoilt) == set(PURPOSES) or suits['estimation'] < BAD
+
+
+def test_one_encoder_suits_the_diagnosis_of_a_rigid_drive(sound):
+    y = np.column_stack([sound.y[:, 0], np.full(N, np.nan)])
+    rigid = DriveModel(motor_inertia=MODEL.motor_inertia, arm_inertia=MODEL.arm_inertia
+                       ).with_(kind='rigid')
+    lines, suits = judged(changed(sound, y=y), None)
+    assert suits == {'estimation': BAD, 'drift': BAD, 'diagnosis': WARN}
+    assert 'never measured' in lines['arm', 'readings'].figure
+    assert lines['signs', 'torque and motor'].verdict() == OK
+    lines, suits = judged(changed(sound, y=y), rigid)
+    assert suits['estimation'] == BAD
+    assert lines['model', 'diagnose'].figure.startswith('takes it')
+
+
+def test_coarse_encoder(sound):
+    y = 0.1 * np.rint(sound.y / 0.1)
+    line = judged(changed(sound, y=y))[0]['arm', 'resolution']
+    assert line.verdict() == WARN and line.values['quantum_rad'] == pytest.approx(0.1)
+
+
+def test_clock_takes_what_is_later_than_all_before():
+    stamp = T0 + 1_000_000 * np.array([0, 1, 2, 2, 3, 4, 4, 1, 5, 6, 7, 8, 12, 13])
+    stamp[0] = 0
+    found = stamps.clock(stamp)
+    assert found.kept.tolist() == [False, True, True, False, True, True, False, False, *[True] * 6]
+    assert found.period == pytest.approx(1e-3) and found.lost == 3
+    assert stamps.clock(stamp[:9]) is None
+    with pytest.raises(InputError, match='9 samples, expected 100 or more'):
+        judged(Samples(stamp[:9], np.zeros((9, 2)), np.zeros((9, 2))))
+
+
+# ---------------------------------------------------------------------- command line
+
+
+def write(path, samples, names=('motor', 'arm')):
+    raws = encode_joint_states(samples.stamp_ns, names, samples.y[:, :len(names)],
+                               effort=samples.u[:, :len(names)])
+    with BagWriter(path) as writer:
+        writer.add_topic('/left/joint_states', JOINT_STATE)
+        for stamp, raw in zip(samples.stamp_ns.tolist(), raws):
+            writer.write('/left/joint_states', stamp, raw)
+    return str(path)
+
+
+@pytest.fixture(scope='module')
+def bags(sound, tmp_path_factory):
+    folder = tmp_path_factory.mktemp('check')
+    few = Samples(*(getattr(sound, name)[:12000] for name in ('stamp_ns', 'u', 'y')))
+    (folder / 'drive.yaml').write_text(yaml.safe_dump(MODEL.to_dict()))
+    write(folder / 'geared', scaled(few, -1.0 / 20.0, -20.0), ('m', 'a'))
+    write(folder / 'alone', few, ('m',))
+    (folder / 'geared.yaml').write_text(yaml.safe_dump(
+        {**MODEL.to_dict(), 'gear_ratio': -20.0}))
+    return folder
+
+
+def test_command(bags, tmp_path, capsys):
+    words = ['check', str(bags / 'geared'), '--motor-joint', 'm', '--arm-joint', 'a']
+    model = ['--model', str(bags / 'geared.yaml')]
+    out = tmp_path / 'found.json'
+    assert main([*words, *model, '--json', str(out)]) == 0
+    shown = capsys.readouterr().out.replace(str(bags), '')
+    assert max(map(len, shown.splitlines())) <= 80 and '\x1b' not in shown
+    assert '/left/joint_states sensor_msgs/JointState' in shown
+    assert 'next: gearbox_monitor tune BAG' in shown
+    data = json.loads(out.read_text())
+    assert data['suits']['estimation'] == {'verdict': 'yes', 'because': []}
+    assert data['joints']['there'] == ['m', 'a'] and data['topics'][0]['messages'] == 12000
+    assert main([*words, *model, '--json', str(out)]) == 2
+    assert 'exists, expected a new file' in capsys.readouterr().err
+    # Without the model file nobody knows the gear, and it says so.
+    assert main([*words, '--json', '-']) == 1
+    data = json.loads(capsys.readouterr().out)
+    line = next(line for line in data['lines'] if line['name'] == 'motor and arm')
+    assert line['verdict'] == 'bad' and 'gear_ratio' in line['advice']
+
+
+def test_command_with_one_joint(bags, capsys):
+    words = ['check', str(bags / 'alone'), '--motor-joint', 'm']
+    assert main([*words, '--for', 'estimation']) == 1
+    assert "no joint 'arm', only m" in capsys.readouterr().out
+    assert main([*words, '--for', 'diagnosis']) == 0
+    assert 'bad' not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize('options, says', [
+    ([], "no joint 'motor'"), (['--topic', '/joint_states'], 'no topic /joint_states'),
+    (['--model', 'nothing.yaml'], 'nothing.yaml: ')])
+def test_command_with_bad_input(bags, options, says, capsys):
+    assert main(['check', str(bags / 'geared'), *options]) == 2
+    assert says in capsys.readouterr().err

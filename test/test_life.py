@@ -1,0 +1,255 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The page of a recording: what is gathered, live or replayed, and the page in a browser."""
+import json
+
+from live import PARAMETERS, T0, worn, write_inputs, write_live
+import numpy as np
+from pages import requests
+import pytest
+import yaml
+
+from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.monitor import Monitor
+from gearbox_monitor.report import life
+from gearbox_monitor.report.sources import Facts
+from gearbox_monitor.report.timeline import Envelope, loop_of, Timeline
+
+SECONDS = 24
+LOST = (14500, 15500)  # samples without the arm
+
+
+@pytest.fixture(scope='module')
+def bags(tmp_path_factory):
+    """Return a folder with a bag of inputs, one with what an estimator said, and its options."""
+    folder, samples = tmp_path_factory.mktemp('life'), worn(SECONDS, LOST)
+    (folder / 'params.yaml').write_text(yaml.safe_dump(
+        {'estimator': {'ros__parameters': PARAMETERS}}))
+    (folder / 'drive.yaml').write_text(yaml.safe_dump(DriveModel().to_dict()))
+    with BagWriter(folder / 'inputs') as writer:
+        write_inputs(writer, samples)
+    with BagWriter(folder / 'live <b>') as writer:
+        write_inputs(writer, samples)
+        write_live(writer, samples)
+    return folder
+
+
+@pytest.fixture(scope='module')
+def pages(bags):
+    """Return {bag: figures of its page}; the pages are in the folder `bags`."""
+    told = {}
+    for name, options in (('live <b>', []), ('inputs', [
+            '--model', str(bags / 'drive.yaml'), '--params', str(bags / 'params.yaml')])):
+        assert main(['report', str(bags / name), *options, '--out', str(bags / f'{name}.html'),
+                     '--json', str(bags / f'{name}.json')]) == 0
+        told[name] = json.loads((bags / f'{name}.json').read_text())
+    return told
+
+
+def test_live_and_replayed_say_the_same(pages):
+    live, again = pages['live <b>'], pages['inputs']
+    assert live['live'] and not again['live']
+    for figures in pages.values():
+        assert figures['samples'] == 1000 * SECONDS and figures['loops'] == 3
+        assert figures['headline'].startswith('Gap has grown by +')
+        assert figures['within_2_sigma']['motor'] == pytest.approx(0.954, abs=0.01)
+        assert figures['nis_over_dof'] == pytest.approx(1.0, abs=0.05)
+        assert figures['counts']['missing arm positions'] == LOST[1] - LOST[0]
+        assert figures['alerts'][0]['component'] == 'backlash'
+        assert figures['alerts'][0]['t'] == pytest.approx(18.0, abs=6.0)
+        assert figures['levels']['input']['ERROR'] == 0.0
+    assert live['within_2_sigma'] == again['within_2_sigma']
+    assert live['gap_rad'] == pytest.approx(again['gap_rad'], abs=1e-12)
+    assert [a['message'] for a in live['alerts']] == [a['message'] for a in again['alerts']]
+    for name, shares in again['levels'].items():
+        assert live['levels'][name]['OK'] == pytest.approx(shares['OK'], abs=0.1)
+
+
+def test_page_holds_it_all(bags, pages):
+    html = (bags / 'live <b>.html').read_text(encoding='utf-8')
+    assert len(html) < 2e6 and '<b>' not in html and 'live &lt;b&gt;' in html
+    for words in ('Estimates as they were published live', 'One loop per 10 s',
+                  'plan a service', 'NIS over its degrees of freedom', 'missing arm positions',
+                  'drift_window', 'gear_ratio', 'estimator, kernels', '0.0.9', 'backlash: OK'):
+        assert words in html
+    drawn = html.split('<pre>')[0].split('</style>')[1]
+    assert 'nan' not in drawn.lower().replace('nano', '')
+    for word in ('http:', 'https:', 'url(', '@import', ' src='):
+        assert word not in html
+
+
+def test_an_hour_at_a_kilohertz_makes_a_small_page():
+    """Its size depends on the time and on the events, not on the samples."""
+    random, line = np.random.default_rng(1), Timeline(60.0)
+    for minute in range(60):
+        stamps = T0 + (minute * 60_000 + np.arange(60_000)) * 1_000_000
+        noise = random.standard_normal((6, 60_000))
+        line.add_inputs(stamps, noise[0])
+        line.add_errors(stamps, noise[:2].T, np.ones((60_000, 2)))
+        line.add_torque(stamps, noise[2], np.ones(60_000))
+        line.add_nis(stamps, noise[3] ** 2)
+        line.add_loop(stamps, noise[4], noise[5], noise[4] + noise[3])
+        for k in range(6):
+            line.add_window(stamps[10_000 * k], 0.2, 0.01, 0.2, True, {})
+        for k in range(60):  # levels that change every second
+            line.add_findings(stamps[1000 * k], {
+                name: (k % 3, 'far too often' * 5) for name in (*life.JUDGED, *life.WORN)})
+    line.finish()
+    assert len(line.loops) == 60 and line.last == pytest.approx(3600.0, abs=0.01)
+    html = life.report(line, Facts(True, DriveModel(), Monitor(DriveModel()).parameters), 'hour')
+    assert len(html.encode()) < 10e6
+
+
+# ---------------------------------------------------------------------- parts
+
+
+def test_envelope_keeps_extremes_however_long_it_gets():
+    random = np.random.default_rng(1)
+    t = np.sort(random.uniform(0.0, 500.0, 20000))
+    signal = random.standard_normal(len(t))
+    signal[::7] = np.nan
+    envelope = Envelope(1)
+    for part in np.array_split(np.arange(len(t)), 13):
+        envelope.add(t[part], signal[part])
+    low, high, mean = envelope.of(0)
+    assert 1500 < len(envelope.t) <= 3000
+    at = (t / envelope.width).astype(int)
+    for k in (0, 17, 800, len(low) - 1):
+        here = signal[at == k]
+        assert low[k] == np.nanmin(here) and high[k] == np.nanmax(here)
+        assert mean[k] == pytest.approx(np.nanmean(here))
+    assert np.nanmin(low) == np.nanmin(signal) and np.nanmax(high) == np.nanmax(signal)
+    assert np.isnan(envelope.of(0)[0]).sum() == len(low) - len(np.unique(at[~np.isnan(signal)]))
+
+
+def test_branches_of_a_loop_are_its_two_sides():
+    t = np.linspace(0.0, 20.0 * np.pi, 20000)
+    twist, rate = np.sin(t), np.cos(t)
+    loop = loop_of(0.0, 10.0, twist, rate, 3.0 * twist + 0.5 * np.sign(rate))
+    for (x, y), side in ((loop.up, 0.5), (loop.down, -0.5)):
+        assert len(x) > 25
+        assert y == pytest.approx(3.0 * x + side, abs=1e-6)
+
+
+def test_rates_by_stamps():
+    line = Timeline(60.0)
+    stamps = T0 + np.concatenate([np.arange(0, 2000, 10), np.arange(2500, 5001, 10)]) * 1_000_000
+    for part in np.array_split(stamps, 7):
+        line.add_inputs(part, np.zeros(len(part)))
+    line.finish()
+    t, rate, step = line.rates()
+    assert rate.tolist() == [100.0, 100.0, 50.0, 100.0, 100.0]
+    assert step == pytest.approx([0.01, 0.01, 0.51, 0.01, 0.01])
+    assert t.tolist() == [0.5, 1.5, 2.5, 3.5, 4.5]
+
+
+def test_headline_names_what_is_most_wrong():
+    line = Timeline(60.0)
+    line.add_inputs(T0 + np.arange(10) * 1_000_000_000, np.zeros(10))
+    for k in range(10):
+        line.add_findings(T0 + k * 1_000_000_000, {
+            'observability': (0, 'seen'),
+            'prediction error': (2 * (k > 4), 'far too large: check it (for 2 s)'),
+            'model': (1, 'no data yet'), 'backlash': (1, 'backlash not measured yet')})
+    line.finish()
+    assert life.trusted(line) == pytest.approx(5.0 / 9.0)
+    assert life.headline(line) == (
+        'The estimates were trusted 56 % of the time: far too large.', 'warn')
+    line.add_findings(T0 + 9_000_000_000, {'backlash': (2, 'gap has grown: service it (for 1 s)')})
+    assert life.headline(line) == ('Gap has grown: service it.', 'warn')
+
+
+# ---------------------------------------------------------------------- command and browser
+
+
+def test_bad_input(bags, pages, tmp_path, capsys):
+    for options, says in (
+            (['--out', str(bags / 'inputs.html')], 'exists, expected a new file'),
+            (['--out', str(tmp_path / 'no/page.html')], 'expected a new, writable file'),
+            (['--filter', 'kalman'], "filter: 'kalman'"),
+            (['--topic', '/nothing'], 'no topic /nothing')):
+        assert main(['report', str(bags / 'inputs'), *options]) == 2
+        assert says in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('width', [1280, 390])
+def test_page_in_a_browser(bags, pages, browser, width):
+    from selenium.webdriver import ActionChains
+    from selenium.webdriver.common.by import By
+    browser.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', {
+        'width': width, 'height': 900, 'deviceScaleFactor': 1, 'mobile': False})
+    address = (bags / 'live <b>.html').as_uri()
+    browser.get('about:blank')
+    requests(browser)
+    browser.get(address)
+
+    def find(selector):
+        return browser.find_elements(By.CSS_SELECTOR, selector)
+
+    def shown(figure):
+        return [float(v) for v in figure.get_attribute('data-shown').split()]
+    assert browser.execute_script('return document.documentElement.scrollWidth') <= width
+
+    # One loop after the other.
+    plane, = find('figure.plane')
+    slices = plane.find_elements(By.CSS_SELECTOR, 'g.slice')
+    assert len(slices) == 3
+    later = plane.find_element(By.CSS_SELECTOR, '[data-pick="1"]')
+    for name in ('0 to 10 s', '10 to 20 s', '20 to 24 s'):
+        later.click()
+        assert plane.find_element(By.TAG_NAME, 'output').text == name
+        chosen, = plane.find_elements(By.CSS_SELECTOR, 'g.slice.on')
+        assert chosen.get_attribute('data-name') == name
+        assert chosen.find_element(By.CSS_SELECTOR, 'path.cloud').is_displayed()
+    # Both axes of the loop zoom.
+    whole = [float(plane.get_attribute(f'data-{side}')) for side in ('left', 'right', 'low',
+                                                                     'high')]
+    plane.find_element(By.CSS_SELECTOR, '[data-zoom=in]').click()
+    left, right, low, high = shown(plane)
+    assert right - left == pytest.approx(0.5 * (whole[1] - whole[0]))
+    assert high - low == pytest.approx(0.5 * (whole[3] - whole[2]))
+    plot = plane.find_element(By.CSS_SELECTOR, '.plot')
+    ActionChains(browser).move_to_element(plot).click_and_hold().move_by_offset(
+        60, 50).release().perform()
+    narrow = shown(plane)
+    assert left < narrow[0] < narrow[1] < right and low < narrow[2] < narrow[3] < high
+    assert plot.find_elements(By.CSS_SELECTOR, '.yts span')
+    ActionChains(browser).move_to_element(plot).double_click().perform()
+    assert shown(plane) == pytest.approx(whole)
+
+    # All charts over time zoom together.
+    charts = find('figure.chart')
+    assert len(charts) == 6
+    charts[0].find_element(By.CSS_SELECTOR, '[data-zoom=in]').click()
+    begin, end = shown(charts[0])
+    assert end - begin == pytest.approx(0.5 * SECONDS, rel=0.01)
+    assert all(shown(chart) == [begin, end] for chart in charts)
+    charts[3].find_element(By.CSS_SELECTOR, '[data-zoom=all]').click()
+    assert shown(charts[0]) == pytest.approx([0.0, SECONDS], abs=0.01)
+    assert find('.mk')[0].is_displayed()
+    lane = charts[1].find_elements(By.CSS_SELECTOR, '.plot')[0]
+    ActionChains(browser).move_to_element(lane).perform()
+    assert 'observability OK' in charts[1].find_element(By.CSS_SELECTOR, '.readout').text
+    for summary in find('summary'):
+        summary.click()
+    assert all(part.get_attribute('open') for part in find('details'))
+    assert browser.execute_script('return document.documentElement.scrollWidth') <= width
+    for media in ('print', 'screen'):
+        browser.execute_cdp_cmd('Emulation.setEmulatedMedia', {'media': media})
+        assert plane.find_element(By.CSS_SELECTOR, '.pick').is_displayed() == (media == 'screen')
+    assert browser.get_log('browser') == []
+    assert [url for url in requests(browser) if not url.startswith(('data:', address))] == []
