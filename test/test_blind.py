@@ -300,7 +300,8 @@ def test_oracle_meets_the_bars_and_others_do_not(labelled):
     assert spoiled(lambda v: {**v, 'effect': v['effect'].split('+')[0]}, 'pair') >= {
         'pairs, both named'}
     assert spoiled(lambda v: {**v, 'verdict': 'effect', 'effect': 'gravity'}, 'outside',
-                   'loo') == {'outside called unknown', 'left out, no imitator: unknown'}
+                   'loo') == {'outside called unknown', 'outside, no imitator: unknown',
+                              'left out, no imitator: unknown'}
     assert spoiled(lambda v: {**v, 'location': 'actuator'}, 'outside') == {'outside located'}
     assert spoiled(lambda v: {**v, 'closed_fraction': (v['closed_fraction'] or 0) - 0.1},
                    'single', 'pair') == {
