@@ -48,12 +48,12 @@ from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import find_topic, JOINT_STATE, read_recording
 from gearbox_monitor.cli.diagnose_report import text
+from gearbox_monitor.cli.processes import cores
 from gearbox_monitor.drive.effects import library
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, save_model
-from gearbox_monitor.gap.check import check
 from gearbox_monitor.gap.diagnose import diagnose
-from gearbox_monitor.gap.recording import prepare
+from gearbox_monitor.gap.given import given
 from gearbox_monitor.jit import COMPILED
 from gearbox_monitor.report import diagnosis, overlay_plot
 from gearbox_monitor.report.evidence import gather
@@ -140,11 +140,6 @@ def run(args):
     return 0 if data['verdict'] == 'none' else 1
 
 
-def cores():
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else os.cpu_count()
-
-
 def _ids(option, words):
     """Return the ids in `words`, also those joined by commas. Raises InputError."""
     known = library()
@@ -179,22 +174,8 @@ def load(path, model, args):
         raise InputError(f'{path}: no such file or directory, expected a bag or a CSV file')
     reads = _read_csv if path.is_file() and path.name.lower().endswith(CSV) else _read_bag
     t, u, y, arm_torque, place, notes = reads(path, model, args)
-    measured = arm_torque is not None and np.isfinite(arm_torque).any()
-    if model.arm_load == 'measured' and not measured:
-        raise InputError(f'{path}: no torque measured on the arm, expected one with arm_load: '
-                         f'measured in {args.model}')
-    if model.arm_load != 'measured':
-        if measured and np.nanmax(np.abs(arm_torque)) > 0.0:
-            notes.append('the torque measured on the arm is not used: arm_load in '
-                         f'{Path(args.model).name} is {model.arm_load}, not measured')
-        arm_torque = None
-    recording, repaired = prepare(t, u, y, arm_torque, str(path), place,
-                                  one_encoder=model.transmission.kind == 'rigid')
-    problems = check(recording, model)
-    fatal = [problem.text for problem in problems if problem.fatal]
-    if fatal:
-        raise InputError(f'{path}: ' + '; '.join(fatal))
-    return recording, [*notes, *repaired, *(problem.text for problem in problems)]
+    recording, told = given(t, u, y, arm_torque, str(path), place, model, Path(args.model).name)
+    return recording, [*notes, *told]
 
 
 def _read_csv(path, _, args):

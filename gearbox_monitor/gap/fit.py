@@ -254,7 +254,7 @@ def _rival_states(others, windows):
 
 
 def _try_starts(data, candidate, point, windows, starts):
-    """Move the states of `windows` [M] to the best of `starts` [M, S, 4]; return how many moved."""
+    """Move the states of `windows` [M] to the best of `starts` [M, S, 4]; return how many."""
     model = candidate.model(point.z)
     for iterations, kept in ((ROUGH, KEPT_STARTS), (6 - ROUGH, 1)):
         index = np.repeat(windows, starts.shape[1])
