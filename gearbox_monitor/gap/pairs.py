@@ -21,15 +21,21 @@ import numpy as np
 from gearbox_monitor.gap import fit as fitting
 from gearbox_monitor.gap.candidate import NOT_FITTED, ORDERS, PERIODIC, with_effects
 
-TOP_FORWARD, TOP_SCREENED = 3, 3
+# Proposals: by the linearised gain of a second effect over whole windows and over their beginnings
+# (where a model that is far off still follows the readings), and of both over none.
+TOP_FORWARD, TOP_BEGUN, TOP_SCREENED = 3, 5, 4
+RACE = ((0.25, 6), (0.5, 4), (1.0, 3))  # share of the windows fitted, pairs that go on from there
 
 
 def forward_gains(search, fitted):
     """Return {id: (linearised gain in chi2, N)} of adding each effect to `fitted`."""
-    ids = [i for i in search.ids if i not in fitted.candidate.ids]
-    gains = search.gains(search.long, fitted.candidate, fitted.point, ids, ORDERS)
+    return _gains(search, search.long, fitted.candidate, fitted.point)
+
+
+def _gains(search, data, candidate, point):
+    ids = [i for i in search.ids if i not in candidate.ids]
     best = {}
-    for (name, order), gain in gains.items():
+    for (name, order), gain in search.gains(data, candidate, point, ids, ORDERS).items():
         if gain > best.get(name, (-1.0, None))[0]:
             best[name] = (gain, order)
     return best
@@ -40,54 +46,70 @@ def find_pairs(search, firsts):
     Fit pairs; they join search.fitted. Returns their names, best first.
 
     firsts: names of the single effects to which a second one is added; besides, the best pairs of
-    a linearised search over all of them.
+    a linearised search over all of them. Many start on the beginnings of the windows, few arrive
+    at whole ones.
     """
-    jobs = {}
-    for first in firsts:
-        fitted = search.fitted[first]
-        gains = forward_gains(search, fitted)
-        for name in sorted(gains, key=lambda n: -gains[n][0])[:TOP_FORWARD]:
-            for second in search.starts.candidates(name, gains[name][1]):
-                joint = search.starts.joint([(fitted.candidate, fitted.point.z),
-                                             (second, second.start())])
-                jobs.setdefault(_key(joint.ids), []).append((joint, fitted.point, None))
-    for parts in _screened(search)[:TOP_SCREENED]:
-        joint = search.starts.joint([(c, c.start()) for c in parts])
-        jobs.setdefault(_key(joint.ids), []).append((joint, None, search.short_none))
-    rough = search.map(lambda job: _rough(search, *job), [j for g in jobs.values() for j in g],
-                       'pairs')
-    by_pair = {}
-    for fitted in rough:
-        key = _key(fitted.candidate.ids)
-        if key not in by_pair or fitted.score < by_pair[key].score:
-            by_pair[key] = fitted
-    chosen = sorted(by_pair.values(), key=lambda f: f.score)[:3]
-    if not chosen:
+    racing = _proposed(search, firsts)
+    begun = RACE[0][0]
+    for share, kept in RACE:
+        data = fitting.shortened(search.long, share)
+        racing = search.map(lambda job: _run_on(search, data, *job, share > begun), racing,
+                            'pairs')
+        best = {}
+        for joint, point in sorted(racing, key=lambda r: search.score(data, *r)):
+            best.setdefault(_key(joint.ids), (joint, point))
+        racing = list(best.values())[:kept]
+    if not racing:
         return []
-    grown = search.map(search.grown, chosen, 'pairs')
-    search.fitted.update((f.name, min(f, g, key=lambda f: f.score))
-                         for f, g in zip(chosen, grown))
+    chosen = [search.as_fitted(*r) for r in racing]
+    search.fitted.update((f.name, f) for f in chosen)
     search.settle([f.name for f in chosen])
     chosen = [search.fitted[f.name] for f in chosen]
     _backward(search, min(chosen, key=lambda f: f.score))
     return sorted((f.name for f in chosen), key=lambda n: search.fitted[n].score)
 
 
+def _proposed(search, firsts):
+    """Return [(Candidate, Point at its start on the beginnings of the windows)] of pairs."""
+    data = fitting.shortened(search.long, RACE[0][0])
+    jobs = []
+    for first in firsts:
+        fitted = search.fitted[first]
+        base, point = fitted.candidate, _begun(search, data, fitted)
+        for gains, top in ((forward_gains(search, fitted), TOP_FORWARD),
+                           (_gains(search, data, base, point), TOP_BEGUN)):
+            for name in sorted(gains, key=lambda n: -gains[n][0])[:top]:
+                for second in search.starts.candidates(name, gains[name][1]):
+                    joint = search.starts.joint([(base, point.z), (second, second.start())])
+                    z = _with_nuisances(search, joint, point)
+                    jobs.append((joint, fitting.copied(point, z)))
+    none = _begun(search, data, search.fitted[''])
+    for parts in _screened(search)[:TOP_SCREENED]:
+        joint = search.starts.joint([(c, c.start()) for c in parts])
+        jobs.append((joint, search.at_none(joint, none)))
+    return jobs
+
+
+def _begun(search, data, fitted):
+    """Return the Point of `fitted` on `data`, the beginnings of the long windows."""
+    candidate = fitted.candidate
+    point = fitting.Point(fitted.point.z.copy(), None, fitted.point.memory.copy())
+    point.states = fitting.grown_states(data, candidate.model(point.z), point.memory,
+                                        np.arange(len(data.windows)), search.half_gap)
+    return fitting.fit(data, candidate, point, 5, robust=True)
+
+
+def _run_on(search, data, joint, point, further):
+    """Fit a pair on `data`; further: the windows have become longer since its last fit."""
+    if further:
+        point = fitting.Point(point.z, point.states, point.memory)
+        point.states, _ = fitting.solve_states(data, joint.model(point.z), point.states,
+                                               point.memory, np.arange(len(data.windows)))
+    return joint, fitting.fit(data, joint, point, 6, robust=True, refresh=(0, 1, 2, 4))
+
+
 def _key(ids):
     return tuple(sorted(ids))
-
-
-def _rough(search, joint, long_point, short_point):
-    """Fit a pair roughly, from a fit of its first effect or from none on short windows."""
-    if short_point is not None:
-        point = search.at_none(joint, short_point)
-        fitting.fit(search.short, joint, point, 8, robust=True, refresh=(0, 2, 4, 6))
-        point = search.to_long(joint, point)
-        fitting.fit(search.long, joint, point, 3, robust=True)
-    else:
-        point = fitting.copied(long_point, _with_nuisances(search, joint, long_point))
-        fitting.fit(search.long, joint, point, 5, robust=True, refresh=(0, 2, 4))
-    return search.as_fitted(joint, point)
 
 
 def _with_nuisances(search, joint, point):
