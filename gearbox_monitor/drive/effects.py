@@ -30,6 +30,7 @@ import math
 
 import numpy as np
 
+from gearbox_monitor.drive.arctan import arctan
 from gearbox_monitor.drive.transmission import dead_zone, transmission_torque
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.jit import jit, jit_anew, jit_inline
@@ -280,7 +281,7 @@ def friction_effects(x3, z, t, cv, cc, alpha, e):
     """Return what stribeck, lugre, asymmetry and drift add to tau_f (N m)."""
     torque = 0.0
     if e[CS] != 0.0 or e[SIGMA0] != 0.0 or e[CA] != 0.0:
-        s = TWO_OVER_PI * math.atan(alpha * x3)
+        s = TWO_OVER_PI * arctan(alpha * x3)
         if e[CS] != 0.0:
             v = x3 / e[VS]
             torque += e[CS] * math.exp(-v * v) * s

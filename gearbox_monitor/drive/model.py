@@ -30,10 +30,11 @@ import math
 
 import numpy as np
 
+from gearbox_monitor.drive.arctan import arctan
 from gearbox_monitor.drive.effects import ADDITIVE, EFFECTS, plugins
 from gearbox_monitor.drive.transmission import KINDS
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.jit import jit
+from gearbox_monitor.jit import jit, jit_inline
 
 TWO_OVER_PI = 2.0 / math.pi
 # An explicit RK4 step is stable up to 2.785 on the negative real axis.
@@ -297,10 +298,10 @@ def substeps(dt, eigenvalue):
     return max(1, int(math.ceil(dt * eigenvalue / RK4_STABILITY)))
 
 
-@jit
+@jit_inline
 def motor_friction(x3, tau_k, p):
     """Return tau_f (N m), the last of equations (1)."""
-    return p[CV] * x3 + (p[CC] + p[CL] * abs(tau_k)) * TWO_OVER_PI * math.atan(p[ALPHA] * x3)
+    return p[CV] * x3 + (p[CC] + p[CL] * abs(tau_k)) * TWO_OVER_PI * arctan(p[ALPHA] * x3)
 
 
 @jit
@@ -316,29 +317,35 @@ def motor_friction_load_slope(x3, tau_k, p):
     if p[CL] == 0.0:
         return 0.0  # spares an arctangent in each stage of each step
     sign = 1.0 if tau_k > 0.0 else (-1.0 if tau_k < 0.0 else 0.0)
-    return p[CL] * sign * TWO_OVER_PI * math.atan(p[ALPHA] * x3)
+    return p[CL] * sign * TWO_OVER_PI * arctan(p[ALPHA] * x3)
 
 
-@jit
+@jit_inline
 def motor_acceleration(x1, x3, x4, u, tau_k, p):
     """Return x3' (rad/s^2), third of equations (1)."""
     return (u + p[OFFSET] - p[D] * (x3 - x4) - tau_k - motor_friction(x3, tau_k, p)
             - p[KR] * x1) * p[INVERSE_M1]
 
 
-@jit
+@jit_inline
 def arm_acceleration(x3, x4, tau_k, tau_arm, p):
     """Return x4' (rad/s^2), fourth of equations (1), with the load `tau_arm` (N m) on the arm."""
     return (p[D] * (x3 - x4) + tau_k - tau_arm) * p[INVERSE_M2]
 
 
+@jit_inline
+def steady_arm_load(x4, p):
+    """Return the part of tau_arm (N m) that needs no branch: viscous friction, constant load."""
+    return p[CAV] * x4 + p[TL]
+
+
 @jit
 def arm_load(x2, x4, p):
     """Return tau_arm (N m): viscous and Coulomb friction, gravity and a constant load."""
-    torque = p[CAV] * x4 + p[TL]
+    torque = steady_arm_load(x4, p)
     # Most drives have neither: this spares two transcendental functions in each stage of a step.
     if p[CAC] != 0.0:
-        torque += p[CAC] * TWO_OVER_PI * math.atan(p[ARM_ALPHA] * x4)
+        torque += p[CAC] * TWO_OVER_PI * arctan(p[ARM_ALPHA] * x4)
     if p[G] != 0.0:
         torque += p[G] * math.sin(x2)
     return torque

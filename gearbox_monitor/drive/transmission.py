@@ -13,14 +13,14 @@
 # limitations under the License.
 
 """Torque of the transmission over its twist: dead zone, two kinds of hysteresis, rigid."""
-from gearbox_monitor.jit import jit
+from gearbox_monitor.jit import jit_inline
 
 # The order is the code that kernels switch on.
 KINDS = ('dead_zone', 'play', 'passive_play', 'rigid')
 DEAD_ZONE, PLAY, PASSIVE_PLAY, RIGID = range(4)
 
 
-@jit
+@jit_inline
 def dead_zone(twist, half_gap):
     """Return the part of `twist` (rad) that lies outside a gap of +-`half_gap` (rad)."""
     if twist > half_gap:
@@ -30,7 +30,7 @@ def dead_zone(twist, half_gap):
     return 0.0
 
 
-@jit
+@jit_inline
 def transmission_torque(twist, memory, kind, stiffness, half_gap, width, hysteresis_stiffness):
     """
     Return (tau_k, memory): torque (N m) at `twist` (rad) and the memory it leaves behind.

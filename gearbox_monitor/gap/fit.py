@@ -118,12 +118,12 @@ def carried(memory, carry):
 
 def state_sensitivity(data, model, states, memory, residual, index=None):
     """Return d(-residual)/d(states) [W, 2L, 4]."""
-    out = np.empty((*residual.shape, 4))
-    for i, step in enumerate(STATE_STEPS):
-        moved = states.copy()
-        moved[:, i] += step
-        out[:, :, i] = (residual - data.residual(model, moved, memory, index)[0]) / step
-    return out
+    index = np.arange(len(states)) if index is None else index
+    # All in one call: the more windows side by side, the faster.
+    moved = (states + np.diag(STATE_STEPS)[:, None]).reshape(-1, 4)
+    r, _ = data.residual(model, moved, np.tile(memory, (4, 1)), np.tile(index, 4))
+    change = residual - r.reshape(4, *residual.shape)
+    return np.moveaxis(change / STATE_STEPS[:, None, None], 0, -1)
 
 
 def solve_states(data, model, states, memory, index, iterations=6):

@@ -27,6 +27,7 @@ from gearbox_monitor.drive import effects
 from gearbox_monitor.drive.effects import actuator, DELAY, GAIN, LAG, MAX_DELAY, reading, UMAX
 from gearbox_monitor.drive.model import fastest_eigenvalue
 from gearbox_monitor.drive.simulate import advance, N_STATE, plugin_of, with_plugin
+from gearbox_monitor.gap import lanes
 from gearbox_monitor.jit import jit
 
 N_MEMORY = N_STATE - 4
@@ -154,10 +155,17 @@ class Simulator:
             states = states[:, [0, 0, 2, 2]]
         w = len(windows)
         y, carry = np.empty((w, windows.length, 2)), np.empty((w, N_STATE))
+        p, extra = model.pack(), self.extra if extra is None else extra
+        self.passes += w * windows.length / max(1, len(self.u))
+        if lanes.suited(windows, p, e, plugin):
+            lanes.runs(windows.begin, windows.first, windows.length, windows.carry_at, states,
+                       memory, self.dt, self.n, self.acting(e), extra, p, e,
+                       np.empty(lanes.N_LANE_STATE),
+                       np.empty((lanes.LANES, windows.length + self._keep, 4)), y, carry)
+            return y, carry
         rows = np.empty((windows.length + self._keep + 1, N_STATE))
         self._kernels[name](
             windows.begin, windows.first, windows.length, windows.carry_at, states, memory, 0.0,
-            self.dt, self.n, self.acting(e), self.extra if extra is None else extra, self._zero,
-            model.pack(), e, theta, self._noise, rows, y, carry)
-        self.passes += w * windows.length / max(1, len(self.u))
+            self.dt, self.n, self.acting(e), extra, self._zero, p, e, theta, self._noise, rows, y,
+            carry)
         return y, carry
