@@ -18,12 +18,14 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.gap import fit as fitting
+from gearbox_monitor.gap import fit as fitting, isolate
 from gearbox_monitor.gap.candidate import NOT_FITTED, ORDERS, PERIODIC, with_effects
+from gearbox_monitor.gap.search import Fitted
 
 # Proposals: by the linearised gain of a second effect over whole windows and over their beginnings
 # (where a model that is far off still follows the readings), and of both over none.
 TOP_FORWARD, TOP_BEGUN, TOP_SCREENED = 3, 5, 4
+EXCHANGED = 2
 RACE = ((0.25, 6), (0.5, 4), (1.0, 3))  # share of the windows fitted, pairs that go on from there
 
 
@@ -64,7 +66,7 @@ def find_pairs(search, firsts):
     chosen = [search.as_fitted(*r) for r in racing]
     search.fitted.update((f.name, f) for f in chosen)
     search.settle([f.name for f in chosen])
-    chosen = [search.fitted[f.name] for f in chosen]
+    chosen = _exchanged(search, [search.fitted[f.name] for f in chosen])
     _backward(search, min(chosen, key=lambda f: f.score))
     return sorted((f.name for f in chosen), key=lambda n: search.fitted[n].score)
 
@@ -164,19 +166,57 @@ def _screened(search):
     return [parts for _, parts in sorted(found.values(), key=lambda v: -v[0])]
 
 
+def _exchanged(search, chosen):
+    """
+    Return `chosen` and what the best of them became with one effect exchanged.
+
+    For what imitates it best: on the way to a pair one effect had to bear what was the other's.
+    """
+    pair = min(chosen, key=lambda f: f.score)
+    jobs = []
+    separations = isolate.separations(search, pair)
+    for i, name in enumerate(pair.candidate.ids):
+        _, left = separations[name]
+        for other in sorted(left, key=left.get)[:EXCHANGED]:
+            order = search.found_orders(other)[0] if other in PERIODIC else None
+            for second in search.starts.candidates(other, order):
+                jobs.append((1 - i, second))
+    found = [f for f in search.map(lambda job: _with_other(search, pair, *job), jobs, 'pairs')
+             if f.score < pair.score]
+    for fitted in sorted(found, key=lambda f: f.score)[:1]:
+        fitted = search.fitted[fitted.name] = search.polish(fitted, [pair.point])
+        chosen = [*(f for f in chosen if f.name != fitted.name), fitted]
+    return chosen
+
+
+def _with_other(search, pair, kept, second):
+    """Return the Fitted of the effect number `kept` of `pair` with the Candidate `second`."""
+    first = _alone(search, pair, kept)
+    joint = search.starts.joint([(first.candidate, first.point.z), (second, second.start())])
+    point = fitting.copied(pair.point, _with_nuisances(search, joint, pair.point))
+    return search.as_fitted(joint, fitting.fit(search.long, joint, point, 6, robust=True))
+
+
+def _alone(search, pair, i):
+    """Return the effect number `i` of `pair` with its values and window states, not fitted."""
+    keep = [c for c in pair.candidate.coordinates if c.owner in (-1, i)]
+    z = [v for c, v in zip(pair.candidate.coordinates, pair.point.z) if c.owner in (-1, i)]
+    alone = next(iter(search.starts.candidates(pair.candidate.ids[i],
+                                               pair.candidate.orders.get(i))))
+    own = [c for c in alone.coordinates if c.owner == 0]
+    point = search.at_none(alone, search.fitted[''].point)
+    values = {c.name: v for c, v in zip(keep, z) if c.owner == i}
+    start = len(alone.coordinates) - len(own)
+    for k, c in enumerate(own):
+        point.z[start + k] = values[c.name]
+    point.states = pair.point.states.copy()
+    return Fitted(alone, point)
+
+
 def _backward(search, pair):
     """Fit each effect of `pair` alone from where the pair ended: no pair by a local minimum."""
     for i, name in enumerate(pair.candidate.ids):
-        keep = [c for c in pair.candidate.coordinates if c.owner in (-1, i)]
-        z = [v for c, v in zip(pair.candidate.coordinates, pair.point.z) if c.owner in (-1, i)]
-        alone = next(iter(search.starts.candidates(name, pair.candidate.orders.get(i))))
-        own = [c for c in alone.coordinates if c.owner == 0]
-        point = search.at_none(alone, search.fitted[''].point)
-        values = {c.name: v for c, v in zip(keep, z) if c.owner == i}
-        start = len(alone.coordinates) - len(own)
-        for k, c in enumerate(own):
-            point.z[start + k] = values[c.name]
-        point.states = pair.point.states.copy()
-        fitting.fit(search.long, alone, point, 4, robust=True)
-        found = search.polish(search.as_fitted(alone, point))
+        alone = _alone(search, pair, i)
+        fitting.fit(search.long, alone.candidate, alone.point, 4, robust=True)
+        found = search.polish(search.as_fitted(alone.candidate, alone.point))
         search.fitted[name] = min(found, search.fitted[name], key=lambda f: f.score)
