@@ -15,7 +15,6 @@
 """The command ``fit-nominal``: values found again, values that nothing shows, a real drive."""
 from dataclasses import replace
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -31,7 +30,6 @@ TRUE = DriveModel(torque_offset=0.1, position_gain=0.0)
 WRONG = replace(TRUE, torque_offset=0.0, motor_inertia=0.008, arm_inertia=0.015,
                 coulomb_friction=0.15, viscous_friction=0.15,
                 transmission=Transmission('dead_zone', 15.0, 0.06))
-EMPS = Path(__file__).resolve().parents[2] / 'shared' / 'data' / 'emps'
 
 
 def record(path, model, seed=1, zero=-0.02):
@@ -91,21 +89,3 @@ def test_bad_usage(tmp_path, capsys, monkeypatch, words, parts):
     assert main(['fit-nominal', bag, '--model', 'd.yaml', *words]) == 2
     err = capsys.readouterr()[1]
     assert all(part in err for part in parts) and err.count('\n') == 1
-
-
-@pytest.mark.skipif(not EMPS.exists(), reason='no recordings of the EMPS beside the repository')
-def test_a_real_axis_with_one_encoder(tmp_path, capsys):
-    """Open-loop simulation of a whole recording after a fit to another one, position rms."""
-    bags = []
-    for name in ('DATA_EMPS', 'DATA_EMPS_PULSES'):
-        bags.append(str(tmp_path / name))
-        assert main(['import', str(EMPS / f'{name}.mat'), '--map', 'emps', bags[-1]]) == 0
-    axis = replace(DriveModel(), motor_inertia=60.0, arm_inertia=0.1, viscous_friction=100.0,
-                   coulomb_friction=10.0, friction_sharpness=1000.0, position_gain=0.0,
-                   axis='prismatic', transmission=Transmission('rigid'))
-    main(['fit-nominal', bags[0], '--model', model_file(tmp_path / 'd.yaml', axis), '--free', 'm1',
-          'Cv', 'Cc', 'u0', '--windows', '30', '--validate', bags[1], '--json', '-'])
-    data = json.loads(capsys.readouterr()[0].split('\n', 2)[2])
-    assert all(v['value'] > 0.0 for v in data['values'].values())
-    free = data['validation']['free_run']
-    assert free['before']['motor'] > 0.2 and free['after']['motor'] < 0.007

@@ -79,7 +79,7 @@ def test_a_drive_with_an_effect_is_told_kept_and_named(graph, tmp_path):
     words = shlex.split(good.message.split(' s of it: ')[1])
     assert words[:2] == ['gearbox_monitor', 'diagnose']
     graph.stop(estimator)
-    code = main([*words[1:], '--only', 'torque_offset', 'load_torque', 'stribeck',
+    code = main([*words[1:], '--only', 'torque_offset', 'load_torque',
                  '--json', str(tmp_path / 'verdict.json')])
     verdict = json.loads((tmp_path / 'verdict.json').read_text())
     assert code == 1 and verdict['effect'] == 'torque_offset', verdict
