@@ -37,7 +37,7 @@ LAYERS = {
     'nodes': 5, 'benchmarks': 5, 'launch': 5, 'fleet': 5,
     'cli': 6, '__main__': 7,
 }
-EVERYWHERE = ('errors', 'jit', '__init__')
+EVERYWHERE = ('arrays', 'errors', 'jit', '__init__')
 CORE = 2  # up to here nothing reads, writes or asks the clock
 OUTSIDE_WORLD = {
     'asyncio', 'glob', 'io', 'logging', 'multiprocessing', 'os', 'pathlib', 'shutil', 'signal',
