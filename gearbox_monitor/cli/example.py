@@ -16,9 +16,10 @@
 Write a bag of a simulated drive, without ROS: to try the other commands on.
 
 The drive stands still for --rest s and is then moved by the torque 6 cos(2 pi 0.9 t) +
-2 cos(2 pi 2.3 t) N m (arm side), with noise on encoders (5 mrad) and speeds. The bag holds
-joint_states with the joints motor and arm, as the plant node would publish them. Another model
-file makes another drive: a wider half_gap a worn one, an effect one that the model does not know.
+2 cos(2 pi 2.3 t) N m (arm side), with noise on the encoders (5 mrad) and on the motion. The bag
+holds joint_states with the joints motor and arm, as the plant node would publish them. Another
+model file makes another drive: a wider half_gap a worn one, an effect one that the model does not
+know.
 
 usage examples:
   gearbox_monitor example bag
@@ -28,7 +29,8 @@ import json
 import math
 from pathlib import Path
 
-from gearbox_monitor.bag.example import write_bag
+from gearbox_monitor.bag.example import NOISE, write_bag
+from gearbox_monitor.drive.simulate import Noise
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model
 from gearbox_monitor.resources import config_path
@@ -47,6 +49,8 @@ def add_arguments(parser):
                         help='samples per second (default: 1000)')
     parser.add_argument('--seed', metavar='N', type=int, default=0,
                         help='seed of the noise (default: 0)')
+    parser.add_argument('--process-noise', metavar='Q', type=float, default=0.4,
+                        help='noise of both speeds, rad/s/sqrt(s) (default: 0.4); 0 for diagnose')
     parser.add_argument('--json', action='store_true', help='print what was written as JSON')
 
 
@@ -55,14 +59,16 @@ def run(args):
     for name, value, low, high in (('seconds', args.seconds, 1.0, 86400.0),
                                    ('rest', args.rest, 0.0, 86400.0),
                                    ('rate', args.rate, 100.0, 10000.0),
+                                   ('process-noise', args.process_noise, 0.0, 1e6),
                                    ('seed', args.seed, 0, 2 ** 31 - 1)):
         if not (math.isfinite(value) and low <= value <= high):
             raise InputError(f'--{name}: {value:g}, expected {low:g} to {high:g}')
     if Path(args.bag).exists():
         raise InputError(f'{args.bag}: exists, expected the name of a new bag')
     model_file = str(args.model or config_path('drive.yaml'))
+    noise = Noise((0.0, 0.0, args.process_noise, args.process_noise), NOISE.measurement)
     write_bag(Path(args.bag), load_model(model_file), args.seconds, args.seed, args.rate,
-              rest=args.rest)
+              noise=noise, rest=args.rest)
     samples = round(args.rest * args.rate) + round(args.seconds * args.rate)
     data = {'bag': args.bag, 'samples': samples, 'rate_hz': args.rate, 'seed': args.seed,
             'duration_s': args.rest + args.seconds, 'model': model_file}

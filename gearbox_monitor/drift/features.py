@@ -105,7 +105,7 @@ class Backlash:
     load: float = math.nan
     width: float = 0.0
     passive: bool = False
-    gap_slopes: Sequence[float] = (0.0, 0.0, 0.0, 0.0)
+    gap_slopes: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     gap_std_known: float = math.nan
     gap_alone: float = math.nan
     gap_alone_std: float = math.nan
