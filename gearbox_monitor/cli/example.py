@@ -17,9 +17,9 @@ Write a bag of a simulated drive, without ROS: to try the other commands on.
 
 The drive stands still for --rest s and is then moved by the torque 6 cos(2 pi 0.9 t) +
 2 cos(2 pi 2.3 t) N m (arm side), with noise on the encoders (5 mrad) and on the motion. The bag
-holds joint_states with the joints motor and arm, as the plant node would publish them. Another
-model file makes another drive: a wider half_gap a worn one, an effect one that the model does not
-know.
+holds joint_states with the joints motor and arm and, for scoring, the true torque, as the plant
+node publishes them. Another model file makes another drive: a wider half_gap a worn one, an effect
+one that the model does not know.
 
 usage examples:
   gearbox_monitor example bag
@@ -68,7 +68,7 @@ def run(args):
     model_file = str(args.model or config_path('drive.yaml'))
     noise = Noise((0.0, 0.0, args.process_noise, args.process_noise), NOISE.measurement)
     write_bag(Path(args.bag), load_model(model_file), args.seconds, args.seed, args.rate,
-              noise=noise, rest=args.rest)
+              noise=noise, rest=args.rest, truth=True)
     samples = round(args.rest * args.rate) + round(args.seconds * args.rate)
     data = {'bag': args.bag, 'samples': samples, 'rate_hz': args.rate, 'seed': args.seed,
             'duration_s': args.rest + args.seconds, 'model': model_file}
