@@ -18,18 +18,25 @@ import re
 import runpy
 import shlex
 
+import numpy as np
 import pytest
 import yaml
 
 from gearbox_monitor import signals
 from gearbox_monitor.cli.main import _parse, COMMANDS
+from gearbox_monitor.diagnostic_values import VALUES
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import Noise, simulate
+from gearbox_monitor.filters.adaptation import ADAPTABLE
+from gearbox_monitor.monitor import Monitor, Samples
 from gearbox_monitor.parameters import checked, defaults, ESTIMATOR, PLANT
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
 
 
-@pytest.mark.parametrize('name', ['parameters', 'effects'])
+@pytest.mark.parametrize('name', ['parameters', 'effects', 'messages'])
 def test_written_page_is_up_to_date(name):
     page = runpy.run_path(str(ROOT / f'docs/make_{name}.py'))['page']()
     assert (ROOT / f'docs/{name}.md').read_text(encoding='utf-8') == page, \
@@ -52,6 +59,22 @@ def test_every_topic_is_explained():
                signals.DRIFT_ALERTS, f'~/{signals.SNAPSHOT}']
     for topic in topics:
         assert f'`{topic}`' in text
+
+
+def test_every_published_value_is_explained():
+    t = np.arange(0.0, 16.0, 2e-3)
+    model = DriveModel()
+    run = simulate(model, Excitation().torque(t), 2e-3, Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)))
+    monitor = Monitor(model, {**defaults(ESTIMATOR), 'drift_window': 2.0})
+    monitor.run(Samples(10 ** 18 + np.round(t * 1e9).astype(np.int64),
+                        np.column_stack([run.u, np.full(len(t), np.nan)]), run.y))
+    assert monitor.baseline is not None
+    explained = {(value.component, value.key) for value in VALUES}
+    for component, finding in monitor.findings.items():
+        for key in finding.values:
+            assert (component, key) in explained, f'{component}: {key}'
+    for name in ADAPTABLE:
+        assert ('covariance', f'adapted_{name}') in explained
 
 
 def test_every_command_is_mentioned():
