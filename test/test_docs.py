@@ -103,10 +103,21 @@ def test_commands_can_be_given(page):
                 _parse(words[1:], words[1])
 
 
+def anchors(page):
+    """Return the anchors of the headings of a page, as they are made of them."""
+    headings = re.findall(r'^#+ (.*)$', page.read_text(encoding='utf-8'), re.MULTILINE)
+    return {re.sub(r'[^\w\- ]', '', heading.lower()).replace(' ', '-') for heading in headings}
+
+
 @pytest.mark.parametrize('page', PAGES, ids=lambda p: p.name)
 def test_links_lead_somewhere(page):
-    for target in re.findall(r'\]\(([^)#]+)[^)]*\)', page.read_text(encoding='utf-8')):
-        assert re.match('https?://', target) or (page.parent / target).exists(), target
+    for link in re.findall(r'\]\(([^)]+)\)', page.read_text(encoding='utf-8')):
+        if re.match('https?://', link):
+            continue
+        target, _, anchor = link.partition('#')
+        target = page.parent / target if target else page
+        assert target.exists(), link
+        assert not anchor or anchor in anchors(target), link
 
 
 def test_readme_is_short():
