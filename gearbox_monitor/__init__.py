@@ -13,5 +13,20 @@
 # limitations under the License.
 
 """Condition monitor for robot joint gearboxes."""
+from importlib import metadata
+from pathlib import Path
+import re
 
-__version__ = '0.1.0'
+
+def _version() -> str:
+    """Return the version by package.xml in a checkout, else by what was installed."""
+    checkout = Path(__file__).resolve().parents[1] / 'package.xml'
+    if checkout.is_file():
+        return re.search('<version>(.*)</version>', checkout.read_text(encoding='utf-8'))[1]
+    try:
+        return metadata.version('gearbox_monitor')
+    except metadata.PackageNotFoundError:  # a bare copy of the sources
+        return 'unknown'
+
+
+__version__ = _version()

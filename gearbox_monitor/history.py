@@ -29,7 +29,7 @@ BLOCK = 512  # looked through at once
 
 
 class Recent:
-    """W estimates: stamps int64 [W]; recent[column] [W], column one of PLACE."""
+    """W estimates: stamps int64 [W]; recent[column] [W], column one of PLACE, of `columns`."""
 
     def __init__(self, stamps, columns):
         self.stamps, self._columns = stamps, columns
@@ -79,7 +79,7 @@ class History:
             self._columns[place:place + len(run), at:end] = rows[:, run[0]:run[-1] + 1].T
 
     def recent(self, first_ns, last_ns):
-        """Return the Recent newest estimates stamped within first < stamp <= last."""
+        """Return the Recent newest estimates stamped within first_ns < stamp <= last_ns."""
         at, parts, look = self._held % self.size, [], True
         # From the newest back, block by block, until one stands out of the time asked for.
         for low, high in ((0, at), (at, self.size if self._held >= self.size else at)):

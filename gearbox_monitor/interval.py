@@ -43,7 +43,7 @@ class Smoothed:
 
 def smooth_interval(model, parameters, samples):
     """
-    Return the Smoothed values of monitor.Samples under a DriveModel and estimator parameters.
+    Return the Smoothed values of `samples` under the DriveModel `model` and `parameters`.
 
     What a Monitor accepts is smoothed, the sample of each (re)start included; nothing is smoothed
     across a restart. `parameters` apply as they are, see smoother.smoother_parameters.

@@ -20,10 +20,12 @@ variable ``GEARBOX_MONITOR_JIT=0`` chooses the interpreted kernels where numba i
 ``fastmath`` stays off: a monitor needs NaN checks, and replay needs the same bits as live. Kernels
 release the GIL, so that fits can run in threads.
 """
+from collections.abc import Callable
 import hashlib
 import os
 from pathlib import Path
 import platform
+from typing import Any, TypeVar
 
 try:
     if os.environ.get('GEARBOX_MONITOR_JIT', '1') == '0':
@@ -36,7 +38,7 @@ except ImportError:
 KERNELS = f'{f"numba {numba.__version__}" if COMPILED else "interpreted"} on {platform.machine()}'
 
 
-def _cache_folder():
+def _cache_folder() -> str:
     """
     Return the folder for compiled kernels: one for each state of the sources.
 
@@ -55,11 +57,12 @@ def _cache_folder():
 CACHE_FOLDER = _cache_folder() if COMPILED else None
 
 
+Kernel = TypeVar('Kernel', bound=Callable[..., Any])
 # numba's own name for "without reference counts"; one that does not know it counts them.
 LEAN = {'_nrt': False}
 
 
-def jit(function):
+def jit(function: Kernel) -> Kernel:
     """
     Return `function` compiled (cached on disk where a folder is writable) or as it is.
 
@@ -69,17 +72,17 @@ def jit(function):
     return _compiled(function, LEAN) if COMPILED else function
 
 
-def jit_inline(function):
+def jit_inline(function: Kernel) -> Kernel:
     """Return `function` as jit does, compiled into its callers: for what is a few lines."""
     return _compiled(function, {**LEAN, 'forceinline': True}) if COMPILED else function
 
 
-def jit_allocating(function):
+def jit_allocating(function: Kernel) -> Kernel:
     """Return `function` as jit does; it may make and return arrays."""
     return _compiled(function, {}) if COMPILED else function
 
 
-def jit_anew(function):
+def jit_anew(function: Kernel) -> Kernel:
     """
     Return `function` as jit does, compiled in each process.
 
@@ -91,7 +94,7 @@ def jit_anew(function):
     return numba.njit(error_model='numpy', nogil=True, **LEAN)(function)
 
 
-def _compiled(function, options):
+def _compiled(function: Kernel, options: dict[str, Any]) -> Kernel:
     options = {'error_model': 'numpy', 'nogil': True, **options}
     chosen = numba.config.CACHE_DIR  # the user's, by NUMBA_CACHE_DIR
     numba.config.CACHE_DIR = chosen or CACHE_FOLDER

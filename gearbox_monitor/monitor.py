@@ -273,7 +273,7 @@ class Monitor:
         self._gate[stream.EVALUATE_AT] = 0 if self._judged else stream.NEVER
         self._reference, self._references = self._given_reference, []
         self._systematic = missing.Systematic()
-        self.findings = {**self.findings, **{name: NO_DATA for name in (*COMPONENTS[:4], 'input')}}
+        self.findings = {**self.findings, **dict.fromkeys((*COMPONENTS[:4], 'input'), NO_DATA)}
         self._alarms = {name: Alarm(*debounce) for name, debounce in DEBOUNCE.items()}
         self._last_counts = self.counts.copy()
 
@@ -285,7 +285,7 @@ class Monitor:
         """
         Change parameters while running; Q, R and thresholds keep the belief, others restart.
 
-        Raises InputError, leaving everything as it was.
+        changes: {name: value}. Raises InputError, leaving everything as it was.
         """
         rows = {row.name: row for row in ESTIMATOR}
         new = checked(ESTIMATOR, {**self.parameters, **changes}, 'parameters')
@@ -349,7 +349,7 @@ class Monitor:
 
     @classmethod
     def restore(cls, snapshot, source='snapshot', judged=True, smoothed=True):
-        """Return the Monitor that went on from `snapshot`, see Monitor. Raises InputError."""
+        """Return the Monitor that went on from `snapshot` of `source`. Raises InputError."""
         def numbers(name, like):
             values = [float.fromhex(v) for v in json.loads(snapshot[name])]
             return np.array(values).reshape(like.shape)

@@ -47,7 +47,7 @@ class Parameter:
         return type(self.default)
 
     def check(self, value, source):
-        """Return `value` in the parameter's type; raises InputError."""
+        """Return `value` in the parameter's type; raises InputError that names `source`."""
         if self.kind is float and isinstance(value, int) and not isinstance(value, bool):
             value = float(value)
         if self.kind is list and isinstance(value, tuple):
@@ -219,7 +219,7 @@ def checked(table, values, source):
     """
     Return all parameters of `table` as a dict: `values` where given, defaults elsewhere.
 
-    Raises InputError for an unknown name, a wrong type or a value out of range.
+    Raises InputError, naming `source`, for an unknown name, a wrong type or a value out of range.
     """
     rows = {row.name: row for row in table}
     result = defaults(table)

@@ -64,7 +64,11 @@ def settled(stamps, burn_in=BURN_IN):
 
 
 def score(estimates, name='', diverged=0, burn_in=BURN_IN):
-    """Return the Score of Estimates (or of anything with their columns)."""
+    """
+    Return the Score, called `name`, of `estimates` (Estimates, or anything with their columns).
+
+    diverged: how often the filter failed; burn_in: s at the start that do not count.
+    """
     keep = settled(estimates.stamp_ns, burn_in)
     nis, total = estimates.nis[keep], float(estimates.dof[keep].sum())
     n = len(nis)
@@ -84,7 +88,7 @@ def score(estimates, name='', diverged=0, burn_in=BURN_IN):
 
 
 def run_score(model, parameters, samples):
-    """Return the Score of a Monitor with `parameters` on Samples; nothing is smoothed."""
+    """Return the Score of a Monitor of `model`, `parameters` on Samples; nothing is smoothed."""
     monitor = Monitor(model, {**parameters, 'smoother_lag': 0.0})
     with np.errstate(all='ignore'):
         estimates = monitor.run(samples)
@@ -93,11 +97,11 @@ def run_score(model, parameters, samples):
 
 def torque_errors(estimates, stamps, tau_k, burn_in=BURN_IN):
     """
-    Return {name: value} of tau_K against what is known: stamps int64 [T] ns, tau_k [T] N m.
+    Return {name: value} of `estimates` against what is known: stamps int64 [T] ns, tau_k [T] N m.
 
     rms of the known torque; rmse (N m) and coverage (share within the stated deviation) of the
     filtered, rmse_smoothed and coverage_smoothed of the smoothed torque; None where there is none.
-    The known torque is interpolated between its stamps.
+    The known torque is interpolated between its stamps. burn_in: see score.
     """
     result = {}
     begin = estimates.stamp_ns[0] + round(burn_in * SECOND) if len(estimates.stamp_ns) else 0

@@ -73,7 +73,8 @@ def joint_values(signal, row, names, gear_ratio):
     Return (joint names, position, velocity, effort) of `signal` for one row, as lists.
 
     row: estimate row, or smoothed row where signal.smoothed. names {MOTOR: ..., ARM: ...}: joint
-    names on the wire. The motor joint's position and velocity are given on the motor side.
+    names on the wire. The motor joint's position and velocity are given on the motor side, that
+    is times `gear_ratio`.
     """
     joints, position, velocity = [], [], []
     effort = [float(row[c]) for c in signal.effort]

@@ -67,7 +67,7 @@ KINDS = {'ekf': (None, None, None), 'ukf': (1, None, None), 'srukf': (None, 1, N
 @jit_inline
 def filter_step(is_ukf, is_srukf, is_aekf, states, z, P, memory, dt, u, load, y1, y2, p, vectors,
                 matrices, record):
-    """Step the filter whose marker is not None, else the EKF; the rest as of ekf.step."""
+    """Step the filter whose is_ukf, is_srukf, is_aekf is not None, or the EKF; see ekf.step."""
     if is_ukf is not None:
         return ukf.step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices,
                         record)
@@ -113,6 +113,7 @@ def _due(stamp, gate):
 
 @jit
 def start(states, z, P, y1, y2, p, record):
+    """Set the belief z, P from the first readings; arguments as of ekf.step."""
     n = len(states)
     have1, have2 = math.isfinite(y1), math.isfinite(y2)
     for i in range(n):
@@ -186,12 +187,13 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
     and behind one at which the filter diverged, z and P as they then are.
 
     stamps int64 [N] ns; inputs [N, 2] motor torque and known load on the arm (N m); outputs [N, 2]
-    motor and arm position (rad); NaN = not measured. is_*: see KINDS. p: process.pack. settings
-    int64 [max_gap ns, effort_delay, smoother_lag ns, load is measured 0/1]. Carried from call to
-    call, changed in place: gate int64 [N_GATE], counts int64 [N_COUNTS], clock [period s], efforts
-    [N_EFFORTS], belief z [n], P [n * n] and memory of the filter, ring of step records with
-    ring_stamps. Written: codes int64 [N], estimates [N, N_ESTIMATE] (rows whose code is ESTIMATE),
-    smoothed_stamps and smoothed (rows as many as samples plus the ring's length).
+    motor and arm position (rad); NaN = not measured. is_ukf, is_srukf, is_aekf: see KINDS. states,
+    p, vectors, matrices: see ekf.step. settings int64 [max_gap ns, effort_delay, smoother_lag ns,
+    load is measured 0/1]. Carried from call to call, changed in place: gate int64 [N_GATE], counts
+    int64 [N_COUNTS], clock [period s], efforts [N_EFFORTS], belief z [n], P [n * n] and memory of
+    the filter, ring of step records with ring_stamps. Written: codes int64 [N], estimates [N,
+    N_ESTIMATE] (rows whose code is ESTIMATE), smoothed_stamps and smoothed (rows as many as
+    samples plus the ring's length).
     """
     max_gap, delay, lag = settings[MAX_GAP], settings[DELAY], settings[LAG]
     rows = ring.shape[0]

@@ -132,7 +132,7 @@ def tuned(model, parameters, recordings):
     """
     Return `parameters` {name: value} with R and the Q of the torques tuned by likelihood.
 
-    recordings: list of Samples of one drive. Raises InputError.
+    recordings: list of Samples of one drive `model`. Raises InputError.
     """
     complete = checked(ESTIMATOR, parameters, 'parameters')
     return {**parameters, **tune(model, complete, recordings, speeds=False)['parameters']}

@@ -76,15 +76,16 @@ def wait_for(condition, what, seconds=60):
 
 def test_with_and_without_fault_at_once(demo, tmp_path):
     running = [demo('--duration', '16', '--out', 'a 100%d'),
-               demo('--duration', '16', '--no-fault', '--out', 'healthy')]
+               demo('--duration', '16', '--no-fault', '--out', 'healthy', '--json')]
     outputs = [process.communicate(timeout=120) for process in running]
     for process, output in zip(running, outputs):
         assert process.returncode == 0, output
         assert not children(process)
-    assert len({line for out, _ in outputs for line in out.splitlines()
+    assert len({line for output in outputs for line in ''.join(output).splitlines()
                 if 'export ROS_DOMAIN_ID=' in line}) == 2
     fault, healthy = (json.loads((tmp_path / name / 'summary.json').read_text())
                       for name in ('a 100%d', 'healthy'))
+    assert json.loads(outputs[1][0]) == healthy
     for data in (fault, healthy):
         assert data['replay_identical'] == 'yes' and data['problems'] == []
         assert data['samples'] == 16000 and data['samples_missing'] == 0

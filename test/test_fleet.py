@@ -31,11 +31,12 @@ from pyarrow import dataset, parquet
 import pytest
 import yaml
 
+from gearbox_monitor.bag.example import write_bag
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import replay
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.benchmarks import fleet as benchmark
-from gearbox_monitor.benchmarks.fleet_setup import below, dask_cluster, write_bag
+from gearbox_monitor.benchmarks.fleet_setup import below, dask_cluster
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.drift.features import Backlash
 from gearbox_monitor.drift.windows import Windows

@@ -29,15 +29,15 @@ PACKAGE = Path(__file__).parents[1] / 'gearbox_monitor'
 LAYERS = {
     'drive': 0,
     'filters': 1, 'trust': 1, 'drift': 1,
-    'check': 2, 'gap': 2, 'history': 2, 'interval': 2, 'monitor': 2, 'stream': 2, 'signals': 2,
-    'parameters': 2,
+    'check': 2, 'diagnostic_values': 2, 'gap': 2, 'history': 2, 'interval': 2, 'monitor': 2,
+    'parameters': 2, 'signals': 2, 'stream': 2,
     'score': 2, 'tuner': 2,
     'files': 3, 'baseline': 3, 'resources': 3,
     'report': 4, 'bag': 4,
     'nodes': 5, 'benchmarks': 5, 'launch': 5, 'fleet': 5,
     'cli': 6, '__main__': 7,
 }
-EVERYWHERE = ('errors', 'jit', '__init__')
+EVERYWHERE = ('arrays', 'errors', 'jit', '__init__')
 CORE = 2  # up to here nothing reads, writes or asks the clock
 OUTSIDE_WORLD = {
     'asyncio', 'glob', 'io', 'logging', 'multiprocessing', 'os', 'pathlib', 'shutil', 'signal',

@@ -40,9 +40,9 @@ HEADER = """\
 pytestmark = pytest.mark.linter
 
 
-def check(tool):
+def check(tool, *arguments):
     pytest.importorskip(tool)
-    result = subprocess.run([sys.executable, '-m', tool, *SOURCES], cwd=ROOT,
+    result = subprocess.run([sys.executable, '-m', tool, *arguments], cwd=ROOT,
                             capture_output=True, text=True)
     assert result.returncode == 0, '\n' + result.stdout + result.stderr
 
@@ -50,11 +50,15 @@ def check(tool):
 def test_flake8_rules():
     pytest.importorskip('flake8_import_order')
     pytest.importorskip('flake8_quotes')
-    check('flake8')
+    check('flake8', *SOURCES)
 
 
-def test_docstring_rules():
-    check('pydocstyle')
+def test_ruff_rules():
+    check('ruff', 'check', *SOURCES)
+
+
+def test_types_of_the_core():
+    check('mypy')
 
 
 def test_licence_headers():

@@ -36,7 +36,8 @@ import time
 import numpy as np
 from tqdm import tqdm
 
-from gearbox_monitor.benchmarks.fleet_setup import cpu_seconds, dask_cluster, write_bag
+from gearbox_monitor.bag.example import write_bag
+from gearbox_monitor.benchmarks.fleet_setup import cpu_seconds, dask_cluster
 from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.fleet.engine import Cluster, Pool, Serial

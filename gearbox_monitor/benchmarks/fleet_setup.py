@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What the benchmark and the tests of a fleet run on: bags, a Dask cluster, CPU times."""
+"""What the benchmark and the tests of a fleet run on: a Dask cluster, CPU times."""
 from contextlib import contextmanager
 import json
 import os
@@ -21,32 +21,11 @@ import subprocess
 import sys
 import time
 
-import numpy as np
-
-from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.write import BagWriter
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.fleet.engine import KEPT, LARGEST
 
 # Of workers: freed memory is kept, see docs/fleet.md.
 ENVIRONMENT = {'MALLOC_TRIM_THRESHOLD_': str(KEPT), 'MALLOC_MMAP_THRESHOLD_': str(LARGEST)}
-NOISE = Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3))
-
-
-def write_bag(path, model, seconds, seed=0, rate=1000.0, start=1_700_000_000,
-              topic='/joint_states', noise=NOISE):
-    """Write a bag of `seconds` of a drive (DriveModel `model`) at `rate` Hz, from `start` s on."""
-    t = np.arange(round(seconds * rate)) / rate
-    run = simulate(model, Excitation().torque(t), 1.0 / rate, noise, seed)
-    stamps = start * 1_000_000_000 + np.round(t * 1e9).astype(np.int64)
-    messages = encode_joint_states(stamps, ['motor', 'arm'], run.y, effort=np.column_stack(
-        [run.u, np.full(len(t), np.nan)]))
-    with BagWriter(path, 'lz4') as writer:
-        writer.add_topic(topic, 'sensor_msgs/msg/JointState')
-        for stamp, message in zip(stamps.tolist(), messages):
-            writer.write(topic, stamp, message)
 
 
 @contextmanager

@@ -22,6 +22,7 @@ and the log of each node. Ctrl-C ends early and leaves a readable bag.
 usage examples:
   gearbox_monitor demo
   gearbox_monitor demo --no-fault --duration 60 --out healthy
+  gearbox_monitor demo --json > summary.json
 
 exit code: 0 done, 1 a node failed, the replay differed, the fault was not found (or, with
 --no-fault, something alarmed), 2 bad usage or input, 130 ended by Ctrl-C.
@@ -68,18 +69,27 @@ def add_arguments(parser):
     parser.add_argument('--filter', metavar='F', default='ekf',
                         help='filter of the estimator (default: ekf)')
     parser.add_argument('--no-fault', action='store_true', help='let the backlash not grow')
+    parser.add_argument('--json', action='store_true',
+                        help='print the summary as JSON, and nothing else')
 
 
 def run(args):
     """Run the command; returns the exit code."""
-    with Interrupt() as interrupt:
+    output = sys.stdout
+    # With --json that is all on standard output: what is told meanwhile goes to the other one.
+    with contextlib.redirect_stdout(sys.stderr if args.json else output), \
+            Interrupt() as interrupt:
         try:
             demo = Demo(args, interrupt)
             with own_domain() as domain:
                 demo.live(domain)
             interrupt.at_once()
             demo.check_interrupt()
-            return demo.evaluate()
+            data, text = demo.evaluate()
+            print(json.dumps(data, indent=2) if args.json else text, file=output)
+            for problem in data['problems']:
+                print(f'problem: {problem}', file=sys.stderr)
+            return 1 if data['problems'] else 0
         except Interrupted:
             print('interrupted', flush=True)
             return 130
@@ -222,7 +232,7 @@ class Demo:
     # ------------------------------------------------------------------ afterwards
 
     def evaluate(self):
-        """Replay the bag, print the summary, write JSON and PNG; returns the exit code."""
+        """Replay the bag, write JSON and PNG; return ({name: value}, the summary in words)."""
         print('replaying ...', flush=True)
         from gearbox_monitor.bag.read import open_bag
         from gearbox_monitor.cli import demo_report
@@ -231,14 +241,10 @@ class Demo:
         png = self.out / 'demo.png'
         figure.savefig(png, dpi=110)
         data['picture'] = str(png)
-        problems = demo_report.problems(data, self.fault)
-        data['problems'] = problems
+        data['problems'] = demo_report.problems(data, self.fault)
         (self.out / 'summary.json').write_text(json.dumps(data, indent=2) + '\n',
                                                encoding='utf-8')
-        print(demo_report.text(data))
-        for problem in problems:
-            print(f'problem: {problem}', file=sys.stderr)
-        return 1 if problems else 0
+        return data, demo_report.text(data)
 
 
 class Status:

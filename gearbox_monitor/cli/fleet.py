@@ -82,7 +82,7 @@ def run(args):
     _check(args)
     try:
         from gearbox_monitor.fleet.table import Table
-        from gearbox_monitor.fleet.paths import find_bags  # noqa: I100: what may be missing first
+        from gearbox_monitor.fleet.paths import find_bags  # noqa: I100, what may be missing first
         from gearbox_monitor.fleet.run import Run
     except ModuleNotFoundError as error:
         raise InputError(f'{error.name} is not installed, expected it: pip install pyarrow '

@@ -24,6 +24,7 @@ from gearbox_monitor.errors import InputError
 # name -> (module, one line of help). Modules are imported only when their command is asked for.
 COMMANDS = {
     'demo': ('demo', 'simulate, estimate, record and check one worn gearbox, on this machine'),
+    'example': ('example', 'write a bag of a simulated drive, to try the others on'),
     'replay': ('replay', 'run a bag through the estimator, offline'),
     'play': ('play', 'publish a bag to live nodes, with /clock'),
     'import': ('import_', 'turn CSV, .mat or JSON recordings into a bag'),

@@ -20,15 +20,19 @@ says what grew, by how much, since when, and when a limit will be reached.
 """
 from dataclasses import asdict, dataclass, field
 import math
+from typing import Any, Self
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Values
 from gearbox_monitor.drift import forecast, scan
 from gearbox_monitor.drift.features import Backlash, NotExcited
 from gearbox_monitor.drift.forecast import span, when
 from gearbox_monitor.drift.operating_point import numbers, Point, Points, Sums
 from gearbox_monitor.drift.watched import (
-    ADVICE, ALONE, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, size_name, STIFFNESS, TESTS)
+    ADVICE, ALONE, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, size_name, STIFFNESS, Test,
+    TESTS)
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.trust.level import Finding, Level
 
 # A change is over when the newest so many windows show less than half of what was found.
@@ -62,14 +66,14 @@ class Settings:
 
     windows_per_false_alarm: float = 3.15e6
     baseline_windows: int = 720
-    bins: tuple = (3.2, 2.0, 2.0, 5.0)
-    limits: dict = field(default_factory=dict)
+    bins: tuple[float, float, float, float] = (3.2, 2.0, 2.0, 5.0)
+    limits: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     gap_limit: float = 0.0
     viscous: float = 0.0
     coulomb: float = 0.0
 
     @classmethod
-    def of(cls, parameters, model):
+    def of(cls, parameters: Values, model: DriveModel) -> Self:
         """Return the Settings from parameters.ESTIMATOR and a DriveModel."""
         p = parameters
         width = p['gap_notice'], p['gap_warn'], p['gap_error']
@@ -84,7 +88,7 @@ class Settings:
              'torque_gain': stiffness, 'torque_gain_loss': stiffness},
             p['gap_limit'], model.viscous_friction, model.coulomb_friction)
 
-    def threshold(self, test):
+    def threshold(self, test: Test) -> float:
         """Return the normal score that a Test fires at."""
         return scan.threshold(self.windows_per_false_alarm / test.share)
 
@@ -125,24 +129,28 @@ class Tracker:
     KeyError or TypeError for a state that is none.
     """
 
-    def __init__(self, settings, state=None):
+    def __init__(self, settings: Settings, state: Any = None) -> None:
         self.settings = settings
         self._points = Points(len(FEATURES))
-        self._stamps, self._where, self._learned = [], [], []
-        self._values = np.empty((0, len(FEATURES)))
+        self._stamps: list[int] = []
+        self._where: list[int] = []
+        self._learned: list[bool] = []
+        self._values: Array = np.empty((0, len(FEATURES)))
         self._scores = {test.key: 0.0 for test in TESTS}
-        self.changes = {}  # test: Change
+        self.changes: dict[str, Change] = {}  # by test
         self._history = forecast.History()
-        self._window, self._point, self._trusted = None, -1, False
+        self._window: Backlash | None = None
+        self._point, self._trusted = -1, False
         self._growth = math.nan  # of the newest window
-        self._pause = None  # the NotExcited, when the newest window was none
+        self._pause: NotExcited | None = None  # when the newest window was none
         self.stamp_ns = 0
         if state is not None:
             self._load(state)
 
     # ------------------------------------------------------------------ windows
 
-    def update(self, window, trusted=True, temperature=None):
+    def update(self, window: Backlash | NotExcited, trusted: bool = True,
+               temperature: float | None = None) -> dict[str, Finding]:
         """
         Take a window; return {component: Finding} in force.
 
@@ -162,7 +170,7 @@ class Tracker:
             self._take(*self._measure(window))
         return self.findings()
 
-    def _measure(self, window):
+    def _measure(self, window: Backlash) -> tuple[Array, Array]:
         """Return (values [F], variances [F]) of a Backlash."""
         w, nan = window, (math.nan, math.nan)
         width = w.alone  # a gap refined by other windows is not independent of them
@@ -182,7 +190,7 @@ class Tracker:
         values, std = (np.array([float(f'{v:.7g}') for v in column]) for column in zip(*rows))
         return values, std ** 2
 
-    def _take(self, values, variances):
+    def _take(self, values: Array, variances: Array) -> None:
         sums = self._points[self._point].sums
         sums.refer(values)
         learn = (self._trusted and not self.changes
@@ -190,14 +198,14 @@ class Tracker:
         if learn:
             sums.add(values, variances)
         drop = max(len(self._stamps) + 1 - scan.HORIZON, 0)
-        self._stamps = [*self._stamps, self._window.stamp_ns][drop:]
+        self._stamps = [*self._stamps, self.stamp_ns][drop:]
         self._where = [*self._where, self._point][drop:]
         self._learned = [*self._learned, learn][drop:]
         self._values = np.vstack([self._values, values])[drop:]
         self._note(values, variances)
         self._judge(self._stretches())
 
-    def _note(self, values, variances):
+    def _note(self, values: Array, variances: Array) -> None:
         """Keep the growth of the width for the forecast."""
         sums = self._points[self._point].sums
         column = GAP if math.isfinite(values[GAP]) else LOST_MOTION
@@ -206,15 +214,15 @@ class Tracker:
             self._growth = float(f'{values[column] / base - 1.0:.7g}')
             variance = max(variances[column], sums.std()[column] ** 2) / base ** 2
             if math.isfinite(self._growth) and variance > 0.0:
-                self._history.add(self._window.stamp_ns, self._growth, float(f'{variance:.6g}'))
+                self._history.add(self.stamp_ns, self._growth, float(f'{variance:.6g}'))
 
-    def _stretches(self):
+    def _stretches(self) -> scan.Stretches:
         points = np.array(self._where)
         return scan.Stretches(
             self._values, points, np.array(self._learned, bool),
             {point: self._points[point].sums for point in set(self._where)}, _COLUMNS)
 
-    def _judge(self, stretches):
+    def _judge(self, stretches: scan.Stretches) -> None:
         found = {}
         for t, test in enumerate(TESTS):
             k = int(np.argmax(stretches.score[:, t]))
@@ -240,11 +248,11 @@ class Tracker:
                 self._follow(t, test, stretches)
 
     @staticmethod
-    def _all_else_equal(stretches, k):
+    def _all_else_equal(stretches: scan.Stretches, k: int) -> bool:
         return (np.abs(stretches.score[k, ELSE]).max() < STAYED
                 and stretches.score[k, RAW] > AGREES)
 
-    def _unlearn(self, first):
+    def _unlearn(self, first: int) -> None:
         """Take the windows from row `first` on out of the baselines: they are not healthy."""
         for k in range(first, len(self._stamps)):
             if self._learned[k]:
@@ -254,7 +262,7 @@ class Tracker:
                 sums.add(self._values[k], stated, -1)
                 self._learned[k] = False
 
-    def _follow(self, t, test, stretches):
+    def _follow(self, t: int, test: Test, stretches: scan.Stretches) -> None:
         """Bring a Change up to date, or end it."""
         change = self.changes[test.key]
         after = [k for k, stamp in enumerate(self._stamps) if stamp > change.since_ns] or [0]
@@ -275,7 +283,7 @@ class Tracker:
                     growth, std = now, doubt
                     break
         change.growth, change.std = float(growth), float(std)
-        notice, warn, error = self._limits(test)
+        _, warn, error = self._limits(test)
         stage = FOUND
         for at, limit in ((WARNED, warn), (GROSS, error)):
             if growth >= (limit if change.stage < at else RELEASE * limit):
@@ -289,11 +297,11 @@ class Tracker:
                 self._values = self._values[:0]
                 self._scores[test.key] = 0.0
 
-    def _baseline_error(self):
+    def _baseline_error(self) -> float:
         base = self.baseline
         return 0.0 if base is None or not base.gap > 0.0 else base.gap_std / base.gap
 
-    def _limits(self, test):
+    def _limits(self, test: Test) -> tuple[float, float, float]:
         notice, warn, error = self.settings.limits.get(test.key, (0.0, math.inf, math.inf))
         base = self.baseline
         if test.key == 'gap' and self.settings.gap_limit > 0.0 and base and base.gap > 0.0:
@@ -303,7 +311,7 @@ class Tracker:
     # ------------------------------------------------------------------ what is known
 
     @property
-    def baseline(self):
+    def baseline(self) -> Baseline | None:
         """The Baseline of the operating point of the newest window, None while not known."""
         if self._point < 0:
             return None
@@ -316,21 +324,21 @@ class Tracker:
                         float(std[STIFFNESS]), int(count))
 
     @property
-    def points(self):
+    def points(self) -> list[Point]:
         """The operating points, a list of operating_point.Point."""
         return list(self._points)
 
-    def stages(self):
+    def stages(self) -> dict[str, dict[str, int]]:
         """Return {component: {test: stage}}; an alert is given when that changes."""
         return {component: {t.key: self.changes[t.key].stage for t in TESTS
                             if t.component == component and t.key in self.changes}
                 for component in COMPONENTS}
 
-    def findings(self):
+    def findings(self) -> dict[str, Finding]:
         """Return {component: Finding} in force."""
         return {component: self._finding(component) for component in COMPONENTS}
 
-    def _finding(self, component):
+    def _finding(self, component: str) -> Finding:
         now = self._window
         if now is None and not self.changes:
             what = 'backlash not measured yet' if component == 'backlash' else \
@@ -338,7 +346,7 @@ class Tracker:
             why = f': {self._pause.reason}' if self._pause else \
                 ': the motion must load both flanks'
             return Finding(Level.WARN, what + why)
-        values = self._measured(component) if now else {}
+        values = self._measured(component, now) if now else {}
         found = [t for t in TESTS if t.component == component and t.key in self.changes]
         found.sort(key=lambda t: -self.changes[t.key].stage)
         level, said = Level.OK, []
@@ -347,8 +355,8 @@ class Tracker:
             level = max(level, Level.ERROR if change.stage == GROSS else Level.WARN)
             said.append(self._describe(test, change, values))
         if now is not None and not said:
-            said.append(self._healthy(component))
-        notes = []
+            said.append(self._healthy(component, now))
+        notes: list[str] = []
         if now is not None and self._point_windows() < scan.MIN_BASELINE:
             notes.append('no baseline at this operating point '
                          f'({self._point_windows()} of {scan.MIN_BASELINE} windows)'
@@ -362,11 +370,11 @@ class Tracker:
             message = (f'not excited now ({self._pause.reason}); measured last: ' + message)
         return Finding(level, message, values)
 
-    def _point_windows(self):
+    def _point_windows(self) -> int:
         return int(self._points[self._point].sums.count.max()) if self._point >= 0 else 0
 
-    def _healthy(self, component):
-        now, base = self._window, self.baseline
+    def _healthy(self, component: str, now: Backlash) -> str:
+        base = self.baseline
         learnt = ''
         if base and base.windows < self.settings.baseline_windows:
             learnt = f' (of {base.windows} windows, {self.settings.baseline_windows} wanted)'
@@ -382,15 +390,16 @@ class Tracker:
                 'friction not identifiable in this motion'
         return f'friction {100 * change:+.1f} % against the baseline{learnt}'
 
-    def _against(self, column):
+    def _against(self, column: int) -> float:
         """Return the relative change of a feature of the newest window."""
         if self._point < 0 or not len(self._values):
             return math.nan
         base = self._points[self._point].sums.mean()[column]
         return float(self._values[-1, column] / base - 1.0) if base else math.nan
 
-    def _measured(self, component):
-        now, base = self._window, self.baseline
+    def _measured(self, component: str, now: Backlash) -> dict[str, Any]:
+        base = self.baseline
+        values: dict[str, Any]
         if component == 'backlash':
             values = {
                 'gap_rad': now.gap, 'gap_std_rad': now.gap_std,
@@ -421,7 +430,7 @@ class Tracker:
         values['trusted'] = self._trusted
         return values
 
-    def _describe(self, test, change, values):
+    def _describe(self, test: Test, change: Change, values: dict[str, Any]) -> str:
         """Return the words for a Change and add its figures to `values`."""
         name = size_name(test)
         values[name], values[f'{name}_std'] = change.growth, change.std
@@ -445,7 +454,7 @@ class Tracker:
 
     # ------------------------------------------------------------------ healthy by decision
 
-    def accept(self):
+    def accept(self) -> int:
         """
         Make what is measured now the healthy state; return how many windows it rests on.
 
@@ -478,12 +487,12 @@ class Tracker:
 
     # ------------------------------------------------------------------ state
 
-    def baseline_points(self):
+    def baseline_points(self) -> list[dict[str, Any]]:
         """Return the baselines as plain data, a list with one mapping per operating point."""
         rows = ((point, point.sums.described(FEATURES)) for point in self._points)
         return [{**point.place(), **row} for point, row in rows if row['features']]
 
-    def to_dict(self):
+    def to_dict(self) -> dict[str, Any]:
         """Return all that the next findings depend on, as plain data; floats read back exactly."""
         return {
             'points': [{**p.place(), **p.sums.to_dict()} for p in self._points],
@@ -498,11 +507,11 @@ class Tracker:
             'pause': self._pause and asdict(self._pause), 'stamp_ns': self.stamp_ns}
 
     @classmethod
-    def from_dict(cls, settings, state):
+    def from_dict(cls, settings: Settings, state: Any) -> Self:
         """Return the Tracker that went on from `state` (to_dict or baseline_points)."""
         return cls(settings, state)
 
-    def _load(self, state):
+    def _load(self, state: Any) -> None:
         if isinstance(state, list):  # baselines alone
             state = {'points': state}
         n = len(FEATURES)

@@ -18,14 +18,16 @@ Backlash, stiffness, hysteresis and friction from a window of smoothed torque ov
 One regression fits them together (see shape). Fit on smoothed values only: the filter's lag draws
 a hysteresis loop that is not there.
 """
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Flags, Integers
 from gearbox_monitor.drift.shape import (
     COULOMB, GAIN, HALF_GAP, HEIGHT, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
-from gearbox_monitor.drive.model import TWO_OVER_PI
+from gearbox_monitor.drive.model import DriveModel, TWO_OVER_PI
 from gearbox_monitor.filters.smoother import (
     S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_RATE_STD, S_U, S_X2, S_X3, S_X4)
 
@@ -103,29 +105,29 @@ class Backlash:
     load: float = math.nan
     width: float = 0.0
     passive: bool = False
-    gap_slopes: tuple = (0.0, 0.0, 0.0, 0.0)
+    gap_slopes: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     gap_std_known: float = math.nan
     gap_alone: float = math.nan
     gap_alone_std: float = math.nan
 
     @property
-    def alone(self):
+    def alone(self) -> tuple[float, float]:
         """Gap and its standard deviation (rad) by this window alone: independent of others."""
         if math.isnan(self.gap_alone):
             return self.gap, self.gap_std
         return self.gap_alone, self.gap_alone_std
 
     @property
-    def common(self):
+    def common(self) -> tuple[float, float, float, float]:
         """What windows have in common: viscous, coulomb, gain, stiffness."""
         return self.viscous, self.coulomb, self.gain, self.stiffness
 
     @property
-    def common_std(self):
+    def common_std(self) -> tuple[float, float, float, float]:
         """Return the standard deviations of `common`."""
         return self.viscous_std, self.coulomb_std, self.gain_std, self.stiffness_std
 
-    def gap_given(self, common):
+    def gap_given(self, common: Sequence[float]) -> float:
         """
         Return the gap (rad) that the window gives when what is `common` is known.
 
@@ -145,7 +147,7 @@ class NotExcited:
     reason: str
 
 
-def fit(rows, model, stamp_ns):
+def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
     """
     Return the Backlash of a window, or NotExcited where the motion does not show it.
 
@@ -193,7 +195,7 @@ def fit(rows, model, stamp_ns):
     return _features(rows, stamp_ns, found, flank, traversals, separable)
 
 
-def _missing(rows):
+def _missing(rows: Array) -> str:
     """Return what `rows` lack before anything is fitted, '' for nothing."""
     if len(rows) < MIN_POINTS:
         return f'too few samples: {len(rows)}, at least {MIN_POINTS} are needed'
@@ -211,7 +213,7 @@ def _missing(rows):
     return ''
 
 
-def _weights(rows, model):
+def _weights(rows: Array, model: DriveModel) -> Array:
     """Return weights [N] that fall where the speed may be 0, and friction anything."""
     doubt = STANDSTILL * float(np.median(rows[:, S_TWIST_RATE_STD]))
     if model.coulomb_friction == 0.0 or doubt == 0.0:
@@ -220,7 +222,7 @@ def _weights(rows, model):
     return 0.01 + ratio / (1.0 + ratio)
 
 
-def _start(data):
+def _start(data: Array) -> tuple[Array, float]:
     """Return (theta, variance of residuals) of a dead zone through every so many points."""
     points = np.ascontiguousarray(data[::max(1, len(data) // START_POINTS)])
     twist, tau_k = points[:, 0], points[:, 1]
@@ -229,19 +231,20 @@ def _start(data):
     free = np.zeros(N_SHAPE, bool)
     free[[STIFFNESS, HALF_GAP, ZERO]] = True
     regression = Regression(points, 1, np.ones(len(points)), 1, np.zeros(N_SHAPE), span)
-    best = None
+    best: Array = np.zeros(N_SHAPE)
+    least = math.inf
     for share in (0.1, 0.25, 0.4):  # the cost has a local minimum where a flank is missed
         theta = np.zeros(N_SHAPE)
         theta[HALF_GAP], theta[ZERO] = share * span, middle
         basis = np.sign(twist - middle) * np.maximum(np.abs(twist - middle) - share * span, 0.0)
         theta[STIFFNESS] = max(float(basis @ tau_k / max(basis @ basis, 1e-300)), 1e-12)
         cost = regression.solve(theta, free, iterations=20)
-        if best is None or cost < best[0]:
-            best = cost, regression.theta
-    return best[1], best[0] / len(points)
+        if cost < least:
+            best, least = regression.theta, cost
+    return best, least / len(points)
 
 
-def _expected(data, model):
+def _expected(data: Array, model: DriveModel) -> Array:
     """Return the standard deviations [N_SHAPE] expected of the changes, inf for the rest."""
     load, speed = (float(np.sqrt(np.mean(data[:, i] ** 2))) for i in (1, 2))
     expected = np.full(N_SHAPE, np.inf)
@@ -267,7 +270,8 @@ class _Fit:
     loop: bool
 
 
-def _fit_all(regression, theta, variance, expected, loop):
+def _fit_all(regression: Regression, theta: Array, variance: float, expected: Array,
+             loop: bool) -> _Fit:
     """
     Return the _Fit: robust, the gain and the hysteresis only where they are seen.
 
@@ -280,7 +284,8 @@ def _fit_all(regression, theta, variance, expected, loop):
     free[COULOMB] = regression.data[:, 3].any()
     free[GAIN] = regression.data[:, 4].any()
 
-    def refit(theta, free, passive=False, rounds=0):
+    def refit(theta: Array, free: Flags, passive: bool = False,
+              rounds: int = 0) -> tuple[Array, Array]:
         nonlocal variance
         for i in range(rounds + 1):
             regression.prior = variance / expected ** 2
@@ -327,7 +332,8 @@ def _fit_all(regression, theta, variance, expected, loop):
     return _Fit(theta, covariance, theta_free, covariance_free, normal, False, gain, loop)
 
 
-def _features(rows, stamp_ns, found, flank, traversals, separable):
+def _features(rows: Array, stamp_ns: int, found: _Fit, flank: float, traversals: int,
+              separable: bool) -> Backlash:
     theta, covariance = found.theta, found.covariance
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     to_gap = np.zeros(N_SHAPE)
@@ -345,14 +351,15 @@ def _features(rows, stamp_ns, found, flank, traversals, separable):
         hysteresis = hysteresis_std = math.nan
     lost_motion, lost_motion_std = lost_motion_of(rows)
 
-    def rms(column):
+    def rms(column: int) -> float:
         return float(np.sqrt(np.mean(rows[:, column] ** 2)))
 
-    def changed(index, known):
+    def changed(index: int, known: bool) -> tuple[float, float]:
         return (float(theta[index]), float(std[index])) if known else (math.nan, math.nan)
 
-    viscous, coulomb, gain = (changed(VISCOUS, rows[:, S_X3].any()),
-                              changed(COULOMB, rows[:, S_X3].any()), changed(GAIN, found.gain))
+    moves = bool(rows[:, S_X3].any())
+    viscous, coulomb, gain = (changed(VISCOUS, moves),
+                              changed(COULOMB, moves), changed(GAIN, found.gain))
     load, stiffness = rms(S_TAU_K), float(theta[STIFFNESS])
     gap_std = math.sqrt(max(to_gap @ covariance @ to_gap, 0.0))
     stiffness_std = float(std[STIFFNESS])
@@ -375,7 +382,7 @@ def _features(rows, stamp_ns, found, flank, traversals, separable):
         gap_slopes=tuple(slopes.tolist()), gap_std_known=gap_std_known)
 
 
-def _slopes(normal, to_gap):
+def _slopes(normal: Array, to_gap: Array) -> Array:
     """Return the change of the best gap when one of COMMON is held off its best value."""
     at = np.flatnonzero(np.diag(normal) > 0.0)
     scale = np.zeros(N_SHAPE)
@@ -391,9 +398,9 @@ def _slopes(normal, to_gap):
     return np.array([float(result[i]) for i in COMMON])
 
 
-def lost_motion_of(rows):
+def lost_motion_of(rows: Array) -> tuple[float, float]:
     """
-    Return (lost motion, standard deviation) in rad, (nan, nan) where it is not defined.
+    Return (lost motion, standard deviation) of `rows` in rad, (nan, nan) where not defined.
 
     Median of the twist while the arm moves up minus that while it moves down; no torque needed.
     Defined where the twist follows the direction of motion: slow motion against friction.
@@ -422,13 +429,13 @@ def lost_motion_of(rows):
     return abs(high - low), math.sqrt(variance)
 
 
-def _correlation(rows):
+def _correlation(rows: Array) -> float:
     """Return the correlation of torque and twist in `rows`, 0 where one of them is constant."""
     twist, tau_k = (rows[:, i] - rows[:, i].mean() for i in (S_TWIST, S_TAU_K))
     both = float((twist @ twist) * (tau_k @ tau_k))
     return float(twist @ tau_k) / math.sqrt(both) if both > 0.0 else 0.0
 
 
-def _sides(twist, half_width):
+def _sides(twist: Array, half_width: float) -> Integers:
     """Return 1, 0 or -1 [N]: on the upper flank, in the gap, on the lower flank."""
     return np.where(twist > half_width, 1, np.where(twist < -half_width, -1, 0))

@@ -13,9 +13,11 @@
 # limitations under the License.
 
 """History of the growth, fine where new and coarse where old, and when it reaches a limit."""
+from collections.abc import Iterable
 from dataclasses import dataclass
-from datetime import datetime, timezone
+from datetime import datetime, UTC
 import math
+from typing import Any
 
 import numpy as np
 
@@ -36,11 +38,11 @@ class Trend:
     slope_std: float
 
     @property
-    def found(self):
+    def found(self) -> bool:
         """Whether there is a trend upwards."""
         return self.slope > SIGNIFICANT * self.slope_std
 
-    def reach(self, limit):
+    def reach(self, limit: float) -> tuple[float, float, float] | None:
         """
         Return (seconds, earliest, latest) until the growth is `limit`, 95 %; None without a trend.
 
@@ -58,13 +60,13 @@ class Trend:
 
 
 class History:
-    """Blocks [stamp_ns, growth, variance of it, windows], oldest first."""
+    """`blocks` [stamp_ns, growth, variance of it, windows], oldest first."""
 
-    def __init__(self, blocks=()):
+    def __init__(self, blocks: Iterable[Any] = ()) -> None:
         self.blocks = [list(b) for b in blocks]
 
-    def add(self, stamp_ns, growth, variance):
-        """Add a window."""
+    def add(self, stamp_ns: int, growth: float, variance: float) -> None:
+        """Add a window: its stamp_ns, its relative growth and the variance of that."""
         self.blocks.append([int(stamp_ns), growth, variance, 1])
         size = 1
         while True:
@@ -80,7 +82,7 @@ class History:
                 1.0 / (wa + wb), a[3] + b[3]]]
             size *= 2
 
-    def trend(self, since_ns):
+    def trend(self, since_ns: int) -> Trend | None:
         """Return the Trend of what came after `since_ns`, None where that is too little."""
         rows = [b for b in self.blocks if b[0] > since_ns]
         if len(rows) < MIN_BLOCKS:
@@ -101,16 +103,16 @@ class History:
                      math.sqrt(worse / spread))
 
 
-def when(stamp_ns):
-    """Return a stamp in words: UTC, or seconds where the clock is a simulated one."""
+def when(stamp_ns: int) -> str:
+    """Return `stamp_ns` in words: UTC, or seconds where the clock is a simulated one."""
     if stamp_ns < 10 ** 9 * SECOND:
         return f't = {stamp_ns / SECOND:.1f} s'
-    return datetime.fromtimestamp(stamp_ns // SECOND, timezone.utc).strftime(
+    return datetime.fromtimestamp(stamp_ns // SECOND, UTC).strftime(
         '%Y-%m-%d %H:%M:%S UTC')
 
 
-def span(seconds):
-    """Return a time span in words."""
+def span(seconds: float) -> str:
+    """Return a time span of `seconds` in words."""
     if not math.isfinite(seconds):
         return 'never'
     for unit, size in (('d', 86400.0), ('h', 3600.0), ('min', 60.0)):

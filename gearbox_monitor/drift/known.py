@@ -20,6 +20,9 @@ its gap is what it does not know about them. The gap itself stays that of the wi
 """
 from dataclasses import replace
 import math
+from typing import Any
+
+from gearbox_monitor.drift.features import Backlash
 
 MEMORY = 5.0  # windows that count
 # A window, or a short mean of windows, is contradicted from so many standard deviations on.
@@ -35,21 +38,21 @@ class Known:
     state: what to_list gave, or None.
     """
 
-    def __init__(self, state=None):
+    def __init__(self, state: Any = None) -> None:
         self._mean, self._variance, self._trend = (
             [[float(v) for v in column] for column in state] if state else self._nothing())
         if {len(self._mean), len(self._variance), len(self._trend)} != {N_COMMON}:
             raise ValueError(f'expected {N_COMMON} numbers')
 
     @staticmethod
-    def _nothing():
+    def _nothing() -> tuple[list[float], list[float], list[float]]:
         return [0.0] * N_COMMON, [math.inf] * N_COMMON, [0.0] * N_COMMON
 
-    def to_list(self):
+    def to_list(self) -> list[list[float]]:
         """Return all that the next windows depend on."""
         return [list(self._mean), list(self._variance), list(self._trend)]
 
-    def refine(self, window):
+    def refine(self, window: Backlash) -> Backlash:
         """Take a Backlash; return it with the gap that fits what is known, and its deviation."""
         if not window.separable:  # its gap and stiffness stand for each other
             return window
@@ -74,7 +77,7 @@ class Known:
             window, gap=window.gap_given(self._mean), gap_alone=gap, gap_alone_std=gap_std,
             gap_std=math.sqrt(known + (gap_std ** 2 - known) * left / alone))
 
-    def _contradicted(self, pairs):
+    def _contradicted(self, pairs: Any) -> bool:
         found = False
         for i, (value, variance) in enumerate(pairs):
             off = (value - self._mean[i]) / math.sqrt(

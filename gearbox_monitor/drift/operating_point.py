@@ -19,10 +19,15 @@ A window belongs to the known point whose centre is nearest, if it lies within h
 every coordinate; otherwise it founds a new point with itself as the centre. So a drive that works
 around one point has one point, not two halves of neighbouring bins.
 """
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 import math
+from typing import Any, Self
 
 import numpy as np
+
+from gearbox_monitor.arrays import Array, Values
+from gearbox_monitor.drift.features import Backlash
 
 MAX_POINTS = 64
 GAP, OTHERS = 0, (2, 3, 4, 5)  # columns of the features: see watched.FEATURES
@@ -57,22 +62,22 @@ class Sums:
     products: np.ndarray
 
     @classmethod
-    def empty(cls, n, scale):
+    def empty(cls, n: int, scale: float) -> Self:
         """Return the Sums of no window, of `n` features."""
         others = np.zeros(n, bool)
         others[list(OTHERS)] = True
         return cls(np.full(n, np.nan), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), scale,
                    others, np.zeros(n, bool), 0.0, np.zeros(n), np.zeros((n, n)))
 
-    def refer(self, values):
+    def refer(self, values: Array) -> None:
         """Let features seen for the first time be referred to `values` [F]."""
         if not self.used.any():
             self.used = np.isfinite(values) & self.others
             self.used[GAP] = math.isfinite(values[GAP])
         self.first = np.where(np.isnan(self.first), values, self.first)
 
-    def add(self, values, variances, times=1):
-        """Add a window, or take it back (times=-1)."""
+    def add(self, values: Array, variances: Array, times: int = 1) -> None:
+        """Add a window, values and variances [F], or take it back (times=-1)."""
         seen = np.isfinite(values) & np.isfinite(variances)
         x = np.where(seen, values - self.first, 0.0)
         count = self.count + times * seen
@@ -87,7 +92,7 @@ class Sums:
             self.sum_complete = self.sum_complete + times * x
             self.products = self.products + times * np.outer(x, x)
 
-    def couplings(self):
+    def couplings(self) -> Array:
         """
         Return [F]: what to subtract from the gap per unit of the other features.
 
@@ -108,7 +113,7 @@ class Sums:
             pass
         return c
 
-    def extended(self):
+    def extended(self) -> tuple[Array, ...]:
         """Return (count, total, squares, stated), each [F+1]: last the gap, the others equal."""
         v = -self.couplings()
         v[GAP] = 1.0
@@ -117,20 +122,20 @@ class Sums:
         return tuple(np.append(a, e) for a, e in zip(
             (self.count, self.total, self.squares, self.stated), own))
 
-    def alone(self, x):
+    def alone(self, x: Array) -> Array:
         """Return the gap, the others being equal, of rows x [n, F] of deviations from first."""
         c = self.couplings()
         which = c != 0.0
         with np.errstate(invalid='ignore'):
             return x[:, GAP] - x[:, which] @ c[which]
 
-    def mean(self):
+    def mean(self) -> Array:
         """Return the means [F], NaN where nothing is known."""
         with np.errstate(invalid='ignore'):
             return np.where(self.count > 0, self.first + self.total / np.maximum(self.count, 1),
                             np.nan)
 
-    def std(self):
+    def std(self) -> Array:
         """Return the standard deviation [F] of one window, NaN where nothing is known."""
         n = np.maximum(self.count, 1)
         squares = np.maximum(self.squares - self.total ** 2 / n, 0.0)
@@ -138,7 +143,7 @@ class Sums:
             return np.where(self.count > 1, np.sqrt(squares / np.maximum(self.count - 1, 1)),
                             np.sqrt(np.where(self.count > 0, self.stated, np.nan)))
 
-    def to_dict(self):
+    def to_dict(self) -> dict[str, Any]:
         """Return all of it as plain data; floats read back exactly."""
         return {
             'scale': self.scale, 'used': [int(v) for v in self.used], 'complete': self.complete,
@@ -146,8 +151,8 @@ class Sums:
             **{name: [float(v) for v in getattr(self, name)] for name in _COLUMNS}}
 
     @classmethod
-    def from_dict(cls, row, features):
-        """Return the Sums of what to_dict gave; `features`: their names."""
+    def from_dict(cls, row: Values, features: Sequence[str]) -> Self:
+        """Return the Sums of `row`, which to_dict gave; `features`: their names."""
         n = len(features)
         sums = cls.empty(n, float(row['scale']))
         for name in _COLUMNS:
@@ -157,10 +162,10 @@ class Sums:
         sums.products = numbers(row['products'], n * n).reshape(n, n)
         return sums
 
-    def described(self, features):
+    def described(self, features: Sequence[str]) -> dict[str, Any]:
         """Return it for people: mean and deviation by name of the feature, and how they go."""
         mean, std = self.mean(), self.std()
-        row = {'scale': self.scale, 'features': {}}
+        row: dict[str, Any] = {'scale': self.scale, 'features': {}}
         if self.complete > 0:
             # How the errors go together: sums of products of deviations from the means.
             off = mean - self.first
@@ -179,8 +184,8 @@ class Sums:
         return row
 
     @classmethod
-    def from_described(cls, row, features):
-        """Return the Sums of what described gave. Raises KeyError, TypeError or ValueError."""
+    def from_described(cls, row: Values, features: Sequence[str]) -> Self:
+        """Return the Sums of `row`, as of described. Raises KeyError, TypeError or ValueError."""
         sums = cls.empty(len(features), float(row['scale']))
         for name, known in row['features'].items():
             i, count = features.index(name), int(known['windows'])
@@ -209,46 +214,49 @@ class Point:
     angle: float
     speed: float
     load: float
-    temperature: object
+    temperature: float | None
     sums: Sums
 
     @classmethod
-    def at(cls, row, sums):
-        """Return the Point whose centre `row` names, see place."""
+    def at(cls, row: Values, sums: Sums) -> Self:
+        """Return the Point with `sums` whose centre `row` names, see place."""
         temperature = row['temperature']
         return cls(float(row['angle']), float(row['speed']), float(row['load']),
                    None if temperature is None else float(temperature), sums)
 
-    def place(self):
+    def place(self) -> dict[str, float | None]:
         """Return the centre as plain data."""
         return {'angle': self.angle, 'speed': self.speed, 'load': self.load,
                 'temperature': self.temperature}
 
-    def text(self):
+    def text(self) -> str:
         """Return the point in words."""
         text = f'{self.angle:.2g} rad, {self.speed:.2g} rad/s, {self.load:.2g} N m'
         return text + ('' if self.temperature is None else f', {self.temperature:.0f} deg C')
 
 
 class Points:
-    """All operating points seen, in the order in which they were."""
+    """All operating points seen, in the order in which they were; n_features: F of Sums."""
 
-    def __init__(self, n_features):
-        self.n_features, self.points = n_features, []
+    def __init__(self, n_features: int) -> None:
+        self.n_features = n_features
+        self.points: list[Point] = []
 
-    def __getitem__(self, index):
+    def __getitem__(self, index: int) -> Point:
         return self.points[index]
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.points)
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[Point]:
         return iter(self.points)
 
-    def find(self, window, temperature, bins, create=True):
+    def find(self, window: Backlash, temperature: float | None, bins: Sequence[float],
+             create: bool = True) -> int:
         """
         Return the index of the point of a Backlash, -1 where it is new and cannot be had.
 
+        create: add a point where none is near. temperature: deg C, or None.
         bins: widths (angle in rad, speed ratio, load ratio, temperature in K); 0: not told apart.
         """
         best, nearest = -1, 0.5 + TINY
@@ -264,8 +272,9 @@ class Points:
         return best
 
 
-def distance(point, window, temperature, bins):
-    """Return how far a window lies from `point`, in bins (the largest over the coordinates)."""
+def distance(point: Point, window: Backlash, temperature: float | None,
+             bins: Sequence[float]) -> float:
+    """Return how far a window lies from `point`, in bins (the largest); see find."""
     angle, speed, load, kelvin = bins
     far = [0.0]
     if angle > 0.0:
@@ -277,18 +286,18 @@ def distance(point, window, temperature, bins):
             far.append(abs(math.log(max(_number(value), TINY) / max(centre, TINY)))
                        / math.log(ratio))
     if kelvin > 0.0:
-        if (temperature is None) != (point.temperature is None):
-            return math.inf
-        if temperature is not None:
+        if temperature is not None and point.temperature is not None:
             far.append(abs(temperature - point.temperature) / kelvin)
+        elif (temperature is None) != (point.temperature is None):
+            return math.inf
     return max(far)
 
 
-def _number(value):
+def _number(value: float) -> float:
     return float(value) if math.isfinite(value) else 0.0
 
 
-def numbers(values, size):
+def numbers(values: Any, size: int) -> Array:
     """Return `values` as an array [size]; raises ValueError."""
     array = np.array(values, float)
     if array.size != size:

@@ -19,6 +19,7 @@ After each window every stretch of the newest 1 .. HORIZON windows is compared w
 that lies before it. With one threshold this finds jumps as fast as a CUSUM tuned to them and slow
 ramps as well, and needs no size of the change to be chosen beforehand.
 """
+from collections.abc import Mapping
 import functools
 import math
 
@@ -27,7 +28,8 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.stats import norm
 
-from gearbox_monitor.drift.operating_point import GAP, MIN_COMPLETE
+from gearbox_monitor.arrays import Array, Flags, Integers
+from gearbox_monitor.drift.operating_point import GAP, MIN_COMPLETE, Sums
 
 HORIZON = 120  # windows
 # One window alone is no change: the largest counts no more than this many standard deviations
@@ -40,13 +42,13 @@ PRIOR_WINDOWS = 10.0
 MIN_BASELINE = 3  # windows
 
 
-def _overshoot(x):
+def _overshoot(x: float) -> float:
     """Siegmund's nu(x), the factor of a random walk in discrete time."""
     h = 0.5 * x
     return (norm.cdf(h) - 0.5) / (h * (h * norm.cdf(h) + norm.pdf(h)))
 
 
-def false_alarm_rate(threshold):
+def false_alarm_rate(threshold: float) -> float:
     """
     Return the false alarms per window of the one-sided test, a known baseline assumed.
 
@@ -57,12 +59,12 @@ def false_alarm_rate(threshold):
 
 
 @functools.lru_cache(maxsize=64)
-def threshold(windows):
+def threshold(windows: float) -> float:
     """Return the normal score that gives one false alarm per `windows` windows."""
     return brentq(lambda b: math.log(false_alarm_rate(b) * windows), 1.2, 15.0)
 
 
-def normal_score(t, dof):
+def normal_score(t: Array, dof: Array) -> Array:
     """Return the normal deviate as improbable as Student's `t` with `dof` (Wallace)."""
     return np.sign(t) * (8 * dof + 1) / (8 * dof + 3) * np.sqrt(dof * np.log1p(t * t / dof))
 
@@ -75,7 +77,8 @@ class Stretches:
     growth and standard deviation. 0 and NaN where a stretch cannot be judged.
     """
 
-    def __init__(self, values, points, learned, baselines, tests):
+    def __init__(self, values: Array, points: Integers, learned: Flags,
+                 baselines: Mapping[int, Sums], tests: tuple[Integers, Integers, Flags]) -> None:
         """
         Compare rows with what lay before them.
 
@@ -135,12 +138,13 @@ class Stretches:
                                                       np.where(known, freedom / safe, 1.0)), 0.0)
 
 
-def _from_end(values):
+def _from_end(values: Array | Flags) -> Array:
     """Return sums over each stretch from row k to the last one."""
-    return np.cumsum(values[::-1], axis=0)[::-1]
+    sums: Array = np.cumsum(values[::-1], axis=0)
+    return sums[::-1]
 
 
-def _two_largest(x, least):
+def _two_largest(x: Array, least: Array) -> tuple[Array, Array]:
     """Return the largest and second largest of each stretch; the second is at least `least`."""
     x = x[::-1]
     first = np.maximum.accumulate(x, axis=0)

@@ -29,14 +29,16 @@ torque is high-frequency. Each group belongs to two pairs, so that nothing is lo
 """
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Flags
 from gearbox_monitor.jit import jit_allocating
 
 STIFFNESS, HALF_GAP, WIDTH, ZERO, VISCOUS, COULOMB, GAIN, HEIGHT, N_SHAPE = range(9)
 
 
 @jit_allocating
-def normal_equations(theta, free, passive, data, group, weights, block, normal, right, scores,
-                     residuals):
+def normal_equations(theta: Array, free: Flags, passive: bool, data: Array, group: int,
+                     weights: Array, block: int, normal: Array, right: Array, scores: Array,
+                     residuals: Array) -> float:
     """
     Write the weighted normal equations at `theta` [N_SHAPE]; return the weighted cost.
 
@@ -129,19 +131,23 @@ class Regression:
     data [N, 5]: see normal_equations. group: samples averaged before they are compared. weights
     [N // group]. blocks: parts of the window that count as independent. prior [N_SHAPE]: 1 over
     the variance of the deviation of a parameter from 0, in units of the residuals' variance.
+    twist_span: range of the twist (rad).
     """
 
-    def __init__(self, data, group, weights, blocks, prior, twist_span):
+    def __init__(self, data: Array, group: int, weights: Array, blocks: int, prior: Array,
+                 twist_span: float) -> None:
         self.data, self.group, self.weights, self.prior = data, group, weights, prior
         m = len(weights)
         self.block = max(1, -(-m // blocks))
         self.residuals = np.zeros(m)
         self.scores = np.zeros((m // self.block + 1, N_SHAPE))
         self.span = twist_span
-        self.theta = self.free = self.normal = None
+        self.theta: Array = np.zeros(N_SHAPE)
+        self.free: Flags = np.zeros(N_SHAPE, bool)
+        self.normal: Array = np.zeros((N_SHAPE, N_SHAPE))
         self.passes = 0
 
-    def evaluate(self, theta, free, passive):
+    def evaluate(self, theta: Array, free: Flags, passive: bool) -> tuple[float, Array, Array]:
         """Return (cost, normal equations, right side) at `theta`, the prior's part included."""
         normal, right = np.zeros((N_SHAPE, N_SHAPE)), np.zeros(N_SHAPE)
         cost = normal_equations(
@@ -150,10 +156,11 @@ class Regression:
         self.passes += 1
         prior = np.where(free, self.prior, 0.0)
         normal[np.arange(N_SHAPE), np.arange(N_SHAPE)] += prior
-        return cost + prior @ theta ** 2, normal, right - prior * theta
+        return cost + float(prior @ theta ** 2), normal, right - prior * theta
 
-    def solve(self, theta, free, passive=False, iterations=30):
-        """Fit the `free` parameters from `theta` on; return the cost."""
+    def solve(self, theta: Array, free: Flags, passive: bool = False,
+              iterations: int = 30) -> float:
+        """Fit the `free` parameters from `theta` on, in so many iterations; return the cost."""
         theta, at, damping = theta.copy(), np.flatnonzero(free), 1e-3
         cost, normal, right = self.evaluate(theta, free, passive)
         for _ in range(iterations):
@@ -178,13 +185,13 @@ class Regression:
         self.theta, self.free = theta, free
         return cost
 
-    def _bound(self, theta, passive):
+    def _bound(self, theta: Array, passive: bool) -> None:
         theta[STIFFNESS] = max(theta[STIFFNESS], 0.0)
         theta[HALF_GAP] = min(max(theta[HALF_GAP], 0.0), self.span)
         low = 1e-3 * self.span if passive else -0.5 * self.span
         theta[WIDTH] = min(max(theta[WIDTH], low), 0.5 * self.span)
 
-    def covariance(self, variance):
+    def covariance(self, variance: float) -> Array:
         """
         Return the covariance [N_SHAPE, N_SHAPE] of theta, 0 where nothing was fitted.
 

@@ -17,6 +17,7 @@ What of backlash and friction is watched for changes: tests, their limits, and w
 
 docs/conditions.md is generated from CONDITIONS.
 """
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from gearbox_monitor.drift import scan
@@ -85,7 +86,7 @@ _LIMITS = {'gap': _WIDTH, 'lost_motion': _WIDTH, 'stiffness_loss': _STIFFNESS,
            'friction_loss': _FRICTION, 'torque_gain': _STIFFNESS, 'torque_gain_loss': _STIFFNESS}
 
 
-def _conditions():
+def _conditions() -> Iterator[Condition]:
     for component in COMPONENTS:
         yield Condition(component, Level.WARN, f'{component} not measured yet',
                         'no window since the start showed it', 'drift_window',
@@ -109,8 +110,8 @@ def _conditions():
                 (f'{name}_{"warn" if k == 1 else "error"}',))
 
 
-def size_name(test):
-    """Return the name of the size of a change in the values."""
+def size_name(test: Test) -> str:
+    """Return the name of the size of a change in the values of a Finding; test: a Test."""
     return 'growth' if test.key == 'gap' else f'{test.key}_change'
 
 

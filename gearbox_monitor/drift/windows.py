@@ -18,12 +18,16 @@ The features of a recording: one fit per window, and what all windows say togeth
 A Monitor fits windows as it goes, for its alarms. Here a whole recording is cut into windows, so
 that a short one gives features, too, and each window stands alone.
 """
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Integers, Values
 from gearbox_monitor.drift import features
+from gearbox_monitor.drift.features import Backlash, NotExcited
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters.smoother import S_TWIST_STD
 
@@ -40,7 +44,7 @@ class Windows:
     without a smoother.
     """
 
-    def __init__(self, model, parameters):
+    def __init__(self, model: DriveModel, parameters: Values) -> None:
         if parameters['smoother_lag'] <= 0.0:
             raise InputError('smoother_lag: 0, expected a number > 0 (s): backlash is measured on '
                              'the smoothed torque')
@@ -48,17 +52,19 @@ class Windows:
         self.length = round(parameters['drift_window'] * SECOND)
         # A twist known worse than by one reading of both encoders: one of them was missing.
         self._known = np.hypot(parameters['r_std_motor'], parameters['r_std_arm'])
-        self._begin = self._last = None
-        self._parts, self._fits = [], []
+        self._begin = 0
+        self._last: int | None = None
+        self._parts: list[tuple[Integers, Array]] = []
+        self._fits: list[Backlash | NotExcited] = []
 
-    def add(self, stamps, rows):
+    def add(self, stamps: Integers, rows: Array) -> None:
         """Take smoothed values: stamps int64 [N] ns, rows [N, N_SMOOTHED] (smoother.S_*)."""
         backwards = np.flatnonzero(np.diff(stamps) < 0) + 1
-        for stamps, rows in zip(np.split(stamps, backwards), np.split(rows, backwards)):
-            if len(stamps):
-                self._add(stamps, rows)
+        for t, part in zip(np.split(stamps, backwards), np.split(rows, backwards)):
+            if len(t):
+                self._add(t, part)
 
-    def _add(self, stamps, rows):
+    def _add(self, stamps: Integers, rows: Array) -> None:
         if self._last is None:
             self._begin = int(stamps[0]) + SETTLE
         elif stamps[0] < self._last:  # the clock was set back: begin anew
@@ -71,7 +77,7 @@ class Windows:
         while self._parts and self._parts[-1][0][-1] >= self._begin + 3 * self.length // 2:
             self._cut()
 
-    def _cut(self):
+    def _cut(self) -> None:
         """Fit the first window of what is held."""
         stamps, rows = self._joined()
         end = int(np.searchsorted(stamps, self._begin + self.length))
@@ -82,15 +88,16 @@ class Windows:
         else:  # nothing was measured for that long
             self._begin = int(stamps[0])
 
-    def _joined(self):
+    def _joined(self) -> tuple[Integers, Array]:
         if len(self._parts) > 1:
-            self._parts = [tuple(np.concatenate(column) for column in zip(*self._parts))]
+            stamps, rows = zip(*self._parts)
+            self._parts = [(np.concatenate(stamps), np.concatenate(rows))]
         return self._parts[0]
 
-    def _fit(self, stamps, rows):
+    def _fit(self, stamps: Integers, rows: Array) -> None:
         self._fits.append(features.fit(rows, self.model, int(stamps[-1])))
 
-    def _end(self):
+    def _end(self) -> None:
         """Fit what is left, where it is half a window or all there is."""
         if self._parts:
             stamps, rows = self._joined()
@@ -98,7 +105,7 @@ class Windows:
                 self._fit(stamps, rows)
         self._parts = []
 
-    def finish(self):
+    def finish(self) -> list[Backlash | NotExcited]:
         """Return all fits, a list of features.Backlash and features.NotExcited."""
         self._end()
         return self._fits
@@ -112,7 +119,7 @@ class Combined:
     std: float
 
 
-def combine(found, name, relative=0.0):
+def combine(found: Sequence[Backlash], name: str, relative: float = 0.0) -> Combined | None:
     """
     Return the Combined feature `name` of the list `found` of Backlash, None without any.
 
@@ -129,7 +136,7 @@ def combine(found, name, relative=0.0):
     return Combined(value, math.hypot(math.sqrt(variance / n), relative * value))
 
 
-def separable_of(found):
+def separable_of(found: Sequence[Backlash]) -> tuple[list[Backlash], bool]:
     """
     Return (windows that count, whether they tell gap and compliance apart).
 
@@ -141,7 +148,7 @@ def separable_of(found):
     return (clear if separable else seen), separable
 
 
-def reason_of(found):
-    """Return what the motion lacks, of windows (list) of which none has features."""
+def reason_of(found: Sequence[NotExcited]) -> str:
+    """Return what the motion lacks, of windows `found`, of which none has features."""
     reasons = [w.reason for w in found] or ['no estimates after the first seconds']
     return max(set(reasons), key=reasons.count)

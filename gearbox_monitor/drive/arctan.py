@@ -22,7 +22,7 @@ _QUARTER_TURN, _HALF_TURN = 0.25 * math.pi, 0.5 * math.pi
 
 
 @jit_inline
-def arctan(x):
+def arctan(x: float) -> float:
     """
     Return atan(x) within 1e-15 relative; NaN stays NaN.
 

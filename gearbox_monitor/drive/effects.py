@@ -20,16 +20,23 @@ by its key ``effects``. s(v) = (2/pi) atan(alpha v) is the sign of equation (1),
 delta = x1 - x2 the twist. An effect that only replaces a value of the model (`replaces`) is folded
 into it (model.DriveModel.folded) and has no equation here.
 
+Arguments of the equations: t s; x1, x2 rad and x3, x4 rad/s of motor and arm; u N m; h, dt s;
+e: pack(effects); cv, cc, alpha: friction of the model; kind, stiffness, half_gap, width, k_s: as
+of transmission_torque; w, z, s: memories.
+
 Other packages add effects by the entry point group ``gearbox_monitor.effects``: each entry is an
 Effect with `torques`, see docs/plugins.md.
 """
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from importlib.metadata import entry_points
+from functools import cache
+from importlib.metadata import entry_points, EntryPoint
 import math
+from typing import TypeAlias
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Values
 from gearbox_monitor.drive.arctan import arctan
 from gearbox_monitor.drive.transmission import dead_zone, transmission_torque
 from gearbox_monitor.errors import InputError
@@ -39,6 +46,9 @@ LOCATIONS = ('motor_side', 'arm_side', 'transmission', 'actuator', 'motor_sensor
 PLUGIN_GROUP = 'gearbox_monitor.effects'
 MAX_DELAY = 0.02  # s: longest dead time of torque or encoder
 TWO_OVER_PI = 2.0 / math.pi
+# (t, x1, x2, x3, x4, u, tau_k, theta) -> torques, see Effect.
+Three: TypeAlias = tuple[float, float, float]
+Torques: TypeAlias = Callable[[float, float, float, float, float, float, float, Array], Three]
 
 
 @dataclass(frozen=True)
@@ -66,13 +76,13 @@ class Effect:
     id: str
     location: str
     equation: str
-    parameters: tuple
+    parameters: tuple[Parameter, ...]
     replaces: str = ''
-    torques: object = None
-    starts: tuple = ()
+    torques: Torques | None = None
+    starts: tuple[float, ...] = ()
 
 
-def _positive(name, unit, high=math.inf):
+def _positive(name: str, unit: str, high: float = math.inf) -> Parameter:
     return Parameter(name, unit, 0.0, high)
 
 
@@ -167,7 +177,7 @@ _PACKED = {
  N_EFFECTS) = range(37)
 
 
-def pack(effects):
+def pack(effects: Sequence[Values]) -> Array:
     """Return the effects (dicts of a model) as the float64 array [N_EFFECTS] of the kernels."""
     e = np.zeros(N_EFFECTS)
     e[UMAX] = math.inf
@@ -181,8 +191,8 @@ def pack(effects):
     return e
 
 
-@lru_cache(maxsize=None)
-def plugins():
+@cache
+def plugins() -> dict[str, Effect]:
     """
     Return {id: Effect} of the effects that installed packages add, their torques compiled.
 
@@ -197,7 +207,7 @@ def plugins():
     return found
 
 
-def _plugin(entry):
+def _plugin(entry: EntryPoint) -> Effect:
     """Return the checked Effect of an entry point."""
     source = f'plug-in {entry.value}'
     try:
@@ -232,7 +242,7 @@ def _plugin(entry):
     return replace(effect, torques=torques)
 
 
-def _first_line(error):
+def _first_line(error: Exception) -> str:
     """Return type and text of an exception in one short line."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     # numba tells the cause last, under the step that failed.
@@ -240,12 +250,12 @@ def _first_line(error):
     return f'{type(error).__name__}: {(told or lines or [""])[0][:120]}'
 
 
-def library():
+def library() -> dict[str, Effect]:
     """Return {id: Effect}: the table and the plug-ins."""
     return {**EFFECTS, **plugins()}
 
 
-def not_in_filters(effects):
+def not_in_filters(effects: Sequence[Values]) -> list[str]:
     """Return the ids of `effects` (dicts of a model) that filters leave out."""
     return [e['id'] for e in effects if e['id'] not in IN_FILTERS
             and not (e['id'] in EFFECTS and EFFECTS[e['id']].replaces)]
@@ -255,13 +265,13 @@ def not_in_filters(effects):
 
 
 @jit_inline
-def relaxed(memory, target, rate, h):
+def relaxed(memory: float, target: float, rate: float, h: float) -> float:
     """Return a memory after `h` s of memory' = rate (target - memory), rate in 1/s."""
     return target + (memory - target) * math.exp(-rate * h)
 
 
 @jit_inline
-def bristle(z, x3, h, cc, e):
+def bristle(z: float, x3: float, h: float, cc: float, e: Array) -> tuple[float, float]:
     """Return (z, g): deflection (rad) of LuGre's bristles after `h` s at speed x3."""
     v = x3 / e[LUGRE_VS]
     g = cc + e[LUGRE_CS] * math.exp(-v * v)
@@ -271,13 +281,14 @@ def bristle(z, x3, h, cc, e):
 
 
 @jit_inline
-def loop_memory(z, rate, width, h):
+def loop_memory(z: float, rate: float, width: float, h: float) -> float:
     """Return z after `h` s of z' = (rate - |rate| z) / width: both hystereses."""
     return relaxed(z, math.copysign(1.0, rate), abs(rate) / width, h)
 
 
 @jit_inline
-def friction_effects(x3, z, t, cv, cc, alpha, e):
+def friction_effects(x3: float, z: float, t: float, cv: float, cc: float, alpha: float,
+                     e: Array) -> float:
     """Return what stribeck, lugre, asymmetry and drift add to tau_f (N m)."""
     torque = 0.0
     if e[CS] != 0.0 or e[SIGMA0] != 0.0 or e[CA] != 0.0:
@@ -296,7 +307,8 @@ def friction_effects(x3, z, t, cv, cc, alpha, e):
 
 
 @jit_inline
-def elastic_torque(x1, x2, w, z, s, kind, stiffness, half_gap, width, k_s, e):
+def elastic_torque(x1: float, x2: float, w: float, z: float, s: float, kind: int, stiffness: float,
+                   half_gap: float, width: float, k_s: float, e: Array) -> tuple[float, float]:
     """
     Return (tau_k (N m), twist that acts (rad)) with mesh error, branch, hardening, Bouc-Wen.
 
@@ -315,7 +327,7 @@ def elastic_torque(x1, x2, w, z, s, kind, stiffness, half_gap, width, k_s, e):
 
 
 @jit_inline
-def motor_torque(x1, u, e):
+def motor_torque(x1: float, u: float, e: Array) -> float:
     """Return u_act (N m) with ripple and, added, cogging; what acts on u alone is in actuator."""
     if e[RIPPLE_A] != 0.0:
         u *= 1.0 + e[RIPPLE_A] * math.sin(e[RIPPLE_N] * x1 + e[RIPPLE_PHI])
@@ -325,7 +337,7 @@ def motor_torque(x1, u, e):
 
 
 @jit
-def actuator(u, before, act, dt, n, e, out):
+def actuator(u: Array, before: int, act: float, dt: float, n: int, e: Array, out: Array) -> float:
     """
     Fill out [N, n] with the mean torque (N m) in each of the `n` parts of each sample.
 
@@ -357,7 +369,7 @@ def actuator(u, before, act, dt, n, e, out):
 
 
 @jit
-def reading(x, k, i, dt, e):
+def reading(x: Array, k: int, i: int, dt: float, e: Array) -> float:
     """
     Return what encoder `i` (0 motor, 1 arm) reads at row `k` of x [N, 4], without noise.
 
@@ -382,7 +394,7 @@ def reading(x, k, i, dt, e):
     return position + (e[OFFSET2] if i == 1 else 0.0)
 
 
-def quantised(y, effects):
+def quantised(y: Array, effects: Sequence[Values]) -> Array:
     """Return readings y [N, 2] (rad) on the lattices of the encoders."""
     e = pack(effects)
     for i, q in enumerate((e[Q1], e[Q2])):
@@ -391,7 +403,7 @@ def quantised(y, effects):
     return y
 
 
-def bursts(effects, t, dt):
+def bursts(effects: Sequence[Values], t: Array, dt: float) -> Array:
     """Return the mean torque on the arm [N] (N m) of disturbances from t [N] on for `dt` s."""
     load = np.zeros(len(t))
     for effect in effects:

@@ -13,8 +13,11 @@
 # limitations under the License.
 
 """Torque signals that move a simulated drive."""
+from collections.abc import Sequence
+
 import numpy as np
 
+from gearbox_monitor.arrays import Array
 from gearbox_monitor.errors import InputError
 
 KINDS = ('multisine', 'chirp', 'square', 'triangle', 'none')
@@ -22,7 +25,7 @@ KINDS = ('multisine', 'chirp', 'square', 'triangle', 'none')
 
 class Excitation:
     """
-    A motor torque u(t) in N m.
+    A motor torque u(t) in N m from `amplitudes` a_i (N m) and `frequencies` f_i (Hz).
 
     kind: multisine, sum of a_i cos(2 pi f_i t); a cosine, because a sine from rest leaves the
     drive several rad away from where it started. chirp: a_1 cos with the frequency swept from f_1
@@ -30,8 +33,8 @@ class Excitation:
     none: zero.
     """
 
-    def __init__(self, kind='multisine', amplitudes=(6.0, 2.0), frequencies=(0.9, 2.3),
-                 period=20.0):
+    def __init__(self, kind: str = 'multisine', amplitudes: Sequence[float] = (6.0, 2.0),
+                 frequencies: Sequence[float] = (0.9, 2.3), period: float = 20.0) -> None:
         if kind not in KINDS:
             raise InputError(f'excitation: {kind!r}, expected one of {", ".join(KINDS)}')
         needed = {'multisine': len(amplitudes), 'chirp': 2, 'none': 0}.get(kind, 1)
@@ -43,7 +46,7 @@ class Excitation:
         self.frequencies = np.asarray(frequencies, float)
         self.period = float(period)
 
-    def torque(self, t):
+    def torque(self, t: Array) -> Array:
         """Return u (N m), of the shape of `t` (s)."""
         t = np.asarray(t, float)
         a, f = self.amplitudes, self.frequencies

@@ -24,7 +24,9 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.drive.simulate import Plant, Trajectory
+from gearbox_monitor.arrays import Array
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import Noise, Plant, Trajectory
 
 GROWTH_STEP = 0.01  # s: a growing gap is held constant for so long
 MAX_DELAY = 1.0     # s of readings that are kept for a delay
@@ -77,12 +79,12 @@ class Faults:
     gap_growth_start: float = 0.0
     gap_growth_max: float = math.inf
 
-    def growth(self, t):
+    def growth(self, t: float) -> float:
         """Return the relative growth of the gap that `t` s have brought."""
         return min(self.gap_growth_rate * max(0.0, t - self.gap_growth_start),
                    self.gap_growth_max)
 
-    def model(self, model, active, t):
+    def model(self, model: DriveModel, active: bool, t: float) -> DriveModel:
         """Return the DriveModel at `t` s; `active`: the faults with a start are in force."""
         gap = 1.0 + self.growth(t)
         if not active:
@@ -102,18 +104,19 @@ class Encoders:
     """
     Readings of the two encoders with their faults; remembers what delay and freezing need.
 
-    Outliers come from a generator of their own: the noise of a healthy drive stays what it is.
+    Outliers come from a generator of their own with the plant's `seed`: the noise of a healthy
+    drive stays what it is.
     """
 
-    def __init__(self, seed=0):
+    def __init__(self, seed: int = 0) -> None:
         # The third child of the seed; the plant uses the first two.
         self._random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2,)))
         self._past = [np.empty(0), np.empty(0)]  # readings before they are delayed, newest last
         self._shown = [math.nan, math.nan]       # last readings given out
 
-    def read(self, x, y, dt, faults, active):
+    def read(self, x: Array, y: Array, dt: float, faults: Faults, active: bool) -> Array:
         """
-        Return readings [N, 2] (rad): true positions x [N, 2], healthy readings y [N, 2].
+        Return readings [N, 2] (rad), `dt` s apart, of true positions x and healthy ones y [N, 2].
 
         `active`: the faults are in force over the whole block.
         """
@@ -126,11 +129,12 @@ class Encoders:
                       None if chance is None else chance[:, i])
             for i, joint in enumerate(JOINTS)], axis=1)
 
-    def _one(self, i, x, y, dt, fault, chance):
+    def _one(self, i: int, x: Array, y: Array, dt: float, fault: EncoderFault,
+             chance: Array | None) -> Array:
         reading = y
         if fault.noise != 1.0 or fault.scale != 1.0:
             reading = fault.scale * x + fault.noise * (y - x)
-        if fault.outlier_rate > 0.0:
+        if chance is not None and fault.outlier_rate > 0.0:
             sign = np.where(chance[:, 1] < 0.5, -fault.outlier_size, fault.outlier_size)
             reading = reading + np.where(chance[:, 0] < fault.outlier_rate, sign, 0.0)
         # Kept while healthy, too: a delay that begins finds the readings it delays.
@@ -152,44 +156,46 @@ class FaultyPlant:
     """
     A simulated drive with faults; `model`, `noise` and `faults` may be replaced meanwhile.
 
-    Without faults its samples are those of simulate.Plant, bit for bit.
+    Without faults its samples are those of simulate.Plant (which has `seed`), bit for bit.
     """
 
-    def __init__(self, model, noise=None, seed=0, faults=None):
+    def __init__(self, model: DriveModel, noise: Noise | None = None, seed: int = 0,
+                 faults: Faults | None = None) -> None:
         self.plant = Plant(model, noise, seed)
         self.encoders = Encoders(seed)
         self.model = model
         self.faults = faults or Faults()
 
     @property
-    def model(self):
+    def model(self) -> DriveModel:
         """The healthy DriveModel."""
         return self._model
 
     @model.setter
-    def model(self, model):
+    def model(self, model: DriveModel) -> None:
         # Folded: a fault's factors act on values that effects have replaced, too.
-        self._model, self._in_force = model.folded(), None
+        self._model = model.folded()
+        self._in_force: tuple[bool, float] | None = None
 
     @property
-    def faults(self):
+    def faults(self) -> Faults:
         """The Faults that are due."""
         return self._faults
 
     @faults.setter
-    def faults(self, faults):
+    def faults(self, faults: Faults) -> None:
         self._faults, self._in_force = faults, None
 
     @property
-    def noise(self):
+    def noise(self) -> Noise:
         """Noise of the plant, see simulate.Noise."""
         return self.plant.noise
 
     @noise.setter
-    def noise(self, noise):
+    def noise(self, noise: Noise) -> None:
         self.plant.noise = noise
 
-    def run(self, u, dt, t0=0.0):
+    def run(self, u: Array, dt: float, t0: float = 0.0) -> Trajectory:
         """Apply u [N] (N m), one value per `dt` s, and return the Trajectory from `t0` s on."""
         u = np.ascontiguousarray(u, float)
         first = round(t0 / dt)  # samples are counted: sums of dt would differ by how they are cut
@@ -199,7 +205,7 @@ class FaultyPlant:
         columns = {n: np.concatenate([getattr(p, n) for p in parts]) for n in names}
         return Trajectory(u=u, **columns)
 
-    def _cuts(self, begin, end, dt):
+    def _cuts(self, begin: int, end: int, dt: float) -> list[int]:
         """Return samples from `begin` to `end`, both included, between which nothing changes."""
         f = self._faults
         inner = {_sample(f.start, dt), _sample(f.start + f.duration, dt)}
@@ -207,12 +213,12 @@ class FaultyPlant:
             # Only while it grows: from the start until the largest growth has been reached.
             step = max(1, round(GROWTH_STEP / dt))
             grown = f.gap_growth_start + f.gap_growth_max / f.gap_growth_rate
-            low = max(begin, _sample(f.gap_growth_start, dt))
+            low = int(max(begin, _sample(f.gap_growth_start, dt)))
             high = min(end, _sample(grown, dt) + step)
             inner |= set(range(-(-low // step) * step, int(high) + 1, step))
-        return [begin, *sorted(k for k in inner if begin < k < end), end]
+        return [begin, *sorted(int(k) for k in inner if begin < k < end), end]
 
-    def _part(self, u, k, dt):
+    def _part(self, u: Array, k: int, dt: float) -> Trajectory:
         """Run from sample `k` on; nothing changes meanwhile."""
         f = self._faults
         active = _sample(f.start, dt) <= k < _sample(f.start + f.duration, dt)
@@ -226,6 +232,6 @@ class FaultyPlant:
         return replace(run, t=(k + np.arange(len(u))) * dt, y=y)
 
 
-def _sample(t, dt):
+def _sample(t: float, dt: float) -> float:
     """Return the number of the first sample at or after `t` s (inf for never)."""
     return math.ceil(t / dt - 1e-6) if math.isfinite(t) else math.inf

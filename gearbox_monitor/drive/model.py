@@ -23,15 +23,20 @@ Equation (1) of Hovland, with everything referred to the arm side:
     m2 x4' = D (x3 - x4) + tau_K - tau_arm
     tau_f  = Cv x3 + (Cc + Cl |tau_K|) (2/pi) atan(alpha x3)
 
+Kernels take p, the model's parameters as DriveModel.pack lays them out, and tau_k (N m) for tau_K.
+
 The paper has no torque on the arm (tau_arm = 0) and no friction that depends on the load (Cl = 0).
 """
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields, replace
 import math
+from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Values
 from gearbox_monitor.drive.arctan import arctan
-from gearbox_monitor.drive.effects import ADDITIVE, EFFECTS, plugins
+from gearbox_monitor.drive.effects import ADDITIVE, EFFECTS, Parameter, plugins
 from gearbox_monitor.drive.transmission import KINDS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.jit import jit, jit_inline
@@ -75,15 +80,17 @@ class DriveModel:
     axis: str = 'rotary'
     arm_load: str = 'none'
     transmission: Transmission = Transmission()
-    effects: tuple = ()
+    effects: tuple[Values, ...] = ()
     tolerance: float = 0.0
     zero_tolerance: float = 0.0
     process_torque: float | None = None
     process_torque_time: float = 0.0
 
-    def folded(self):
+    def folded(self) -> 'DriveModel':
         """Return the model with the effects in its values that only replace one of them."""
-        changes, shape, rest = {}, {}, []
+        changes: dict[str, Any] = {}
+        shape: dict[str, Any] = {}
+        rest = []
         names = {f.name for f in fields(Transmission)}
         for effect in self.effects:
             known = EFFECTS.get(effect['id'])
@@ -100,7 +107,7 @@ class DriveModel:
         return replace(self, transmission=replace(self.transmission, **shape),
                        effects=tuple(rest), **changes)
 
-    def pack(self):
+    def pack(self) -> Array:
         """
         Return the parameters as the float64 array [N_PARAMETERS] that kernels take.
 
@@ -128,7 +135,7 @@ class DriveModel:
             p[CL] += effect.get('Cl', 0.0)
         return p
 
-    def to_dict(self):
+    def to_dict(self) -> dict[str, Any]:
         """Return plain values, as a model file holds them."""
         data = {f.name: getattr(self, f.name) for f in fields(self)}
         data['transmission'] = {
@@ -136,7 +143,7 @@ class DriveModel:
         data['effects'] = [dict(e) for e in self.effects]
         return data
 
-    def with_(self, **changes):
+    def with_(self, **changes: Any) -> 'DriveModel':
         """Return a checked copy with `changes` (names of fields of the model or transmission)."""
         data = self.to_dict()
         names = {f.name for f in fields(Transmission)}
@@ -168,7 +175,7 @@ _RANGES = {
 }
 
 
-def _number(value, name, source):
+def _number(value: Any, name: str, source: str) -> float:
     unit, low, high, exclusive = _RANGES[name]
     expected = f'a number {">" if exclusive else ">="} {low:g} and <= {high:g} ({unit})'
     good = isinstance(value, (int, float)) and not isinstance(value, bool)
@@ -177,13 +184,13 @@ def _number(value, name, source):
     return float(value)
 
 
-def _choice(value, name, source, choices):
+def _choice(value: Any, name: str, source: str, choices: Sequence[str]) -> str:
     if value not in choices:
         raise InputError(f'{source}: {name}: {value!r}, expected one of {", ".join(choices)}')
     return value
 
 
-def _mapping(data, name, source, allowed):
+def _mapping(data: Any, name: str, source: str, allowed: Collection[str]) -> None:
     if not isinstance(data, dict):
         raise InputError(f'{source}: {name}: {str(data)[:40]!r}, expected keys and values')
     for key in data:
@@ -192,7 +199,7 @@ def _mapping(data, name, source, allowed):
                              f'{", ".join(sorted(allowed))}')
 
 
-def model_from_dict(data, source):
+def model_from_dict(data: Any, source: str) -> DriveModel:
     """
     Return a DriveModel from the mapping `data`; missing keys keep the paper's values.
 
@@ -221,10 +228,11 @@ def model_from_dict(data, source):
     return DriveModel(**values)
 
 
-def _effects(items, source):
+def _effects(items: Any, source: str) -> tuple[Values, ...]:
     if not isinstance(items, (list, tuple)):
         raise InputError(f'{source}: effects: {items!r}, expected a list')
-    result, known = [], EFFECTS
+    result: list[Values] = []
+    known = EFFECTS
     for item in items:
         name = item.get('id') if isinstance(item, dict) else None
         if isinstance(name, str) and name not in known:
@@ -243,7 +251,7 @@ def _effects(items, source):
     return tuple(result)
 
 
-def _check_effect_value(value, parameter, place):
+def _check_effect_value(value: Any, parameter: Parameter, place: str) -> None:
     good = (isinstance(value, (int, float)) and not isinstance(value, bool)
             and math.isfinite(value) and parameter.low <= value <= parameter.high
             and not (parameter.whole and value != int(value)))
@@ -256,9 +264,9 @@ def _check_effect_value(value, parameter, place):
                          + f' ({parameter.unit})')
 
 
-def fastest_eigenvalue(model):
+def fastest_eigenvalue(model: DriveModel) -> float:
     """
-    Return the magnitude of the fastest eigenvalue (1/s) of the drive linearised at rest.
+    Return the magnitude of the fastest eigenvalue (1/s) of a DriveModel linearised at rest.
 
     In contact, and where the friction slopes Cv + Cc (2/pi) alpha of motor and arm are steepest.
     Friction that depends on the load counts with the torque of a twist by the half gap.
@@ -293,26 +301,26 @@ def fastest_eigenvalue(model):
 
 
 @jit
-def substeps(dt, eigenvalue):
-    """Return the number of RK4 substeps for a step of `dt` s: n = ceil(dt lambda / 2.7)."""
+def substeps(dt: float, eigenvalue: float) -> int:
+    """Return the number of RK4 substeps for a step of `dt` s: n = ceil(dt eigenvalue / 2.7)."""
     return max(1, int(math.ceil(dt * eigenvalue / RK4_STABILITY)))
 
 
 @jit_inline
-def motor_friction(x3, tau_k, p):
+def motor_friction(x3: float, tau_k: float, p: Array) -> float:
     """Return tau_f (N m), the last of equations (1)."""
     return p[CV] * x3 + (p[CC] + p[CL] * abs(tau_k)) * TWO_OVER_PI * arctan(p[ALPHA] * x3)
 
 
 @jit
-def motor_friction_slope(x3, tau_k, p):
+def motor_friction_slope(x3: float, tau_k: float, p: Array) -> float:
     """Return d tau_f / d x3 (N m s/rad)."""
     v = p[ALPHA] * x3
     return p[CV] + (p[CC] + p[CL] * abs(tau_k)) * TWO_OVER_PI * p[ALPHA] / (1.0 + v * v)
 
 
 @jit
-def motor_friction_load_slope(x3, tau_k, p):
+def motor_friction_load_slope(x3: float, tau_k: float, p: Array) -> float:
     """Return d tau_f / d tau_K (N m per N m); 0 at tau_K = 0, the mean of both sides."""
     if p[CL] == 0.0:
         return 0.0  # spares an arctangent in each stage of each step
@@ -321,26 +329,26 @@ def motor_friction_load_slope(x3, tau_k, p):
 
 
 @jit_inline
-def motor_acceleration(x1, x3, x4, u, tau_k, p):
+def motor_acceleration(x1: float, x3: float, x4: float, u: float, tau_k: float, p: Array) -> float:
     """Return x3' (rad/s^2), third of equations (1)."""
     return (u + p[OFFSET] - p[D] * (x3 - x4) - tau_k - motor_friction(x3, tau_k, p)
             - p[KR] * x1) * p[INVERSE_M1]
 
 
 @jit_inline
-def arm_acceleration(x3, x4, tau_k, tau_arm, p):
+def arm_acceleration(x3: float, x4: float, tau_k: float, tau_arm: float, p: Array) -> float:
     """Return x4' (rad/s^2), fourth of equations (1), with the load `tau_arm` (N m) on the arm."""
     return (p[D] * (x3 - x4) + tau_k - tau_arm) * p[INVERSE_M2]
 
 
 @jit_inline
-def steady_arm_load(x4, p):
+def steady_arm_load(x4: float, p: Array) -> float:
     """Return the part of tau_arm (N m) that needs no branch: viscous friction, constant load."""
     return p[CAV] * x4 + p[TL]
 
 
 @jit
-def arm_load(x2, x4, p):
+def arm_load(x2: float, x4: float, p: Array) -> float:
     """Return tau_arm (N m): viscous and Coulomb friction, gravity and a constant load."""
     torque = steady_arm_load(x4, p)
     # Most drives have neither: this spares two transcendental functions in each stage of a step.
@@ -352,7 +360,7 @@ def arm_load(x2, x4, p):
 
 
 @jit
-def arm_load_slopes(x2, x4, p):
+def arm_load_slopes(x2: float, x4: float, p: Array) -> tuple[float, float]:
     """Return d tau_arm / d x2 (N m/rad) and d tau_arm / d x4 (N m s/rad) of arm_load."""
     v = p[ARM_ALPHA] * x4
     on_speed = p[CAV] + p[CAC] * TWO_OVER_PI * p[ARM_ALPHA] / (1.0 + v * v)
@@ -360,7 +368,7 @@ def arm_load_slopes(x2, x4, p):
 
 
 @jit
-def rigid_torque(x1, x3, u, tau_arm, p):
+def rigid_torque(x1: float, x3: float, u: float, tau_arm: float, p: Array) -> float:
     """
     Return tau_K (N m) of a rigid transmission: the one with which motor and arm accelerate alike.
 

@@ -13,20 +13,24 @@
 # limitations under the License.
 
 """Simulate the drive: RK4 with zero-order-hold torque, effects, seeded noise."""
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache
 import math
 import types
+from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array
 from gearbox_monitor.drive import effects
 from gearbox_monitor.drive.effects import (
-    actuator, BRANCH_DS, BRANCH_H, bristle, bursts, DH, elastic_torque, friction_effects,
-    loop_memory, MAX_DELAY, motor_torque, quantised, reading, SIGMA0, TH)
+    actuator, BRANCH_DS, BRANCH_H, bristle, bursts, DH, Effect, elastic_torque, friction_effects,
+    loop_memory, MAX_DELAY, motor_torque, quantised, reading, SIGMA0, TH,
+    Three, Torques)
 from gearbox_monitor.drive.model import (
-    ALPHA, arm_acceleration, arm_load, CC, CV, fastest_eigenvalue, HALF_GAP, K_S,
-    KIND, motor_acceleration, rigid_torque, STIFFNESS, substeps, WIDTH)
+    ALPHA, arm_acceleration, arm_load, CC, CV, DriveModel, fastest_eigenvalue, HALF_GAP, K_S, KIND,
+    motor_acceleration, rigid_torque, STIFFNESS, substeps, WIDTH)
 from gearbox_monitor.drive.transmission import RIGID, transmission_torque
 from gearbox_monitor.jit import jit, jit_anew, jit_inline
 
@@ -45,8 +49,8 @@ class Noise:
     measurement: of each encoder, [2], rad.
     """
 
-    process: tuple = (0.0, 0.0, 0.0, 0.0)
-    measurement: tuple = (0.0, 0.0)
+    process: Sequence[float] = (0.0, 0.0, 0.0, 0.0)
+    measurement: Sequence[float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -67,13 +71,19 @@ class Trajectory:
 
 
 @jit_inline
-def plugged(t, x1, x2, x3, x4, u, tau_k, theta):
-    """Return torques on motor, arm (its load) and in the transmission: none, see with_plugin."""
+def plugged(t: float, x1: float, x2: float, x3: float, x4: float, u: float, tau_k: float,
+            theta: Array) -> Three:
+    """
+    Return torques on motor, arm (its load) and in the transmission: none, see with_plugin.
+
+    Arguments t, x1, x2, x3, x4, u, tau_k, theta: those of every plug-in (docs/plugins.md).
+    """
     return 0.0, 0.0, 0.0
 
 
 @jit_inline
-def _torques(t, x1, x2, x3, x4, u, w, z, loop, branch, p, e, theta):
+def _torques(t: float, x1: float, x2: float, x3: float, x4: float, u: float, w: float, z: float,
+             loop: float, branch: float, p: Array, e: Array, theta: Array) -> Three:
     """Return (tau_k, tau_arm, torque on the motor beyond equation (1)) in N m."""
     tau_k, _ = elastic_torque(x1, x2, w, loop, branch, int(p[KIND]), p[STIFFNESS], p[HALF_GAP],
                               p[WIDTH], p[K_S], e)
@@ -83,7 +93,8 @@ def _torques(t, x1, x2, x3, x4, u, w, z, loop, branch, p, e, theta):
 
 
 @jit_inline
-def _constrained(x1, x3, u, extra, tau_k, tau_arm, motor, p):
+def _constrained(x1: float, x3: float, u: float, extra: Three, tau_k: float, tau_arm: float,
+                 motor: float, p: Array) -> float:
     """Return tau_K: of the constraint where the transmission is rigid, else with what is added."""
     if int(p[KIND]) == RIGID:
         return rigid_torque(x1, x3, u + motor + extra[0], tau_arm - extra[1], p)
@@ -91,7 +102,9 @@ def _constrained(x1, x3, u, extra, tau_k, tau_arm, motor, p):
 
 
 @jit_inline
-def _derivative(t, x1, x2, x3, x4, u, extra, w, z, loop, branch, p, e, theta):
+def _derivative(t: float, x1: float, x2: float, x3: float, x4: float, u: float, extra: Three,
+                w: float, z: float, loop: float, branch: float, p: Array, e: Array,
+                theta: Array) -> tuple[float, float, float, float]:
     tau_k, tau_arm, motor = _torques(t, x1, x2, x3, x4, u, w, z, loop, branch, p, e, theta)
     tau_k = _constrained(x1, x3, u, extra, tau_k, tau_arm, motor, p)
     return (x3, x4, motor_acceleration(x1, x3, x4, u + motor + extra[0], tau_k, p),
@@ -99,7 +112,8 @@ def _derivative(t, x1, x2, x3, x4, u, extra, w, z, loop, branch, p, e, theta):
 
 
 @jit_inline
-def _memories(x3, x4, z, loop, branch, h, p, e):
+def _memories(x3: float, x4: float, z: float, loop: float, branch: float, h: float, p: Array,
+              e: Array) -> Three:
     """Return the memories of lugre, bouc_wen and branch after `h` s at these speeds."""
     if e[SIGMA0] != 0.0:
         z, _ = bristle(z, x3, h, p[CC], e)
@@ -111,7 +125,8 @@ def _memories(x3, x4, z, loop, branch, h, p, e):
 
 
 @jit
-def advance(state, t, u, extra, dt, n, noise, process_std, p, e, theta):
+def advance(state: Array, t: float, u: Array, extra: Three, dt: float, n: int, noise: Array,
+            process_std: Array, p: Array, e: Array, theta: Array) -> None:
     """
     Advance `state` [N_STATE] in place by `dt` s from time `t` in `n` RK4 substeps.
 
@@ -154,7 +169,8 @@ def advance(state, t, u, extra, dt, n, noise, process_std, p, e, theta):
 
 
 @jit
-def _run(state, t, u, extra, dt, n, noise, process_std, p, e, theta, x, tau):
+def _run(state: Array, t: Array, u: Array, extra: Array, dt: float, n: int, noise: Array,
+         process_std: Array, p: Array, e: Array, theta: Array, x: Array, tau: Array) -> None:
     for k in range(u.shape[0]):
         for i in range(4):
             x[k, i] = state[i]
@@ -166,14 +182,14 @@ def _run(state, t, u, extra, dt, n, noise, process_std, p, e, theta, x, tau):
         advance(state, t[k], u[k], outside, dt, n, noise[k], process_std, p, e, theta)
 
 
-@lru_cache(maxsize=None)
-def with_plugin(torques, *kernels):
+@cache
+def with_plugin(torques: Torques, *kernels: Any) -> tuple[Any, ...]:
     """
     Return the `kernels` of this module rebuilt around the `torques` of a plug-in effect.
 
     Compiled anew in each process, once; without a plug-in the cached ones stay as they are.
     """
-    def rebuilt(kernel, **names):
+    def rebuilt(kernel: Any, **names: Any) -> Any:
         kernel = getattr(kernel, 'py_func', kernel)
         copy = types.FunctionType(kernel.__code__, {**kernel.__globals__, **names},
                                   kernel.__name__)
@@ -184,17 +200,18 @@ def with_plugin(torques, *kernels):
     return tuple(rebuilt(kernel, _torques=all_torques, advance=step) for kernel in kernels)
 
 
-@lru_cache(maxsize=None)
-def _sum(first, second, n):
+@cache
+def _sum(first: Torques, second: Torques, n: int) -> Torques:
     """Return the torques of two plug-ins together; the first has `n` parameters."""
-    def torques(t, x1, x2, x3, x4, u, tau_k, theta):
+    def torques(t: float, x1: float, x2: float, x3: float, x4: float, u: float, tau_k: float,
+                theta: Array) -> Three:
         a, b, c = first(t, x1, x2, x3, x4, u, tau_k, theta[:n])
         d, e, f = second(t, x1, x2, x3, x4, u, tau_k, theta[n:])
         return a + d, b + e, c + f
     return jit_anew(torques)
 
 
-def plugin_of(model):
+def plugin_of(model: DriveModel) -> tuple[Effect | None, Array]:
     """Return (Effect or None, theta): the plug-in effect of `model`, several joined to one."""
     joined, theta = None, []
     for given in model.effects:
@@ -211,9 +228,14 @@ def plugin_of(model):
 
 
 class Plant:
-    """A simulated drive that keeps its state between calls; `model` may be replaced meanwhile."""
+    """
+    A simulated drive that keeps its state between calls; `model` may be replaced meanwhile.
 
-    def __init__(self, model, noise=None, seed=0, state=None):
+    noise: Noise, None for none; seed: of that noise; state: positions and speeds to start from.
+    """
+
+    def __init__(self, model: DriveModel, noise: Noise | None = None, seed: int = 0,
+                 state: Array | None = None) -> None:
         self.noise = noise or Noise()
         # One generator each: then the numbers do not depend on how a run is cut into calls.
         self.process_random, self.measurement_random = (
@@ -226,12 +248,12 @@ class Plant:
         self.model = model
 
     @property
-    def model(self):
+    def model(self) -> DriveModel:
         """The DriveModel in force."""
         return self._model
 
     @model.setter
-    def model(self, model):
+    def model(self, model: DriveModel) -> None:
         plugin, self._theta = plugin_of(model)
         if plugin is None:
             self._kernel, self._plugin = _run, None
@@ -242,7 +264,7 @@ class Plant:
         self._effects = effects.pack(model.effects)
         self._eigenvalue = fastest_eigenvalue(model)
 
-    def run(self, u, dt, t0=0.0):
+    def run(self, u: Array, dt: float, t0: float = 0.0) -> Trajectory:
         """Apply u [N] (N m), one value per `dt` s, and return the Trajectory from `t0` s on."""
         u = np.ascontiguousarray(u, float)
         n = substeps(dt, self._eigenvalue)
@@ -272,13 +294,22 @@ class Plant:
 
 
 @jit
-def read_all(x, begin, dt, e, y):
-    """Fill y [N, 2] with what the encoders read, without noise, at x [begin:begin + N, 4]."""
+def read_all(x: Array, begin: int, dt: float, e: Array, y: Array) -> None:
+    """
+    Fill y [N, 2] with what the encoders read, without noise, at x [begin:begin + N, 4].
+
+    dt: s between rows; e: effects.pack.
+    """
     for k in range(y.shape[0]):
         y[k, 0] = reading(x, begin + k, 0, dt, e)
         y[k, 1] = reading(x, begin + k, 1, dt, e)
 
 
-def simulate(model, u, dt, noise=None, seed=0):
-    """Return the Trajectory of the drive `model` from rest under u [N] (N m), `dt` s a sample."""
+def simulate(model: DriveModel, u: Array, dt: float, noise: Noise | None = None,
+             seed: int = 0) -> Trajectory:
+    """
+    Return the Trajectory of the drive `model` from rest under u [N] (N m), `dt` s a sample.
+
+    noise: Noise, None for none; seed: of that noise.
+    """
     return Plant(model, noise, seed).run(u, dt)

@@ -21,7 +21,7 @@ DEAD_ZONE, PLAY, PASSIVE_PLAY, RIGID = range(4)
 
 
 @jit_inline
-def dead_zone(twist, half_gap):
+def dead_zone(twist: float, half_gap: float) -> float:
     """Return the part of `twist` (rad) that lies outside a gap of +-`half_gap` (rad)."""
     if twist > half_gap:
         return twist - half_gap
@@ -31,7 +31,8 @@ def dead_zone(twist, half_gap):
 
 
 @jit_inline
-def transmission_torque(twist, memory, kind, stiffness, half_gap, width, hysteresis_stiffness):
+def transmission_torque(twist: float, memory: float, kind: int, stiffness: float, half_gap: float,
+                        width: float, hysteresis_stiffness: float) -> tuple[float, float]:
     """
     Return (tau_k, memory): torque (N m) at `twist` (rad) and the memory it leaves behind.
 
@@ -44,7 +45,8 @@ def transmission_torque(twist, memory, kind, stiffness, half_gap, width, hystere
 
     rigid: 0; the torque is that of the constraint, model.rigid_torque.
 
-    `width` is c or r (rad), `hysteresis_stiffness` is k_s (N m/rad).
+    `kind`: place in KINDS. `stiffness` is K (N m/rad), `half_gap` is b (rad), `width` is c or r
+    (rad), `hysteresis_stiffness` is k_s (N m/rad).
     """
     if kind == PLAY:
         lower = stiffness * dead_zone(twist - width, half_gap)

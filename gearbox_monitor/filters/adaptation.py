@@ -16,7 +16,10 @@
 What the adaptive filter may adapt, and the refusals, each with its reason.
 
 All of it is adapted as a logarithm: standard deviations, friction and stiffness stay positive.
+model: DriveModel. parameters: those of the estimator, by name.
 """
+from gearbox_monitor.arrays import Values
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
 
 # Parameters of the estimator, and fields of the model.
@@ -29,7 +32,7 @@ REFUSED = {
 }
 
 
-def softened_model(model, parameters):
+def softened_model(model: DriveModel, parameters: Values) -> DriveModel:
     """
     Return the DriveModel that the adaptive filter computes with.
 
@@ -40,7 +43,7 @@ def softened_model(model, parameters):
     return model.with_(friction_sharpness=sharpness)
 
 
-def adapted_names(model, parameters):
+def adapted_names(model: DriveModel, parameters: Values) -> list[str]:
     """Return the names to adapt, in order; raises InputError where that is not possible."""
     names = [name for name in parameters['adapt'] if name]  # [''] is how ROS writes "none"
     for name in names:

@@ -36,13 +36,14 @@ on each theta (R = RIDGE): where the motion says nothing, theta rests.
 """
 import math
 
+from gearbox_monitor.arrays import Array, States
 from gearbox_monitor.drive.model import (
     ALPHA, ARM_ALPHA, CAV, CC, CL, CV, G, INVERSE_M1, INVERSE_M2, substeps, TWO_OVER_PI)
 from gearbox_monitor.filters import ekf
 from gearbox_monitor.filters.linalg import multiply, multiply_symmetric
 from gearbox_monitor.filters.process import (
-    ADAPT_AT, ADAPT_COUNT, ADAPT_FORGETTING, ADAPT_RATE, ADAPT_START, along, answer, decay,
-    EIGENVALUE, FRICTION_AT, K_P, LOAD_AT, N_PACKED, N_SEEN, N_SEEN_OF_LOAD, noise, Q0,
+    ADAPT_AT, ADAPT_COUNT, ADAPT_FORGETTING, ADAPT_RATE, ADAPT_START, along, answer, Column, decay,
+    EIGENVALUE, FRICTION_AT, K_P, LOAD_AT, N_PACKED, N_SEEN, N_SEEN_OF_LOAD, noise, Pair, Q0,
     Q_TAU_K_SPEED, R1, R2, rates, rk4, SEEN_ARM_POSITION, SEEN_ARM_SPEED, SEEN_ON_POSITION,
     SEEN_ON_SPEED, SEEN_SHARE, SEEN_SLOPE, SEEN_SPEED, SEEN_TAU_K, SEEN_TORQUE, SEEN_TWIST_RATE,
     SEEN_X2, SEEN_X3, SEEN_X4, SLOTS, TAU_K, X1, X2, X3, X4)
@@ -82,13 +83,13 @@ _GRADIENT = _SCORE + MAX_THETA
 N_VECTORS, N_MATRICES = _C_ARM_SPEED + 1 + N_SEEN_OF_LOAD, 3
 
 
-def memory_size(n):
+def memory_size(n: int) -> int:
     """Return how many numbers the filter carries besides z [n] and P [n, n]."""
     return SENSITIVITY + MAX_THETA * (n + n * n)
 
 
-def adapted(memory, p):
-    """Return {name: value in use} of what is adapted, standard deviations as such."""
+def adapted(memory: Array, p: Array) -> dict[str, float]:
+    """Return {name: value in use} of what is adapted; memory: as of step, p: process.pack."""
     names = {slot: name for name, slot in SLOTS.items()}
     result = {}
     for i in range(int(p[ADAPT_COUNT])):
@@ -98,24 +99,25 @@ def adapted(memory, p):
     return result
 
 
-def guards(memory):
-    """Return {guard: how often it acted}."""
+def guards(memory: Array) -> dict[str, int]:
+    """Return {guard: how often it acted}, from the filter's `memory`."""
     return {name: int(memory[place]) for name, place in GUARDS.items()}
 
 
-def at_bound(memory, p):
-    """Return the names of what stands at the bound of its range."""
+def at_bound(memory: Array, p: Array) -> list[str]:
+    """Return the names of what stands at the bound of its range; arguments as of adapted."""
     return [name for i, name in enumerate(adapted(memory, p)) if memory[STARTED] and
             abs(memory[THETA + i] - memory[START + i]) >= 0.999 * _range(int(p[ADAPT_AT + i]))]
 
 
-def in_use(memory, p):
-    """Return the packed parameters [N_PACKED] that the next step computes with."""
+def in_use(memory: Array, p: Array) -> Array:
+    """Return the packed parameters [N_PACKED] of the next step; arguments as of adapted."""
     return memory[IN_USE:IN_USE + N_PACKED].copy() if memory[STARTED] else p
 
 
 @jit
-def step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
+def step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float, load: float,
+         y1: float, y2: float, p: Array, vectors: Array, matrices: Array, record: Array) -> bool:
     """Predict, update and adapt; arguments as of ekf.step."""
     if p[ADAPT_COUNT] == 0.0:
         return ekf.step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices,
@@ -129,13 +131,13 @@ def step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record
 
 
 @jit
-def _range(slot):
+def _range(slot: int) -> float:
     """Return how far theta of that place in p may go from its start, either way."""
     return MODEL_RANGE if slot == CV or slot == CC or slot == K_P else NOISE_RANGE
 
 
 @jit
-def begin(memory, p):
+def begin(memory: Array, p: Array) -> None:
     """Set `memory`, all zero, to the parameters `p`; sensitivities start at zero."""
     memory[STARTED] = 1.0
     memory[GAIN], memory[FORGETTING] = 1.0, p[ADAPT_START]
@@ -148,8 +150,9 @@ def begin(memory, p):
 
 
 @jit
-def likelihood_gradient(states, u, load, y, dt, z, P, memory, p, vectors, matrices, record,
-                        gradient):
+def likelihood_gradient(states: States, u: Array, load: Array, y: Array, dt: Array, z: Array,
+                        P: Array, memory: Array, p: Array, vectors: Array, matrices: Array,
+                        record: Array, gradient: Array) -> float:
     """
     Return the log-likelihood of N samples, and add its gradient in theta to `gradient` [6].
 
@@ -169,7 +172,9 @@ def likelihood_gradient(states, u, load, y, dt, z, P, memory, p, vectors, matric
 
 
 @jit
-def differentiate(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
+def differentiate(states: States, z: Array, P: Array, memory: Array, dt: float, u: float,
+                  load: float, y1: float, y2: float, p: Array, vectors: Array, matrices: Array,
+                  record: Array) -> bool:
     """Predict and update belief and sensitivities with the theta in `memory`; as of step."""
     n = len(states)
     now = memory[IN_USE:IN_USE + N_PACKED]
@@ -194,7 +199,7 @@ def differentiate(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrice
 
 
 @jit_inline
-def _sound(states, s, P_s):
+def _sound(states: States, s: Array, P_s: Array) -> bool:
     n = len(states)
     of_s = of_P = 0.0
     for a in range(n):
@@ -205,7 +210,7 @@ def _sound(states, s, P_s):
 
 
 @jit
-def _eigenvalue(now, p):
+def _eigenvalue(now: Array, p: Array) -> float:
     """Return a bound on the fastest eigenvalue with the parameters in use."""
     slope = now[CV] - p[CV] + TWO_OVER_PI * p[ALPHA] * (now[CC] - p[CC])
     stiffer = max(now[K_P] - p[K_P], 0.0)
@@ -214,7 +219,7 @@ def _eigenvalue(now, p):
 
 
 @jit_inline
-def _arm(loaded, q, vectors):
+def _arm(loaded: bool | None, q: int, vectors: Array) -> Pair:
     """Return the slopes of the load on the arm that stage `q` has seen."""
     if loaded is None:
         return 0.0, 0.0
@@ -222,7 +227,7 @@ def _arm(loaded, q, vectors):
 
 
 @jit_inline
-def _apply(loaded, v, stage, now, vectors):
+def _apply(loaded: bool | None, v: Column, stage: int, now: Array, vectors: Array) -> Column:
     """Return A v for v = (v1, v2, v3, v4, v_tau), A as of stage `stage`, from these states."""
     m = (v[0], v[2], v[3], v[4], v[1])
     load = answer(loaded, _arm(loaded, stage, vectors), 0.0, m)
@@ -231,7 +236,7 @@ def _apply(loaded, v, stage, now, vectors):
 
 
 @jit_inline
-def _look(loaded, with_atan, now, vectors):
+def _look(loaded: bool | None, with_atan: bool, now: Array, vectors: Array) -> None:
     """Complete what rk4 has seen of its four stages by what sensitivities need besides."""
     for q in range(4):
         x3, tau = vectors[SEEN_X3, q], vectors[SEEN_TAU_K, q]
@@ -252,19 +257,19 @@ def _look(loaded, with_atan, now, vectors):
 
 
 @jit_inline
-def _sum(a, v, b, w):
+def _sum(a: float, v: Column, b: float, w: Column) -> Column:
     return (a * v[0] + b * w[0], a * v[1] + b * w[1], a * v[2] + b * w[2], a * v[3] + b * w[3],
             a * v[4] + b * w[4])
 
 
 @jit_inline
-def _write(row, v, n):
+def _write(row: Array, v: Column, n: int) -> None:
     for j in range(n):
         row[j] = v[j] if j < 5 else 0.0
 
 
 @jit_inline
-def _answers(states, unit, g, h, now, vectors):
+def _answers(states: States, unit: Column, g: int, h: float, now: Array, vectors: Array) -> None:
     """
     Write into rows g .. g + 2 how the end of a step of `h` s answers to a `unit` on z'.
 
@@ -286,7 +291,8 @@ def _answers(states, unit, g, h, now, vectors):
 
 
 @jit_inline
-def _sensitivity_rates(loaded, m, q, slot, error, load, now, vectors):
+def _sensitivity_rates(loaded: bool | None, m: Column, q: int, slot: int, error: float,
+                       load: float, now: Array, vectors: Array) -> Pair:
     """
     Return how x3' and x4' of stage `q` answer to theta, m = (s1, s3, s4, s_tau, s2) of that stage.
 
@@ -310,7 +316,8 @@ def _sensitivity_rates(loaded, m, q, slot, error, load, now, vectors):
 
 
 @jit_inline
-def _advance_sensitivity(states, s, slot, h, now, vectors):
+def _advance_sensitivity(states: States, s: Array, slot: int, h: float, now: Array,
+                         vectors: Array) -> None:
     """Advance `s` [n] by the derivative of one RK4 step."""
     n, loaded = len(states), states[0]
     half, sixth = 0.5 * h, h / 6.0
@@ -344,12 +351,14 @@ def _advance_sensitivity(states, s, slot, h, now, vectors):
 
 
 @jit_inline
-def _added(m, torque):
+def _added(m: Column, torque: float) -> Column:
     return m[0], m[1], m[2], m[3] + torque, m[4]
 
 
 @jit_inline
-def _predict(states, z, P, s, P_s, count, dt, u, load, now, p, vectors, matrices, record):
+def _predict(states: States, z: Array, P: Array, s: Array, P_s: Array, count: int, dt: float,
+             u: float, load: float, now: Array, p: Array, vectors: Array, matrices: Array,
+             record: Array) -> None:
     """Predict belief and sensitivities over `dt` s; s [>= count, n], P_s [>= count, n * n]."""
     n, loaded = len(states), states[0]
     at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
@@ -406,7 +415,7 @@ def _predict(states, z, P, s, P_s, count, dt, u, load, now, p, vectors, matrices
 
 
 @jit_inline
-def _times(states, product, given, flat, out):
+def _times(states: States, product: Array, given: int, flat: Array, out: int) -> None:
     """Write Phi P r of the four stages' rows r from row `given` on into rows from `out` on."""
     n = len(states)
     for a in range(n):
@@ -422,7 +431,8 @@ def _times(states, product, given, flat, out):
 
 
 @jit_inline
-def _advance_covariance(states, P_i, slot, h, now, vectors, flat):
+def _advance_covariance(states: States, P_i: Array, slot: int, h: float, now: Array,
+                        vectors: Array, flat: Array) -> None:
     """Add dphi_i P phi' + phi P dphi_i' to `P_i` [n * n]."""
     n = len(states)
     for q in range(4):
@@ -445,7 +455,8 @@ def _advance_covariance(states, P_i, slot, h, now, vectors, flat):
 
 
 @jit_inline
-def _add_products(states, P_i, factor, at, h, g, w, flat):
+def _add_products(states: States, P_i: Array, factor: float, at: int, h: float, g: int, w: int,
+                  flat: Array) -> None:
     """
     Add factor (g w' + w g') of the four stages, rows from `g` and `w` on, to P_i [n * n].
 
@@ -467,7 +478,8 @@ def _add_products(states, P_i, factor, at, h, g, w, flat):
 
 
 @jit_inline
-def _add_noise(states, z, s, P_s, count, half, now, p):
+def _add_noise(states: States, z: Array, s: Array, P_s: Array, count: int, half: float, now: Array,
+               p: Array) -> None:
     """Add the derivative of half a step's process noise."""
     for i in range(count):
         q = 2.0 * now[Q_TAU_K_SPEED] * z[X3] * s[i, X3]
@@ -477,7 +489,8 @@ def _add_noise(states, z, s, P_s, count, half, now, p):
 
 
 @jit_inline
-def _correct(states, s, P_s, count, now, p, vectors, record):
+def _correct(states: States, s: Array, P_s: Array, count: int, now: Array, p: Array,
+             vectors: Array, record: Array) -> None:
     """Update the sensitivities after ekf.update, and keep what the score needs."""
     n = len(states)
     _, _, _, _, _, at_innovation, at_S, at_K, _ = places(n)
@@ -533,7 +546,8 @@ def _correct(states, s, P_s, count, now, p, vectors, record):
 
 
 @jit_inline
-def _adapt(states, memory, p, vectors, matrices, record):
+def _adapt(states: States, memory: Array, p: Array, vectors: Array, matrices: Array,
+           record: Array) -> None:
     """Move theta by one Gauss-Newton step on the likelihood of the present innovation."""
     _, _, _, _, _, _, _, _, at_scores = places(len(states))
     if record[at_scores + 2] == 0.0:
@@ -576,7 +590,7 @@ def _adapt(states, memory, p, vectors, matrices, record):
 
 
 @jit_inline
-def _solve(memory, count, ridge, vectors, factor):
+def _solve(memory: Array, count: int, ridge: float, vectors: Array, factor: Array) -> bool:
     """
     Solve (M + ridge I) x = g by L D L'; g stands in column 0 of the gradient rows, x goes to 1.
 

@@ -23,6 +23,7 @@ the integral of Phi Q Phi'; it needs no Phi, so every filter can share it.
 """
 import math
 
+from gearbox_monitor.arrays import Array, States
 from gearbox_monitor.drive.model import ALPHA, ARM_ALPHA, substeps
 from gearbox_monitor.filters.linalg import multiply, multiply_symmetric
 from gearbox_monitor.filters.process import (
@@ -35,13 +36,14 @@ LOG_TWO_PI = math.log(2.0 * math.pi)
 N_VECTORS, N_MATRICES = 1, 2
 
 
-def memory_size(n):
+def memory_size(n: int) -> int:
     """Return how many numbers the filter carries besides z [n] and P [n * n]."""
     return 0
 
 
 @jit_inline
-def step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
+def step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float, load: float,
+         y1: float, y2: float, p: Array, vectors: Array, matrices: Array, record: Array) -> bool:
     """
     Predict over `dt` s and update with y = (y1, y2); a NaN was not measured.
 
@@ -58,7 +60,8 @@ def step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record
 
 
 @jit_inline
-def predict(states, z, P, dt, u, load, p, vectors, matrices, record):
+def predict(states: States, z: Array, P: Array, dt: float, u: float, load: float, p: Array,
+            vectors: Array, matrices: Array, record: Array) -> None:
     """Predict z and the record's P_pred and C over `dt` s; P stays. Arguments as of step."""
     n = len(states)
     at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
@@ -88,7 +91,8 @@ def predict(states, z, P, dt, u, load, p, vectors, matrices, record):
 
 
 @jit_inline
-def update(states, z, P, y1, y2, p, matrices, record):
+def update(states: States, z: Array, P: Array, y1: float, y2: float, p: Array, matrices: Array,
+           record: Array) -> bool:
     """
     Update z with y, and P from the record's P_pred; arguments as of step.
 
@@ -152,8 +156,8 @@ def update(states, z, P, y1, y2, p, matrices, record):
 
 
 @jit_inline
-def healthy(states, z, P):
-    """Return True when `z` [n] is finite and `P` [n * n] has a finite, positive diagonal."""
+def healthy(states: States, z: Array, P: Array) -> bool:
+    """Return True when z is finite and P has a finite, positive diagonal; see ekf.step."""
     n = len(states)
     for i in range(n):
         if not (math.isfinite(z[i]) and P[i * n + i] > 0.0 and math.isfinite(P[i * n + i])):

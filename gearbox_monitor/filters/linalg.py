@@ -15,15 +15,17 @@
 """
 Products of small matrices for kernels.
 
+Matrices [n * n], row by row. states: process.markers, a tuple of length n.
 Compiled, plain loops beat BLAS calls twelvefold at this size; interpreted, numpy beats loops.
 """
 import numpy as np
 
+from gearbox_monitor.arrays import Array, States
 from gearbox_monitor.jit import COMPILED, jit, jit_inline
 
 if COMPILED:
     @jit_inline
-    def multiply(states, a, b, out):
+    def multiply(states: States, a: Array, b: Array, out: Array) -> None:
         """
         Write a b into `out`; all [n * n], row by row.
 
@@ -52,7 +54,7 @@ if COMPILED:
                 out[at + 6] = s6
 
     @jit_inline
-    def multiply_symmetric(states, a, b, out):
+    def multiply_symmetric(states: States, a: Array, b: Array, out: Array) -> None:
         """Write a b' into `out`, where that is known to be symmetric; all [n * n]."""
         n = len(states)
         for i in range(n):
@@ -78,13 +80,13 @@ if COMPILED:
             _mirrored(out, n, i, 6, s6)
 
     @jit_inline
-    def _mirrored(out, n, i, j, value):
+    def _mirrored(out: Array, n: int, i: int, j: int, value: float) -> None:
         if j <= i:
             out[i * n + j] = value
             out[j * n + i] = value
 
     @jit
-    def transposed_multiply_symmetric(states, a, b, out):
+    def transposed_multiply_symmetric(states: States, a: Array, b: Array, out: Array) -> None:
         """Write a' b into `out`, where that is known to be symmetric; all [n * n]."""
         n = len(states)
         for i in range(n):
@@ -96,7 +98,7 @@ if COMPILED:
                 out[j * n + i] = s
 
     @jit
-    def solve_positive(states, a, b, out):
+    def solve_positive(states: States, a: Array, b: Array, out: Array) -> bool:
         """
         Write a^-1 b into `out`; all [n * n], `a` symmetric positive definite and overwritten.
 
@@ -129,28 +131,28 @@ if COMPILED:
                 out[i * n + c] = s * a[i * n + i]
         return True
 else:
-    def _square(a):
+    def _square(a: Array) -> Array:
         return a.reshape(round(len(a) ** 0.5), -1)
 
-    def multiply(states, a, b, out):
+    def multiply(states: States, a: Array, b: Array, out: Array) -> None:
         """Write a b into `out`; all [n * n], row by row."""
         np.matmul(_square(a), _square(b), out=_square(out))
 
-    def multiply_symmetric(states, a, b, out):
+    def multiply_symmetric(states: States, a: Array, b: Array, out: Array) -> None:
         """Write a b' into `out`, where that is known to be symmetric; all [n * n]."""
         out[:] = (_square(a) @ _square(b).T).ravel()
         _symmetrise(out)
 
-    def transposed_multiply_symmetric(states, a, b, out):
+    def transposed_multiply_symmetric(states: States, a: Array, b: Array, out: Array) -> None:
         """Write a' b into `out`, where that is known to be symmetric; all [n * n]."""
         out[:] = (_square(a).T @ _square(b)).ravel()
         _symmetrise(out)
 
-    def _symmetrise(a):
+    def _symmetrise(a: Array) -> None:
         out = _square(a)
         out[:] = 0.5 * (out + out.T)
 
-    def solve_positive(states, a, b, out):
+    def solve_positive(states: States, a: Array, b: Array, out: Array) -> bool:
         """Write a^-1 b into `out` [n * n]; False when `a` is not positive definite."""
         try:
             np.linalg.cholesky(_square(a))

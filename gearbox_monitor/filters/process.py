@@ -23,15 +23,20 @@ State z = [x1, x2, x3, x4, tau_K, (tau_arm), (tau_e)]:
     tau_e'   = -tau_e / T + w         error of the friction model, present with a standard
                                       deviation > 0; Ornstein-Uhlenbeck, so Q = 2 std^2 / T
 Measurements y = [x1, x2] + noise.
+
+Arguments: states: markers, z [n], p: pack, u (N m): motor torque, dt, h: s.
 """
+from collections.abc import Sequence
 import math
+from typing import TypeAlias
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, States, Values
 from gearbox_monitor.drive.model import (
-    arm_acceleration, arm_load, arm_load_slopes, CAC, CAV, CC, CL, CV, D, fastest_eigenvalue, G,
-    INVERSE_M1, INVERSE_M2, KR, motor_acceleration, motor_friction_load_slope,
-    motor_friction_slope, N_PARAMETERS, TL)
+    arm_acceleration, arm_load, arm_load_slopes, CAC, CAV, CC, CL, CV, D, DriveModel,
+    fastest_eigenvalue, G, INVERSE_M1, INVERSE_M2, KR, motor_acceleration,
+    motor_friction_load_slope, motor_friction_slope, N_PARAMETERS, TL)
 from gearbox_monitor.filters.adaptation import adapted_names, softened_model
 from gearbox_monitor.jit import jit, jit_inline
 
@@ -60,11 +65,18 @@ N_SEEN_OF_LOAD = 11
 (SEEN_ARM_POSITION, SEEN_ARM_SPEED) = (-11, -7)
 (SEEN_X2, SEEN_ON_POSITION, SEEN_ON_SPEED) = (-3, -2, -1)
 
+# What a stage answers: of (x1, x3, x4, tau_K, x2), and rates of (x3, x4); then of four stages.
+Column: TypeAlias = tuple[float, float, float, float, float]
+Columns: TypeAlias = tuple[Column, Column, Column, Column]
+Pair: TypeAlias = tuple[float, float]
+Pairs: TypeAlias = tuple[Pair, Pair, Pair, Pair]
+Four: TypeAlias = tuple[float, float, float, float]
+
 DIFFERENCE = 1e-6  # step of forward differences, relative above 1
 
 
-def state_names(model, parameters):
-    """Return which of the names below form the state vector, in order."""
+def state_names(model: DriveModel, parameters: Values) -> list[str]:
+    """Return which of z's names form the state vector of a DriveModel `model`; see pack."""
     names = ['x1', 'x2', 'x3', 'x4', 'tau_k']
     if model.arm_load == 'unknown':
         names.append('tau_arm')
@@ -73,7 +85,7 @@ def state_names(model, parameters):
     return names
 
 
-def pack(model, parameters):
+def pack(model: DriveModel, parameters: Values) -> Array:
     """
     Return the float64 array [N_PACKED] that filter kernels take.
 
@@ -127,7 +139,7 @@ def pack(model, parameters):
     return p
 
 
-def markers(p, n):
+def markers(p: Array, n: int) -> States:
     """
     Return what kernels take as `states` of a filter with `n` states and p: process.pack.
 
@@ -138,12 +150,12 @@ def markers(p, n):
 
 
 @jit_inline
-def _has_load(p):
+def _has_load(p: Array) -> bool:
     return p[CAV] != 0.0 or p[CAC] != 0.0 or p[G] != 0.0 or p[TL] != 0.0
 
 
 @jit_inline
-def noise(z, p, i):
+def noise(z: Array, p: Array, i: int) -> float:
     """
     Return the spectral density of the process noise on state `i` at `z` [n].
 
@@ -155,7 +167,7 @@ def noise(z, p, i):
 
 
 @jit
-def tangent(z, m, p, out):
+def tangent(z: Array, m: Array, p: Array, out: Array) -> None:
     """Write A(z) m into `out`, A = d z' / d z [n, n] and `m` [n, n]."""
     slope, share = _slopes(z[X3], z[TAU_K], p)
     loaded, arm = _has_load(p), arm_load_slopes(z[X2], z[X4], p)
@@ -177,7 +189,7 @@ def tangent(z, m, p, out):
 
 
 @jit
-def softened_sharpness(sharpness, variance):
+def softened_sharpness(sharpness: float, variance: float) -> float:
     """
     Return the `sharpness` (s/rad) of a friction linearised over a speed of that variance.
 
@@ -188,8 +200,8 @@ def softened_sharpness(sharpness, variance):
 
 
 @jit_inline
-def decay(error, half, h, p):
-    """Return the friction error at the four stages of an RK4 step and behind it."""
+def decay(error: float, half: float, h: float, p: Array) -> Column:
+    """Return the friction error at the four stages of an RK4 step of h = 2 half, and behind it."""
     rate = -1.0 / p[FRICTION_TIME]
     second = error + half * rate * error
     third = error + half * rate * second
@@ -199,9 +211,10 @@ def decay(error, half, h, p):
 
 
 @jit
-def advance(states, z, u, load, dt, n_substeps, p):
+def advance(states: States, z: Array, u: float, load: float, dt: float, n_substeps: int,
+            p: Array) -> None:
     """
-    Advance `z` [n] by `dt` s in RK4 substeps; u and the measured load (N m) are held.
+    Advance `z` [n] by `dt` s in `n_substeps` of RK4; u and the measured load (N m) are held.
 
     states: see markers.
     """
@@ -241,7 +254,8 @@ def advance(states, z, u, load, dt, n_substeps, p):
 
 
 @jit_inline
-def _accelerations(loaded, x1, x2, x3, x4, tau_k, u, load, p):
+def _accelerations(loaded: bool | None, x1: float, x2: float, x3: float, x4: float, tau_k: float,
+                   u: float, load: float, p: Array) -> Pair:
     if loaded is not None:
         load += arm_load(x2, x4, p)
     return motor_acceleration(x1, x3, x4, u, tau_k, p), arm_acceleration(x3, x4, tau_k, load, p)
@@ -252,23 +266,31 @@ def _accelerations(loaded, x1, x2, x3, x4, tau_k, u, load, p):
 # load on the arm nothing depends on m2.
 
 @jit_inline
-def _load_slopes(loaded, x2, x4, p):
+def _load_slopes(loaded: bool | None, x2: float, x4: float, p: Array) -> Pair:
     if loaded is None:
         return 0.0, 0.0
     return arm_load_slopes(x2, x4, p)
 
 
 @jit_inline
-def answer(loaded, arm, load, m):
-    """Return how the load of a stage answers; arm: arm_load_slopes, load: answer of the state."""
+def answer(loaded: bool | None, arm: Pair, load: float, m: Column) -> float:
+    """
+    Return how the load of a stage answers to the column `m`.
+
+    loaded: None without a load on the arm; arm: arm_load_slopes; load: answer of the state.
+    """
     if loaded is None:
         return load
     return load + arm[0] * m[4] + arm[1] * m[2]
 
 
 @jit_inline
-def rates(m, slope, share, error, load, p):
-    """Return how x3' and x4' of a stage answer, with what friction error and load answer."""
+def rates(m: Column, slope: float, share: float, error: float, load: float, p: Array) -> Pair:
+    """
+    Return how x3' and x4' of a stage answer to the column `m`, with the answers of error and load.
+
+    slope, share: of the friction, on x3 and on tau_K.
+    """
     twist_rate = m[1] - m[2]
     return ((-p[D] * twist_rate - share * m[3] - slope * m[1] - p[KR] * m[0] - error)
             * p[INVERSE_M1],
@@ -276,14 +298,15 @@ def rates(m, slope, share, error, load, p):
 
 
 @jit_inline
-def along(start, a, m, r, p):
+def along(start: Column, a: float, m: Column, r: Pair, p: Array) -> Column:
     """Return the column at the next stage, `a` s from `start` with the rates `r` of stage `m`."""
     return (start[0] + a * m[1], start[1] + a * r[0], start[2] + a * r[1],
             start[3] + a * p[K_P] * (m[1] - m[2]), start[4] + a * m[2])
 
 
 @jit_inline
-def _four_rates(loaded, m, slope, share, arm, p):
+def _four_rates(loaded: bool | None, m: Columns, slope: float, share: float, arm: Pair,
+                p: Array) -> Pairs:
     return (rates(m[0], slope, share, 0.0, answer(loaded, arm, 0.0, m[0]), p),
             rates(m[1], slope, share, 0.0, answer(loaded, arm, 0.0, m[1]), p),
             rates(m[2], slope, share, 0.0, answer(loaded, arm, 0.0, m[2]), p),
@@ -291,13 +314,13 @@ def _four_rates(loaded, m, slope, share, arm, p):
 
 
 @jit_inline
-def _four_along(start, a, m, r, p):
+def _four_along(start: Columns, a: float, m: Columns, r: Pairs, p: Array) -> Columns:
     return (along(start[0], a, m[0], r[0], p), along(start[1], a, m[1], r[1], p),
             along(start[2], a, m[2], r[2], p), along(start[3], a, m[3], r[3], p))
 
 
 @jit_inline
-def _begin(n, phi, j, first):
+def _begin(n: int, phi: Array, j: int, first: bool) -> Column:
     """Return column `j` at the start of an RK4 step."""
     if first:
         return (1.0 if j == X1 else 0.0, 1.0 if j == X3 else 0.0, 1.0 if j == X4 else 0.0,
@@ -307,7 +330,8 @@ def _begin(n, phi, j, first):
 
 
 @jit_inline
-def _end(loaded, n, phi, j, h, m, r, p, seen):
+def _end(loaded: bool | None, n: int, phi: Array, j: int, h: float, m: Columns, r: Pairs, p: Array,
+         seen: Array | None) -> None:
     """Write column `j` of phi behind an RK4 step; m, r: its four stages and their rates."""
     moved1 = h / 6.0 * (m[0][1] + 2.0 * (m[1][1] + m[2][1]) + m[3][1])
     moved2 = h / 6.0 * (m[0][2] + 2.0 * (m[1][2] + m[2][2]) + m[3][2])
@@ -331,7 +355,9 @@ def _end(loaded, n, phi, j, h, m, r, p, seen):
 
 
 @jit_inline
-def _column(loaded, n, phi, j, first, h, slopes, shares, arms, errors, load, p, seen):
+def _column(loaded: bool | None, n: int, phi: Array, j: int, first: bool, h: float, slopes: Four,
+            shares: Four, arms: Sequence[Pair], errors: Four, load: float, p: Array,
+            seen: Array | None) -> None:
     """Advance column `j` of phi by an RK4 step; slopes .. errors: of its four stages."""
     m1 = _begin(n, phi, j, first)
     r1 = rates(m1, slopes[0], shares[0], errors[0], answer(loaded, arms[0], load, m1), p)
@@ -345,7 +371,8 @@ def _column(loaded, n, phi, j, first, h, slopes, shares, arms, errors, load, p, 
 
 
 @jit_inline
-def _column_of_x2(loaded, n, phi, first, h, slopes, shares, arms, p, seen):
+def _column_of_x2(loaded: bool | None, n: int, phi: Array, first: bool, h: float, slopes: Four,
+                  shares: Four, arms: Sequence[Pair], p: Array, seen: Array | None) -> None:
     if loaded is not None:
         _column(loaded, n, phi, X2, first, h, slopes, shares, arms, (0.0, 0.0, 0.0, 0.0), 0.0, p,
                 seen)
@@ -359,12 +386,13 @@ def _column_of_x2(loaded, n, phi, first, h, slopes, shares, arms, p, seen):
 
 
 @jit_inline
-def _slopes(x3, tau_k, p):
+def _slopes(x3: float, tau_k: float, p: Array) -> Pair:
     return motor_friction_slope(x3, tau_k, p), 1.0 + motor_friction_load_slope(x3, tau_k, p)
 
 
 @jit_inline
-def rk4(states, z, phi, first, u, load, h, p, seen):
+def rk4(states: States, z: Array, phi: Array, first: bool, u: float, load: float, h: float,
+        p: Array, seen: Array | None) -> None:
     """
     Advance `z` [n] and `phi` [n * n] by one RK4 step of `h` s; phi by the step's exact tangent.
 
@@ -459,9 +487,10 @@ def rk4(states, z, phi, first, u, load, h, p, seen):
 
 
 @jit_inline
-def propagate(states, z, phi, u, load, dt, n_substeps, p):
+def propagate(states: States, z: Array, phi: Array, u: float, load: float, dt: float,
+              n_substeps: int, p: Array) -> None:
     """
-    Advance `z` [n] by `dt` s in RK4 substeps and write the exact tangent of that map into `phi`.
+    Advance `z` [n] by `dt` s in `n_substeps` of RK4; write the exact tangent of that into `phi`.
 
     The tangent differentiates the RK4 step itself: at the friction's fastest eigenvalue the usual
     I + hA is far from it. u (N m) is held. states: as of advance.
@@ -473,8 +502,9 @@ def propagate(states, z, phi, u, load, dt, n_substeps, p):
 
 
 @jit
-def propagate_numeric(states, z, phi, u, load, dt, n_substeps, p, start):
-    """As propagate, but `phi` by forward differences of the map; start [n]: scratch."""
+def propagate_numeric(states: States, z: Array, phi: Array, u: float, load: float, dt: float,
+                      n_substeps: int, p: Array, start: Array) -> None:
+    """Do as propagate, but `phi` by forward differences of the map; start [n]: scratch."""
     n = len(states)
     for i in range(n):
         start[i] = z[i]

@@ -20,17 +20,18 @@ s12, s22), K [n, 2], nis, loglik, dof. C = cov(z_k+1 predicted, z_k), for an EKF
 measurement has an innovation of NaN and a zero column of K; dof counts the measurements used.
 Behind it the stream notes the motor torque that acted over the step.
 """
+from gearbox_monitor.arrays import Array
 from gearbox_monitor.jit import jit, jit_inline
 
 
 @jit
-def record_size(n):
+def record_size(n: int) -> int:
     """Return the length of a step record of a filter with `n` states."""
     return 4 * n + 3 * n * n + 9
 
 
 @jit_inline
-def places(n):
+def places(n: int) -> tuple[int, int, int, int, int, int, int, int, int]:
     """
     Return where z_pred, P_pred, C, z, P, innovation, S, K and (nis, loglik, dof) stand.
 
@@ -41,19 +42,19 @@ def places(n):
     return (0, n, n + m, n + 2 * m, 2 * n + 2 * m, begin, begin + 2, begin + 5, begin + 5 + 2 * n)
 
 
-def predicted(record, n):
+def predicted(record: Array, n: int) -> tuple[Array, Array, Array]:
     """Return views (z_pred [n], P_pred [n, n], C [n, n])."""
     m = n * n
     return (record[:n], record[n:n + m].reshape(n, n), record[n + m:n + 2 * m].reshape(n, n))
 
 
-def updated(record, n):
+def updated(record: Array, n: int) -> tuple[Array, Array]:
     """Return views (z [n], P [n, n])."""
     start = n + 2 * n * n
     return record[start:start + n], record[start + n:start + n + n * n].reshape(n, n)
 
 
-def correction(record, n):
+def correction(record: Array, n: int) -> tuple[Array, Array, Array, Array]:
     """Return views (innovation [2], S [3] as s11, s12, s22, K [n, 2], [nis, loglik, dof])."""
     start = 2 * n + 3 * n * n
     return (record[start:start + 2], record[start + 2:start + 5],

@@ -26,9 +26,13 @@ s_i = (f+ + f-) / 2 - f(z), the textbook's sums are, without approximation,
 
 with g n = 1 - sqrt(1 + (beta - alpha^2) n W): a sum of squares for all beta, kappa >= 0. So no
 weight is negative, nothing is ever subtracted from a factor, and large weights do not cancel.
+
+Arguments: parameters: those of the estimator; states: process.markers; p: process.pack; dt s;
+u, load N m, see ekf.step.
 """
 import math
 
+from gearbox_monitor.arrays import Array, States, Values
 from gearbox_monitor.drive.model import substeps
 from gearbox_monitor.filters.process import (
     advance, EIGENVALUE, UKF_ALPHA, UKF_BETA, UKF_KAPPA)
@@ -38,8 +42,8 @@ from gearbox_monitor.jit import jit
 NEGATIVE_WEIGHT = -10.0
 
 
-def warnings(n, parameters):
-    """Return what to tell the user about the weights of `n` states: list of str."""
+def warnings(n: int, parameters: Values) -> list[str]:
+    """Return what to tell the user about the weights of `n` states, a list of str."""
     alpha, kappa = parameters['ukf_alpha'], parameters['ukf_kappa']
     centre = 1.0 - n / (alpha ** 2 * (n + kappa))
     if centre >= NEGATIVE_WEIGHT:
@@ -50,7 +54,7 @@ def warnings(n, parameters):
 
 
 @jit
-def cholesky(states, a, out):
+def cholesky(states: States, a: Array, out: Array) -> bool:
     """Write the lower Cholesky factor of `a` [n * n] into `out`; False when there is none."""
     n = len(states)
     for j in range(n):
@@ -72,7 +76,8 @@ def cholesky(states, a, out):
 
 
 @jit
-def transform(states, z, factor, dt, u, load, p, bends, rows):
+def transform(states: States, z: Array, factor: Array, dt: float, u: float, load: float, p: Array,
+              bends: Array, rows: Array) -> None:
     """
     Carry belief z [n] with the lower `factor` [n * n] of its covariance through the drive.
 
@@ -109,7 +114,8 @@ def transform(states, z, factor, dt, u, load, p, bends, rows):
 
 
 @jit
-def cross_covariance(states, rows, factor, P, slope, out, at):
+def cross_covariance(states: States, rows: Array, factor: Array, P: Array, slope: Array,
+                     out: Array, at: int) -> None:
     """
     Write cov(z predicted, z before) [n, n] into `out` from place `at` on.
 

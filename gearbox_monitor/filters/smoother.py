@@ -19,6 +19,9 @@ The filtered tau_K lags by about 20 ms and therefore draws a hysteresis loop tha
 smoothed one does not. A backward pass runs over a block, so its cost per sample stays bounded;
 blocks can be chained backwards, from the belief at the seam.
 """
+from typing import Any
+
+from gearbox_monitor.arrays import Array, States, Values
 from gearbox_monitor.filters.linalg import (
     multiply, solve_positive, transposed_multiply_symmetric)
 from gearbox_monitor.filters.process import TAU_K, X1, X2, X3, X4
@@ -34,7 +37,7 @@ Q_RATIO = 0.2
  S_X2, S_X4, S_X3, S_U, N_SMOOTHED) = range(11)
 
 
-def smoother_parameters(parameters):
+def smoother_parameters(parameters: Values) -> dict[str, Any]:
     """
     Return `parameters` (names of parameters.ESTIMATOR) of a filter changed for a smoother's pass.
 
@@ -46,7 +49,8 @@ def smoother_parameters(parameters):
 
 
 @jit
-def smooth(states, ring, newest, oldest, keep_until, model_variance, z, matrices, out):
+def smooth(states: States, ring: Array, newest: int, oldest: int, keep_until: int,
+           model_variance: float, z: Array, matrices: Array, out: Array) -> None:
     """
     Smooth steps `newest` .. `oldest` and write rows for steps `oldest` .. `keep_until` into `out`.
 
@@ -97,7 +101,7 @@ def smooth(states, ring, newest, oldest, keep_until, model_variance, z, matrices
 
 
 @jit
-def _write(n, z, P, model_variance, record, row):
+def _write(n: int, z: Array, P: Array, model_variance: float, record: Array, row: Array) -> None:
     row[S_TWIST] = z[X1] - z[X2]
     row[S_TWIST_RATE] = z[X3] - z[X4]
     row[S_TAU_K] = z[TAU_K]

@@ -24,6 +24,7 @@ import math
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, States
 from gearbox_monitor.filters import sigma
 from gearbox_monitor.filters.ekf import healthy, LOG_TWO_PI
 from gearbox_monitor.filters.process import noise, R1, R2, SINGLE
@@ -36,13 +37,14 @@ N_VECTORS, N_MATRICES = 2, 7
 warnings = sigma.warnings
 
 
-def memory_size(n):
+def memory_size(n: int) -> int:
     """Return how many numbers the filter carries besides z [n] and P [n * n]: the factor."""
     return n * n
 
 
 @jit
-def step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
+def step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float, load: float,
+         y1: float, y2: float, p: Array, vectors: Array, matrices: Array, record: Array) -> bool:
     """Predict over `dt` s and update with y = (y1, y2); see ekf.step. memory: L, row by row."""
     n = len(states)
     last = matrices[N_MATRICES - 1]
@@ -55,7 +57,9 @@ def step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record
 
 
 @jit
-def _step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, slope, record):
+def _step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float, load: float,
+          y1: float, y2: float, p: Array, vectors: Array, matrices: Array, slope: Array,
+          record: Array) -> bool:
     """Do the step in the precision of `vectors` and `matrices`."""
     n = len(states)
     at_z, at_P, at_cross, at_z_out, at_P_out, _, _, _, _ = places(n)
@@ -97,7 +101,8 @@ def _step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, slope
 
 
 @jit
-def _update(states, mean, factor, y1, y2, p, array, record):
+def _update(states: States, mean: Array, factor: Array, y1: float, y2: float, p: Array,
+            array: Array, record: Array) -> bool:
     """
     Update with what was measured: [[sqrt R, 0], [(H L)', L']] -> [[Sy', Kbar'], [0, L+']].
 
@@ -144,7 +149,7 @@ def _update(states, mean, factor, y1, y2, p, array, record):
 
 
 @jit
-def triangularise(a, columns, dense, tail):
+def triangularise(a: Array, columns: int, dense: int, tail: int) -> None:
     """
     Make the first `columns` columns of `a` [m, n] upper triangular by Householder reflections.
 
@@ -183,7 +188,7 @@ def triangularise(a, columns, dense, tail):
 
 
 @jit
-def _upper(states, lower, out):
+def _upper(states: States, lower: Array, out: Array) -> None:
     """Write the transpose of the triangle `lower` [n * n] into the first rows of `out`."""
     n = len(states)
     for i in range(n):
@@ -192,7 +197,7 @@ def _upper(states, lower, out):
 
 
 @jit
-def _lower(states, upper, out):
+def _lower(states: States, upper: Array, out: Array) -> None:
     """Write the transpose of the triangle that `upper` starts with into `out` [n * n]."""
     n = len(states)
     for i in range(n):
@@ -201,7 +206,7 @@ def _lower(states, upper, out):
 
 
 @jit
-def _noise(states, rows, z, dt, p):
+def _noise(states: States, rows: Array, z: Array, dt: float, p: Array) -> None:
     """Write the root of half the process noise of `dt` s at `z` [n] into rows[:n]."""
     n = len(states)
     for i in range(n):
@@ -211,7 +216,7 @@ def _noise(states, rows, z, dt, p):
 
 
 @jit
-def _square(states, factor, out, at):
+def _square(states: States, factor: Array, out: Array, at: int) -> None:
     """Write L L' [n, n] into `out` from place `at` on."""
     n = len(states)
     for i in range(n):

@@ -21,12 +21,14 @@ search starts from numbers taken from the recording, never from the parameters i
 result does not depend on them. Those numbers also carry a weak prior (a factor of 30 costs half a
 unit of log-likelihood), which decides only what the recording leaves open.
 """
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 import math
 
 import numpy as np
 from scipy.optimize import minimize
 
+from gearbox_monitor.arrays import Array, Integers
 from gearbox_monitor.errors import InputError
 
 # Fourth differences of white noise have 1 + 16 + 36 + 16 + 1 = 70 times its variance.
@@ -59,11 +61,11 @@ class Motion:
     [2] while standing still, or None; rest_seconds: how long that was.
     """
 
-    noise: tuple
+    noise: tuple[float, ...]
     seconds: float
-    speed: tuple
+    speed: tuple[float, ...]
     torque: float
-    rest: tuple | None
+    rest: tuple[float, ...] | None
     rest_seconds: float
 
 
@@ -78,9 +80,9 @@ class Tuned:
     `spread` (relative, largest over the parameters that are well determined).
     """
 
-    parameters: dict
+    parameters: dict[str, float]
     value: float
-    error: dict = field(default_factory=dict)
+    error: dict[str, float] = field(default_factory=dict)
     evaluations: int = 0
     failed: int = 0
     starts: int = 0
@@ -88,7 +90,7 @@ class Tuned:
     spread: float = 0.0
 
 
-def noise_of(y):
+def noise_of(y: Array) -> float:
     """Return the standard deviation of white noise on the smooth signal `y` [N], model-free."""
     y = y[np.isfinite(y)]
     if len(y) < 10:
@@ -97,7 +99,7 @@ def noise_of(y):
     return max(robust, step_of(y) / math.sqrt(12.0))
 
 
-def step_of(y):
+def step_of(y: Array) -> float:
     """Return the step of the grid that `y` [N] lies on, 0.0 when it lies on none."""
     levels = np.unique(y)
     if len(levels) < 2 or len(levels) > 0.5 * len(y):
@@ -106,7 +108,7 @@ def step_of(y):
     return float(apart[apart > 1e-9 * (levels[-1] - levels[0])].min())
 
 
-def at_rest(stamps, y):
+def at_rest(stamps: Integers, y: Array) -> tuple[tuple[float, ...], float] | None:
     """
     Return (noise [2], seconds) of the longest stretch in which both shafts stand still, or None.
 
@@ -119,7 +121,7 @@ def at_rest(stamps, y):
     if count < 3:
         return None
     blocks = y[:count * size].reshape(count, size, 2)
-    seen = np.isfinite(blocks).all(axis=(1, 2))
+    seen = np.all(np.isfinite(blocks), axis=(1, 2))
     with np.errstate(invalid='ignore'):
         means = blocks.mean(axis=1)
     sigma = np.array([noise_of(y[:, 0]), noise_of(y[:, 1])])
@@ -144,7 +146,7 @@ def at_rest(stamps, y):
     return tuple(_clipped_std(rest[:, c], sigma[c]) for c in range(2)), seconds
 
 
-def _clipped_std(y, floor):
+def _clipped_std(y: Array, floor: float) -> float:
     """Return the standard deviation of `y` [N] without outliers, no less than a grid gives."""
     away = y - np.median(y)
     width = max(MAD * float(np.median(np.abs(away))), floor)
@@ -152,7 +154,7 @@ def _clipped_std(y, floor):
     return max(std, step_of(y) / math.sqrt(12.0), 1e-9)
 
 
-def describe(stamps, u, y):
+def describe(stamps: Integers, u: Array, y: Array) -> Motion:
     """
     Return the Motion of a recording: stamps int64 [N] ns, u [N] N m, y [N, 2] rad.
 
@@ -186,7 +188,7 @@ def describe(stamps, u, y):
                   rest and rest[0], rest[1] if rest else 0.0)
 
 
-def _filled(y):
+def _filled(y: Array) -> Array:
     """Return `y` [N, 2] with gaps bridged, for rough figures only."""
     y, at = y.copy(), np.arange(len(y))
     for c in range(2):
@@ -195,8 +197,8 @@ def _filled(y):
     return y
 
 
-def liveliest(stamps, y, seconds):
-    """Return the slice of about `seconds` s in which the shafts of `y` [N, 2] move most."""
+def liveliest(stamps: Integers, y: Array, seconds: float) -> slice:
+    """Return the slice of `stamps` [N] of about `seconds` s in which `y` [N, 2] moves most."""
     n = len(stamps)
     span = float(stamps[-1] - stamps[0]) * 1e-9
     length = n if span <= 1.25 * seconds else max(MIN_SAMPLES, int(n * seconds / span))
@@ -208,8 +210,8 @@ def liveliest(stamps, y, seconds):
     return slice(begin, begin + length)
 
 
-def first_guess(motion, free):
-    """Return {name: value} for the parameters `free`, from the Motion alone."""
+def first_guess(motion: Motion, free: Sequence[str]) -> dict[str, float]:
+    """Return {name: value} for the parameters `free`, from the Motion `motion` alone."""
     torque = motion.torque if motion.torque > 0.0 else 1.0
     speed = [max(v, 1e-3) for v in motion.speed]
     guess = {
@@ -219,7 +221,9 @@ def first_guess(motion, free):
     return {name: guess[name] for name in free}
 
 
-def search(evaluate, guess, progress=None, likelihood=True):
+def search(evaluate: Callable[[dict[str, float], bool], tuple[float, bool]],
+           guess: dict[str, float], progress: Callable[[float], None] | None = None,
+           likelihood: bool = True) -> Tuned:
     """
     Return the Tuned parameters that maximise `evaluate`.
 
@@ -242,10 +246,10 @@ def search(evaluate, guess, progress=None, likelihood=True):
                 start[i] = -math.log(factor)
         starts.append(start)
 
-    def values(x):
+    def values(x: Array) -> dict[str, float]:
         return dict(zip(names, (centre * np.exp(x)).tolist()))
 
-    def cost(x, coarse):
+    def cost(x: Array, coarse: bool) -> float:
         x = np.asarray(x)
         outside = np.maximum(np.abs(x) - REACH, 0.0).sum()
         inside = np.clip(x, -REACH, REACH)
@@ -256,10 +260,10 @@ def search(evaluate, guess, progress=None, likelihood=True):
             criterion = DIVERGED
         return -criterion + 0.5 * float((x / PRIOR) @ (x / PRIOR)) + 1e3 * outside
 
-    def descend(x, coarse, shares):
+    def descend(x: Array, coarse: bool, shares: tuple[float, float]) -> tuple[Array, float]:
         calls = [0]
 
-        def with_slope(x):
+        def with_slope(x: Array) -> tuple[float, Array]:
             calls[0] += 1
             if progress:
                 share = 1.0 - 1.0 / (1.0 + 0.15 * calls[0])
@@ -293,7 +297,7 @@ def search(evaluate, guess, progress=None, likelihood=True):
     return result
 
 
-def _newton(cost, x, value):
+def _newton(cost: Callable[[Array], float], x: Array, value: float) -> tuple[Array, float, Array]:
     """
     Fit a paraboloid around `x`; return its minimum, the cost there and standard errors.
 
@@ -301,9 +305,10 @@ def _newton(cost, x, value):
     """
     n = len(x)
     reach = np.empty(n)
-    points, costs = [np.zeros(n)], [value]
+    points: list[Array] = [np.zeros(n)]
+    costs = [value]
 
-    def add(d):
+    def add(d: Array) -> None:
         points.append(d)
         costs.append(cost(x + d))
 
@@ -322,14 +327,14 @@ def _newton(cost, x, value):
                 d[i], d[j] = 0.7 * reach[i], sign * 0.7 * reach[j]
                 add(d)
                 add(-d)
-    scaled, costs = np.array(points) / reach, np.array(costs)
-    near = (costs < value + 50.0) & (np.abs(scaled).max(axis=1) < 3.0)
+    scaled, heights = np.array(points) / reach, np.array(costs)
+    near = (heights < value + 50.0) & (np.abs(scaled).max(axis=1) < 3.0)
     pairs = [(i, j) for i in range(n) for j in range(i + 1)]
     columns = [np.ones(len(scaled)), *scaled.T, *(scaled[:, i] * scaled[:, j] for i, j in pairs)]
     unknown = np.full(n, math.nan)
     if near.sum() < len(columns):
         return x, value, unknown
-    c = np.linalg.lstsq(np.column_stack(columns)[near], costs[near], rcond=None)[0]
+    c = np.linalg.lstsq(np.column_stack(columns)[near], heights[near], rcond=None)[0]
     hessian = np.zeros((n, n))
     for (i, j), a in zip(pairs, c[1 + n:]):
         hessian[i, j] += a
@@ -344,7 +349,7 @@ def _newton(cost, x, value):
     return x, value, deviations
 
 
-def widened(error, variance, share=0.682689):
+def widened(error: Array, variance: Array, share: float = 0.682689) -> float:
     """
     Return what must be added (in quadrature) to the deviations so that they cover `share`.
 

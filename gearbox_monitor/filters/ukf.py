@@ -18,6 +18,7 @@ Unscented Kalman filter, scaled; by default alpha = 1, beta = 2, kappa = 0.
 The measurement is linear in the state, so redrawing the points before it gives exactly the linear
 update, which is the EKF's (in Joseph's form).
 """
+from gearbox_monitor.arrays import Array, States
 from gearbox_monitor.filters import sigma
 from gearbox_monitor.filters.ekf import healthy, update
 from gearbox_monitor.filters.process import noise
@@ -29,20 +30,22 @@ N_VECTORS, N_MATRICES = 1, 4
 warnings = sigma.warnings
 
 
-def memory_size(n):
+def memory_size(n: int) -> int:
     """Return how many numbers the filter carries besides z [n] and P [n * n]."""
     return 0
 
 
 @jit
-def step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
+def step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float, load: float,
+         y1: float, y2: float, p: Array, vectors: Array, matrices: Array, record: Array) -> bool:
     """Predict over `dt` s and update with y = (y1, y2); see ekf.step."""
     return (predict(states, z, P, dt, u, load, p, vectors, matrices, record)
             and update(states, z, P, y1, y2, p, matrices, record) and healthy(states, z, P))
 
 
 @jit
-def predict(states, z, P, dt, u, load, p, vectors, matrices, record):
+def predict(states: States, z: Array, P: Array, dt: float, u: float, load: float, p: Array,
+            vectors: Array, matrices: Array, record: Array) -> bool:
     """Predict as ekf.predict does. False when P is not positive definite."""
     n = len(states)
     at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)

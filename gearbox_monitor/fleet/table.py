@@ -53,7 +53,8 @@ COLUMNS = {
     'fingerprint': TEXT, 'settings': TEXT, 'version': TEXT, 'kernels': TEXT, 'attempts': COUNT,
     'cpu_s': NUMBER, 'analysed': STAMP,
 }
-_KINDS = {float: NUMBER, bool: FLAG, int: COUNT, tuple: pa.list_(NUMBER)}
+_KINDS = {float: NUMBER, bool: FLAG, int: COUNT,
+          tuple[float, ...]: pa.list_(NUMBER)}
 WINDOW_COLUMNS = {
     'stamp': STAMP, 'excited': FLAG, 'not_excited': TEXT,
     **{f.name: _KINDS[f.type] for f in fields(Backlash)},

@@ -24,7 +24,7 @@ from gearbox_monitor.drift.windows import Windows
 from gearbox_monitor.drive.excitation import Excitation
 from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.drive.simulate import simulate
-import gearbox_monitor.fleet.job  # noqa: F401: what workers run
+import gearbox_monitor.fleet.job  # noqa: F401, what workers run
 from gearbox_monitor.monitor import Monitor, Samples
 
 PERIOD = 2e-3  # s

@@ -159,6 +159,7 @@ class Source:
         errors, torque = Pairing(2, 2), Pairing(1, 1)
         stated = _Stated(measured(self.facts.parameters))
         loops = SMOOTHED if self._count(SMOOTHED) else STATE
+        scale = np.array([ratio, 1.0])
         for block in self._blocks([*decode, *said]):
             states = {topic.rsplit('/', 1)[-1] if topic != self.topic else 'inputs':
                       one(block.of(topic)) for topic, one in decode.items()}
@@ -166,7 +167,6 @@ class Source:
             self.timeline.add_inputs(samples.stamp_ns, samples.u[:, 0])
             if self.timeline.first_ns is None:
                 continue  # diagnostics from before the first sample tell nothing
-            scale = np.array([ratio, 1.0])
             self._paired(errors, block, states, (ERRORS, ERRORS_STD), 'position',
                          lambda stamps, error, std: self.timeline.add_errors(
                              stamps, error / scale, std / np.abs(scale)))

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """Third trust indicator: the stated uncertainty of tau_K is where it was when all was well."""
-from gearbox_monitor.trust.level import Condition, finding_of, Level
+from gearbox_monitor.trust.level import Condition, Finding, finding_of, Level
 
 LOWER, UPPER = 0.8, 1.3  # of the reference
 REFERENCE_EVALUATIONS = 5  # whose median is the reference, where none was given
@@ -32,7 +32,7 @@ ABOVE = Condition(
 CONDITIONS = (BELOW, ABOVE)
 
 
-def check(std, reference):
+def check(std: float, reference: float | None) -> Finding:
     """Return the Finding for the median `std` (N m) of tau_K against its `reference` (N m)."""
     if reference is None:
         return finding_of([], 'reference for the uncertainty of tau_K not complete yet',

@@ -28,8 +28,9 @@ import math
 import numpy as np
 from scipy.special import chdtri, ndtri
 
+from gearbox_monitor.arrays import Array, Values
 from gearbox_monitor.jit import jit_allocating
-from gearbox_monitor.trust.level import Condition, finding_of, Level
+from gearbox_monitor.trust.level import Condition, Finding, finding_of, Level
 
 MEAN_WINDOW, GATE_WINDOW, WINDOW = 0.5, 1.0, 2.0  # s
 MIN_SAMPLES = 100
@@ -91,7 +92,7 @@ CONDITIONS = (BIASED, COLOURED, LARGER, SMALLER, GROSS, MOTOR_VARIANCE, ARM_VARI
 
 
 @jit_allocating
-def _finite_sum(column):
+def _finite_sum(column: Array) -> tuple[float, int]:
     """Return (sum, number) of the finite values of `column` [N]."""
     total, count = 0.0, 0
     for i in range(column.shape[0]):
@@ -102,7 +103,7 @@ def _finite_sum(column):
 
 
 @jit_allocating
-def _centred(column):
+def _centred(column: Array) -> Array:
     """Return the finite values of `column` [N] less their mean, behind LAGS zeros."""
     out, at, total = np.zeros(LAGS + column.shape[0]), LAGS, 0.0
     for i in range(column.shape[0]):
@@ -117,7 +118,7 @@ def _centred(column):
 
 
 @jit_allocating
-def _sizes(errors, stds, newest):
+def _sizes(errors: Array, stds: Array, newest: int) -> tuple[float, float, float]:
     """
     Return the mean of (error / std)^2 of motor and arm, and the largest abs(error) / std.
 
@@ -141,11 +142,11 @@ def _sizes(errors, stds, newest):
 
 
 @lru_cache(maxsize=64)
-def _weights(n):
+def _weights(n: int) -> Array:
     return n * (n + 2.0) / np.arange(n - 1.0, n - LAGS - 1.0, -1.0)
 
 
-def ljung_box(e):
+def ljung_box(e: Array) -> tuple[float, float]:
     """
     Return (Q of Ljung and Box over LAGS lags, sum of squared correlations) of `e` [N].
 
@@ -164,24 +165,24 @@ def ljung_box(e):
 
 
 @lru_cache(maxsize=64)
-def nis_limits(dof):
+def nis_limits(dof: float) -> tuple[float, float]:
     """Return (low, high) of the mean NIS per degree of freedom, of `dof` in all."""
     return (float(chdtri(dof, 1.0 - SIGNIFICANCE / 2)) / dof,
             float(chdtri(dof, SIGNIFICANCE / 2)) / dof)
 
 
-def _mean(white):
+def _mean(white: Array) -> float:
     """Return the larger abs(mean) sqrt(N) of the channels of `white` [N, 2]."""
     sums = [_finite_sum(white[:, c]) for c in range(2)]
     return max((abs(total) / math.sqrt(n) for total, n in sums if n >= LAGS), default=0.0)
 
 
-def _whiteness(white):
+def _whiteness(white: Array) -> tuple[float, float]:
     """Return ljung_box of the channel of `white` [N, 2] that is farther from white."""
     return max(ljung_box(white[:, 0]), ljung_box(white[:, 1]))
 
 
-def flags(white, nis, dof):
+def flags(white: Array, nis: Array, dof: Array) -> dict[str, bool]:
     """
     Return {test: bool} for one window of W samples: whether significance alone speaks against it.
 
@@ -195,7 +196,7 @@ def flags(white, nis, dof):
             'nis': not low <= float(np.sum(nis)) / total <= high}
 
 
-def systematic(values):
+def systematic(values: Values) -> bool:
     """
     Return whether `values` of check() are biased or not white, as no noise makes them.
 
@@ -207,7 +208,8 @@ def systematic(values):
             and values['predictable_share'] > values['predictable_share_threshold']))
 
 
-def check(white, nis, dof, errors, stds, recent, newest):
+def check(white: Array, nis: Array, dof: Array, errors: Array, stds: Array, recent: Array,
+          newest: int) -> Finding:
     """
     Return the Finding for a window of N samples.
 

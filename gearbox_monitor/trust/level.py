@@ -13,8 +13,11 @@
 # limitations under the License.
 
 """The one state machine of every alarm: debounced, clamped on both sides, with hysteresis."""
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 import enum
+
+from gearbox_monitor.arrays import Values
 
 
 class Level(enum.IntEnum):
@@ -36,7 +39,7 @@ class Finding:
 
     level: Level
     message: str
-    values: dict = field(default_factory=dict)
+    values: Values = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -55,12 +58,12 @@ class Condition:
     when: str
     window: str
     advice: str
-    value: tuple = ()
-    threshold: tuple = ()
+    value: tuple[str, ...] = ()
+    threshold: tuple[str, ...] = ()
 
 
-def finding_of(broken, fine, values):
-    """Return the Finding of the Conditions `broken`; without any, OK with the message `fine`."""
+def finding_of(broken: Sequence[Condition], fine: str, values: Values) -> Finding:
+    """Return the Finding with `values` of the Conditions `broken`; without any, OK and `fine`."""
     if not broken:
         return Finding(Level.OK, fine, values)
     advice = dict.fromkeys(c.advice for c in broken)
@@ -84,15 +87,16 @@ class Alarm:
     yet"), never OK; the first one may clear it.
     """
 
-    def __init__(self, up=3, down=5):
+    def __init__(self, up: int = 3, down: int = 5) -> None:
         self.up, self.down = up, down
-        self.level, self.since_ns = Level.WARN, None
+        self.level = Level.WARN
+        self.since_ns: int | None = None
         self._above = [0, 0]  # evaluations in a row at or above WARN, ERROR
         self._below = [0, 0]
         self._judged = False
-        self._said = {}  # level: what was found last at it
+        self._said: dict[Level, str] = {}  # level: what was found last at it
 
-    def update(self, raw, stamp_ns):
+    def update(self, raw: int, stamp_ns: int) -> Level:
         """Take the raw level found at `stamp_ns`; return the debounced level."""
         for i, at in enumerate((Level.WARN, Level.ERROR)):
             above = raw >= at
@@ -110,9 +114,9 @@ class Alarm:
         self.level, self._judged = new, True
         return new
 
-    def judge(self, finding, stamp_ns):
+    def judge(self, finding: Finding, stamp_ns: int) -> Finding:
         """
-        Return the raw `finding` at its debounced level, with how long that has lasted.
+        Return the raw `finding` at its debounced level, with how long that has lasted at stamp_ns.
 
         The message fits the level in force: while a raw level is not believed yet, or not
         forgotten yet, it is what was found last at the level that stands.
@@ -129,6 +133,6 @@ class Alarm:
             message += f' (for {lasted:.1f} s)'
         return Finding(level, message, finding.values)
 
-    def lasted(self, stamp_ns):
-        """Return how long the level has lasted, in seconds; 0 where time went backwards."""
+    def lasted(self, stamp_ns: int) -> float:
+        """Return how long the level has lasted at `stamp_ns` (s); 0 where time went backwards."""
         return 0.0 if self.since_ns is None else max((stamp_ns - self.since_ns) * 1e-9, 0.0)

@@ -20,7 +20,7 @@ is then a diagnosis (docs/diagnose.md), not another tuning.
 """
 from collections import deque
 
-from gearbox_monitor.trust.level import Condition, finding_of, Level
+from gearbox_monitor.trust.level import Condition, Finding, finding_of, Level
 
 SHARE = 0.5  # of the time that is looked at
 SECOND = 1_000_000_000
@@ -37,15 +37,15 @@ CONDITIONS = (MISSING,)
 class Systematic:
     """The evaluations, one per second of stamps, whose prediction errors were systematic."""
 
-    def __init__(self):
-        self._stamps = deque()
+    def __init__(self) -> None:
+        self._stamps: deque[int] = deque()
 
-    def add(self, stamp_ns, systematic):
+    def add(self, stamp_ns: int, systematic: bool) -> None:
         """Take the evaluation at `stamp_ns`."""
         if systematic:
             self._stamps.append(stamp_ns)
 
-    def seconds(self, stamp_ns, window):
+    def seconds(self, stamp_ns: int, window: float) -> int:
         """Return how many of the last `window` s before `stamp_ns` were systematic."""
         first = stamp_ns - round(window * SECOND)
         while self._stamps and not first < self._stamps[0] <= stamp_ns:
@@ -53,7 +53,7 @@ class Systematic:
         return len(self._stamps)
 
 
-def check(systematic, stamp_ns, window, unknown_load):
+def check(systematic: Systematic, stamp_ns: int, window: float, unknown_load: bool) -> Finding:
     """
     Return the Finding at `stamp_ns` from a Systematic over the last `window` s.
 

@@ -19,16 +19,18 @@ The paper's equation (6) looks at the Jacobian of [f; h] at a point; in raw unit
 encoder above a healthy standstill. What decides the level is therefore the information share: how
 much of the prior standard deviation of tau_K is left after 100 ms of measurements.
 """
+from collections.abc import Mapping
 import math
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Flags, Values
 from gearbox_monitor.drive.model import (
     arm_load_slopes, D, INVERSE_M1, INVERSE_M2, motor_friction_slope)
 from gearbox_monitor.filters.process import (
     K_P, LOAD_AT, P0, Q0, R1, R2, tangent, TAU_K, X1, X2, X3, X4)
 from gearbox_monitor.jit import jit, jit_allocating, jit_inline
-from gearbox_monitor.trust.level import Condition, finding_of, Level
+from gearbox_monitor.trust.level import Condition, Finding, finding_of, Level
 
 WINDOW = 0.1  # s
 UNTRUSTED = 0.3
@@ -44,7 +46,8 @@ CONDITIONS = (HIDDEN,)
 
 
 @jit
-def _gramian(states, dts, seen, p, gramian, product, slope):
+def _gramian(states: Array, dts: Array, seen: Array, p: Array, gramian: Array, product: Array,
+             slope: Array) -> None:
     """
     Sum Phi' H' R^-1 H Phi over W samples [W, n], from the first state on.
 
@@ -85,7 +88,7 @@ def _gramian(states, dts, seen, p, gramian, product, slope):
 
 
 @jit_inline
-def _braked(rate):
+def _braked(rate: float) -> tuple[float, float]:
     """Return speed and way under a constant push, over those without friction of that rate."""
     if not abs(rate) > 1e-6:
         return 1.0, 1.0
@@ -94,7 +97,7 @@ def _braked(rate):
 
 
 @jit_allocating
-def _scale(p, n):
+def _scale(p: Array, n: int) -> Array:
     """Return the typical magnitudes of the states, [n]: their prior standard deviations."""
     scale = np.sqrt(p[P0:P0 + n])
     scale[X1] = scale[X2] = POSITION_SCALE
@@ -102,7 +105,7 @@ def _scale(p, n):
 
 
 @jit_allocating
-def information_share(states, dts, seen, p):
+def information_share(states: Array, dts: Array, seen: Array, p: Array) -> Array:
     """
     Return [n]: posterior over prior standard deviation of each state after the window.
 
@@ -126,13 +129,13 @@ def information_share(states, dts, seen, p):
 
 
 @jit_allocating
-def _condition(jacobian):
+def _condition(jacobian: Array) -> float:
     s = np.linalg.svd(jacobian, False)[1]
     return s[-1] / max(s[0], TINY)
 
 
 @jit_allocating
-def _paper(state, seen, p):
+def _paper(state: Array, seen: Flags, p: Array) -> tuple[float, float, float, float]:
     n = state.shape[0]
     a, jacobian, scaled = np.empty((n, n)), np.zeros((n + 2, n)), np.zeros((n + 2, n))
     tangent(state, np.eye(n), p, a)
@@ -159,7 +162,7 @@ def _paper(state, seen, p):
     return _condition(jacobian), _condition(scaled), alone, signal
 
 
-def paper(state, seen, p):
+def paper(state: Array, seen: Flags, p: Array) -> dict[str, float]:
     """
     Return the indicators of equation (6) at `state` [n] with `seen` [2] bool, as {name: number}.
 
@@ -174,11 +177,12 @@ def paper(state, seen, p):
                     _paper(state, seen, p)))
 
 
-def check(shares, eq6):
+def check(shares: Mapping[str, float], eq6: Values) -> Finding:
     """
     Return the Finding for the information shares {state: share} and the indicators of eq. (6).
 
-    shares: 'tau_k' decides; 'x3' (motor speed) and, where it is estimated, 'tau_arm' are told.
+    eq6: see paper. shares: 'tau_k' decides; 'x3' (motor speed) and, where it is
+    estimated, 'tau_arm' are told.
     """
     values = {
         'information_share_tau_k': shares['tau_k'], 'information_share_threshold': UNTRUSTED,

@@ -13,9 +13,11 @@
 # limitations under the License.
 
 """Whether the samples that came in could be used."""
+from collections.abc import Mapping
 from dataclasses import replace
 
-from gearbox_monitor.trust.level import Condition, finding_of, Level
+from gearbox_monitor.arrays import Values
+from gearbox_monitor.trust.level import Condition, Finding, finding_of, Level
 
 START_TIME = 5.0  # s: before the first sample ever, silence is not yet an error
 _WINDOW = 'the last second'
@@ -31,7 +33,7 @@ SILENT = Condition(
     'check that the source runs and that topic, joint names and domain agree')
 
 
-def _refused(advice, *counters):
+def _refused(advice: str, *counters: str) -> Condition:
     names = ', '.join(counters)
     return Condition('input', Level.WARN, names, f'any of: {names}', _WINDOW, advice, counters)
 
@@ -49,7 +51,7 @@ REFUSED = (
 CONDITIONS = (SILENT, NO_SAMPLE, *REFUSED)
 
 
-def check(new, usable, values):
+def check(new: Mapping[str, int], usable: int, values: Values) -> Finding:
     """
     Return the Finding: `new` {counter: how many in the last second}, `usable` samples in it.
 

@@ -1,0 +1,138 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The commands and the code of the pages run, on short recordings of a simulated drive."""
+import os
+from pathlib import Path
+import re
+import shlex
+import subprocess
+import sys
+from types import ModuleType
+
+import pytest
+
+from gearbox_monitor import trust
+from gearbox_monitor.bag.example import write_bag
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.drive.model import DriveModel
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / 'docs'
+# What is run elsewhere, being long, on nodes or on recordings of others.
+ELSEWHERE = {
+    'benchmark': 'each has a test of its own', 'demo': 'test_demo', 'play': 'test_play',
+    'tune': 'test_tune, and below', 'diagnose': 'test_diagnose', 'suggest': 'test_motion',
+    'fit-nominal': 'test_real_drives', 'import': 'test_import', 'fleet': 'test_fleet, and below'}
+RATE = ['--rate', '200']  # five times as fast as what the pages make
+
+
+def blocks(page, language):
+    """Return the code blocks of `page` in one language."""
+    return re.findall(rf'```{language}\n(.*?)```', page.read_text(encoding='utf-8'), re.DOTALL)
+
+
+def commands(page):
+    """Return the words of each command of ours in the shell blocks of `page`, in order."""
+    lines = '\n'.join(blocks(page, 'sh')).replace('\\\n', ' ').splitlines()
+    words = [shlex.split(line, comments=True) for line in lines]
+    return [line[1:] for line in words if line[:1] == ['gearbox_monitor']]
+
+
+def test_first_hour(tmp_path, monkeypatch):
+    """Every command of the tutorial, in order, in one folder, with the files that it shows."""
+    page = DOCS / 'first_hour.md'
+    text = (ROOT / 'config/drive.yaml').read_text(encoding='utf-8')
+    (tmp_path / 'joint3_drive.yaml').write_text(text)
+    assert '`half_gap: 0.125`' in page.read_text(encoding='utf-8')
+    (tmp_path / 'worn.yaml').write_text(text.replace('half_gap: 0.1 ', 'half_gap: 0.125 '))
+    (tmp_path / 'start.yaml').write_text(blocks(page, 'yaml')[0])
+    monkeypatch.chdir(tmp_path)
+    codes = {}
+    for words in commands(page):
+        if words[0] == 'fit-nominal':
+            continue
+        codes[' '.join(words[:2])] = main([*words, *(RATE if words[0] == 'example' else [])])
+    assert codes.pop('accept later') == 1, 'the worn one is to fail'
+    assert len(codes) == 8 and set(codes.values()) == {0}
+    assert 'baseline_file: "joint3_healthy.yaml"' in (tmp_path / 'joint3.yaml').read_text()
+    page = (tmp_path / 'fleet/fleet.html').read_text(encoding='utf-8')
+    assert re.search(r'SN0815.*gap \+2[456]\.\d', page)
+
+
+@pytest.fixture(scope='module')
+def files(tmp_path_factory):
+    """Give the folder with what the commands of the pages are about."""
+    folder = tmp_path_factory.mktemp('files')
+    for name, seed in (('BAG', 0), ('BAG2', 1)):
+        write_bag(folder / name, DriveModel(), 24.0, seed, 200.0, rest=2.0)
+    text = (ROOT / 'config/drive.yaml').read_text(encoding='utf-8')
+    (folder / 'found').mkdir()
+    for name in ('drive.yaml', 'joint3_drive.yaml', 'found/drive.closed.yaml'):
+        (folder / name).write_text(text)
+    (folder / 'joint3.yaml').write_text('estimator: {ros__parameters: {arm_load: none}}')
+    return folder
+
+
+def shown():
+    """Return the different commands of all pages but the tutorial that are run here."""
+    found = {}
+    for page in (ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted(DOCS.glob('*.md'))):
+        for words in commands(page):
+            if page.name != 'first_hour.md' and words[0] not in ELSEWHERE:
+                # Other recordings: those of the pages about real drives, other joints.
+                if words[-1].isupper() or not {'pulses', '--motor-joint'} & set(words):
+                    found.setdefault(tuple(words), page.name)
+    return [pytest.param(list(words), id=f'{page}: {" ".join(words)}')
+            for words, page in found.items()]
+
+
+@pytest.mark.parametrize('words', shown())
+def test_command_of_a_page(words, files, tmp_path, monkeypatch):
+    for path in files.iterdir():
+        (tmp_path / path.name).symlink_to(path)
+    monkeypatch.chdir(tmp_path)
+    assert main(words) == 0
+
+
+def module(monkeypatch, name, code):
+    """Make the module `name` of `code`, also as an attribute of its package."""
+    made = ModuleType(name)
+    exec(compile(code, name, 'exec'), vars(made))
+    monkeypatch.setitem(sys.modules, name, made)
+    return made
+
+
+def test_filter_of_the_page(tmp_path):
+    """Interpreted, in a process of its own: compiling it takes longer than running it."""
+    gated, use, *_ = blocks(DOCS / 'extend.md', 'python')
+    (tmp_path / 'gated.py').write_text(gated)
+    (tmp_path / 'use.py').write_text(
+        'import gated, gearbox_monitor.filters\ngearbox_monitor.filters.gated = gated\n'
+        + use)
+    done = subprocess.run(
+        [sys.executable, 'use.py'], cwd=tmp_path, capture_output=True, text=True, check=False,
+        env={**os.environ, 'GEARBOX_MONITOR_JIT': '0', 'PYTHONPATH': str(ROOT)})
+    assert done.returncode == 0, done.stderr
+    plain, gated = map(float, re.findall(r'(\d\.\d+) N m', done.stdout))
+    assert gated < 0.9 * plain
+
+
+def test_indicator_of_the_page(monkeypatch, capsys):
+    *_, load, use = blocks(DOCS / 'extend.md', 'python')
+    made = module(monkeypatch, 'gearbox_monitor.trust.load', load)
+    monkeypatch.setattr(trust, 'load', made, raising=False)
+    exec(compile(use, 'extend.md', 'exec'), {})
+    levels = [line.split()[1] for line in capsys.readouterr().out.splitlines()]
+    assert levels == ['OK'] * 7 + ['WARN'] * 4 or levels == ['OK'] * 8 + ['WARN'] * 3
