@@ -23,6 +23,10 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import checked
 
 
+# Parameters that every node has.
+OF_ROS = ('qos_overrides', 'start_type_description_service', 'use_sim_time')
+
+
 class _Loader(yaml.SafeLoader):
     """Safe loader that takes 1e-3 for a number, as YAML 1.2 does and ROS parameter files do."""
 
@@ -98,7 +102,8 @@ def load_parameters(path, node, table, of=''):
             raise InputError(f'{path}: {block}: expected a block ros__parameters')
         names = {row.name for row in table}
         # /** addresses every node: what this one does not have belongs to another.
-        values.update({k: v for k, v in inner.items() if block.startswith(node) or
-                       block.rsplit('/', 1)[-1] == node or k in names})
+        values.update({
+            k: v for k, v in inner.items() if k in names or block.rsplit('/', 1)[-1] == node
+            and k.partition('.')[0] not in OF_ROS})
     checked(table, values, path)
     return values
