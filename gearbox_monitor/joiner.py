@@ -28,13 +28,12 @@ class Joiner:
     Pairs messages whose stamps are at most `tolerance` (int ns) apart, each message once.
 
     A motor message gets the first arm message that fits. Without one it goes on alone, an arm
-    message is left out. alone, unused: how many of these; nearest: smallest distance (ns) of
-    stamps that did not fit since `ask`.
+    message is left out. pairs, alone, unused: how many of each.
     """
 
     def __init__(self, tolerance):
         self.tolerance = tolerance
-        self.alone = self.unused = 0
+        self.pairs = self.alone = self.unused = 0
         self._nearest = None
         self._motor, self._arm = deque(), deque()  # (stamp, values)
 
@@ -84,6 +83,7 @@ class Joiner:
             apart = self._arm[0][0] - self._motor[0][0]
             if abs(apart) <= self.tolerance:
                 due.append((*self._motor.popleft(), self._arm.popleft()[1]))
+                self.pairs += 1
                 continue
             self._nearest = min(abs(apart), self._nearest or abs(apart))
             if apart < 0:

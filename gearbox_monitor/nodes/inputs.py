@@ -51,6 +51,7 @@ class Inputs:
             self._join(parameters)
 
     def _join(self, parameters):
+        self._pairs = 0  # when asked last
         self.joiner = Joiner(round(parameters['pair_tolerance'] * SECOND))
         self._paired = advertise(self._node, JointState, PAIRED_JOINT_STATES, DEPTH)
         self.topic = self._paired.topic_name
@@ -145,28 +146,33 @@ class Inputs:
             self._node.get_logger().warning(f'{self.motor_topic}: {text}')
 
     def silence(self, taken):
-        """Return why no sample came, '' where that is not known; taken: whether any ever did."""
+        """Return (why no sample came, what to do) or None; taken: whether any ever did."""
         if self.foreign and not taken:
             motor, arm = self.joints
             return (f'{self.foreign} messages named neither {motor!r} nor {arm!r} but '
-                    f'{", ".join(self._others) or "nothing"}; set motor_joint and arm_joint')
+                    f'{", ".join(self._others) or "nothing"}', 'set motor_joint and arm_joint')
         if self.joiner is not None and self.joiner.unused and not taken:
             return (f'messages of the arm came on {self.arm_topic}, none of '
-                    f'{self.joints[0]!r} on {self.motor_topic}')
-        return ''
+                    f'{self.joints[0]!r} on {self.motor_topic}', 'check motor_joint and its topic')
+        return None
 
     def pairing(self):
         """Return ({name: value}, text of what is wrong or '') of the pairs since last asked."""
         if self.joiner is None:
             return {}, ''
         nearest, tolerance = self.joiner.ask(), self.joiner.tolerance / SECOND
+        none, self._pairs = self.joiner.pairs == self._pairs, self.joiner.pairs
         values = {'motor_without_arm': self.joiner.alone, 'arm_without_motor': self.joiner.unused,
                   'pair_tolerance_s': tolerance}
         if nearest is None:
             return values, ''
         values['nearest_unpaired_s'] = nearest / SECOND
-        return values, (f'stamps of motor and arm are {nearest / SECOND:.6f} s apart, '
-                        f'pair_tolerance is {tolerance:g} s')
+        text = (f'stamps of motor and arm are {nearest / SECOND:.6f} s apart, pair_tolerance is '
+                f'{tolerance:g} s')
+        if none:
+            self._node.get_logger().warning(f'{self.arm_topic}: nothing is paired: {text}',
+                                            throttle_duration_sec=60.0)
+        return values, text
 
     def clear(self):
         """Forget what waits for a partner."""
