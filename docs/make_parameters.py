@@ -21,7 +21,8 @@ import yaml
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from gearbox_monitor.parameters import AT_ONCE, ESTIMATOR, PLANT, RESTART  # noqa: E402, I100, I202
+from gearbox_monitor.parameters import (  # noqa: E402, I100, I202
+    AT_ONCE, ESTIMATOR, MODEL, PLANT, RECORDER, RESTART)
 
 PAGE = ROOT / 'docs/parameters.md'
 CHANGES = {AT_ONCE: 'yes', RESTART: 'yes, restarts the filter'}
@@ -37,7 +38,11 @@ estimator, every change is in the bag, and replay repeats it.
 All values are SI. Values of the motor are referred to the arm side (`gear_ratio` in the model
 file). Process noise is spectral, per sqrt(s): the sample rate can change without retuning.
 """
-MODEL = """
+VALUES = """\
+Values of the model file: given here, or changed while the node runs, they replace those of the
+file. Their defaults are the file's; shown are those of the packaged one.
+"""
+MODEL_FILE = """
 ## Model file
 
 The drive itself, read by plant, estimator and replay alike: every key with its unit stands in
@@ -47,7 +52,8 @@ The drive itself, read by plant, estimator and replay alike: every key with its 
 
 def shown(value):
     """Return `value` as it stands in YAML."""
-    return yaml.safe_dump(value, default_flow_style=True).removesuffix('\n...\n').strip()
+    text = yaml.safe_dump(value, default_flow_style=True, width=1000)
+    return text.removesuffix('\n...\n').strip()
 
 
 def bounds(row):
@@ -69,27 +75,11 @@ def table(rows):
     return '\n'.join(lines)
 
 
-def recorder():
-    """Return a Markdown table of what config/recorder.yaml explains."""
-    lines = ['| name | default | what |', '|---|---|---|']
-    text = (ROOT / 'config/recorder.yaml').read_text(encoding='utf-8')
-    values = yaml.safe_load(text)['recorder']['ros__parameters']
-    comment = []
-    for line in map(str.strip, text.splitlines()[2:]):
-        name = line.split(':')[0]
-        if line.startswith('#'):
-            comment.append(line.lstrip('# '))
-        elif name in values:
-            default = 'all of the contract' if name == 'topics' else f'`{shown(values[name])}`'
-            lines.append(f'| `{name}` | {default} | {" ".join(comment)} |')
-            comment = []
-    return '\n'.join(lines)
-
-
 def page():
     """Return the text of the page."""
-    return (f'{HEAD}\n## estimator\n\n{table(ESTIMATOR)}\n\n## plant\n\n{table(PLANT)}\n\n'
-            f'## recorder\n\nRead at the start only.\n\n{recorder()}\n{MODEL}')
+    return (f'{HEAD}\n## estimator\n\n{table(ESTIMATOR)}\n\n{VALUES}\n{table(MODEL)}\n\n'
+            f'## plant\n\n{table(PLANT)}\n\n'
+            f'## recorder\n\n{table(RECORDER)}\n{MODEL_FILE}')
 
 
 if __name__ == '__main__':

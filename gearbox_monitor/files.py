@@ -23,6 +23,10 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import checked
 
 
+# Parameters that every node has.
+OF_ROS = ('qos_overrides', 'start_type_description_service', 'use_sim_time')
+
+
 class _Loader(yaml.SafeLoader):
     """Safe loader that takes 1e-3 for a number, as YAML 1.2 does and ROS parameter files do."""
 
@@ -68,26 +72,38 @@ def save_model(path, model, comment):
         raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
 
 
-def load_parameters(path, node, table):
+def load_parameters(path, node, table, of=''):
     """
     Return the parameters of `table` that the ROS parameter file `path` gives to `node`.
 
-    Takes the blocks ``/**`` and `node` (with or without a namespace), in this order.
-    Raises InputError.
+    Takes the blocks ``/**``, ``/**/node`` and `node` (with or without a namespace), in this order.
+    of: a topic or node; where there are several namespaces its own is meant. Raises InputError.
     """
     data = load_yaml(path)
     if not isinstance(data, dict):
         raise InputError(f'{path}: {str(data)[:40]!r}, expected "{node}: ros__parameters: ..."')
-    values = {}
-    for block in sorted(data, key=lambda name: not name.startswith('/**')):
+    blocks = [block for block in data if isinstance(block, str)]
+    values, several = {}, [
+        block.rsplit('/', 1)[0] or '/' for block in blocks
+        if re.fullmatch(rf'/([^*]*/)?{node}', block)]
+    for block in sorted(blocks, key=lambda name: ('/**' not in name, '/**/' in name)):
         if block.rsplit('/', 1)[-1] not in ('**', node):
             continue
+        if len(several) > 1 and '/**' not in block:
+            wanted = '/' + of.rpartition('/')[0].strip('/')
+            if wanted not in several:
+                raise InputError(
+                    f'{path}: blocks for {node} in {", ".join(several)}, expected to know whose: '
+                    f'choose it with --topic {several[0]}/{node}')
+            if (block.rsplit('/', 1)[0] or '/') != wanted:
+                continue
         inner = data[block].get('ros__parameters') if isinstance(data[block], dict) else None
         if not isinstance(inner, dict):
             raise InputError(f'{path}: {block}: expected a block ros__parameters')
         names = {row.name for row in table}
         # /** addresses every node: what this one does not have belongs to another.
-        values.update({k: v for k, v in inner.items() if block.startswith(node) or
-                       block.rsplit('/', 1)[-1] == node or k in names})
+        values.update({
+            k: v for k, v in inner.items() if k in names or block.rsplit('/', 1)[-1] == node
+            and k.partition('.')[0] not in OF_ROS})
     checked(table, values, path)
     return values

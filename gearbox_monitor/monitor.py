@@ -35,7 +35,7 @@ from gearbox_monitor.filters.process import markers, pack, state_names, TAU_K
 from gearbox_monitor.filters.record import predicted, record_size
 from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TWIST_STD
 from gearbox_monitor.history import History
-from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.parameters import AT_ONCE, checked, ESTIMATOR, with_values
 from gearbox_monitor.trust import covariance, innovation, missing, observability, usable
 from gearbox_monitor.trust.level import (
     Alarm, Condition, DEBOUNCE, Finding, finding_of, Level)
@@ -197,22 +197,24 @@ class Monitor:
     """
     Filter, trust and drift of one gearbox.
 
-    model: DriveModel. parameters: mapping with names of parameters.ESTIMATOR; the rest take their
-    defaults. drift: state or baselines of a change.Tracker, or None (then the first windows are
-    healthy). temperature: of the gearbox now (deg C), None = not known. judged: whether trust and
-    drift are evaluated; smoothed: whether the smoother runs, which drift needs. Without them the
-    same estimates come in a fraction of the time.
+    model: DriveModel. parameters: mapping with names of parameters.ESTIMATOR, the rest take their
+    defaults, and of MODEL, which replace values of the model. drift: state or baselines of a
+    change.Tracker, or None (then the first windows are healthy). temperature: of the gearbox now
+    (deg C), None = not known. judged: whether trust and drift are evaluated; smoothed: whether the
+    smoother runs, which drift needs. Without them the same estimates come in a fraction of the
+    time.
     Raises InputError for a parameter that is unknown or out of range; what Tracker raises.
     """
 
     def __init__(self, model, parameters=None, drift=None, judged=True, smoothed=True):
-        self.model, self._judged, self._smoothed = model, judged, smoothed
-        self.parameters = checked(ESTIMATOR, parameters or {}, 'parameters')
+        self.model, values = with_values(model, parameters or {})
+        self._judged, self._smoothed = judged, smoothed
+        self.parameters = checked(ESTIMATOR, values, 'parameters')
         self.divergences = deque(maxlen=100)  # newest last
         self.counts = np.zeros(stream.N_COUNTS, np.int64)
         self.findings = dict.fromkeys(COMPONENTS, NO_DATA)
         self.windows = deque(maxlen=1000)  # Backlash of each window, newest last
-        self.tracker = change.Tracker(change.Settings.of(self.parameters, model), drift)
+        self.tracker = change.Tracker(change.Settings.of(self.parameters, self.model), drift)
         if self.tracker.stamp_ns:
             self.findings.update(self.tracker.findings())
         self.temperature = None
@@ -285,19 +287,23 @@ class Monitor:
         """
         Change parameters while running; Q, R and thresholds keep the belief, others restart.
 
-        changes: {name: value}. Raises InputError, leaving everything as it was.
+        changes: {name: value} of parameters.ESTIMATOR and MODEL. Returns whether the filter starts
+        anew. Raises InputError, leaving everything as it was.
         """
         rows = {row.name: row for row in ESTIMATOR}
+        model, changes = with_values(self.model, changes)
         new = checked(ESTIMATOR, {**self.parameters, **changes}, 'parameters')
-        pack(self.drive, new)  # raises before anything has changed
-        restart = any(rows[name].change != 'at once' for name in changes
-                      if new[name] != self.parameters[name])
-        self.parameters = new
-        self.tracker.settings = change.Settings.of(new, self.model)
+        # Raises before anything has changed.
+        pack(model.with_(arm_load=self.drive.arm_load), new)
+        restart = model != self.model or any(
+            rows[name].change != AT_ONCE for name in changes
+            if new[name] != self.parameters[name])
+        self.model, self.parameters = model, new
+        self.tracker.settings = change.Settings.of(new, model)
         if restart:
             self._given_reference = None
             self._setup()
-            return
+            return True
         z, P, clock, efforts, gate = (
             self._z, self._P, self._clock, self._efforts, self._gate.copy())
         packed, memory = self._packed, self._memory
@@ -310,6 +316,7 @@ class Monitor:
         self._gate[:] = gate
         self._gate[stream.EVALUATE_AT] = 0 if self._judged else stream.NEVER
         self._keep_belief_only()
+        return False
 
     def _keep_belief_only(self):
         """Let the smoother begin at the present step: older records are not at hand."""

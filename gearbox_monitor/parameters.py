@@ -72,6 +72,8 @@ class Parameter:
             return 'one of ' + ', '.join(self.choices)
         word = {bool: 'true or false', int: 'a whole number', float: 'a number',
                 str: 'a text', list: 'a list'}[self.kind]
+        if self.kind is list:
+            word += ' of numbers' if isinstance(self.default[0], float) else ' of texts'
         bounds = [f'>= {self.low:g}'] if self.low > -math.inf else []
         bounds += [f'<= {self.high:g}'] if self.high < math.inf else []
         unit = f' ({self.unit})' if self.unit not in ('', '-') else ''
@@ -85,6 +87,11 @@ ESTIMATOR = (
     Parameter('model', '', '', 'model file of the drive; empty for the packaged drive.yaml'),
     Parameter('motor_joint', 'motor', '', 'name of the motor in joint_states'),
     Parameter('arm_joint', 'arm', '', 'name of the arm in joint_states'),
+    Parameter('arm_topic', '', '', 'topic of the arm encoder where it comes in messages of its '
+              'own (sensor_msgs/JointState); may be joint_states; empty: with the motor'),
+    Parameter('pair_tolerance', 0.0005, 's', 'with arm_topic: how far the stamps of motor and arm '
+              'in one sample may be apart; less than half the sample period. At speed v they look '
+              'like a twist of v times the distance', low=0.0, high=1.0),
     Parameter('gearbox_serial', 'gearbox', '', 'hardware_id in diagnostics'),
     Parameter('arm_load', 'unknown', '',
               'what acts on the arm besides effects of the model file: none, an unknown load '
@@ -209,6 +216,36 @@ ESTIMATOR = (
               'node was started'),
 )
 
+# Values of the model file that can be changed while the estimator runs; their defaults are those
+# of the model file (here: of the packaged one). Nothing else in it is both computed with and free.
+MODEL = (
+    Parameter('motor_inertia', 0.006442, 'kg m^2', 'of the motor, reflected to the arm side',
+              low=1e-12, high=1e6, change=RESTART),
+    Parameter('arm_inertia', 0.023454, 'kg m^2', 'of the arm', low=1e-12, high=1e6,
+              change=RESTART),
+    Parameter('damping', 0.01, 'N m s/rad', 'between motor and arm', low=0.0, high=1e9,
+              change=RESTART),
+    Parameter('viscous_friction', 0.1, 'N m s/rad', 'of the motor', low=-1e9, high=1e9,
+              change=RESTART),
+    Parameter('coulomb_friction', 0.27, 'N m', 'of the motor', low=0.0, high=1e9, change=RESTART),
+    Parameter('friction_sharpness', 100.0, 's/rad', 'of the Coulomb friction around standstill',
+              low=1e-9, high=1e9, change=RESTART),
+    Parameter('position_gain', 0.01, 'N m/rad', 'of a position loop inside the drive', low=0.0,
+              high=1e9, change=RESTART),
+    Parameter('torque_offset', 0.0, 'N m', 'added to the commanded torque', low=-1e9, high=1e9,
+              change=RESTART),
+)
+# All that a parameter file may give to the estimator.
+SETTINGS = ESTIMATOR + MODEL
+
+
+def with_values(model, values):
+    """Return (the DriveModel `model` with the values of MODEL in `values`, the other values)."""
+    names = {row.name for row in MODEL}
+    changes = {name: value for name, value in values.items() if name in names}
+    rest = {name: value for name, value in values.items() if name not in names}
+    return model.with_(**changes) if changes else model, rest
+
 
 def defaults(table):
     """Return {name: default} of `table`."""
@@ -319,4 +356,22 @@ PLANT = (
               low=-1e6, high=1e6, change=AT_ONCE),
     Parameter('measure_arm_load', False, '', 'give the load on the arm as effort of the arm '
               'joint; otherwise that is NaN', change=AT_ONCE),
+)
+
+RECORDER = (
+    Parameter('output', 'gearbox_%Y_%m_%d-%H_%M_%S', '', 'bag directory to create, a pattern of '
+              'strftime; it must not exist'),
+    Parameter('topics', [
+        'joint_states', 'paired_joint_states', 'transmission_state', 'transmission_state_stddev',
+        'transmission_state_smoothed', 'innovations', 'innovations_stddev',
+        'estimated_joint_states', '/diagnostics', 'drift_alerts', 'estimator/snapshot',
+        'plant/transmission_state'], '', 'topics to record, of any type; relative names are in '
+        'the namespace of the node'),
+    Parameter('compression', 'zstd', '', 'compression of the bag',
+              choices=('none', 'lz4', 'zstd')),
+    Parameter('queue_depth', 4000, 'messages', 'messages that wait for the recorder, per topic; '
+              '4000 are 4 s at 1 kHz', low=1, high=1_000_000),
+    Parameter('low_space', 500, 'MB', 'free disk space below which to warn', low=0,
+              high=1_000_000_000),
+    Parameter('gearbox_serial', 'gearbox', '', 'hardware_id in diagnostics, not empty'),
 )

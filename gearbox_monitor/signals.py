@@ -62,6 +62,7 @@ SIGNALS = (
            (stream.E_X3, stream.E_X4)),
 )
 JOINT_STATES = 'joint_states'
+PAIRED_JOINT_STATES = 'paired_joint_states'  # motor and arm, where they come on two topics
 PLANT_TRANSMISSION_STATE = 'plant/transmission_state'
 DIAGNOSTICS = '/diagnostics'
 DRIFT_ALERTS = 'drift_alerts'

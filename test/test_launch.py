@@ -22,7 +22,9 @@ import setuptools
 
 ROOT = Path(__file__).parents[1]
 FILES = sorted((ROOT / 'gearbox_monitor/launch').glob('*.launch.py'))
-NAMES = {'monitor.launch.py', 'replay.launch.py'}
+# One gearbox each.
+SINGLE = {'monitor.launch.py', 'replay.launch.py'}
+NAMES = {*SINGLE, 'robot.launch.py'}
 
 
 def test_are_installed(monkeypatch):
@@ -67,7 +69,9 @@ def test_arguments_are_described(name):
     module = _load(name)
     description = module.generate_launch_description()
     arguments = {a.name: a for a in description.get_launch_arguments()}
-    wanted = {'namespace', 'use_sim_time', 'params_file', 'model', 'filter', 'log_level'}
+    wanted = {'use_sim_time', 'params_file', 'log_level'}
+    if name in SINGLE:
+        wanted |= {'namespace', 'model', 'filter'}
     assert wanted <= set(arguments)
     assert all(a.description and 'no description' not in a.description.lower()
                for a in arguments.values())
@@ -83,3 +87,19 @@ def test_monitor_starts_what_is_asked_for():
 def test_replay_starts_estimator_and_player():
     module = _load('replay.launch.py')
     assert set(_nodes(module, bag='bag')) == {'estimator_node', 'gearbox_monitor'}
+
+
+def test_robot_starts_an_estimator_for_each_gearbox(tmp_path):
+    module = _load('robot.launch.py')
+    config = str(ROOT / 'config/robot.yaml')
+    assert module.gearboxes(config) == [('/shoulder', 'estimator'), ('/elbow', 'estimator')]
+    topics = module.topics(['/shoulder', '/elbow', '/'])
+    assert {'/shoulder/estimator/snapshot', '/elbow/drift_alerts', '/joint_states'} <= set(topics)
+    assert topics.count('/diagnostics') == 1
+    assert set(_nodes(module, params_file=config)) == {'estimator_node', 'recorder_node'}
+    empty = tmp_path / 'empty.yaml'
+    empty.write_text('estimators: {}')
+    with pytest.raises(RuntimeError, match='no block /NAMESPACE/estimator'):
+        module.gearboxes(str(empty))
+    with pytest.raises(RuntimeError, match='nowhere.yaml.*expected a readable YAML'):
+        module.gearboxes('nowhere.yaml')

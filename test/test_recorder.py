@@ -220,7 +220,7 @@ def test_bad_input_is_one_line(recorder, tmp_path):
     (tmp_path / 'bag').mkdir()
     cases = [
         (dict(), 'bag: exists already'),
-        (dict(output=tmp_path / 'new', parameters={'compression': 'rar'}), "'rar' is unknown"),
+        (dict(output=tmp_path / 'new', parameters={'compression': 'rar'}), "'rar', expected one"),
         (dict(output=tmp_path / 'new', topics=['a b']), "'a b' is no topic name"),
         (dict(output=tmp_path / 'new', parameters={'queue_depth': 0}), 'queue_depth'),
     ]

@@ -73,7 +73,7 @@ class Comparer:
                  ARM: player.monitor.parameters['arm_joint']}
         self._signals = {}  # topic: (Signal, Decoder or None, Pairing)
         for signal in SIGNALS:
-            topic = f'{player.namespace}/{signal.topic}'
+            topic = player.input.name(signal.topic)
             there = player.reader.topics.get(topic, ('', 0))[1] > 0
             if signal.smoothed and not player.smoothed:
                 continue

@@ -24,19 +24,17 @@ import json
 import numpy as np
 
 from gearbox_monitor.bag.comparison import Comparer, Comparison
+from gearbox_monitor.bag.inputs import find_input, snapshot_of
 from gearbox_monitor.bag.pairing import match
 from gearbox_monitor.bag.records import Block
 from gearbox_monitor.bag.summary import BURN_IN, Summary, truth_topic
 from gearbox_monitor.drive.model import DriveModel, model_from_dict
-from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TAU_K, smoother_parameters
 from gearbox_monitor.interval import smooth_interval
 from gearbox_monitor.jit import KERNELS
 from gearbox_monitor.monitor import Estimates, Monitor, Samples, SnapshotError
 from gearbox_monitor.parameters import ESTIMATOR
 
-JOINT_STATE = 'sensor_msgs/msg/JointState'
-DIAGNOSTIC_ARRAY = 'diagnostic_msgs/msg/DiagnosticArray'
 KEEP_GOING = ('period', 'baseline')  # snapshots that do not touch the state
 
 
@@ -108,25 +106,6 @@ class Replay:
     told: dict | None
 
 
-def find_topic(reader, name, msgtype):
-    """
-    Return the topic of `reader` called `name`, in whatever namespace; absolute names as they are.
-
-    Raises InputError when there is none, or more than one.
-    """
-    if name.startswith('/'):
-        reader.require(name, msgtype)
-        return name
-    found = [topic for topic, (kind, _) in reader.topics.items()
-             if kind == msgtype and (topic == '/' + name or topic.endswith('/' + name))]
-    if len(found) > 1:
-        raise InputError(f'{reader.path}: topic {name}: {", ".join(sorted(found))}, expected one; '
-                         'choose it with --topic')
-    if not found:
-        reader.require('/' + name, msgtype)  # says what there is
-    return found[0]
-
-
 def read_recording(reader, motor_joint, arm_joint, gear_ratio, topic):
     """Return the Recording of `topic` in `reader` (bag.read). Raises InputError."""
     states = reader.joint_states(topic, (motor_joint, arm_joint))
@@ -146,18 +125,13 @@ def samples_of(states, gear_ratio):
     return Samples(states.stamp_ns[ours], u, y), states.log_ns[ours]
 
 
-def read_snapshots(reader, namespace):
-    """Return the Snapshots recorded from the estimator in `namespace` ('' is the root)."""
-    topics = [topic for topic, (kind, _) in reader.topics.items()
-              if kind == DIAGNOSTIC_ARRAY and topic.endswith('/snapshot')
-              and topic.rsplit('/', 2)[0] == namespace]
-    found = []
-    for _, log_ns, _, raw in reader.messages(topics) if topics else ():
-        for status in reader.decode(DIAGNOSTIC_ARRAY, raw).status:
-            content = {value.key: value.value for value in status.values}
-            if 'z' in content and 'stamp_ns' in content:
-                found.append(Snapshot(content, log_ns))
-    return found
+def read_snapshots(reader, found):
+    """Return the Snapshots of the estimator of the inputs.Input `found`, [] without one."""
+    if found.snapshots is None:
+        return []
+    contents = ((log_ns, snapshot_of(reader, raw))
+                for _, log_ns, _, raw in reader.messages([found.snapshots]))
+    return [Snapshot(content, log_ns) for log_ns, content in contents if content]
 
 
 class Player:
@@ -166,17 +140,18 @@ class Player:
 
     Without `model` and `parameters` the recorded ones apply and the result can be compared with
     the recorded estimates (`compared`). With any of them, they replace the recorded (or default)
-    ones. judged, smoothed: as of Monitor. monitor: as it stands. early_inputs: samples recorded
-    before the estimator was ready. notes: sentences for the user. Raises InputError.
+    ones. topic: as of inputs.find_input. judged, smoothed: as of Monitor. monitor: as it stands.
+    early_inputs: samples recorded before the estimator was ready. notes: sentences for the user.
+    Raises InputError.
     """
 
     def __init__(self, reader, model=None, parameters=None, topic='joint_states', judged=True,
                  smoothed=True):
         self.reader, self.judged, self.smoothed = reader, judged, smoothed
-        self.topic = find_topic(reader, topic, JOINT_STATE)
-        self.namespace = self.topic.rsplit('/', 1)[0]
+        self.input = find_input(reader, topic)
+        self.topic, self.namespace = self.input.topic, self.input.namespace
         self.notes, self.early_inputs = [], 0
-        snapshots = read_snapshots(reader, self.namespace)
+        snapshots = read_snapshots(reader, self.input)
         recorded_model, recorded = DriveModel(), {}
         if snapshots:
             recorded_model = model_from_dict(json.loads(snapshots[0].content['model']),
@@ -270,6 +245,7 @@ class Player:
         if missed and missed[-1] + 1 == len(snapshots):
             raise SnapshotError('the recording begins behind the last snapshot of the estimator')
         use = missed[-1] + 1 if missed else 0
+        _place_by_count(snapshots, starts, found)
         snapshots, starts = snapshots[use:], np.maximum.accumulate(starts[use:])
         for snapshot in reversed(snapshots):
             self.monitor = self._restored(snapshot)  # all of them can be read
@@ -354,9 +330,26 @@ class Kept:
         """Return the Replay."""
         player = self._player
         recording = Recording(_joined(self._samples), np.concatenate(self._log_ns), player.topic,
-                              player.namespace)
+                              player.topic.rsplit('/', 1)[0])
         estimates = _joined(self._estimates or [player.monitor.run(self._samples[0])])
         return Replay(recording, estimates, player.monitor, comparison, told)
+
+
+def _place_by_count(snapshots, starts, found):
+    """
+    Correct `starts` of the snapshots of a reset, in place; arguments as Player._behind gave them.
+
+    They carry no stamp, and their log time says little where the estimator lagged behind the
+    recorder: the counters of samples tell how far it is to a neighbour that was found.
+    """
+    counts = [snapshot.input_count for snapshot in snapshots]
+    placed = found.copy()
+    for step, order in ((1, range(len(counts) - 2, -1, -1)), (-1, range(1, len(counts)))):
+        for k in order:
+            if placed[k] or not placed[k + step] or snapshots[k].stamp_ns or not counts[k]:
+                continue
+            starts[k] = max(0, starts[k + step] - (counts[k + step] - counts[k]))
+            placed[k] = True
 
 
 def _some(samples, begin, end):

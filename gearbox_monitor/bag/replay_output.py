@@ -22,11 +22,12 @@ from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.replay import DIAGNOSTIC_ARRAY, JOINT_STATE
+from gearbox_monitor.bag.inputs import DIAGNOSTIC_ARRAY, JOINT_STATE
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.jit import KERNELS
 from gearbox_monitor.monitor import Monitor
-from gearbox_monitor.signals import ARM, MOTOR, signal_values, SIGNALS, SNAPSHOT
+from gearbox_monitor.signals import (
+    ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, signal_values, SIGNALS, SNAPSHOT)
 
 RECENT = 10_000_000_000  # ns of log time in which the sample of a smoothed value is looked for
 
@@ -40,11 +41,11 @@ class BagOutput:
     """
 
     def __init__(self, path, player):
-        reader, self._namespace = player.reader, player.namespace
+        reader, self._input = player.reader, player.input
         monitor = player.monitor
-        ours = {f'{self._namespace}/{signal.topic}' for signal in SIGNALS}
+        ours = {self._input.name(signal.topic) for signal in SIGNALS}
         # What the live estimator said besides belongs to its estimates, not to these.
-        said = {'/diagnostics', f'{self._namespace}/drift_alerts'}
+        said = {DIAGNOSTICS, self._input.name(DRIFT_ALERTS)}
         self.topics = tuple(topic for topic in reader.topics if topic not in ours | said
                             and (player.compared or not topic.endswith('/snapshot')))
         self._gear_ratio = monitor.model.gear_ratio
@@ -111,10 +112,11 @@ class BagOutput:
 
     def _write_snapshot(self, reader, monitor):
         """Write the state before the first sample."""
-        topic = f'{self._namespace}/estimator/{SNAPSHOT}'
+        topic = self._input.snapshots or f'{self._input.namespace}/estimator/{SNAPSHOT}'
         types = get_typestore(Stores.ROS2_JAZZY).types
         header = types['std_msgs/msg/Header'](types['builtin_interfaces/msg/Time'](0, 0), '')
         content = {'reason': 'start', 'version': __version__, 'kernels': KERNELS,
+                   'topics': json.dumps(self._input.names),
                    **Monitor(monitor.model, monitor.parameters).snapshot()}
         status = types['diagnostic_msgs/msg/DiagnosticStatus'](
             0, 'estimator: snapshot', 'what replay starts from',
@@ -129,7 +131,7 @@ class BagOutput:
         stamps, values = signal_values(signal, estimates, self._gear_ratio)
         if not len(stamps):
             return
-        topic = f'{self._namespace}/{signal.topic}'
+        topic = self._input.name(signal.topic)
         order = np.argsort(self._stamps, kind='stable')
         place = np.searchsorted(self._stamps[order], stamps)
         log_ns = self._log_ns[order][np.minimum(place, len(order) - 1)]

@@ -33,7 +33,7 @@ class Summary:
 
     def __init__(self, player):
         self._player = player
-        self._truth = truth_topic(player.reader, player.namespace)
+        self._truth = truth_topic(player.reader, player.topic.rsplit('/', 1)[0])
         self.topics = (self._truth,) if self._truth else ()
         if self._truth:
             self._decode = player.reader.decoder(self._truth, ('transmission',))

@@ -44,7 +44,7 @@ from gearbox_monitor.bag.replay import replay
 from gearbox_monitor.drift.windows import combine, reason_of, separable_of, Windows
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters, save_model
-from gearbox_monitor.parameters import ESTIMATOR
+from gearbox_monitor.parameters import SETTINGS
 
 UNITS = {'': 1.0, 'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
          'arcmin': math.radians(1.0) / 60.0}
@@ -84,7 +84,8 @@ def run(args):
         raise InputError('no limit, expected --max-gap or --min-stiffness (or --write-model)')
     if args.write_model and Path(args.write_model).exists():
         raise InputError(f'{args.write_model}: exists, expected a new file')
-    parameters = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
+    parameters = (load_parameters(args.params, 'estimator', SETTINGS, args.topic)
+                  if args.params else {})
     model_file = args.model or parameters.pop('model', '')
     with open_bag(args.bag) as reader:
         result = replay(reader, load_model(model_file) if model_file else None, parameters,

@@ -36,16 +36,16 @@ import textwrap
 
 import numpy as np
 
+from gearbox_monitor.bag.inputs import find_input
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import (
-    find_topic, JOINT_STATE, read_recording, read_snapshots)
+from gearbox_monitor.bag.replay import read_recording, read_snapshots
 from gearbox_monitor.check.examine import examine
 from gearbox_monitor.check.line import BAD, OK, PURPOSES, WARN
-from gearbox_monitor.drive.model import model_from_dict
+from gearbox_monitor.drive.model import DriveModel, model_from_dict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters
 from gearbox_monitor.monitor import Samples
-from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.parameters import checked, ESTIMATOR, SETTINGS, with_values
 from gearbox_monitor.report.words import on_axis
 
 WIDTH = 80
@@ -79,8 +79,9 @@ def run(args):
     if args.json and args.json != '-' and Path(args.json).exists():
         raise InputError(f'{args.json}: exists, expected a new file')
     with open_bag(args.bag) as reader:
-        topic = find_topic(reader, args.topic, JOINT_STATE)
-        model, parameters = _known(args, reader, topic)
+        found = find_input(reader, args.topic)
+        topic = found.topic
+        model, parameters = _known(args, reader, found)
         samples, notes = _samples(reader, topic, model, parameters)
         data = {'bag': str(args.bag), 'topic': topic,
                 'joints': {'there': list(reader.joint_names(topic)),
@@ -107,12 +108,13 @@ def run(args):
     return int(any(found.suits[purpose][0] == BAD for purpose in args.purposes))
 
 
-def _known(args, reader, topic):
+def _known(args, reader, found):
     """Return (DriveModel or None, all parameters): as given, else as recorded."""
-    given = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
+    given = (load_parameters(args.params, 'estimator', SETTINGS, args.topic)
+             if args.params else {})
     model_file = args.model or given.pop('model', '')
     model, recorded = None, {}
-    snapshots = read_snapshots(reader, topic.rsplit('/', 1)[0])
+    snapshots = read_snapshots(reader, found)
     if snapshots:
         content = snapshots[0].content
         model = model_from_dict(json.loads(content['model']), str(reader.path))
@@ -125,7 +127,8 @@ def _known(args, reader, topic):
     for name in ('motor_joint', 'arm_joint'):
         values[name] = getattr(args, name) or values.get(name, name.split('_')[0])
     values.pop('model', None)
-    return model, checked(ESTIMATOR, values, args.params or str(reader.path))
+    changed, values = with_values(model or DriveModel(), values)
+    return model and changed, checked(ESTIMATOR, values, args.params or str(reader.path))
 
 
 def _samples(reader, topic, model, parameters):

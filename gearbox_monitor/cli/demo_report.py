@@ -15,7 +15,8 @@
 """What a demo run has shown: figures, alarms, words and picture, all from its bag."""
 import numpy as np
 
-from gearbox_monitor.bag.replay import DIAGNOSTIC_ARRAY, replay
+from gearbox_monitor.bag.inputs import DIAGNOSTIC_ARRAY
+from gearbox_monitor.bag.replay import replay
 from gearbox_monitor.filters.smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
 from gearbox_monitor.report import plots
 from gearbox_monitor.signals import DIAGNOSTICS, DRIFT_ALERTS, PLANT_TRANSMISSION_STATE

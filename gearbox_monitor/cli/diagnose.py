@@ -45,8 +45,9 @@ from tqdm import tqdm
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.csv import read_csv
+from gearbox_monitor.bag.inputs import find_input
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import find_topic, JOINT_STATE, read_recording
+from gearbox_monitor.bag.replay import read_recording
 from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.cli.processes import cores
 from gearbox_monitor.drive.effects import library
@@ -188,7 +189,7 @@ def _read_csv(path, _, args):
 def _read_bag(path, model, args):
     """Return t (ns), u, y, arm_torque, place, notes of a bag: of its measurement topic alone."""
     with open_bag(path) as reader:
-        topic = find_topic(reader, args.topic, JOINT_STATE)
+        topic = find_input(reader, args.topic).topic
         samples = read_recording(reader, args.motor_joint, args.arm_joint, model.gear_ratio,
                                  topic).samples
         notes = [reader.notice] if reader.notice else []

@@ -48,7 +48,7 @@ from tqdm import tqdm
 from gearbox_monitor.cli.processes import cores, Interrupt
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters
-from gearbox_monitor.parameters import ESTIMATOR
+from gearbox_monitor.parameters import SETTINGS
 
 SHOWN = 10  # gearboxes, and bags that failed, on the terminal
 
@@ -144,7 +144,8 @@ def _settings(args):
     """Return the job.Settings of the options."""
     from gearbox_monitor.fleet.job import Settings
     from gearbox_monitor.gap.diagnose import chosen_ids
-    parameters = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
+    parameters = (load_parameters(args.params, 'estimator', SETTINGS, args.topic)
+                  if args.params else {})
     model_file = args.model or parameters.pop('model', '')
     parameters.pop('model', None)
     only = tuple(filter(None, args.only.split(',')))

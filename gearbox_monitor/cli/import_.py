@@ -22,21 +22,33 @@ config/import show every key at work.
 The bag holds joint_states with the joints motor and arm (NaN = not measured). A reference torque
 goes to reference/transmission_state, never into the estimator's input.
 
+With --params, FILE is a bag whose motor and arm came on two topics: those of the estimator's
+parameters arm_topic and pair_tolerance. They are joined as the live estimator does it, and the new
+bag has paired_joint_states, which all commands take.
+
 usage examples:
   gearbox_monitor import davinci_backend/00.TXT.gz --map davinci_backend run00
   gearbox_monitor import test_bench.csv --map my_bench.yaml bench
+  gearbox_monitor import two_topics --params joint3.yaml one_topic
   gearbox_monitor check bench                     # then: what is in it, and what it suits
 """
 import json
 from pathlib import Path
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_parameters
+from gearbox_monitor.parameters import checked, SETTINGS
 
 
 def add_arguments(parser):
-    parser.add_argument('file', metavar='FILE', help='recording: text, .mat or JSON')
-    parser.add_argument('--map', metavar='MAP', required=True,
-                        help='mapping file, or the name of a ready mapping')
+    parser.add_argument('file', metavar='FILE', help='recording: text, .mat or JSON; or a bag')
+    how = parser.add_mutually_exclusive_group(required=True)
+    how.add_argument('--map', metavar='MAP',
+                     help='mapping file, or the name of a ready mapping')
+    how.add_argument('--params', metavar='PARAMS',
+                     help='FILE is a bag: ROS parameter file of the estimator with arm_topic')
+    parser.add_argument('--topic', default='joint_states',
+                        help='with --params: topic of the motor')
     parser.add_argument('bag', metavar='BAG', help='bag to write; must not exist')
     parser.add_argument('--json', action='store_true', help='print what was written as JSON')
 
@@ -45,6 +57,9 @@ def run(args):
     from gearbox_monitor.bag.importer import load_mapping, read_recording, write_bag
     if Path(args.bag).exists():
         raise InputError(f'{args.bag}: exists, expected the name of a new bag')
+    if args.params:
+        _pair(args)
+        return
     mapping = load_mapping(args.map)
     recording = read_recording(args.file, mapping)
     write_bag(recording, args.bag, args.file, mapping)
@@ -59,3 +74,30 @@ def run(args):
           f'{", ".join(data["signals"])}')
     for notice in data['notes']:
         print(f'note: {notice}')
+
+
+def _pair(args):
+    """Join motor and arm of a bag."""
+    from gearbox_monitor.bag.paired import write_paired
+    from gearbox_monitor.bag.read import open_bag
+    given = load_parameters(args.params, 'estimator', SETTINGS, args.topic)
+    parameters = checked(SETTINGS, given, args.params)
+    with open_bag(args.file) as reader:
+        topic, count, joiner = write_paired(reader, args.bag, parameters, args.topic)
+        notice = reader.notice
+    data = {'bag': args.bag, 'topic': topic, 'samples': count,
+            'motor_without_arm': joiner.alone, 'arm_without_motor': joiner.unused,
+            'pair_tolerance_s': parameters['pair_tolerance'],
+            'notes': [notice] if notice else []}
+    nearest = joiner.ask()
+    if nearest is not None:
+        data['nearest_unpaired_s'] = nearest * 1e-9
+    if args.json:
+        print(json.dumps(data, indent=2))
+        return
+    print(f'{args.bag}: {count} samples on {topic}, {joiner.alone} without the arm; '
+          f'{joiner.unused} messages of the arm left out'
+          + (f'; the nearest stamps that did not fit are {nearest * 1e-9:.6f} s apart, '
+             f'pair_tolerance is {parameters["pair_tolerance"]:g} s' if nearest else ''))
+    for note in data['notes']:
+        print(f'note: {note}')

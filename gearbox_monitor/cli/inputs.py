@@ -16,12 +16,12 @@
 from dataclasses import dataclass
 import json
 
-from gearbox_monitor.bag.replay import (
-    find_topic, JOINT_STATE, read_recording, read_snapshots, Recording)
+from gearbox_monitor.bag.inputs import find_input
+from gearbox_monitor.bag.replay import read_recording, read_snapshots, Recording
 from gearbox_monitor.drive.model import DriveModel, model_from_dict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters
-from gearbox_monitor.parameters import checked, ESTIMATOR, FILTER_NAMES
+from gearbox_monitor.parameters import checked, ESTIMATOR, FILTER_NAMES, SETTINGS, with_values
 
 
 @dataclass(frozen=True)
@@ -62,11 +62,12 @@ def load(args, reader, filter_name=None):
     As replay does: model and parameters that an estimator has recorded, else defaults; files
     given replace what they name. Raises InputError.
     """
-    given = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
+    given = (load_parameters(args.params, 'estimator', SETTINGS, args.topic)
+             if args.params else {})
     model_file = args.model or given.pop('model', '')
-    topic = find_topic(reader, args.topic, JOINT_STATE)
+    found = find_input(reader, args.topic)
     model, recorded = DriveModel(), {}
-    snapshots = read_snapshots(reader, topic.rsplit('/', 1)[0])
+    snapshots = read_snapshots(reader, found)
     if snapshots:
         model = model_from_dict(json.loads(snapshots[0].content['model']), str(reader.path))
         recorded = json.loads(snapshots[0].content['parameters'])
@@ -76,7 +77,8 @@ def load(args, reader, filter_name=None):
     values.pop('model', None)
     if filter_name:
         values['filter'] = check_filter(filter_name)
+    model, values = with_values(model, values)
     parameters = checked(ESTIMATOR, values, args.params or str(reader.path))
     recording = read_recording(reader, parameters['motor_joint'], parameters['arm_joint'],
-                               model.gear_ratio, topic)
+                               model.gear_ratio, found.topic)
     return Inputs(recording, model, model_file, parameters)

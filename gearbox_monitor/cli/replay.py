@@ -45,7 +45,7 @@ from gearbox_monitor.bag.summary import Summary
 from gearbox_monitor.bag.tables import CsvTable, ParquetTable
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters
-from gearbox_monitor.parameters import ESTIMATOR, FILTER_NAMES
+from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
 
 TABLES = {'.csv': CsvTable, '.parquet': ParquetTable}
 
@@ -70,7 +70,8 @@ def add_arguments(parser):
 
 def run(args):
     """Run the command; returns the exit code."""
-    parameters = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
+    parameters = (load_parameters(args.params, 'estimator', SETTINGS, args.topic)
+                  if args.params else {})
     # In a parameter file the model is a path; replay takes the model itself.
     model_file = args.model or parameters.pop('model', '')
     if args.filter:

@@ -41,7 +41,7 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.inputs import check_filter
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters
-from gearbox_monitor.parameters import ESTIMATOR, FILTER_NAMES
+from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
 from gearbox_monitor.report.life import figures, headline, report
 from gearbox_monitor.report.sources import Source
 
@@ -67,7 +67,8 @@ def run(args):
     for path in (out, Path(args.json) if args.json and args.json != '-' else None):
         if path is not None and path.exists():
             raise InputError(f'{path}: exists, expected a new file')
-    given = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
+    given = (load_parameters(args.params, 'estimator', SETTINGS, args.topic)
+             if args.params else {})
     model_file = args.model or given.pop('model', '')
     if args.filter:
         given['filter'] = check_filter(args.filter)

@@ -163,8 +163,7 @@ def _analysed(path, url, settings):
 
 def _records_a_model(player):
     """Return whether the bag holds snapshots of an estimator, and so its model."""
-    return any(topic.endswith('/snapshot') and topic.rsplit('/', 2)[0] == player.namespace
-               and count for topic, (_, count) in player.reader.topics.items())
+    return player.input.snapshots is not None
 
 
 def _gearbox(url, namespace, serial, pattern):

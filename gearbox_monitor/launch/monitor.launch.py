@@ -27,6 +27,9 @@ from launch_ros.parameter_descriptions import ParameterValue
 YES_NO = ['true', 'false']
 ARGUMENTS = [
     DeclareLaunchArgument('namespace', default_value='', description='namespace of all nodes'),
+    DeclareLaunchArgument('joint_states', default_value='',
+                          description='topic to take the joints from, like /joint_states; empty: '
+                                      'joint_states in the namespace'),
     DeclareLaunchArgument('use_sim_time', default_value='false', choices=YES_NO,
                           description='take the time from /clock'),
     DeclareLaunchArgument(
@@ -57,13 +60,15 @@ def generate_launch_description():
 def _nodes(context):
     value = {a.name: LaunchConfiguration(a.name).perform(context) for a in ARGUMENTS}
 
+    remappings = [('joint_states', value['joint_states'])] if value['joint_states'] else []
+
     def node(name, given, **kwargs):
         parameters = [value['params_file']] if value['params_file'] else []
         given = {k: ParameterValue(v, value_type=type(v)) for k, v in given.items() if v != ''}
         return Node(
             package='gearbox_monitor', executable=f'{name}_node', name=name,
             namespace=value['namespace'], output='screen', emulate_tty=True,
-            parameters=parameters + ([given] if given else []),
+            parameters=parameters + ([given] if given else []), remappings=remappings,
             ros_arguments=['--log-level', value['log_level']], **kwargs)
 
     clock = {'use_sim_time': value['use_sim_time'] == 'true'}

@@ -19,6 +19,7 @@ import math
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 
 from gearbox_monitor.monitor import Sample
 from gearbox_monitor.signals import joint_values
@@ -34,6 +35,27 @@ def to_time(stamp_ns):
 
 def _at(values, index):
     return values[index] if 0 <= index < len(values) else NAN
+
+
+def stamp_of(message):
+    """Return the stamp of a message (int ns)."""
+    stamp = message.header.stamp
+    return stamp.sec * 1_000_000_000 + stamp.nanosec
+
+
+def joint_values_of(message, joint):
+    """Return (position, effort) of `joint` in a JointState, None where it does not name it."""
+    if joint not in message.name:
+        return None
+    index = message.name.index(joint)
+    return _at(message.position, index), _at(message.effort, index)
+
+
+def to_paired(stamp_ns, joints, motor, arm):
+    """Return the JointState of (position, effort) of `motor` and of `arm`, None = not measured."""
+    position, effort = zip(motor, arm or (NAN, NAN))
+    return JointState(header=Header(stamp=to_time(stamp_ns)), name=list(joints),
+                      position=array('d', position), effort=array('d', effort))
 
 
 class SampleReader:
@@ -58,9 +80,8 @@ class SampleReader:
         motor, arm = self._motor, self._arm
         if motor < 0 and arm < 0:
             return None
-        stamp = message.header.stamp
         return Sample(
-            stamp.sec * 1_000_000_000 + stamp.nanosec,
+            stamp_of(message),
             (_at(message.effort, motor) * self.gear_ratio, _at(message.effort, arm)),
             (_at(message.position, motor) / self.gear_ratio, _at(message.position, arm)))
 

@@ -21,17 +21,15 @@ monitor.Monitor; this file moves messages in and out.
   ros2 run gearbox_monitor estimator_node --ros-args --params-file estimator.yaml
 """
 from dataclasses import replace
+import json
 import math
 import sys
 from threading import Thread
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
-from rclpy.qos import (
-    DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy)
-from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.clock import Clock, ClockChange, ClockType, JumpThreshold
+from rclpy.duration import Duration
 from rclpy.task import Future
 from sensor_msgs.msg import JointState, Temperature
 from std_srvs.srv import Trigger
@@ -44,31 +42,28 @@ from gearbox_monitor.files import load_model
 from gearbox_monitor.jit import COMPILED, KERNELS
 from gearbox_monitor.monitor import Monitor, Sample
 from gearbox_monitor.nodes.convert import (
-    SampleReader, to_diagnostics, to_joint_state, to_snapshot, to_status)
+    to_diagnostics, to_joint_state, to_snapshot, to_status)
+from gearbox_monitor.nodes.inputs import Inputs
 from gearbox_monitor.nodes.keep import About, keep
-from gearbox_monitor.nodes.params import declare, on_change
+from gearbox_monitor.nodes.params import declare, on_change, TableNode
+from gearbox_monitor.nodes.qos import advertise, best_effort, latched, subscribe
 from gearbox_monitor.nodes.ring import Ring
-from gearbox_monitor.nodes.runtime import drain, spin_node
-from gearbox_monitor.parameters import ESTIMATOR
+from gearbox_monitor.nodes.runtime import spin_node
+from gearbox_monitor.parameters import ESTIMATOR, MODEL, SETTINGS
 from gearbox_monitor.resources import config_path
 from gearbox_monitor.signals import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, MOTOR, SIGNALS, SNAPSHOT)
+from gearbox_monitor.trust import usable
 from gearbox_monitor.trust.level import Finding, Level
-from gearbox_monitor.trust.usable import SILENT, START_TIME
 
 SECOND = 1_000_000_000
-# Two seconds at 1 kHz: a pause of this process must not cost samples.
-INPUT_DEPTH = 2000
-# After such a pause the outputs come in a burst: a recorder must not lose them either.
+# After a pause of this process the outputs come in a burst: a recorder must not lose them.
 OUTPUT_DEPTH = 2000
 KEEP = '~/keep_recording'
 MIN_SILENCE = 0.5  # s between two diagnostics
-LATCHED = QoSProfile(depth=16, history=HistoryPolicy.KEEP_LAST,
-                     reliability=ReliabilityPolicy.RELIABLE,
-                     durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
-class EstimatorNode(Node):
+class EstimatorNode(TableNode):
     """Shell around Monitor; see the module."""
 
     def __init__(self):
@@ -76,15 +71,18 @@ class EstimatorNode(Node):
         values = declare(self, ESTIMATOR)
         model_file = values['model'] or config_path('drive.yaml')
         model = load_model(model_file)
+        changed = declare(self, [replace(row, default=getattr(model, row.name)) for row in MODEL])
+        model = model.with_(**changed)
         self.monitor = Monitor(model, values, self._drift_at_start(values))
         _warm_up(model, values)
         self._gear_ratio = model.gear_ratio
         self._names = {MOTOR: values['motor_joint'], ARM: values['arm_joint']}
-        self._reader = SampleReader(values['motor_joint'], values['arm_joint'], model.gear_ratio)
         self._starts = 0
         self._divergences = 0
-        self._foreign = 0  # messages that name neither joint
-        self._seen = (0, 0, 0)  # stamp, inputs and clock at the last diagnostics with samples
+        self._set_back = 0  # how often the clock was
+        # Stamp, inputs, clock and counters at the last diagnostics with samples.
+        self._seen = (0, 0, 0, self.monitor.counts.copy())
+        self._silence = ''  # why none come
         self._levels = {}
         self._alerted = {}  # {component: stages} of the drift alert in force
         self._state_stamp = self.monitor.tracker.stamp_ns
@@ -95,38 +93,40 @@ class EstimatorNode(Node):
         self._ring = Ring(60.0 * minutes) if minutes else None
         self._keeping = None  # the thread that writes what the ring holds
 
-        overridable = QoSOverridingOptions.with_default_policies()
         self._outputs = [
-            (signal, self.create_publisher(JointState, signal.topic, OUTPUT_DEPTH,
-                                           qos_overriding_options=overridable))
+            (signal, advertise(self, JointState, signal.topic, OUTPUT_DEPTH))
             for signal in SIGNALS]
-        self._diagnostics = self.create_publisher(
-            DiagnosticArray, DIAGNOSTICS, 10)
-        self._alerts = self.create_publisher(DiagnosticArray, DRIFT_ALERTS, LATCHED)
-        self._snapshots = self.create_publisher(DiagnosticArray, f'~/{SNAPSHOT}', LATCHED)
+        self._diagnostics = advertise(self, DiagnosticArray, DIAGNOSTICS, 10)
+        self._alerts = advertise(self, DiagnosticArray, DRIFT_ALERTS, latched())
+        self._snapshots = advertise(self, DiagnosticArray, f'~/{SNAPSHOT}', latched())
+        # Its callbacks come only once the node spins.
+        self._inputs = Inputs(self, values, model.gear_ratio, self._take)
+        # What replay finds in a bag although it was remapped.
+        self._topics = json.dumps({
+            JOINT_STATES: self._inputs.topic, DRIFT_ALERTS: self._alerts.topic_name,
+            **{signal.topic: output.topic_name for signal, output in self._outputs}})
         self._publish_snapshot('start')
-        self._input = self.create_subscription(
-            JointState, JOINT_STATES, self._on_joint_states,
-            QoSProfile(depth=INPUT_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT),
-            qos_overriding_options=overridable)
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(Trigger, '~/save_baseline', self._on_save_baseline)
         # Its answer waits for the disk; in the default group everything else would wait, too.
         self.create_service(Trigger, KEEP, self._on_keep_recording,
                             callback_group=ReentrantCallbackGroup())
-        on_change(self, ESTIMATOR, self._on_parameters)
+        on_change(self, SETTINGS, self._on_parameters)
         if values['temperature_topic']:
-            self.create_subscription(
-                Temperature, values['temperature_topic'], self._on_temperature,
-                QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
-                qos_overriding_options=overridable)
+            subscribe(self, Temperature, values['temperature_topic'], self._on_temperature,
+                      best_effort(1))
+        # Kept: rclpy calls it even when it is gone.
+        self._jumps = self.get_clock().create_jump_callback(
+            JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1),
+                          on_clock_change=True), post_callback=self._on_clock)
         # Wall time: with a stopped simulation clock the missing data must still be reported.
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = self.create_timer(1.0, self._on_second, clock=self._steady)
         self.get_logger().info(
             f'gearbox_monitor {__version__}: model {model_file}, '
             + ('compiled' if COMPILED else 'INTERPRETED (numba is missing, expect < 1 kHz)')
-            + ', ' + ', '.join(f'{k}={v}' for k, v in values.items()))
+            + ', ' + ', '.join(f'{k}={v}' for k, v in {**values, **changed}.items()))
+        self.warn_of_unknown()
         self._warn([])
         self._alert(self.monitor.findings)
 
@@ -163,20 +163,11 @@ class EstimatorNode(Node):
 
     # ------------------------------------------------------------------ samples
 
-    def _on_joint_states(self, message):
-        self._take(message)
-        # Whatever has queued up meanwhile: waking the executor costs more than a step.
-        for message, _ in drain(self._input, INPUT_DEPTH):
-            self._take(message)
-
-    def _take(self, message):
-        sample = self._reader.sample(message)
-        if sample is None:
-            self._foreign += 1
-            return
+    def _take(self, sample, raw):
+        before = self.monitor.stamp_ns
         estimate = self.monitor.step(sample)
         if self._ring is not None:
-            self._ring.add(sample.stamp_ns, estimate is not None, self._reader.raw(message))
+            self._ring.add(sample.stamp_ns, estimate is not None, raw)
         if self.monitor.counts[stream.DIVERGED] != self._divergences:
             self._divergences = int(self.monitor.counts[stream.DIVERGED])
             self.get_logger().error(f'{self.monitor.divergences[-1]}; starting anew',
@@ -184,6 +175,11 @@ class EstimatorNode(Node):
         if self.monitor.counts[stream.START] != self._starts:
             self._starts = int(self.monitor.counts[stream.START])
             self._publish_snapshot('restart')
+            if before:
+                self.get_logger().warning(
+                    f'stamps went from {before / SECOND:.6f} s by '
+                    f'{(sample.stamp_ns - before) / SECOND:+.6f} s: the filter starts anew',
+                    throttle_duration_sec=5.0)
         if self.monitor.tracker.stamp_ns != self._state_stamp:
             self._keep_state()
         if estimate is None:
@@ -221,7 +217,7 @@ class EstimatorNode(Node):
     def _publish_snapshot(self, reason):
         self._snapshot_stamp = self.monitor.stamp_ns
         content = {'reason': reason, 'version': __version__, 'kernels': KERNELS,
-                   **self.monitor.snapshot()}
+                   'topics': self._topics, **self.monitor.snapshot()}
         serial = self.monitor.parameters['gearbox_serial'] or 'gearbox'
         self._snapshots.publish(to_snapshot(self._component, serial, content,
                                             self.monitor.stamp_ns))
@@ -231,30 +227,50 @@ class EstimatorNode(Node):
     def _findings(self):
         """Return {component: Finding}; a stream that stopped is never reported as good."""
         monitor, now = self.monitor, self._steady.now().nanoseconds
-        stamp, inputs, since = self._seen
+        stamp, inputs, since, before = self._seen
+        shown, unpaired = self._inputs.pairing()
+        if self._set_back:
+            shown['clock_set_back'] = self._set_back
+        monitor_findings = dict(monitor.findings)
+        told = monitor_findings['input']
+        monitor_findings['input'] = replace(
+            told, values={**told.values, **shown},
+            message=f'{told.message}; {unpaired}' if told.level and unpaired else told.message)
         if monitor.stamp_ns != stamp:
-            self._seen = (monitor.stamp_ns, monitor.input_count, now)
-            return dict(monitor.findings)
+            self._seen = (monitor.stamp_ns, monitor.input_count, now, monitor.counts.copy())
+            self._silence = ''
+            return monitor_findings
         if not since:
-            self._seen = (stamp, inputs, now)
-            return dict(monitor.findings)
+            self._seen = (stamp, inputs, now, before)
+            return monitor_findings
         silent = (now - since) / SECOND
         if silent < MIN_SILENCE:  # a late timer is followed by one that comes too soon
-            return dict(monitor.findings)
+            return monitor_findings
         refused = monitor.input_count - inputs
         counts = {text: int(monitor.counts[code]) for code, text in stream.REASONS.items()
                   if monitor.counts[code]}
-        counts['messages_without_our_joints'] = self._foreign
-        reason = f'{refused} samples came, none was usable' if refused else 'no samples came'
-        if self._foreign and not monitor.input_count:
-            reason = (f'{self._foreign} messages named neither {self._names[MOTOR]!r} nor '
-                      f'{self._names[ARM]!r}; set motor_joint and arm_joint')
+        counts.update(messages_without_our_joints=self._inputs.foreign, **shown)
+        reason, advice, why = 'no samples came', usable.SILENT.advice, 'silent'
+        if refused:
+            new = {text: int(monitor.counts[code] - before[code])
+                   for code, text in stream.REASONS.items()}
+            causes = usable.refused(new)
+            why = '; '.join(cause.advice for cause in causes)
+            advice = why or advice
+            reason = (f'{refused} samples came, none was usable'
+                      + ''.join(f', {cause.says}' for cause in causes))
+        elif told := self._inputs.silence(monitor.input_count > 0):
+            (reason, advice), why = told, 'joints'
+        if self._silence not in ('', why):
+            self._levels['input'] = Level.OK  # another reason is worth another line
+        self._silence = why
         findings = {name: Finding(Level.WARN, f'no data for {silent:.1f} s', {})
                     for name in monitor.findings}
         # Discovery takes a while: before the first sample ever, silence is not yet an error.
-        starting = not monitor.input_count and not self._foreign and silent < START_TIME
+        starting = (not monitor.input_count and not self._inputs.foreign
+                    and silent < usable.START_TIME)
         findings['input'] = Finding(Level.WARN if starting else Level.ERROR,
-                                    f'{reason} for {silent:.1f} s: {SILENT.advice}', counts)
+                                    f'{reason} for {silent:.1f} s: {advice}', counts)
         return findings
 
     def _on_second(self):
@@ -298,9 +314,27 @@ class EstimatorNode(Node):
 
     def _on_parameters(self, changes):
         before = self.monitor.warnings
-        self.monitor.set_parameters(changes)
+        restarts = self.monitor.set_parameters(changes)
+        self.get_logger().info(
+            ', '.join(f'{name}={value}' for name, value in changes.items())
+            + (': the filter starts anew with the next sample' if restarts
+               else ': in force, the filter goes on'))
         self._warn(before)
         self._publish_snapshot('parameters')
+
+    def _on_clock(self, jump):
+        """Begin anew where the ROS clock was set back: a simulation or a bag started again."""
+        if jump.clock_change in (ClockChange.ROS_TIME_ACTIVATED, ClockChange.ROS_TIME_DEACTIVATED):
+            on = jump.clock_change == ClockChange.ROS_TIME_ACTIVATED
+            self.get_logger().info(f'time is taken from {"/clock" if on else "the system"} now')
+            return
+        self._set_back += 1
+        self.get_logger().warning(
+            f'/clock was set back by {-jump.delta.nanoseconds / SECOND:.3f} s: the filter starts '
+            'anew with the next sample')
+        self._inputs.clear()
+        self.monitor.reset()
+        self._publish_snapshot('clock')
 
     def _on_reset(self, _, response):
         self.monitor.reset()
@@ -315,9 +349,9 @@ class EstimatorNode(Node):
         elif self._keeping is not None:
             response.message = 'a recording is being written: wait for the answer to that call'
         elif not len(self._ring):
-            response.message = f'no samples yet on {self._input.topic_name}'
+            response.message = f'no samples yet on {self._inputs.topic}'
         else:
-            about = About(self._input.topic_name, (p['motor_joint'], p['arm_joint']),
+            about = About(self._inputs.topic, (p['motor_joint'], p['arm_joint']),
                           self.monitor.model, self.monitor.drive.arm_load, dict(p))
             done = Future()
             self._keeping = Thread(target=self._keep, args=(self._ring.rows(), about, done))
@@ -342,6 +376,7 @@ class EstimatorNode(Node):
 
     def close(self):
         """Let a recording that is being written come to its end."""
+        self._jumps.unregister()
         if self._keeping is not None:
             self._keeping.join()
 

@@ -18,17 +18,41 @@ import math
 from rcl_interfaces.msg import (
     FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult)
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.parameters import FIXED
+from gearbox_monitor.parameters import FIXED, RESTART
+
+
+class TableNode(Node):
+    """Node that says what to do where it refuses a parameter that is read at the start only."""
+
+    def set_parameters_atomically(self, parameter_list):
+        result = super().set_parameters_atomically(parameter_list)
+        fixed = [p.name for p in parameter_list
+                 if self.has_parameter(p.name) and self.describe_parameter(p.name).read_only]
+        if fixed and not result.successful:
+            result.reason = (f'{", ".join(fixed)}: read at the start only; change it in the '
+                             f'parameter file (or with -p) and start {self.get_name()} again')
+        return result
+
+    def warn_of_unknown(self):
+        """Log the parameters that were given and that the node does not have: misspelt ones."""
+        unknown = [name for name in self._parameter_overrides if not self.has_parameter(name)]
+        if unknown:
+            self.get_logger().warning(
+                f'no parameters of this node, ignored: {", ".join(sorted(unknown))}')
 
 
 def _descriptor(row):
     unit = f' [{row.unit}]' if row.unit else ''
+    told = ['expected ' + row.expected()] if row.choices or row.kind is list else []
+    told += {FIXED: ['read at the start only'],
+             RESTART: ['a change restarts the filter']}.get(row.change, [])
     descriptor = ParameterDescriptor(
         description=f'{row.description}{unit}', read_only=row.change == FIXED,
-        additional_constraints='expected ' + row.expected() if row.choices else '')
+        additional_constraints='; '.join(told))
     # Open ends would become NaN steps in a range message: leave the range out there.
     if math.isfinite(row.low) and math.isfinite(row.high):
         if row.kind is float:

@@ -30,8 +30,6 @@ from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
 from rclpy.logging import get_logger
-from rclpy.node import Node
-from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -42,7 +40,8 @@ from gearbox_monitor.drive.model import model_from_dict
 from gearbox_monitor.drive.simulate import Noise, Plant
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model
-from gearbox_monitor.nodes.params import declare, on_change
+from gearbox_monitor.nodes.params import declare, on_change, TableNode
+from gearbox_monitor.nodes.qos import advertise, subscribe
 from gearbox_monitor.nodes.runtime import drain, PolledCallbackGroup, spin_node
 from gearbox_monitor.parameters import PLANT, PLANT_MODEL
 from gearbox_monitor.resources import config_path
@@ -65,7 +64,7 @@ DRIVE_FAULTS = {
     **{name: name for name in ('gap_growth_rate', 'gap_growth_start', 'gap_growth_max')}}
 
 
-class PlantNode(Node):
+class PlantNode(TableNode):
     """A drive in real time, or `speed` times as fast with /clock."""
 
     def __init__(self):
@@ -96,6 +95,7 @@ class PlantNode(Node):
         self._clock_of_timer = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = self.create_timer(1e-3, self._work, clock=self._clock_of_timer)
         self._start = None
+        self.warn_of_unknown()
         self.get_logger().info(
             f'{path}: {v["rate"]:g} Hz, torque from '
             f'{v["excitation"] if v["torque_source"] == "excitation" else EFFORT_COMMAND}, '
@@ -139,17 +139,17 @@ class PlantNode(Node):
     # ------------------------------------------------------------------ topics
 
     def _open(self):
-        v, qos = self.values, QoSProfile(depth=QUEUE)
+        v = self.values
         self._clock_out = None
         if v['publish_clock'] or v['speed'] != 1.0:
             self._refuse_second_clock()
-            self._clock_out = self.create_publisher(ClockMessage, '/clock', 10)
-        self._states_out = self.create_publisher(JointState, JOINT_STATES, qos)
-        self._truth_out = self.create_publisher(JointState, PLANT_TRANSMISSION_STATE, qos)
+            self._clock_out = advertise(self, ClockMessage, '/clock', 10)
+        self._states_out = advertise(self, JointState, JOINT_STATES, QUEUE)
+        self._truth_out = advertise(self, JointState, PLANT_TRANSMISSION_STATE, QUEUE)
         self._commands = None
         if v['torque_source'] == 'topic':
-            self._commands = self.create_subscription(
-                Float64MultiArray, EFFORT_COMMAND, lambda message: None, 10,
+            self._commands = subscribe(
+                self, Float64MultiArray, EFFORT_COMMAND, lambda message: None, 10,
                 callback_group=PolledCallbackGroup())
         # Reused for every sample: making them anew costs more than sending them.
         self._states = JointState(name=[v['motor_joint'], v['arm_joint']])

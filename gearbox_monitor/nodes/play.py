@@ -21,12 +21,12 @@ from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.nodes.definition import import_message
+from gearbox_monitor.nodes.qos import advertise
 from gearbox_monitor.nodes.runtime import spin_node
 from gearbox_monitor.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE
 
@@ -79,8 +79,8 @@ class PlayNode(Node):
             except ImportError:
                 raise InputError(f'{bag.path}: topic {topic} has type {msgtype}, which is not '
                                  'installed here; choose others with --topics') from None
-            self._outputs[topic] = self.create_publisher(message, topic, QoSProfile(depth=QUEUE))
-        self._clock_out = self.create_publisher(ClockMessage, '/clock', 10) if clock else None
+            self._outputs[topic] = advertise(self, message, topic, QUEUE)
+        self._clock_out = advertise(self, ClockMessage, '/clock', 10) if clock else None
         self._messages = self._next = None
         self._created = time.monotonic()
         self._matched = None

@@ -24,36 +24,29 @@ import shutil
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rcl_interfaces.msg import IntegerRange, ParameterDescriptor
+from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidTopicNameException, NoTypeSupportImportedException
 from rclpy.logging import get_logger
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.metadata import qos_profile
-from gearbox_monitor.bag.write import BagWriter, COMPRESSIONS, WriteError
+from gearbox_monitor.bag.write import BagWriter, WriteError
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.nodes.definition import import_message, message_definition
+from gearbox_monitor.nodes.params import declare, TableNode
+from gearbox_monitor.nodes.qos import advertise, overridden, subscribe
 from gearbox_monitor.nodes.runtime import drain, PolledCallbackGroup, RCLError, spin_node
+from gearbox_monitor.parameters import defaults, RECORDER
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
-CONTRACT = {  # topic: (type, latched); subscribed at once, so that no first message is missed
-    'joint_states': (JOINT_STATE, False),
-    'transmission_state': (JOINT_STATE, False),
-    'transmission_state_stddev': (JOINT_STATE, False),
-    'transmission_state_smoothed': (JOINT_STATE, False),
-    'innovations': (JOINT_STATE, False),
-    'innovations_stddev': (JOINT_STATE, False),
-    'estimated_joint_states': (JOINT_STATE, False),
-    '/diagnostics': (DIAGNOSTICS, False),
-    'drift_alerts': (DIAGNOSTICS, True),
-    'estimator/snapshot': (DIAGNOSTICS, True),
-    'plant/transmission_state': (JOINT_STATE, False),
-}
+LATCHED = ('drift_alerts', 'estimator/snapshot')
+# {topic: (type, latched)} of what is subscribed at once, so that no first message is missed.
+CONTRACT = {name: (DIAGNOSTICS if name in ('/diagnostics', *LATCHED) else JOINT_STATE,
+                   name in LATCHED) for name in defaults(RECORDER)['topics']}
 POLL_SECONDS = 0.01
 DISCOVERY_SECONDS = 0.25
 MEGABYTE = 1_000_000
@@ -93,7 +86,7 @@ class RecordedTopic:
         self.suspects, self.publishers = 0, publishers
 
 
-class Recorder(Node):
+class Recorder(TableNode):
     """
     Node that writes the raw messages of its topics to one bag.
 
@@ -107,7 +100,6 @@ class Recorder(Node):
         self._writer = None
         parameters = self._declare()
         names = dict.fromkeys(self._resolve(name) for name in parameters['topics'])
-        known = {self._resolve(name): spec for name, spec in CONTRACT.items()}
         output = time.strftime(parameters['output'])
         self._group = PolledCallbackGroup()
         self._topics = {name: RecordedTopic(name) for name in names}
@@ -118,13 +110,17 @@ class Recorder(Node):
             **{f'{self.get_name()}.{name}': value for name, value in parameters.items()}})
         self._record(self._writer.flush)
         for topic in self._topics.values():
-            if topic.name in known:
-                msgtype, latched = known[topic.name]
-                self._subscribe(topic, msgtype, latched=latched)
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
-        self.create_timer(POLL_SECONDS, self._poll)
-        self.create_timer(DISCOVERY_SECONDS, self._discover)
-        self.create_timer(1.0, self._diagnose)
+            for name, (msgtype, latched) in CONTRACT.items():
+                if topic.name == self._resolve(name) or topic.name.endswith(f'/{name}'):
+                    self._subscribe(topic, msgtype, latched=latched)
+                    break
+        self._diagnostics = advertise(self, DiagnosticArray, '/diagnostics', 10)
+        # With a simulation clock that stands still, messages must not be left waiting.
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        for seconds, callback in ((POLL_SECONDS, self._poll), (1.0, self._diagnose),
+                                  (DISCOVERY_SECONDS, self._discover)):
+            self.create_timer(seconds, callback, clock=self._steady)
+        self.warn_of_unknown()
         self.get_logger().info(
             f'recording {len(names)} topics to {self._writer.path}, '
             + ', '.join(f'{name}={value}' for name, value in parameters.items()))
@@ -151,30 +147,8 @@ class Recorder(Node):
             logger.info(text)
 
     def _declare(self):
-        """Declare the parameters (see config/recorder.yaml), return {name: value}."""
-        def declare(name, default, description, **limits):
-            return self.declare_parameter(name, default, ParameterDescriptor(
-                description=description, read_only=True, **limits)).value
-
-        values = {
-            'output': declare(
-                'output', 'gearbox_%Y_%m_%d-%H_%M_%S',
-                'bag directory to create, a pattern of strftime'),
-            'topics': declare(
-                'topics', list(CONTRACT),
-                'topics to record; relative names are in the namespace of the node'),
-            'compression': declare(
-                'compression', 'zstd', 'compression of the bag',
-                additional_constraints=f'one of {", ".join(COMPRESSIONS)}'),
-            'queue_depth': declare(
-                'queue_depth', 4000, 'messages that wait for the recorder, per topic',
-                integer_range=[IntegerRange(from_value=1, to_value=1_000_000)]),
-            'low_space': declare(
-                'low_space', 500, 'free disk space below which to warn, MB',
-                integer_range=[IntegerRange(from_value=0, to_value=1_000_000_000)]),
-            'gearbox_serial': declare(
-                'gearbox_serial', 'gearbox', 'hardware_id in diagnostics, not empty'),
-        }
+        """Declare the parameters, return {name: value}."""
+        values = declare(self, RECORDER)
         for name in ('output', 'gearbox_serial'):
             if not values[name]:
                 raise InputError(f"parameter {name}: '' is empty, expected a text")
@@ -206,17 +180,20 @@ class Recorder(Node):
             durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched
                         else DurabilityPolicy.VOLATILE))
 
+        fixed = overridden(self, topic.name)
+
         def lost(event):
             topic.events += event.total_count_change
 
         topic.msgtype = msgtype
         topic.last_sequence = None
         try:
-            topic.subscription = self.create_subscription(
-                import_message(msgtype), topic.name, lambda message: None, profile,
-                callback_group=self._group, raw=True,
+            topic.subscription = subscribe(
+                self, import_message(msgtype), topic.name, lambda message: None, profile,
+                policies=fixed, callback_group=self._group, raw=True,
+                # What the user asks for may not fit: then rclpy warns of it.
                 event_callbacks=SubscriptionEventCallbacks(
-                    message_lost=lost, use_default_callbacks=False))
+                    message_lost=lost, use_default_callbacks=bool(fixed)))
         except (ImportError, NoTypeSupportImportedException) as error:
             topic.problem = f'type {msgtype} is not installed'
             self.get_logger().error(f'{topic.name}: cannot record, {topic.problem}: {error}')
@@ -235,10 +212,12 @@ class Recorder(Node):
             if topic.subscription is None or (not topic.in_bag and topic.msgtype not in types):
                 self._subscribe(topic, types[0], latched, reliable)
                 continue
-            asked = topic.subscription.qos_profile
+            asked, fixed = topic.subscription.qos_profile, overridden(self, topic.name)
             needs_less = (
-                (asked.reliability == ReliabilityPolicy.RELIABLE and not reliable)
-                or (asked.durability == DurabilityPolicy.TRANSIENT_LOCAL and not latched))
+                (asked.reliability == ReliabilityPolicy.RELIABLE and not reliable
+                 and QoSPolicyKind.RELIABILITY not in fixed)
+                or (asked.durability == DurabilityPolicy.TRANSIENT_LOCAL and not latched
+                    and QoSPolicyKind.DURABILITY not in fixed))
             if needs_less:
                 self._subscribe(topic, topic.msgtype, latched, reliable)
 
@@ -315,7 +294,8 @@ class Recorder(Node):
             **{f'lost {name}': count for name, count in lost.items()},
         }
         status = DiagnosticStatus(
-            level=level, name=f'{self.get_name()}: recording', message=message,
+            level=level, message=message,
+            name=f'{self.get_fully_qualified_name().lstrip("/")}: recording',
             hardware_id=self._gearbox_serial,
             values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
         array = DiagnosticArray(status=[status])

@@ -24,9 +24,9 @@ import math
 import numpy as np
 
 from gearbox_monitor import __version__
+from gearbox_monitor.bag.inputs import DIAGNOSTIC_ARRAY, find_input
 from gearbox_monitor.bag.pairing import Pairing
-from gearbox_monitor.bag.replay import (
-    DIAGNOSTIC_ARRAY, find_topic, JOINT_STATE, read_snapshots, samples_of)
+from gearbox_monitor.bag.replay import read_snapshots, samples_of
 from gearbox_monitor.drive.model import DriveModel, model_from_dict
 from gearbox_monitor.filters.smoother import S_TAU_K, S_TWIST, S_TWIST_RATE, S_TWIST_STD
 from gearbox_monitor.jit import KERNELS
@@ -73,10 +73,10 @@ class Source:
 
     def __init__(self, reader, topic='joint_states', model=None, parameters=None, again=False,
                  progress=None):
-        self.reader, self.topic = reader, find_topic(reader, topic, JOINT_STATE)
-        self._space = self.topic.rsplit('/', 1)[0]
+        self.reader, self._input = reader, find_input(reader, topic)
+        self.topic = self._input.topic
         self._progress = progress or (lambda share: None)
-        snapshots = read_snapshots(reader, self._space)
+        snapshots = read_snapshots(reader, self._input)
         recorded_model, recorded = DriveModel(), {}
         if snapshots:
             content = snapshots[0].content
@@ -106,7 +106,7 @@ class Source:
         return self.timeline, self.facts
 
     def _count(self, name):
-        return self.reader.topics.get(f'{self._space}/{name}', ('', 0))[1]
+        return self.reader.topics.get(self._input.name(name), ('', 0))[1]
 
     def _versions(self, snapshots):
         versions = [('this page', __version__)]
@@ -150,19 +150,20 @@ class Source:
         ratio = self.facts.model.gear_ratio
         joints = {STATE: (TRANSMISSION,), STATE_STD: (TRANSMISSION,), SMOOTHED: (TRANSMISSION,),
                   ERRORS: tuple(names.values()), ERRORS_STD: tuple(names.values())}
-        decode = {f'{self._space}/{name}': self.reader.decoder(f'{self._space}/{name}', wanted)
-                  for name, wanted in joints.items() if self._count(name)}
-        decode[self.topic] = self.reader.decoder(self.topic, self._names)
-        said = [topic for topic in (DIAGNOSTICS, f'{self._space}/{DRIFT_ALERTS}')
+        topics = {name: self._input.name(name) for name in joints if self._count(name)}
+        decode = {name: self.reader.decoder(topic, joints[name])
+                  for name, topic in topics.items()}
+        topics['inputs'] = self.topic
+        decode['inputs'] = self.reader.decoder(self.topic, self._names)
+        said = [topic for topic in (DIAGNOSTICS, self._input.name(DRIFT_ALERTS))
                 if topic in self.reader.topics]
-        heard = _Heard(self.reader, self.timeline, self._space)
+        heard = _Heard(self.reader, self.timeline, self._input)
         errors, torque = Pairing(2, 2), Pairing(1, 1)
         stated = _Stated(measured(self.facts.parameters))
         loops = SMOOTHED if self._count(SMOOTHED) else STATE
         scale = np.array([ratio, 1.0])
-        for block in self._blocks([*decode, *said]):
-            states = {topic.rsplit('/', 1)[-1] if topic != self.topic else 'inputs':
-                      one(block.of(topic)) for topic, one in decode.items()}
+        for block in self._blocks([*topics.values(), *said]):
+            states = {name: one(block.of(topics[name])) for name, one in decode.items()}
             samples, log_ns = samples_of(states['inputs'], ratio)
             self.timeline.add_inputs(samples.stamp_ns, samples.u[:, 0])
             if self.timeline.first_ns is None:
@@ -267,10 +268,12 @@ class _Stated:
 class _Heard:
     """Hands recorded diagnostics of the estimator to a Timeline."""
 
-    def __init__(self, reader, line, space):
+    def __init__(self, reader, line, found):
         self._reader, self._line, self.counts = reader, line, {}
-        self._prefix = f'{space}/'.lstrip('/')
+        self._prefix = f'{found.namespace}/'.lstrip('/')
         self._window, self._node = None, None
+        if found.snapshots:
+            self._node = found.snapshots.rsplit('/', 1)[0].lstrip('/')
         self._waiting, self._last = [], (np.empty(0, np.int64), np.empty(0, np.int64))
 
     def take(self, block, topics, log_ns, stamps):

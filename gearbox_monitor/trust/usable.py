@@ -57,9 +57,12 @@ def check(new: Mapping[str, int], usable: int, values: Values) -> Finding:
 
     values: what is shown beside it, with the totals of all counters.
     """
-    broken = [] if usable else [NO_SAMPLE]
-    for condition in REFUSED:
-        told = [f'{new[name]} {name}' for name in condition.value if new.get(name)]
-        if told:
-            broken.append(replace(condition, says=', '.join(told)))
+    broken = ([] if usable else [NO_SAMPLE]) + refused(new)
     return finding_of(broken, f'{values["rate_hz"]:.0f} samples/s', values)
+
+
+def refused(new):
+    """Return the Conditions of REFUSED that `new` {counter: how many} shows, in these words."""
+    told = [(condition, [f'{new[name]} {name}' for name in condition.value if new.get(name)])
+            for condition in REFUSED]
+    return [replace(condition, says=', '.join(texts)) for condition, texts in told if texts]

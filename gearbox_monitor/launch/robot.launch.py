@@ -1,0 +1,102 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Watch several gearboxes side by side: everything stands in one parameter file.
+
+The file is an ordinary ROS parameter file. Each block /NAMESPACE/estimator in it is one gearbox
+and starts an estimator in that namespace, each block /NAMESPACE/plant a simulated drive. One
+recorder in the root namespace records all of them into one bag. See config/robot.yaml.
+
+  ros2 launch gearbox_monitor robot.launch.py params_file:=robot.yaml joint_states:=/joint_states
+"""
+import re
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+import yaml
+
+from gearbox_monitor.parameters import defaults, RECORDER
+
+ARGUMENTS = [
+    DeclareLaunchArgument(
+        'params_file', description='YAML parameter file: a block /NAMESPACE/estimator for each '
+                                   'gearbox, see config/robot.yaml of this package'),
+    DeclareLaunchArgument(
+        'joint_states', default_value='',
+        description='topic that all gearboxes take their joints from, like /joint_states of a '
+                    'joint_state_broadcaster; empty: joint_states in the namespace of each'),
+    DeclareLaunchArgument('record', default_value='true', choices=['true', 'false'],
+                          description='record the topics of all gearboxes into one bag'),
+    DeclareLaunchArgument('bag', default_value='',
+                          description='bag directory to create; empty: gearbox_DATE-TIME here'),
+    DeclareLaunchArgument('use_sim_time', default_value='false', choices=['true', 'false'],
+                          description='take the time from /clock'),
+    DeclareLaunchArgument('log_level', default_value='info',
+                          description='debug, info, warn, error or fatal'),
+]
+
+
+def generate_launch_description():
+    return LaunchDescription([*ARGUMENTS, OpaqueFunction(function=_nodes)])
+
+
+def gearboxes(path):
+    """Return [(namespace, 'estimator' or 'plant')] of the file `path`. Raises RuntimeError."""
+    try:
+        with open(path, encoding='utf-8') as file:
+            data = yaml.safe_load(file)
+    except (OSError, yaml.YAMLError) as error:
+        raise RuntimeError(f'{path}: {" ".join(str(error).split())}, expected a readable YAML '
+                           'parameter file') from None
+    found = [match.groups() for name in (data if isinstance(data, dict) else ())
+             if (match := re.fullmatch(r'(|/|/[\w/]*\w/)(estimator|plant)', str(name)))]
+    if not any(node == 'estimator' for _, node in found):
+        raise RuntimeError(f'{path}: no block /NAMESPACE/estimator, expected one for each gearbox')
+    return [(namespace.rstrip('/') or '/', node) for namespace, node in found]
+
+
+def topics(namespaces):
+    """Return the names of all that belongs to the gearboxes in `namespaces`."""
+    usual = defaults(RECORDER)['topics']
+    return [*dict.fromkeys(
+        name if name.startswith('/') else f'{namespace.rstrip("/")}/{name}'
+        for namespace in namespaces for name in usual)]
+
+
+def _nodes(context):
+    value = {a.name: LaunchConfiguration(a.name).perform(context) for a in ARGUMENTS}
+    clock = {'use_sim_time': value['use_sim_time'] == 'true'}
+
+    def node(name, namespace, given, remappings=()):
+        return Node(
+            package='gearbox_monitor', executable=f'{name}_node', name=name, namespace=namespace,
+            parameters=[*given, value['params_file']], remappings=remappings, output='screen',
+            emulate_tty=True, ros_arguments=['--log-level', value['log_level']])
+
+    found = gearboxes(value['params_file'])
+    shared = value['joint_states']
+    nodes = [node(name, namespace, [clock] if name == 'estimator' else [],
+                  [('joint_states', shared)] if shared and name == 'estimator' else [])
+             for namespace, name in found]
+    if value['record'] == 'true':
+        named = topics([namespace for namespace, name in found if name == 'estimator'])
+        given = {**clock, 'topics': [*([shared] if shared else []), *named]}
+        if value['bag']:
+            given['output'] = ParameterValue(value['bag'], value_type=str)
+        nodes.append(node('recorder', '/', [given]))
+    return nodes
