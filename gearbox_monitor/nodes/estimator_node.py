@@ -53,8 +53,7 @@ from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.resources import config_path
 from gearbox_monitor.signals import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, MOTOR, SIGNALS, SNAPSHOT)
-from gearbox_monitor.trust.level import Finding, Level
-from gearbox_monitor.trust.usable import SILENT, START_TIME
+from gearbox_monitor.silence import Silence
 
 SECOND = 1_000_000_000
 # Two seconds at 1 kHz: a pause of this process must not cost samples.
@@ -62,7 +61,6 @@ INPUT_DEPTH = 2000
 # After such a pause the outputs come in a burst: a recorder must not lose them either.
 OUTPUT_DEPTH = 2000
 KEEP = '~/keep_recording'
-MIN_SILENCE = 0.5  # s between two diagnostics
 LATCHED = QoSProfile(depth=16, history=HistoryPolicy.KEEP_LAST,
                      reliability=ReliabilityPolicy.RELIABLE,
                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -84,7 +82,7 @@ class EstimatorNode(Node):
         self._starts = 0
         self._divergences = 0
         self._foreign = 0  # messages that name neither joint
-        self._seen = (0, 0, 0)  # stamp, inputs and clock at the last diagnostics with samples
+        self._silence = Silence()
         self._levels = {}
         self._alerted = {}  # {component: stages} of the drift alert in force
         self._state_stamp = self.monitor.tracker.stamp_ns
@@ -230,32 +228,9 @@ class EstimatorNode(Node):
 
     def _findings(self):
         """Return {component: Finding}; a stream that stopped is never reported as good."""
-        monitor, now = self.monitor, self._steady.now().nanoseconds
-        stamp, inputs, since = self._seen
-        if monitor.stamp_ns != stamp:
-            self._seen = (monitor.stamp_ns, monitor.input_count, now)
-            return dict(monitor.findings)
-        if not since:
-            self._seen = (stamp, inputs, now)
-            return dict(monitor.findings)
-        silent = (now - since) / SECOND
-        if silent < MIN_SILENCE:  # a late timer is followed by one that comes too soon
-            return dict(monitor.findings)
-        refused = monitor.input_count - inputs
-        counts = {text: int(monitor.counts[code]) for code, text in stream.REASONS.items()
-                  if monitor.counts[code]}
-        counts['messages_without_our_joints'] = self._foreign
-        reason = f'{refused} samples came, none was usable' if refused else 'no samples came'
-        if self._foreign and not monitor.input_count:
-            reason = (f'{self._foreign} messages named neither {self._names[MOTOR]!r} nor '
-                      f'{self._names[ARM]!r}; set motor_joint and arm_joint')
-        findings = {name: Finding(Level.WARN, f'no data for {silent:.1f} s', {})
-                    for name in monitor.findings}
-        # Discovery takes a while: before the first sample ever, silence is not yet an error.
-        starting = not monitor.input_count and not self._foreign and silent < START_TIME
-        findings['input'] = Finding(Level.WARN if starting else Level.ERROR,
-                                    f'{reason} for {silent:.1f} s: {SILENT.advice}', counts)
-        return findings
+        return self._silence.findings(
+            self.monitor, self._steady.now().nanoseconds, self._foreign,
+            f'{self._names[MOTOR]!r} nor {self._names[ARM]!r}')
 
     def _on_second(self):
         findings = self._findings()
