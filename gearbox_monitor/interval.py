@@ -98,7 +98,8 @@ class _Pass:
         """Return rows [M, N_SMOOTHED] of M accepted samples, of which the first is a start."""
         n, m, size = self.n, len(given[0]), len(self.ring)
         state = (np.zeros(stream.N_GATE, np.int64), np.zeros(stream.N_CLOCK),
-                 np.zeros((stream.N_EFFORTS, 2)), np.zeros(n), np.zeros(n * n), np.zeros(self.memory_size))
+                 np.zeros((stream.N_EFFORTS, 2)), np.zeros(n), np.zeros(n * n),
+                 np.zeros(self.memory_size))
         self.advance(state, given, 0, 1)
         kept, cuts = [], range(0, max(m - 1, 1), size - 1)
         for cut in cuts:

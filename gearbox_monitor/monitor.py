@@ -502,8 +502,8 @@ class Monitor:
         taken, n = stream.run(
             self._states, stamps, u, y, *self._kind, self._packed, self._settings,
             self._gate, self.counts, self._clock, self._efforts, self._z, self._P, self._memory,
-            self._kept, self._ring, self._ring_stamps, self._vectors, self._matrices, codes, rows, stamps_s,
-            smoothed)
+            self._kept, self._ring, self._ring_stamps, self._vectors, self._matrices, codes, rows,
+            stamps_s, smoothed)
         if taken and codes[taken - 1] == stream.DIVERGED:
             self.divergences.append(self._divergence(int(stamps[taken - 1])))
         return taken, n

@@ -237,18 +237,19 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
     """
     Take up to N samples; returns (how many were taken, rows written to `smoothed`).
 
-    Stops behind each start and each sample that a long gap was bridged to; behind the sample in time, accepted or incomplete, with which an
-    evaluation is due: the first one, the first at or after gate[EVALUATE_AT], and one from before
-    the second that leads up to it (a new time); and behind one at which the filter diverged, z and
-    P as they then are.
+    Stops behind each start and each sample that a long gap was bridged to; behind the sample in
+    time, accepted or incomplete, with which an evaluation is due: the first one, the first at or
+    after gate[EVALUATE_AT], and one from before the second that leads up to it (a new time); and
+    behind one at which the filter diverged, z and P as they then are.
 
     stamps int64 [N] ns; inputs [N, 2] motor torque and known load on the arm (N m); outputs [N, 2]
     motor and arm position (rad); NaN = not measured. is_*: see KINDS. p: process.pack. settings
     int64 [max_gap ns, effort_delay, smoother_lag ns, load is measured 0/1]. Carried from call to
     call, changed in place: gate int64 [N_GATE], counts int64 [N_COUNTS], clock [N_CLOCK], efforts
     [N_EFFORTS], belief z [n], P [n * n] and memory of the filter, ring of step records with
-    ring_stamps. kept [n + n * n + memory]: scratch. Written: codes int64 [N], estimates [N, N_ESTIMATE] (rows whose code is ESTIMATE),
-    smoothed_stamps and smoothed (rows as many as samples plus the ring's length).
+    ring_stamps. kept [n + n * n + memory]: scratch. Written: codes int64 [N], estimates [N,
+    N_ESTIMATE] (rows whose code is ESTIMATE), smoothed_stamps and smoothed (rows as many as
+    samples plus the ring's length).
     """
     max_gap, delay, lag = settings[MAX_GAP], settings[DELAY], settings[LAG]
     rows = ring.shape[0]

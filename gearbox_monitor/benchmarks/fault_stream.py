@@ -161,6 +161,14 @@ def clock(step, for_good=True):
     return inject
 
 
+def jittered(std):
+    """Let the stamps miss the time of measurement by `std` s, at most three times that."""
+    def inject(m, random):
+        off = np.clip(random.standard_normal(len(m.at)), -3.0, 3.0) * std * m.during()
+        return replace(m, stamp_ns=m.stamp_ns + np.round(off * SECOND).astype(np.int64))
+    return inject
+
+
 def stuck_stamps(to=None):
     """Let the stamps stand still, or be `to`, while the fault lasts."""
     def inject(m, _):
