@@ -72,6 +72,7 @@ class _Pass:
         self.settings = np.array([round(p['max_gap'] * SECOND), p['effort_delay'], 0,
                                   drive.arm_load == 'measured'], np.int64)
         self.memory_size = module.memory_size(self.n)
+        self.kept = np.zeros(self.n + self.n ** 2 + self.memory_size)
         self.vectors = np.zeros((module.N_VECTORS, self.n))
         self.matrices = np.zeros((max(module.N_MATRICES, 5), self.n ** 2))
         self.ring = np.zeros((BLOCK + 1, record_size(self.n)))
@@ -87,7 +88,7 @@ class _Pass:
         while begin < end:
             taken, _ = stream.run(
                 self.states, *(a[begin:end] for a in given), *self.kind, self.packed,
-                self.settings, gate, counts, clock, efforts, z, P, memory, self.ring,
+                self.settings, gate, counts, clock, efforts, z, P, memory, self.kept, self.ring,
                 self.ring_stamps, self.vectors, self.matrices, self.codes, self.estimates,
                 *self.nothing)
             begin += taken
@@ -96,8 +97,9 @@ class _Pass:
     def smooth(self, given):
         """Return rows [M, N_SMOOTHED] of M accepted samples, of which the first is a start."""
         n, m, size = self.n, len(given[0]), len(self.ring)
-        state = (np.zeros(stream.N_GATE, np.int64), np.zeros(1), np.zeros((stream.N_EFFORTS, 2)),
-                 np.zeros(n), np.zeros(n * n), np.zeros(self.memory_size))
+        state = (np.zeros(stream.N_GATE, np.int64), np.zeros(stream.N_CLOCK),
+                 np.zeros((stream.N_EFFORTS, 2)), np.zeros(n), np.zeros(n * n),
+                 np.zeros(self.memory_size))
         self.advance(state, given, 0, 1)
         kept, cuts = [], range(0, max(m - 1, 1), size - 1)
         for cut in cuts:

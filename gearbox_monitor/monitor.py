@@ -36,9 +36,9 @@ from gearbox_monitor.filters.record import predicted, record_size
 from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TWIST_STD
 from gearbox_monitor.history import History
 from gearbox_monitor.parameters import AT_ONCE, checked, ESTIMATOR, with_values
-from gearbox_monitor.trust import covariance, innovation, missing, observability, usable
+from gearbox_monitor.trust import covariance, innovation, missing, observability, passive, usable
 from gearbox_monitor.trust.level import (
-    Alarm, Condition, DEBOUNCE, Finding, finding_of, Level)
+    Alarm, Condition, DEBOUNCE, Finding, finding_of, Level, with_more)
 
 RING = 2048
 HISTORY = 8192
@@ -51,12 +51,18 @@ REASON_CODES = np.array(list(stream.REASONS))
 STATE_COLUMNS = {'tau_arm': stream.E_TAU_ARM, 'tau_e': stream.E_TAU_E}
 MEDIAN_STRIDE = 8
 NO_DATA = Finding(Level.WARN, 'no data yet')
+ANEW = Finding(Level.WARN, 'not judged: the filter has started anew, or samples, torque or '
+               f'positions were missing, less than {SETTLE + 1.0:g} s ago')
+NOTHING = Finding(Level.WARN, 'no estimates')
+JUDGED = COMPONENTS[:4]  # once per second, from the newest estimates
+# Samples that stand in time: an evaluation may be due with them.
+IN_TIME = (stream.ESTIMATE, stream.START, stream.NO_EFFORT, stream.NO_MEASUREMENT)
 AT_BOUND = Condition(
     'covariance', Level.WARN, 'adapted to its bound', 'an adapted parameter is at its bound (AEKF '
     'only)', 'the evaluation', 'the model or a start value is far off: check it', ('adapted_...',))
 CONDITIONS = (
     *usable.CONDITIONS, *observability.CONDITIONS, *innovation.CONDITIONS,
-    *covariance.CONDITIONS, AT_BOUND, *missing.CONDITIONS)
+    *passive.CONDITIONS, *covariance.CONDITIONS, AT_BOUND, *missing.CONDITIONS)
 
 
 class SnapshotError(InputError):
@@ -252,7 +258,9 @@ class Monitor:
                              f'on the arm: {", ".join(loads)}; leave out what it contains']
         self._z, self._P = np.zeros(n), np.eye(n).ravel()
         self._memory = np.zeros(module.memory_size(n))
-        self._clock, self._efforts = np.zeros(1), np.zeros((stream.N_EFFORTS, 2))
+        self._kept = np.zeros(n + n * n + len(self._memory))
+        self._clock = np.zeros(stream.N_CLOCK)
+        self._efforts = np.zeros((stream.N_EFFORTS, 2))
         rows = RING if self._settings[stream.LAG] else 2  # few stay in the processor's cache
         self._ring, self._ring_stamps = np.zeros((rows, record_size(n))), np.zeros(rows, np.int64)
         self._vectors = np.zeros((module.N_VECTORS, n))
@@ -267,17 +275,29 @@ class Monitor:
     def _forget(self):
         """Drop all windows: what they hold belongs to another belief."""
         self._history = History(HISTORY)
-        self._drift = []  # chunks (stamps, smoothed rows) of the window under way
-        self._window_start = None  # stamp of the first smoothed row of the window under way
-        self._window_whole = True  # whether its rows are at hand from there on
+        self._smoothed_rows = deque()  # chunks (stamps, smoothed rows) of the last seconds
+        self._begin_window()
         self._known = Known()  # what the windows have in common
-        self._window_flagged = 0  # evaluations in it that an indicator of trust flagged
         self._gate[stream.EVALUATE_AT] = 0 if self._judged else stream.NEVER
         self._reference, self._references = self._given_reference, []
         self._systematic = missing.Systematic()
-        self.findings = {**self.findings, **dict.fromkeys((*COMPONENTS[:4], 'input'), NO_DATA)}
+        self.findings = {**self.findings, **dict.fromkeys((*JUDGED, 'input'), NO_DATA)}
         self._alarms = {name: Alarm(*debounce) for name, debounce in DEBOUNCE.items()}
         self._last_counts = self.counts.copy()
+
+    def _begin_window(self):
+        self._smoothed_rows.clear()
+        self._drift = []  # chunks (stamps, smoothed rows) of the window under way
+        self._window_start = None  # stamp of the first smoothed row of the window under way
+        self._window_whole = True  # whether its rows are at hand from there on
+        self._window_flagged = 0  # evaluations in it that an indicator of trust flagged
+
+    def _not_judged(self, finding):
+        """Say that what was found good says nothing of the estimates that come now."""
+        self.findings = {name: finding if name in JUDGED and found.level == Level.OK else found
+                         for name, found in self.findings.items()}
+        for name in JUDGED:
+            self._alarms[name].doubt()
 
     def reset(self):
         """Start anew with the next sample; counters and baseline stay."""
@@ -438,7 +458,7 @@ class Monitor:
     @property
     def period(self):
         """The usual distance of stamps (s), 0 before it is known."""
-        return float(self._clock[0])
+        return float(self._clock[stream.PERIOD])
 
     # ------------------------------------------------------------------ samples
 
@@ -450,11 +470,11 @@ class Monitor:
         stamps_s, smoothed = self._smoothed_one
         _, n = self._run(stamps, u, y, self._codes_one, self._row_one, stamps_s, smoothed)
         due = tuple((int(stamps_s[i]), smoothed[i].copy()) for i in range(n))
+        code = self._codes_one[0]
         good = self._codes_one == stream.ESTIMATE
         self._remember(stamps[good], self._row_one[good], stamps_s[:n].copy(),
                        smoothed[:n].copy())
-        if good[0] or self._codes_one[0] == stream.START:
-            self._after(int(sample.stamp_ns))
+        self._after(int(sample.stamp_ns), code)
         if not good[0]:
             return None
         P = self._P.reshape(len(self._z), -1).copy()
@@ -480,8 +500,7 @@ class Monitor:
                 good = _where(codes[start:end] == stream.ESTIMATE)
                 self._remember(stamps[start:end][good], rows[start:end][good],
                                stamps_s[due:due + more].copy(), smoothed[due:due + more].copy())
-                if codes[end - 1] in (stream.ESTIMATE, stream.START):
-                    self._after(int(stamps[end - 1]))
+                self._after(int(stamps[end - 1]), codes[end - 1])
             start, due = end, due + more
         good = _where(codes == stream.ESTIMATE)
         return Estimates(stamps[good], rows[good], stamps_s[:due], smoothed[:due], codes)
@@ -490,8 +509,8 @@ class Monitor:
         taken, n = stream.run(
             self._states, stamps, u, y, *self._kind, self._packed, self._settings,
             self._gate, self.counts, self._clock, self._efforts, self._z, self._P, self._memory,
-            self._ring, self._ring_stamps, self._vectors, self._matrices, codes, rows, stamps_s,
-            smoothed)
+            self._kept, self._ring, self._ring_stamps, self._vectors, self._matrices, codes, rows,
+            stamps_s, smoothed)
         if taken and codes[taken - 1] == stream.DIVERGED:
             self.divergences.append(self._divergence(int(stamps[taken - 1])))
         return taken, n
@@ -516,9 +535,19 @@ class Monitor:
         self._history.add(stamps, rows)
         if len(stamps_s):
             self._drift.append((stamps_s, smoothed))
+            self._smoothed_rows.append((stamps_s, smoothed))
+            first = stamps_s[-1] - round(passive.WINDOW * SECOND)
+            while self._smoothed_rows[0][0][-1] <= first:
+                self._smoothed_rows.popleft()
 
-    def _after(self, stamp_ns):
-        """Judge when a second of accepted stamps has passed."""
+    def _after(self, stamp_ns, code):
+        """Judge when a second of stamps has passed; `code`: what became of the newest sample."""
+        if code == stream.START:
+            self._begin_window()  # positions may count from elsewhere now
+        if code not in IN_TIME:
+            return
+        if self._gate[stream.STARTED] == stamp_ns:
+            self._not_judged(ANEW)
         at = self._gate[stream.EVALUATE_AT]
         if at == stream.NEVER or at and at - SECOND <= stamp_ns < at:
             return
@@ -537,6 +566,8 @@ class Monitor:
                 found['prediction error'] = self._check_prediction_error(recent, stamp_ns)
                 found['covariance'] = self._check_covariance(recent)
                 found['model'] = self._check_model(found, stamp_ns)
+            else:
+                self._not_judged(NOTHING)
         found.update(self._check_backlash(found))
         self.findings = dict(self.findings)
         for name, finding in found.items():
@@ -571,8 +602,14 @@ class Monitor:
                             for window in (innovation.MEAN_WINDOW, innovation.GATE_WINDOW))
         white, errors, stds = (recent.pair(column) for column in (
             stream.E_WHITE_1, stream.E_INNOVATION_MOTOR, stream.E_INNOVATION_STD_MOTOR))
-        return innovation.check(white, recent[stream.E_NIS], recent[stream.E_DOF], errors, stds,
-                                for_mean, newest)
+        found = innovation.check(white, recent[stream.E_NIS], recent[stream.E_DOF], errors, stds,
+                                 for_mean, newest)
+        if not self._smoothed_rows:
+            return found
+        broken, values = passive.check(np.concatenate([rows for _, rows in self._smoothed_rows]))
+        if not broken:
+            return replace(found, values={**found.values, **values})
+        return with_more(found, broken, values)
 
     def _check_covariance(self, recent):
         stds = np.sort(recent[stream.E_STD + TAU_K][::MEDIAN_STRIDE])  # slow: few will do
@@ -629,9 +666,6 @@ class Monitor:
             self._window_start = int(self._drift[0][0][0])
         length = round(self.parameters['drift_window'] * SECOND)
         result, newest = {}, int(self._drift[-1][0][-1])
-        if newest < self._window_start:  # the clock was set back: begin anew
-            self._drift, self._window_start, self._window_whole = [], None, True
-            return {}
         while newest >= self._window_start + length:
             end = self._window_start + length
             stamps, rows = (np.concatenate(column) for column in zip(*self._drift))

@@ -21,34 +21,51 @@ import math
 
 from gearbox_monitor.filters import aekf, ekf, srukf, ukf
 from gearbox_monitor.filters.process import (
-    FRICTION_AT, LOAD_AT, P0, TAU_K, TAU_K_MODEL_STD, X1, X2, X3, X4)
+    FRICTION_AT, LOAD_AT, P0, R1, R2, TAU_K, TAU_K_MODEL_STD, X1, X2, X3, X4)
 from gearbox_monitor.filters.record import places
 from gearbox_monitor.filters.smoother import smooth
 from gearbox_monitor.jit import jit, jit_inline
 
 # What became of a sample.
 (ESTIMATE, START, ZERO_STAMP, DUPLICATE, BACKWARD, JUMP, NO_EFFORT, NO_MEASUREMENT, DIVERGED,
+ POSITION_JUMP,
  # ... and what was noticed beside it.
- NON_FINITE, MOTOR_MISSING, ARM_MISSING, EFFORT_HELD, SAMPLES_MISSED, N_COUNTS) = range(15)
+ NON_FINITE, MOTOR_MISSING, ARM_MISSING, EFFORT_HELD, SAMPLES_MISSED, N_COUNTS) = range(16)
 REASONS = {
     ZERO_STAMP: 'zero stamps', DUPLICATE: 'repeated stamps', BACKWARD: 'backward stamps',
     JUMP: 'stamps after a jump', NO_EFFORT: 'samples without effort',
     NO_MEASUREMENT: 'samples without measurement', DIVERGED: 'filter restarts after divergence',
-    NON_FINITE: 'non-finite values', MOTOR_MISSING: 'missing motor positions',
+    POSITION_JUMP: 'positions that jump',
+    NON_FINITE: 'values that are infinite or beyond 1e9', MOTOR_MISSING: 'missing motor positions',
     ARM_MISSING: 'missing arm positions', EFFORT_HELD: 'missing efforts',
     SAMPLES_MISSED: 'samples missed (by stamps)', START: 'starts',
 }
 
 # Integers that a stream carries from sample to sample; estimates depend on those before
 # EVALUATE_AT.
-(LAST, PENDING_STAMP, PENDING_COUNT, LAST_EFFORT, LAST_MEASUREMENT, STEPS, STARTED,
- EVALUATE_AT, SMOOTH_NEXT, INPUTS, N_GATE) = range(11)
+# STARTED is the stamp since when estimates are as good as stated.
+(LAST, PENDING_STAMP, PENDING_COUNT, LAST_EFFORT, LAST_MEASUREMENT, STEPS, STARTED, JUMPS,
+ EVALUATE_AT, SMOOTH_NEXT, INPUTS, N_GATE) = range(12)
+# Numbers that a stream carries: usual distance of stamps (s), and how large the prediction errors
+# of motor and arm usually get (rad).
+PERIOD, ERROR_MOTOR, ERROR_ARM, N_CLOCK = range(4)
 SECOND = 1_000_000_000
 NEVER = -1  # at EVALUATE_AT: no evaluation is due
 # Places in the settings.
 MAX_GAP, DELAY, LAG, LOAD_MEASURED = range(4)
-# A jump of the clock is believed when this many samples follow it consistently.
+# A jump of the clock, or of a position, is believed when this many samples follow it consistently.
 CONFIRM = 3
+# Stamps so little before the last one (ns) are late messages, unless so many come in a row.
+LATE, LATE_CONFIRM = SECOND // 4, 25
+# What is beyond, in rad or N m, is no measurement.
+HUGE = 1e9
+# Longer without samples, torque or positions (ns, and in usual distances of samples), prediction
+# misses by more than its stated deviation says: what follows is not judged.
+BRIDGED, BRIDGED_PERIODS = 30_000_000, 2.5
+# A position jumps that is farther from its prediction than all of: so many times what is usual,
+# or twice the stated noise; so many predicted standard deviations. Judged from so many samples
+# after a start on: until then what is usual is not known.
+JUMP_USUAL, JUMP_STATED, JUMP_AFTER = 10.0, 6.0, 100
 N_EFFORTS = 64
 
 # Columns of an estimate row. Absent states are NaN.
@@ -100,7 +117,7 @@ def _gate(stamp, gate, max_gap):
     else:
         gate[PENDING_COUNT] = 1
     gate[PENDING_STAMP] = stamp
-    if gate[PENDING_COUNT] >= CONFIRM:
+    if gate[PENDING_COUNT] >= (LATE_CONFIRM if -LATE < ahead < 0 else CONFIRM):
         return START
     return BACKWARD if ahead < 0 else JUMP
 
@@ -109,6 +126,45 @@ def _gate(stamp, gate, max_gap):
 def _due(stamp, gate):
     at = gate[EVALUATE_AT]
     return at != NEVER and (at == 0 or stamp >= at or stamp < at - SECOND)
+
+
+@jit_inline
+def _keep(z, P, memory, kept):
+    n, m = z.shape[0], P.shape[0]
+    for i in range(n):
+        kept[i] = z[i]
+    for i in range(m):
+        kept[n + i] = P[i]
+    for i in range(memory.shape[0]):
+        kept[n + m + i] = memory[i]
+
+
+@jit_inline
+def _put_back(z, P, memory, kept):
+    n, m = z.shape[0], P.shape[0]
+    for i in range(n):
+        z[i] = kept[i]
+    for i in range(m):
+        P[i] = kept[n + i]
+    for i in range(memory.shape[0]):
+        memory[i] = kept[n + m + i]
+
+
+@jit_inline
+def _jumps(error, variance, usual, r):
+    limit = max(JUMP_USUAL * max(usual, 2.0 * math.sqrt(r)), JUMP_STATED * math.sqrt(variance))
+    return abs(error) > limit
+
+
+@jit_inline
+def _usual(error, usual):
+    """Return how large errors `usual`-ly get, after another one: about 2.3 of their deviations."""
+    size = abs(error)
+    if not math.isfinite(size):
+        return usual
+    if usual == 0.0:
+        return size
+    return usual + 0.25 * (size - usual) if size > usual else 0.999 * usual
 
 
 @jit
@@ -177,33 +233,38 @@ def _write_estimate(states, z, P, record, dt, u, load, p, row):
 
 @jit
 def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings, gate, counts,
-        clock, efforts, z, P, memory, ring, ring_stamps, vectors, matrices, codes, estimates,
-        smoothed_stamps, smoothed):
+        clock, efforts, z, P, memory, kept, ring, ring_stamps, vectors, matrices, codes,
+        estimates, smoothed_stamps, smoothed):
     """
     Take up to N samples; returns (how many were taken, rows written to `smoothed`).
 
-    Stops behind the accepted sample with which an evaluation is due: the first one, the first at
-    or after gate[EVALUATE_AT], and one from before the second that leads up to it (a new time);
-    and behind one at which the filter diverged, z and P as they then are.
+    Stops behind each start and each sample that a long gap was bridged to; behind the sample in
+    time, accepted or incomplete, with which an evaluation is due: the first one, the first at or
+    after gate[EVALUATE_AT], and one from before the second that leads up to it (a new time); and
+    behind one at which the filter diverged, z and P as they then are.
 
     stamps int64 [N] ns; inputs [N, 2] motor torque and known load on the arm (N m); outputs [N, 2]
     motor and arm position (rad); NaN = not measured. is_ukf, is_srukf, is_aekf: see KINDS. states,
     p, vectors, matrices: see ekf.step. settings int64 [max_gap ns, effort_delay, smoother_lag ns,
     load is measured 0/1]. Carried from call to call, changed in place: gate int64 [N_GATE], counts
-    int64 [N_COUNTS], clock [period s], efforts [N_EFFORTS], belief z [n], P [n * n] and memory of
-    the filter, ring of step records with ring_stamps. Written: codes int64 [N], estimates [N,
+    int64 [N_COUNTS], clock [N_CLOCK], efforts [N_EFFORTS], belief z [n], P [n * n] and memory of
+    the filter, ring of step records with ring_stamps. kept [n + n * n + memory]: scratch. Written:
+    codes int64 [N], estimates [N,
     N_ESTIMATE] (rows whose code is ESTIMATE), smoothed_stamps and smoothed (rows as many as
     samples plus the ring's length).
     """
     max_gap, delay, lag = settings[MAX_GAP], settings[DELAY], settings[LAG]
     rows = ring.shape[0]
+    _, _, _, _, _, at_innovation, at_S, _, _ = places(len(states))
     n_smoothed = 0
     for k in range(stamps.shape[0]):
         stamp = stamps[k]
         gate[INPUTS] += 1
         u, load, y1, y2 = inputs[k, 0], inputs[k, 1], outputs[k, 0], outputs[k, 1]
-        if math.isinf(u) or math.isinf(load) or math.isinf(y1) or math.isinf(y2):
+        if abs(u) > HUGE or abs(load) > HUGE or abs(y1) > HUGE or abs(y2) > HUGE:
             counts[NON_FINITE] += 1
+            u, load = u if abs(u) <= HUGE else math.nan, load if abs(load) <= HUGE else math.nan
+            y1, y2 = y1 if abs(y1) <= HUGE else math.nan, y2 if abs(y2) <= HUGE else math.nan
         have_y = math.isfinite(y1) or math.isfinite(y2)
         code = _gate(stamp, gate, max_gap)
         if code == ESTIMATE or code == START:
@@ -226,6 +287,8 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
         counts[code] += 1
         codes[k] = code
         if code != ESTIMATE and code != START:
+            if (code == NO_EFFORT or code == NO_MEASUREMENT) and _due(stamp, gate):
+                return k + 1, n_smoothed
             continue
         if have_u:
             gate[LAST_EFFORT] = stamp
@@ -233,8 +296,8 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
             gate[LAST_MEASUREMENT] = stamp
         if code == START:
             gate[LAST], gate[STEPS], gate[PENDING_COUNT] = stamp, 0, 0
-            gate[SMOOTH_NEXT] = 0
-            clock[0] = 0.0
+            gate[SMOOTH_NEXT], gate[JUMPS] = 0, 0
+            clock[:] = 0.0
             for i in range(N_EFFORTS):
                 efforts[i, 0], efforts[i, 1] = u, load
             gate[STARTED] = stamp
@@ -242,21 +305,10 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
             ring[0, -1] = u
             memory[:] = 0.0
             ring_stamps[0] = stamp
-            if _due(stamp, gate):
-                return k + 1, n_smoothed
-            continue
+            return k + 1, n_smoothed
         last = gate[LAST]
         dt = (stamp - last) * 1e-9
-        gate[LAST] = stamp
-        gate[STEPS] += 1
-        step = gate[STEPS]
-        # Follow the usual period robustly, so that a dropout does not move it.
-        if clock[0] == 0.0:
-            clock[0] = dt
-        else:
-            if dt > 1.7 * clock[0]:
-                counts[SAMPLES_MISSED] += int(dt / clock[0] + 0.5) - 1
-            clock[0] *= 1.02 if dt > clock[0] else 1.0 / 1.02
+        step = gate[STEPS] + 1
         now, before = step % N_EFFORTS, (step - 1) % N_EFFORTS
         efforts[now, 0] = u if math.isfinite(u) else efforts[before, 0]
         efforts[now, 1] = load if math.isfinite(load) else efforts[before, 1]
@@ -264,14 +316,46 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
         u_acting = efforts[acting, 0]
         load_acting = efforts[acting, 1] if settings[LOAD_MEASURED] == 1 else 0.0
         record = ring[step % rows]
+        record[at_innovation], record[at_innovation + 1] = 0.0, 0.0
+        record[at_S], record[at_S + 2] = 0.0, 0.0
+        _keep(z, P, memory, kept)
+        good = filter_step(is_ukf, is_srukf, is_aekf, states, z, P, memory, dt, u_acting,
+                           load_acting, y1, y2, p, vectors, matrices, record)
+        e1, e2 = record[at_innovation], record[at_innovation + 1]
+        if step > JUMP_AFTER and (
+                _jumps(e1, record[at_S], clock[ERROR_MOTOR], p[R1])
+                or _jumps(e2, record[at_S + 2], clock[ERROR_ARM], p[R2])):
+            # As if it had not come; the belief stays.
+            _put_back(z, P, memory, kept)
+            codes[k] = POSITION_JUMP
+            counts[ESTIMATE] -= 1
+            counts[POSITION_JUMP] += 1
+            gate[JUMPS] += 1
+            if gate[JUMPS] >= CONFIRM:
+                gate[LAST] = 0  # start anew with the next complete sample
+                gate[PENDING_COUNT] = 0
+            continue
+        gate[LAST], gate[STEPS], gate[JUMPS] = stamp, step, 0
+        # Follow the usual period robustly, so that a dropout does not move it.
+        if clock[PERIOD] == 0.0:
+            clock[PERIOD] = dt
+        else:
+            if dt > 1.7 * clock[PERIOD]:
+                counts[SAMPLES_MISSED] += int(dt / clock[PERIOD] + 0.5) - 1
+            clock[PERIOD] *= 1.02 if dt > clock[PERIOD] else 1.0 / 1.02
+        bridged = stamp - min(last, gate[LAST_EFFORT], gate[LAST_MEASUREMENT])
+        in_doubt = bridged > BRIDGED and bridged > BRIDGED_PERIODS * SECOND * clock[PERIOD]
+        if in_doubt:
+            gate[STARTED] = stamp
         ring_stamps[step % rows] = stamp
-        if not filter_step(is_ukf, is_srukf, is_aekf, states, z, P, memory, dt, u_acting,
-                           load_acting, y1, y2, p, vectors, matrices, record):
+        if not good:
             codes[k] = DIVERGED
             counts[ESTIMATE] -= 1
             counts[DIVERGED] += 1
             gate[LAST] = 0
             return k + 1, n_smoothed
+        clock[ERROR_MOTOR] = _usual(e1, clock[ERROR_MOTOR])
+        clock[ERROR_ARM] = _usual(e2, clock[ERROR_ARM])
         record[-1] = u_acting
         _write_estimate(states, z, P, record, dt, u_acting, load_acting, p, estimates[k])
         # Blocks end where stamps cross a grid, or steps half a ring (no row may be lost, even at
@@ -289,6 +373,6 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
                     smoothed_stamps[n_smoothed] = ring_stamps[i % rows]
                     n_smoothed += 1
                 gate[SMOOTH_NEXT] = keep + 1
-        if _due(stamp, gate):
+        if in_doubt or _due(stamp, gate):
             return k + 1, n_smoothed
     return stamps.shape[0], n_smoothed

@@ -237,8 +237,8 @@ def test_bad_live_data_is_reported_and_survived(graph, drive, tmp_path):
     feeder.send([feeder.message(k, 0) for k in range(1500)], rate=700.0)
     graph.spin(1.2)
     assert diagnostics[-1]['input'][0] == 2
-    # Back to good data, at a tenth of the rate.
-    feeder.send([feeder.message(k) for k in range(3500, 6000)], rate=700.0)
+    # Back to good data, for the five evaluations that lower a level.
+    feeder.send([feeder.message(k) for k in range(3500, 10500)])
     graph.until(lambda: diagnostics[-1]['input'][0] == 0, 'recovery')
     for message in states:
         assert np.isfinite([*message.position, *message.velocity, *message.effort]).all()

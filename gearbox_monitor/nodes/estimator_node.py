@@ -53,14 +53,13 @@ from gearbox_monitor.parameters import ESTIMATOR, MODEL, SETTINGS
 from gearbox_monitor.resources import config_path
 from gearbox_monitor.signals import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, MOTOR, SIGNALS, SNAPSHOT)
-from gearbox_monitor.trust import usable
-from gearbox_monitor.trust.level import Finding, Level
+from gearbox_monitor.silence import Silence
+from gearbox_monitor.trust.level import Level
 
 SECOND = 1_000_000_000
 # After a pause of this process the outputs come in a burst: a recorder must not lose them.
 OUTPUT_DEPTH = 2000
 KEEP = '~/keep_recording'
-MIN_SILENCE = 0.5  # s between two diagnostics
 
 
 class EstimatorNode(TableNode):
@@ -80,9 +79,7 @@ class EstimatorNode(TableNode):
         self._starts = 0
         self._divergences = 0
         self._set_back = 0  # how often the clock was
-        # Stamp, inputs, clock and counters at the last diagnostics with samples.
-        self._seen = (0, 0, 0, self.monitor.counts.copy())
-        self._silence = ''  # why none come
+        self._silence = Silence()
         self._levels = {}
         self._alerted = {}  # {component: stages} of the drift alert in force
         self._state_stamp = self.monitor.tracker.stamp_ns
@@ -226,52 +223,20 @@ class EstimatorNode(TableNode):
 
     def _findings(self):
         """Return {component: Finding}; a stream that stopped is never reported as good."""
-        monitor, now = self.monitor, self._steady.now().nanoseconds
-        stamp, inputs, since, before = self._seen
         shown, unpaired = self._inputs.pairing()
         if self._set_back:
             shown['clock_set_back'] = self._set_back
-        monitor_findings = dict(monitor.findings)
-        told = monitor_findings['input']
-        monitor_findings['input'] = replace(
-            told, values={**told.values, **shown},
-            message=f'{told.message}; {unpaired}' if told.level and unpaired else told.message)
-        if monitor.stamp_ns != stamp:
-            self._seen = (monitor.stamp_ns, monitor.input_count, now, monitor.counts.copy())
-            self._silence = ''
-            return monitor_findings
-        if not since:
-            self._seen = (stamp, inputs, now, before)
-            return monitor_findings
-        silent = (now - since) / SECOND
-        if silent < MIN_SILENCE:  # a late timer is followed by one that comes too soon
-            return monitor_findings
-        refused = monitor.input_count - inputs
-        counts = {text: int(monitor.counts[code]) for code, text in stream.REASONS.items()
-                  if monitor.counts[code]}
-        counts.update(messages_without_our_joints=self._inputs.foreign, **shown)
-        reason, advice, why = 'no samples came', usable.SILENT.advice, 'silent'
-        if refused:
-            new = {text: int(monitor.counts[code] - before[code])
-                   for code, text in stream.REASONS.items()}
-            causes = usable.refused(new)
-            why = '; '.join(cause.advice for cause in causes)
-            advice = why or advice
-            reason = (f'{refused} samples came, none was usable'
-                      + ''.join(f', {cause.says}' for cause in causes))
-        elif told := self._inputs.silence(monitor.input_count > 0):
-            (reason, advice), why = told, 'joints'
-        if self._silence not in ('', why):
+        before, silence = self._silence.why, self._silence
+        found = silence.findings(
+            self.monitor, self._steady.now().nanoseconds, self._inputs.foreign,
+            self._inputs.silence(self.monitor.input_count > 0))
+        if before and silence.why not in ('', before):
             self._levels['input'] = Level.OK  # another reason is worth another line
-        self._silence = why
-        findings = {name: Finding(Level.WARN, f'no data for {silent:.1f} s', {})
-                    for name in monitor.findings}
-        # Discovery takes a while: before the first sample ever, silence is not yet an error.
-        starting = (not monitor.input_count and not self._inputs.foreign
-                    and silent < usable.START_TIME)
-        findings['input'] = Finding(Level.WARN if starting else Level.ERROR,
-                                    f'{reason} for {silent:.1f} s: {advice}', counts)
-        return findings
+        told = found['input']
+        more = f'; {unpaired}' if told.level and unpaired and not silence.why else ''
+        found['input'] = replace(told, values={**told.values, **shown},
+                                 message=told.message + more)
+        return found
 
     def _on_second(self):
         findings = self._findings()

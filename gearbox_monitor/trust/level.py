@@ -71,6 +71,15 @@ def finding_of(broken: Sequence[Condition], fine: str, values: Values) -> Findin
                    ', '.join(c.says for c in broken) + ': ' + '; '.join(advice), values)
 
 
+def with_more(finding: Finding, broken: Sequence[Condition], values: dict[str, Any]) -> Finding:
+    """Return `finding` with the Conditions `broken` (one or more) and `values` besides."""
+    more = finding_of(broken, '', {**finding.values, **values})
+    if finding.level == Level.OK:
+        return more
+    return Finding(max(finding.level, more.level), f'{more.message}; {finding.message}',
+                   more.values)
+
+
 # Component -> evaluations in a row that raise and that lower its level. One evaluation per second
 # of stamps; of backlash and friction one per drift window: their sequential test debounces.
 DEBOUNCE = {'observability': (3, 5), 'prediction error': (3, 5), 'covariance': (3, 5),
@@ -113,6 +122,11 @@ class Alarm:
             self.since_ns = stamp_ns
         self.level, self._judged = new, True
         return new
+
+    def doubt(self) -> None:
+        """Take back the level OK: the next evaluation decides, as the first of all does."""
+        if self.level == Level.OK:
+            self.level, self.since_ns, self._judged = Level.WARN, None, False
 
     def judge(self, finding: Finding, stamp_ns: int) -> Finding:
         """

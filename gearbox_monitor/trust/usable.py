@@ -45,8 +45,10 @@ REFUSED = (
              'zero stamps', 'repeated stamps', 'backward stamps', 'stamps after a jump'),
     _refused('check the encoders and the joint names', 'samples without measurement',
              'missing motor positions', 'missing arm positions'),
+    _refused('check zero, cables and supply of the encoders; publish positions that do not wrap',
+             'positions that jump'),
     _refused('check rate and load of source and network', 'samples missed (by stamps)'),
-    _refused('check what the source computes', 'non-finite values',
+    _refused('check what the source computes', 'values that are infinite or beyond 1e9',
              'filter restarts after divergence'))
 CONDITIONS = (SILENT, NO_SAMPLE, *REFUSED)
 

@@ -1,0 +1,147 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+A source that is killed and started again, with real nodes over DDS; then the same bag replayed.
+
+The new plant begins anew: positions at another place, stamps of a new process. The killed one says
+no goodbye.
+"""
+import json
+import os
+from pathlib import Path
+import subprocess
+import sys
+import tempfile
+import time
+
+import gearbox_monitor
+from gearbox_monitor.bag.comparison import Comparer
+from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.replay import Player
+from gearbox_monitor.bag.summary import Summary
+from gearbox_monitor.benchmarks.fault_runs import OK_AGAIN, TRUST
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.trust.level import Level
+
+AWAY = 3.0  # s without a source
+TOLD = 3.0  # s: diagnostics come every second
+# Neither estimator nor recorder misses the first samples of a plant that sees both.
+RELIABLE = {'qos_overrides./joint_states.subscription.reliability': 'reliable'}
+SUBSCRIBERS = 3  # estimator and recorder of the samples, recorder of the truth
+ROOT = str(Path(gearbox_monitor.__file__).resolve().parents[1])
+PATIENCE = 120.0  # s, for a start that compiles
+
+
+class Nodes:
+    """Node processes in one ROS domain, on this machine only; `watcher` follows the estimator."""
+
+    def __init__(self, folder, domain):
+        try:
+            from gearbox_monitor.nodes.watcher import Watcher
+        except ImportError as error:
+            raise InputError(f'--node: rclpy: {error}; expected a sourced ROS 2 or an '
+                             "installation with pip install 'gearbox_monitor[ros]'") from None
+        os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
+        self.folder, self.processes = folder, []
+        self.watcher = Watcher('fault_benchmark', domain)
+
+    def start(self, module, **parameters):
+        """Start the node `module` and return its process."""
+        command = [sys.executable, '-m', f'gearbox_monitor.nodes.{module}', '--ros-args',
+                   '--disable-external-lib-logs']
+        for name, value in parameters.items():
+            command += ['-p', f'{name}:={json.dumps(value)}']
+        path = os.pathsep.join(filter(None, [ROOT, os.environ.get('PYTHONPATH')]))
+        with open(self.folder / f'{module}_{len(self.processes)}.log', 'wb') as log:
+            process = subprocess.Popen(command, stdout=log, stderr=log, cwd=self.folder,
+                                       env={**os.environ, 'PYTHONPATH': path})
+        self.processes.append(process)
+        return process
+
+    def until(self, condition, what):
+        """Take what comes until `condition()`; returns the clock then (s)."""
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            if time.monotonic() > end:
+                raise InputError(f'--node: {what} did not happen within {PATIENCE:g} s, expected '
+                                 'a machine that runs three nodes at 1 kHz')
+            self.watcher.spin(0.02)
+        return time.monotonic()
+
+    def worst(self):
+        """Return the worst level of TRUST that the estimator says now."""
+        found = self.watcher.findings
+        return max((found[name].level for name in TRUST if name in found), default=Level.WARN)
+
+    def samples(self):
+        """Return how many samples the estimator has taken, as it says."""
+        found = self.watcher.findings.get('input')
+        return int(found.values.get('samples', 0)) if found else 0
+
+    def close(self):
+        """End all nodes and wait for them, the recorder last: it was started first."""
+        for process in reversed(self.processes):
+            process.terminate()
+            process.wait(30)
+        self.watcher.close()
+
+
+def restart(domain):
+    """Return the figures of one run in ROS domain `domain`, as plain data."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        nodes = Nodes(folder, domain)
+        try:
+            nodes.start('recorder_node', output=str(folder / 'bag'))
+            nodes.start('estimator_node', arm_load='none', **RELIABLE)
+            nodes.until(nodes.watcher.ready, 'a start of the estimator')
+            plant = nodes.start('plant_node', seed=1, wait_for_subscribers=SUBSCRIBERS)
+            nodes.until(lambda: nodes.worst() == Level.OK, 'a first estimate that is OK')
+            plant.kill()
+            plant.wait()
+            gone = time.monotonic()
+            told = nodes.until(lambda: nodes.worst() > Level.OK, 'a level that is not OK') - gone
+            by = [name for name in TRUST
+                  if nodes.watcher.findings[name].level == nodes.worst()]
+            always = True
+            while time.monotonic() < gone + AWAY:
+                nodes.watcher.spin(0.02)
+                always &= nodes.worst() > Level.OK
+            taken = nodes.samples()
+            nodes.start('plant_node', seed=2, wait_for_subscribers=SUBSCRIBERS)
+            back = nodes.until(lambda: nodes.samples() > taken, 'a sample of the new source')
+            ok_after = nodes.until(lambda: nodes.worst() == Level.OK, 'a level OK again') - back
+        finally:
+            nodes.close()
+        with open_bag(folder / 'bag') as reader:
+            player = Player(reader)
+            summary, comparer = Summary(player), Comparer(player)
+            player.run([summary, comparer])
+            data = summary.data(comparer.comparison)
+    missed = [text for text, broken in (
+        ('told in time', told > TOLD or not always), ('levels OK soon after', ok_after > OK_AGAIN),
+        ('replay the same', data['replay_identical'] != 'yes')) if broken]
+    return {'told': told, 'by': by, 'ok_after': ok_after, 'estimates': data['estimates'],
+            'starts': data['refused'].get('starts', 0),
+            'replay_identical': data['replay_identical'], 'missed': missed}
+
+
+def text(row):
+    """Return the figures in words."""
+    return (f'real nodes, source killed for {AWAY:g} s: told after {row["told"]:.1f} s by '
+            f'{", ".join(row["by"])}, OK {row["ok_after"]:.1f} s after the first diagnostics with '
+            f'new samples; {row["starts"]} starts, {row["estimates"]} estimates, replay '
+            f'identical: {row["replay_identical"]}\n'
+            + (f'MISSED {", ".join(row["missed"])}' if row['missed'] else 'met    all'))

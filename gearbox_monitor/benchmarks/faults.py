@@ -1,0 +1,128 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Faults of the stream of samples: that bad data is never called good, and how soon all is well.
+
+Each fault is put into the messages of a simulated drive (the packaged one, 1 kHz unless said),
+with a load on the arm that the model knows (none) and with an unknown one. A Monitor takes what
+arrives, and the silence of the stream is judged by the clock once per second, both as in the
+node. docs/faults.md says what counts as bad data, and explains the table.
+
+usage examples:
+  gearbox_monitor benchmark faults
+  gearbox_monitor benchmark faults --only clock --seeds 5
+  gearbox_monitor benchmark faults --node 64 --json faults.json
+"""
+import json
+from pathlib import Path
+import sys
+import time
+
+from tqdm import tqdm
+
+from gearbox_monitor.benchmarks import fault_node
+from gearbox_monitor.benchmarks.fault_cases import CASES
+from gearbox_monitor.benchmarks.fault_runs import BARS, run_case
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.jit import COMPILED
+
+LOADS = ('none', 'unknown')
+
+
+def add_arguments(parser):
+    parser.add_argument('--only', metavar='TEXT', help='faults whose name contains TEXT')
+    parser.add_argument('--seeds', type=int, default=1, metavar='N',
+                        help='runs of each fault (default: %(default)s)')
+    parser.add_argument('--node', type=int, metavar='DOMAIN',
+                        help='besides, real nodes in this ROS domain: the source is killed and '
+                        'started again')
+    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+
+
+def evaluate(only='', seeds=1, progress=lambda rows: rows):
+    """Return the figures of all faults whose name contains `only`, as plain data."""
+    rows = []
+    cases = [case for case in CASES if only in case.name]
+    for case, load in progress([(case, load) for case in cases for load in LOADS]):
+        rows.append(_worst([run_case(case, load, seed) for seed in range(seeds)]))
+    return rows
+
+
+def _worst(runs):
+    """Return one row for the `runs` of a fault: its worst figures, all missed bars."""
+    worst = dict(runs[0])
+    for run in runs[1:]:
+        for name, value in run.items():
+            if isinstance(value, (int, float)) and not isinstance(value, bool):
+                known = [v for v in (worst[name], value) if v is not None]
+                worst[name] = max(known) if known else None
+    worst['missed'] = sorted({bar for run in runs for bar in run['missed']})
+    return worst
+
+
+def _seconds(value, none='never'):
+    return none if value is None else f'{value:.1f}'
+
+
+def text(rows):
+    """Return table and verdicts."""
+    lines = ['told: s from the begin of the fault to a level that is not OK, and whose; good, OK: '
+             's from its', 'end to good estimates, and to levels OK. wrong: estimates off the '
+             'truth; OK: those of them', 'under OK; lost: samples without estimate; spoilt: '
+             'samples that the fault hit.', '',
+             f'{"fault":<36}{"load":<8}{"told":>5}{"wrong":>7}{"OK":>5}{"lost":>7}{"spoilt":>7}'
+             f'{"good":>6}{"OK":>6}  told by']
+    for row in rows:
+        lines.append(
+            f'{row["fault"]:<36}{row["load"]:<8}{_seconds(row["told"], "-"):>5}{row["wrong"]:7d}'
+            f'{row["wrong_while_ok"]:5d}{row["lost"]:7d}{row["spoilt"]:7d}'
+            f'{_seconds(row["good_after"]):>6}{_seconds(row["ok_after"]):>6}  '
+            + ', '.join(row['by']))
+    lines += ['', *(f'{"met   " if not missed else "MISSED"} {bar:<58}'
+                    + (', '.join(missed[:3]) + (' ...' if missed[3:] else ''))
+                    for bar, missed in verdicts(rows).items())]
+    return '\n'.join(lines)
+
+
+def verdicts(rows):
+    """Return {bar: faults that miss it}."""
+    return {bar: [f'{row["fault"]} ({row["load"]})' for row in rows if bar in row['missed']]
+            for bar in BARS}
+
+
+def run(args):
+    """Run the benchmark; returns 1 when a bar is missed."""
+    if not COMPILED:
+        raise InputError('benchmark faults: numba is missing, expected compiled kernels')
+    if args.seeds < 1:
+        raise InputError(f'--seeds: {args.seeds}, expected a whole number >= 1')
+    if args.node is not None and not 0 <= args.node <= 232:
+        raise InputError(f'--node: {args.node}, expected a ROS domain, 0 to 232')
+    if args.json and not Path(args.json).absolute().parent.is_dir():
+        raise InputError(f'{args.json}: its directory does not exist, expected one that does')
+    began = time.process_time()
+    rows = evaluate(args.only or '', args.seeds,
+                    lambda jobs: tqdm(jobs, disable=not sys.stderr.isatty(), leave=False))
+    if not rows:
+        raise InputError(f'--only: no fault contains {args.only!r}, expected one of '
+                         + ', '.join(case.name for case in CASES))
+    data = {'faults': rows, 'bars': verdicts(rows), 'cpu_s': time.process_time() - began}
+    print(text(rows))
+    if args.node is not None:
+        data['node'] = fault_node.restart(args.node)
+        print('\n' + fault_node.text(data['node']))
+    if args.json:
+        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
+    return 1 if any(data['bars'].values()) or data.get('node', {}).get('missed') else 0

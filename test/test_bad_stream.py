@@ -1,0 +1,100 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Bad streams of samples: nothing that is wrong is called good, and all is well soon after."""
+import json
+
+import numpy as np
+import pytest
+
+from gearbox_monitor import stream
+from gearbox_monitor.benchmarks.fault_cases import CASES
+from gearbox_monitor.benchmarks.fault_runs import run_case
+from gearbox_monitor.benchmarks.fault_stream import healthy, MOTOR, wrapped, zeroed
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.monitor import Monitor, Sample, Samples, SnapshotError
+from gearbox_monitor.trust.level import Level
+
+ONE_OF_EACH = (
+    '0.5 s lost every 2 s', '20 ms late by 50 ms, every second', 'stall of 10 s, all lost',
+    'source gone for 3 s, stamps from 1 s', 'clock + 0.1 s', 'clock - 1 h', 'stamps stand still',
+    'motor 1e300 in 1 %', 'torque 1e6 in 0.1 %', 'both missing', 'motor frozen',
+    'motor wraps at 2 pi', 'new zero of the arm', 'sign of the motor', 'torque missing',
+    'sign of the torque', 'none, 200 Hz', 'new zero of the motor, 4000 Hz')
+BY_NAME = {case.name: case for case in CASES}
+
+
+@pytest.mark.parametrize('name', [name for name in ONE_OF_EACH if name in BY_NAME])
+def test_no_bar_is_missed(name):
+    row = run_case(BY_NAME[name], 'unknown')
+    assert not row['missed'], row
+
+
+def test_the_bars_can_be_missed():
+    """A twist of another zero counts as wrong when the fault is not said to move the zero."""
+    row = run_case(BY_NAME['none'].__class__('new zero', zeroed(MOTOR, by=0.05)), 'unknown')
+    assert row['wrong_while_ok'] > 1000 and 'no wrong estimate under OK' in row['missed']
+
+
+def test_step_by_step_equals_run_when_positions_jump():
+    base, _ = healthy(seconds=20.0)
+    messages = wrapped(MOTOR)(base, None).take(base.at > 14.0)
+    samples = Samples(messages.stamp_ns, messages.u, messages.y)
+    whole, single = (Monitor(DriveModel(), {'filter': 'aekf'}) for _ in range(2))
+    rows = whole.run(samples).rows
+    stepped = [single.step(Sample(int(s), tuple(u), tuple(y)))
+               for s, u, y in zip(samples.stamp_ns, samples.u, samples.y)]
+    np.testing.assert_array_equal([e.row for e in stepped if e is not None], rows)
+    assert whole.counts[stream.POSITION_JUMP] >= 3 and whole.counts[stream.START] > 1
+    assert single.snapshot() == whole.snapshot() and repr(single.findings) == repr(whole.findings)
+
+
+def test_a_spike_is_refused_and_changes_nothing_else():
+    base, _ = healthy(seconds=4.0)
+    y = base.y.copy()
+    y[2000, MOTOR] += 1.0
+    monitor = Monitor(DriveModel())
+    found = monitor.run(Samples(base.stamp_ns, base.u, y))
+    expected = Monitor(DriveModel()).run(Samples(*(
+        np.delete(a, 2000, axis=0) for a in (base.stamp_ns, base.u, base.y))))
+    assert monitor.counts[stream.POSITION_JUMP] == 1 and monitor.counts[stream.START] == 1
+    np.testing.assert_array_equal(found.rows, expected.rows)
+
+
+def test_nothing_is_ok_until_it_is_judged_again():
+    base, _ = healthy(seconds=20.0)
+    monitor = Monitor(DriveModel())
+    judged = ('observability', 'prediction error', 'covariance', 'model')
+    monitor.run(Samples(base.stamp_ns[:10000], base.u[:10000], base.y[:10000]))
+    assert not any(monitor.findings[name].level for name in judged)
+    for k in range(10300, 14000):  # 0.3 s are missing
+        monitor.step(Sample(int(base.stamp_ns[k]), tuple(base.u[k]), tuple(base.y[k])))
+        started = monitor.counts[stream.START] > 1
+        young = base.stamp_ns[k] < base.stamp_ns[10302] + 3 * stream.SECOND
+        if started and young:
+            assert all(monitor.findings[name].level > Level.OK for name in judged)
+    assert started and not any(monitor.findings[name].level for name in judged)
+
+
+def test_a_snapshot_of_another_layout_is_refused():
+    """Memory of the adaptive filter, gate and clock of a version that carried less."""
+    monitor = Monitor(DriveModel(), {'filter': 'aekf'})
+    base, _ = healthy(seconds=0.5)
+    monitor.run(Samples(base.stamp_ns, base.u, base.y))
+    snapshot = monitor.snapshot()
+    assert Monitor.restore(snapshot).snapshot() == snapshot
+    for name in ('memory', 'gate', 'clock', 'counts'):
+        older = {**snapshot, name: json.dumps(json.loads(snapshot[name])[:-1])}
+        with pytest.raises(SnapshotError, match='of this version'):
+            Monitor.restore(older)
