@@ -166,6 +166,13 @@ def _run(state, t, u, extra, dt, n, noise, process_std, p, e, theta, x, tau):
         advance(state, t[k], u[k], outside, dt, n, noise[k], process_std, p, e, theta)
 
 
+def rebuilt(kernel, **names):
+    """Return `kernel` compiled anew with other functions under the global `names` it calls."""
+    kernel = getattr(kernel, 'py_func', kernel)
+    copy = types.FunctionType(kernel.__code__, {**kernel.__globals__, **names}, kernel.__name__)
+    return jit_anew(copy)
+
+
 @lru_cache(maxsize=None)
 def with_plugin(torques, *kernels):
     """
@@ -173,11 +180,6 @@ def with_plugin(torques, *kernels):
 
     Compiled anew in each process, once; without a plug-in the cached ones stay as they are.
     """
-    def rebuilt(kernel, **names):
-        kernel = getattr(kernel, 'py_func', kernel)
-        copy = types.FunctionType(kernel.__code__, {**kernel.__globals__, **names},
-                                  kernel.__name__)
-        return jit_anew(copy)
     all_torques = rebuilt(_torques, plugged=torques)
     derivative = rebuilt(_derivative, _torques=all_torques)
     step = rebuilt(advance, _derivative=derivative)
