@@ -288,8 +288,9 @@ class Starts:
             return [[Coordinate(0, p.name, start, scale, max(p.low, 0.02 * value), p.high)]
                     for start in starts]
         if name in PHASED:
-            size = {'cogging': 0.1 * self.torque, 'torque_ripple': 0.05,
-                    'mesh_error': 0.05 * self.twist}.get(name, 0.01 * self.angle)
+            mesh = 0.25 * self.swing or 0.05 * self.twist
+            size = {'cogging': 0.1 * self.torque, 'torque_ripple': 0.05, 'mesh_error': mesh}.get(
+                name, 0.01 * self.angle)
             return [[Coordinate(0, 'As', 0.0, size), Coordinate(0, 'Ac', 0.0, size)]]
 
         def one(name, start, scale, low=-math.inf, high=math.inf):

@@ -25,6 +25,7 @@ from scipy.signal import savgol_coeffs, savgol_filter
 
 from gearbox_monitor.drive import driven as kernels, effects
 from gearbox_monitor.drive.simulate import N_STATE, plugin_of
+from gearbox_monitor.gap import jagged
 from gearbox_monitor.gap.noise import noise_levels
 from gearbox_monitor.gap.windows import Simulator
 
@@ -107,6 +108,7 @@ class DrivenSimulator(Simulator):
     begins_known = True
     # Contacts that are made a little earlier or later make small differences jagged.
     stretch = 25.0
+    fit = staticmethod(jagged.fit)
 
     def __init__(self, recording, model):
         super().__init__(replace(recording, u=recording.motor[:, kernels.SMOOTH_U]), model)

@@ -30,7 +30,6 @@ WORST = 1e6  # standard deviations
 RIVAL = 6.0  # chi2 by which another fit of a window is better, from which on its start is tried
 ROUGH, KEPT_STARTS = 2, 3  # iterations from all starts; how many go on
 SHARES = (0.1, 0.2, 0.4, 0.7, 1.0)  # of the windows, on which states are found step by step
-FARTHER = 2.0  # times the step before
 STUCK = 1.15   # times the median chi2: windows above are tried from elsewhere
 
 
@@ -306,9 +305,9 @@ class Sensitivity:
     Jz: np.ndarray
 
 
-def coordinate_sensitivity(data, candidate, point, which=None):
+def coordinate_sensitivity(data, candidate, point, which=None, stretch=1.0):
     """Return d(-residual)/dz [W, 2L, P]; memories stay as they are."""
-    steps = data.simulator.stretch * candidate.steps()
+    steps = stretch * data.simulator.stretch * candidate.steps()
     which = range(len(steps)) if which is None else which
     out = np.zeros((*point.residual.shape, len(steps)))
     for i in which:
@@ -376,6 +375,8 @@ def fit(data, candidate, point, iterations=4, robust=False, refresh=(0, 1, 3), w
     """
     if point.residual is None:
         data.evaluate(candidate, point)
+    if data.simulator.fit is not None:
+        return data.simulator.fit(data, candidate, point, iterations, robust, tolerance)
     damping, s = 1e-6, None
     for k in range(iterations):
         weight = weights(data, point.chi2, robust)
@@ -404,35 +405,17 @@ def fit(data, candidate, point, iterations=4, robust=False, refresh=(0, 1, 3), w
             s, damping = None, 1e-6
             continue
         damping = max(damping * 0.1, 1e-9)
-        if data.simulator.begins_known:
-            trial = _farther(data, candidate, point, trial, weight)
         gain = before - objective(candidate, trial, weight, whiten)
         for name in ('z', 'states', 'residual', 'chi2', 'carry'):
             setattr(point, name, getattr(trial, name))
         if uses_memory(candidate):
-            _hand_over(data, candidate, point)
+            hand_over(data, candidate, point)
         if gain < tolerance:
             break
     return point
 
 
-def _farther(data, candidate, point, trial, weight):
-    """
-    Return the Point beyond `trial`, as seen from `point`, where the objective is smallest.
-
-    Where residuals count by their size, not by its square, steps come out short.
-    """
-    cost, step = objective(candidate, trial, weight), FARTHER * (trial.z - point.z)
-    while True:
-        z = candidate.bounded(point.z + step)
-        further = data.evaluate(candidate, Point(z, trial.states, trial.memory))
-        after = objective(candidate, further, weight)
-        if not after < cost:
-            return trial
-        trial, cost, step = further, after, FARTHER * step
-
-
-def _hand_over(data, candidate, point):
+def hand_over(data, candidate, point):
     """Give windows the memory with which their predecessor ends, where they can live with it."""
     moved = data.evaluate(candidate, Point(
         point.z, point.states, carried(point.memory, point.carry)))

@@ -21,18 +21,22 @@ import numpy as np
 from gearbox_monitor.gap import fit as fitting
 from gearbox_monitor.gap.candidate import NOT_FITTED, ORDERS, PERIODIC, with_effects
 
-TOP_FORWARD, TOP_SCREENED = 3, 3
+TOP_FORWARD, TOP_SCREENED, TOP_ORDERS = 3, 3, 4
 
 
 def forward_gains(search, fitted):
     """Return {id: (linearised gain in chi2, N)} of adding each effect to `fitted`."""
+    return {name: gains[0] for name, gains in _forward(search, fitted).items()}
+
+
+def _forward(search, fitted):
+    """Return {id: [(linearised gain in chi2 of adding it to `fitted`, N), ..., best first]}."""
     ids = [i for i in search.ids if i not in fitted.candidate.ids]
-    gains = search.gains(search.long, fitted.candidate, fitted.point, ids, ORDERS)
-    best = {}
-    for (name, order), gain in gains.items():
-        if gain > best.get(name, (-1.0, None))[0]:
-            best[name] = (gain, order)
-    return best
+    found = search.gains(search.long, fitted.candidate, fitted.point, ids, ORDERS)
+    gains = {}
+    for (name, order), gain in found.items():
+        gains.setdefault(name, []).append((gain, order))
+    return {name: sorted(some, key=lambda g: -g[0]) for name, some in gains.items()}
 
 
 def find_pairs(search, firsts):
@@ -45,9 +49,12 @@ def find_pairs(search, firsts):
     jobs = {}
     for first in firsts:
         fitted = search.fitted[first]
-        gains = forward_gains(search, fitted)
-        for name in sorted(gains, key=lambda n: -gains[n][0])[:TOP_FORWARD]:
-            for second in search.starts.candidates(name, gains[name][1]):
+        gains = _forward(search, fitted)
+        # A linearised gain tells no order from its neighbour where what is made small is jagged.
+        tried = 1 if search.recording.motor is None else TOP_ORDERS
+        for name in sorted(gains, key=lambda n: -gains[n][0][0])[:TOP_FORWARD]:
+            for second in [c for _, order in gains[name][:tried]
+                           for c in search.starts.candidates(name, order)]:
                 joint = search.starts.joint([(fitted.candidate, fitted.point.z),
                                              (second, second.start())])
                 jobs.setdefault(_key(joint.ids), []).append((joint, fitted.point, None))

@@ -37,6 +37,7 @@ HELD_OUT = 0.3
 KEEP_SCREENED, KEEP_REFINED = 6, 4
 SETTLING, STILL = 4, 5.0  # further rounds at most; gain in BIC below which a fit stands still
 STRAY = 50.0  # chi2 by which a window may be worse than without effect before it counts as lost
+JAGGED_PROBE = 0.3  # of the scale, where what is made small is jagged (gap.jagged)
 FAR = 2.5     # tolerances from which on a nominal value is tried as an effect of its own
 
 
@@ -375,16 +376,17 @@ class Search:
     def probes(self, name, order=None):
         """Return lists of effects (one per column) that stand for a little of effect `name`."""
         effect = EFFECTS.get(name)
+        a_little = None if self.recording.motor is None else JAGGED_PROBE
         if effect is not None and effect.replaces:
             value = replaced_value(self.model, name)
             c = self.starts.candidates(name)[0].coordinates[-1]
-            return [[{effect.parameters[0].name: value + 0.02 * c.scale}]]
+            return [[{effect.parameters[0].name: value + (a_little or 0.02) * c.scale}]]
         out = []
         for candidate in self.starts.candidates(name, order):
             group = [c for c in candidate.coordinates if c.owner == 0]
-            z = {c.name: c.start if c.start else 0.1 * c.scale for c in group}
+            z = {c.name: c.start if c.start else (a_little or 0.1) * c.scale for c in group}
             if name in PHASED:
-                size = 0.1 * group[0].scale
+                size = (a_little or 0.1) * group[0].scale
                 more = {'N': order} if name in PERIODIC else {}
                 out.append([{'A': size, 'phi': p, **more} for p in (0.0, 0.5 * math.pi)])
             else:
