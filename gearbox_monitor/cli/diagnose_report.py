@@ -18,7 +18,7 @@ import textwrap
 from gearbox_monitor.drive.effects import library
 from gearbox_monitor.report.words import (
     dense_regions, headline, ids_of, MEANINGS, next_steps, number, on_axis, percent, PLACES,
-    undefined)
+    undefined, unit_of)
 
 WIDTH = 80
 LABEL = 15
@@ -37,8 +37,9 @@ def text(data, recordings, model, written=(), validated=None):
                         f'{1.0 / recording.dt:.0f} samples/s')
     sigma = data['sigma']
     unit = on_axis('rad', model.axis)
-    lines += _entry('noise', ', '.join(f'{name} {value:.3g} {unit}' for name, value in
-                                       zip(('motor', 'arm'), sigma) if value is not None))
+    first = 'torque' if model.driven_by == 'position' else 'motor'
+    lines += _entry('noise', ', '.join(f'{name} {value:.3g} {unit_of(name, unit)}' for name, value
+                                       in zip((first, 'arm'), sigma) if value is not None))
     lines += ['', *textwrap.wrap(headline(data), WIDTH)]
     lines += [line for name in ids_of(data) for line in _meaning(name)]
     lines += ['', *_gap(data), *_parameters(data, model), *_ranking(data), *_where(data)]
@@ -154,8 +155,9 @@ def _validation(data, validated, unit):
     run = found.get('free_run')
     if run:
         one, other = (', '.join(
-            f'{name} {number(run[when][name])}' for name in ('motor', 'arm'))
+            f'{name} {number(value)}' for name, value in run[when].items())
             for when in ('before', 'after'))
-        lines += _entry('', f'one free run of {run["seconds"]:.0f} s, rms in {unit}: {one} '
+        units = ', '.join(dict.fromkeys(unit_of(name, unit) for name in run['before']))
+        lines += _entry('', f'one free run of {run["seconds"]:.0f} s, rms in {units}: {one} '
                         f'before; {other} after')
     return lines

@@ -20,8 +20,9 @@ held weakly at the value of the model file, which must be right within a factor 
 the recordings do not determine is listed as such and stays near its start.
 
 names: m1 m2 (inertias) D (damping) Cv Cc (friction) K (stiffness) b (half gap), kt (factor on the
-torque: a wrong torque constant), u0 (offset of the torque), zero (of the encoders). Without a load
-that is known, torque constant, inertia, friction and stiffness share one scale: fix one of them.
+torque: a wrong torque constant), u0 (offset of the torque), zero (of the encoders), and ids of
+effects that the model file has (all their parameters). Without a load that is known, torque
+constant, inertia, friction and stiffness share one scale: fix one of them.
 
 usage examples:
   gearbox_monitor fit-nominal BAG --model drive.yaml --out drive.fitted.yaml
@@ -86,8 +87,8 @@ def run(args):
             recordings, model, args.free, validate=validate, jobs=args.jobs,
             seconds=args.windows if args.windows > SECONDS else None, progress=shown_by(bar))
     if args.out:
-        save_model(args.out, found.model, 'Fitted with gearbox_monitor fit-nominal to '
-                   + ', '.join(Path(path).name for path in args.bag))
+        save_model(args.out, found.model, ['Fitted with gearbox_monitor fit-nominal to '
+                                           + ', '.join(Path(path).name for path in args.bag)])
     data = plain({
         'values': {v.name: {k: x for k, x in vars(v).items() if k != 'name'}
                    for v in found.values},
@@ -102,9 +103,10 @@ def run(args):
 
 def text(data, args):
     """Return the figures as lines of at most 80 columns."""
-    lines = [f'{"":6s}{"model file":>12s}{"fitted":>12s}{"+-":>10s}  unit']
+    wide = max(6, *(len(name) + 1 for name in data['values']))
+    lines = [f'{"":{wide}s}{"model file":>12s}{"fitted":>12s}{"+-":>10s}  unit']
     for name, v in data['values'].items():
-        lines.append(f'{name:6s}{v["start"]:12.5g}{v["value"]:12.5g}{v["error"]:10.2g}  '
+        lines.append(f'{name:{wide}s}{v["start"]:12.5g}{v["value"]:12.5g}{v["error"]:10.2g}  '
                      f'{v["unit"]:10s}' + ('' if v['determined'] else 'not determined'))
     for one, other, r in data['correlated']:
         lines.append(f'{one} and {other} can hardly be told apart (correlation {r:.2f})')
@@ -118,7 +120,7 @@ def text(data, args):
         runs = found['free_run']
         lines.append(f'{Path(args.validate).name}: gap {found["gap_before"]:.4g} before, '
                      f'{found["gap_after"]:.4g} after')
-        for name in ('motor', 'arm'):
+        for name in runs['before']:
             one, other = runs['before'][name], runs['after'][name]
             if one is not None or other is not None:
                 lines.append(f'  one free run of {runs["seconds"]:.0f} s, {name}: '

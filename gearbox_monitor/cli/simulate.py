@@ -39,10 +39,9 @@ from gearbox_monitor.gap.close import closed_of, rms
 from gearbox_monitor.gap.overlay import overlay
 from gearbox_monitor.report import overlay_plot
 from gearbox_monitor.report.evidence import shown_windows
-from gearbox_monitor.report.words import number, on_axis, percent
+from gearbox_monitor.report.words import number, on_axis, percent, unit_of
 
 WIDTH = 80
-CHANNELS = ('motor', 'arm')
 PICTURES = ('windows.png', 'free_run.png')
 
 
@@ -84,14 +83,14 @@ def figures(laid):
     closed model, rms None where a run diverges.
     """
     gaps = [run.gap for run in laid.runs]
-    channels, free = {}, [{}, {}]
+    channels, free, names = {}, [{}, {}], laid.recording.readings
     for column, k in enumerate(laid.channels):
         parts = [float(np.sqrt(np.mean(laid.residual(run)[:, :, column] ** 2)))
                  for run in laid.runs]
-        channels[CHANNELS[k]] = {'before': parts[0], 'after': parts[1] if parts[1:] else None}
+        channels[names[k]] = {'before': parts[0], 'after': parts[1] if parts[1:] else None}
     for run, found in zip(laid.runs, free):
         values = rms(laid.recording, run.free)
-        found.update({CHANNELS[k]: float(values[k]) for k in laid.channels})
+        found.update({names[k]: float(values[k]) for k in laid.channels})
     both = len(gaps) > 1
     return {'gap_before': gaps[0], 'gap_after': gaps[1] if both else None,
             'closed_fraction': closed_of(*gaps) if both else None, 'channels': channels,
@@ -103,8 +102,9 @@ def figures(laid):
 def text(data, recording, written=(), unit='rad'):
     """Return the numbers `data` as lines for people, at most 80 columns."""
     both = data['gap_after'] is not None
-    sigma = ', '.join(f'{name} {data["sigma"][CHANNELS.index(name)]:.3g} {unit}'
-                      for name in data['channels'])
+    sigma = ', '.join(
+        f'{name} {data["sigma"][1 if name == "arm" else 0]:.3g} {unit_of(name, unit)}'
+        for name in data['channels'])
     lines = _wrapped(f'{recording.name}: {recording.duration:.1f} s, '
                      f'{1.0 / recording.dt:.0f} samples/s, noise {sigma}')
     lines += ['', f'{"":<34s}{"nominal":>12s}' + (f'{"closed":>12s}' if both else '')]
@@ -116,7 +116,8 @@ def text(data, recording, written=(), unit='rad'):
     for name, part in data['channels'].items():
         row(f'  {name}', part['before'], part['after'])
     free = data['free_run']
-    lines.append(f'one free run of {free["seconds"]:.0f} s, rms in {unit}')
+    units = ', '.join(dict.fromkeys(unit_of(name, unit) for name in free['before']))
+    lines.append(f'one free run of {free["seconds"]:.0f} s, rms in {units}')
     for name in free['before']:
         row(f'  {name}', free['before'][name], (free['after'] or {}).get(name))
     if data['closed_fraction'] is not None:

@@ -51,6 +51,7 @@ RK4_STABILITY = 2.7
 
 ARM_LOAD_MODES = ('none', 'unknown', 'measured')
 AXES = ('rotary', 'prismatic')  # prismatic: m, N and kg instead of rad, N m and kg m^2
+DRIVEN_BY = ('torque', 'position')  # what of a recording moves the model in a diagnosis
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,7 @@ class DriveModel:
     gear_ratio: float = 1.0
     axis: str = 'rotary'
     arm_load: str = 'none'
+    driven_by: str = 'torque'
     transmission: Transmission = Transmission()
     effects: tuple[Values, ...] = ()
     tolerance: float = 0.0
@@ -220,9 +222,14 @@ def model_from_dict(data: Any, source: str) -> DriveModel:
         _choice(values['arm_load'], 'arm_load', source, ARM_LOAD_MODES)
     if 'axis' in values:
         _choice(values['axis'], 'axis', source, AXES)
+    if 'driven_by' in values:
+        _choice(values['driven_by'], 'driven_by', source, DRIVEN_BY)
     for name in values:
         if name in _RANGES and not (name == 'process_torque' and values[name] is None):
             values[name] = _number(values[name], name, source)
+    if values.get('driven_by') == 'position' and not values.get('process_torque_time'):
+        raise InputError(f'{source}: process_torque_time: 0, expected a number > 0 (s) with '
+                         'driven_by: position, whose residuals are never white')
     if values.get('gear_ratio') == 0:
         raise InputError(f'{source}: gear_ratio: 0, expected a number other than 0')
     return DriveModel(**values)

@@ -182,6 +182,13 @@ def _run(state: Array, t: Array, u: Array, extra: Array, dt: float, n: int, nois
         advance(state, t[k], u[k], outside, dt, n, noise[k], process_std, p, e, theta)
 
 
+def rebuilt(kernel: Any, **names: Any) -> Any:
+    """Return `kernel` compiled anew with other functions under the global `names` it calls."""
+    kernel = getattr(kernel, 'py_func', kernel)
+    copy = types.FunctionType(kernel.__code__, {**kernel.__globals__, **names}, kernel.__name__)
+    return jit_anew(copy)
+
+
 @cache
 def with_plugin(torques: Torques, *kernels: Any) -> tuple[Any, ...]:
     """
@@ -189,11 +196,6 @@ def with_plugin(torques: Torques, *kernels: Any) -> tuple[Any, ...]:
 
     Compiled anew in each process, once; without a plug-in the cached ones stay as they are.
     """
-    def rebuilt(kernel: Any, **names: Any) -> Any:
-        kernel = getattr(kernel, 'py_func', kernel)
-        copy = types.FunctionType(kernel.__code__, {**kernel.__globals__, **names},
-                                  kernel.__name__)
-        return jit_anew(copy)
     all_torques = rebuilt(_torques, plugged=torques)
     derivative = rebuilt(_derivative, _torques=all_torques)
     step = rebuilt(advance, _derivative=derivative)

@@ -33,6 +33,8 @@ _SHAPE = {name for name in Transmission.__dataclass_fields__}
 PERIODIC = ('cogging', 'mesh_error', 'torque_ripple')
 PHASED = (*PERIODIC, 'motor_encoder_eccentricity', 'arm_encoder_eccentricity')
 ORDERS = range(1, 41)
+TWIST = (2.0, 98.0)  # percentiles between which the twist swings
+GAPS = (0.2, 0.45)   # of that swing, half gaps to start from
 # Not fitted as a motion: read from the lattice of the readings, or a free signal.
 NOT_FITTED = ('motor_encoder_quantisation', 'arm_encoder_quantisation', 'disturbance')
 
@@ -209,10 +211,16 @@ class Starts:
         self.torque = max(float(np.std(recording.u)), 1e-9)
         self.peak = max(float(np.abs(recording.u).max()), 1e-9)
         self.friction = model.coulomb_friction or 0.1 * self.torque
-        travel = recording.y[10:, 0] - recording.y[:-10, 0]
+        position, arm = recording.positions.T
+        travel = position[10:] - position[:-10]
         self.speed = max(float(travel.std() / (10 * recording.dt)), 1e-6)
         self.twist = max(t.half_gap, self.torque / t.stiffness, 1e-6)
-        self.angle = max(float(np.std(recording.y[:, 0])), 1e-6)
+        self.angle = max(float(np.std(position)), 1e-6)
+        # Of a motor whose motion is put in, the twist shows how far values may be off.
+        self.swing = 0.0
+        if recording.motor is not None:
+            self.swing = float(np.ptp(np.percentile(position - arm, TWIST)))
+            self.twist = max(self.twist, 0.5 * self.swing)
 
     def none(self):
         """Return the Candidate without effects."""
@@ -251,7 +259,9 @@ class Starts:
         own = {EFFECTS[i].parameters[0].name for i in ids if i in EFFECTS and EFFECTS[i].replaces}
         if 'encoder_offset' in ids:
             own.add(ZERO)
-        return [Coordinate(-1, name, 0.0, r, -math.inf if name == ZERO else -0.9,
+        near = {ZERO: 0.1 * self.swing} if self.swing else {}
+        return [Coordinate(-1, name, 0.0, min(r, near.get(name, r)),
+                           -math.inf if name == ZERO else -0.9,
                            math.inf if name == ZERO else 10.0, prior=r)
                 for name, r in nuisances_of(self.model).items() if name not in own]
 
@@ -269,11 +279,18 @@ class Starts:
             scale = value if value else scale
             # A resonance that is far off fits in several places.
             factors = (1.0, 0.7, 1.4) if p.name in ('K', 'b', 'm2', 'm1') else (1.0,)
-            return [[Coordinate(0, p.name, f * value, scale, max(p.low, 0.02 * value), p.high)]
-                    for f in factors]
+            starts = [f * value for f in factors]
+            if self.swing and p.name == 'b':
+                starts += [f * self.swing for f in GAPS]
+                scale = max(scale, 0.1 * self.swing)
+            elif self.swing and p.name == 'K':
+                starts.append(2.0 * self.torque / self.swing)
+            return [[Coordinate(0, p.name, start, scale, max(p.low, 0.02 * value), p.high)]
+                    for start in starts]
         if name in PHASED:
-            size = {'cogging': 0.1 * self.torque, 'torque_ripple': 0.05,
-                    'mesh_error': 0.05 * self.twist}.get(name, 0.01 * self.angle)
+            mesh = 0.25 * self.swing or 0.05 * self.twist
+            size = {'cogging': 0.1 * self.torque, 'torque_ripple': 0.05, 'mesh_error': mesh}.get(
+                name, 0.01 * self.angle)
             return [[Coordinate(0, 'As', 0.0, size), Coordinate(0, 'Ac', 0.0, size)]]
 
         def one(name, start, scale, low=-math.inf, high=math.inf):

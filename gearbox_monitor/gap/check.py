@@ -35,6 +35,8 @@ FROZEN = 0.25               # s with one and the same reading while the other si
 CLIPPED = 10                # samples in a row on the extreme reading
 AT_LIMIT = 0.02             # share of samples on the extreme torque worth a word
 LOOSE = (0.33, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0)  # parts of the half gap that are tried
+SWINGS = np.array([0.0, 0.25, 0.4, 0.45])  # half gaps in parts of the twist's swing
+OWN_PLAY = 0.05  # of the travel
 HALF_WIDTHS = (0.015, 0.03, 0.06, 0.12)  # s, of the smoothing
 # A channel, sign or unit is called wrong where putting it right takes the misfit from above the
 # first number down to the second part of it and below the third. Sound recordings with effects as
@@ -145,6 +147,8 @@ def _play(r, model, quantum, sigma):
     """Return how far (rad) one side can go while the other stands on one and the same reading."""
     t = model.transmission
     play = 2 * (2 * t.half_gap + 2 * t.hysteresis_width) + 20 * sigma
+    if model.driven_by == 'position':  # the gap may be what the model file lacks
+        play = max(play, OWN_PLAY * np.ptp(r.y, axis=0).max())
     if quantum > 0.0:  # may stand on one step; noise without a lattice never repeats itself
         play += 2 * np.ptp(r.u) / max(t.stiffness, 1e-9)
     return play
@@ -324,13 +328,17 @@ def misfit(smooth, model, swap=False, scale=(1.0, 1.0), torque=1.0):
     twist = p[:, 0] - p[:, 1]
     middle = 0.5 * (np.percentile(twist, 2) + np.percentile(twist, 98))
     t = model.transmission
-    best = np.inf
-    for zero, factor in product((0.0, middle), LOOSE if t.half_gap > 0.0 else (1.0,)):
+    best, loose = np.inf, 3.0
+    gaps = [factor * t.half_gap for factor in (LOOSE if t.half_gap > 0.0 else (1.0,))]
+    if model.driven_by == 'position':  # gap and stiffness are looked for in the twist itself
+        swing = min(np.ptp(np.percentile(twist, (2, 98))), 2.0 * OWN_PLAY * np.ptp(p[:, 1]))
+        gaps, loose = [*gaps, *(SWINGS * swing)], 100.0
+    for zero, gap in product((0.0, middle), gaps):
         bent = twist - zero
-        bent = bent - np.clip(bent, -factor * t.half_gap, factor * t.half_gap)
+        bent = bent - np.clip(bent, -gap, gap)
         moved = bent - bent.mean()
         stiffness = (motor @ moved) / max(moved @ moved, 1e-300)
-        stiffness = np.clip(stiffness, t.stiffness / 3, t.stiffness * 3)
+        stiffness = np.clip(stiffness, t.stiffness / loose, t.stiffness * loose)
         motor_off = motor - stiffness * moved
         arm_off = stiffness * (bent - loads @ (loads.T @ bent)) - arm
         best = min(best, motor_off @ motor_off + arm_off @ arm_off)

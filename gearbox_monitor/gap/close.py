@@ -24,7 +24,8 @@ import math
 import numpy as np
 
 from gearbox_monitor.gap import fit as fitting
-from gearbox_monitor.gap.candidate import Candidate, NOT_FITTED, PERIODIC, PHASED
+from gearbox_monitor.gap.candidate import Candidate, NOT_FITTED, PERIODIC, PHASED, ZERO
+from gearbox_monitor.gap.driven import driven
 from gearbox_monitor.gap.noise import spectrum
 from gearbox_monitor.gap.process_noise import left_of
 from gearbox_monitor.gap.residual import labels
@@ -57,9 +58,14 @@ def published(search, none, best=None):
         return none.point
     candidate = Candidate(search.model, (), ())
     point = fitting.Point(np.zeros(0), none.point.states.copy(), none.point.memory.copy())
+    if search.recording.motor is not None:
+        # No state of a window holds the zero of the encoders, which nobody knows.
+        candidate = replace(candidate, coordinates=tuple(
+            c for c in none.candidate.coordinates if c.name == ZERO))
+        point = fitting.fit(search.long, candidate, replace(point, z=candidate.start()), 6)
     every = np.arange(len(search.long.windows))
     point.states, _ = fitting.solve_states(
-        search.long, search.model, point.states, point.memory, every)
+        search.long, candidate.model(point.z), point.states, point.memory, every)
     search.long.evaluate(candidate, point)
     others = [none.point] + ([best.point] if best else [])
     fitting.rescue(search.long, candidate, point, others, half_gap=search.half_gap)
@@ -196,7 +202,7 @@ def _parts(search, none, before, after, held):
         gaps = [float(math.sqrt(power[use].mean())) for power in (before, after)]
         return {'before': gaps[0], 'after': gaps[1], 'closed': closed_of(*gaps)}
     channels = {}
-    for i, name in enumerate(np.array(('motor', 'arm'))[search.long.channels].tolist()):
+    for i, name in enumerate(np.array(search.recording.readings)[search.long.channels].tolist()):
         use = np.zeros(before.shape, bool)
         use[:, :, i] = True
         channels[name] = figures(use)
@@ -256,8 +262,9 @@ def validate(recording, before, after, sigma):
     Return how two DriveModels do on a Recording that was used for nothing else.
 
     {'gap_before', 'gap_after', 'closed_fraction', 'windows', 'free_run': {'seconds', 'before',
-    'after': {'motor', 'arm': rad rms over the whole recording}}}; None: the run diverges.
+    'after': {'motor' or 'torque', 'arm': rms over the whole recording}}}; None: the run diverges.
     """
+    recording = driven(recording, before)
     fits = [windowed(recording, model, sigma) for model in (before, after)]
     cross(fits)
     gaps = [gap_of(point.chi2, point.residual.shape[1]) for _, _, point in fits]
@@ -265,7 +272,7 @@ def validate(recording, before, after, sigma):
     for search, _, point in fits:
         off = rms(recording, free_run(search, search.model, point))
         runs.append({name: float(v) if np.isfinite(v) else None
-                     for name, v in zip(('motor', 'arm'), off)})
+                     for name, v in zip(recording.readings, off)})
     return {'gap_before': gaps[0], 'gap_after': gaps[1], 'closed_fraction': closed_of(*gaps),
             'windows': len(fits[0][2].chi2),
             'free_run': {'seconds': float(recording.duration), 'before': runs[0],
@@ -274,7 +281,7 @@ def validate(recording, before, after, sigma):
 
 def windowed(recording, model, sigma):
     """Return (Search, Candidate, Point) of `model` on all windows, only their states fitted."""
-    search = Search(recording, replace(model, tolerance=0.0), sigma, [])
+    search = Search(recording, replace(model, tolerance=0.0, process_torque_time=0.0), sigma, [])
     none = search.none()
     return search, none.candidate, none.point
 

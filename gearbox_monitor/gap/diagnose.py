@@ -19,9 +19,10 @@ import numpy as np
 
 from gearbox_monitor.drive.effects import EFFECTS, library
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.gap import close, isolate, noise, residual
+from gearbox_monitor.gap import close, isolate, lasting, noise, residual
 from gearbox_monitor.gap.candidate import (
     NUISANCES, nuisances_of, PHASED, replaced_value, with_effects, ZERO)
+from gearbox_monitor.gap.driven import driven
 from gearbox_monitor.gap.pairs import find_pairs, forward_gains
 from gearbox_monitor.gap.search import Fitted, Search
 
@@ -81,6 +82,7 @@ def joined(recordings):
         u=np.concatenate([r.u for r in recordings]), y=np.concatenate([r.y for r in recordings]),
         arm_torque=None if first.arm_torque is None else np.concatenate(
             [r.arm_torque for r in recordings]),
+        motor=None if first.motor is None else np.concatenate([r.motor for r in recordings]),
         name=', '.join(r.name for r in recordings), cuts=tuple(np.cumsum([0, *sizes[:-1]])))
 
 
@@ -92,7 +94,7 @@ def diagnose(recordings, model, *, validate=None, only=None, exclude=(), seed=0,
     validate: a further Recording, used for nothing but judging. only, exclude: ids of effects.
     seed: of the bootstrap. jobs: threads. progress(done, total, text). Raises InputError.
     """
-    recording = joined(list(recordings))
+    recording = joined([driven(r, model) for r in recordings])
     ids = [i for i in chosen_ids(only, exclude) if visible(i, model, recording)]
     if not ids:
         raise InputError('effects: none is left that this drive and its encoders show, expected '
@@ -105,7 +107,8 @@ def diagnose(recordings, model, *, validate=None, only=None, exclude=(), seed=0,
     best, kind = decide(search, rough)
     lattices = [name for i, name in enumerate(('motor_encoder_quantisation',
                                                'arm_encoder_quantisation'))
-                if name in ids and quantum[i] > QUANTISED * sigma[i]]
+                if name in ids and quantum[i] > QUANTISED * sigma[i]
+                and search.long.weighing is None]
     return report(search, none, best, kind, lattices, quantum, validate, seed)
 
 
@@ -134,6 +137,9 @@ def visible(name, model, recording):
     missing = {('motor_sensor', 'arm_sensor')[i] for i in (0, 1) if i not in recording.channels}
     place = location_of(name)
     if place in missing or (missing and name == 'encoder_offset'):
+        return False
+    if recording.motor is not None and place == 'motor_sensor' and (
+            missing or name == 'motor_encoder_quantisation'):
         return False
     if model.axis == 'prismatic' and (name in PHASED or name == 'gravity'):
         return False  # nothing turns with a position in m, and a weight is a constant load
@@ -216,6 +222,8 @@ def lacks(search, fitted, rough=False):
     """Return whether `fitted` leaves more than noise; rough: an encoder has steps above noise."""
     if search.model.process_torque_time > 0.0:
         # No model of a real drive explains everything: the torque that is left tells.
+        if fitted.left is not None:
+            return bool((fitted.left > LOOSE * lasting.scales(search.recording)).any())
         return fitted.s > LOOSE * np.std(search.recording.u)
     excess, structure = misfit(search, fitted)
     before, _ = misfit(search, search.fitted[''])
@@ -297,6 +305,11 @@ def location_of(name):
 def report(search, none, best, kind, lattices, quantum, validate, seed):
     """Return the Verdict with all evidence."""
     ids = list(best.candidate.ids)
+    weighed, weighed_best = search, best
+    if search.long.weighing is not None:
+        search = lasting.plain(search)
+        none = search.fitted['']
+        best = search.fitted[best.name] if ids else none
     sharpen_sigma(search, best)
     places = residual.places(search, none, search.jobs)
     if kind == 'none' and lattices:
@@ -321,8 +334,8 @@ def report(search, none, best, kind, lattices, quantum, validate, seed):
     closure = close.closure(search, none, best if best.candidate.ids else None, seed)
     if kind == 'effect' and any(i in UNREPEATABLE for i in ids):
         closure.update(closed_fraction=None, closed_fraction_ci=None)
-    ranked = search.ranked() + [n for size in (2,) for n in search.ranked(size)]
-    ranked = sorted(ranked, key=lambda n: search.fitted[n].score)
+    ranked = weighed.ranked() + [n for size in (2,) for n in weighed.ranked(size)]
+    ranked = sorted(ranked, key=lambda n: weighed.fitted[n].score)
     order = list(dict.fromkeys([*named, *(i for n in ranked for i in n.split('+'))]))
     excess, structure = misfit(search, best)
     values = {}
@@ -338,7 +351,7 @@ def report(search, none, best, kind, lattices, quantum, validate, seed):
         'location': ('none' if kind == 'none' else locations[0] if len(locations) == 1
                      else locations),
         'ranked': order,
-        'confusable': isolate.confusable(search, best) if kind == 'effect' else [],
+        'confusable': isolate.confusable(weighed, weighed_best) if kind == 'effect' else [],
         'params': params if kind != 'none' else {},
         **closure,
         'sigma': [float(s) if i in search.long.channels else None
@@ -346,8 +359,8 @@ def report(search, none, best, kind, lattices, quantum, validate, seed):
         'nominal': values,
         'process_torque': float(best.s),
         # With torque noise only those fitted with it can be compared; the others stand behind.
-        'gains': {n: round(gain(search, search.fitted[n]), 1) for n in ranked
-                  if not search.noisy or search.fitted[n].white is not None},
+        'gains': {n: round(gain(weighed, weighed.fitted[n]), 1) for n in ranked
+                  if not search.noisy or weighed.fitted[n].white is not None},
         'misfit': {'excess': excess, 'structure': structure},
         'where': places,
         'warnings': warnings(search, best, kind, nuisances),
@@ -357,7 +370,7 @@ def report(search, none, best, kind, lattices, quantum, validate, seed):
     if validate is not None:
         data['validation'] = close.validate(validate, search.model, model or search.model,
                                             search.long.sigma)
-    return Verdict(data, model, search)
+    return Verdict(data, model, weighed)
 
 
 def shifts(model, nuisances):

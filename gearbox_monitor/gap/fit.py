@@ -53,7 +53,8 @@ class Point:
 class Data:
     """Readings of `windows` in units of sigma, and which windows may move the coordinates."""
 
-    def __init__(self, recording, simulator, windows, sigma, train=None):
+    def __init__(self, recording, simulator, windows, sigma, train=None, weighing=None):
+        self.weighing = weighing
         self.recording, self.simulator, self.windows = recording, simulator, windows
         self.channels = list(recording.channels)
         self.sigma = np.asarray(sigma, float)
@@ -63,8 +64,11 @@ class Data:
 
     @property
     def n_train(self):
-        """Number of readings in the windows that count."""
-        return int(self.train.sum()) * self.size
+        """Number of readings in the windows that count, as many as they count for."""
+        n = int(self.train.sum()) * self.size
+        if self.weighing is None:
+            return n
+        return max(1, round(n * self.weighing.shares[self.channels].mean()))
 
     @property
     def size(self):
@@ -81,9 +85,17 @@ class Data:
         y, carry = self.simulator.run(windows, model, states, memory, extra)
         measured = self.y if index is None else self.y[index]
         r = (measured - y[:, :, self.channels]) / self.sigma[self.channels]
-        r = r.reshape(len(y), -1)
         # A run that diverges is as bad as can be, and still a number.
-        return np.clip(np.nan_to_num(r, nan=WORST), -WORST, WORST), carry
+        r = np.clip(np.nan_to_num(r, nan=WORST), -WORST, WORST)
+        if self.weighing is not None:
+            r = self.weighing(r, self)
+        return r.reshape(len(y), -1), carry
+
+    def plain(self):
+        """Return the Data whose residuals count in standard deviations of the noise."""
+        if self.weighing is None:
+            return self
+        return Data(self.recording, self.simulator, self.windows, self.sigma, self.train)
 
     def evaluate(self, candidate, point):
         """Fill in residual, chi2 and carry of `point`; return it."""
@@ -118,6 +130,8 @@ def carried(memory, carry):
 
 def state_sensitivity(data, model, states, memory, residual, index=None):
     """Return d(-residual)/d(states) [W, 2L, 4]."""
+    if data.simulator.begins_known:
+        return np.zeros((*residual.shape, 4))
     index = np.arange(len(states)) if index is None else index
     # All in one call: the more windows side by side, the faster.
     moved = (states + np.diag(STATE_STEPS)[:, None]).reshape(-1, 4)
@@ -135,6 +149,8 @@ def solve_states(data, model, states, memory, index, iterations=6):
     states, index = states.copy(), np.asarray(index)
     residual, _ = data.residual(model, states, memory, index)
     chi2 = _squares(residual)
+    if data.simulator.begins_known:
+        return states, chi2
     damping = np.full(len(states), 1e-3)
     A, g = np.empty((len(states), 4, 4)), np.empty((len(states), 4))
     moved = active = np.arange(len(states))
@@ -170,7 +186,8 @@ def shortened(data, share):
     w = data.windows
     length = max(round(share * w.length), 8)
     return Data(data.recording, data.simulator,
-                Windows(w.first, length, w.begin, w.first + length), data.sigma, data.train)
+                Windows(w.first, length, w.begin, w.first + length), data.sigma, data.train,
+                data.weighing)
 
 
 def grown_states(data, model, memory, index, half_gap, last=1.0):
@@ -221,6 +238,8 @@ def rescue(data, candidate, point, others=(), half_gap=0.05):
     others: Points of other fits. Where one of them is better, its start is tried, too: one that
     only one candidate has found must not be its merit.
     """
+    if data.simulator.begins_known:
+        return 0
     stuck = point.chi2 > max(STUCK * np.median(point.chi2), 1.12 * data.size)
     behind = np.zeros(len(stuck), bool)
     for other in others:
@@ -286,9 +305,9 @@ class Sensitivity:
     Jz: np.ndarray
 
 
-def coordinate_sensitivity(data, candidate, point, which=None):
+def coordinate_sensitivity(data, candidate, point, which=None, stretch=1.0):
     """Return d(-residual)/dz [W, 2L, P]; memories stay as they are."""
-    steps = candidate.steps()
+    steps = stretch * data.simulator.stretch * candidate.steps()
     which = range(len(steps)) if which is None else which
     out = np.zeros((*point.residual.shape, len(steps)))
     for i in which:
@@ -299,7 +318,13 @@ def coordinate_sensitivity(data, candidate, point, which=None):
             step = -step
             moved[i] = point.z[i] + step
         r, _ = data.residual(candidate.model(moved), point.states, point.memory)
-        out[:, :, i] = (point.residual - r) / step
+        before = point.residual
+        if data.simulator.stretch > 1.0:  # over so long a step, one side alone tells another slope
+            moved[i] = point.z[i] - step
+            if candidate.bounded(moved)[i] == moved[i]:
+                before, _ = data.residual(candidate.model(moved), point.states, point.memory)
+                step *= 2.0
+        out[:, :, i] = (before - r) / step
     return out
 
 
@@ -350,6 +375,8 @@ def fit(data, candidate, point, iterations=4, robust=False, refresh=(0, 1, 3), w
     """
     if point.residual is None:
         data.evaluate(candidate, point)
+    if data.simulator.fit is not None:
+        return data.simulator.fit(data, candidate, point, iterations, robust, tolerance)
     damping, s = 1e-6, None
     for k in range(iterations):
         weight = weights(data, point.chi2, robust)
@@ -382,13 +409,13 @@ def fit(data, candidate, point, iterations=4, robust=False, refresh=(0, 1, 3), w
         for name in ('z', 'states', 'residual', 'chi2', 'carry'):
             setattr(point, name, getattr(trial, name))
         if uses_memory(candidate):
-            _hand_over(data, candidate, point)
+            hand_over(data, candidate, point)
         if gain < tolerance:
             break
     return point
 
 
-def _hand_over(data, candidate, point):
+def hand_over(data, candidate, point):
     """Give windows the memory with which their predecessor ends, where they can live with it."""
     moved = data.evaluate(candidate, Point(
         point.z, point.states, carried(point.memory, point.carry)))
@@ -401,7 +428,7 @@ def _hand_over(data, candidate, point):
 def _keep_states(data, candidate, point, trial):
     """Let windows of `trial` that became worse keep their states of `point` where that helps."""
     worse = np.flatnonzero(trial.chi2 > point.chi2)
-    if not len(worse):
+    if not len(worse) or data.simulator.begins_known:
         return
     residual, carry = data.residual(candidate.model(trial.z), point.states[worse],
                                     point.memory[worse], worse)

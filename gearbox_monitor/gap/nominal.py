@@ -19,13 +19,17 @@ Each value moves on a log scale about that of the model file, held by a weak pri
 do not determine stays where it was, and is told.
 """
 from dataclasses import dataclass, replace
+import math
 
 import numpy as np
 
+from gearbox_monitor.drive.effects import library
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.gap import close, fit as fitting
-from gearbox_monitor.gap.candidate import Candidate, Coordinate, NUISANCES, offered, ZERO
+from gearbox_monitor.gap.candidate import (
+    BY_EFFECT, Candidate, Coordinate, NOT_FITTED, NUISANCES, offered, PERIODIC, PHASED, ZERO)
 from gearbox_monitor.gap.diagnose import joined, noise_floor
+from gearbox_monitor.gap.driven import driven
 from gearbox_monitor.gap.process_noise import left_of
 from gearbox_monitor.gap.search import Fitted, Search
 from gearbox_monitor.gap.windows import cut
@@ -68,40 +72,50 @@ def fit_nominal(recordings, model, free=None, *, validate=None, seconds=None, jo
 
     free: names of candidate.NUISANCES, 'kt' (factor on the torque; not by default: without a known
     load it shares one scale with the others), 'u0' (torque offset, N m), 'zero' (of the encoders,
-    rad). seconds: length of the windows of the last step; long ones weigh what
-    drifts (whole: inf). validate: a further Recording, used for nothing but judging.
+    rad), and ids of effects that the model has, for all their parameters. seconds: length of the
+    windows of the last step; long ones weigh what drifts (whole: inf). validate: a further
+    Recording, used for nothing but judging.
     Raises InputError for names that this drive does not have.
     """
-    recording = joined(list(recordings))
-    known = offered(model)
+    recording = joined([driven(r, model) for r in recordings])
+    known, own = offered(model), _effects_of(model)
     for name in free or ():
-        if name not in known:
-            raise InputError(f'free: {name!r}, expected one of {", ".join(known)}')
+        if name not in known and name not in own:
+            raise InputError(f'free: {name!r}, expected one of {", ".join([*known, *own])}')
     plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
     sigma, _ = noise_floor(recording, model)
     search = Search(recording, plain, sigma, [], jobs, progress)
-    before = search.none()
+    none = search.none()
+    before = _gap(search.long, none.candidate, none.point)
+    if recording.motor is not None:  # no state of a window holds the zero
+        other, candidate, point = close.windowed(recording, model, sigma)
+        before = _gap(other.long, candidate, point)
     scales = {'u0': search.starts.torque, ZERO: max(search.starts.twist, 1e-6)}
     free = free or [name for name in known if name != 'kt']
-    candidate = Candidate(plain, (), tuple(
-        _coordinate(name, scales.get(name)) for name in free))
+    ids = tuple(name for name in free if name in own)
+    coordinates = [_coordinate(name, scales.get(name)) for name in free if name not in own]
+    for i, name in enumerate(ids):
+        coordinates += _of_effect(search.starts, own[name], i)
+    orders = {i: int(own[name]['N']) for i, name in enumerate(ids) if name in PERIODIC}
+    candidate = Candidate(plain, ids, tuple(coordinates), orders)
     fitted = _settled(search, candidate)
     data = search.long
     if seconds:
         whole = min(seconds, min(np.diff([*recording.cuts, len(recording.u)])) * recording.dt)
-        data = fitting.Data(recording, search.simulator, cut(recording, whole), sigma)
+        squares = data.weighing and replace(data.weighing, robust=False)
+        data = fitting.Data(recording, search.simulator, cut(recording, whole), sigma,
+                            weighing=squares)
         fitted = _longer(data, fitted)
     found = candidate.model(fitted.point.z)
     values, correlated = _known(data, fitted, plain)
-    gaps = [close.gap_of(f.point.chi2, f.point.residual.shape[1]) for f in (before, fitted)]
-    if seconds:
-        gaps[0] = None
+    after = _gap(data, candidate, fitted.point)
     validation = None
     if validate is not None:
-        validation = close.validate(validate, plain, found, sigma)
+        known = plain if recording.motor is None else replace(model, tolerance=0.0)
+        validation = close.validate(validate, known, found, sigma)
     found = replace(found.folded(), tolerance=model.tolerance,
                     zero_tolerance=model.zero_tolerance)
-    return NominalFit(found, values, correlated, *gaps, validation)
+    return NominalFit(found, values, correlated, None if seconds else before, after, validation)
 
 
 def _coordinate(name, scale):
@@ -109,6 +123,31 @@ def _coordinate(name, scale):
         low, high = WIDE
         return Coordinate(-1, name, 1.0, 1.0, low, high, log=True, prior=WEAK)
     return Coordinate(-1, name, 0.0, scale, prior=WEAK * scale)
+
+
+def _gap(data, candidate, point):
+    """Return the gap that `point` leaves, in standard deviations of the noise."""
+    plain = data.plain()
+    point = plain.evaluate(candidate, fitting.copied(point))
+    return close.gap_of(point.chi2, data.size)
+
+
+def _effects_of(model):
+    """Return {id: effect} of `model` whose parameters can be fitted by the effect's id."""
+    values = {effect for effect, _ in BY_EFFECT.values()}
+    return {e['id']: e for e in model.folded().effects
+            if e['id'] not in values and e['id'] not in NOT_FITTED}
+
+
+def _of_effect(starts, effect, owner):
+    """Return the Coordinates of `effect` of the model, from its values there."""
+    name, values = effect['id'], dict(effect)
+    if name in PHASED:
+        values['As'] = values['A'] * math.cos(values['phi'])
+        values['Ac'] = values['A'] * math.sin(values['phi'])
+    own = starts.candidates(name, values.get('N'))[0].coordinates
+    return [replace(c, owner=owner, start=values[c.name], prior=WEAK * (1.0 if c.log else max(
+        c.scale, abs(values[c.name])))) for c in own if c.owner == 0]
 
 
 def _settled(search, candidate):
@@ -120,7 +159,7 @@ def _settled(search, candidate):
     recording, sigma = search.recording, search.long.sigma
     coarse = search.short.simulator
     z = candidate.start()
-    for seconds in STAGES:
+    for seconds in STAGES if recording.motor is None else ():
         data = fitting.Data(recording, coarse, cut(recording, seconds), sigma)
         point = fitting.fresh(data, candidate)
         point.z = z
@@ -174,23 +213,34 @@ def _known(data, fitted, model):
     errors = np.sqrt(np.diag(covariance))
     starts = start_values(model)
     found = start_values(candidate.model(point.z))
-    values = []
-    for c, error in zip(candidate.coordinates, errors):
+    values, names = [], []
+    for c, error, z in zip(candidate.coordinates, errors, point.z):
         determined = error < DETERMINED * (1.0 if c.log else c.scale)
-        value = found[c.name]
-        values.append(Value(c.name, UNITS[model.axis][c.name], starts[c.name], value,
+        if c.owner < 0:
+            name, unit, start, value = c.name, UNITS[model.axis][c.name], starts[c.name], (
+                found[c.name])
+        else:
+            name, unit = f'{candidate.ids[c.owner]}.{c.name}', _unit(candidate.ids[c.owner], c)
+            start, value = c.start, math.exp(z) if c.log else float(z)
+        names.append(name)
+        values.append(Value(name, unit, start, value,
                             float(error * abs(value) if c.log else error), bool(determined)))
     r = covariance / np.outer(errors, errors)
-    names = [c.name for c in candidate.coordinates]
     correlated = [(names[i], names[j], float(r[i, j])) for i in range(len(names))
                   for j in range(i) if abs(r[i, j]) > 0.95]
     return values, correlated
 
 
+def _unit(effect, coordinate):
+    """Return the unit of a Coordinate of an effect; As and Ac are the sine and cosine of A."""
+    units = {p.name: p.unit for p in library()[effect].parameters}
+    return units.get(coordinate.name) or units['A']
+
+
 def _central(data, candidate, point):
     """Return d(-residual)/dz [W, C L, P]; one-sided, it would see what is not determined."""
     columns = []
-    for i, step in enumerate(candidate.steps()):
+    for i, step in enumerate(data.simulator.stretch * candidate.steps()):
         sides = []
         for sign in (-1.0, 1.0):
             z = point.z.copy()

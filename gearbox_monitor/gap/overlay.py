@@ -23,6 +23,7 @@ import numpy as np
 
 from gearbox_monitor.gap.close import cross, free_run, gap_of, windowed
 from gearbox_monitor.gap.diagnose import noise_floor
+from gearbox_monitor.gap.driven import driven
 from gearbox_monitor.gap.search import held_out
 from gearbox_monitor.gap.windows import Windows
 
@@ -73,6 +74,7 @@ def overlay(recording, models, sigma=None):
 
     sigma [2] rad: noise of the encoders (default: measured from the recording).
     """
+    recording = driven(recording, next(iter(models.values())))
     if sigma is None:
         sigma, _ = noise_floor(recording, next(iter(models.values())))
     fits = [windowed(recording, model, sigma) for model in models.values()]

@@ -25,22 +25,24 @@ from gearbox_monitor.gap.search import Fitted
 # Proposals: by the linearised gain of a second effect over whole windows and over their beginnings
 # (where a model that is far off still follows the readings), and of both over none.
 TOP_FORWARD, TOP_BEGUN, TOP_SCREENED = 3, 5, 4
+TOP_ORDERS = 4  # where the motor is driven: what is made small is jagged, a gain tells no order
 EXCHANGED = 2
 RACE = ((0.25, 6), (0.5, 4), (1.0, 3))  # share of the windows fitted, pairs that go on from there
 
 
 def forward_gains(search, fitted):
     """Return {id: (linearised gain in chi2, N)} of adding each effect to `fitted`."""
-    return _gains(search, search.long, fitted.candidate, fitted.point)
+    gains = _gains(search, search.long, fitted.candidate, fitted.point)
+    return {name: some[0] for name, some in gains.items()}
 
 
 def _gains(search, data, candidate, point):
+    """Return {id: [(linearised gain in chi2 of adding it, N), ..., best first]}."""
     ids = [i for i in search.ids if i not in candidate.ids]
-    best = {}
+    gains = {}
     for (name, order), gain in search.gains(data, candidate, point, ids, ORDERS).items():
-        if gain > best.get(name, (-1.0, None))[0]:
-            best[name] = (gain, order)
-    return best
+        gains.setdefault(name, []).append((gain, order))
+    return {name: sorted(some, key=lambda g: -g[0]) for name, some in gains.items()}
 
 
 def find_pairs(search, firsts):
@@ -74,14 +76,16 @@ def find_pairs(search, firsts):
 def _proposed(search, firsts):
     """Return [(Candidate, Point at its start on the beginnings of the windows)] of pairs."""
     data = fitting.shortened(search.long, RACE[0][0])
+    orders = 1 if search.recording.motor is None else TOP_ORDERS
     jobs = []
     for first in firsts:
         fitted = search.fitted[first]
         base, point = fitted.candidate, _begun(search, data, fitted)
-        for gains, top in ((forward_gains(search, fitted), TOP_FORWARD),
+        for gains, top in ((_gains(search, search.long, base, fitted.point), TOP_FORWARD),
                            (_gains(search, data, base, point), TOP_BEGUN)):
-            for name in sorted(gains, key=lambda n: -gains[n][0])[:top]:
-                for second in search.starts.candidates(name, gains[name][1]):
+            for name in sorted(gains, key=lambda n: -gains[n][0][0])[:top]:
+                for second in [c for _, order in gains[name][:orders]
+                               for c in search.starts.candidates(name, order)]:
                     joint = search.starts.joint([(base, point.z), (second, second.start())])
                     z = _with_nuisances(search, joint, point)
                     jobs.append((joint, fitting.copied(point, z)))

@@ -42,6 +42,10 @@ class Recording:
     arm_torque [N] N m or None where not measured; name: what messages call it; cuts: first
     samples of the recordings that were joined to this one; channels: columns of y that were
     measured, the other one is a copy (transmission.kind: rigid).
+
+    Where the motor's motion drives the model (gap.driven), motor [N, 5] holds it: position, speed,
+    acceleration, whether it moves, and u without its noise. In y then stands u in place of the
+    motor's position.
     """
 
     t: np.ndarray
@@ -52,6 +56,19 @@ class Recording:
     name: str = ''
     cuts: tuple = (0,)
     channels: tuple = (0, 1)
+    motor: np.ndarray | None = None
+
+    @property
+    def positions(self):
+        """Positions of motor and arm as measured [N, 2], rad."""
+        if self.motor is None:
+            return self.y
+        return np.column_stack([self.motor[:, 0], self.y[:, 1]])
+
+    @property
+    def readings(self):
+        """What the columns of y are called."""
+        return ('motor', 'arm') if self.motor is None else ('torque', 'arm')
 
     @property
     def duration(self):

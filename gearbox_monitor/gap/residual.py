@@ -93,7 +93,8 @@ class FreeFit:
     """Windows with a free signal at one place."""
 
     def __init__(self, data, model, place, start):
-        self.data, self.model, self.place = data, model, place
+        self.data, self.model, self.place = data.plain(), model, place
+        data = self.data
         self.memory = start.memory
         windows = data.windows
         self.lead = int((windows.first - windows.begin).max(initial=0))
@@ -252,9 +253,10 @@ def labels(search, fitted):
     recording, windows = search.recording, search.long.windows
     model, dt = search.model, recording.dt
     index = windows.first[:, None] + np.arange(windows.length)
-    y = savgol_filter(recording.y, max(5, 2 * round(0.01 / dt) + 1), 2, axis=0)
+    positions = recording.positions
+    y = savgol_filter(positions, max(5, 2 * round(0.01 / dt) + 1), 2, axis=0)
     speed = np.gradient(savgol_filter(
-        recording.y[:, 0], max(5, 2 * round(0.02 / dt) + 1), 2), dt)
+        positions[:, 0], max(5, 2 * round(0.02 / dt) + 1), 2), dt)
     twist = y[:, 0] - y[:, 1]
     b = model.transmission.half_gap
     if recording.arm_torque is not None:
@@ -347,7 +349,7 @@ def command_or_motion(search, free):
     """
     recording, windows = search.recording, search.long.windows
     dt, width = recording.dt, max(3, 2 * round(0.5 * SPACING / recording.dt) + 1)
-    speed = np.gradient(savgol_filter(recording.y[:, 0], width, 2), dt)
+    speed = np.gradient(savgol_filter(recording.positions[:, 0], width, 2), dt)
     mean = np.ones(width) / width
     s = np.convolve(np.arctan(search.model.friction_sharpness * speed), mean, 'same')
     u = np.convolve(recording.u, mean, 'same')
@@ -361,11 +363,13 @@ def command_or_motion(search, free):
 
 def visible_places(search):
     """Return the places that this drive and its encoders tell apart."""
+    # A motion that is put in takes no offset; one encoder alone takes whatever is asked of it.
+    sensors = SENSORS if search.recording.motor is None else SENSORS[1:]
     if search.model.transmission.kind != 'rigid':
-        return PLACES
-    # Any torque moves both sides alike; one encoder alone would take whatever is asked of it.
+        return (*TORQUES, *sensors)
+    # Any torque moves both sides alike.
     both = len(search.long.channels) == 2
-    return ('motor_side', *SENSORS) if both else ('motor_side',)
+    return ('motor_side', *sensors) if both else ('motor_side',)
 
 
 def places(search, fitted, jobs=1):

@@ -25,17 +25,19 @@ import math
 import numpy as np
 
 from gearbox_monitor.drive.effects import EFFECTS
-from gearbox_monitor.gap import fit as fitting
+from gearbox_monitor.gap import fit as fitting, lasting
 from gearbox_monitor.gap.candidate import (
     Candidate, NOT_FITTED, ORDERS, PERIODIC, PHASED, replaced_value, Starts, with_effects)
+from gearbox_monitor.gap.driven import simulator
 from gearbox_monitor.gap.process_noise import levels, whitened
-from gearbox_monitor.gap.windows import cut, Simulator
+from gearbox_monitor.gap.windows import cut
 
 SHORT, LONG = 0.25, 1.0  # s
 HELD_OUT = 0.3
 KEEP_SCREENED, KEEP_REFINED = 6, 4
 SETTLING, STILL = 4, 5.0  # further rounds at most; gain in BIC below which a fit stands still
 STRAY = 50.0  # chi2 by which a window may be worse than without effect before it counts as lost
+JAGGED_PROBE = 0.3  # of the scale, where what is made small is jagged (gap.jagged)
 FAR = 2.5     # tolerances from which on a nominal value is tried as an effect of its own
 
 
@@ -66,6 +68,7 @@ class Fitted:
     score: float = math.inf
     s: float = 0.0  # torque noise on the motor, N m rms per sample
     white: np.ndarray | None = None  # residual [W, 2L] with that noise taken out
+    left: np.ndarray | None = None  # what lasts unexplained [2], N m and rad, see gap.lasting
 
     @property
     def name(self):
@@ -106,13 +109,16 @@ class Search:
 
     def __init__(self, recording, model, sigma, ids, jobs=1, progress=None):
         self.recording, self.model, self.ids = recording, model, list(ids)
-        self.simulator = Simulator(recording, model)
+        self.simulator = simulator(recording, model)
         self.starts = Starts(model, recording)
         windows = cut(recording, LONG)
         train, last = held_out(recording, windows)
-        self.long = fitting.Data(recording, self.simulator, windows, sigma, train)
-        self.short = fitting.Data(recording, Simulator(recording, model, coarse=True),
-                                  cut(recording, SHORT, last), sigma)
+        weighing = lasting.weighing(recording, model, sigma)
+        self.long = fitting.Data(recording, self.simulator, windows, sigma, train, weighing)
+        # Where the motor's motion is put in, long windows hold no contact of the gap, either.
+        length = SHORT if recording.motor is None else LONG
+        self.short = fitting.Data(recording, simulator(recording, model, coarse=True),
+                                  cut(recording, length, last), sigma, weighing=weighing)
         self.jobs, self._progress = jobs, progress or (lambda *_: None)
         self._pool = ThreadPoolExecutor(jobs)
         self._done, self._total = 0, 1
@@ -212,7 +218,10 @@ class Search:
         """Return the Screened `candidate`, fitted from where none stands."""
         none = self.fitted['']
         points = []
-        for data, start in ((self.short, self.short_none), (self.long, none.point)):
+        starts = [(self.short, self.short_none), (self.long, none.point)]
+        if self.recording.motor is not None:  # both have windows of the same length
+            del starts[0]
+        for data, start in starts:
             point = self.at_none(candidate, start)
             for _ in range(2):
                 fitting.fit(data, candidate, point, 4, robust=True, refresh=(0, 2))
@@ -220,10 +229,10 @@ class Search:
                 if self.promise(data, candidate, point, start) > -1.0:
                     break
             points.append(point)
-        short, long = points
+        short, long = points[0], points[-1]
         return Screened(self.as_fitted(candidate, long), short,
                         self.promise(self.long, candidate, long, none.point),
-                        self.promise(self.short, candidate, short, self.short_none))
+                        self.promise(starts[0][0], candidate, short, starts[0][1]))
 
     def promise(self, data, candidate, point, none_point):
         """
@@ -249,6 +258,8 @@ class Search:
         """Fit the promising ids well, all of them and none with the same means."""
         cost = math.log(self.long.n_train)
         parts = [p for group in by_id.values() for p in group]
+        if self.long.weighing is not None:
+            lasting.weigh_anew(self, [p.long for p in parts])
         # What another fit has found for a window that went astray is no merit of its effect.
         none = self.polish(self.fitted[''], [p.long.point for p in parts])
         self.fitted[''] = none
@@ -337,6 +348,9 @@ class Search:
         """Fit `names` again with torque noise; all others stay behind them."""
         if not self.noisy or not names:
             return
+        if self.long.weighing is not None:
+            lasting.measure(self, names)
+            return
         tried = levels(self.model, self.recording.u)
 
         def one(name):
@@ -362,16 +376,17 @@ class Search:
     def probes(self, name, order=None):
         """Return lists of effects (one per column) that stand for a little of effect `name`."""
         effect = EFFECTS.get(name)
+        a_little = None if self.recording.motor is None else JAGGED_PROBE
         if effect is not None and effect.replaces:
             value = replaced_value(self.model, name)
             c = self.starts.candidates(name)[0].coordinates[-1]
-            return [[{effect.parameters[0].name: value + 0.02 * c.scale}]]
+            return [[{effect.parameters[0].name: value + (a_little or 0.02) * c.scale}]]
         out = []
         for candidate in self.starts.candidates(name, order):
             group = [c for c in candidate.coordinates if c.owner == 0]
-            z = {c.name: c.start if c.start else 0.1 * c.scale for c in group}
+            z = {c.name: c.start if c.start else (a_little or 0.1) * c.scale for c in group}
             if name in PHASED:
-                size = 0.1 * group[0].scale
+                size = (a_little or 0.1) * group[0].scale
                 more = {'N': order} if name in PERIODIC else {}
                 out.append([{'A': size, 'phi': p, **more} for p in (0.0, 0.5 * math.pi)])
             else:

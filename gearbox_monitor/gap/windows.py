@@ -112,6 +112,10 @@ class Simulator:
     coarse: with larger steps.
     """
 
+    begins_known = False  # whether states where windows begin are those of the readings
+    stretch = 1.0         # of the steps of finite differences
+    fit = None            # in place of gap.fit.fit
+
     def __init__(self, recording, model, coarse=False):
         self.u, self.dt = np.ascontiguousarray(recording.u), recording.dt
         # One number of steps for all candidates: otherwise a difference in accuracy is evidence.

@@ -24,10 +24,9 @@ from gearbox_monitor.report import page
 from gearbox_monitor.report.evidence import explained_by
 from gearbox_monitor.report.words import (
     behind, dense_regions, headline, ids_of, MEANINGS, next_steps, number, on_axis, percent,
-    PLACES, undefined)
+    PLACES, undefined, unit_of)
 
 ROLES = ('nominal', 'closed')
-CHANNELS = ('motor', 'arm')
 RANKED = 10
 RIVALS = 6
 AROUND = (0.9, 1.5)  # gaps that are in view anyway: noise must not look large
@@ -49,7 +48,7 @@ def report(data, evidence, recordings, closed_written=False, validated=None):
         ('Where', _where(data, evidence)),
         ('Which effect', _which(data, evidence)),
         ('Values', _values(data, evidence.axis)),
-        ('Recording and doubts', _doubts(data, recordings, evidence.axis)),
+        ('Recording and doubts', _doubts(data, recordings, evidence)),
         ('All numbers', page.details('the verdict as JSON', '<pre>' + escape(
             json.dumps(data, indent=1)) + '</pre>')),
     ]
@@ -114,11 +113,12 @@ def _gap(data, validated, axis):
         html += page.paragraph(f'No closed share: {undefined(data)}.')
     run = found and found.get('free_run')
     if run:
+        units = ', '.join(dict.fromkeys(unit_of(name, 'rad') for name in run['before']))
         html += f'<h3>Second recording: {escape(str(validated))}</h3>' + page.paragraph(
-            f'One free run over all {run["seconds"]:.0f} s, rms in {on_axis("rad", axis)}:'
+            f'One free run over all {run["seconds"]:.0f} s, rms in {on_axis(units, axis)}:'
         ) + page.table(
             ('', 'before', 'after'), [(n, number(run['before'][n]), number(run['after'][n]))
-                                      for n in CHANNELS], (1, 2))
+                                      for n in run['before']], (1, 2))
     regions = [(name.replace('_', ' '), part.replace('_', ' '), number(v['before']),
                 number(v['after']))
                for name, bins in (data.get('regions') or {}).items()
@@ -130,7 +130,7 @@ def _gap(data, validated, axis):
 
 
 def window_lines(evidence, window, channel):
-    """Return (Lines of the angle, Lines of the residual in rad) of one window and encoder."""
+    """Return (Lines of the angle, Lines of the residual, rad or N m) of one window and encoder."""
     laid = evidence.overlay
     t, measured = laid.t[window], laid.measured[window, :, channel]
     angle = [page.Line(t, measured, 'recording', 'recording')]
@@ -158,7 +158,7 @@ def _overlays(data, evidence):
         panels = []
         for channel in laid.channels:
             angle, left = window_lines(evidence, window, channel)
-            panels += _pair(CHANNELS[channel], angle, left, evidence.axis)
+            panels += _pair(laid.recording.readings[channel], angle, left, evidence.axis)
         title = f'{words.capitalize()} among those held out: {laid.t[window, 0]:.0f} to ' \
                 f'{laid.t[window, -1]:.0f} s'
         items.append((words, page.chart(title, panels, 'time (s)', 't (s)')))
@@ -170,8 +170,11 @@ def _overlays(data, evidence):
 
 def _pair(name, lines, left, axis):
     """Return the Panels of one encoder: readings and, below, what is left."""
-    return [page.Panel(on_axis(f'{name}, angle (rad)', axis), tuple(lines)),
-            page.Panel(on_axis(f'{name}, recording - model (rad)', axis), tuple(left), 0.0, 110)]
+    unit = unit_of(name, 'rad')
+    what = f'{name}, angle' if unit == 'rad' else name
+    return [page.Panel(on_axis(f'{what} ({unit})', axis), tuple(lines)),
+            page.Panel(on_axis(f'{name}, recording - model ({unit})', axis), tuple(left), 0.0,
+                       110)]
 
 
 def _whole(laid, axis):
@@ -185,7 +188,7 @@ def _whole(laid, axis):
                   for run, role in zip(laid.runs, ROLES)]
         left = [page.Line(line.x, measured - line.y, line.name, f'{line.role} firm')
                 for line in lines[1:]]
-        panels += _pair(CHANNELS[channel], lines, left, axis)
+        panels += _pair(laid.recording.readings[channel], lines, left, axis)
     return page.chart('One free run over the whole recording, from the state of its first window; '
                       'errors add up', panels, 'time (s)', 't (s)')
 
@@ -319,14 +322,14 @@ def _values(data, axis):
     return html or page.paragraph('The values of the model file stand.')
 
 
-def _doubts(data, recordings, axis):
+def _doubts(data, recordings, evidence):
     rows = [(_short(r), f'{r.duration:.1f}', f'{1.0 / r.dt:.0f}') for r in recordings]
     sigma = data['sigma']
-    noise = ', '.join(f'{name} {number(value)} rad' for name, value in zip(CHANNELS, sigma)
-                      if value is not None)
+    noise = ', '.join(f'{name} {number(value)} {unit_of(name, "rad")}' for name, value in
+                      zip(evidence.overlay.recording.readings, sigma) if value is not None)
     html = page.table(('recording', 's', 'samples/s'), rows, (1, 2)) + page.paragraph(on_axis(
-        f'Noise of the encoders: {noise}, measured from the recording. Torque noise: '
-        f'{number(data["process_torque"])} N m rms per sample.', axis))
+        f'Noise of the readings: {noise}, measured from the recording. Torque noise: '
+        f'{number(data["process_torque"])} N m rms per sample.', evidence.axis))
     warnings = list(data.get('warnings') or ())
     misfit = data.get('misfit') or {}
     if misfit.get('excess') is not None and misfit.get('structure') is not None:

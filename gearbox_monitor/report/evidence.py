@@ -21,6 +21,7 @@ import numpy as np
 from gearbox_monitor.gap import isolate, maps, residual
 from gearbox_monitor.gap.candidate import NOT_FITTED
 from gearbox_monitor.gap.diagnose import joined
+from gearbox_monitor.gap.driven import driven
 from gearbox_monitor.gap.overlay import overlay
 from gearbox_monitor.report.words import ids_of, on_axis
 
@@ -69,12 +70,12 @@ class Evidence:
 def gather(verdict, recordings, model, jobs=1):
     """Return the Evidence of a Verdict on `recordings` under the DriveModel `model`."""
     data, search = verdict.data, verdict.search
-    recording = joined(list(recordings))
+    recording = joined([driven(r, model) for r in recordings])
     models = {'nominal model': model}
     if verdict.model is not None:
         models[closed_name(data)] = verdict.model
     laid = overlay(recording, models, data['sigma'])
-    moved = maps.motion(recording.y, recording.dt, recording.cuts)
+    moved = maps.motion(recording.positions, recording.dt, recording.cuts)
     index = laid.windows.first[:, None] + np.arange(laid.windows.length)
     moved = {name: value[index] for name, value in moved.items()
              if name != 'twist' or model.transmission.kind != 'rigid'}

@@ -19,11 +19,10 @@ import numpy as np
 from gearbox_monitor.gap.overlay import near, smoothed
 from gearbox_monitor.report.evidence import explained_by
 from gearbox_monitor.report.plots import BLACK, BLUE, GREEN, GREY, RED
-from gearbox_monitor.report.words import behind, PLACES
+from gearbox_monitor.report.words import behind, PLACES, unit_of
 
 COLORS = (RED, BLUE)  # nominal, closed
 STYLES = ('--', '-')
-CHANNELS = ('motor', 'arm')
 
 
 def windows_figure(laid, shown, title='', unit='rad'):
@@ -104,9 +103,11 @@ def _figure(laid, columns, title, unit):
                 left.plot(t, r_k, color=color, lw=0.6, alpha=0.25)
                 left.plot(t, smoothed(r_k, laid.recording.dt), color=color, lw=1.6)
             left.axhline(0.0, color=GREY, lw=0.8, ls=':')
-            _label(over, words if r == 0 else '', '', f'{CHANNELS[k]} ({unit})')
+            name = laid.recording.readings[k]
+            own = unit_of(name, unit)
+            _label(over, words if r == 0 else '', '', f'{name} ({own})')
             _label(left, '', 'time (s)' if r == len(laid.channels) - 1 else '',
-                   f'recording - model\n({unit})')
+                   f'recording - model\n({own})')
     handles, names = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, names, loc='outside lower center', ncols=len(names), fontsize=9)
     return figure

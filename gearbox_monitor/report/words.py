@@ -85,6 +85,11 @@ def on_axis(label, axis):
     return label
 
 
+def unit_of(reading, angle):
+    """Return the unit of what is compared, `reading` of Recording.readings; angle: rad or m."""
+    return {'rad': 'N m', 'm': 'N'}[angle] if reading == 'torque' else angle
+
+
 def ids_of(data):
     """Return the ids of the effect that `data` (the JSON of a verdict) names."""
     return data['effect'].split('+') if data.get('effect') else []
