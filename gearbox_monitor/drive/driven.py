@@ -24,15 +24,18 @@ which is simulated, and the torque that the motor needs for this motion,
 Its difference to the torque that acts is what the model lacks. While the motor stands, friction
 takes any value and the torque tells nothing.
 """
-from functools import lru_cache
+from functools import cache
 import math
+from typing import Any
 
+from gearbox_monitor.arrays import Array, Integers
+from gearbox_monitor.drive.arctan import arctan
 from gearbox_monitor.drive.effects import (
     BRANCH_H, DELAY1, ECC1_A, ECC1_PHI, elastic_torque, GAIN, reading, RIPPLE_A, RIPPLE_N,
-    RIPPLE_PHI, TH)
+    RIPPLE_PHI, TH, Three, Torques)
 from gearbox_monitor.drive.model import (
-    ARM_ALPHA, CAC, CAV, D, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S, KIND, motor_acceleration,
-    STIFFNESS, TWO_OVER_PI, WIDTH)
+    ARM_ALPHA, CAC, CAV, D, DriveModel, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S, KIND,
+    motor_acceleration, STIFFNESS, TWO_OVER_PI, WIDTH)
 from gearbox_monitor.drive.simulate import _memories, _torques, rebuilt
 from gearbox_monitor.drive.transmission import RIGID, transmission_torque
 from gearbox_monitor.jit import jit, jit_inline
@@ -47,8 +50,8 @@ FRICTION_ITERATIONS = 30
 LEAST_GAIN = 0.05
 
 
-def steps(model, dt):
-    """Return the number of steps per sample of `dt` s that the arm on its spring asks for."""
+def steps(model: DriveModel, dt: float) -> int:
+    """Return the number of steps per sample of `dt` s that the arm of `model` asks for."""
     if model.transmission.kind == 'rigid':
         return 1
     t = model.folded().transmission
@@ -57,11 +60,12 @@ def steps(model, dt):
 
 
 @jit_inline
-def motor_motion(motor, at, dt, e):
+def motor_motion(motor: Array, at: float, dt: float, e: Array) -> Three:
     """
     Return position (rad), speed and acceleration of the motor at the row `at` of motor [N, 5].
 
-    motor holds what its encoder says, parts of a row count; effects of the encoder are taken out.
+    motor holds what its encoder says, `dt` s a row, parts of a row count; effects of the encoder,
+    packed in e, are taken out.
     """
     at += e[DELAY1] / dt
     k = min(int(at), len(motor) - 2)
@@ -80,14 +84,14 @@ def motor_motion(motor, at, dt, e):
 
 
 @jit_inline
-def _elastic(x1, x2, w, z, s, p, e):
+def _elastic(x1: float, x2: float, w: float, z: float, s: float, p: Array, e: Array) -> float:
     tau_k, _ = elastic_torque(x1, x2, w, z, s, int(p[KIND]), p[STIFFNESS], p[HALF_GAP], p[WIDTH],
                               p[K_S], e)
     return tau_k
 
 
 @jit_inline
-def _with_friction(slope, push, friction, alpha):
+def _with_friction(slope: float, push: float, friction: float, alpha: float) -> float:
     """Return v of slope v + friction s(v) = push: Newton's method, from below the root."""
     if friction == 0.0:
         return push / slope
@@ -95,7 +99,7 @@ def _with_friction(slope, push, friction, alpha):
     v = max(0.0, (size - friction) / slope)
     for _ in range(FRICTION_ITERATIONS):
         av = alpha * v
-        off = size - slope * v - friction * TWO_OVER_PI * math.atan(av)
+        off = size - slope * v - friction * TWO_OVER_PI * arctan(av)
         step = off / (slope + friction * TWO_OVER_PI * alpha / (1.0 + av * av))
         v += step
         if abs(step) < CLOSE:
@@ -104,12 +108,14 @@ def _with_friction(slope, push, friction, alpha):
 
 
 @jit
-def advance_arm(state, t, h, ahead_x1, ahead_x3, outside, p, e, theta):
+def advance_arm(state: Array, t: float, h: float, ahead_x1: float, ahead_x3: float, outside: Three,
+                p: Array, e: Array, theta: Array) -> None:
     """
     Advance `state` [N_STATE] in place by `h` s from time `t`, the motor to the motion given.
 
-    ahead_x1, ahead_x3: motor at the end, rad, rad/s. outside: as of simulate.advance. Implicit in
-    the arm's speed: light arms, stiff springs and dry friction on the arm take no smaller steps.
+    ahead_x1, ahead_x3: motor at the end, rad, rad/s. outside: `extra` as of simulate.advance.
+    Implicit in the arm's speed: light arms, stiff springs and dry friction on the arm take no
+    smaller steps.
     """
     x1, x2, x3, x4, w = state[0], state[1], state[2], state[3], state[4]
     z, loop, branch = state[5], state[6], state[7]
@@ -117,7 +123,7 @@ def advance_arm(state, t, h, ahead_x1, ahead_x3, outside, p, e, theta):
     begun = _elastic(x1, x2, w, loop, branch, p, e)
     load = tau_arm - outside[1]
     if p[CAC] != 0.0:
-        load -= p[CAC] * TWO_OVER_PI * math.atan(p[ARM_ALPHA] * x4)
+        load -= p[CAC] * TWO_OVER_PI * arctan(p[ARM_ALPHA] * x4)
     force = tau_k + outside[2] - THETA * begun - load + p[D] * (1.0 - THETA) * (x3 - x4)
     force += p[D] * THETA * ahead_x3 + p[CAV] * THETA * x4
     remembers = e[TH] != 0.0 or e[BRANCH_H] != 0.0
@@ -150,11 +156,13 @@ def advance_arm(state, t, h, ahead_x1, ahead_x3, outside, p, e, theta):
 
 
 @jit
-def lacking(state, t, acceleration, u, outside, p, e, theta):
+def lacking(state: Array, t: float, acceleration: float, u: float, outside: Three, p: Array,
+            e: Array, theta: Array) -> float:
     """
     Return the torque (N m) that acts on the motor beyond what its motion needs.
 
-    acceleration (rad/s^2) of the motor; u: torque of the actuator. In a rigid drive, of both.
+    state, t, outside, p, e, theta: see advance_arm. acceleration (rad/s^2) of the motor; u: torque
+    of the actuator. In a rigid drive, of both.
     """
     x1, x2, x3, x4 = state[0], state[1], state[2], state[3]
     tau_k, tau_arm, motor = _torques(t, x1, x2, x3, x4, u, state[4], state[5], state[6],
@@ -168,7 +176,7 @@ def lacking(state, t, acceleration, u, outside, p, e, theta):
 
 
 @jit_inline
-def _gain(x1, e):
+def _gain(x1: float, e: Array) -> float:
     """Return d u_act / d u: what is lacking counts as torque that was logged."""
     gain = 1.0 + e[GAIN]
     if e[RIPPLE_A] != 0.0:
@@ -177,13 +185,18 @@ def _gain(x1, e):
 
 
 @jit
-def driven_runs(begin, first, length, carry_at, states, memory, dt, n, u, logged, extra, motor,
-                p, e, theta, rows, y, carry):
+def driven_runs(begin: Integers, first: Integers, length: int, carry_at: Integers, states: Array,
+                memory: Array, dt: float, n: int, u: Array, logged: Array, extra: Array,
+                motor: Array, p: Array, e: Array, theta: Array, rows: Array, y: Array,
+                carry: Array) -> None:
     """
     Fill y [W, L, 2], N m and rad: the torque that the motor needs, the reading of the arm.
 
-    As windows._free_runs; motor [N, 5]: its motion, columns as above; where it stands, the torque
-    that is needed counts as the logged one.
+    begin, first, length, carry_at: the Windows of gap.windows, which start at states [W, 4] with
+    memory [W, 4]; carry [W, 8]: where the next window begins. dt, n, u [N, n], extra [N, 3], p, e,
+    theta: as of simulate.advance. logged [N]: torque of the recording. motor [N, 5]: its motion,
+    columns as above; where it stands, the torque that is needed counts as the logged one. rows
+    [R, 8]: room to work in.
     """
     h = dt / n
     for w in range(len(begin)):
@@ -222,8 +235,8 @@ def driven_runs(begin, first, length, carry_at, states, memory, dt, n, u, logged
             y[w, k, 1] = reading(path, late + k, 1, dt, e)
 
 
-@lru_cache(maxsize=None)
-def with_plugin(torques):
+@cache
+def with_plugin(torques: Torques) -> Any:
     """Return driven_runs rebuilt around the `torques` of a plug-in effect."""
     all_torques = rebuilt(_torques, plugged=torques)
     return rebuilt(driven_runs, advance_arm=rebuilt(advance_arm, _torques=all_torques),

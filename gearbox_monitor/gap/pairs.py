@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Two effects at once: where one leaves something, the pair that leaves least."""
+from functools import partial
 from itertools import combinations
 import math
 
@@ -57,8 +58,7 @@ def find_pairs(search, firsts):
     begun = RACE[0][0]
     for share, kept in RACE:
         data = fitting.shortened(search.long, share)
-        racing = search.map(lambda job: _run_on(search, data, *job, share > begun), racing,
-                            'pairs')
+        racing = search.map(partial(_run_on, search, data, share > begun), racing, 'pairs')
         best = {}
         for joint, point in sorted(racing, key=lambda r: search.score(data, *r)):
             best.setdefault(_key(joint.ids), (joint, point))
@@ -105,8 +105,9 @@ def _begun(search, data, fitted):
     return fitting.fit(data, candidate, point, 5, robust=True)
 
 
-def _run_on(search, data, joint, point, further):
+def _run_on(search, data, further, pair):
     """Fit a pair on `data`; further: the windows have become longer since its last fit."""
+    joint, point = pair
     if further:
         point = fitting.Point(point.z, point.states, point.memory)
         point.states, _ = fitting.solve_states(data, joint.model(point.z), point.states,

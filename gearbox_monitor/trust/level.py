@@ -71,7 +71,7 @@ def finding_of(broken: Sequence[Condition], fine: str, values: Values) -> Findin
                    ', '.join(c.says for c in broken) + ': ' + '; '.join(advice), values)
 
 
-def with_more(finding: Finding, broken: Sequence[Condition], values: dict[str, Any]) -> Finding:
+def with_more(finding: Finding, broken: Sequence[Condition], values: Values) -> Finding:
     """Return `finding` with the Conditions `broken` (one or more) and `values` besides."""
     more = finding_of(broken, '', {**finding.values, **values})
     if finding.level == Level.OK:

@@ -20,6 +20,7 @@ torque of wrong sign, a torque that is not what acts. Torque over twist does not
 """
 import numpy as np
 
+from gearbox_monitor.arrays import Array
 from gearbox_monitor.filters.smoother import (
     S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_RATE_STD, S_TWIST_STD, S_X3, S_X4)
 from gearbox_monitor.trust.level import Condition, Level
@@ -42,7 +43,7 @@ AGAINST = Condition(
 CONDITIONS = (AGAINST,)
 
 
-def check(rows):
+def check(rows: Array) -> tuple[list[Condition], dict[str, float]]:
     """
     Return (Conditions that are broken, values) of `rows` [N, N_SMOOTHED], see smoother.
 

@@ -63,7 +63,7 @@ def check(new: Mapping[str, int], usable: int, values: Values) -> Finding:
     return finding_of(broken, f'{values["rate_hz"]:.0f} samples/s', values)
 
 
-def refused(new):
+def refused(new: Mapping[str, int]) -> list[Condition]:
     """Return the Conditions of REFUSED that `new` {counter: how many} shows, in these words."""
     told = [(condition, [f'{new[name]} {name}' for name in condition.value if new.get(name)])
             for condition in REFUSED]
