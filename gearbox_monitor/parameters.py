@@ -86,7 +86,8 @@ ESTIMATOR = (
     Parameter('filter', 'ekf', '', 'which filter estimates the torque', choices=FILTER_NAMES),
     Parameter('model', '', '', 'model file of the drive; empty for the packaged drive.yaml'),
     Parameter('motor_joint', 'motor', '', 'name of the motor in joint_states'),
-    Parameter('arm_joint', 'arm', '', 'name of the arm in joint_states'),
+    Parameter('arm_joint', 'arm', '', 'name of the arm in joint_states; empty: there is no arm '
+              'encoder, then only the torque is estimated'),
     Parameter('arm_topic', '', '', 'topic of the arm encoder where it comes in messages of its '
               'own (sensor_msgs/JointState); may be joint_states; empty: with the motor'),
     Parameter('pair_tolerance', 0.0005, 's', 'with arm_topic: how far the stamps of motor and arm '

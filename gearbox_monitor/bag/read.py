@@ -170,7 +170,7 @@ class BagReader:
     def require_joints(self, topic, names, there):
         """Raise InputError unless all `names` are `there`, the joints on `topic`."""
         for name in names:
-            if name not in there:
+            if name and name not in there:  # '': there is no such joint
                 raise InputError(f'{self.path}: topic {topic} has no joint {name!r}, '
                                  f'it has {", ".join(there) or "none"}')
 

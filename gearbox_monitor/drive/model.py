@@ -36,7 +36,7 @@ import numpy as np
 
 from gearbox_monitor.arrays import Array, Values
 from gearbox_monitor.drive.arctan import arctan
-from gearbox_monitor.drive.effects import ADDITIVE, EFFECTS, Parameter, plugins
+from gearbox_monitor.drive.effects import ADDITIVE, ARM_LOADS, EFFECTS, Parameter, plugins
 from gearbox_monitor.drive.transmission import KINDS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.jit import jit, jit_inline
@@ -49,6 +49,7 @@ RK4_STABILITY = 2.7
 (INVERSE_M1, INVERSE_M2, D, CV, CC, ALPHA, KR, OFFSET, KIND, STIFFNESS, HALF_GAP, WIDTH, K_S,
  CAV, CAC, ARM_ALPHA, G, TL, CL, N_PARAMETERS) = range(20)
 
+UNSEEN_TIME = 0.1  # s in which an arm that is not measured would come to rest
 ARM_LOAD_MODES = ('none', 'unknown', 'measured')
 AXES = ('rotary', 'prismatic')  # prismatic: m, N and kg instead of rad, N m and kg m^2
 DRIVEN_BY = ('torque', 'position')  # what of a recording moves the model in a diagnosis
@@ -108,6 +109,17 @@ class DriveModel:
             return self
         return replace(self, transmission=replace(self.transmission, **shape),
                        effects=tuple(rest), **changes)
+
+    def without_arm(self) -> 'DriveModel':
+        """
+        Return the model for filters that never see the arm: tau_K is all that the motor drives.
+
+        Whatever loads it then, nothing flows back to the motor. Friction of its own keeps the
+        arm's speed, which nothing corrects, within bounds.
+        """
+        effects = [e for e in self.effects if e['id'] not in ARM_LOADS]
+        return self.with_(arm_load='none', damping=0.0, effects=[
+            *effects, {'id': 'arm_viscous', 'Cav': self.arm_inertia / UNSEEN_TIME}])
 
     def pack(self) -> Array:
         """
