@@ -20,6 +20,7 @@ each sample to the same Monitor. Where no message was lost the live estimates co
 """
 from dataclasses import dataclass
 import json
+import re
 
 import numpy as np
 
@@ -70,6 +71,23 @@ class Snapshot:
     def input_count(self):
         """How many samples the estimator had taken."""
         return int(self.content['input_count'])
+
+    def used(self, source):
+        """
+        Return (DriveModel, {parameter: value}) that the estimator used.
+
+        Parameters that this version does not have are left out. Raises InputError, which calls it
+        `source`.
+        """
+        known = {row.name for row in ESTIMATOR}
+        try:
+            model, parameters = (json.loads(self.content[name])
+                                 for name in ('model', 'parameters'))
+            parameters = {k: v for k, v in parameters.items() if k in known}
+        except (KeyError, ValueError, AttributeError, RecursionError):
+            raise InputError(f'{source}: snapshot: no model and parameters, expected what an '
+                             'estimator writes') from None
+        return model_from_dict(model, f'{source}: snapshot'), parameters
 
 
 @dataclass(frozen=True)
@@ -157,6 +175,11 @@ def read_snapshots(reader, namespace):
             content = {value.key: value.value for value in status.values}
             if 'z' in content and 'stamp_ns' in content:
                 found.append(Snapshot(content, log_ns))
+                for name in ('stamp_ns', 'input_count'):
+                    if not re.fullmatch('-?[0-9]{1,18}|[0-9]{19}', content.get(name, '')):
+                        raise InputError(
+                            f'{reader.path}: snapshot: {name}: {content.get(name)!r}, expected a '
+                            'whole number')
     return found
 
 
@@ -179,11 +202,7 @@ class Player:
         snapshots = read_snapshots(reader, self.namespace)
         recorded_model, recorded = DriveModel(), {}
         if snapshots:
-            recorded_model = model_from_dict(json.loads(snapshots[0].content['model']),
-                                             str(reader.path))
-            known = {row.name for row in ESTIMATOR}  # another version may have others
-            recorded = {name: value for name, value in
-                        json.loads(snapshots[0].content['parameters']).items() if name in known}
+            recorded_model, recorded = snapshots[0].used(reader.path)
         self.monitor = Monitor(model or recorded_model, {**recorded, **(parameters or {})},
                                judged=judged, smoothed=smoothed)
         self._names = (self.monitor.parameters['motor_joint'],
