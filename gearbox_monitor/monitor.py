@@ -412,7 +412,8 @@ class Monitor:
             monitor._memory = numbers('memory', monitor._memory)
             monitor._clock = numbers('clock', monitor._clock)
             monitor._efforts = numbers('efforts', monitor._efforts)
-        except (KeyError, ValueError, TypeError, AttributeError) as error:
+        except (KeyError, ValueError, TypeError, AttributeError, OverflowError, IndexError,
+                RecursionError) as error:
             if isinstance(error, InputError):
                 raise
             raise SnapshotError(f'{source}: not a snapshot of this version ({error})') from None

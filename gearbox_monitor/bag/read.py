@@ -71,12 +71,10 @@ def _files_of(path):
             names = [str(name) for name in content['relative_file_paths']]
             if content.get('compression_mode'):
                 return [path]
-        except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError):
+        except (OSError, ValueError, yaml.YAMLError, KeyError, TypeError, RecursionError):
             names = []  # damaged: the recordings themselves tell all that is needed
-        # Before 2020 these paths were relative to the directory that holds the bag.
-        files = [path / name if (path / name).exists() else path / Path(name).name
-                 for name in names]
-        missing = [file for file in files if not file.is_file()]
+        files = [_inside(path, name) for name in names]
+        missing = [file for file in files if not os.path.isfile(file)]
         if missing:
             raise InputError(f'{missing[0]}: missing, but {info} names it')
         if files:
@@ -85,6 +83,15 @@ def _files_of(path):
     if not files:
         raise InputError(f'{path}: holds no .mcap or .db3 file, expected a bag directory')
     return files
+
+
+def _inside(path, name):
+    """Return the file `name` of the bag directory `path`: never one outside of it."""
+    file = path / name
+    if '..' not in file.parts and file.is_relative_to(path) and os.path.exists(file):
+        return file
+    # Before 2020 these paths were relative to the directory that holds the bag.
+    return path / Path(name).name
 
 
 def _natural(path):

@@ -40,7 +40,7 @@ import traceback
 from gearbox_monitor.benchmarks.fuzz_targets import one_line, targets
 from gearbox_monitor.errors import InputError
 
-LIMIT_S = 10.0  # CPU, one case
+LIMIT_S = 30.0  # CPU, one case; compiling a kernel takes a third of it
 LIMIT_BYTES = 256 << 20  # that one case may add to the resident memory
 ROOM = 1 << 30  # bytes of address space that the whole run may add: the machine must not suffer
 READ, REFUSED = 'read', 'refused'
@@ -106,7 +106,7 @@ def _limited(seconds):
 
 
 def run_cases(target, seed, numbers, tell=lambda number, outcome: None):
-    """Judge the cases `numbers` of `target`; tell(number, None) before, (number, outcome) after."""
+    """Judge the cases `numbers`; tell(number, None) before each, (number, outcome) behind it."""
     for number in numbers:
         with tempfile.TemporaryDirectory() as folder:
             case_of(target, seed, number, Path(folder))

@@ -110,9 +110,9 @@ def _read_bag(folder):
 
 
 def one_line(error):
-    """Assert that the InputError `error` is one readable line."""
-    text = str(error)
-    assert text and '\n' not in text and len(text) < 2000, f'not one line: {text[:200]!r}'
+    """Assert that the InputError `error` is one readable line for each problem."""
+    for line in str(error).split('\n'):
+        assert line.strip() and line.isprintable() and len(line) < 1000, f'no line: {line[:200]!r}'
 
 
 def _snapshot_text():

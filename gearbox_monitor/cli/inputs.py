@@ -14,11 +14,10 @@
 
 """What commands that run filters over a bag share: its samples, model and parameters."""
 from dataclasses import dataclass
-import json
 
 from gearbox_monitor.bag.inputs import find_input
 from gearbox_monitor.bag.replay import read_recording, read_snapshots, Recording
-from gearbox_monitor.drive.model import DriveModel, model_from_dict
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters
 from gearbox_monitor.parameters import checked, ESTIMATOR, FILTER_NAMES, SETTINGS, with_values
@@ -69,8 +68,7 @@ def load(args, reader, filter_name=None):
     model, recorded = DriveModel(), {}
     snapshots = read_snapshots(reader, found)
     if snapshots:
-        model = model_from_dict(json.loads(snapshots[0].content['model']), str(reader.path))
-        recorded = json.loads(snapshots[0].content['parameters'])
+        model, recorded = snapshots[0].used(reader.path)
     if model_file:
         model = load_model(model_file)
     values = {**recorded, **given}
