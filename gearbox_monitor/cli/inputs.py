@@ -20,17 +20,23 @@ from gearbox_monitor.bag.replay import read_recording, read_snapshots, Recording
 from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters
-from gearbox_monitor.parameters import checked, ESTIMATOR, FILTER_NAMES, SETTINGS, with_values
+from gearbox_monitor.parameters import (
+    checked, defaults, ESTIMATOR, FILTER_NAMES, MODEL, SETTINGS, with_values)
 
 
 @dataclass(frozen=True)
 class Inputs:
-    """A recording, the DriveModel (from model_file, '' when none) and all parameters."""
+    """
+    A recording, the DriveModel (from model_file, '' when none) and all parameters.
+
+    model_values: those of the model that the parameter file gave besides.
+    """
 
     recording: Recording
     model: DriveModel
     model_file: str
     parameters: dict
+    model_values: dict
 
     @property
     def samples(self):
@@ -79,4 +85,5 @@ def load(args, reader, filter_name=None):
     parameters = checked(ESTIMATOR, values, args.params or str(reader.path))
     recording = read_recording(reader, parameters['motor_joint'], parameters['arm_joint'],
                                model.gear_ratio, found.topic)
-    return Inputs(recording, model, model_file, parameters)
+    return Inputs(recording, model, model_file, parameters,
+                  {name: given[name] for name in defaults(MODEL) if name in given})

@@ -317,7 +317,8 @@ class EstimatorNode(TableNode):
         if self._ring is None:
             response.message = 'nothing is kept: keep_minutes is 0, expected more'
         elif not p['arm_joint']:
-            response.message = 'a diagnosis needs the arm encoder: arm_joint is empty'
+            response.message = ('nothing is kept without an arm encoder (arm_joint is empty): '
+                                'use the recorder')
         elif self._keeping is not None:
             response.message = 'a recording is being written: wait for the answer to that call'
         elif not len(self._ring):
