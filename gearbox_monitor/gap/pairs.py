@@ -22,6 +22,9 @@ from gearbox_monitor.gap import fit as fitting
 from gearbox_monitor.gap.candidate import NOT_FITTED, ORDERS, PERIODIC, with_effects
 
 TOP_FORWARD, TOP_SCREENED, TOP_ORDERS = 3, 3, 4
+# The same on the other side: the torque of a motor whose motion is put in shows their sum.
+SIDES = {'motor_coulomb': 'arm_coulomb', 'motor_viscous': 'arm_viscous',
+         'arm_coulomb': 'motor_coulomb', 'arm_viscous': 'motor_viscous'}
 
 
 def forward_gains(search, fitted):
@@ -52,7 +55,10 @@ def find_pairs(search, firsts):
         gains = _forward(search, fitted)
         # A linearised gain tells no order from its neighbour where what is made small is jagged.
         tried = 1 if search.recording.motor is None else TOP_ORDERS
-        for name in sorted(gains, key=lambda n: -gains[n][0][0])[:TOP_FORWARD]:
+        names = sorted(gains, key=lambda n: -gains[n][0][0])[:TOP_FORWARD]
+        if search.recording.motor is not None:
+            names += [n for n in map(SIDES.get, names) if n in gains and n not in names]
+        for name in names:
             for second in [c for _, order in gains[name][:tried]
                            for c in search.starts.candidates(name, order)]:
                 joint = search.starts.joint([(fitted.candidate, fitted.point.z),
@@ -71,6 +77,10 @@ def find_pairs(search, firsts):
     chosen = sorted(by_pair.values(), key=lambda f: f.score)[:3]
     if not chosen:
         return []
+    if search.recording.motor is not None:
+        ids = chosen[0].candidate.ids
+        sides = [by_pair.get(_key([SIDES.get(n, n) if n == i else n for n in ids])) for i in ids]
+        chosen += [f for f in sides if f is not None and f not in chosen]
     grown = search.map(search.grown, chosen, 'pairs')
     search.fitted.update((f.name, min(f, g, key=lambda f: f.score))
                          for f, g in zip(chosen, grown))
