@@ -92,9 +92,12 @@ class Yaml:
         key = rest.partition(': ')[0]
         if head != str(self.path) or not key:
             return problem
-        found = [line for name, line in self.lines.items()
-                 if name.startswith(within) and (name == key or name.endswith('.' + key))]
-        return f'{head}: line {found[0]}: {rest}' if found else problem
+        while key:  # what is missing is looked for where it should stand
+            for name, line in self.lines.items():
+                if name.startswith(within) and (name == key or name.endswith('.' + key)):
+                    return f'{head}: line {line}: {rest}'
+            key = key.rpartition('.')[0]
+        return problem
 
 
 def load_yaml(path):
@@ -142,9 +145,13 @@ def _lines(path, content, known):
                     found.setdefault(name, here[key])
                 left.append((name + '.', inner))
         elif isinstance(value, (list, tuple, set)):
-            # Items of a list are named by their id, as effects are.
-            left += [(f'{prefix}{item["id"]}.' if isinstance(item, dict) and 'id' in item
-                      else prefix, item) for item in value]
+            for item in value:  # named by their id, as effects are
+                name = prefix
+                if isinstance(item, dict) and 'id' in item:
+                    name = f'{prefix}{item["id"]}'
+                    found.setdefault(name, min(known.get(id(item), {}).values(), default=1))
+                    name += '.'
+                left.append((name, item))
     return found
 
 
