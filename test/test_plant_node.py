@@ -206,7 +206,7 @@ def test_parameters_change_while_it_runs(plants):
 
     for name, value, kind, reason in (
             ('half_gap', -0.1, ParameterType.PARAMETER_DOUBLE, 'half_gap'),
-            ('rate', 200.0, ParameterType.PARAMETER_DOUBLE, 'read at the start only'),
+            ('rate', 200.0, ParameterType.PARAMETER_DOUBLE, 'read-only'),
             ('excitation', 'sawtooth', ParameterType.PARAMETER_STRING, 'multisine'),
             ('amplitudes', [1.0], ParameterType.PARAMETER_DOUBLE_ARRAY, 'frequencies'),
             ('process_noise', [0.1], ParameterType.PARAMETER_DOUBLE_ARRAY, '4 numbers')):
