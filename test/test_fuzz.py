@@ -26,7 +26,8 @@ from gearbox_monitor.parameters import ESTIMATOR
 
 NUMBERS = {'drive.yaml': 40, 'estimator.yaml': 20, 'data.csv': 150, 'data.bin': 100,
            'baseline.yaml': 12, 'state.json': 100, 'snapshot': 60, 'map.yaml': 40,
-           'rows.json': 100, 'bag, none': 20, 'bag, lz4': 20, 'bag, zstd': 20, 'bag, metadata.yaml': 15}
+           'rows.json': 100, 'bag, none': 20, 'bag, lz4': 20, 'bag, zstd': 20,
+           'bag, metadata.yaml': 15}
 
 
 @pytest.fixture(scope='module')
