@@ -395,6 +395,12 @@ class Monitor:
             values = [float.fromhex(v) for v in json.loads(snapshot[name])]
             return np.array(values).reshape(like.shape)
 
+        def integers(name, count):
+            values = json.loads(snapshot[name])
+            if len(values) != count or any(type(value) is not int for value in values):
+                raise ValueError(f'{name}: {str(values)[:60]}, expected {count} whole numbers')
+            return values
+
         try:
             monitor = cls(model_from_dict(json.loads(snapshot['model']), source),
                           json.loads(snapshot['parameters']), json.loads(snapshot['drift']),
@@ -403,10 +409,9 @@ class Monitor:
             monitor._window_start = json.loads(snapshot['window_start'])
             monitor._window_whole = monitor._window_start is None
             monitor._known = _known_of(snapshot)
-            monitor._gate[:stream.EVALUATE_AT] = np.reshape(
-                json.loads(snapshot['gate']), stream.EVALUATE_AT)
+            monitor._gate[:stream.EVALUATE_AT] = integers('gate', stream.EVALUATE_AT)
             monitor._gate[stream.INPUTS] = int(snapshot['input_count'])
-            monitor.counts[:] = json.loads(snapshot['counts'])
+            monitor.counts[:] = integers('counts', stream.N_COUNTS)
             monitor._z = numbers('z', monitor._z)
             monitor._P = numbers('P', monitor._P)
             monitor._memory = numbers('memory', monitor._memory)

@@ -216,7 +216,8 @@ def refused(arguments, capsys):
     """Check exit code 2, one line and no bag; return the line."""
     assert main(arguments) == 2
     message = capsys.readouterr().err
-    assert message.startswith('gearbox_monitor import: ') and message.count('\n') == 1
+    assert message.startswith('gearbox_monitor import: ') and message.endswith('\n')
+    assert 'Traceback' not in message and message.count('\n') <= 2  # a line for each problem
     assert not Path(arguments[-1]).exists()
     return message
 
