@@ -246,7 +246,7 @@ def test_torque_from_a_topic_through_the_gear(plants, tmp_path):
     out = plants.node.create_publisher(Float64MultiArray, 'effort_command', 10)
     process = plants.start(torque_source='topic', model=model, command_timeout=0.2,
                            measurement_noise='[0.0, 0.0]', process_noise='[0.0, 0.0, 0.0, 0.0]')
-    plants.until(lambda: plants.states and out.get_subscription_count())
+    plants.until(lambda: plants.states and plants.truth and out.get_subscription_count())
     assert plants.states[-1].effort[0] == 0.0
 
     def commanded():

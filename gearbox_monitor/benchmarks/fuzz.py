@@ -31,13 +31,13 @@ import json
 import multiprocessing
 from pathlib import Path
 import random
-import resource
 import signal
 import tempfile
 import time
 import traceback
 
 from gearbox_monitor.benchmarks.fuzz_targets import one_line, targets
+from gearbox_monitor.benchmarks.memory import forget_peak, peak_bytes
 from gearbox_monitor.errors import InputError
 
 LIMIT_S = 30.0  # CPU, one case; compiling a kernel takes a third of it
@@ -71,7 +71,8 @@ def case_of(target, seed, number, folder):
 
 def judge(target, folder):
     """Read what is in `folder`; returns READ, REFUSED or what is wrong, in one line."""
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    forget_peak()
+    before = peak_bytes()
     try:
         with _limited(LIMIT_S):
             target.read(folder)
@@ -88,7 +89,7 @@ def judge(target, folder):
         place = traceback.extract_tb(error.__traceback__)[-1]
         outcome = (f'{type(error).__name__} {" ".join(str(error).split())[:100]} at '
                    f'{Path(place.filename).name}:{place.lineno}')
-    added = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) << 10
+    added = peak_bytes() - before
     return f'{added >> 20} MB of memory' if added > LIMIT_BYTES else outcome
 
 

@@ -133,15 +133,7 @@ def main(argv):
     replayed(warm, whole)
     begin = time.process_time()
     replayed(bag, whole)
-    print(json.dumps({'cpu_s': time.process_time() - begin, 'peak_bytes': _peak_bytes()}))
-
-
-def _peak_bytes():
-    """Return the largest resident memory of this process so far."""
-    status = Path('/proc/self/status')
-    if status.exists():  # what getrusage says there includes the process that started this one
-        return 1024 * int(re.search(r'VmHWM:\s*(\d+)', status.read_text())[1])
-    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    print(json.dumps({'cpu_s': time.process_time() - begin, 'peak_bytes': peak_bytes()}))
 
 
 if __name__ == '__main__':
