@@ -31,6 +31,7 @@ import json
 import multiprocessing
 from pathlib import Path
 import random
+import resource
 import signal
 import tempfile
 import time

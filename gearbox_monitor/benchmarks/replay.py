@@ -17,8 +17,6 @@ from contextlib import contextmanager
 import json
 import os
 from pathlib import Path
-import re
-import resource
 import subprocess
 import sys
 import tempfile
@@ -33,6 +31,7 @@ from gearbox_monitor.bag.replay import Player
 from gearbox_monitor.bag.summary import Summary
 from gearbox_monitor.bag.tables import ParquetTable
 from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.benchmarks.memory import peak_bytes
 from gearbox_monitor.drive.excitation import Excitation
 from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.drive.simulate import Noise, simulate
