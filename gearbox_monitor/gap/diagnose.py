@@ -266,6 +266,9 @@ def decide(search, rough=False):
         pairs = sorted(pairs, key=lambda n: search.fitted[n].score)
         best = search.fitted[search.ranked()[0]]
         pair = search.fitted[pairs[0]] if pairs else best
+        if pairs and lack(pair) and not search.noisy:
+            # Where many windows are astray, they hold the values back that would free them.
+            pair = search.fitted[pair.name] = search.polish(search.grown(pair), [pair.point])
         if best.score - pair.score > PAIR_MARGIN and (lack(best) or not lack(pair)):
             best = pair
     return best, 'unknown' if lack(best) else 'effect'

@@ -30,7 +30,7 @@ TOP_ORDERS = 4  # where the motor is driven: what is made small is jagged, a gai
 # The same on the other side: the torque of a motor whose motion is put in shows their sum.
 SIDES = {'motor_coulomb': 'arm_coulomb', 'motor_viscous': 'arm_viscous',
          'arm_coulomb': 'motor_coulomb', 'arm_viscous': 'motor_viscous'}
-EXCHANGED = 2
+EXCHANGED = 3
 RACE = ((0.25, 6), (0.5, 4), (1.0, 3))  # share of the windows fitted, pairs that go on from there
 
 
@@ -57,23 +57,44 @@ def find_pairs(search, firsts):
     a linearised search over all of them. Many start on the beginnings of the windows, few arrive
     at whole ones.
     """
-    racing = _proposed(search, firsts)
+    chosen = _raced(search, _proposed(search, firsts))
+    if not chosen:
+        return []
+    search.settle(chosen)
+    best = min((search.fitted[n] for n in chosen), key=lambda f: f.score)
+    exchanged = _raced(search, _exchanged(search, best))
+    search.settle(list({best.name, *exchanged} & set(search.fitted)))
+    chosen = sorted({n for n in (*chosen, *exchanged) if n in search.fitted},
+                    key=lambda n: search.fitted[n].score)
+    _backward(search, search.fitted[chosen[0]])
+    return chosen
+
+
+def _raced(search, racing):
+    """
+    Run pairs [(Candidate, Point at its start on the beginnings)] against each other.
+
+    Those that arrive join search.fitted where they are better; returns their names.
+    """
     begun = RACE[0][0]
     for share, kept in RACE:
         data = fitting.shortened(search.long, share)
         racing = search.map(partial(_run_on, search, data, share > begun), racing, 'pairs')
         best = {}
-        for joint, point in sorted(racing, key=lambda r: search.score(data, *r)):
+        # Of starts of one pair all windows tell: where an effect shows in few of them, all of its
+        # starts are alike to the others.
+        every = np.ones(len(data.windows))
+        for joint, point in sorted(racing, key=lambda r: fitting.objective(*r, every)):
             best.setdefault(_key(joint.ids), (joint, point))
-        racing = list(best.values())[:kept]
-    if not racing:
-        return []
-    chosen = [search.as_fitted(*r) for r in racing]
-    search.fitted.update((f.name, f) for f in chosen)
-    search.settle([f.name for f in chosen])
-    chosen = _exchanged(search, [search.fitted[f.name] for f in chosen])
-    _backward(search, min(chosen, key=lambda f: f.score))
-    return sorted((f.name for f in chosen), key=lambda n: search.fitted[n].score)
+        racing = sorted(best.values(), key=lambda r: search.score(data, *r))[:kept]
+    names = []
+    for fitted in (search.as_fitted(*r) for r in racing):
+        known = [search.fitted.pop(n) for n in search.ranked(2)
+                 if _key(search.fitted[n].candidate.ids) == _key(fitted.candidate.ids)]
+        fitted = min([*known, fitted], key=lambda f: f.score)
+        search.fitted[fitted.name] = fitted
+        names.append(fitted.name)
+    return names
 
 
 def _proposed(search, firsts):
@@ -119,7 +140,15 @@ def _run_on(search, data, further, pair):
         point = fitting.Point(point.z, point.states, point.memory)
         point.states, _ = fitting.solve_states(data, joint.model(point.z), point.states,
                                                point.memory, np.arange(len(data.windows)))
-    return joint, fitting.fit(data, joint, point, 6, robust=True, refresh=(0, 1, 2, 4))
+    point = fitting.fit(data, joint, point, 6, robust=True, refresh=(0, 1, 2, 4))
+    if not further:
+        again = fitting.copied(point)
+        again.states = fitting.grown_states(
+            data, joint.model(point.z), point.memory, np.arange(len(data.windows)),
+            search.half_gap)
+        fitting.fit(data, joint, again, 6, robust=True, refresh=(0, 1, 2, 4))
+        point = min(point, again, key=lambda p: search.score(data, joint, p))
+    return joint, point
 
 
 def _key(ids):
@@ -178,35 +207,38 @@ def _screened(search):
     return [parts for _, parts in sorted(found.values(), key=lambda v: -v[0])]
 
 
-def _exchanged(search, chosen):
+def _exchanged(search, pair):
     """
-    Return `chosen` and what the best of them became with one effect exchanged.
+    Return `pair` with one effect exchanged, as proposals for a race.
 
-    For what imitates it best: on the way to a pair one effect had to bear what was the other's.
+    For what imitates it best, what the other one lacks most, or another order of its own: on the
+    way to a pair one effect had to bear what was the other's.
     """
-    pair = min(chosen, key=lambda f: f.score)
-    jobs = []
+    data = fitting.shortened(search.long, RACE[0][0])
+    every = np.arange(len(data.windows))
     separations = isolate.separations(search, pair)
+    jobs = []
     for i, name in enumerate(pair.candidate.ids):
+        kept = _alone(search, pair, 1 - i)
+        base, point = kept.candidate, fitting.Point(kept.point.z, None, kept.point.memory.copy())
+        point.states = fitting.grown_states(data, base.model(point.z), point.memory, every,
+                                            search.half_gap)
+        data.evaluate(base, point)
+        gains = _gains(search, data, base, point)
         _, left = separations[name]
-        for other in sorted(left, key=left.get)[:EXCHANGED]:
-            order = search.found_orders(other)[0] if other in PERIODIC else None
+        names = [*sorted(left, key=left.get)[:EXCHANGED],
+                 *sorted(gains, key=lambda n: -gains[n][0][0])[:EXCHANGED]]
+        options = [(other, gains[other][0][1]) for other in dict.fromkeys(names)
+                   if other != name and other in gains]
+        if name in PERIODIC:
+            options += [(name, order) for _, order in gains[name]
+                        if order != pair.candidate.orders[i]][:EXCHANGED]
+        for other, order in options:
             for second in search.starts.candidates(other, order):
-                jobs.append((1 - i, second))
-    found = [f for f in search.map(lambda job: _with_other(search, pair, *job), jobs, 'pairs')
-             if f.score < pair.score]
-    for fitted in sorted(found, key=lambda f: f.score)[:1]:
-        fitted = search.fitted[fitted.name] = search.polish(fitted, [pair.point])
-        chosen = [*(f for f in chosen if f.name != fitted.name), fitted]
-    return chosen
-
-
-def _with_other(search, pair, kept, second):
-    """Return the Fitted of the effect number `kept` of `pair` with the Candidate `second`."""
-    first = _alone(search, pair, kept)
-    joint = search.starts.joint([(first.candidate, first.point.z), (second, second.start())])
-    point = fitting.copied(pair.point, _with_nuisances(search, joint, pair.point))
-    return search.as_fitted(joint, fitting.fit(search.long, joint, point, 6, robust=True))
+                joint = search.starts.joint([(base, point.z), (second, second.start())])
+                jobs.append((joint, fitting.copied(
+                    point, _with_nuisances(search, joint, pair.point))))
+    return jobs
 
 
 def _alone(search, pair, i):
