@@ -42,6 +42,7 @@ LOOSE = 0.2          # of the torque: more that lasts and is not explained is an
 QUANTISED = 0.5      # step of a lattice over sigma, from which on rounding matters
 ROUGH = 2.0          # the same, from which on it is no white noise any more
 ROUGH_LACK, ROUGH_MARGIN = 0.2, 250.0  # then: LACK and MARGIN of bursts
+SHARE = 0.5          # of what bursts explain, from which on one effect is a part of the answer
 ON_FLOOR, QUIET_SHARE = 1.12, 0.35
 TWINS = ('torque_offset', 'coulomb_asymmetry')
 ARM_TWINS = ('arm_viscous', 'arm_coulomb', 'arm_inertia', 'load_torque')
@@ -252,7 +253,15 @@ def decide(search, rough=False):
     margin = (ROUGH_MARGIN if rough else MARGIN) + max(0.0, everywhere(search, best))
     if burst is not None and gain(search, burst) > margin and not lack(burst):
         search.fitted['disturbance'] = burst
-        return burst, 'effect'
+        if everywhere(search, best) < SHARE * gain(search, burst):
+            return burst, 'effect'
+        # One effect explains most of the bursts: two may explain them all, with less freedom.
+        pairs = find_pairs(search, singles[:2])
+        pair = search.fitted[pairs[0]] if pairs else best
+        if lack(pair) or everywhere(search, pair) < gain(search, burst):
+            return burst, 'effect'
+        del search.fitted['disturbance']
+        return pair, 'effect'
     if not convincing(search, best):
         return none, 'unknown' if lack(none) else 'none'
     if lack(best) and not search.noisy:

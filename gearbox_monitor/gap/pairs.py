@@ -85,7 +85,8 @@ def _raced(search, racing):
         # starts are alike to the others.
         every = np.ones(len(data.windows))
         for joint, point in sorted(racing, key=lambda r: fitting.objective(*r, every)):
-            best.setdefault(_key(joint.ids), (joint, point))
+            orders = tuple(sorted(joint.orders.values()))
+            best.setdefault((_key(joint.ids), orders), (joint, point))
         racing = sorted(best.values(), key=lambda r: search.score(data, *r))[:kept]
     names = []
     for fitted in (search.as_fitted(*r) for r in racing):
@@ -231,8 +232,12 @@ def _exchanged(search, pair):
         options = [(other, gains[other][0][1]) for other in dict.fromkeys(names)
                    if other != name and other in gains]
         if name in PERIODIC:
-            options += [(name, order) for _, order in gains[name]
-                        if order != pair.candidate.orders[i]][:EXCHANGED]
+            at_pair = search.long.evaluate(base, kept.point)
+            whole = search.gains(search.long, base, at_pair, [name], ORDERS)
+            orders = [*(order for _, order in gains[name][:EXCHANGED]),
+                      *sorted(ORDERS, key=lambda n: -whole[name, n])[:EXCHANGED]]
+            options += [(name, order) for order in dict.fromkeys(orders)
+                        if order != pair.candidate.orders[i]]
         for other, order in options:
             for second in search.starts.candidates(other, order):
                 joint = search.starts.joint([(base, point.z), (second, second.start())])

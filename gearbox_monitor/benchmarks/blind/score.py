@@ -29,6 +29,7 @@ PLACES = {'torque_offset': {'motor_side', 'actuator'},
           'encoder_offset': {'arm_sensor', 'motor_sensor'}}
 NO_CLOSURE = {'disturbance', *draw.QUANTISATION}
 CLOSE = 0.05            # of a closed fraction
+SIGMA_NEAR = 0.02
 CLEAR_GAP = 1.03        # of the true gap before: above, a closed fraction must be given
 FRESH_WINDOWS = 24      # of a new motion, on which an interval is checked
 IMITABLE = 40.0         # left by the best imitator, in units of 2 log likelihood
@@ -152,19 +153,20 @@ def closures(label, verdict, recording, fresh=True):
     if not label['ids'] or set(label['ids']) & NO_CLOSURE or set(label['ids']) & set(
             plant.OUTSIDE) or label['exclude']:
         return out
-    before = evidence.gap(_held_out_chi2(label['told'], [], recording, label['sigma'], label))
-    after = evidence.gap(_held_out_chi2(label['truth'], label['effects'], recording,
-                                        label['sigma'], label, True))
-    out['before'], out['true'] = before, evidence.closed(before, after)
     verdict = verdict or {}
+    # In units of the noise that the verdict found: what is compared are models. How well the noise
+    # was found is judged by itself.
+    sigma = verdict.get('sigma') or label['sigma']
+    before = evidence.gap(_held_out_chi2(label['told'], [], recording, sigma, label))
+    after = evidence.gap(_held_out_chi2(label['truth'], label['effects'], recording, sigma,
+                                        label, True))
+    out['before'], out['true'] = before, evidence.closed(before, after)
     out['reported'], out['interval'] = verdict.get('closed_fraction'), verdict.get(
         'closed_fraction_ci')
     model = reported_model(label, verdict) if verdict.get('verdict') == 'effect' else None
     if model is not None and out['reported'] is not None:
-        sigma = verdict.get('sigma') or label['sigma']
         again = evidence.gap(_held_out_chi2(*model, recording, sigma, label))
-        first = evidence.gap(_held_out_chi2(label['told'], [], recording, sigma, label))
-        out['recomputed'] = evidence.closed(first, again)
+        out['recomputed'] = evidence.closed(before, again)
         out['recomputed_after'] = again
         if fresh and out['interval']:
             out['fresh'] = fresh_closure(label, model)
@@ -238,6 +240,16 @@ def _main_bars(bars, rows, stress):
         bars.share('outside located', [r['located'] for r in outside], 0.75)
         bars.share('known called unknown', [r['unknown'] for r in singles], high=0.04)
     _closure_bars(bars, [r for r in rows if r['class'] in ('single', 'pair')], prefix)
+    bars.share(f'{prefix}sigma within 2 %', [r['sigma_off'] <= SIGMA_NEAR for r in rows
+                                             if r['sigma_off'] is not None])
+
+
+def _sigma_off(label, verdict):
+    """Return the relative error of the noise that was found, None with steps of an encoder."""
+    found = (verdict or {}).get('sigma')
+    if not found or any('quantisation' in i for i in label['ids']):
+        return None
+    return float(np.abs(np.array(found) / label['sigma'] - 1.0).max())
 
 
 def score(labels, verdicts, read, seconds=None, fresh=True, progress=lambda done, total: None,
@@ -260,6 +272,7 @@ def score(labels, verdicts, read, seconds=None, fresh=True, progress=lambda done
                'seconds': (seconds or {}).get(name), **judge(label, verdict)}
         recording = read(name)
         row['closure'] = closures(label, verdict, recording, fresh)
+        row['sigma_off'] = _sigma_off(label, verdict)
         row['left'] = None
         if label['class'] in ('loo', 'outside') and imitator is not None:
             found = imitator(label, recording)
