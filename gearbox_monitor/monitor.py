@@ -21,6 +21,7 @@ The live node, replay and the tests call the same `Monitor`, sample by sample (`
 from collections import deque
 from dataclasses import dataclass, replace
 import json
+import math
 
 import numpy as np
 
@@ -31,7 +32,7 @@ from gearbox_monitor.drive.effects import ARM_LOADS, not_in_filters
 from gearbox_monitor.drive.model import model_from_dict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters import FILTERS
-from gearbox_monitor.filters.process import markers, pack, state_names, TAU_K, X2, X4
+from gearbox_monitor.filters.process import markers, P0, pack, state_names, TAU_K, X2, X4
 from gearbox_monitor.filters.record import predicted, record_size
 from gearbox_monitor.filters.smoother import (
     N_SMOOTHED, S_TWIST, S_TWIST_RATE, S_TWIST_RATE_STD, S_TWIST_STD, S_X2, S_X4)
@@ -622,7 +623,8 @@ class Monitor:
         states = np.ascontiguousarray(recent.stack(columns))
         shares = observability.information_share(
             states, recent[stream.E_DT], np.ascontiguousarray(seen), packed)
-        return observability.check(dict(zip(self.names, shares.tolist())),
+        stated = float(np.median(recent[stream.E_STD + TAU_K])) / math.sqrt(packed[P0 + TAU_K])
+        return observability.check(dict(zip(self.names, shares.tolist())), stated,
                                    observability.paper(states[-1], seen[-1], packed))
 
     def _check_prediction_error(self, recent, stamp_ns):

@@ -21,9 +21,10 @@ import yaml
 
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.write import BagWriter
-from gearbox_monitor.check import stamps
+from gearbox_monitor.check import parts, stamps
 from gearbox_monitor.check.examine import examine
 from gearbox_monitor.check.line import BAD, OK, PURPOSES, WARN
+from gearbox_monitor.cli import check
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.drive.excitation import Excitation
 from gearbox_monitor.drive.model import DriveModel
@@ -33,6 +34,7 @@ from gearbox_monitor.monitor import Samples
 from gearbox_monitor.parameters import defaults, ESTIMATOR
 
 MODEL = DriveModel()
+PARAMETERS = {**defaults(ESTIMATOR), 'drift_window': 5.0}
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 T0 = 1_700_000_000_000_000_000
 N = 31000
@@ -60,7 +62,7 @@ def changed(samples, **fields):
 
 def judged(samples, model=MODEL, **parameters):
     """Return ({(group, name): Line}, {purpose: Verdict})."""
-    found = examine(samples, {**defaults(ESTIMATOR), 'drift_window': 5.0, **parameters}, model)
+    found = examine(samples, {**PARAMETERS, **parameters}, model)
     return ({(line.group, line.name): line for line in found.lines},
             {purpose: verdict for purpose, (verdict, _) in found.suits.items()})
 
@@ -201,6 +203,30 @@ def test_clock_takes_what_is_later_than_all_before():
         judged(Samples(stamp[:9], np.zeros((9, 2)), np.zeros((9, 2))))
 
 
+def test_a_fault_in_any_part_counts_and_a_part_at_rest_spoils_nothing(sound):
+    def part(begin, end, spoil=None):
+        some = Samples(*(getattr(sound, name)[begin:end] for name in ('stamp_ns', 'u', 'y')))
+        return examine(spoil(some) if spoil else some, PARAMETERS, MODEL)
+
+    def at_rest(s):
+        noise = np.random.default_rng(0).normal(0.0, 5e-3, s.y.shape)
+        return changed(s, u=np.zeros_like(s.u), y=s.y[0] + noise)
+
+    def stuck(s):
+        y = s.y.copy()
+        y[2000:3000, 1] = y[2000, 1]
+        return changed(s, y=y)
+
+    good = [part(0, 11000), part(11000, 21000, at_rest)]
+    assert good[1].suits['estimation'][0] == BAD
+    found = parts.joined(good, 5.0)
+    assert found.suits['estimation'][0] == good[0].suits['estimation'][0] == OK
+    assert found.seconds == pytest.approx(20.999)
+    bad = parts.joined([*good, part(21000, 31000, stuck)], 5.0)
+    line = next(line for line in bad.lines if line.name == 'sticks')
+    assert line.verdict() == BAD and '(part from 21 s on)' in line.figure
+
+
 # ---------------------------------------------------------------------- command line
 
 
@@ -245,6 +271,22 @@ def test_command(bags, tmp_path, capsys):
     data = json.loads(capsys.readouterr().out)
     line = next(line for line in data['lines'] if line['name'] == 'motor and arm')
     assert line['verdict'] == 'bad' and 'gear_ratio' in line['advice']
+
+
+def test_command_with_a_long_recording(bags, monkeypatch, capsys):
+    words = ['check', str(bags / 'geared'), '--motor-joint', 'm', '--arm-joint', 'a', '--model',
+             str(bags / 'geared.yaml'), '--json', '-']
+    main(words)
+    whole = json.loads(capsys.readouterr().out)
+    monkeypatch.setattr(check, 'SAMPLES', 5000)
+    monkeypatch.setattr(check, 'WINDOWS', 0)
+    main(words)
+    parts = json.loads(capsys.readouterr().out)
+    assert parts['notes'] == ['judged in 2 parts: a line shows the one in which it is worst, of '
+                              'equal ones the first']
+    assert [line['name'] for line in parts['lines']] == [line['name'] for line in whole['lines']]
+    length = next(line for line in parts['lines'] if line['name'] == 'length')
+    assert length['values']['duration_s'] == pytest.approx(11.999)
 
 
 def test_command_with_one_joint(bags, capsys):

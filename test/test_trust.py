@@ -124,7 +124,7 @@ def judge(shares, tau_arm=None):
     named = {'tau_k': shares[4], 'x3': shares[2]}
     if tau_arm is not None:
         named['tau_arm'] = tau_arm
-    return observability.check(named, {})
+    return observability.check(named, 0.2, {})
 
 
 def test_standstill_hides_the_speed_not_the_torque(moving):
@@ -145,6 +145,23 @@ def test_standstill_hides_the_speed_not_the_torque(moving):
     finding = judge(both, both[5])
     assert finding.level == Level.OK and 'standstill' in finding.message
     assert 'load' not in finding.message and 'load' in judge(both, 0.9).message
+
+
+@pytest.mark.parametrize('lost', [0, 1], ids=['motor', 'arm'])
+def test_lost_encoder_under_an_unknown_load_with_precise_encoders(lost):
+    """100 ms of an exact model would see tau_K there; what the filter states does not."""
+    noise = Noise((0.0, 0.0, 0.4, 0.4), (5e-5, 5e-5))
+    data = samples(16.0, DriveModel(), noise)
+    data.y[6000:, lost] = np.nan
+    monitor = Monitor(DriveModel(), {'r_std_motor': 5e-5, 'r_std_arm': 5e-5})
+    for begin, level in ((0, Level.OK), (6000, Level.ERROR)):
+        end = begin + 6000 if begin == 0 else 16000
+        monitor.run(Samples(data.stamp_ns[begin:end], data.u[begin:end], data.y[begin:end]))
+        found = monitor.findings['observability']
+        assert found.level == level
+    assert found.values['information_share_tau_k'] < observability.UNTRUSTED
+    assert found.values['stated_share_tau_k'] > found.values['stated_share_threshold']
+    assert 'no better known' in found.message
 
 
 def test_condition_of_the_papers_jacobian(moving):

@@ -37,6 +37,7 @@ from gearbox_monitor.jit import KERNELS
 from gearbox_monitor.monitor import Estimates, Monitor, Samples, SnapshotError
 from gearbox_monitor.parameters import ESTIMATOR
 
+_NOTHING = Samples(np.empty(0, np.int64), *np.empty((2, 0, 2)))
 KEEP_GOING = ('period', 'baseline')  # snapshots that do not touch the state
 
 
@@ -130,6 +131,26 @@ def read_recording(reader, motor_joint, arm_joint, gear_ratio, topic):
     states = reader.joint_states(topic, (motor_joint, arm_joint))
     samples, log_ns = samples_of(states, gear_ratio)
     return Recording(samples, log_ns, topic, topic.rsplit('/', 1)[0])
+
+
+def sample_parts(reader, topic, decode, gear_ratio, least, progress):
+    """
+    Yield the Samples of `topic` in parts of `least` samples; the last one has up to twice as many.
+
+    decode: cdr.Decoder of the joints motor and arm. A part begins with the last sample of the one
+    before: what lies between them belongs to it. progress(count): so many messages were read.
+    """
+    held, count = [_NOTHING], 0
+    for block in reader.blocks([topic]):
+        samples, _ = samples_of(decode(block), gear_ratio)
+        held.append(samples)
+        count += len(samples.stamp_ns)
+        progress(len(block))
+        while count >= 2 * least:
+            whole = _joined(held)
+            yield _some(whole, 0, least)
+            held, count = [_some(whole, least - 1, count)], count - least + 1
+    yield _joined(held)
 
 
 def samples_of(states, gear_ratio):
@@ -236,7 +257,7 @@ class Player:
 
     def _nothing(self):
         """Return Estimates of no sample."""
-        return self.monitor.run(Samples(np.empty(0, np.int64), *np.empty((2, 0, 2))))
+        return self.monitor.run(_NOTHING)
 
     def _require_joints(self):
         """Raise InputError unless both joints are there; seldom takes more than a block."""
@@ -335,8 +356,7 @@ class Kept:
 
     def __init__(self, player):
         self._player = player
-        nothing = Samples(np.empty(0, np.int64), *np.empty((2, 0, 2)))
-        self._samples, self._log_ns = [nothing], [np.empty(0, np.int64)]
+        self._samples, self._log_ns = [_NOTHING], [np.empty(0, np.int64)]
         self._estimates = []
 
     def add(self, part):

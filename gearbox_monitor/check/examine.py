@@ -31,10 +31,16 @@ WIRING = ('sign', 'swapped', 'units', 'implausible')
 
 @dataclass(frozen=True)
 class Examined:
-    """The Lines of a recording; suits {purpose: (Verdict, names of the lines that decide it)}."""
+    """
+    The Lines of a recording; suits {purpose: (Verdict, names of the lines that decide it)}.
+
+    begin: its first usable stamp, seconds: from there to the last one, s.
+    """
 
     lines: tuple
     suits: dict
+    begin: float
+    seconds: float
 
 
 def examine(samples, parameters, model=None):
@@ -57,8 +63,14 @@ def examine(samples, parameters, model=None):
     if any(part.measured):
         lines += _moved(samples, found, part, parameters, model)
     lines += _diagnosis(samples, model)
-    lines.sort(key=lambda line: GROUPS.index(line.group))
-    return Examined(tuple(lines), {purpose: _suits(lines, purpose) for purpose in PURPOSES})
+    return examined(lines, float(samples.stamp_ns[found.kept][0]) * 1e-9, found.duration)
+
+
+def examined(lines, begin, seconds):
+    """Return the Examined of `lines`, in the order of their groups; begin, seconds: as there."""
+    lines = sorted(lines, key=lambda line: GROUPS.index(line.group))
+    return Examined(tuple(lines), {purpose: _suits(lines, purpose) for purpose in PURPOSES},
+                    begin, seconds)
 
 
 def _moved(samples, found, part, parameters, model):

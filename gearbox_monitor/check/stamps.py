@@ -81,7 +81,7 @@ def lines(stamps, found, max_gap, drift_window):
     max_gap, drift_window (s): the estimator's parameters of that name.
     """
     return [_order(stamps, found), _rate(found), _jitter(found), _gaps(found, max_gap),
-            _length(found, drift_window)]
+            length(found.duration, drift_window)]
 
 
 def _order(stamps, found):
@@ -148,16 +148,17 @@ def _gaps(found, max_gap):
                 hurts(worst, worst, BAD if share > MAX_REPAIRED else worst), values)
 
 
-def _length(found, drift_window):
-    windows = int(found.duration / drift_window)
-    estimation = OK if found.duration >= LENGTH else WARN
+def length(seconds, drift_window):
+    """Return the Line on a recording of so many `seconds`; drift_window (s): the estimator's."""
+    windows = int(seconds / drift_window)
+    estimation = OK if seconds >= LENGTH else WARN
     drift = BAD if windows < DRIFT_WINDOWS[0] else WARN if windows < DRIFT_WINDOWS[1] else OK
-    diagnosis = BAD if found.duration < MIN_DURATION * 0.999 else \
-        WARN if found.duration < SHORT else OK
+    diagnosis = BAD if seconds < MIN_DURATION * 0.999 else \
+        WARN if seconds < SHORT else OK
     advice = []
     if drift:
         advice.append(f'for drift record {DRIFT_WINDOWS[1]} windows of {drift_window:g} s or more')
     if diagnosis or estimation:
         advice.append('for all else 10 s or more')
-    return Line(_GROUP, 'length', f'{found.duration:.4g} s', '; '.join(advice),
-                hurts(estimation, drift, diagnosis), {'duration_s': found.duration})
+    return Line(_GROUP, 'length', f'{seconds:.4g} s', '; '.join(advice),
+                hurts(estimation, drift, diagnosis), {'duration_s': seconds})

@@ -175,11 +175,11 @@ def _columns(part, moved, i):
         twist = light.p[:, 0] - light.p[:, 1]
         bends = np.quantile(twist[::max(1, len(twist) // ROWS)], np.linspace(0.02, 0.98, HINGES))
         bent += [np.maximum(twist - bend, 0.0) for bend in (twist.min(), *bends)]
-    bent = low_pass(np.column_stack(bent), moved.width)
-    same = slice(light.width, light.width + len(bent))  # samples of the recording
+    bent = [low_pass(column, moved.width) for column in bent]
+    same = slice(light.width, light.width + len(bent[0]))  # samples of the recording
     straight = [moved.u, moved.a[:, i], moved.v[:, i], moved.p[:, i]]
     straight += [moved.v[:, 1]] if two else []
-    return [*(column[same] for column in straight), *bent.T]
+    return [*(column[same] for column in straight), *bent]
 
 
 def _blocks(count, dt, width):

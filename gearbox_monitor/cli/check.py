@@ -34,17 +34,17 @@ from pathlib import Path
 import sys
 import textwrap
 
-import numpy as np
+from tqdm import tqdm
 
 from gearbox_monitor.bag.inputs import find_input
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import read_recording, read_snapshots
-from gearbox_monitor.check.examine import examine
+from gearbox_monitor.bag.replay import read_snapshots, sample_parts
+from gearbox_monitor.check.examine import examine, Examined
 from gearbox_monitor.check.line import BAD, OK, PURPOSES, WARN
+from gearbox_monitor.check.parts import joined, SAMPLES, WINDOWS
 from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters
-from gearbox_monitor.monitor import Samples
 from gearbox_monitor.parameters import checked, ESTIMATOR, SETTINGS, with_values
 from gearbox_monitor.report.words import on_axis
 
@@ -82,15 +82,11 @@ def run(args):
         found = find_input(reader, args.topic)
         topic = found.topic
         model, parameters = _known(args, reader, found)
-        samples, notes = _samples(reader, topic, model, parameters)
+        found, notes, there = _examined(reader, topic, model, parameters)
         data = {'bag': str(args.bag), 'topic': topic,
-                'joints': {'there': list(reader.joint_names(topic)),
-                           'motor': parameters['motor_joint'], 'arm': parameters['arm_joint']},
+                'joints': {'there': there, 'motor': parameters['motor_joint'],
+                           'arm': parameters['arm_joint']},
                 'model': model is not None, 'topics': _topics(reader), 'notes': notes}
-        try:
-            found = examine(samples, parameters, model)
-        except InputError as error:
-            raise InputError(f'{args.bag}: {topic}: {error}') from None
     axis = model.axis if model is not None else 'rotary'
     data['lines'] = [{
         'group': line.group, 'name': line.name,
@@ -127,20 +123,39 @@ def _known(args, reader, found):
     return model and changed, checked(ESTIMATOR, values, args.params or str(reader.path))
 
 
-def _samples(reader, topic, model, parameters):
-    """Return (Samples, notes); an arm joint that no message names was never measured."""
+def _examined(reader, topic, model, parameters):
+    """Return (Examined, notes, joints that are there) of a recording, judged part by part."""
     motor, arm = parameters['motor_joint'], parameters['arm_joint']
-    ratio = model.gear_ratio if model is not None else 1.0
-    there = reader.joint_names(topic)
+    decode, found = reader.decoder(topic, (motor, arm)), []
+    with tqdm(total=reader.topics[topic][1], desc='check', unit=' samples', unit_scale=True,
+              disable=None, leave=False) as bar:
+        for samples in sample_parts(reader, topic, decode, model.gear_ratio if model else 1.0,
+                                    _least(reader, topic, parameters), bar.update):
+            if motor in decode.there:
+                try:
+                    found.append(examine(samples, parameters, model))
+                except InputError as error:
+                    found.append(error)
+    reader.require_joints(topic, [motor], decode.there)
+    judged = [part for part in found if isinstance(part, Examined)]
+    if not judged:
+        raise InputError(f'{reader.path}: {topic}: {found[0]}')
     notes = [reader.notice] if reader.notice else []
-    if arm in there or motor not in there:
-        return read_recording(reader, motor, arm, ratio, topic).samples, notes
-    alone = read_recording(reader, motor, motor, ratio, topic).samples
-    nothing = np.full(len(alone.stamp_ns), np.nan)
-    notes.append(f'{topic} has no joint {arm!r}, only {", ".join(there)}: name it with '
-                 '--arm-joint')
-    return Samples(alone.stamp_ns, np.column_stack([alone.u[:, 0], nothing]),
-                   np.column_stack([alone.y[:, 0], nothing])), notes
+    notes += [f'part {k} of {len(found)} is not judged: {part}'
+              for k, part in enumerate(found, 1) if isinstance(part, InputError)]
+    if len(found) > 1:
+        notes.append(f'judged in {len(found)} parts: a line shows the one in which it is worst, '
+                     'of equal ones the first')
+    if arm not in decode.there:  # it was never measured
+        notes.append(f'{topic} has no joint {arm!r}, only {", ".join(decode.there)}: name it with '
+                     '--arm-joint')
+    return joined(judged, parameters['drift_window']), notes, list(decode.there)
+
+
+def _least(reader, topic, parameters):
+    """Return how many samples a part of a recording has at least."""
+    rates = {row['topic']: row['rate_hz'] or 0.0 for row in _topics(reader)}
+    return max(SAMPLES, int(WINDOWS * parameters['drift_window'] * rates[topic]))
 
 
 def _topics(reader):

@@ -13,13 +13,16 @@
 # limitations under the License.
 
 """What is fitted: nuisance values of the model and parameters of effects, as coordinates."""
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import math
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Values
 from gearbox_monitor.drive.effects import EFFECTS, library, MAX_DELAY
 from gearbox_monitor.drive.model import DriveModel, Transmission
+from gearbox_monitor.gap.recording import Recording
 
 # Values of the model that scatter with its tolerance: name in a verdict -> field.
 NUISANCES = {'m1': 'motor_inertia', 'm2': 'arm_inertia', 'D': 'damping',
@@ -70,31 +73,31 @@ class Candidate:
     """
 
     nominal: DriveModel
-    ids: tuple
-    coordinates: tuple
-    orders: dict = field(default_factory=dict)
+    ids: tuple[str, ...]
+    coordinates: tuple[Coordinate, ...]
+    orders: dict[int, int] = field(default_factory=dict)
 
     @property
-    def name(self):
+    def name(self) -> str:
         """Ids joined by '+', 'none' without any."""
         return '+'.join(self.ids) or 'none'
 
     @property
-    def n_effect(self):
+    def n_effect(self) -> int:
         """Number of free parameters of the effects; N counts."""
         return sum(c.owner >= 0 for c in self.coordinates) + len(self.orders)
 
-    def start(self):
+    def start(self) -> Array:
         """Return the coordinates' start [P]."""
         return np.array([math.log(c.start) if c.log else c.start for c in self.coordinates])
 
-    def bounded(self, z):
+    def bounded(self, z: Array) -> Array:
         """Return z [P] within the bounds."""
         low = [math.log(max(c.low, 1e-300)) if c.log else c.low for c in self.coordinates]
         high = [math.log(c.high) if c.log else c.high for c in self.coordinates]
         return np.clip(z, low, high)
 
-    def at_bound(self, z):
+    def at_bound(self, z: Array) -> list[str]:
         """Return the names of the effects' coordinates that sit at a bound that is finite."""
         moved = self.bounded(z)
         out = []
@@ -105,23 +108,24 @@ class Candidate:
                 out.append(f'{self.ids[c.owner]}.{c.name}')
         return out
 
-    def steps(self):
+    def steps(self) -> Array:
         """Return the steps [P] of finite differences."""
         return np.array([4e-3 if c.log else 4e-3 * c.scale for c in self.coordinates])
 
-    def prior(self, z):
+    def prior(self, z: Array) -> tuple[Array, Array]:
         """Return (pull [P], weight [P]) of the Gaussian prior on z [P]."""
         weight = np.array([c.prior ** -2 if c.prior else 0.0 for c in self.coordinates])
         return weight * (z - self.start()), weight
 
-    def penalty(self, z):
+    def penalty(self, z: Array) -> float:
         """Return -2 log of the prior at z."""
         pull, _ = self.prior(z)
         return float(pull @ (z - self.start()))
 
-    def values(self, z):
+    def values(self, z: Array) -> tuple[dict[str, float], list[dict[str, float]]]:
         """Return (relative nuisances {name: factor - 1}, [{parameter: value} per effect])."""
-        nuisances, given = {}, [{} for _ in self.ids]
+        nuisances: dict[str, float] = {}
+        given: list[dict[str, float]] = [{} for _ in self.ids]
         for c, v in zip(self.coordinates, z):
             v = math.exp(v) if c.log else float(v)
             if c.owner < 0:
@@ -130,21 +134,22 @@ class Candidate:
                 given[c.owner][c.name] = v
         for i, (name, values) in enumerate(zip(self.ids, given)):
             if name in PHASED:
-                s, c = values.pop('As'), values.pop('Ac')
+                sine, cosine = values.pop('As'), values.pop('Ac')
                 if name in PERIODIC:
-                    values.update(A=math.hypot(s, c), N=self.orders[i], phi=math.atan2(c, s))
+                    values.update(A=math.hypot(sine, cosine), N=self.orders[i],
+                                  phi=math.atan2(cosine, sine))
                 else:
-                    values.update(A=math.hypot(s, c), phi=math.atan2(c, s))
+                    values.update(A=math.hypot(sine, cosine), phi=math.atan2(cosine, sine))
         return nuisances, given
 
-    def model(self, z):
+    def model(self, z: Array) -> DriveModel:
         """Return the DriveModel at z [P]."""
         nuisances, given = self.values(z)
         return with_effects(scaled(self.nominal, nuisances),
                             [{'id': name, **values} for name, values in zip(self.ids, given)])
 
 
-def scaled(model, nuisances):
+def scaled(model: DriveModel, nuisances: Mapping[str, float]) -> DriveModel:
     """Return `model` changed by `nuisances` {name: relative change; u0: N m; ZERO: rad}."""
     if not nuisances:
         return model
@@ -167,7 +172,7 @@ def scaled(model, nuisances):
     return replace(model, transmission=replace(model.transmission, **shape), **changes)
 
 
-def offered(model):
+def offered(model: DriveModel) -> list[str]:
     """Return the names of all values that can be fitted to the drive `model`."""
     hidden = (*RIGID_HIDES, ZERO) if model.transmission.kind == 'rigid' else ()
     # A value of 0 has no scale to move on.
@@ -176,14 +181,14 @@ def offered(model):
     return [name for name in (*values, *BY_EFFECT) if name not in hidden]
 
 
-def with_effects(model, found):
+def with_effects(model: DriveModel, found: Sequence[Values]) -> DriveModel:
     """Return `model` with `found` effects (dicts) instead of those of the same id."""
     ids = {effect['id'] for effect in found}
     kept = tuple(e for e in model.effects if e['id'] not in ids)
     return replace(model, effects=(*kept, *found))
 
 
-def replaced_value(model, name):
+def replaced_value(model: DriveModel, name: str) -> float | None:
     """Return the value of `model` that the effect `name` replaces, None when it replaces none."""
     effect = EFFECTS.get(name)
     if effect is None or not effect.replaces:
@@ -192,7 +197,7 @@ def replaced_value(model, name):
     return getattr(model.transmission if where in _SHAPE else model, where)
 
 
-def nuisances_of(model):
+def nuisances_of(model: DriveModel) -> dict[str, float]:
     """Return {name: standard deviation} of the values that scatter; ones that are 0 do not."""
     found = {}
     if model.tolerance > 0.0:
@@ -207,7 +212,7 @@ def nuisances_of(model):
 class Starts:
     """Where fits of each effect begin, in the scales of one drive and one recording."""
 
-    def __init__(self, model, recording):
+    def __init__(self, model: DriveModel, recording: Recording) -> None:
         self.model = model
         self.effects = library()
         t = model.transmission
@@ -225,23 +230,25 @@ class Starts:
             self.swing = float(np.ptp(np.percentile(position - arm, TWIST)))
             self.twist = max(self.twist, 0.5 * self.swing)
 
-    def none(self):
+    def none(self) -> Candidate:
         """Return the Candidate without effects."""
         return Candidate(self.model, (), tuple(self._nuisances(())))
 
-    def candidates(self, name, order=None):
+    def candidates(self, name: str, order: int | None = None) -> list[Candidate]:
         """Return the Candidates, one per start, of the single effect `name`."""
         starts = self._starts(name)
-        return [self._candidate((name,), [coordinates], {0: order} if name in PERIODIC else {})
+        orders = {0: order} if order is not None and name in PERIODIC else {}
+        return [self._candidate((name,), [coordinates], orders)
                 for coordinates in starts]
 
-    def joint(self, parts):
+    def joint(self, parts: Iterable[tuple[Candidate, Array]]) -> Candidate:
         """
         Return the Candidate of several effects that begins where fits of them ended.
 
         parts: [(Candidate, z)] of single effects or pairs.
         """
-        ids, groups, orders = [], [], {}
+        ids: list[str] = []
+        groups, orders = [], {}
         for candidate, z in parts:
             for i, name in enumerate(candidate.ids):
                 if i in candidate.orders:
@@ -252,13 +259,14 @@ class Starts:
                     for c, v in zip(candidate.coordinates, z) if c.owner == i])
         return self._candidate(tuple(ids), groups, orders)
 
-    def _candidate(self, ids, groups, orders):
+    def _candidate(self, ids: tuple[str, ...], groups: Sequence[Sequence[Coordinate]],
+                   orders: dict[int, int]) -> Candidate:
         coordinates = self._nuisances(ids)
         for i, group in enumerate(groups):
             coordinates += [replace(c, owner=i) for c in group]
         return Candidate(self.model, ids, tuple(coordinates), orders)
 
-    def _nuisances(self, ids):
+    def _nuisances(self, ids: Sequence[str]) -> list[Coordinate]:
         own = {EFFECTS[i].parameters[0].name for i in ids if i in EFFECTS and EFFECTS[i].replaces}
         if 'encoder_offset' in ids:
             own.add(ZERO)
@@ -272,7 +280,7 @@ class Starts:
                            math.inf if name == ZERO else 10.0, prior=r)
                 for name, r in spread.items() if name not in own]
 
-    def _starts(self, name):
+    def _starts(self, name: str) -> list[list[Coordinate]]:
         """Return lists of Coordinates (owner 0), one list per start."""
         effect = self.effects[name]
         if name not in EFFECTS:
@@ -280,7 +288,7 @@ class Starts:
                      for p, v in zip(effect.parameters, effect.starts)]]
         p = effect.parameters[0]
         if effect.replaces:
-            value = replaced_value(self.model, name)
+            value = replaced_value(self.model, name) or 0.0
             scale = {'Cv': self.torque / self.speed, 'Cc': self.friction,
                      'D': 0.1 * self.torque / self.speed}.get(p.name, value)
             scale = value if value else scale
@@ -302,10 +310,11 @@ class Starts:
 
         inf = math.inf
 
-        def one(name, start, scale, low=-inf, high=inf):
+        def one(name: str, start: float, scale: float, low: float = -inf,
+                high: float = inf) -> Coordinate:
             return Coordinate(0, name, start, scale, low, high)
 
-        def log(name, start, low, high):
+        def log(name: str, start: float, low: float, high: float) -> Coordinate:
             return Coordinate(0, name, start, start, low, high, log=True)
 
         torque, speed, friction = 0.1 * self.torque, self.speed, self.friction

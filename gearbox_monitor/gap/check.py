@@ -21,11 +21,14 @@ the recording cannot show.
 """
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Integers
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.gap.noise import noise_levels
-from gearbox_monitor.gap.recording import MIN_DURATION
+from gearbox_monitor.gap.recording import MIN_DURATION, Recording
 
 SHORT = 8.0                 # s: below it held-out windows are few
 RATES = (200.0, 4000.0)     # Hz
@@ -58,7 +61,7 @@ class Problem:
     fatal: bool
 
 
-def check(recording, model):
+def check(recording: Recording, model: DriveModel) -> list[Problem]:
     """Return the Problems (list) of a Recording of the drive DriveModel `model`."""
     problems = _rate_and_length(recording)
     if problems and problems[0].fatal:
@@ -81,7 +84,7 @@ def check(recording, model):
     return problems + _torque_limits(recording) + _motion(recording, smooth, model, sigma)
 
 
-def _rate_and_length(r):
+def _rate_and_length(r: Recording) -> list[Problem]:
     rate = 1.0 / r.dt
     if not RATES[0] * 0.99 <= rate <= RATES[1] * 1.01:
         hint = ''
@@ -100,14 +103,14 @@ def _rate_and_length(r):
 
 
 # --- each encoder for itself --------------------------------------------------------------------
-def _runs(values):
+def _runs(values: Array) -> tuple[Integers, Integers]:
     """Return (starts, lengths) of the runs of one and the same value in values [N]."""
     edges = np.flatnonzero(np.diff(values) != 0.0) + 1
     starts = np.concatenate([[0], edges])
     return starts, np.diff(np.concatenate([starts, [len(values)]]))
 
 
-def _encoders(r, model, sigma, quantum):
+def _encoders(r: Recording, model: DriveModel, sigma: Array, quantum: Array) -> list[Problem]:
     problems = []
     names = ('motor', 'arm')
     if not np.isfinite(r.y).all() or not np.isfinite(r.u).all():
@@ -130,7 +133,7 @@ def _encoders(r, model, sigma, quantum):
     return problems
 
 
-def _wrapped(r, name, y):
+def _wrapped(r: Recording, name: str, y: Array) -> list[Problem]:
     """Find jumps of one turn."""
     jump = np.diff(y)
     wraps = np.flatnonzero(np.abs(np.abs(jump) - 2 * np.pi) < 0.5)
@@ -143,18 +146,20 @@ def _wrapped(r, name, y):
         'over turns (unwrapped)', True)]
 
 
-def _play(r, model, quantum, sigma):
+def _play(r: Recording, model: DriveModel, quantum: float, sigma: float) -> float:
     """Return how far (rad) one side can go while the other stands on one and the same reading."""
     t = model.transmission
     play = 2 * (2 * t.half_gap + 2 * t.hysteresis_width) + 20 * sigma
     if model.driven_by == 'position':  # the gap may be what the model file lacks
-        play = max(play, OWN_PLAY * np.ptp(r.y, axis=0).max())
+        play = max(play, OWN_PLAY * float(np.ptp(r.y, axis=0).max()))
     if quantum > 0.0:  # may stand on one step; noise without a lattice never repeats itself
-        play += 2 * np.ptp(r.u) / max(t.stiffness, 1e-9)
+        play += 2 * float(np.ptp(r.u)) / max(t.stiffness, 1e-9)
     return play
 
 
-def _clipped(r, model, name, y, sigma, quantum, other, other_sigma, starts, lengths):
+def _clipped(r: Recording, model: DriveModel, name: str, y: Array, sigma: float, quantum: float,
+             other: Array, other_sigma: float, starts: Integers,
+             lengths: Integers) -> list[Problem]:
     """
     Find the reading that rests on its extreme value while the drive goes on.
 
@@ -179,7 +184,8 @@ def _clipped(r, model, name, y, sigma, quantum, other, other_sigma, starts, leng
     return []
 
 
-def _frozen(r, model, name, quantum, other, sigma, starts, lengths):
+def _frozen(r: Recording, model: DriveModel, name: str, quantum: float, other: Array, sigma: float,
+            starts: Integers, lengths: Integers) -> list[Problem]:
     """Find one and the same reading while the other side goes further than gap and spring."""
     play = _play(r, model, quantum, sigma)
     for k in np.flatnonzero(lengths * r.dt >= FROZEN):
@@ -194,7 +200,7 @@ def _frozen(r, model, name, quantum, other, sigma, starts, lengths):
     return []
 
 
-def _torque_limits(r):
+def _torque_limits(r: Recording) -> list[Problem]:
     """Tell of a torque command that stands on its limits, which the fit can live with."""
     high, low = r.u.max(), r.u.min()
     if high == low:
@@ -222,7 +228,7 @@ class Smooth:
     is left of the noise in p. As wide as the noise asks for.
     """
 
-    def __init__(self, recording, sigma):
+    def __init__(self, recording: Recording, sigma: Array) -> None:
         r = recording
         for half_width in HALF_WIDTHS:
             n = max(3, int(round(half_width / r.dt)))
@@ -242,7 +248,7 @@ class Smooth:
         self.noise_v = sigma * np.sqrt((kernels[1] ** 2).sum())
 
 
-def _kernels(n, dt):
+def _kernels(n: int, dt: float) -> tuple[Array, Array, Array]:
     """Return weights [2n+1] for np.convolve of smoothed value, first and second derivative."""
     s = np.arange(-n, n + 1) / (n + 1)
     w = 1.0 - s * s
@@ -258,12 +264,13 @@ def _kernels(n, dt):
 
 
 # --- channels, signs and units ------------------------------------------------------------------
-def _wiring(smooth, model):
+def _wiring(smooth: Smooth, model: DriveModel) -> list[Problem]:
     """Find the change of channels, signs or units without which the model says nothing."""
     given = misfit(smooth, model)
     if given < min(least for least, _, _ in WRONG['wiring']):
         return []
-    best, found = given, None
+    best = given
+    found: tuple[Any, ...] | None = None
     for swap, arm, torque in product((False, True), (1, -1), (1, -1)):
         value = misfit(smooth, model, swap, (1.0, float(arm)), float(torque))
         if value < best:
@@ -303,7 +310,8 @@ def _wiring(smooth, model):
                     f'stay unexplained instead of {100 * np.sqrt(given):.0f} %', True)]
 
 
-def misfit(smooth, model, swap=False, scale=(1.0, 1.0), torque=1.0):
+def misfit(smooth: Smooth, model: DriveModel, swap: bool = False,
+           scale: tuple[float, float] = (1.0, 1.0), torque: float = 1.0) -> float:
     """
     Return how far torque and positions are from the two equations of motion, in parts of |u|^2.
 
@@ -337,19 +345,19 @@ def misfit(smooth, model, swap=False, scale=(1.0, 1.0), torque=1.0):
         bent = twist - zero
         bent = bent - np.clip(bent, -gap, gap)
         moved = bent - bent.mean()
-        stiffness = (motor @ moved) / max(moved @ moved, 1e-300)
+        stiffness = (motor @ moved) / max(float(moved @ moved), 1e-300)
         stiffness = np.clip(stiffness, t.stiffness / loose, t.stiffness * loose)
         motor_off = motor - stiffness * moved
         arm_off = stiffness * (bent - loads @ (loads.T @ bent)) - arm
         best = min(best, motor_off @ motor_off + arm_off @ arm_off)
-    return float(best / max(u @ u, 1e-300))
+    return float(best / max(float(u @ u), 1e-300))
 
 
-def _sign(v, model):
+def _sign(v: Array, model: DriveModel) -> Array:
     return 2.0 / np.pi * np.arctan(model.friction_sharpness * v)
 
 
-def _wiring_text(swap, arm, torque):
+def _wiring_text(swap: bool, arm: float, torque: float) -> str:
     told = []
     if swap:
         told.append('motor and arm positions are swapped')
@@ -362,7 +370,7 @@ def _wiring_text(swap, arm, torque):
     return ' and '.join(told)
 
 
-def _unit_text(model, what, factor):
+def _unit_text(model: DriveModel, what: str, factor: float) -> str:
     """Describe `factor`, what the recording's values are times the expected ones."""
     known = [(180 / np.pi, 'in degrees'), (1000.0, 'in thousandths'), (0.5 / np.pi, 'in turns'),
              (1e-3, 'in thousands')]
@@ -391,7 +399,7 @@ def _unit_text(model, what, factor):
 
 
 # --- motion -------------------------------------------------------------------------------------
-def _motion(r, smooth, model, sigma):
+def _motion(r: Recording, smooth: Smooth, model: DriveModel, sigma: Array) -> list[Problem]:
     problems = []
     for i, name in enumerate(('motor', 'arm')):
         travel = np.ptp(smooth.p[:, i])
@@ -435,14 +443,14 @@ def _motion(r, smooth, model, sigma):
     return problems
 
 
-def _reversals(v, slow):
+def _reversals(v: Array, slow: float) -> int:
     """Return how often the speed v [M] goes from above `slow` to below -slow or back."""
     side = np.sign(v) * (np.abs(v) > slow)
     side = side[side != 0]
     return int((np.diff(side) != 0).sum())
 
 
-def _crossings(smooth, model):
+def _crossings(smooth: Smooth, model: DriveModel) -> int:
     """Return how often the twist goes from one flank of the gap to the other."""
     half_gap = model.transmission.half_gap
     twist = smooth.p[:, 0] - smooth.p[:, 1]

@@ -18,18 +18,23 @@ How far the gap closes: on windows that were not fitted, with an interval, and w
 gap: root mean square of the readings against free runs of 1 s, in standard deviations of the
 encoders; each window has its own best start. Its floor is 1.
 """
+from collections.abc import Sequence
 from dataclasses import replace
 import math
+from typing import Any, TypeAlias
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Flags
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.gap import fit as fitting
 from gearbox_monitor.gap.candidate import Candidate, NOT_FITTED, PERIODIC, PHASED, ZERO
 from gearbox_monitor.gap.driven import driven
 from gearbox_monitor.gap.noise import spectrum
 from gearbox_monitor.gap.process_noise import left_of
+from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.gap.residual import labels
-from gearbox_monitor.gap.search import Search
+from gearbox_monitor.gap.search import Fitted, Search
 from gearbox_monitor.gap.windows import N_MEMORY, Windows
 
 VISIBLE = 1.02     # gap before, from which on a closed fraction means something
@@ -40,19 +45,21 @@ COVERAGE = (5.0, 95.0)  # percentiles
 # root mean square of all n readings: times 1 / sqrt(n).
 SIGMA_ERROR = 0.3
 CARRIED = ('lugre', 'hysteresis_bouc_wen', 'hysteresis_branch')
+Figures: TypeAlias = dict[str, dict[str, float | None] | None]  # of channels, of bins
+Windowed: TypeAlias = tuple[Search, Candidate, fitting.Point]
 
 
-def gap_of(chi2, size):
+def gap_of(chi2: Array, size: int) -> float:
     """Return the gap of windows with chi2 [W] over `size` readings each."""
     return float(math.sqrt(np.mean(chi2) / size))
 
 
-def closed_of(before, after):
+def closed_of(before: float, after: float) -> float | None:
     """Return the closed fraction, None where there was no gap to speak of."""
     return (before - after) / (before - 1.0) if before >= VISIBLE else None
 
 
-def published(search, none, best=None):
+def published(search: Search, none: Fitted, best: Fitted | None = None) -> fitting.Point:
     """Return the Point of the model as published: only window states fitted."""
     if not none.candidate.coordinates:
         return none.point
@@ -72,7 +79,7 @@ def published(search, none, best=None):
     return point
 
 
-def settled(search, fitted, others):
+def settled(search: Search, fitted: Fitted, others: Sequence[fitting.Point]) -> Fitted:
     """
     Return `fitted` with the states of the held-out windows where they fit best.
 
@@ -99,7 +106,8 @@ def settled(search, fitted, others):
     return replace(fitted, point=point)
 
 
-def closure(search, none, best=None, seed=0):
+def closure(search: Search, none: Fitted, best: Fitted | None = None,
+            seed: int = 0) -> dict[str, Any]:
     """
     Return how far the Fitted `best` (None: none) closes the gap, as plain data.
 
@@ -133,7 +141,7 @@ def closure(search, none, best=None, seed=0):
             'condition': condition, 'at_bound': fitted.candidate.at_bound(fitted.point.z)}
 
 
-def left_out(search, fitted):
+def left_out(search: Search, fitted: Fitted) -> Array:
     """
     Return chi2 [W] of all long windows under coordinates that were fitted without them.
 
@@ -164,14 +172,15 @@ def left_out(search, fitted):
     return chi2
 
 
-def _noise(search, fitted):
+def _noise(search: Search, fitted: Fitted) -> Array:
     """Return the power [W] of what `fitted` leaves above the frequencies of motion, mean 1."""
     power, _, high = spectrum(search.long.parted(fitted.point.residual), search.recording.dt)
     noise = power[:, high].mean(axis=(1, 2))
     return noise / noise.mean()
 
 
-def _interval(before, after, noise, readings, random):
+def _interval(before: Array, after: Array, noise: Array, readings: int,
+              random: np.random.Generator) -> list[float]:
     """
     Return [low, high] of the closed fraction; before, after [W]: chi2 per reading.
 
@@ -191,12 +200,13 @@ def _interval(before, after, noise, readings, random):
     return np.percentile(closed, COVERAGE).tolist()
 
 
-def _parts(search, none, before, after, held):
+def _parts(search: Search, none: Fitted, before: Array, after: Array,
+           held: Flags) -> tuple[Figures, dict[str, Figures]]:
     """Return ({channel: figures}, {region: {bin: figures}}) of residuals [W, C L] in `held`."""
     before = search.long.parted(before[held]) ** 2
     after = search.long.parted(after[held]) ** 2
 
-    def figures(use):
+    def figures(use: Flags) -> dict[str, float | None] | None:
         if not use.any():
             return None
         gaps = [float(math.sqrt(power[use].mean())) for power in (before, after)]
@@ -213,7 +223,8 @@ def _parts(search, none, before, after, held):
     return channels, regions
 
 
-def standard_errors(search, fitted):
+def standard_errors(search: Search,
+                    fitted: Fitted) -> tuple[dict[str, dict[str, float]], float | None]:
     """
     Return ({id: {parameter: standard error}}, condition of the scaled normal matrix).
 
@@ -253,11 +264,12 @@ def standard_errors(search, fitted):
     return out, condition
 
 
-def _root(variance):
+def _root(variance: Any) -> float:
     return float(math.sqrt(max(variance, 0.0)))
 
 
-def validate(recording, before, after, sigma):
+def validate(recording: Recording, before: DriveModel, after: DriveModel,
+             sigma: Array) -> dict[str, Any]:
     """
     Return how two DriveModels do on a Recording that was used for nothing else.
 
@@ -279,14 +291,14 @@ def validate(recording, before, after, sigma):
                          'after': runs[1]}}
 
 
-def windowed(recording, model, sigma):
+def windowed(recording: Recording, model: DriveModel, sigma: Array) -> Windowed:
     """Return (Search, Candidate, Point) of `model` on all windows, only their states fitted."""
     search = Search(recording, replace(model, tolerance=0.0, process_torque_time=0.0), sigma, [])
     none = search.none()
     return search, none.candidate, none.point
 
 
-def cross(fits):
+def cross(fits: Sequence[Windowed]) -> None:
     """Give both models each other's window states, and memories from the window before."""
     known = [fitting.copied(point) for _, _, point in fits]
     for k, (search, candidate, point) in enumerate(fits):
@@ -301,7 +313,7 @@ def cross(fits):
         fitting.rescue(data, candidate, point, [known[1 - k]], half_gap=search.half_gap)
 
 
-def free_run(search, model, point):
+def free_run(search: Search, model: DriveModel, point: fitting.Point) -> Array:
     """Return the readings [N, 2] of one run of `model` from the states of the first window."""
     n = len(search.recording.u)
     whole = Windows(np.zeros(1, int), n, np.zeros(1, int), np.full(1, n))
@@ -309,7 +321,7 @@ def free_run(search, model, point):
     return y[0]
 
 
-def rms(recording, y):
+def rms(recording: Recording, y: Array) -> Array:
     """Return [2] rad, rms of the recording against y [N, 2]; NaN: diverges, or no such encoder."""
     with np.errstate(over='ignore', invalid='ignore'):
         found = np.sqrt(np.mean((recording.y - y) ** 2, axis=0))

@@ -13,17 +13,22 @@
 # limitations under the License.
 
 """The diagnosis: where the gap between recording and model lies, which effect, how far it goes."""
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array
 from gearbox_monitor.drive.effects import EFFECTS, library
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.gap import close, isolate, lasting, noise, residual
 from gearbox_monitor.gap.candidate import (
-    NUISANCES, nuisances_of, PHASED, replaced_value, with_effects, ZERO)
+    Candidate, NUISANCES, nuisances_of, PHASED, replaced_value, with_effects, ZERO)
 from gearbox_monitor.gap.driven import driven
 from gearbox_monitor.gap.pairs import find_pairs, forward_gains
+from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.gap.search import Fitted, Search
 
 MARGIN = 25.0        # gain in BIC of one effect over none: covers the search over some 35
@@ -57,16 +62,16 @@ class Verdict:
     model: DriveModel with the effect, None where there is none to add.
     """
 
-    data: dict
-    model: object = None
-    search: object = field(default=None, repr=False)
+    data: dict[str, Any]
+    model: DriveModel | None = None
+    search: Search | None = field(default=None, repr=False)
 
-    def to_dict(self):
+    def to_dict(self) -> dict[str, Any]:
         """Return plain data, as JSON has it."""
         return self.data
 
 
-def joined(recordings):
+def joined(recordings: Sequence[Recording]) -> Recording:
     """Return one Recording of several of one drive. Raises InputError when rates differ."""
     first = recordings[0]
     if len(recordings) == 1:
@@ -87,8 +92,10 @@ def joined(recordings):
         name=', '.join(r.name for r in recordings), cuts=tuple(np.cumsum([0, *sizes[:-1]])))
 
 
-def diagnose(recordings, model, *, validate=None, only=None, exclude=(), seed=0, jobs=1,
-             progress=None):
+def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
+             validate: Recording | None = None, only: Sequence[str] | None = None,
+             exclude: Sequence[str] = (), seed: int = 0, jobs: int = 1,
+             progress: Callable[..., object] | None = None) -> Verdict:
     """
     Return the Verdict on `recordings` (Recording, of one drive) under the DriveModel `model`.
 
@@ -115,7 +122,7 @@ def diagnose(recordings, model, *, validate=None, only=None, exclude=(), seed=0,
     return report(search, none, best, kind, lattices, quantum, validate, seed)
 
 
-def noise_floor(recording, model):
+def noise_floor(recording: Recording, model: DriveModel) -> tuple[Array, Array]:
     """Return (sigma [2], quantum [2]) of a Recording, rad; sigma not below what matters."""
     sigma, quantum = noise.noise_levels(recording.y)
     if model.process_torque_time > 0.0:
@@ -123,7 +130,7 @@ def noise_floor(recording, model):
     return sigma, quantum
 
 
-def chosen_ids(only, exclude):
+def chosen_ids(only: Sequence[str] | None, exclude: Sequence[str]) -> list[str]:
     """Return the ids that may be named. Raises InputError for unknown ones."""
     known = library()
     for name in (*(only or ()), *exclude):
@@ -135,7 +142,7 @@ def chosen_ids(only, exclude):
     return ids
 
 
-def visible(name, model, recording):
+def visible(name: str, model: DriveModel, recording: Recording) -> bool:
     """Return whether the effect `name` shows in readings of this drive, and under this name."""
     missing = {('motor_sensor', 'arm_sensor')[i] for i in (0, 1) if i not in recording.channels}
     place = location_of(name)
@@ -154,12 +161,12 @@ def visible(name, model, recording):
 # ---------------------------------------------------------------------- which
 
 
-def gain(search, fitted):
+def gain(search: Search, fitted: Fitted) -> float:
     """Return by how much `fitted` beats none, in BIC."""
     return search.fitted[''].score - fitted.score
 
 
-def convincing(search, fitted):
+def convincing(search: Search, fitted: Fitted) -> bool:
     """Return whether `fitted` (one effect) beats none by more than the search itself explains."""
     names = {EFFECTS[i].parameters[0].name for i in fitted.candidate.ids
              if i in EFFECTS and EFFECTS[i].replaces}
@@ -172,7 +179,7 @@ def convincing(search, fitted):
     return gain(search, fitted) > MARGIN
 
 
-def spectrum(search, residual):
+def spectrum(search: Search, residual: Array) -> tuple[Array, Array, Array]:
     """
     Return (power [W, L, C], frequencies [L] Hz, white [C]) of residuals [W, L, C].
 
@@ -182,7 +189,7 @@ def spectrum(search, residual):
     return power, at, power[:, high].mean(axis=(0, 1))
 
 
-def sharpen_sigma(search, best):
+def sharpen_sigma(search: Search, best: Fitted) -> None:
     """Measure sigma anew in what `best` leaves at high frequencies; residuals follow it."""
     length = search.long.windows.length
     _, _, white = spectrum(search, search.long.parted(best.point.residual))
@@ -200,7 +207,7 @@ def sharpen_sigma(search, best):
         fitted.point.chi2 = (fitted.point.residual ** 2).sum(axis=1)
 
 
-def misfit(search, fitted):
+def misfit(search: Search, fitted: Fitted) -> tuple[float, float]:
     """
     Return (excess, structure) of what `fitted` leaves on the training windows.
 
@@ -221,13 +228,13 @@ def misfit(search, fitted):
     return float((r ** 2).mean() - 1.0), float(structure)
 
 
-def lacks(search, fitted, rough=False):
+def lacks(search: Search, fitted: Fitted, rough: bool = False) -> bool:
     """Return whether `fitted` leaves more than noise; rough: an encoder has steps above noise."""
     if search.model.process_torque_time > 0.0:
         # No model of a real drive explains everything: the torque that is left tells.
         if fitted.left is not None:
             return bool((fitted.left > LOOSE * lasting.scales(search.recording)).any())
-        return fitted.s > LOOSE * np.std(search.recording.u)
+        return bool(fitted.s > LOOSE * np.std(search.recording.u))
     excess, structure = misfit(search, fitted)
     before, _ = misfit(search, search.fitted[''])
     limit = PAIR_STRUCTURE if len(fitted.candidate.ids) > 1 else STRUCTURE
@@ -235,13 +242,13 @@ def lacks(search, fitted, rough=False):
             or structure > limit + STRUCTURE_RELATIVE * before)
 
 
-def decide(search, rough=False):
+def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
     """
     Return (Fitted, 'effect' | 'none' | 'unknown'): what explains the recording best.
 
     rough: an encoder has steps above its noise.
     """
-    def lack(fitted):
+    def lack(fitted: Fitted) -> bool:
         return lacks(search, fitted, rough)
 
     none = search.fitted['']
@@ -283,14 +290,14 @@ def decide(search, rough=False):
     return best, 'unknown' if lack(best) else 'effect'
 
 
-def everywhere(search, fitted):
+def everywhere(search: Search, fitted: Fitted) -> float:
     """Return by how much `fitted` beats none in BIC on all windows, held-out ones included."""
     n = search.long.size * len(search.long.windows)
     return float((search.fitted[''].point.chi2 - fitted.point.chi2).sum()
                  - fitted.candidate.n_effect * np.log(n))
 
 
-def disturbance(search):
+def disturbance(search: Search) -> Fitted | None:
     """Return a Fitted for bursts on the arm, None where the recording does not look like it."""
     none = search.fitted['']
     length = search.long.size
@@ -312,12 +319,13 @@ def disturbance(search):
 # ---------------------------------------------------------------------- report
 
 
-def location_of(name):
+def location_of(name: str) -> str:
     """Return the location class of the effect `name`."""
     return library()[name].location
 
 
-def report(search, none, best, kind, lattices, quantum, validate, seed):
+def report(search: Search, none: Fitted, best: Fitted, kind: str, lattices: list[str],
+           quantum: Array, validate: Recording | None, seed: int) -> Verdict:
     """Return the Verdict with all evidence."""
     ids = list(best.candidate.ids)
     weighed, weighed_best = search, best
@@ -356,7 +364,7 @@ def report(search, none, best, kind, lattices, quantum, validate, seed):
     values = {}
     for name in NUISANCES:
         value = next((replaced_value(search.model, i) for i in EFFECTS if EFFECTS[i].replaces and
-                      EFFECTS[i].parameters[0].name == name))
+                      EFFECTS[i].parameters[0].name == name)) or 0.0
         values[name] = float(value * (1.0 + nuisances.get(name, 0.0)))
     if ZERO in nuisances:
         values[ZERO] = float(nuisances[ZERO])
@@ -388,13 +396,13 @@ def report(search, none, best, kind, lattices, quantum, validate, seed):
     return Verdict(data, model, weighed)
 
 
-def shifts(candidate, nuisances):
+def shifts(candidate: Candidate, nuisances: Mapping[str, float]) -> dict[str, float]:
     """Return {name: shift in standard deviations} of the values estimated along."""
     spread = {c.name: c.prior for c in candidate.coordinates if c.owner < 0}
     return {name: float(value / spread[name]) for name, value in nuisances.items()}
 
 
-def warnings(search, best, kind, nuisances):
+def warnings(search: Search, best: Fitted, kind: str, nuisances: Mapping[str, float]) -> list[str]:
     """Return sentences about what weakens the verdict."""
     out = []
     bound = best.candidate.at_bound(best.point.z)

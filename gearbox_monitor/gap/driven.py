@@ -23,11 +23,14 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import savgol_coeffs, savgol_filter
 
+from gearbox_monitor.arrays import Array, Integers
 from gearbox_monitor.drive import driven as kernels, effects
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.drive.simulate import N_STATE, plugin_of
 from gearbox_monitor.gap import jagged
 from gearbox_monitor.gap.noise import noise_levels
-from gearbox_monitor.gap.windows import Simulator
+from gearbox_monitor.gap.recording import Recording
+from gearbox_monitor.gap.windows import Simulator, Windows
 
 HALF_WIDTHS = (0.003, 0.005, 0.008, 0.012, 0.018, 0.025, 0.035, 0.05)  # s
 DEGREE = 3
@@ -41,7 +44,7 @@ TORQUE_HALF_WIDTH = 0.025  # s
 ARM_HALF_WIDTH = 0.006  # s, for position and speed of the arm
 
 
-def driven(recording, model):
+def driven(recording: Recording, model: DriveModel) -> Recording:
     """
     Return `recording` as the DriveModel `model` wants it: with the motor's motion if that drives.
 
@@ -66,12 +69,12 @@ def driven(recording, model):
     return replace(recording, y=y, channels=channels, motor=motor)
 
 
-def parts(recording):
+def parts(recording: Recording) -> list[slice]:
     """Return a slice for each of the recordings that were joined to `recording`."""
     return [slice(*ends) for ends in zip(recording.cuts, (*recording.cuts[1:], len(recording.u)))]
 
 
-def half_width(gain, dt):
+def half_width(gain: float, dt: float) -> int:
     """
     Return how many samples on either side local cubics take.
 
@@ -85,7 +88,7 @@ def half_width(gain, dt):
     return half
 
 
-def motion(y, noise, half, dt):
+def motion(y: Array, noise: float, half: int, dt: float) -> Array:
     """Return position, speed, acceleration and whether it moves [N, 4] of readings y [N], rad."""
     width = min(2 * half + 1, (len(y) - 1) // 2 * 2 + 1)
     x, v, a = (savgol_filter(y, width, DEGREE, deriv=i, delta=dt) for i in (0, 1, 2))
@@ -110,7 +113,8 @@ class DrivenSimulator(Simulator):
     stretch = 25.0
     fit = staticmethod(jagged.fit)
 
-    def __init__(self, recording, model):
+    def __init__(self, recording: Recording, model: DriveModel) -> None:
+        assert recording.motor is not None
         super().__init__(replace(recording, u=recording.motor[:, kernels.SMOOTH_U]), model)
         self.motor = recording.motor
         # One number of steps for all candidates: otherwise a difference in accuracy is evidence.
@@ -120,7 +124,8 @@ class DrivenSimulator(Simulator):
         self._arm = np.concatenate([_arm(recording.y[part, 1], self.dt)
                                     for part in parts(recording)])
 
-    def run(self, windows, model, states, memory, extra=None):
+    def run(self, windows: Windows, model: DriveModel, states: Array, memory: Array,
+            extra: Array | None = None) -> tuple[Array, Array]:
         """
         Return (y [W, L, 2], carry [W, 8]): torque that the motor needs (N m), reading of the arm.
 
@@ -128,7 +133,7 @@ class DrivenSimulator(Simulator):
         """
         plugin, theta = plugin_of(model) if model.effects else (None, np.zeros(0))
         name = plugin.id if plugin else None
-        if name not in self._kernels:
+        if plugin and name not in self._kernels:
             self._kernels[name] = kernels.with_plugin(plugin.torques)
         e = effects.pack(model.effects)
         w = len(windows)
@@ -142,7 +147,7 @@ class DrivenSimulator(Simulator):
         self.passes += w * windows.length / max(1, len(self.u))
         return y, carry
 
-    def _begun(self, begin, e):
+    def _begun(self, begin: Integers, e: Array) -> Array:
         read, speed = self._arm[begin].T
         x2 = read - e[effects.OFFSET2]
         x2 -= e[effects.ECC2_A] * np.sin(x2 + e[effects.ECC2_PHI])
@@ -151,13 +156,13 @@ class DrivenSimulator(Simulator):
         return states
 
 
-def _arm(y, dt):
+def _arm(y: Array, dt: float) -> Array:
     """Return position and speed [N, 2] of readings y [N], rad."""
     width = 2 * max(2, round(ARM_HALF_WIDTH / dt)) + 1
     return np.column_stack([savgol_filter(y, width, 2, deriv=i, delta=dt) for i in (0, 1)])
 
 
-def simulator(recording, model, coarse=False):
+def simulator(recording: Recording, model: DriveModel, coarse: bool = False) -> Simulator:
     """Return the Simulator of free runs over `recording`, of what its model is driven by."""
     if recording.motor is not None:
         return DrivenSimulator(recording, model)

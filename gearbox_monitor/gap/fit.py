@@ -18,11 +18,20 @@ Fit a candidate to the windows of a recording: Gauss-Newton with the window stat
 Residuals are in standard deviations of the encoders. Each window has 4 states of its own (motor
 and arm position and speed where it begins); the candidate's coordinates are fitted jointly.
 """
+from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.gap.windows import N_MEMORY, Windows
+from gearbox_monitor.arrays import Array, Flags, Integers
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.gap.candidate import Candidate
+from gearbox_monitor.gap.recording import Recording
+from gearbox_monitor.gap.windows import N_MEMORY, Simulator, Windows
+
+if TYPE_CHECKING:
+    from gearbox_monitor.gap.lasting import Weighing
 
 STATE_STEPS = np.array([1e-5, 1e-5, 1e-3, 1e-3])
 ROBUST = 2.5   # times the median chi2: windows above count less
@@ -31,6 +40,8 @@ RIVAL = 6.0  # chi2 by which another fit of a window is better, from which on it
 ROUGH, KEPT_STARTS = 2, 3  # iterations from all starts; how many go on
 SHARES = (0.1, 0.2, 0.4, 0.7, 1.0)  # of the windows, on which states are found step by step
 STUCK = 1.15   # times the median chi2: windows above are tried from elsewhere
+UNSET: Any = None  # of a Point that was not evaluated yet
+Reduced: TypeAlias = tuple[Array, Array, Array, Array]
 
 
 @dataclass
@@ -42,18 +53,19 @@ class Point:
     the next window begins.
     """
 
-    z: np.ndarray
-    states: np.ndarray
-    memory: np.ndarray
-    residual: np.ndarray = None
-    chi2: np.ndarray = None
-    carry: np.ndarray = None
+    z: Array
+    states: Array
+    memory: Array
+    residual: Array = UNSET
+    chi2: Array = UNSET
+    carry: Array = UNSET
 
 
 class Data:
     """Readings of `windows` in units of sigma, and which windows may move the coordinates."""
 
-    def __init__(self, recording, simulator, windows, sigma, train=None, weighing=None):
+    def __init__(self, recording: Recording, simulator: Simulator, windows: Windows, sigma: Array,
+                 train: Flags | None = None, weighing: 'Weighing | None' = None) -> None:
         self.weighing = weighing
         self.recording, self.simulator, self.windows = recording, simulator, windows
         self.channels = list(recording.channels)
@@ -63,7 +75,7 @@ class Data:
         self.train = np.ones(len(windows), bool) if train is None else train
 
     @property
-    def n_train(self):
+    def n_train(self) -> int:
         """Number of readings in the windows that count, as many as they count for."""
         n = int(self.train.sum()) * self.size
         if self.weighing is None:
@@ -71,15 +83,16 @@ class Data:
         return max(1, round(n * self.weighing.shares[self.channels].mean()))
 
     @property
-    def size(self):
+    def size(self) -> int:
         """Number of readings in a window: L samples of C encoders."""
         return self.windows.length * len(self.channels)
 
-    def parted(self, residual):
+    def parted(self, residual: Array) -> Array:
         """Return `residual` [W, C L] as [W, L, C]."""
         return residual.reshape(len(residual), self.windows.length, len(self.channels))
 
-    def residual(self, model, states, memory, index=None, extra=None):
+    def residual(self, model: DriveModel, states: Array, memory: Array,
+                 index: Integers | None = None, extra: Array | None = None) -> tuple[Array, Array]:
         """Return (residual [W, 2L], carry [W, 8]) of the windows `index` (default: all)."""
         windows = self.windows if index is None else self.windows.take(index)
         y, carry = self.simulator.run(windows, model, states, memory, extra)
@@ -91,20 +104,20 @@ class Data:
             r = self.weighing(r, self)
         return r.reshape(len(y), -1), carry
 
-    def plain(self):
+    def plain(self) -> 'Data':
         """Return the Data whose residuals count in standard deviations of the noise."""
         if self.weighing is None:
             return self
         return Data(self.recording, self.simulator, self.windows, self.sigma, self.train)
 
-    def evaluate(self, candidate, point):
+    def evaluate(self, candidate: Candidate, point: Point) -> Point:
         """Fill in residual, chi2 and carry of `point`; return it."""
         point.residual, point.carry = self.residual(
             candidate.model(point.z), point.states, point.memory)
         point.chi2 = _squares(point.residual)
         return point
 
-    def raw_states(self):
+    def raw_states(self) -> Array:
         """Return states [W, 4] where the windows begin, from straight lines through readings."""
         y, dt, n = self.recording.y, self.recording.dt, len(self.recording.y)
         half = max(2, round(0.006 / dt))
@@ -117,18 +130,19 @@ class Data:
         return states
 
 
-def _squares(residual):
+def _squares(residual: Array) -> Array:
     return np.einsum('wl,wl->w', residual, residual)
 
 
-def carried(memory, carry):
+def carried(memory: Array, carry: Array) -> Array:
     """Return memory [W, 4] with that of each window's predecessor."""
     moved = memory.copy()
     moved[1:] = carry[:-1, 4:]
     return moved
 
 
-def state_sensitivity(data, model, states, memory, residual, index=None):
+def state_sensitivity(data: Data, model: DriveModel, states: Array, memory: Array, residual: Array,
+                      index: Integers | None = None) -> Array:
     """Return d(-residual)/d(states) [W, 2L, 4]."""
     if data.simulator.begins_known:
         return np.zeros((*residual.shape, 4))
@@ -140,7 +154,8 @@ def state_sensitivity(data, model, states, memory, residual, index=None):
     return np.moveaxis(change / STATE_STEPS[:, None, None], 0, -1)
 
 
-def solve_states(data, model, states, memory, index, iterations=6):
+def solve_states(data: Data, model: DriveModel, states: Array, memory: Array, index: Integers,
+                 iterations: int = 6) -> tuple[Array, Array]:
     """
     Fit only the states of the windows `index` [M]; return (states [M, 4], chi2 [M]).
 
@@ -179,7 +194,7 @@ def solve_states(data, model, states, memory, index, iterations=6):
     return states, chi2
 
 
-def shortened(data, share):
+def shortened(data: Data, share: float) -> Data:
     """Return Data of the first `share` of each window."""
     if share == 1.0:
         return data
@@ -190,7 +205,8 @@ def shortened(data, share):
                 data.weighing)
 
 
-def grown_states(data, model, memory, index, half_gap, last=1.0):
+def grown_states(data: Data, model: DriveModel, memory: Array, index: Integers, half_gap: float,
+                 last: float = 1.0) -> Array:
     """
     Return states [M, 4] of the windows `index`, found on their beginnings, which get longer.
 
@@ -203,9 +219,9 @@ def grown_states(data, model, memory, index, half_gap, last=1.0):
         moved = raw.copy()
         moved[:, i] += size
         starts.append(moved)
-    starts = np.stack(starts, axis=1)
-    every = np.repeat(index, starts.shape[1])
-    states, chi2 = solve_states(shortened(data, SHARES[0]), model, starts.reshape(-1, 4),
+    tried = np.stack(starts, axis=1)
+    every = np.repeat(index, tried.shape[1])
+    states, chi2 = solve_states(shortened(data, SHARES[0]), model, tried.reshape(-1, 4),
                                 memory[every], every)
     best = chi2.reshape(len(index), -1).argmin(axis=1)
     states = states.reshape(len(index), -1, 4)[np.arange(len(index)), best]
@@ -215,10 +231,10 @@ def grown_states(data, model, memory, index, half_gap, last=1.0):
     return states
 
 
-def grow(data, candidate, point, half_gap):
+def grow(data: Data, candidate: Candidate, point: Point, half_gap: float) -> Point:
     """Return a Point of `candidate` fitted on the windows' beginnings, which get longer."""
     every = np.arange(len(data.windows))
-    grown = Point(point.z.copy(), None, point.memory.copy())
+    grown = Point(point.z.copy(), UNSET, point.memory.copy())
     grown.states = grown_states(data, candidate.model(grown.z), grown.memory, every, half_gap,
                                 SHARES[0])
     for share in SHARES:
@@ -231,7 +247,8 @@ def grow(data, candidate, point, half_gap):
     return grown
 
 
-def rescue(data, candidate, point, others=(), half_gap=0.05):
+def rescue(data: Data, candidate: Candidate, point: Point, others: Sequence[Point] = (),
+           half_gap: float = 0.05) -> int:
     """
     Try other starts for windows that stand out; return how many became better.
 
@@ -240,7 +257,7 @@ def rescue(data, candidate, point, others=(), half_gap=0.05):
     """
     if data.simulator.begins_known:
         return 0
-    stuck = point.chi2 > max(STUCK * np.median(point.chi2), 1.12 * data.size)
+    stuck = point.chi2 > max(STUCK * float(np.median(point.chi2)), 1.12 * data.size)
     behind = np.zeros(len(stuck), bool)
     for other in others:
         behind |= other.chi2 < point.chi2 - RIVAL
@@ -262,7 +279,7 @@ def rescue(data, candidate, point, others=(), half_gap=0.05):
     return better
 
 
-def _rival_states(others, windows):
+def _rival_states(others: Sequence[Point], windows: Integers) -> list[Array]:
     """Return the states [M, 4] of the Points `others` that fit `windows` best, as a list."""
     if not others:
         return []
@@ -272,7 +289,8 @@ def _rival_states(others, windows):
             for best in np.argsort(found, axis=0)[:KEPT_STARTS]]
 
 
-def _try_starts(data, candidate, point, windows, starts):
+def _try_starts(data: Data, candidate: Candidate, point: Point, windows: Integers,
+                starts: Array) -> int:
     """Move the states of `windows` [M] to the best of `starts` [M, S, 4]; return how many."""
     model = candidate.model(point.z)
     for iterations, kept in ((ROUGH, KEPT_STARTS), (6 - ROUGH, 1)):
@@ -288,7 +306,7 @@ def _try_starts(data, candidate, point, windows, starts):
     return int(better.sum())
 
 
-def weights(data, chi2, robust):
+def weights(data: Data, chi2: Array, robust: bool) -> Array:
     """Return the weight [W] of each window on the coordinates."""
     weight = data.train.astype(float)
     if robust:
@@ -301,11 +319,12 @@ def weights(data, chi2, robust):
 class Sensitivity:
     """Derivatives of -residual by states Jx [W, 2L, 4] and coordinates Jz [W, 2L, P]."""
 
-    Jx: np.ndarray
-    Jz: np.ndarray
+    Jx: Array
+    Jz: Array
 
 
-def coordinate_sensitivity(data, candidate, point, which=None, stretch=1.0):
+def coordinate_sensitivity(data: Data, candidate: Candidate, point: Point,
+                           which: Iterable[int] | None = None, stretch: float = 1.0) -> Array:
     """Return d(-residual)/dz [W, 2L, P]; memories stay as they are."""
     steps = stretch * data.simulator.stretch * candidate.steps()
     which = range(len(steps)) if which is None else which
@@ -328,7 +347,7 @@ def coordinate_sensitivity(data, candidate, point, which=None, stretch=1.0):
     return out
 
 
-def sensitivity(data, candidate, point):
+def sensitivity(data: Data, candidate: Candidate, point: Point) -> Sensitivity:
     """Return the Sensitivity at `point`."""
     model = candidate.model(point.z)
     return Sensitivity(
@@ -336,7 +355,8 @@ def sensitivity(data, candidate, point):
         coordinate_sensitivity(data, candidate, point))
 
 
-def normal_equations(s, residual, weight, whiten=None):
+def normal_equations(s: Sensitivity, residual: Array, weight: Array,
+                     whiten: Callable[[Array], Array] | None = None) -> Reduced:
     """
     Return (S [P, P], g [P], X [W, 4, P], x [W, 4]): the reduced normal equations.
 
@@ -357,7 +377,7 @@ def normal_equations(s, residual, weight, whiten=None):
     return np.einsum('w,wij->ij', weight, full), weight @ g, X, x
 
 
-def damped_solve(S, g, damping):
+def damped_solve(S: Array, g: Array, damping: float) -> Array:
     """Solve S dz = g, scaled by its diagonal, Levenberg-Marquardt damping on it."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-12 * max(np.diag(S).max(initial=0.0), 1e-30)))
     scaled = S * scale[:, None] * scale
@@ -365,8 +385,9 @@ def damped_solve(S, g, damping):
     return scale * np.linalg.solve(scaled, scale * g)
 
 
-def fit(data, candidate, point, iterations=4, robust=False, refresh=(0, 1, 3), whiten=None,
-        tolerance=0.05):
+def fit(data: Data, candidate: Candidate, point: Point, iterations: int = 4, robust: bool = False,
+        refresh: Container[int] = (0, 1, 3), whiten: Callable[[Array], Array] | None = None,
+        tolerance: float = 0.05) -> Point:
     """
     Improve `point` in place (z, states, memory); return it.
 
@@ -415,7 +436,7 @@ def fit(data, candidate, point, iterations=4, robust=False, refresh=(0, 1, 3), w
     return point
 
 
-def hand_over(data, candidate, point):
+def hand_over(data: Data, candidate: Candidate, point: Point) -> None:
     """Give windows the memory with which their predecessor ends, where they can live with it."""
     moved = data.evaluate(candidate, Point(
         point.z, point.states, carried(point.memory, point.carry)))
@@ -425,7 +446,7 @@ def hand_over(data, candidate, point):
         getattr(point, name)[use] = getattr(moved, name)[use]
 
 
-def _keep_states(data, candidate, point, trial):
+def _keep_states(data: Data, candidate: Candidate, point: Point, trial: Point) -> None:
     """Let windows of `trial` that became worse keep their states of `point` where that helps."""
     worse = np.flatnonzero(trial.chi2 > point.chi2)
     if not len(worse) or data.simulator.begins_known:
@@ -439,28 +460,29 @@ def _keep_states(data, candidate, point, trial):
     trial.chi2[worse], trial.carry[worse] = chi2[use], carry[use]
 
 
-def objective(candidate, point, weight, whiten=None):
+def objective(candidate: Candidate, point: Point, weight: Array,
+              whiten: Callable[[Array], Array] | None = None) -> float:
     """Return what a fit makes small: weighted chi2 (whitened) and the prior."""
     chi2 = point.chi2 if whiten is None else _squares(whiten(point.residual))
     return float(weight @ chi2) + candidate.penalty(point.z)
 
 
-def uses_memory(candidate):
+def uses_memory(candidate: Candidate) -> bool:
     """Return whether windows hand anything over but their states."""
     return candidate.nominal.transmission.kind in ('play', 'passive_play') or any(
         i in ('lugre', 'hysteresis_bouc_wen', 'hysteresis_branch') for i in candidate.ids)
 
 
-def fresh(data, candidate, states=None):
+def fresh(data: Data, candidate: Candidate, states: Array | None = None) -> Point:
     """Return a Point at the candidate's start; states [W, 4] default to those of the readings."""
     states = data.raw_states() if states is None else states.copy()
     return Point(candidate.start(), states, np.zeros((len(data.windows), N_MEMORY)))
 
 
-def copied(point, z=None):
+def copied(point: Point, z: Array | None = None) -> Point:
     """Return a copy of `point` (at other coordinates: not evaluated)."""
     moved = replace(point, z=(point.z if z is None else z).copy(), states=point.states.copy(),
                     memory=point.memory.copy())
     if z is not None:
-        moved.residual = moved.chi2 = moved.carry = None
+        moved.residual = moved.chi2 = moved.carry = UNSET
     return moved

@@ -13,14 +13,20 @@
 # limitations under the License.
 
 """What a diagnosis is given: a recording repaired, and checked against the model of its drive."""
+from collections.abc import Callable
+
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Integers
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.gap.check import check
-from gearbox_monitor.gap.recording import prepare
+from gearbox_monitor.gap.recording import prepare, Recording
 
 
-def given(t, u, y, arm_torque, name, place, model, model_name):
+def given(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, name: str,
+          place: Callable[[int, str], str] | None, model: DriveModel,
+          model_name: str) -> tuple[Recording, list[str]]:
     """
     Return (Recording, notes) of readings; see recording.prepare.
 
@@ -34,7 +40,7 @@ def given(t, u, y, arm_torque, name, place, model, model_name):
         raise InputError(f'{name}: no torque measured on the arm, expected one with arm_load: '
                          f'measured in {model_name}')
     if model.arm_load != 'measured':
-        if measured and np.nanmax(np.abs(arm_torque)) > 0.0:
+        if measured and arm_torque is not None and np.nanmax(np.abs(arm_torque)) > 0.0:
             notes.append('the torque measured on the arm is not used: arm_load in '
                          f'{model_name} is {model.arm_load}, not measured')
         arm_torque = None

@@ -20,23 +20,26 @@ window states (and nominal values, as far as they scatter) can imitate. With evi
 effect, another one that leaves the share s2 of its signature imitates it unless d s2 > LIMIT.
 """
 import math
+from typing import TypeAlias
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array
 from gearbox_monitor.gap import fit as fitting
 from gearbox_monitor.gap.candidate import NOT_FITTED, PERIODIC, replaced_value, with_effects
-from gearbox_monitor.gap.search import KEEP_SCREENED
+from gearbox_monitor.gap.search import Fitted, KEEP_SCREENED, Search
 
 LIMIT = 20.0  # in units of 2 log likelihood
 LASTING_SHARE = 0.1  # of the evidence, where much lasts that no model explains
 TWINS = {'torque_offset': 'coulomb_asymmetry', 'coulomb_asymmetry': 'torque_offset'}
 SMALL = 1e-9
+Separations: TypeAlias = dict[str, tuple[float, dict[str, float]]]
 
 
 class Space:
     """Scalar products of changes of the training windows, free unknowns taken out."""
 
-    def __init__(self, search, fitted):
+    def __init__(self, search: Search, fitted: Fitted) -> None:
         self.search, self.fitted = search, fitted
         data, point = search.long, fitted.point
         self.model = fitted.candidate.model(point.z)
@@ -48,13 +51,13 @@ class Space:
         self._basis, _ = np.linalg.qr(Jx)
         self.own = self.clean(s.Jz)  # [M, P]
 
-    def clean(self, columns):
+    def clean(self, columns: Array) -> Array:
         """Return columns [W, 2L, C] as [M, C], window states taken out."""
         columns = columns[self.search.long.train]
         columns = columns - self._basis @ (self._basis.transpose(0, 2, 1) @ columns)
         return columns.reshape(columns.shape[0] * columns.shape[1], columns.shape[2])
 
-    def signature(self, name, order=None):
+    def signature(self, name: str, order: int | None = None) -> Array:
         """Return the changes [M, C] by a little of effect `name`, one column per way."""
         data, point = self.search.long, self.fitted.point
         columns = []
@@ -67,7 +70,7 @@ class Space:
         return self.clean(np.stack(columns, axis=2))
 
 
-def _orders(search, name):
+def _orders(search: Search, name: str) -> int | None:
     """Return the order of the periodic effect `name` that fits best, None for others."""
     if name not in PERIODIC:
         return None
@@ -81,7 +84,7 @@ def _orders(search, name):
         return search.found_orders(name)[0]
 
 
-def share_left(a, b):
+def share_left(a: Array, b: Array) -> float:
     """Return the share of the power of a [M, A] that the span of b [M, B] leaves."""
     total = (a * a).sum()
     if not b.shape[1] or total <= 0.0:
@@ -90,7 +93,7 @@ def share_left(a, b):
     return float(np.clip(1.0 - ((q.T @ a) ** 2).sum() / total, 0.0, 1.0))
 
 
-def _orthonormal(columns):
+def _orthonormal(columns: Array) -> Array:
     """Return an orthonormal basis of the span of columns [M, C]."""
     size = np.linalg.norm(columns, axis=0)
     columns = columns[:, size > 0.0] / size[size > 0.0]
@@ -99,7 +102,7 @@ def _orthonormal(columns):
     return columns @ vectors[:, keep] / np.sqrt(values[keep])
 
 
-def remove(columns, nuisances, prior):
+def remove(columns: Array, nuisances: Array, prior: Array) -> Array:
     """
     Return columns with what the nuisances [M, Q] imitate taken out, their prior [Q] as rows.
 
@@ -114,7 +117,7 @@ def remove(columns, nuisances, prior):
     return padded - q @ (q.T @ padded)
 
 
-def direction(fitted, owner, own):
+def direction(fitted: Fitted, owner: int, own: Array) -> Array:
     """Return the change [M, 1] towards no effect `owner` of `fitted`, from its columns `own`."""
     candidate, z = fitted.candidate, fitted.point.z
     name = candidate.ids[owner]
@@ -131,7 +134,7 @@ def direction(fitted, owner, own):
     return total[:, None] if some else np.zeros((len(own), 0))
 
 
-def evidence(search, best, owner=0):
+def evidence(search: Search, best: Fitted, owner: int = 0) -> float:
     """Return d: 2 log likelihood that the effect `owner` of `best` gains, on training windows."""
     train = search.long.train
     others = [n for i, n in enumerate(best.candidate.ids) if i != owner]
@@ -143,7 +146,7 @@ def evidence(search, best, owner=0):
     return float((without.point.chi2 - best.point.chi2)[train].sum())
 
 
-def separations(search, best):
+def separations(search: Search, best: Fitted) -> Separations:
     """
     Return {id of `best`: (d, {other id: s2})}: how much of its evidence others cannot imitate.
 
@@ -157,7 +160,7 @@ def separations(search, best):
     _, prior = candidate.prior(best.point.z)
     names = [n for n in search.ids if n not in NOT_FITTED and n not in candidate.ids]
 
-    def one(name):
+    def one(name: str) -> Array:
         return space.signature(name, _orders(search, name))
     found = dict(zip(names, map(one, names)))
     out = {}
@@ -171,7 +174,7 @@ def separations(search, best):
     return out
 
 
-def confusable(search, best, found=None):
+def confusable(search: Search, best: Fitted, found: Separations | None = None) -> list[str]:
     """
     Return the ids that this recording cannot tell from an effect of the Fitted `best`.
 
@@ -204,7 +207,7 @@ def confusable(search, best, found=None):
     return list(dict.fromkeys(i for i in out if i not in best.candidate.ids))
 
 
-def matrix(search, fitted=None):
+def matrix(search: Search, fitted: Fitted | None = None) -> tuple[list[str], Array]:
     """
     Return (ids, s2 [A, B]): share of the signature of a that b cannot imitate.
 

@@ -19,9 +19,16 @@ A contact of the gap that is made a little earlier or later changes a run for a 
 over a short step then tell of single contacts only, over a long one they miss the bottom. So steps
 of several lengths take turns, each followed along its direction as far as it leads down.
 """
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from gearbox_monitor.arrays import Array
 from gearbox_monitor.gap import fit as fitting
+from gearbox_monitor.gap.candidate import Candidate
+
+if TYPE_CHECKING:
+    from gearbox_monitor.gap.fit import Data, Point
 
 STRETCHES = (1.0, 5.0, 0.2)  # of the steps of finite differences, in turns
 SHARES = (1.0, 0.3, 0.1)     # of a Gauss-Newton step, until one leads down
@@ -29,7 +36,8 @@ FARTHER = 2.0                # times the step before, as long as it does
 DAMPING = 1e-6
 
 
-def fit(data, candidate, point, iterations, robust, tolerance):
+def fit(data: 'Data', candidate: Candidate, point: 'Point', iterations: int, robust: bool,
+        tolerance: float) -> 'Point':
     """Improve `point` in place (z, memory); return it. See fit.fit."""
     if not candidate.coordinates:
         return point
@@ -53,9 +61,10 @@ def fit(data, candidate, point, iterations, robust, tolerance):
     return point
 
 
-def _down(data, candidate, point, weight, stretch):
+def _down(data: 'Data', candidate: Candidate, point: 'Point', weight: Array,
+          stretch: float) -> 'Point':
     """Return the best Point along one Gauss-Newton direction; `point` itself if none is better."""
-    def at(share):
+    def at(share: float) -> tuple['Point', float]:
         z = candidate.bounded(point.z + share * step)
         trial = data.evaluate(candidate, fitting.Point(z, point.states, point.memory))
         return trial, fitting.objective(candidate, trial, weight)

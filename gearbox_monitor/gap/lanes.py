@@ -18,6 +18,9 @@ Free runs of many windows side by side: lanes of a vector unit instead of one af
 The equations are those of drive.simulate, bit for bit, for models with a dead zone and without the
 effects that have an equation of their own: the most of all runs of a diagnosis.
 """
+from collections.abc import Sized
+
+from gearbox_monitor.arrays import Array, Integers
 from gearbox_monitor.drive.effects import (
     BRANCH_H, CA, COG_A, CS, DRIFT_R, K3, MESH_A, reading, RIPPLE_A, SIGMA0, TH)
 from gearbox_monitor.drive.model import (
@@ -32,21 +35,22 @@ X1, X2, X3, X4, U, ON_MOTOR, ON_ARM, WITHIN = (LANES * i for i in range(8))
 N_LANE_STATE = 8 * LANES
 
 
-def suited(windows, p, e, plugin):
+def suited(windows: Sized, p: Array, e: Array, plugin: object) -> bool:
     """Return whether `runs` gives what these windows and the packed model and effects ask for."""
     return (COMPILED and len(windows) >= FEWEST and plugin is None and p[KIND] == DEAD_ZONE
             and p[G] == 0.0 and p[CAC] == 0.0 and not e[OWN_EQUATIONS].any())
 
 
 @jit_inline
-def _derivative(x1, x2, x3, x4, u, on_motor, on_arm, within, p):
+def _derivative(x1: float, x2: float, x3: float, x4: float, u: float, on_motor: float,
+                on_arm: float, within: float, p: Array) -> tuple[float, float, float, float]:
     tau_k = p[STIFFNESS] * dead_zone(x1 - x2, p[HALF_GAP]) + within
     return (x3, x4, motor_acceleration(x1, x3, x4, u + on_motor, tau_k, p),
             arm_acceleration(x3, x4, tau_k, steady_arm_load(x4, p) - on_arm, p))
 
 
 @jit
-def _step(s, h, p):
+def _step(s: Array, h: float, p: Array) -> None:
     """Advance the LANES states in s [N_LANE_STATE] by one RK4 step of `h` s."""
     half = 0.5 * h
     for i in range(LANES):
@@ -66,7 +70,9 @@ def _step(s, h, p):
 
 
 @jit
-def runs(begin, first, length, carry_at, states, memory, dt, n, u, extra, p, e, s, path, y, carry):
+def runs(begin: Integers, first: Integers, length: int, carry_at: Integers, states: Array,
+         memory: Array, dt: float, n: int, u: Array, extra: Array, p: Array, e: Array, s: Array,
+         path: Array, y: Array, carry: Array) -> None:
     """
     Run windows as windows.Simulator.run does; fill y [W, length, 2] and carry [W, 8].
 

@@ -19,28 +19,36 @@ Friction varies with the position, gears are not round: torque and twist that ar
 tenths of a second. A reading then tells little beyond the one before it. So residuals count in the
 size of what lasts, once for each `process_torque_time`.
 """
+from collections.abc import Sequence
 import copy
 from dataclasses import dataclass, replace
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array
 from gearbox_monitor.drive.driven import MOVES
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.gap import fit as fitting
 from gearbox_monitor.gap.driven import parts
 from gearbox_monitor.gap.noise import MAD_TO_SIGMA
+from gearbox_monitor.gap.recording import Recording
+
+if TYPE_CHECKING:
+    from gearbox_monitor.gap.search import Fitted, Search
 
 SHARE = 0.1      # of torque and twist that lasts unexplained, until a fit tells
 LEAST = 0.02     # of torque and twist that it is never below
 SLOW = 0.04      # s: what is left of means over so long lasts, the rest is noise
 
 
-def scales(recording):
+def scales(recording: Recording) -> Array:
     """Return the standard deviations [2] of torque (N m) and twist (rad) of a driven Recording."""
     positions = recording.positions
     twist = positions[:, 0] - positions[:, 1]
-    twist = math.sqrt(np.mean([np.var(twist[part]) for part in parts(recording)]))
-    return np.maximum([np.std(recording.u), twist], 1e-12)
+    size = math.sqrt(np.mean([np.var(twist[part]) for part in parts(recording)]))
+    return np.maximum([float(np.std(recording.u)), size], 1e-12)
 
 
 @dataclass(frozen=True)
@@ -52,11 +60,11 @@ class Weighing:
     some milliseconds late is no matter of the twist before and after it.
     """
 
-    sizes: np.ndarray
-    shares: np.ndarray
+    sizes: Array
+    shares: Array
     robust: bool = True
 
-    def __call__(self, residual, data):
+    def __call__(self, residual: Array, data: fitting.Data) -> Array:
         """Return `residual` [W, L, C] in standard deviations of the noise as it counts."""
         r = residual * (data.sigma / self.sizes)[data.channels]
         shares = self.shares[data.channels]
@@ -65,7 +73,8 @@ class Weighing:
         return np.copysign(np.sqrt(shares * 2.0 * (np.sqrt(1.0 + r * r) - 1.0)), r)
 
 
-def weighing(recording, model, sigma, levels=None):
+def weighing(recording: Recording, model: DriveModel, sigma: Array,
+             levels: Array | None = None) -> Weighing | None:
     """
     Return the Weighing of a Recording under the DriveModel `model`.
 
@@ -83,8 +92,9 @@ def weighing(recording, model, sigma, levels=None):
                     share * (white + lasting) / (share * white + lasting))
 
 
-def left_by(data, residual):
+def left_by(data: fitting.Data, residual: Array) -> Array:
     """Return the size [2], N m and rad, of what lasts in a plain `residual` [W, C L]."""
+    assert data.recording.motor is not None
     at = data.windows.first[:, None] + np.arange(data.windows.length)
     r = data.parted(residual)[data.train]
     told = np.ones(r.shape, bool)
@@ -103,7 +113,7 @@ def left_by(data, residual):
     return out
 
 
-def weigh_anew(search, fits):
+def weigh_anew(search: 'Search', fits: Sequence['Fitted']) -> None:
     """
     Weigh residuals of a Search by what the best of `fits` (Fitted) leaves; score all fits by it.
 
@@ -119,7 +129,7 @@ def weigh_anew(search, fits):
     search.short.evaluate(search.starts.none(), search.short_none)
 
 
-def measure(search, names):
+def measure(search: 'Search', names: Sequence[str]) -> None:
     """Weigh residuals by what the best of `names` leaves; fit these and none again."""
     weigh_anew(search, [search.fitted[n] for n in names] or [search.fitted['']])
     names = list(dict.fromkeys(['', *names, *search.ranked()[:len(names)]]))
@@ -130,13 +140,13 @@ def measure(search, names):
         fitted.s = float(fitted.left[0])
 
 
-def _left(search, fitted):
+def _left(search: 'Search', fitted: 'Fitted') -> Array:
     plain, point = search.long.plain(), fitted.point
     model = fitted.candidate.model(point.z)
     return left_by(plain, plain.residual(model, point.states, point.memory)[0])
 
 
-def plain(search):
+def plain(search: 'Search') -> 'Search':
     """Return `search` with residuals in standard deviations of the noise, as they are reported."""
     if search.long.weighing is None:
         return search

@@ -17,10 +17,13 @@ Where in the motion a residual sits: binned over speed, angle, twist and time.
 
 Arrays in, arrays out. Nothing here knows models.
 """
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.signal import savgol_filter
+
+from gearbox_monitor.arrays import Array, Integers
 
 BINS = 24
 TAIL = 0.5        # percent of the samples on either end that share the outermost bins
@@ -39,10 +42,10 @@ class Map:
     NaN in bins with too few samples.
     """
 
-    edges: np.ndarray
-    count: np.ndarray
-    mean: np.ndarray
-    rms: np.ndarray
+    edges: Array
+    count: Integers
+    mean: Array
+    rms: Array
 
 
 @dataclass(frozen=True)
@@ -54,18 +57,18 @@ class Law:
     the law explains in windows it was not fitted to.
     """
 
-    edges: np.ndarray
-    value: np.ndarray
-    error: np.ndarray
+    edges: Array
+    value: Array
+    error: Array
     explained: float
 
     @property
-    def centers(self):
+    def centers(self) -> Array:
         """Return the middles of the bins [B]."""
         return 0.5 * (self.edges[1:] + self.edges[:-1])
 
 
-def motion(y, dt, cuts=(0,)):
+def motion(y: Array, dt: float, cuts: Sequence[int] = (0,)) -> dict[str, Array]:
     """
     Return {'speed', 'angle', 'twist', 'time': [N]} of readings y [N, 2] rad, dt s apart.
 
@@ -83,7 +86,7 @@ def motion(y, dt, cuts=(0,)):
             'time': np.arange(len(y)) * dt}
 
 
-def edges_of(x, bins=BINS):
+def edges_of(x: Array, bins: int = BINS) -> Array:
     """Return edges [bins + 1], evenly spaced over all of x but its tails."""
     low, high = np.percentile(x, [TAIL, 100.0 - TAIL])
     if not high > low:
@@ -91,14 +94,14 @@ def edges_of(x, bins=BINS):
     return np.linspace(low, high, bins + 1)
 
 
-def edges_about_zero(x, bins=BINS):
+def edges_about_zero(x: Array, bins: int = BINS) -> Array:
     """Return edges [bins + 1] over x that are closest about 0, where friction changes."""
     top = float(np.percentile(np.abs(x), 100.0 - TAIL)) or 0.5
     share = np.linspace(-1.0, 1.0, bins + 1)
     return top * np.sign(share) * share ** 2
 
 
-def binned(x, value, edges):
+def binned(x: Array, value: Array, edges: Array) -> Map:
     """
     Return the Map of `value` [...] over x [...], or of value [..., C]: channels together.
 
@@ -111,13 +114,13 @@ def binned(x, value, edges):
     count = np.bincount(at, minlength=bins)
     enough = count >= max(1.0, FEWEST * x.size)
 
-    def mean(v):
+    def mean(v: Array) -> Array:
         total = np.bincount(at, v.mean(axis=-1).ravel(), minlength=bins)
         return np.where(enough, total / np.where(enough, count, 1), np.nan)
     return Map(edges, count, mean(value), np.sqrt(mean(value ** 2)))
 
 
-def plane(x, y, value, x_edges, y_edges):
+def plane(x: Array, y: Array, value: Array, x_edges: Array, y_edges: Array) -> Array:
     """Return the rms [Y, X] of value [..., C] over two variables; NaN where samples are few."""
     shape = len(y_edges) - 1, len(x_edges) - 1
     x, y = np.asarray(x, float), np.asarray(y, float)
@@ -131,7 +134,7 @@ def plane(x, y, value, x_edges, y_edges):
     return np.sqrt(np.where(enough, total / np.where(enough, count, 1), np.nan)).reshape(shape)
 
 
-def law(x, signal, precision, basis, edges):
+def law(x: Array, signal: Array, precision: Array, basis: Array, edges: Array) -> Law:
     """
     Return the Law, a value per bin, that fits a signal best by its own precision.
 
@@ -168,13 +171,13 @@ def law(x, signal, precision, basis, edges):
     return Law(edges, value, error, explained)
 
 
-def _solve(grams, pulls, bend):
+def _solve(grams: Array, pulls: Array, bend: Array) -> tuple[Array, Array]:
     """Return (values [B], covariance [B, B]) from normal equations of windows, bend [B, B]."""
     covariance = np.linalg.pinv(grams.sum(axis=0) + bend, rcond=1e-9, hermitian=True)
     return covariance @ pulls.sum(axis=0), covariance
 
 
-def _foretold(grams, pulls, bend):
+def _foretold(grams: Array, pulls: Array, bend: Array) -> float:
     """Return the gain in chi2 on windows that interleaved fits without them foretell."""
     fold = np.arange(len(grams)) % min(FOLDS, len(grams))
     gain = 0.0

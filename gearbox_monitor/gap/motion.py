@@ -19,18 +19,22 @@ With an effect a of known size, d s2 is the evidence for it that another effect 
 (isolate). Motions of the plant's own kinds are simulated with the effect, within limits of torque,
 speed and travel, and the one that makes the least d s2 of all pairs largest is proposed.
 """
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 import math
+from typing import TypeAlias
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Values
 from gearbox_monitor.drive.effects import EFFECTS
 from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.drive.simulate import simulate
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.gap import fit as fitting, isolate
-from gearbox_monitor.gap.candidate import NOT_FITTED, PERIODIC, PHASED
+from gearbox_monitor.gap.candidate import Candidate, NOT_FITTED, PERIODIC, PHASED
 from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.gap.search import Fitted, Search
 
@@ -38,6 +42,7 @@ DT = 1e-3
 SHARES = (1.0, 0.6, 0.35)  # of the torque limit
 SHRINK, TRIALS = 0.7, 5    # a motion that goes too far is tried with less torque
 CHANGES, BEST, SPREAD = 60, 4, 0.5  # further trials near the best ones; of the logarithms
+Pair: TypeAlias = tuple[str, str]
 KINDS = (
     *(('multisine', weights, frequencies) for weights, frequencies in product(
         ((0.75, 0.25), (0.5, 0.5)), ((0.9, 2.3), (0.3, 1.1), (1.7, 5.1), (3.3, 9.7)))),
@@ -65,25 +70,25 @@ class Motion:
     """
 
     kind: str
-    amplitudes: tuple
-    frequencies: tuple
+    amplitudes: tuple[float, ...]
+    frequencies: tuple[float, ...]
     seconds: float
-    separation: dict
+    separation: dict[Pair, float]
     reached: Limits
 
     @property
-    def least(self):
+    def least(self) -> float:
         """The smallest d s2 of all pairs."""
         return min(self.separation.values())
 
-    def torque(self, dt=DT):
+    def torque(self, dt: float = DT) -> tuple[Array, Array]:
         """Return (t [N], u [N]) in s and N m."""
         t = np.arange(round(self.seconds / dt)) * dt
         return t, Excitation(self.kind, self.amplitudes, self.frequencies,
                              self.seconds).torque(t)
 
 
-def sized(search, name, values=None):
+def sized(search: Search, name: str, values: Values | None = None) -> Candidate:
     """Return the Candidate of effect `name` at `values` {parameter: value}, or at a usual size."""
     order = int(values['N']) if values and name in PERIODIC else 1
     candidate = search.starts.candidates(name, order)[0]
@@ -100,7 +105,8 @@ def sized(search, name, values=None):
     return replace(candidate, coordinates=tuple(coordinates))
 
 
-def separations(model, effects, u, sigma, pairs):
+def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Array, sigma: Array,
+                pairs: Sequence[Pair]) -> tuple[dict[Pair, float], Limits] | tuple[None, None]:
     """
     Return ({(a, b): d s2}, Limits reached) for the torque u [N] (N m, DT apart).
 
@@ -143,7 +149,9 @@ def separations(model, effects, u, sigma, pairs):
     return out, reached
 
 
-def suggest(model, effects, pairs, limits, sigma, seconds=12.0, seed=0, progress=None):
+def suggest(model: DriveModel, effects: Mapping[str, Values | None], pairs: Sequence[Pair],
+            limits: Limits, sigma: Array, seconds: float = 12.0, seed: int = 0,
+            progress: Callable[..., object] | None = None) -> list[Motion]:
     """
     Return the Motions that separate `pairs` within Limits, best first.
 
@@ -160,15 +168,16 @@ def suggest(model, effects, pairs, limits, sigma, seconds=12.0, seed=0, progress
     random = np.random.default_rng(seed)
     found, done, total = [], 0, len(KINDS) * len(SHARES) + CHANGES
 
-    def tried(kind, amplitudes, frequencies, trials=TRIALS):
+    def tried(kind: str, amplitudes: Iterable[float], frequencies: Iterable[float],
+              trials: int = TRIALS) -> None:
         motion = Motion(kind, tuple(map(float, amplitudes)), tuple(map(float, frequencies)),
                         seconds, {}, limits)
         for _ in range(trials):
-            motion.separation, motion.reached = separations(
+            separation, reached = separations(
                 model, effects, motion.torque()[1], sigma, pairs)
-            if motion.separation is not None and (
-                    motion.reached.speed <= limits.speed
-                    and motion.reached.travel <= limits.travel):
+            if separation is not None and reached is not None and (
+                    reached.speed <= limits.speed and reached.travel <= limits.travel):
+                motion.separation, motion.reached = separation, reached
                 found.append(motion)
                 return
             motion.amplitudes = tuple(SHRINK * a for a in motion.amplitudes)
@@ -184,9 +193,9 @@ def suggest(model, effects, pairs, limits, sigma, seconds=12.0, seed=0, progress
         amplitudes = np.array(motion.amplitudes) * np.exp(
             spread * random.standard_normal(len(motion.amplitudes)))
         amplitudes *= min(1.0, limits.torque / amplitudes.sum())
-        frequencies = np.array(motion.frequencies) * np.exp(
+        changed = np.array(motion.frequencies) * np.exp(
             spread * random.standard_normal(len(motion.frequencies)))
-        tried(motion.kind, amplitudes, frequencies, 1)
+        tried(motion.kind, amplitudes, changed, 1)
         if progress:
             progress(done + k + 1, total)
     return sorted(found, key=lambda m: -m.least)

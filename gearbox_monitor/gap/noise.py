@@ -16,6 +16,8 @@
 import numpy as np
 from scipy.fft import dct
 
+from gearbox_monitor.arrays import Array, Flags
+
 # The fourth difference of white noise has 1 + 16 + 36 + 16 + 1 times its variance; motion that is
 # smooth over five samples leaves none.
 DIFFERENCE_GAIN = np.sqrt(70.0)
@@ -23,7 +25,7 @@ MAD_TO_SIGMA = 1.0 / 0.6744897501960817  # of a normal distribution
 MOTION = 60.0  # Hz, above which motion has hardly anything
 
 
-def noise_levels(y):
+def noise_levels(y: Array) -> tuple[Array, Array]:
     """
     Return (sigma [2], quantum [2]) of readings y [N, 2], both in rad.
 
@@ -37,7 +39,7 @@ def noise_levels(y):
     return np.array([noise_level(channel, q) for channel, q in zip(y.T, quantum)]), quantum
 
 
-def spectrum(residual, dt):
+def spectrum(residual: Array, dt: float) -> tuple[Array, Array, Flags]:
     """
     Return (power [W, L, C], frequencies [L] Hz, high [L]) of residuals [W, L, C], dt s apart.
 
@@ -49,7 +51,7 @@ def spectrum(residual, dt):
     return power, at, at > MOTION if at[-1] > 2.0 * MOTION else at >= 0.0
 
 
-def noise_level(y, quantum=0.0):
+def noise_level(y: Array, quantum: float = 0.0) -> float:
     """Return the standard deviation (rad) of white noise on y [N] (rad), rounding included."""
     if len(y) < 5:
         return 0.0
@@ -58,7 +60,7 @@ def noise_level(y, quantum=0.0):
     return float(max(spread, quantum / np.sqrt(12.0)))
 
 
-def lattice(y):
+def lattice(y: Array) -> float:
     """Return the step (rad) of the lattice that all of y [N] stand on, 0 where there is none."""
     values = np.unique(y)
     if len(values) < 2:

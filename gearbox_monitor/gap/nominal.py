@@ -18,19 +18,25 @@ Fit the values of a drive's model from recordings, and say which of them the dat
 Each value moves on a log scale about that of the model file, held by a weak prior: what the data
 do not determine stays where it was, and is told.
 """
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 import math
+from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Values
 from gearbox_monitor.drive.effects import library
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.gap import close, fit as fitting
 from gearbox_monitor.gap.candidate import (
-    BY_EFFECT, Candidate, Coordinate, NOT_FITTED, NUISANCES, offered, PERIODIC, PHASED, ZERO)
+    BY_EFFECT, Candidate, Coordinate, NOT_FITTED, NUISANCES, offered, PERIODIC, PHASED,
+    Starts, ZERO)
 from gearbox_monitor.gap.diagnose import joined, noise_floor
 from gearbox_monitor.gap.driven import driven
 from gearbox_monitor.gap.process_noise import left_of
+from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.gap.search import Fitted, Search
 from gearbox_monitor.gap.windows import cut
 
@@ -57,16 +63,18 @@ class Value:
 class NominalFit:
     """model: DriveModel with the values; values: [Value]; correlated: [(name, name, r)]."""
 
-    model: object
-    values: list
-    correlated: list
-    gap_before: float
+    model: DriveModel
+    values: list[Value]
+    correlated: list[tuple[str, str, float]]
+    gap_before: float | None
     gap_after: float
-    validation: dict | None = None
+    validation: dict[str, Any] | None = None
 
 
-def fit_nominal(recordings, model, free=None, *, validate=None, seconds=None, jobs=1,
-                progress=None):
+def fit_nominal(recordings: Sequence[Recording], model: DriveModel,
+                free: Sequence[str] | None = None, *, validate: Recording | None = None,
+                seconds: float | None = None, jobs: int = 1,
+                progress: Callable[..., object] | None = None) -> NominalFit:
     """
     Return the NominalFit of the values `free` (default: all of the drive) to recordings.
 
@@ -111,35 +119,35 @@ def fit_nominal(recordings, model, free=None, *, validate=None, seconds=None, jo
     after = _gap(data, candidate, fitted.point)
     validation = None
     if validate is not None:
-        known = plain if recording.motor is None else replace(model, tolerance=0.0)
-        validation = close.validate(validate, known, found, sigma)
+        base = plain if recording.motor is None else replace(model, tolerance=0.0)
+        validation = close.validate(validate, base, found, sigma)
     found = replace(found.folded(), tolerance=model.tolerance,
                     zero_tolerance=model.zero_tolerance)
     return NominalFit(found, values, correlated, None if seconds else before, after, validation)
 
 
-def _coordinate(name, scale):
+def _coordinate(name: str, scale: float | None) -> Coordinate:
     if scale is None:
         low, high = WIDE
         return Coordinate(-1, name, 1.0, 1.0, low, high, log=True, prior=WEAK)
     return Coordinate(-1, name, 0.0, scale, prior=WEAK * scale)
 
 
-def _gap(data, candidate, point):
+def _gap(data: fitting.Data, candidate: Candidate, point: fitting.Point) -> float:
     """Return the gap that `point` leaves, in standard deviations of the noise."""
     plain = data.plain()
     point = plain.evaluate(candidate, fitting.copied(point))
     return close.gap_of(point.chi2, data.size)
 
 
-def _effects_of(model):
+def _effects_of(model: DriveModel) -> dict[str, Values]:
     """Return {id: effect} of `model` whose parameters can be fitted by the effect's id."""
     values = {effect for effect, _ in BY_EFFECT.values()}
     return {e['id']: e for e in model.folded().effects
             if e['id'] not in values and e['id'] not in NOT_FITTED}
 
 
-def _of_effect(starts, effect, owner):
+def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
     """Return the Coordinates of `effect` of the model, from its values there."""
     name, values = effect['id'], dict(effect)
     if name in PHASED:
@@ -150,7 +158,7 @@ def _of_effect(starts, effect, owner):
         c.scale, abs(values[c.name])))) for c in own if c.owner == 0]
 
 
-def _settled(search, candidate):
+def _settled(search: Search, candidate: Candidate) -> Fitted:
     """
     Return the Fitted `candidate`, from short windows to long ones.
 
@@ -172,7 +180,8 @@ def _settled(search, candidate):
     return search.fitted['']
 
 
-def _rounds(search, data, candidate, point):
+def _rounds(search: Search, data: fitting.Data, candidate: Candidate,
+            point: fitting.Point) -> fitting.Point:
     """Find the windows' states at `point`, then fit and rescue in turns; return the Point."""
     every = np.arange(len(data.windows))
     point.states, _ = fitting.solve_states(
@@ -184,7 +193,7 @@ def _rounds(search, data, candidate, point):
     return point
 
 
-def _longer(data, fitted):
+def _longer(data: fitting.Data, fitted: Fitted) -> Fitted:
     """Return `fitted` on the longer windows of `data`."""
     candidate = fitted.candidate
     point = fitting.fresh(data, candidate)
@@ -197,7 +206,8 @@ def _longer(data, fitted):
     return Fitted(candidate, point)
 
 
-def _known(data, fitted, model):
+def _known(data: fitting.Data, fitted: Fitted,
+           model: DriveModel) -> tuple[list[Value], list[tuple[str, str, float]]]:
     """Return ([Value], [(name, name, correlation)]) by the linearised fit."""
     candidate, point = fitted.candidate, fitted.point
     s = fitting.sensitivity(data, candidate, point)
@@ -231,13 +241,13 @@ def _known(data, fitted, model):
     return values, correlated
 
 
-def _unit(effect, coordinate):
+def _unit(effect: str, coordinate: Coordinate) -> str:
     """Return the unit of a Coordinate of an effect; As and Ac are the sine and cosine of A."""
     units = {p.name: p.unit for p in library()[effect].parameters}
     return units.get(coordinate.name) or units['A']
 
 
-def _central(data, candidate, point):
+def _central(data: fitting.Data, candidate: Candidate, point: fitting.Point) -> Array:
     """Return d(-residual)/dz [W, C L, P]; one-sided, it would see what is not determined."""
     columns = []
     for i, step in enumerate(data.simulator.stretch * candidate.steps()):
@@ -250,7 +260,7 @@ def _central(data, candidate, point):
     return np.stack(columns, axis=2)
 
 
-def start_values(model):
+def start_values(model: DriveModel) -> dict[str, float]:
     """Return {name: value} of everything that can be fitted, as `model` has it."""
     out = {}
     for name, where in NUISANCES.items():

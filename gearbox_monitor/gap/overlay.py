@@ -17,13 +17,17 @@ Models laid over a recording: free runs over windows of 1 s, and one over all of
 
 Window states are fitted, as for the gap; nothing else of a model moves, but for an unknown zero.
 """
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Flags
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.gap.close import cross, free_run, gap_of, windowed
 from gearbox_monitor.gap.diagnose import noise_floor
 from gearbox_monitor.gap.driven import driven
+from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.gap.search import held_out
 from gearbox_monitor.gap.windows import Windows
 
@@ -38,10 +42,10 @@ class Run:
     """
 
     name: str
-    y: np.ndarray
-    chi2: np.ndarray
+    y: Array
+    chi2: Array
     gap: float
-    free: np.ndarray | None = None
+    free: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -53,22 +57,23 @@ class Overlay:
     sigma [2] rad, noise of the encoders; channels: the encoders that there are.
     """
 
-    recording: object
+    recording: Recording
     windows: Windows
-    t: np.ndarray
-    measured: np.ndarray
-    held: np.ndarray
-    sigma: np.ndarray
-    channels: tuple
-    runs: tuple
+    t: Array
+    measured: Array
+    held: Flags
+    sigma: Array
+    channels: tuple[int, ...]
+    runs: tuple[Run, ...]
 
-    def residual(self, run):
+    def residual(self, run: Run) -> Array:
         """Return measured less modelled [W, L, C] of the encoders `channels`, in sigma."""
         use = list(self.channels)
         return ((self.measured - run.y) / self.sigma)[:, :, use]
 
 
-def overlay(recording, models, sigma=None):
+def overlay(recording: Recording, models: Mapping[str, DriveModel],
+            sigma: Array | None = None) -> Overlay:
     """
     Return the Overlay of a Recording and `models` {name: DriveModel}.
 
@@ -94,14 +99,14 @@ def overlay(recording, models, sigma=None):
                    np.asarray(sigma, float), channels, tuple(runs))
 
 
-def smoothed(residual, dt, seconds=0.02):
+def smoothed(residual: Array, dt: float, seconds: float = 0.02) -> Array:
     """Return the moving mean [N] of a residual [N] over `seconds`: what is more than noise."""
     width = max(1, min(round(seconds / dt), len(residual)))
     ones = np.ones(width)
     return np.convolve(residual, ones, 'same') / np.convolve(np.ones(len(residual)), ones, 'same')
 
 
-def near(y, measured):
+def near(y: Array, measured: Array) -> Array:
     """Return y [N], NaN where it is far off all that was measured [N]: fit to be drawn."""
     low, high = float(measured.min()), float(measured.max())
     with np.errstate(invalid='ignore'):

@@ -13,15 +13,18 @@
 # limitations under the License.
 
 """Two effects at once: where one leaves something, the pair that leaves least."""
+from collections.abc import Iterable, Sequence
 from functools import partial
 from itertools import combinations
 import math
+from typing import TypeAlias
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array
 from gearbox_monitor.gap import fit as fitting, isolate
-from gearbox_monitor.gap.candidate import NOT_FITTED, ORDERS, PERIODIC, with_effects
-from gearbox_monitor.gap.search import Fitted
+from gearbox_monitor.gap.candidate import Candidate, NOT_FITTED, ORDERS, PERIODIC, with_effects
+from gearbox_monitor.gap.search import Fitted, Search
 
 # Proposals: by the linearised gain of a second effect over whole windows and over their beginnings
 # (where a model that is far off still follows the readings), and of both over none.
@@ -32,24 +35,27 @@ SIDES = {'motor_coulomb': 'arm_coulomb', 'motor_viscous': 'arm_viscous',
          'arm_coulomb': 'motor_coulomb', 'arm_viscous': 'motor_viscous'}
 EXCHANGED = 3
 RACE = ((0.25, 6), (0.5, 4), (1.0, 3))  # share of the windows fitted, pairs that go on from there
+Gain: TypeAlias = tuple[float, int | None]
+Started: TypeAlias = tuple[Candidate, fitting.Point]
 
 
-def forward_gains(search, fitted):
+def forward_gains(search: Search, fitted: Fitted) -> dict[str, Gain]:
     """Return {id: (linearised gain in chi2, N)} of adding each effect to `fitted`."""
     gains = _gains(search, search.long, fitted.candidate, fitted.point)
     return {name: some[0] for name, some in gains.items()}
 
 
-def _gains(search, data, candidate, point):
+def _gains(search: Search, data: fitting.Data, candidate: Candidate,
+           point: fitting.Point) -> dict[str, list[Gain]]:
     """Return {id: [(linearised gain in chi2 of adding it, N), ..., best first]}."""
     ids = [i for i in search.ids if i not in candidate.ids]
-    gains = {}
+    gains: dict[str, list[Gain]] = {}
     for (name, order), gain in search.gains(data, candidate, point, ids, ORDERS).items():
         gains.setdefault(name, []).append((gain, order))
     return {name: sorted(some, key=lambda g: -g[0]) for name, some in gains.items()}
 
 
-def find_pairs(search, firsts):
+def find_pairs(search: Search, firsts: Sequence[str]) -> list[str]:
     """
     Fit pairs; they join search.fitted. Returns their names, best first.
 
@@ -70,7 +76,7 @@ def find_pairs(search, firsts):
     return chosen
 
 
-def _raced(search, racing):
+def _raced(search: Search, racing: list[Started]) -> list[str]:
     """
     Run pairs [(Candidate, Point at its start on the beginnings)] against each other.
 
@@ -80,11 +86,11 @@ def _raced(search, racing):
     for share, kept in RACE:
         data = fitting.shortened(search.long, share)
         racing = search.map(partial(_run_on, search, data, share > begun), racing, 'pairs')
-        best = {}
+        best: dict[tuple[tuple[str, ...], tuple[int, ...]], Started] = {}
         # Of starts of one pair all windows tell: where an effect shows in few of them, all of its
         # starts are alike to the others.
         every = np.ones(len(data.windows))
-        for joint, point in sorted(racing, key=lambda r: fitting.objective(*r, every)):
+        for joint, point in sorted(racing, key=lambda r: fitting.objective(r[0], r[1], every)):
             orders = tuple(sorted(joint.orders.values()))
             best.setdefault((_key(joint.ids), orders), (joint, point))
         racing = sorted(best.values(), key=lambda r: search.score(data, *r))[:kept]
@@ -98,7 +104,7 @@ def _raced(search, racing):
     return names
 
 
-def _proposed(search, firsts):
+def _proposed(search: Search, firsts: Sequence[str]) -> list[Started]:
     """Return [(Candidate, Point at its start on the beginnings of the windows)] of pairs."""
     data = fitting.shortened(search.long, RACE[0][0])
     driven = search.recording.motor is not None
@@ -125,16 +131,16 @@ def _proposed(search, firsts):
     return jobs
 
 
-def _begun(search, data, fitted):
+def _begun(search: Search, data: fitting.Data, fitted: Fitted) -> fitting.Point:
     """Return the Point of `fitted` on `data`, the beginnings of the long windows."""
     candidate = fitted.candidate
-    point = fitting.Point(fitted.point.z.copy(), None, fitted.point.memory.copy())
+    point = fitting.Point(fitted.point.z.copy(), fitting.UNSET, fitted.point.memory.copy())
     point.states = fitting.grown_states(data, candidate.model(point.z), point.memory,
                                         np.arange(len(data.windows)), search.half_gap)
     return fitting.fit(data, candidate, point, 5, robust=True)
 
 
-def _run_on(search, data, further, pair):
+def _run_on(search: Search, data: fitting.Data, further: bool, pair: Started) -> Started:
     """Fit a pair on `data`; further: the windows have become longer since its last fit."""
     joint, point = pair
     if further:
@@ -152,11 +158,11 @@ def _run_on(search, data, further, pair):
     return joint, point
 
 
-def _key(ids):
+def _key(ids: Iterable[str]) -> tuple[str, ...]:
     return tuple(sorted(ids))
 
 
-def _with_nuisances(search, joint, point):
+def _with_nuisances(search: Search, joint: Candidate, point: fitting.Point) -> Array:
     z, n = joint.start(), sum(c.owner < 0 for c in joint.coordinates)
     fewer = min(n, len(point.z))
     if n:
@@ -167,7 +173,7 @@ def _with_nuisances(search, joint, point):
     return z
 
 
-def _screened(search):
+def _screened(search: Search) -> list[tuple[Candidate, Candidate]]:
     """Return pairs of Candidates, best first by linearised gain at none on short windows."""
     data, base = search.short, search.fitted[''].candidate
     point = search.short_none
@@ -179,9 +185,9 @@ def _screened(search):
         if name in NOT_FITTED:
             continue
         for order in search.found_orders(name) if name in PERIODIC else [None]:
-            for candidate, columns in zip(search.starts.candidates(name, order),
-                                          search.probes(name, order)):
-                options.append((candidate, [{'id': name, **c} for c in columns]))
+            for candidate, probe in zip(search.starts.candidates(name, order),
+                                        search.probes(name, order)):
+                options.append((candidate, [{'id': name, **c} for c in probe]))
     columns = search.map(
         lambda e: point.residual - data.residual(
             with_effects(model, [*model.effects, e]), point.states, point.memory)[0],
@@ -196,7 +202,7 @@ def _screened(search):
     for _, effects in options:
         places.append(list(range(at, at + len(effects))))
         at += len(effects)
-    found = {}
+    found: dict[tuple[str, ...], tuple[float, tuple[Candidate, Candidate]]] = {}
     for (i, (a, _)), (j, (b, _)) in combinations(enumerate(options), 2):
         if a.ids == b.ids:
             continue
@@ -208,7 +214,7 @@ def _screened(search):
     return [parts for _, parts in sorted(found.values(), key=lambda v: -v[0])]
 
 
-def _exchanged(search, pair):
+def _exchanged(search: Search, pair: Fitted) -> list[Started]:
     """
     Return `pair` with one effect exchanged, as proposals for a race.
 
@@ -221,13 +227,14 @@ def _exchanged(search, pair):
     jobs = []
     for i, name in enumerate(pair.candidate.ids):
         kept = _alone(search, pair, 1 - i)
-        base, point = kept.candidate, fitting.Point(kept.point.z, None, kept.point.memory.copy())
+        base = kept.candidate
+        point = fitting.Point(kept.point.z, fitting.UNSET, kept.point.memory.copy())
         point.states = fitting.grown_states(data, base.model(point.z), point.memory, every,
                                             search.half_gap)
         data.evaluate(base, point)
         gains = _gains(search, data, base, point)
         _, left = separations[name]
-        names = [*sorted(left, key=left.get)[:EXCHANGED],
+        names = [*sorted(left, key=left.__getitem__)[:EXCHANGED],
                  *sorted(gains, key=lambda n: -gains[n][0][0])[:EXCHANGED]]
         options = [(other, gains[other][0][1]) for other in dict.fromkeys(names)
                    if other != name and other in gains]
@@ -246,7 +253,7 @@ def _exchanged(search, pair):
     return jobs
 
 
-def _alone(search, pair, i):
+def _alone(search: Search, pair: Fitted, i: int) -> Fitted:
     """Return the effect number `i` of `pair` with its values and window states, not fitted."""
     keep = [c for c in pair.candidate.coordinates if c.owner in (-1, i)]
     z = [v for c, v in zip(pair.candidate.coordinates, pair.point.z) if c.owner in (-1, i)]
@@ -262,7 +269,7 @@ def _alone(search, pair, i):
     return Fitted(alone, point)
 
 
-def _backward(search, pair):
+def _backward(search: Search, pair: Fitted) -> None:
     """Fit each effect of `pair` alone from where the pair ended: no pair by a local minimum."""
     for i, name in enumerate(pair.candidate.ids):
         alone = _alone(search, pair, i)

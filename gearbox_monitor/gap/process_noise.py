@@ -21,19 +21,27 @@ On a real drive the torque that a model leaves lasts (friction that varies with 
 Whitening residual and sensitivities with it leaves a fit as it is, and equals the innovations
 likelihood of a linearised Kalman filter.
 """
+from collections.abc import Sequence
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Flags
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.gap import fit as fitting
+from gearbox_monitor.gap.candidate import Candidate
 from gearbox_monitor.gap.residual import FreeFit, SPACING
+
+if TYPE_CHECKING:
+    from gearbox_monitor.gap.search import Fitted
 
 # N m rms per sample that are tried where the torque is some N m; see levels().
 LEVELS = (0.0, 0.002, 0.004, 0.007, 0.01, 0.014, 0.02, 0.03, 0.04, 0.055, 0.075, 0.1)
 LASTING = np.geomspace(0.003, 0.6, 12)  # of the torque's standard deviation
 
 
-def levels(model, u):
+def levels(model: DriveModel, u: Array) -> tuple[float, ...]:
     """Return the levels that are tried for the torque u [N] of a DriveModel."""
     if model.process_torque is not None:
         return (model.process_torque,)
@@ -51,7 +59,7 @@ class Whitener:
     level: N m rms per sample; of the torque itself where it lasts.
     """
 
-    def __init__(self, data, candidate, point):
+    def __init__(self, data: fitting.Data, candidate: Candidate, point: fitting.Point) -> None:
         free = FreeFit(data, candidate.model(point.z), 'motor_side', point)
         count = free.basis.shape[1]
         H = free.sensitivity(np.zeros((len(point.states), count)), point.states,
@@ -68,11 +76,11 @@ class Whitener:
             self.values)[:, None, :]
         self.level = 0.0
 
-    def _variance(self, level):
+    def _variance(self, level: float) -> float:
         """Return the variance of a triangle's torque: the mean of so many samples' noise."""
         return level * level / self.samples
 
-    def __call__(self, array):
+    def __call__(self, array: Array) -> Array:
         """Return `array` whitened at the level in force."""
         if self.level == 0.0:
             return array
@@ -82,7 +90,7 @@ class Whitener:
         out = flat - self.U @ (f[:, :, None] * inside)
         return out.reshape(array.shape)
 
-    def deviance(self, level, residual, Jx, train):
+    def deviance(self, level: float, residual: Array, Jx: Array, train: Flags) -> float:
         """Return -2 log L (restricted: window states integrated out) of the windows `train`."""
         self.level = level
         r, J = self(residual)[train], self(Jx)[train]
@@ -93,7 +101,7 @@ class Whitener:
         return float(chi2 + spread + np.linalg.slogdet(A)[1].sum())
 
 
-def left_of(data, fitted):
+def left_of(data: fitting.Data, fitted: 'Fitted') -> tuple[Array, Whitener | None]:
     """Return (what a search.Fitted leaves [W, C L], whitened if it is; its Whitener or None)."""
     if fitted.white is None:
         return fitted.point.residual, None
@@ -102,14 +110,16 @@ def left_of(data, fitted):
     return fitted.white, whitener
 
 
-def whitened(data, candidate, point, levels=LEVELS, rounds=2):
+def whitened(data: fitting.Data, candidate: Candidate, point: fitting.Point,
+             levels: Sequence[float] = LEVELS,
+             rounds: int = 2) -> tuple[fitting.Point, float, float, Array]:
     """
     Refit a copy of `point` with torque noise; return (point, deviance, level, whitened residual).
 
     The level is chosen for each candidate: otherwise the noise of a wrong model is charged to the
     right one. deviance: -2 log L of the training windows and the prior.
     """
-    point, whitener = fitting.copied(point), None
+    point = fitting.copied(point)
     for k in range(rounds + 1):
         whitener = Whitener(data, candidate, point)
         Jx = fitting.state_sensitivity(data, candidate.model(point.z), point.states,

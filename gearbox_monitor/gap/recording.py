@@ -18,10 +18,13 @@ A recording as the diagnosis takes it: torque and both positions on a uniform gr
 What a real recording does to its stamps (jitter, single lost samples, gaps) is repaired here where
 that is harmless, told in a notice, and refused where it is not.
 """
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Flags, Integers
 from gearbox_monitor.errors import InputError
 
 MIN_DURATION = 4.0     # s: four windows of the gap metric
@@ -31,6 +34,7 @@ QUIET_JITTER = 0.01    # of a sample time, rms: stamps rounded by a computer, no
 SPIKE = 12.0           # robust standard deviations off its neighbours
 FIELDS = ('u', 'motor', 'arm', 'arm_torque')
 UNITS = {'t': 's', 'u': 'N m', 'motor': 'rad', 'arm': 'rad', 'arm_torque': 'N m'}
+Place: TypeAlias = Callable[[int, str], str]
 
 
 @dataclass(frozen=True)
@@ -48,35 +52,37 @@ class Recording:
     motor's position.
     """
 
-    t: np.ndarray
-    u: np.ndarray
-    y: np.ndarray
+    t: Array
+    u: Array
+    y: Array
     dt: float
-    arm_torque: np.ndarray | None = None
+    arm_torque: Array | None = None
     name: str = ''
-    cuts: tuple = (0,)
-    channels: tuple = (0, 1)
-    motor: np.ndarray | None = None
+    cuts: tuple[int, ...] = (0,)
+    channels: tuple[int, ...] = (0, 1)
+    motor: Array | None = None
 
     @property
-    def positions(self):
+    def positions(self) -> Array:
         """Positions of motor and arm as measured [N, 2], rad."""
         if self.motor is None:
             return self.y
         return np.column_stack([self.motor[:, 0], self.y[:, 1]])
 
     @property
-    def readings(self):
+    def readings(self) -> tuple[str, str]:
         """What the columns of y are called."""
         return ('motor', 'arm') if self.motor is None else ('torque', 'arm')
 
     @property
-    def duration(self):
+    def duration(self) -> float:
         """Length of the recording, s."""
         return len(self.t) * self.dt
 
 
-def prepare(t, u, y, arm_torque=None, name='', place=None, one_encoder=False):
+def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = None,
+            name: str = '', place: Place | None = None,
+            one_encoder: bool = False) -> tuple[Recording, tuple[str, ...]]:
     """
     Return (Recording, notices) of samples stamped `t` [N], s, or integer ns; NaN: not measured.
 
@@ -97,7 +103,7 @@ def prepare(t, u, y, arm_torque=None, name='', place=None, one_encoder=False):
     where = f'{name}: ' if name else ''
     t, first = _seconds(t)
     y = np.array(y, float)
-    channels = (0, 1)
+    channels: tuple[int, ...] = (0, 1)
     if one_encoder:
         channels = tuple(i for i in (0, 1) if np.isfinite(y[:, i]).any()) or channels
         if len(channels) == 1:
@@ -152,7 +158,7 @@ def prepare(t, u, y, arm_torque=None, name='', place=None, one_encoder=False):
                      dt, values.get('arm_torque'), name, channels=channels), tuple(notices)
 
 
-def _seconds(t):
+def _seconds(t: Any) -> tuple[Array, float]:
     """Return (t from 0 in s, first stamp in s); integers are ns."""
     t = np.asarray(t)
     if t.dtype.kind in 'iu':
@@ -161,7 +167,8 @@ def _seconds(t):
     return t - t[:1], float(t[0]) if len(t) else 0.0
 
 
-def _check_numbers(t, first, values, where, place):
+def _check_numbers(t: Array, first: float, values: Mapping[str, Array], where: str,
+                   place: Place) -> None:
     """Raise InputError for what is no finite number or, in t, does not increase."""
     bad = np.flatnonzero(~np.isfinite(t))
     if len(bad):
@@ -185,13 +192,13 @@ def _check_numbers(t, first, values, where, place):
                          f'{first + t[row - 1]:.9g} s, expected increasing times')
 
 
-def _runs(flags):
+def _runs(flags: Flags) -> tuple[Integers, Integers]:
     """Return (starts, lengths) of the runs of True in flags [N]."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
     return edges[::2], edges[1::2] - edges[::2]
 
 
-def _fill(t, value, field, where, place):
+def _fill(t: Array, value: Array, field: str, where: str, place: Place) -> tuple[Array, int]:
     """Return (value with NaN interpolated, how many); raises InputError where there are many."""
     missing = np.isnan(value)
     starts, lengths = _runs(missing)
@@ -213,7 +220,7 @@ def _fill(t, value, field, where, place):
     return value, count
 
 
-def _grid(t, where):
+def _grid(t: Array, where: str) -> tuple[Integers, float, Array]:
     """
     Return (index [N], dt, jitter [N]): t = index dt + jitter, from 0, index increasing.
 
@@ -223,7 +230,7 @@ def _grid(t, where):
     dt = float(np.median(step))
     count = np.maximum(1.0, np.rint(step / dt))
     jittery = np.median(np.abs(step - dt)) > 0.1 * dt
-    for k in np.flatnonzero(step > 1.5 * dt) if jittery else ():
+    for k in np.flatnonzero(step > 1.5 * dt).tolist() if jittery else ():
         # A late stamp is followed by a short step; after a lost sample all stamps stay behind.
         before, after = np.arange(max(k - 6, 0), k + 1), np.arange(k + 1, min(k + 8, len(t)))
         behind = np.median(t[after] - dt * after) - np.median(t[before] - dt * before)
@@ -237,7 +244,7 @@ def _grid(t, where):
     return index.astype(np.int64), float(slope), jitter
 
 
-def _longest(t, first, cuts, dt, where):
+def _longest(t: Array, first: float, cuts: Integers, dt: float, where: str) -> tuple[slice, str]:
     """Return (slice, notice) of the longest stretch between the gaps after the rows `cuts`."""
     edges = np.concatenate([[0], cuts + 1, [len(t)]])
     i = int(np.argmax(t[edges[1:] - 1] - t[edges[:-1]]))
@@ -253,7 +260,7 @@ def _longest(t, first, cuts, dt, where):
                   f'{first + t[keep][-1]:.6g} s is used')
 
 
-def _cubic(times, value, at):
+def _cubic(times: Array, value: Array, at: Array) -> Array:
     """Return value [N] at `times` (s) on the times `at` by local cubics; the ends are held."""
     k = np.clip(np.searchsorted(times, at) - 2, 0, len(times) - 4)
     at = np.clip(at, times[0], times[-1])
@@ -267,7 +274,8 @@ def _cubic(times, value, at):
     return result
 
 
-def _follows_stamps(values, index, jitter, dt):
+def _follows_stamps(values: Mapping[str, Array], index: Integers, jitter: Array,
+                    dt: float) -> bool:
     """
     Return whether the readings were taken at the stamped times rather than evenly.
 
@@ -290,7 +298,7 @@ def _follows_stamps(values, index, jitter, dt):
     return below > 0.0 and above > 0.5 * below
 
 
-def _mend_spikes(value):
+def _mend_spikes(value: Array) -> int:
     """Interpolate single wild readings of value [N] in place; return how many, 0 if too many."""
     # What the four neighbours say of a reading; the cubic through them is (-1 4 4 -1) / 6.
     off = value[2:-2] - (-value[:-4] + 4 * value[1:-3] + 4 * value[3:-1] - value[4:]) / 6
@@ -305,7 +313,7 @@ def _mend_spikes(value):
         return 0
     # Alone: without it the rest is as smooth as anywhere.
     count = 0
-    for k in wild:
+    for k in wild.tolist():
         others = [i for i in range(max(k - 4, 0), min(k + 5, len(value))) if i != k]
         fit = np.polyfit(np.array(others) - k, value[others], 3)
         if (np.abs(np.polyval(fit, np.array(others) - k) - value[others]).max()

@@ -19,15 +19,22 @@ In each window an arbitrary signal (triangles of 40 ms, interpolated linearly) i
 the motor, on the arm or into the transmission, or as offset on one encoder. Two encoders determine
 two such signals: only at the right place does one explain both.
 """
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 import math
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
 from scipy.signal import savgol_filter
 
+from gearbox_monitor.arrays import Array, Integers
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.gap import fit as fitting
-from gearbox_monitor.gap.windows import cut, N_MEMORY
+from gearbox_monitor.gap.windows import cut, N_MEMORY, Windows
+
+if TYPE_CHECKING:
+    from gearbox_monitor.gap.search import Fitted, Search
 
 SPACING = 0.04      # s between the peaks of the triangles
 SHORT = 0.25        # s
@@ -51,20 +58,20 @@ class FreeForm:
     """
 
     place: str
-    signal: np.ndarray
-    precision: np.ndarray
-    residual: np.ndarray
-    chi2: np.ndarray
-    unknowns: np.ndarray
-    states: np.ndarray
+    signal: Array
+    precision: Array
+    residual: Array
+    chi2: Array
+    unknowns: Array
+    states: Array
 
     @property
-    def evidence(self):
+    def evidence(self) -> Array:
         """Gain in chi2 that each value of the signal brings [W, H]; 1 on average by noise."""
         return self.signal * np.einsum('wij,wj->wi', self.precision, self.signal)
 
 
-def triangles(length, lead, dt):
+def triangles(length: int, lead: int, dt: float) -> Array:
     """
     Return the basis [lead + length, H]; before the window's first sample the first one holds.
 
@@ -76,7 +83,7 @@ def triangles(length, lead, dt):
     return np.maximum(0.0, 1.0 - np.abs(at[:, None] - np.arange(count)))
 
 
-def _gram(J):
+def _gram(J: Array) -> Array:
     """Return J'J [W, C, C] of J [W, M, C]."""
     count, rows, columns = J.shape
     # Small products: for large ones BLAS starts threads, which wait for each other on a busy
@@ -92,7 +99,8 @@ def _gram(J):
 class FreeFit:
     """Windows with a free signal at one place."""
 
-    def __init__(self, data, model, place, start):
+    def __init__(self, data: fitting.Data, model: DriveModel, place: str,
+                 start: fitting.Point) -> None:
         self.data, self.model, self.place = data.plain(), model, place
         data = self.data
         self.memory = start.memory
@@ -107,7 +115,7 @@ class FreeFit:
         else:
             self.scale = max(float(np.std(data.recording.y[:, SENSORS.index(place)])), 1e-9)
 
-    def residual(self, signal, states):
+    def residual(self, signal: Array, states: Array) -> Array:
         """Return the residual [W, 2L] with signal [W, H] at the place."""
         data, windows = self.data, self.data.windows
         if not self.torque:
@@ -128,7 +136,7 @@ class FreeFit:
                 self.model, states[turn], self.memory[turn], turn, extra)
         return out
 
-    def sensitivity(self, signal, states, residual):
+    def sensitivity(self, signal: Array, states: Array, residual: Array) -> Array:
         """Return d(-residual)/d(signal, states) [W, 2L, H + 4]."""
         count = self.basis.shape[1]
         J = np.empty((*residual.shape, count + 4))
@@ -149,7 +157,8 @@ class FreeFit:
             J[:, :, count + i] = (residual - self.residual(signal, moved)) / step
         return J
 
-    def solve(self, states, signal=None, iterations=ITERATIONS):
+    def solve(self, states: Array, signal: Array | None = None,
+              iterations: int = ITERATIONS) -> FreeForm:
         """Return the FreeForm, by Levenberg-Marquardt with a damping for each window."""
         count = self.basis.shape[1]
         states = states.copy()
@@ -158,7 +167,7 @@ class FreeFit:
         ridge[:count] = self.scale ** -2  # weak: for values that the readings say nothing of
         residual = self.residual(signal, states)
 
-        def cost(signal, residual):
+        def cost(signal: Array, residual: Array) -> Array:
             return (np.einsum('wl,wl->w', residual, residual)
                     + ridge[0] * np.einsum('wh,wh->w', signal, signal))
         now = cost(signal, residual)
@@ -201,7 +210,8 @@ class FreeFit:
                         np.einsum('wl,wl->w', residual, residual), unknowns, states)
 
 
-def free_forms(search, fitted, jobs=1, places=PLACES):
+def free_forms(search: 'Search', fitted: 'Fitted', jobs: int = 1,
+               places: Sequence[str] = PLACES) -> dict[str, FreeForm]:
     """
     Return {place: FreeForm}, one for each of `places`, on the long windows, on top of `fitted`.
 
@@ -219,7 +229,7 @@ def free_forms(search, fitted, jobs=1, places=PLACES):
     states, _ = fitting.solve_states(short, model, states, memory, every)
     begun = fitting.Point(point.z, states, memory)
 
-    def one(place):
+    def one(place: str) -> FreeForm:
         brief = FreeFit(short, model, place, begun)
         rough = brief.solve(states)
         fit = FreeFit(long, model, place, point)
@@ -236,7 +246,7 @@ def free_forms(search, fitted, jobs=1, places=PLACES):
         return dict(zip(places, pool.map(one, places)))
 
 
-def _take_over(windows, states, others, into):
+def _take_over(windows: Windows, states: Array, others: Windows, into: Array) -> None:
     """Put states [V, 4] of `windows` into those [W, 4] of others that begin at the same sample."""
     at = {int(b): w for w, b in enumerate(windows.begin)}
     for w, begin in enumerate(others.begin):
@@ -244,7 +254,7 @@ def _take_over(windows, states, others, into):
             into[w] = states[at[int(begin)]]
 
 
-def labels(search, fitted):
+def labels(search: 'Search', fitted: 'Fitted') -> dict[str, tuple[tuple[str, ...], Integers]]:
     """
     Return {region: (names, bin of each sample [W, L] of the long windows)}.
 
@@ -268,7 +278,7 @@ def labels(search, fitted):
     distance = np.full(len(speed), len(speed))
     for k in turns:
         distance[max(0, k - width):k + width + 1] = 0
-    out = {}
+    out: dict[str, tuple[tuple[str, ...], Integers]] = {}
     for name, value in (('speed', np.abs(speed)), ('angle', y[:, 1]), ('load', load),
                         ('time', np.arange(len(speed)) * dt)):
         value = value[index]
@@ -280,14 +290,14 @@ def labels(search, fitted):
     return out
 
 
-def _shares(power, label, names):
+def _shares(power: Array, label: Integers, names: Sequence[str]) -> dict[str, float | None]:
     """Return {bin: share of power [W, L] in it}, None without power."""
     total = np.array([power[label == k].sum() for k in range(len(names))])
     total = np.clip(total, 0.0, None)
     return {n: float(v / total.sum()) if total.sum() > 0 else None for n, v in zip(names, total)}
 
 
-def _bands(series, dt):
+def _bands(series: Array, dt: float) -> tuple[Array, Array]:
     """Return the power of series [W, L] in three bands, and the bands' share of frequencies."""
     spectrum = (np.abs(np.fft.rfft(series, axis=1)) ** 2).sum(axis=0)
     band = np.searchsorted(BANDS, np.fft.rfftfreq(series.shape[1], dt))
@@ -295,7 +305,7 @@ def _bands(series, dt):
             np.array([(band == k).mean() for k in range(3)]))
 
 
-def region(search, fitted, free):
+def region(search: 'Search', fitted: 'Fitted', free: FreeForm) -> dict[str, dict[str, Any]]:
     """
     Return {region: {'time', 'residual', 'signal': {bin: share}, 'most': bin}}.
 
@@ -307,7 +317,7 @@ def region(search, fitted, free):
     power = (residual ** 2).sum(axis=2) - len(long.channels)
     basis = triangles(long.windows.length, 0, dt)
     strength = (free.evidence - 1.0) @ (basis / basis.sum(axis=0)).T
-    out = {}
+    out: dict[str, dict[str, Any]] = {}
     for name, (names, label) in labels(search, fitted).items():
         out[name] = {'time': _shares(np.ones_like(power), label, names),
                      'residual': _shares(power, label, names),
@@ -325,11 +335,11 @@ def region(search, fitted, free):
     for shares in out.values():
         ratio = {k: (v or 0.0) / shares['time'][k] for k, v in shares['signal'].items()
                  if shares['time'][k]}
-        shares['most'] = max(ratio, key=ratio.get)
+        shares['most'] = max(ratio, key=ratio.__getitem__)
     return out
 
 
-def _explained_by(free, columns):
+def _explained_by(free: FreeForm, columns: Array) -> float:
     """Return the share of the evidence for `free` that columns [W, H, C] explain."""
     weighted = np.einsum('wij,wjc->wic', free.precision, columns)
     gram = np.einsum('wic,wid->cd', columns, weighted)
@@ -340,7 +350,7 @@ def _explained_by(free, columns):
     return float(np.clip(step @ g / total, 0.0, 1.0))
 
 
-def command_or_motion(search, free):
+def command_or_motion(search: 'Search', free: FreeForm) -> dict[str, float]:
     """
     Return the shares of the torque of `free` on the motor that simple laws explain.
 
@@ -361,7 +371,7 @@ def command_or_motion(search, free):
         ('constant', (np.ones(at.shape),)))}
 
 
-def visible_places(search):
+def visible_places(search: 'Search') -> tuple[str, ...]:
     """Return the places that this drive and its encoders tell apart."""
     # A motion that is put in takes no offset; one encoder alone takes whatever is asked of it.
     sensors = SENSORS if search.recording.motor is None else SENSORS[1:]
@@ -372,7 +382,7 @@ def visible_places(search):
     return ('motor_side', *sensors) if both else ('motor_side',)
 
 
-def places(search, fitted, jobs=1):
+def places(search: 'Search', fitted: 'Fitted', jobs: int = 1) -> dict[str, Any]:
     """
     Return how much of the gap that `fitted` (none) leaves a free signal at each place explains.
 
@@ -396,14 +406,14 @@ def places(search, fitted, jobs=1):
             'region': region(search, fitted, found[order[0]])}
 
 
-def left_over(free):
+def left_over(free: FreeForm) -> float:
     """Return chi2 per reading that is left, geometric mean of windows: one stuck counts less."""
     size = free.residual.shape[1]
     per_reading = np.maximum(free.chi2 / (size - free.unknowns), 1e-300)
     return float(np.exp(np.mean(np.log(per_reading))))
 
 
-def _best(first, second):
+def _best(first: FreeForm, second: FreeForm) -> FreeForm:
     """Return a FreeForm with the better of two in each window."""
     worse = first.chi2 / (first.residual.shape[1] - first.unknowns) > (
         second.chi2 / (second.residual.shape[1] - second.unknowns))

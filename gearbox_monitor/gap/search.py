@@ -18,19 +18,24 @@ Which effect: every candidate fitted on the same windows, with the same effort, 
 Short windows (0.25 s) find the right contact of the gap and the rough values, windows of 1 s carry
 the evidence. The score is -2 log likelihood of the training windows plus p log n (BIC).
 """
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 import math
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Flags
 from gearbox_monitor.drive.effects import EFFECTS
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.gap import fit as fitting, lasting
 from gearbox_monitor.gap.candidate import (
     Candidate, NOT_FITTED, ORDERS, PERIODIC, PHASED, replaced_value, Starts, with_effects)
 from gearbox_monitor.gap.driven import simulator
 from gearbox_monitor.gap.process_noise import levels, whitened
-from gearbox_monitor.gap.windows import cut
+from gearbox_monitor.gap.recording import Recording
+from gearbox_monitor.gap.windows import cut, Windows
 
 SHORT, LONG = 0.25, 1.0  # s
 HELD_OUT = 0.3
@@ -39,9 +44,12 @@ SETTLING, STILL = 4, 5.0  # further rounds at most; gain in BIC below which a fi
 STRAY = 50.0  # chi2 by which a window may be worse than without effect before it counts as lost
 JAGGED_PROBE = 0.3  # of the scale, where what is made small is jagged (gap.jagged)
 FAR = 2.5     # tolerances from which on a nominal value is tried as an effect of its own
+Item = TypeVar('Item')
+Found = TypeVar('Found')
+Trial: TypeAlias = tuple[str, int | None]  # id, N
 
 
-def held_out(recording, windows):
+def held_out(recording: Recording, windows: Windows) -> tuple[Flags, list[int]]:
     """
     Return (train [W], samples of each joined recording before the held-out windows).
 
@@ -67,11 +75,11 @@ class Fitted:
     point: fitting.Point
     score: float = math.inf
     s: float = 0.0  # torque noise on the motor, N m rms per sample
-    white: np.ndarray | None = None  # residual [W, 2L] with that noise taken out
-    left: np.ndarray | None = None  # what lasts unexplained [2], N m and rad, see gap.lasting
+    white: Array | None = None  # residual [W, 2L] with that noise taken out
+    left: Array | None = None  # what lasts unexplained [2], N m and rad, see gap.lasting
 
     @property
-    def name(self):
+    def name(self) -> str:
         """Ids joined by '+'."""
         return self.candidate.name
 
@@ -86,16 +94,16 @@ class Screened:
     short_gain: float
 
     @property
-    def name(self):
+    def name(self) -> str:
         """Id of the effect."""
         return self.long.name
 
 
-def _long_gain(screened):
+def _long_gain(screened: Screened) -> float:
     return screened.long_gain
 
 
-def _short_gain(screened):
+def _short_gain(screened: Screened) -> float:
     return screened.short_gain
 
 
@@ -107,7 +115,8 @@ class Search:
     goes on.
     """
 
-    def __init__(self, recording, model, sigma, ids, jobs=1, progress=None):
+    def __init__(self, recording: Recording, model: DriveModel, sigma: Array, ids: Iterable[str],
+                 jobs: int = 1, progress: Callable[..., object] | None = None) -> None:
         self.recording, self.model, self.ids = recording, model, list(ids)
         self.simulator = simulator(recording, model)
         self.starts = Starts(model, recording)
@@ -122,16 +131,17 @@ class Search:
         self.jobs, self._progress = jobs, progress or (lambda *_: None)
         self._pool = ThreadPoolExecutor(jobs)
         self._done, self._total = 0, 1
-        self.fitted = {}
-        self._orders = {}
+        self.fitted: dict[str, Fitted] = {}
+        self._orders: dict[str, list[int]] = {}
 
     # ------------------------------------------------------------------ helpers
 
-    def map(self, function, items, text):
+    def map(self, function: Callable[[Item], Found], items: Sequence[Item],
+            text: str) -> list[Found]:
         """Return [function(item)] of all items, in threads; says how far it is."""
         self._total += len(items)
 
-        def one(item):
+        def one(item: Item) -> Found:
             out = function(item)
             self._done += 1
             name = getattr(item, 'name', item if isinstance(item, str) else '')
@@ -142,26 +152,26 @@ class Search:
         return list(self._pool.map(one, items))
 
     @property
-    def half_gap(self):
+    def half_gap(self) -> float:
         """Half gap of the model (rad), the scale on which windows are started elsewhere."""
         return max(self.model.transmission.half_gap, 0.01)
 
-    def score(self, data, candidate, point):
+    def score(self, data: fitting.Data, candidate: Candidate, point: fitting.Point) -> float:
         """Return the BIC of `point` on the training windows of `data`."""
         plain = fitting.objective(candidate, point, data.train.astype(float))
         return plain + candidate.n_effect * math.log(data.n_train)
 
-    def as_fitted(self, candidate, point):
+    def as_fitted(self, candidate: Candidate, point: fitting.Point) -> Fitted:
         """Return the Fitted of `candidate` at `point`, scored."""
         return Fitted(candidate, point, self.score(self.long, candidate, point))
 
-    def found_orders(self, name):
+    def found_orders(self, name: str) -> list[int]:
         """Return the orders N that find_orders found for the periodic effect `name`."""
         return self._orders[name]
 
     # ------------------------------------------------------------------ none
 
-    def none(self):
+    def none(self) -> Fitted:
         """Fit the model without effects; returns the Fitted and keeps the short windows' Point."""
         candidate = self.starts.none()
         point = fitting.fresh(self.short, candidate)
@@ -187,7 +197,7 @@ class Search:
         self.fitted[''] = self.as_fitted(candidate, long)
         return self.fitted['']
 
-    def long_states(self, short_point, candidate):
+    def long_states(self, short_point: fitting.Point, candidate: Candidate) -> Array:
         """Return states [W, 4] of the long windows: those of the short ones where they begin."""
         states = self.long.raw_states()
         at = {int(b): w for w, b in enumerate(self.short.windows.begin)}
@@ -198,7 +208,7 @@ class Search:
 
     # ------------------------------------------------------------------ single effects
 
-    def screen(self):
+    def screen(self) -> dict[str, list[Screened]]:
         """Fit all single effects roughly; keeps the best of each id in `fitted`."""
         ids = [i for i in self.ids if i not in NOT_FITTED]
         candidates = []
@@ -209,12 +219,12 @@ class Search:
                     candidates += self.starts.candidates(name, order)
             else:
                 candidates += self.starts.candidates(name)
-        by_id = {}
+        by_id: dict[str, list[Screened]] = {}
         for found in self.map(self._screen_one, candidates, 'screening'):
             by_id.setdefault(found.long.name, []).append(found)
         return by_id
 
-    def _screen_one(self, candidate):
+    def _screen_one(self, candidate: Candidate) -> Screened:
         """Return the Screened `candidate`, fitted from where none stands."""
         none = self.fitted['']
         points = []
@@ -234,7 +244,8 @@ class Search:
                         self.promise(self.long, candidate, long, none.point),
                         self.promise(starts[0][0], candidate, short, starts[0][1]))
 
-    def promise(self, data, candidate, point, none_point):
+    def promise(self, data: fitting.Data, candidate: Candidate, point: fitting.Point,
+                none_point: fitting.Point) -> float:
         """
         Return the gain in BIC over none that `point` promises.
 
@@ -245,7 +256,7 @@ class Search:
         prior = candidate.penalty(point.z) - base.penalty(none_point.z)
         return -(float(lost[data.train].sum()) + prior)
 
-    def at_none(self, candidate, point):
+    def at_none(self, candidate: Candidate, point: fitting.Point) -> fitting.Point:
         """Return a Point of `candidate` at its start, with states and nuisances of `point`."""
         z = candidate.start()
         known = {c.name: v for c, v in zip(self.fitted[''].candidate.coordinates, point.z)}
@@ -254,7 +265,7 @@ class Search:
                 z[i] = known[c.name]
         return fitting.copied(point, z)
 
-    def refine(self, by_id):
+    def refine(self, by_id: dict[str, list[Screened]]) -> None:
         """Fit the promising ids well, all of them and none with the same means."""
         cost = math.log(self.long.n_train)
         parts = [p for group in by_id.values() for p in group]
@@ -266,10 +277,10 @@ class Search:
         for p in parts:
             p.long_gain = self.promise(self.long, p.long.candidate, p.long.point, none.point)
 
-        def best(by):
+        def best(by: Callable[[Screened], float]) -> list[str]:
             gains = {i: max(by(p) - p.long.candidate.n_effect * cost for p in parts)
                      for i, parts in by_id.items()}
-            return sorted(gains, key=gains.get, reverse=True)[:KEEP_SCREENED]
+            return sorted(gains, key=gains.__getitem__, reverse=True)[:KEEP_SCREENED]
         for name, parts in by_id.items():
             self.fitted[name] = min((p.long for p in parts), key=lambda f: f.score)
         chosen = dict.fromkeys(best(_long_gain) + best(_short_gain) + self._far(by_id))
@@ -280,7 +291,7 @@ class Search:
             self.cross()
         self.whiten(['', *self.ranked()[:KEEP_REFINED]])
 
-    def _far(self, ids):
+    def _far(self, ids: Iterable[str]) -> list[str]:
         """Return those of `ids` whose value none has moved far beyond its tolerance."""
         none = self.fitted['']
         far = {c.name for c, z in zip(none.candidate.coordinates, none.point.z)
@@ -288,7 +299,7 @@ class Search:
         return [i for i in ids if i in EFFECTS and EFFECTS[i].replaces
                 and EFFECTS[i].parameters[0].name in far]
 
-    def _refine_one(self, job):
+    def _refine_one(self, job: tuple[str, list[Screened]]) -> Fitted:
         name, parts = job
         short = max(parts, key=_short_gain)
         candidate = short.long.candidate
@@ -298,7 +309,7 @@ class Search:
         none = [self.fitted[''].point]
         return self.polish(min(trials, key=lambda f: f.score), none)
 
-    def to_long(self, candidate, short_point):
+    def to_long(self, candidate: Candidate, short_point: fitting.Point) -> fitting.Point:
         """Return the Point of the long windows that begins where one of the short ones ended."""
         point = fitting.Point(short_point.z.copy(), self.long_states(short_point, candidate),
                               np.zeros((len(self.long.windows), 4)))
@@ -307,14 +318,14 @@ class Search:
             self.long, candidate.model(point.z), point.states, point.memory, every, 4)
         return self.long.evaluate(candidate, point)
 
-    def grown(self, fitted):
+    def grown(self, fitted: Fitted) -> Fitted:
         """Return `fitted` found anew on windows that get longer."""
         if self.recording.motor is not None:  # runs whose begin is known do not go astray
             return fitted
         point = fitting.grow(self.long, fitted.candidate, fitted.point, self.half_gap)
         return self.as_fitted(fitted.candidate, point)
 
-    def polish(self, fitted, others=()):
+    def polish(self, fitted: Fitted, others: Sequence[fitting.Point] = ()) -> Fitted:
         """Rescue and refit `fitted` on the long windows: robust, then plain."""
         candidate, point = fitted.candidate, fitting.copied(fitted.point)
         fitting.rescue(self.long, candidate, point, others, half_gap=self.half_gap)
@@ -323,7 +334,7 @@ class Search:
             fitting.fit(self.long, candidate, point, 6)
         return min(self.as_fitted(candidate, point), fitted, key=lambda f: f.score)
 
-    def cross(self, names=None):
+    def cross(self, names: Sequence[str] | None = None) -> None:
         """Give the best fits and none each other's window states, and fit them again."""
         names = names or ['', *self.ranked()[:KEEP_REFINED]]
         every = [self.fitted[n].point for n in names]
@@ -331,7 +342,7 @@ class Search:
         found = self.map(lambda f: self.polish(f, every), jobs, 'comparing')
         self.fitted.update(zip(names, found))
 
-    def settle(self, names):
+    def settle(self, names: Sequence[str]) -> None:
         """Polish the fits `names` until they stand still: what they leave is to be judged."""
         for _ in range(SETTLING):
             before = [self.fitted[n].score for n in names]
@@ -340,13 +351,13 @@ class Search:
                 break
 
     @property
-    def noisy(self):
+    def noisy(self) -> bool:
         """Whether torque noise on the motor is part of the likelihood."""
         model = self.model
         return (model.tolerance > 0.0 or bool(model.process_torque)
                 or model.process_torque_time > 0.0)
 
-    def whiten(self, names):
+    def whiten(self, names: Sequence[str]) -> None:
         """Fit `names` again with torque noise; all others stay behind them."""
         if not self.noisy or not names:
             return
@@ -355,7 +366,7 @@ class Search:
             return
         tried = levels(self.model, self.recording.u)
 
-        def one(name):
+        def one(name: str) -> Fitted:
             f = self.fitted[name]
             point, deviance, s, white = whitened(self.long, f.candidate, f.point, tried)
             score = deviance + f.candidate.n_effect * math.log(self.long.n_train)
@@ -368,22 +379,22 @@ class Search:
                 fitted.score = worst + max(fitted.score - plain, 1.0)
         self.fitted.update(found)
 
-    def ranked(self, size=1):
+    def ranked(self, size: int = 1) -> list[str]:
         """Return the names of candidates with `size` effects, best first."""
         names = [n for n, f in list(self.fitted.items()) if len(f.candidate.ids) == size]
         return sorted(names, key=lambda n: self.fitted[n].score)
 
     # ------------------------------------------------------------------ signatures
 
-    def probes(self, name, order=None):
+    def probes(self, name: str, order: int | None = None) -> list[list[dict[str, Any]]]:
         """Return lists of effects (one per column) that stand for a little of effect `name`."""
         effect = EFFECTS.get(name)
         a_little = None if self.recording.motor is None else JAGGED_PROBE
         if effect is not None and effect.replaces:
-            value = replaced_value(self.model, name)
+            value = replaced_value(self.model, name) or 0.0
             c = self.starts.candidates(name)[0].coordinates[-1]
             return [[{effect.parameters[0].name: value + (a_little or 0.02) * c.scale}]]
-        out = []
+        out: list[list[dict[str, Any]]] = []
         for candidate in self.starts.candidates(name, order):
             group = [c for c in candidate.coordinates if c.owner == 0]
             z = {c.name: c.start if c.start else (a_little or 0.1) * c.scale for c in group}
@@ -395,7 +406,8 @@ class Search:
                 out.append([z])
         return out
 
-    def gains(self, data, base, point, ids, orders=None):
+    def gains(self, data: fitting.Data, base: Candidate, point: fitting.Point, ids: Iterable[str],
+              orders: Iterable[int] | None = None) -> dict[Trial, float]:
         """
         Return {(id, N): linearised gain in chi2 of adding it to the Candidate `base` at `point`}.
 
@@ -406,9 +418,9 @@ class Search:
         s = fitting.sensitivity(data, base, point)
         model = base.model(point.z)
         _, prior = base.prior(point.z)
-        out = {}
+        out: dict[Trial, float] = {}
 
-        def one(job):
+        def one(job: tuple[Trial, list[dict[str, Any]]]) -> tuple[Trial, float]:
             key, columns = job
             residuals = [(point.residual - data.residual(
                 with_effects(model, [*model.effects, {'id': key[0], **column}]), point.states,
@@ -422,14 +434,14 @@ class Search:
         for name in ids:
             if name in base.ids or name in NOT_FITTED:
                 continue
-            tried = orders or self._orders.get(name, ORDERS)
+            tried = orders or self._orders.get(name) or ORDERS
             for order in tried if name in PERIODIC else [None]:
                 jobs += [((name, order), columns) for columns in self.probes(name, order)]
         for key, gain in self._pool.map(one, jobs):
             out[key] = max(out.get(key, 0.0), gain)
         return out
 
-    def find_orders(self, keep=3):
+    def find_orders(self, keep: int = 3) -> None:
         """Find the orders N of the periodic effects with the largest linearised gains."""
         periodic = [i for i in PERIODIC if i in self.ids]
         gain = self.gains(self.short, self.fitted[''].candidate, self.short_none, periodic, ORDERS)
@@ -437,7 +449,7 @@ class Search:
             self._orders[name] = sorted(ORDERS, key=lambda n: -gain[name, n])[:keep]
 
 
-def _gain(S, g, known):
+def _gain(S: Array, g: Array, known: int) -> float:
     """Return the gain in chi2 of the coordinates from `known` on, the first ones free as well."""
     if len(g) == known:
         return 0.0

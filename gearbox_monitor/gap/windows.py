@@ -18,16 +18,20 @@ Free runs of the drive over the windows of a recording: what every part of the d
 Each window starts from states of its own (motor and arm position and speed); memories (hysteresis,
 bristle) go over from window to window.
 """
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 import math
+from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.arrays import Array, Integers
 from gearbox_monitor.drive import effects
 from gearbox_monitor.drive.effects import actuator, DELAY, GAIN, LAG, MAX_DELAY, reading, UMAX
-from gearbox_monitor.drive.model import fastest_eigenvalue
+from gearbox_monitor.drive.model import DriveModel, fastest_eigenvalue
 from gearbox_monitor.drive.simulate import advance, N_STATE, plugin_of, with_plugin
 from gearbox_monitor.gap import lanes
+from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.jit import jit
 
 N_MEMORY = N_STATE - 4
@@ -37,8 +41,10 @@ COARSE_EIGENVALUE = 2.0  # for finding a place to start from
 
 
 @jit
-def _free_runs(begin, first, length, carry_at, states, memory, t0, dt, n, u, extra, zero, p, e,
-               theta, noise, rows, y, carry):
+def _free_runs(begin: Integers, first: Integers, length: int, carry_at: Integers, states: Array,
+               memory: Array, t0: float, dt: float, n: int, u: Array, extra: Array, zero: Array,
+               p: Array, e: Array, theta: Array, noise: Array, rows: Array, y: Array,
+               carry: Array) -> None:
     for w in range(len(begin)):
         state = rows[0]
         for i in range(4):
@@ -71,20 +77,20 @@ class Windows:
     earlier, so that delayed readings have a past; carry_at [W]: where the next window begins.
     """
 
-    first: np.ndarray
+    first: Integers
     length: int
-    begin: np.ndarray
-    carry_at: np.ndarray
+    begin: Integers
+    carry_at: Integers
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.first)
 
-    def take(self, index):
+    def take(self, index: Integers) -> 'Windows':
         """Return the windows `index` (with repeats, in any order)."""
         return Windows(self.first[index], self.length, self.begin[index], self.carry_at[index])
 
 
-def cut(recording, seconds, last=None):
+def cut(recording: Recording, seconds: float, last: Sequence[int] | None = None) -> Windows:
     """
     Return the Windows of `seconds` in a Recording; none lies across recordings that were joined.
 
@@ -100,8 +106,8 @@ def cut(recording, seconds, last=None):
         here = start + np.arange((end - start) // length) * length
         first.append(here)
         begin.append(np.maximum(start, here - lead))
-    first, begin = np.concatenate(first), np.concatenate(begin)
-    return Windows(first, length, begin, np.maximum(0, first + length - lead))
+    at = np.concatenate(first)
+    return Windows(at, length, np.concatenate(begin), np.maximum(0, at + length - lead))
 
 
 class Simulator:
@@ -114,9 +120,9 @@ class Simulator:
 
     begins_known = False  # whether states where windows begin are those of the readings
     stretch = 1.0         # of the steps of finite differences
-    fit = None            # in place of gap.fit.fit
+    fit: Callable[..., Any] | None = None  # in place of gap.fit.fit
 
-    def __init__(self, recording, model, coarse=False):
+    def __init__(self, recording: Recording, model: DriveModel, coarse: bool = False) -> None:
         self.u, self.dt = np.ascontiguousarray(recording.u), recording.dt
         # One number of steps for all candidates: otherwise a difference in accuracy is evidence.
         self.n = max(1, math.ceil(self.dt * fastest_eigenvalue(model) / (
@@ -126,12 +132,12 @@ class Simulator:
             self.extra[:, 1] = -recording.arm_torque
         self._keep = math.ceil(MAX_DELAY / self.dt) + 2
         self._padded = np.concatenate([np.full(self._keep, self.u[0]), self.u])
-        self._acting = {}
-        self._kernels = {None: _free_runs}
+        self._acting: dict[Any, Array] = {}
+        self._kernels: dict[str | None, Any] = {None: _free_runs}
         self._noise, self._zero = np.zeros((self.n, 4)), np.zeros(4)
-        self.passes = 0
+        self.passes = 0.0
 
-    def acting(self, e):
+    def acting(self, e: Array) -> Array:
         """Return the torque of the actuator [N, n] for packed effects `e`."""
         key = (e[DELAY], e[UMAX], e[GAIN], e[LAG])
         found = self._acting.get(key)
@@ -144,7 +150,8 @@ class Simulator:
             self._acting[key] = found
         return found
 
-    def run(self, windows, model, states, memory, extra=None):
+    def run(self, windows: Windows, model: DriveModel, states: Array, memory: Array,
+            extra: Array | None = None) -> tuple[Array, Array]:
         """
         Return (y [W, L, 2], carry [W, 8]): readings, and the state where the next window begins.
 
@@ -152,7 +159,7 @@ class Simulator:
         """
         plugin, theta = plugin_of(model) if model.effects else (None, np.zeros(0))
         name = plugin.id if plugin else None
-        if name not in self._kernels:
+        if plugin and name not in self._kernels:
             self._kernels[name] = with_plugin(plugin.torques, _free_runs)[0]
         e = effects.pack(model.effects)
         if model.transmission.kind == 'rigid':

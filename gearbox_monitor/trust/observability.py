@@ -17,7 +17,9 @@ First trust indicator: the torque can be seen from these measurements, in this m
 
 The paper's equation (6) looks at the Jacobian of [f; h] at a point; in raw units it ranks a lost
 encoder above a healthy standstill. What decides the level is therefore the information share: how
-much of the prior standard deviation of tau_K is left after 100 ms of measurements.
+much of the prior standard deviation of tau_K is left after 100 ms of measurements. It takes the model
+for exact within that time: precise encoders then see through the slightest coupling. So what the
+filter states, noise of the process included, decides as well: it must know more than the prior.
 """
 from collections.abc import Mapping
 import math
@@ -34,6 +36,7 @@ from gearbox_monitor.trust.level import Condition, Finding, finding_of, Level
 
 WINDOW = 0.1  # s
 UNTRUSTED = 0.3
+WORSE = 1.0  # of the prior standard deviation: the filter knows no more than before it began
 POSITION_SCALE = 1.0  # rad: prior standard deviation of the positions
 TINY = 1e-300
 
@@ -42,7 +45,13 @@ HIDDEN = Condition(
     f'more than {UNTRUSTED:g} of the prior standard deviation of tau_K is left', f'{WINDOW:g} s',
     'do not trust it; check the encoders; with an unknown load at standstill, wait for motion',
     ('information_share_tau_k',), ('information_share_threshold',))
-CONDITIONS = (HIDDEN,)
+UNKNOWN = Condition(
+    'observability', Level.ERROR, 'tau_K no better known than without measurements',
+    f'median standard deviation of tau_K > {WORSE:g} of the prior one (`p0_std_torque`)',
+    f'{WINDOW:g} s',
+    'do not trust it; restore the encoder that is lost, or say what loads the arm (arm_load)',
+    ('stated_share_tau_k',), ('stated_share_threshold',))
+CONDITIONS = (HIDDEN, UNKNOWN)
 
 
 @jit
@@ -177,16 +186,18 @@ def paper(state: Array, seen: Flags, p: Array) -> dict[str, float]:
                     _paper(state, seen, p)))
 
 
-def check(shares: Mapping[str, float], eq6: Values) -> Finding:
+def check(shares: Mapping[str, float], stated: float, eq6: Values) -> Finding:
     """
     Return the Finding for the information shares {state: share} and the indicators of eq. (6).
 
     eq6: see paper. shares: 'tau_k' decides; 'x3' (motor speed) and, where it is
-    estimated, 'tau_arm' are told.
+    estimated, 'tau_arm' are told. stated: standard deviation of tau_K that the filter states, over
+    its prior one.
     """
     values = {
         'information_share_tau_k': shares['tau_k'], 'information_share_threshold': UNTRUSTED,
-        'information_share_motor_speed': shares['x3'], **eq6}
+        'information_share_motor_speed': shares['x3'],
+        'stated_share_tau_k': stated, 'stated_share_threshold': WORSE, **eq6}
     if 'tau_arm' in shares:
         values['information_share_tau_arm'] = shares['tau_arm']
     hidden = [name for name, state in (('speed (standstill)', 'x3'),
@@ -195,5 +206,6 @@ def check(shares: Mapping[str, float], eq6: Values) -> Finding:
     fine = 'tau_K observable'
     if hidden:
         fine += '; not: ' + ', '.join(hidden)
-    broken = [] if shares['tau_k'] <= UNTRUSTED else [HIDDEN]  # NaN is untrusted, too
+    broken = [condition for condition, is_fine in (  # NaN is untrusted, too
+        (HIDDEN, shares['tau_k'] <= UNTRUSTED), (UNKNOWN, stated <= WORSE)) if not is_fine]
     return finding_of(broken, fine, values)
