@@ -32,6 +32,7 @@ from rclpy.utilities import remove_ros_args
 from gearbox_monitor.errors import InputError
 
 RCLError = rclpy_implementation.RCLError
+RMWError = rclpy_implementation.RMWError
 UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
 PARENT = 'GEARBOX_MONITOR_PARENT'  # process id of a parent that the node must not outlive
 PR_SET_PDEATHSIG = 1
