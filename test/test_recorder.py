@@ -65,7 +65,9 @@ def recorder(tmp_path):
         command = [sys.executable, '-m', 'gearbox_monitor.nodes.recorder_node', '--ros-args']
         for name, value in parameters.items():
             command += ['-p', f'{name}:={value}']
+        # Written under a limit of file size, compiled modules would be cut without a word.
         env = {**os.environ, 'PYTHONPATH': str(ROOT), 'ROS_DOMAIN_ID': str(DOMAIN),
+               'PYTHONDONTWRITEBYTECODE': '1',
                'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_LOG_DIR': str(tmp_path)}
         process = subprocess.Popen(command, env=env, cwd=tmp_path, text=True,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, **kwargs)

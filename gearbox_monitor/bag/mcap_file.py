@@ -65,15 +65,17 @@ class McapFile:
     """
     The chunks, channels and metadata of one file.
 
-    `truncated` says that the file has no footer, `damaged` lists what could not be read. The file
-    is read, not mapped: what is mapped would count as memory in use, and a file that is cut while
-    it is read would end the process.
+    `truncated` says that the file has no footer, `damaged` lists what could not be read, `torn`
+    where and when: {offset of the packed data: (first, last log time)} of cut and damaged chunks,
+    as their heads tell. The file is read, not mapped: what is mapped would count as memory in use,
+    and a file that is cut while it is read would end the process.
     """
 
     def __init__(self, path):
         self.path = path
         self.truncated = True
         self.damaged = []
+        self.torn = {}
         self.schemas, self.channels = {}, {}
         self.metadata = {}
         self.chunks = []
@@ -113,6 +115,7 @@ class McapFile:
             text = f'chunk at byte {chunk.begin}: {problem}'
             if text not in self.damaged:
                 self.damaged.append(text)
+                self.torn[chunk.begin] = (chunk.start_ns, chunk.end_ns)
         return data
 
     def _read(self, begin, end):
@@ -187,6 +190,8 @@ class McapFile:
             return None
         chunk = Chunk(at, end, compression, unpacked, crc, start_ns, end_ns, whole)
         self.chunks.append(chunk)
+        if not whole:
+            self.torn[chunk.begin] = (start_ns, end_ns)
         return chunk
 
     def _extend(self, loose, at, following):

@@ -17,7 +17,19 @@ import yaml
 
 VERSION = 9
 FILE_NAME = 'metadata.yaml'
+# The one in C is ten times as fast, where it was built.
+YAML_LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 FOREVER = {'sec': 9223372036, 'nsec': 854775807}
+
+
+# What the numbers mean that rosbag2 wrote before version 9.
+POLICIES = {
+    'history': ('system_default', 'keep_last', 'keep_all', 'unknown'),
+    'reliability': ('system_default', 'reliable', 'best_effort', 'unknown', 'best_available'),
+    'durability': ('system_default', 'transient_local', 'volatile', 'unknown', 'best_available'),
+    'liveliness': ('system_default', 'automatic', 'manual_by_node', 'manual_by_topic', 'unknown',
+                   'best_available'),
+}
 
 
 def qos_profile(depth=10, reliability='reliable', durability='volatile', history='keep_last',
@@ -37,11 +49,32 @@ def qos_profile(depth=10, reliability='reliable', durability='volatile', history
     }
 
 
+def read_qos(text):
+    """Return the list of profiles that `text` holds, of any version of rosbag2; [] if damaged."""
+    try:
+        profiles = yaml.load(text, YAML_LOADER) or []
+        return [{**profile, **{name: values[profile[name]] for name, values in POLICIES.items()
+                               if isinstance(profile[name], int)}} for profile in profiles]
+    except (yaml.YAMLError, KeyError, IndexError, TypeError):
+        return []
+
+
+def read_information(folder):
+    """Return ``rosbag2_bagfile_information`` of the bag `folder`, {} where it cannot be read."""
+    try:
+        content = yaml.load((folder / FILE_NAME).read_text(encoding='utf-8'), YAML_LOADER)
+        content = content['rosbag2_bagfile_information']
+        return content if isinstance(content['relative_file_paths'], list) else {}
+    except (OSError, ValueError, yaml.YAMLError, KeyError, TypeError, RecursionError):
+        return {}
+
+
 def bag_information(file_name, topics, start_ns, end_ns, custom_data):
     """
     Return the content of ``rosbag2_bagfile_information``.
 
-    `topics` are objects with name, msgtype, qos (list of :func:`qos_profile`), type_hash, count.
+    `topics` are objects with name, msgtype, encoding, qos (list of :func:`qos_profile`),
+    type_hash, count.
     """
     count = sum(topic.count for topic in topics)
     start = {'nanoseconds_since_epoch': start_ns if count else 0}
@@ -56,7 +89,7 @@ def bag_information(file_name, topics, start_ns, end_ns, custom_data):
             'topic_metadata': {
                 'name': topic.name,
                 'type': topic.msgtype,
-                'serialization_format': 'cdr',
+                'serialization_format': topic.encoding,
                 'offered_qos_profiles': topic.qos,
                 'type_description_hash': topic.type_hash,
             },

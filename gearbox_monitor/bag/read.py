@@ -22,7 +22,6 @@ import sqlite3
 import numpy as np
 from rosbags.rosbag2 import Reader, ReaderError
 from rosbags.typesys import get_types_from_idl, get_types_from_msg, get_typestore, Stores
-import yaml
 
 from gearbox_monitor.bag import metadata
 from gearbox_monitor.bag.cdr import Decoder, JointStates
@@ -32,8 +31,6 @@ from gearbox_monitor.bag.records import (
 from gearbox_monitor.errors import InputError
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
-# The one in C is ten times as fast, where it was built.
-YAML_LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 BLOCK_BYTES = 1 << 20  # unpacked at once, or one chunk where that is larger
 BLOCK_MESSAGES = 4096  # of a bag that comes message by message
 
@@ -63,31 +60,35 @@ def _files_of(path):
 
     The directory itself when rosbag2 has compressed the messages one by one.
     """
-    info = path / metadata.FILE_NAME
-    if info.is_file():
-        try:
-            content = yaml.load(info.read_text(encoding='utf-8'), YAML_LOADER)
-            content = content['rosbag2_bagfile_information']
-            names = [str(name) for name in content['relative_file_paths']]
-            if content.get('compression_mode'):
-                return [path]
-        except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError):
-            names = []  # damaged: the recordings themselves tell all that is needed
-        # Before 2020 these paths were relative to the directory that holds the bag.
-        files = [path / name if (path / name).exists() else path / Path(name).name
-                 for name in names]
-        missing = [file for file in files if not file.is_file()]
-        if missing:
-            raise InputError(f'{missing[0]}: missing, but {info} names it')
-        if files:
-            return files
-    files = sorted([*path.glob('*.mcap'), *path.glob('*.db3')], key=_natural)
+    content = metadata.read_information(path)  # if damaged, the recordings themselves tell all
+    if content.get('compression_mode'):
+        return [path]
+    files = named_files(path, content)
+    missing = [file for file in files if not os.path.isfile(file)]
+    if missing:
+        raise InputError(f'{missing[0]}: missing, but {path / metadata.FILE_NAME} names it')
+    files = files or sorted([*path.glob('*.mcap'), *path.glob('*.db3')], key=natural)
     if not files:
         raise InputError(f'{path}: holds no .mcap or .db3 file, expected a bag directory')
     return files
 
 
-def _natural(path):
+def named_files(path, content):
+    """Return the files of the bag directory `path` that its information `content` names."""
+    return [_inside(path, str(name)) for name in content.get('relative_file_paths', ())]
+
+
+def _inside(path, name):
+    """Return the file `name` of the bag directory `path`: never one outside of it."""
+    file = path / name
+    if '..' not in file.parts and file.is_relative_to(path) and os.path.exists(file):
+        return file
+    # Before 2020 these paths were relative to the directory that holds the bag.
+    return path / Path(name).name
+
+
+def natural(path):
+    """Return a key that sorts bag_2 before bag_10."""
     return [int(part) if part.isdigit() else part for part in re.split(r'(\d+)', path.name)]
 
 
@@ -170,7 +171,7 @@ class BagReader:
     def require_joints(self, topic, names, there):
         """Raise InputError unless all `names` are `there`, the joints on `topic`."""
         for name in names:
-            if name not in there:
+            if name and name not in there:  # '': there is no such joint
                 raise InputError(f'{self.path}: topic {topic} has no joint {name!r}, '
                                  f'it has {", ".join(there) or "none"}')
 
@@ -209,7 +210,7 @@ class McapReader(BagReader):
 
     def __init__(self, path, files):
         super().__init__(path)
-        self._files = [McapFile(file) for file in files]
+        self._files, self._unreadable = _opened(files)
         self._parts = []
         lost = 0
         for number, file in enumerate(self._files):
@@ -237,7 +238,7 @@ class McapReader(BagReader):
         if self._parts:
             self.start_ns = self._parts[0][0]
             self.end_ns = max(part[4].end_ns for part in self._parts)
-        self.truncated = any(file.truncated for file in self._files)
+        self.truncated = bool(self._unreadable) or any(file.truncated for file in self._files)
         self.notice = self._notice(lost)
 
     def blocks(self, topics=None):
@@ -310,10 +311,11 @@ class McapReader(BagReader):
 
     def _notice(self, lost):
         """Return one line about what is missing of the recording."""
-        texts = []
+        texts = list(self._unreadable)
         if self.truncated:
             cut = [str(file.path) for file in self._files if file.truncated]
-            texts.append(f'{cut[0]}: recording was cut off, read up to its last whole message')
+            texts += [f'{file}: recording was cut off, read up to its last whole message'
+                      for file in cut[:1]]
         damage = [f'{file.path}: damaged {text}' for file in self._files
                   for text in file.damaged]
         if damage:
@@ -321,6 +323,23 @@ class McapReader(BagReader):
         if lost:
             texts.append(f'{self.path}: {lost} messages lost their channel definition')
         return '; '.join(texts)
+
+
+def _opened(files):
+    """
+    Return (McapFiles, what is wrong with the others) of `files`.
+
+    The last file of a bag that was cut may be empty. InputError when none can be read.
+    """
+    opened, problems = [], []
+    for file in files:
+        try:
+            opened.append(McapFile(file))
+        except InputError as error:
+            problems.append(error)
+    if not opened:
+        raise problems[0]
+    return opened, [str(problem) for problem in problems]
 
 
 def _compact(block):

@@ -43,7 +43,8 @@ class _Topic:
     msgtype: str
     qos: list
     type_hash: str
-    channel_id: int
+    encoding: str = 'cdr'
+    channel_id: int = 0
     count: int = 0
 
 
@@ -114,16 +115,29 @@ class BagWriter:
             raise ValueError(f'{topic} was added before')
         qos = [metadata.qos_profile()] if qos is None else list(qos)
         text, type_hash = self._definition(msgtype, msgdef)
+        self._announce(_Topic(topic, msgtype, qos, type_hash), 'ros2msg', text.encode(), {
+            'offered_qos_profiles': metadata.to_yaml(qos) if qos else '',
+            'topic_type_hash': type_hash})
+
+    def copy_topic(self, schema, channel):
+        """Announce the topic that `schema` and `channel` (mcap.records) of another bag define."""
+        about = channel.metadata
+        self._announce(
+            _Topic(channel.topic, schema.name, metadata.read_qos(
+                about.get('offered_qos_profiles', '')), about.get('topic_type_hash', ''),
+                channel.message_encoding), schema.encoding, schema.data, about)
+
+    def _announce(self, topic, encoding, definition, about):
+        """Announce the _Topic whose type has this `definition`; about: metadata of the channel."""
         if self.error is not None:
             return
-        if msgtype not in self._schemas:
-            self._schemas[msgtype] = self._guarded(
-                self._writer.register_schema, msgtype, 'ros2msg', text.encode())
-        channel_id = self._guarded(
-            self._writer.register_channel, topic, 'cdr', self._schemas[msgtype],
-            {'offered_qos_profiles': metadata.to_yaml(qos) if qos else '',
-             'topic_type_hash': type_hash})
-        self._topics[topic] = _Topic(topic, msgtype, qos, type_hash, channel_id)
+        if topic.msgtype not in self._schemas:
+            self._schemas[topic.msgtype] = self._guarded(
+                self._writer.register_schema, topic.msgtype, encoding, definition)
+        topic.channel_id = self._guarded(
+            self._writer.register_channel, topic.name, topic.encoding,
+            self._schemas[topic.msgtype], about)
+        self._topics[topic.name] = topic
 
     def write(self, topic, log_ns, cdr_bytes, publish_ns=None, sequence=0):
         """Append one serialised message; times in ns since the epoch."""

@@ -27,6 +27,7 @@ COMMANDS = {
     'example': ('example', 'write a bag of a simulated drive, to try the others on'),
     'replay': ('replay', 'run a bag through the estimator, offline'),
     'play': ('play', 'publish a bag to live nodes, with /clock'),
+    'recover': ('recover', 'make a whole bag of one that was cut'),
     'import': ('import_', 'turn CSV, .mat or JSON recordings into a bag'),
     'tune': ('tune', 'find R and Q of a filter from a recording'),
     'compare': ('compare', 'run several filters on one recording, side by side'),
