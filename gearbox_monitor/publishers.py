@@ -16,7 +16,8 @@
 Whose messages are taken, where several publishers give the same joints.
 
 A message says nothing about its publisher, but each publisher numbers its messages on a topic one
-by one. Numbers that go back, or on elsewhere, are those of another one. No clock here.
+by one. Numbers that go back, or on elsewhere, are those of another one. No clock here: times are
+those of reception, by a clock that may be set back.
 """
 from dataclasses import dataclass
 
@@ -55,6 +56,7 @@ class Publishers:
 
     def __init__(self, policy):
         self.policy, self.refused, self.disputes = policy, 0, 0
+        self._latest = self._back = 0  # ns: latest time; how far the clock was set back in all
         self.forget()
 
     def forget(self):
@@ -66,7 +68,7 @@ class Publishers:
         """Return whether to take the message `number` (None: not numbered) received at now_ns."""
         if not number:
             return True
-        source = self._followed
+        source, now_ns = self._followed, self._time(now_ns)
         if source is not None and len(self._sources) == 1 and number == source.last + 1:
             source.last, source.seen = number, now_ns
             return True
@@ -78,7 +80,7 @@ class Publishers:
 
     def others(self, now_ns):
         """Return how many publishers are heard besides the one that is followed."""
-        heard = self._heard(now_ns)
+        heard = self._heard(now_ns + self._back)
         if self.policy == ACCEPT:
             return max(0, len(heard) - 1)
         return sum(source is not self._followed for source in heard)
@@ -90,11 +92,18 @@ class Publishers:
 
     def waits(self, now_ns):
         """Return whether the one that is followed is silent, and only refused ones are heard."""
-        return (self._followed is not None and now_ns - self._followed.seen > SILENT
-                and any(source.refused for source in self._heard(now_ns)))
+        now = now_ns + self._back
+        return (self._followed is not None and now - self._followed.seen > SILENT
+                and any(source.refused for source in self._heard(now)))
 
-    def _heard(self, now_ns):
-        return [source for source in self._sources if now_ns - source.seen <= SILENT]
+    def _time(self, now_ns):
+        """Return `now_ns` as if the clock had never been set back."""
+        self._back = max(self._back, self._latest - now_ns)
+        self._latest = now_ns + self._back
+        return self._latest
+
+    def _heard(self, now):
+        return [source for source in self._sources if now - source.seen <= SILENT]
 
     def _is_ours(self, source, now):
         if source is None:

@@ -57,6 +57,20 @@ def test_all_of_a_single_publisher_is_taken(policy):
     assert len(taken['a']) == sent and publishers.refused == publishers.disputes == 0
 
 
+@pytest.mark.parametrize('step', [-3600, -0.2, 3600])
+def test_a_clock_that_is_set_loses_nobody(step):
+    """A restart just after it is followed within a second; who was refused stays refused."""
+    publishers = Publishers('follow_first')
+    run('', stream('a', 0, 10_000), stream('b', 5000.5, 10_000), publishers=publishers)
+    base = 10_000 + 1000 * step
+    taken, _ = run('', stream('a', base, base + 5000, first=5001),
+                   stream('b', base + 0.5, base + 5000, first=2501), publishers=publishers)
+    assert len(taken['a']) == 2500 and not taken['b']
+    base += 5000 + 1000 * step
+    taken, _ = run('', stream('a', base, base + 5000), publishers=publishers)
+    assert len(taken['a']) >= 2000 - 1 and taken['a'][-1] == base + 4998
+
+
 @pytest.mark.parametrize('seed', range(5))
 def test_a_stranger_is_never_followed(seed):
     """Whatever its rate and numbers, while the first goes on and once that has gone."""

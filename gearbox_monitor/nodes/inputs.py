@@ -210,10 +210,13 @@ class Inputs:
         refused = sum(p.refused for p in self.publishers)
         if refused:
             values['messages_of_other_publishers'] = refused
+        there = {bytes(info.endpoint_gid) for info in self._infos()}
+        if there == self._own and any(p.disputed or p.waits(now) for p in self.publishers):
+            self.forget_publishers()  # whatever its numbers look like, there is no other
         if not any(p.others(now) for p in self.publishers):
             if not any(p.disputed for p in self.publishers):
-                self._known = {bytes(info.endpoint_gid) for info in self._infos()}
-                self._own = self._known if len(self._known) == 1 else self._own
+                self._known = there
+                self._own = there if len(there) == 1 else self._own
             return values, ''
         values['other_publishers'] = self._rivals()
         accepted = self.publishers[0].policy == ACCEPT
@@ -265,4 +268,5 @@ class Inputs:
 def _listed(names):
     """Return the first of `names`, in one text: others may send any number of any length."""
     text = ', '.join(name[:64] for name in names[:MOST_TOLD])
+    text = ''.join(c if c.isprintable() else '?' for c in text)  # no lines of their own in the log
     return text + (f' and {len(names) - MOST_TOLD} more' if len(names) > MOST_TOLD else '')
