@@ -78,7 +78,8 @@ def test_policy_is_what_the_nodes_use(tmp_path, monkeypatch):
 
         def used():
             found = {}
-            for name, namespace, enclave in graph.node.get_node_names_and_namespaces_with_enclaves():
+            nodes = graph.node.get_node_names_and_namespaces_with_enclaves()
+            for name, namespace, enclave in nodes:
                 if name in NODES:
                     found[enclave, namespace, name] = {
                         kind: {topic for topic, _ in getattr(graph.node, ask)(name, namespace)}

@@ -226,7 +226,8 @@ class Inputs:
     def _infos(self):
         """Return what the graph knows of the publishers on our topics."""
         topics = {self.motor_topic, self.arm_topic} - {None}
-        return [info for topic in topics for info in self._node.get_publishers_info_by_topic(topic)]
+        return [info for topic in topics
+                for info in self._node.get_publishers_info_by_topic(topic)]
 
     def _rivals(self):
         """Return the names of the nodes that may be the others: who came last, else all."""
