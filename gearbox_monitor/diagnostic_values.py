@@ -73,6 +73,10 @@ VALUES = (
          ('samples missed (by stamps)', '-', 'left out, by the steps of the stamps'),
          ('filter restarts after divergence', '-', 'the filter failed and began anew'),
          ('messages_without_our_joints', '-', 'name neither joint; told while no samples come'),
+         ('messages_unreadable', '-', 'longer than 256 KiB, or no joint states, if any'),
+         ('messages_of_other_publishers', '-', 'refused: not of the publisher that is followed, '
+          'if any'),
+         ('other_publishers', '', 'their nodes, while they are heard'),
          ('clock_set_back', '-', 'how often /clock was set back, if ever'),
          ('motor_without_arm', '-', 'two topics: messages of the motor that found no partner'),
          ('arm_without_motor', '-', 'two topics: messages of the arm that found none'),

@@ -23,6 +23,7 @@ import math
 
 from gearbox_monitor.drive.excitation import KINDS as EXCITATIONS
 from gearbox_monitor.errors import InputError, Problems, unknown
+from gearbox_monitor.publishers import FOLLOW_FIRST, POLICIES
 
 # When a change takes effect: at once; with a restart of the filter; or never while it runs.
 AT_ONCE, RESTART, FIXED = 'at once', 'restart', 'fixed'
@@ -93,6 +94,9 @@ ESTIMATOR = (
     Parameter('pair_tolerance', 0.0005, 's', 'with arm_topic: how far the stamps of motor and arm '
               'in one sample may be apart; less than half the sample period. At speed v they look '
               'like a twist of v times the distance', low=0.0, high=1.0),
+    Parameter('other_publishers', FOLLOW_FIRST, '', 'when several publishers give our joints: '
+              'take the messages of the first alone; take none until one is left; or accept all',
+              choices=POLICIES),
     Parameter('gearbox_serial', 'gearbox', '', 'hardware_id in diagnostics'),
     Parameter('arm_load', 'unknown', '',
               'what acts on the arm besides effects of the model file: none, an unknown load '

@@ -56,15 +56,15 @@ class Silence:
                   if monitor.counts[code]}
         counts['messages_without_our_joints'] = foreign
         reason, advice, self.why = 'no samples came', usable.SILENT.advice, 'silent'
-        if refused:
+        if told:
+            (reason, advice), self.why = told, 'joints'
+        elif refused:
             causes = usable.refused({text: int(monitor.counts[code] - before[code])
                                      for code, text in stream.REASONS.items()})
             self.why = '; '.join(cause.advice for cause in causes)
             advice = self.why or advice
             reason = (f'{refused} samples came, none was usable'
                       + ''.join(f', {cause.says}' for cause in causes))
-        elif told:
-            (reason, advice), self.why = told, 'joints'
         findings = {name: Finding(Level.WARN, f'no data for {silent:.1f} s', {})
                     for name in monitor.findings}
         # Discovery takes a while: before the first sample ever, silence is not yet an error.

@@ -48,6 +48,9 @@ ARGUMENTS = [
                           description='bag directory to create; empty: gearbox_DATE-TIME here'),
     DeclareLaunchArgument('plant', default_value='false', choices=YES_NO,
                           description='start a simulated drive, too'),
+    DeclareLaunchArgument('enclave', default_value='',
+                          description='security enclave above those of the nodes, like '
+                                      '/gearbox_monitor, see docs/security.md; empty: none'),
     DeclareLaunchArgument('log_level', default_value='info',
                           description='debug, info, warn, error or fatal'),
 ]
@@ -65,11 +68,12 @@ def _nodes(context):
     def node(name, given, **kwargs):
         parameters = [value['params_file']] if value['params_file'] else []
         given = {k: ParameterValue(v, value_type=type(v)) for k, v in given.items() if v != ''}
+        enclave = ['--enclave', f'{value["enclave"]}/{name}'] if value['enclave'] else []
         return Node(
             package='gearbox_monitor', executable=f'{name}_node', name=name,
             namespace=value['namespace'], output='screen', emulate_tty=True,
             parameters=parameters + ([given] if given else []), remappings=remappings,
-            ros_arguments=['--log-level', value['log_level']], **kwargs)
+            ros_arguments=['--log-level', value['log_level'], *enclave], **kwargs)
 
     clock = {'use_sim_time': value['use_sim_time'] == 'true'}
     nodes = [node('estimator', {**clock, 'model': value['model'], 'filter': value['filter']},

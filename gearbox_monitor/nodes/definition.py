@@ -14,14 +14,24 @@
 
 """The ``ros2msg`` text of a message class, made from the class itself."""
 import importlib
+import importlib.util
+from pathlib import Path
 import re
 
 BASE_TYPES = {'boolean': 'bool', 'double': 'float64', 'float': 'float32', 'octet': 'byte'}
 
 
 def import_message(msgtype):
-    """Return the class of `msgtype` (``pkg/msg/Name``); ImportError when not installed."""
+    """
+    Return the class of `msgtype` (``pkg/msg/Name``); ImportError when not installed.
+
+    Anybody can offer a topic of any type: only packages with messages are imported.
+    """
     package, _, name = msgtype.partition('/msg/')
+    spec = importlib.util.find_spec(package) if package.isidentifier() else None
+    folders = spec.submodule_search_locations or () if spec else ()
+    if not any((Path(folder) / 'msg').is_dir() for folder in folders):
+        raise ImportError(f'{msgtype}: no package with messages')
     try:
         return getattr(importlib.import_module(f'{package}.msg'), name)
     except (AttributeError, ValueError) as error:

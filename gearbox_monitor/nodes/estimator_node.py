@@ -55,7 +55,8 @@ from gearbox_monitor.resources import config_path
 from gearbox_monitor.signals import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, MOTOR, SIGNALS, SNAPSHOT)
 from gearbox_monitor.silence import Silence
-from gearbox_monitor.trust.level import Level
+from gearbox_monitor.trust import usable
+from gearbox_monitor.trust.level import Level, with_more
 
 SECOND = 1_000_000_000
 # After a pause of this process the outputs come in a burst: a recorder must not lose them.
@@ -98,7 +99,7 @@ class EstimatorNode(TableNode):
         self._alerts = advertise(self, DiagnosticArray, DRIFT_ALERTS, latched())
         self._snapshots = advertise(self, DiagnosticArray, f'~/{SNAPSHOT}', latched())
         # Its callbacks come only once the node spins.
-        self._inputs = Inputs(self, values, model.gear_ratio, self._take)
+        self._inputs = Inputs(self, values, model.gear_ratio, self._take, self._on_dispute)
         # What replay finds in a bag although it was remapped.
         self._topics = json.dumps({
             JOINT_STATES: self._inputs.topic, DRIFT_ALERTS: self._alerts.topic_name,
@@ -241,6 +242,12 @@ class EstimatorNode(TableNode):
         more = f'; {unpaired}' if told.level and unpaired and not silence.why else ''
         found['input'] = replace(told, values={**told.values, **shown},
                                  message=told.message + more)
+        values, who = self._inputs.strangers()
+        if who and told.level < Level.ERROR:
+            found['input'] = with_more(
+                found['input'], [replace(usable.OTHERS, says=who)], values)
+        else:
+            found['input'] = replace(found['input'], values={**found['input'].values, **values})
         return found
 
     def _on_second(self):
@@ -306,7 +313,15 @@ class EstimatorNode(TableNode):
         self.monitor.reset()
         self._publish_snapshot('clock')
 
+    def _on_dispute(self):
+        """Begin anew where it has come out that others may have been followed."""
+        self.get_logger().warning('several publishers give our joints and none was the first: the '
+                                  'filter starts anew with the next sample')
+        self.monitor.reset()
+        self._publish_snapshot('publishers')
+
     def _on_reset(self, _, response):
+        self._inputs.forget_publishers()
         self.monitor.reset()
         self._publish_snapshot('reset')
         response.success, response.message = True, 'filter starts anew with the next sample'

@@ -33,6 +33,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.nodes.middleware import remove_cut_ports
 
 RCLError = rclpy_implementation.RCLError
+RMWError = rclpy_implementation.RMWError
 UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
 PARENT = 'GEARBOX_MONITOR_PARENT'  # process id of a parent that the node must not outlive
 PR_SET_PDEATHSIG = 1
@@ -118,9 +119,11 @@ def spin_node(factory, args=None, doc=None):
         pass
     except (InputError, ParameterException) as error:
         code = _refuse(name, error)
-    except RCLError:
+    except RCLError as error:
         if rclpy.ok():  # otherwise a signal has ended the context while the node was being made
-            raise
+            if 'error creating node' not in str(error):
+                raise
+            code = _refuse(name, _plain(error))
     finally:
         # A terminal and ros2 launch send SIGINT twice: the second must not interrupt the end.
         sys.unraisablehook = _without_signals
@@ -163,7 +166,12 @@ def _init(args, parser):
     except UnknownROSArgsError as error:
         raise InputError(f'unknown ROS arguments: {error}') from None
     except RCLError as error:
-        raise InputError(str(error).split(', at /')[0]) from None
+        raise InputError(_plain(error)) from None
+
+
+def _plain(error):
+    """Return the text of an RCLError without the lines of its sources."""
+    return str(error).split(', at /')[0]
 
 
 def _refuse(name, error):

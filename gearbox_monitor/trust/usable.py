@@ -32,6 +32,13 @@ SILENT = Condition(
     'sample ever); all other components then say WARN: no data', '1 s, at once',
     'check that the source runs and that topic, joint names and domain agree')
 
+OTHERS = Condition(
+    'input', Level.WARN, 'another publisher gives our joints',
+    'besides the publisher that is followed another one was heard that names motor or arm; ERROR, '
+    'and no samples, where it is open which of them is the first (`other_publishers`)',
+    '1 s, at once', 'stop it or give it another topic; see security.md',
+    ('messages_of_other_publishers', 'other_publishers'))
+
 
 def _refused(advice: str, *counters: str) -> Condition:
     names = ', '.join(counters)
@@ -50,7 +57,7 @@ REFUSED = (
     _refused('check rate and load of source and network', 'samples missed (by stamps)'),
     _refused('check what the source computes', 'values that are infinite or beyond 1e9',
              'filter restarts after divergence'))
-CONDITIONS = (SILENT, NO_SAMPLE, *REFUSED)
+CONDITIONS = (SILENT, OTHERS, NO_SAMPLE, *REFUSED)
 
 
 def check(new: Mapping[str, int], usable: int, values: Values) -> Finding:
