@@ -26,6 +26,7 @@ import os
 from pathlib import Path
 import struct
 import tempfile
+import threading
 
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
@@ -35,6 +36,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag import metadata
 from gearbox_monitor.bag.mcap_file import ALL_CHANNELS, McapFile
 from gearbox_monitor.bag.read import named_files, natural, open_bag
+from gearbox_monitor.bag.record_file import sync_folder
 from gearbox_monitor.bag.records import find_messages, MESSAGE_HEAD
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError
@@ -124,6 +126,7 @@ def recover(source, out, progress=iter):
             digest = _copy(source, files, path, recovery, told, progress)
             _check(path, digest, recovery)
             os.replace(path, out)
+            sync_folder(out.parent)
     finally:
         for file in files:
             file.close()
@@ -262,7 +265,8 @@ def _copy(source, files, path, recovery, told, progress):
     """Write the messages of `files` of `source` to the new bag `path`; return their digest."""
     packing = next((chunk.compression for file in files for chunk in file.chunks), 'zstd')
     digest, unknown = _Digest(), 0
-    writer = BagWriter(path, packing or 'none', told.get('custom_data') or {}, math.inf)
+    writer = BagWriter(path, packing or 'none', told.get('custom_data') or {}, math.inf,
+                       threading.TIMEOUT_MAX)
     try:
         for file in files:
             for name, values in file.metadata.items():
@@ -270,7 +274,8 @@ def _copy(source, files, path, recovery, told, progress):
                     writer.add_metadata(name, values)
         ends = {file: [] for file in files}  # [(offset, newest log time)] of what was read
         topics_of = {file: _announce(file, writer, recovery.topics) for file in files}
-        for file, chunk in progress([(file, chunk) for file in files for chunk in file.chunks]):
+        parts = [(file, chunk) for file in files for chunk in file.chunks]
+        for file, chunk in progress(parts):
             topic_of, found, last_ns = topics_of[file], Counter(), 0
             for channel, sequence, log_ns, publish_ns, raw in _messages(file, chunk):
                 found[channel] += 1

@@ -22,6 +22,7 @@ from mcap.writer import CompressionType, Writer
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores, TypesysError
 
 from gearbox_monitor.bag import metadata
+from gearbox_monitor.bag.record_file import RecordFile, sync_folder, Syncer
 from gearbox_monitor.errors import InputError
 
 COMPRESSIONS = {
@@ -54,7 +55,9 @@ class BagWriter:
 
     Chunks reach the operating system after `chunk_seconds` at the latest, so that a killed
     process loses no more than that: :meth:`write` sees to it while messages come, whoever has
-    slower topics calls :meth:`flush_if_due` from a timer, too.
+    slower topics calls :meth:`flush_if_due` from a timer, too. With `sync_seconds` they reach the
+    medium as much later at the latest, or as long after as that takes, against power cuts; closed,
+    the bag is on the medium as a whole.
 
     ``metadata.yaml`` is written when the bag is closed, as rosbag2 does: without it rosbag2 asks
     to reindex, with a premature one it would show an empty bag.
@@ -63,7 +66,8 @@ class BagWriter:
     and every further message is only counted in `dropped`.
     """
 
-    def __init__(self, path, compression='zstd', custom_data=None, chunk_seconds=CHUNK_SECONDS):
+    def __init__(self, path, compression='zstd', custom_data=None, chunk_seconds=CHUNK_SECONDS,
+                 sync_seconds=None):
         """Create the bag; InputError when `path` exists or cannot be created."""
         if compression not in COMPRESSIONS:
             raise InputError(f'compression: {compression!r} is unknown, '
@@ -82,13 +86,16 @@ class BagWriter:
         self._schemas = {}
         self._typestore = get_typestore(Stores.ROS2_JAZZY)
         self._closed = False
+        self._on_medium = sync_seconds is not None
         if os.path.lexists(self.path):
             raise InputError(f'{self.path}: exists already, expected a new bag directory')
         try:
             self.path.mkdir(parents=True)
-            self._file = _RecordFile(self.file_path)
+            self._file = RecordFile(self.file_path)
+            self._sync_names()
         except OSError as error:
             raise InputError(f'{self.path}: cannot create the bag: {error.strerror}') from None
+        self._syncer = None if sync_seconds is None else Syncer(self._file, sync_seconds)
         # Chunks are ended here only, so that it is known which messages have reached the disk.
         self._writer = Writer(self._file, chunk_size=1 << 62,
                               compression=COMPRESSIONS[compression])
@@ -194,6 +201,8 @@ class BagWriter:
         if self._closed:
             return
         self._closed = True
+        if self._syncer is not None:
+            self._syncer.close()
         try:
             if self.error is None:
                 self._finish()
@@ -208,6 +217,9 @@ class BagWriter:
         self._guarded(self._writer.add_metadata, 'rosbag2',
                       {'serialized_metadata': metadata.to_yaml(info)})
         self._guarded(self._writer.finish)
+        if self._on_medium:
+            self._file.sync()
+            self._guarded(self._file.write, b'')  # it raises what sync has met
         self._guarded(self._write_yaml, {'rosbag2_bagfile_information': info})
 
     def __enter__(self):
@@ -238,11 +250,22 @@ class BagWriter:
         path = self.path / metadata.FILE_NAME
         temporary = path.with_suffix('.yaml.tmp')
         try:
-            temporary.write_text(metadata.to_yaml(content), encoding='utf-8')
+            with open(temporary, 'w', encoding='utf-8') as file:
+                file.write(metadata.to_yaml(content))
+                file.flush()
+                if self._on_medium:
+                    os.fsync(file.fileno())
             temporary.replace(path)
+            self._sync_names()
         except OSError:
             temporary.unlink(missing_ok=True)
             raise
+
+    def _sync_names(self):
+        """Bring the names of the bag and its files to the medium, where that is wanted."""
+        if self._on_medium:
+            sync_folder(self.path)
+            sync_folder(self.path.parent)
 
     def _guarded(self, function, *args, **kwargs):
         """Call `function`; an OSError ends the recording with a WriteError."""
@@ -255,35 +278,3 @@ class BagWriter:
                 f'{self.file_path}: cannot write: {error.strerror or error}; '
                 f'the {self._file.end} bytes written before are kept')
             raise self.error from None
-
-
-class _RecordFile:
-    """
-    Unbuffered file that a failed write leaves ending with a whole record.
-
-    mcap's writer passes whole records to write().
-    """
-
-    def __init__(self, path):
-        self._file = open(path, 'xb', buffering=0)
-        self.end = 0
-
-    def write(self, data):
-        view = memoryview(data)
-        try:
-            while view:
-                view = view[self._file.write(view):]
-        except OSError:
-            self._file.truncate(self.end)
-            raise
-        self.end += len(data)
-        return len(data)
-
-    def tell(self):
-        return self.end
-
-    def flush(self):
-        pass
-
-    def close(self):
-        self._file.close()

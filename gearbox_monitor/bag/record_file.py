@@ -1,0 +1,93 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""File of whole records, and the thread that brings them to the medium."""
+import os
+from threading import Event, Thread
+
+
+class RecordFile:
+    """
+    Unbuffered new file that a failed write leaves ending with a whole record.
+
+    mcap's writer passes whole records to write(). end: bytes written; error: what sync() has met.
+    """
+
+    def __init__(self, path):
+        self._file = open(path, 'xb', buffering=0)
+        self.end = self._synced = 0
+        self.error = None
+
+    def write(self, data):
+        if self.error is not None:
+            raise self.error
+        view = memoryview(data)
+        try:
+            while view:
+                view = view[self._file.write(view):]
+        except OSError:
+            self._file.truncate(self.end)
+            raise
+        self.end += len(data)
+        return len(data)
+
+    def sync(self):
+        """Bring what is written to the medium; from any thread."""
+        end = self.end
+        if end == self._synced or self.error is not None:
+            return
+        try:
+            os.fdatasync(self._file.fileno())
+        except OSError as error:
+            self.error = error
+        self._synced = end
+
+    def tell(self):
+        return self.end
+
+    def flush(self):
+        pass
+
+    def close(self):
+        self._file.close()
+
+
+class Syncer:
+    """
+    Thread that calls sync() of `file` every `seconds`, so that who writes need not wait for it.
+
+    After close() the file is left alone.
+    """
+
+    def __init__(self, file, seconds):
+        self._file, self._seconds, self._end = file, seconds, Event()
+        self._thread = Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self):
+        while not self._end.wait(self._seconds):
+            self._file.sync()
+
+    def close(self):
+        self._end.set()
+        self._thread.join()
+
+
+def sync_folder(path):
+    """Bring the names in the folder `path` to the medium."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
