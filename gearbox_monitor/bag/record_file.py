@@ -25,6 +25,7 @@ class RecordFile:
     """
 
     def __init__(self, path):
+        self.path = path
         self._file = open(path, 'xb', buffering=0)
         self.end = self._synced = 0
         self.error = None
@@ -52,6 +53,17 @@ class RecordFile:
         except OSError as error:
             self.error = error
         self._synced = end
+
+    def held_at(self):
+        """Return where the content still is after the file was removed or moved, else ''."""
+        mine = os.fstat(self._file.fileno())
+        try:
+            named = os.stat(self.path)
+            if (named.st_dev, named.st_ino) == (mine.st_dev, mine.st_ino):
+                return ''
+        except OSError:
+            pass
+        return f'/proc/{os.getpid()}/fd/{self._file.fileno()}'
 
     def tell(self):
         return self.end

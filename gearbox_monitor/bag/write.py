@@ -107,6 +107,13 @@ class BagWriter:
         return self._file.end
 
     @property
+    def removed(self):
+        """Tell in words that the file was removed or moved while it is written, else ''."""
+        held = self._file.held_at()
+        return held and (f'{self.file_path}: removed or moved while it is recorded; as long as '
+                         f'the recorder runs, save it: cp {held} saved.mcap')
+
+    @property
     def topics(self):
         """Map of topic to (message type, number of messages)."""
         return {t.name: (t.msgtype, t.count) for t in self._topics.values()}
