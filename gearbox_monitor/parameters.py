@@ -369,9 +369,13 @@ RECORDER = (
         'the namespace of the node'),
     Parameter('compression', 'zstd', '', 'compression of the bag',
               choices=('none', 'lz4', 'zstd')),
-    Parameter('sync_period', 0.5, 's', 'time between two moments at which what was written is brought '
-              'to the medium, against power cuts; 0: left to the operating system', low=0.0,
-              high=60.0),
+    Parameter('max_bag_size', 0, 'bytes', 'size of a file of the bag above which the next one '
+              'begins; 0: no limit', low=0, high=10**15),
+    Parameter('max_bag_duration', 0.0, 's', 'time of a file of the bag after which the next one '
+              'begins; 0: no limit', low=0.0, high=1e9),
+    Parameter('sync_period', 0.5, 's', 'time between two moments at which what was written is '
+              'brought to the medium, against power cuts; 0: left to the operating system',
+              low=0.0, high=60.0),
     Parameter('queue_depth', 4000, 'messages', 'messages that wait for the recorder, per topic; '
               '4000 are 4 s at 1 kHz', low=1, high=1_000_000),
     Parameter('low_space', 500, 'MB', 'free disk space below which to warn', low=0,

@@ -376,3 +376,55 @@ def test_full_disk_keeps_what_is_there(tmp_path):
         assert bag.truncated
         found = [int.from_bytes(raw, 'little') for *_, raw in bag.messages()]
     assert found == list(range(int(done.stdout))) and len(found) > 200
+
+
+def split_bag(path, **limits):
+    """Write 300 joint states and texts, 1 ms apart, in files as the `limits` say; return them."""
+    written = []
+    with BagWriter(path, chunk_seconds=1e9, **limits) as bag:
+        bag.add_metadata('gearbox_monitor', {'version': '1'})
+        bag.add_topic('/joint_states', JOINT_STATE, [qos_profile(reliability='best_effort')])
+        for k in range(300):
+            written.append(('/joint_states', BASE_NS + k * 10**6, raw_joint_state(k, NAMES)))
+            bag.write(*written[-1])
+            if k % 10 == 9:
+                bag.flush()
+            if k == 100:
+                bag.add_topic('/late', STRING)
+            if k > 100:
+                written.append(('/late', BASE_NS + k * 10**6, b'\0\1\0\0\1\0\0\0\0'))
+                bag.write(*written[-1])
+    return written
+
+
+@pytest.mark.parametrize('limits, files', [
+    ({'max_seconds': 0.1}, 3), ({'max_seconds': 0.0895}, 4), ({'max_size': 6_000}, 0)])
+def test_split(tmp_path, limits, files):
+    """All files together are one bag, for others, too; each is whole by itself."""
+    written = split_bag(tmp_path / 'bag', **limits)
+    paths = sorted((tmp_path / 'bag').glob('*.mcap'), key=lambda p: int(p.stem.split('_')[-1]))
+    if files:
+        assert len(paths) == files
+    else:  # index and summary come on top
+        assert len(paths) > 3 and all(p.stat().st_size < 6_000 + 5_000 for p in paths)
+    with open_bag(tmp_path / 'bag') as bag:
+        assert not bag.truncated and read_all(bag) == written
+        assert len(bag.joint_states('/joint_states', NAMES).stamp_ns) == 300
+    with AnyReader([tmp_path / 'bag']) as reader:
+        assert [(c.topic, t, bytes(raw)) for c, t, raw in reader.messages()] == written
+        assert reader.message_count == len(written)
+    info = yaml.safe_load((tmp_path / 'bag' / 'metadata.yaml').read_text())
+    info = info['rosbag2_bagfile_information']
+    assert info['relative_file_paths'] == [p.name for p in paths] == [
+        file['path'] for file in info['files']]
+    assert sum(file['message_count'] for file in info['files']) == len(written)
+    assert info['duration']['nanoseconds'] == 299 * 10**6
+    begins = [file['starting_time']['nanoseconds_since_epoch'] for file in info['files']]
+    for path, begin in zip(paths, begins):
+        with open_bag(path) as bag:
+            assert bag.start_ns == begin and not bag.truncated
+            assert bag.metadata['gearbox_monitor'] == {'version': '1'}
+    (tmp_path / 'bag' / 'metadata.yaml').unlink()  # killed before it was written
+    paths[-1].write_bytes(paths[-1].read_bytes()[:-300])
+    with open_bag(tmp_path / 'bag') as bag:
+        assert bag.truncated and read_all(bag) == written

@@ -14,7 +14,7 @@
 
 """File of whole records, and the thread that brings them to the medium."""
 import os
-from threading import Event, Thread
+from threading import Event, Lock, Thread
 
 
 class RecordFile:
@@ -29,6 +29,7 @@ class RecordFile:
         self._file = open(path, 'xb', buffering=0)
         self.end = self._synced = 0
         self.error = None
+        self._lock = Lock()
 
     def write(self, data):
         if self.error is not None:
@@ -45,17 +46,20 @@ class RecordFile:
 
     def sync(self):
         """Bring what is written to the medium; from any thread."""
-        end = self.end
-        if end == self._synced or self.error is not None:
-            return
-        try:
-            os.fdatasync(self._file.fileno())
-        except OSError as error:
-            self.error = error
-        self._synced = end
+        with self._lock:
+            end = self.end
+            if end == self._synced or self.error is not None or self._file.closed:
+                return
+            try:
+                os.fdatasync(self._file.fileno())
+            except OSError as error:
+                self.error = error
+            self._synced = end
 
     def held_at(self):
         """Return where the content still is after the file was removed or moved, else ''."""
+        if self._file.closed:
+            return ''
         mine = os.fstat(self._file.fileno())
         try:
             named = os.stat(self.path)
@@ -72,24 +76,25 @@ class RecordFile:
         pass
 
     def close(self):
-        self._file.close()
+        with self._lock:
+            self._file.close()
 
 
 class Syncer:
     """
     Thread that calls sync() of `file` every `seconds`, so that who writes need not wait for it.
 
-    After close() the file is left alone.
+    `file` may be set to another one.
     """
 
     def __init__(self, file, seconds):
-        self._file, self._seconds, self._end = file, seconds, Event()
+        self.file, self._seconds, self._end = file, seconds, Event()
         self._thread = Thread(target=self._run, daemon=True)
         self._thread.start()
 
     def _run(self):
         while not self._end.wait(self._seconds):
-            self._file.sync()
+            self.file.sync()
 
     def close(self):
         self._end.set()

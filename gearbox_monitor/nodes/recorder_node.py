@@ -104,8 +104,9 @@ class Recorder(TableNode):
         self._group = PolledCallbackGroup()
         self._topics = {name: RecordedTopic(name) for name in names}
         self._warned_space = self._warned_removed = False
-        self._writer = BagWriter(output, parameters['compression'],
-                                 sync_seconds=parameters['sync_period'] or None)
+        self._writer = BagWriter(
+            output, parameters['compression'], sync_seconds=parameters['sync_period'] or None,
+            max_size=parameters['max_bag_size'], max_seconds=parameters['max_bag_duration'])
         self._record(self._writer.add_metadata, 'gearbox_monitor', {
             'version': __version__,
             **{f'{self.get_name()}.{name}': value for name, value in parameters.items()}})
