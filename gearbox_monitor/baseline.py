@@ -15,8 +15,9 @@
 """
 The files of drift: the baseline (what was healthy) and the state (what goes on after a restart).
 
-Both are written whole or not at all. A state that cannot be read, or that belongs to another
-gearbox, is set aside and reported; a baseline like that is an error, because someone named it.
+Both are written whole or not at all. What is damaged is set aside and reported, and drift begins
+anew. So is a state of another version or gearbox; a baseline like that is an error: it is not what
+was meant, and it is whole.
 """
 import json
 import math
@@ -34,15 +35,25 @@ from gearbox_monitor.files import load_yaml
 FORMAT = 2
 
 
+class Damaged(InputError):
+    """A file of drift is not what this package has written."""
+
+
 def load_baseline(path, gearbox_serial=''):
     """
     Return the baselines in the file `path`, as change.Tracker takes them.
 
-    Raises InputError, also where the file names another gearbox than `gearbox_serial`.
+    Raises Damaged, and InputError where the file cannot be read, is of another version or names
+    another gearbox than `gearbox_serial`.
     """
-    data = load_yaml(path)
+    if not os.access(path, os.R_OK):
+        load_yaml(path)  # says why
+    try:
+        data = load_yaml(path).content
+    except InputError as error:
+        raise Damaged(*error.args) from None
     if not isinstance(data, dict) or 'baseline' not in data:
-        raise InputError(f'{path}: {str(data)[:60]!r}, expected a block "baseline"')
+        raise Damaged(f'{path}: {str(data)[:60]!r}, expected a block "baseline"')
     if data.get('format') != FORMAT:
         raise InputError(f'{path}: format: {data.get("format")!r}, expected {FORMAT}: it was '
                          'written by another version; save the baseline anew')
@@ -51,21 +62,21 @@ def load_baseline(path, gearbox_serial=''):
         raise InputError(f'{path}: gearbox_serial: {serial!r}, expected {gearbox_serial!r}')
     points = data['baseline']
     if not isinstance(points, list):
-        raise InputError(f'{path}: baseline: {str(points)[:60]!r}, expected a list of operating '
-                         'points')
+        raise Damaged(f'{path}: baseline: {str(points)[:60]!r}, expected a list of operating '
+                      'points')
     for k, point in enumerate(points):
         _check_point(point, f'{path}: baseline[{k}]')
     try:
         return Tracker(Settings(), points).baseline_points()
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(f'{path}: baseline: {error!r}, expected what ~/save_baseline '
-                         'writes') from None
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise Damaged(f'{path}: baseline: {error!r}, expected what ~/save_baseline '
+                      'writes') from None
 
 
 def _check_point(point, source):
     if not isinstance(point, dict) or not isinstance(point.get('features'), dict):
-        raise InputError(f'{source}: {str(point)[:60]!r}, expected an operating point with '
-                         'features')
+        raise Damaged(f'{source}: {str(point)[:60]!r}, expected an operating point with '
+                      'features')
     for name in ('angle', 'speed', 'load', 'scale'):
         _check_number(point.get(name), f'{source}.{name}', -math.inf)
     if point.get('temperature') is not None:
@@ -79,8 +90,8 @@ def _check_point(point, source):
 def _check_number(value, source, low):
     if isinstance(value, bool) or not isinstance(value, (int, float)) or \
             not math.isfinite(value) or value < low:
-        raise InputError(f'{source}: {value!r}, expected a number'
-                         + (f' >= {low:g}' if low > -math.inf else ''))
+        raise Damaged(f'{source}: {value!r}, expected a number'
+                      + (f' >= {low:g}' if low > -math.inf else ''))
 
 
 def save_baseline(path, points, gearbox_serial, parameters):
@@ -126,15 +137,22 @@ def load_state(path, gearbox_serial):
                              f'{gearbox_serial!r}')
         Tracker(Settings(), data['drift']).findings()
         return data['drift'], ''
-    except (KeyError, ValueError, TypeError, IndexError, AttributeError) as error:
+    except (KeyError, ValueError, TypeError, IndexError, AttributeError, OverflowError,
+            RecursionError) as error:
         reason = f'no {error}' if isinstance(error, KeyError) else str(error)
+    return None, f'{path}: {reason}: {set_aside(path)}'
+
+
+def set_aside(path):
+    """Rename `path` to PATH.corrupt-DATE; returns what to report. Raises InputError."""
+    path = Path(path)
     aside = path.with_name(f'{path.name}.corrupt-{time.strftime("%Y%m%d-%H%M%S")}')
     try:
         os.replace(path, aside)
     except OSError as error:
         raise InputError(f'{path}: {error.strerror}, expected a file that can be renamed') \
             from None
-    return None, f'{path}: {reason}: set aside as {aside.name}; drift begins anew'
+    return f'set aside as {aside.name}; drift begins anew'
 
 
 def _now():

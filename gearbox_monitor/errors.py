@@ -12,12 +12,62 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The one exception that a user's input can raise."""
+"""The one exception that a user's input can raise, and how several become one."""
+from collections.abc import Iterable
+from difflib import get_close_matches
+import re
+
+LONGEST = 800  # characters of one problem: a file may hold anything
+# What would end a line, or hide something, on a terminal.
+_SPACE = re.compile('[\\s\\x00-\\x1f\\x7f-\\x9f\u2028\u2029\ufeff]+')
 
 
 class InputError(ValueError):
     """
-    Bad input: the message is one line naming file, field, value and what was expected.
+    Bad input: one line per problem, naming file, field, value and what was expected.
 
     Command lines print it without a traceback and end with exit code 2.
     """
+
+    def __init__(self, *problems: object) -> None:
+        super().__init__(*(_line(problem) for problem in problems))
+
+    def __str__(self) -> str:
+        return '\n'.join(self.args)
+
+
+def _line(problem: object) -> str:
+    text = _SPACE.sub(' ', str(problem)).strip().encode('utf-8', 'replace').decode()
+    return text if len(text) <= LONGEST else f'{text[:LONGEST - 200]} ... {text[-180:]}'
+
+
+class Problems:
+    """
+    Collects the InputErrors of ``with problems:`` blocks, each of which ends at its first.
+
+    `raise_all` raises one InputError with all of them.
+    """
+
+    def __init__(self) -> None:
+        self.found: list[str] = []
+
+    def __enter__(self) -> 'Problems':
+        return self
+
+    def __exit__(self, kind: object, error: object, _: object) -> bool:
+        if isinstance(error, InputError):
+            self.found += error.args
+            return True
+        return False
+
+    def raise_all(self) -> None:
+        """Raise InputError where there was any."""
+        if self.found:
+            raise InputError(*self.found)
+
+
+def unknown(word: object, known: Iterable[object]) -> str:
+    """Return what was expected instead of `word`: the most similar of `known`, or all of them."""
+    words = sorted(map(str, known))
+    near = get_close_matches(str(word)[:100], words, 1)
+    return f'did you mean {near[0]!r}?' if near else 'expected one of ' + ', '.join(words)

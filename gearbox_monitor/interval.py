@@ -28,7 +28,7 @@ from gearbox_monitor.filters import FILTERS
 from gearbox_monitor.filters.process import markers, pack, state_names, TAU_K_MODEL_STD
 from gearbox_monitor.filters.record import record_size, updated
 from gearbox_monitor.filters.smoother import N_SMOOTHED, smooth
-from gearbox_monitor.monitor import Monitor, SECOND
+from gearbox_monitor.monitor import Monitor, SECOND, SMOOTHED_OF_ARM
 
 BLOCK = 8192
 
@@ -58,6 +58,8 @@ def smooth_interval(model, parameters, samples):
     starts = np.flatnonzero(estimates.codes[accepted] == stream.START)
     for begin, end in zip(starts, np.append(starts[1:], len(accepted))):
         rows[begin:end] = pass_.smooth([a[begin:end] for a in given])
+    if not monitor.parameters['arm_joint']:
+        rows[:, SMOOTHED_OF_ARM] = np.nan
     return Smoothed(given[0], rows)
 
 

@@ -31,9 +31,10 @@ from gearbox_monitor.drive.effects import ARM_LOADS, not_in_filters
 from gearbox_monitor.drive.model import model_from_dict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters import FILTERS
-from gearbox_monitor.filters.process import markers, pack, state_names, TAU_K
+from gearbox_monitor.filters.process import markers, pack, state_names, TAU_K, X2, X4
 from gearbox_monitor.filters.record import predicted, record_size
-from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TWIST_STD
+from gearbox_monitor.filters.smoother import (
+    N_SMOOTHED, S_TWIST, S_TWIST_RATE, S_TWIST_RATE_STD, S_TWIST_STD, S_X2, S_X4)
 from gearbox_monitor.history import History
 from gearbox_monitor.parameters import AT_ONCE, checked, ESTIMATOR, with_values
 from gearbox_monitor.trust import covariance, innovation, missing, observability, passive, usable
@@ -50,6 +51,11 @@ COMPONENTS = ('observability', 'prediction error', 'covariance', 'model', 'backl
 REASON_CODES = np.array(list(stream.REASONS))
 STATE_COLUMNS = {'tau_arm': stream.E_TAU_ARM, 'tau_e': stream.E_TAU_E}
 MEDIAN_STRIDE = 8
+# Columns that mean nothing where no arm is measured.
+OF_ARM = [stream.E_X2, stream.E_X4, stream.E_TWIST, stream.E_TWIST_RATE, stream.E_TWIST_STD,
+          stream.E_TWIST_RATE_STD, stream.E_STD + X2, stream.E_STD + X4]
+SMOOTHED_OF_ARM = [S_TWIST, S_TWIST_RATE, S_TWIST_STD, S_TWIST_RATE_STD, S_X2, S_X4]
+NOT_WATCHED = Finding(Level.OK, 'not watched: no arm is measured (arm_joint is empty)')
 NO_DATA = Finding(Level.WARN, 'no data yet')
 ANEW = Finding(Level.WARN, 'not judged: the filter has started anew, or samples, torque or '
                f'positions were missing, less than {SETTLE + 1.0:g} s ago')
@@ -186,6 +192,16 @@ class Divergence:
                 f'{self.reason} (smallest eigenvalue {self.smallest_eigenvalue:.3g})')
 
 
+def _drive_of(model, p):
+    """Return the DriveModel that a filter with the parameters `p` computes with."""
+    if p['arm_joint']:
+        return model.with_(arm_load=model.arm_load if p['arm_load'] == 'model' else p['arm_load'])
+    if p['tau_k_stiffness'] > 0.0:
+        raise InputError(f'tau_k_stiffness: {p["tau_k_stiffness"]:g}, expected 0 where no arm is '
+                         'measured (arm_joint is empty)')
+    return model.without_arm()
+
+
 def _known_of(snapshot):
     """Return the Known in a `snapshot`; older ones have none."""
     return Known(json.loads(snapshot['known']) if 'known' in snapshot else None)
@@ -232,12 +248,10 @@ class Monitor:
 
     def _setup(self):
         p = self.parameters
-        if p['arm_load'] == 'model':
-            p = {**p, 'arm_load': self.model.arm_load}
         if self.model.transmission.kind == 'rigid':
             raise InputError('transmission.kind: rigid: a filter has no twist to see the '
                              'transmission torque by, expected another kind')
-        self.drive = self.model.with_(arm_load=p['arm_load'])
+        self.drive = _drive_of(self.model, p)
         self.names = state_names(self.drive, p)
         self._packed = pack(self.drive, p)
         self._kind = stream.KINDS[p['filter']]
@@ -314,7 +328,7 @@ class Monitor:
         model, changes = with_values(self.model, changes)
         new = checked(ESTIMATOR, {**self.parameters, **changes}, 'parameters')
         # Raises before anything has changed.
-        pack(model.with_(arm_load=self.drive.arm_load), new)
+        pack(_drive_of(model, new), new)
         restart = model != self.model or any(
             rows[name].change != AT_ONCE for name in changes
             if new[name] != self.parameters[name])
@@ -381,6 +395,12 @@ class Monitor:
             values = [float.fromhex(v) for v in json.loads(snapshot[name])]
             return np.array(values).reshape(like.shape)
 
+        def integers(name, count):
+            values = json.loads(snapshot[name])
+            if len(values) != count or any(type(value) is not int for value in values):
+                raise ValueError(f'{name}: {str(values)[:60]}, expected {count} whole numbers')
+            return values
+
         try:
             monitor = cls(model_from_dict(json.loads(snapshot['model']), source),
                           json.loads(snapshot['parameters']), json.loads(snapshot['drift']),
@@ -389,16 +409,16 @@ class Monitor:
             monitor._window_start = json.loads(snapshot['window_start'])
             monitor._window_whole = monitor._window_start is None
             monitor._known = _known_of(snapshot)
-            monitor._gate[:stream.EVALUATE_AT] = np.reshape(
-                json.loads(snapshot['gate']), stream.EVALUATE_AT)
+            monitor._gate[:stream.EVALUATE_AT] = integers('gate', stream.EVALUATE_AT)
             monitor._gate[stream.INPUTS] = int(snapshot['input_count'])
-            monitor.counts[:] = json.loads(snapshot['counts'])
+            monitor.counts[:] = integers('counts', stream.N_COUNTS)
             monitor._z = numbers('z', monitor._z)
             monitor._P = numbers('P', monitor._P)
             monitor._memory = numbers('memory', monitor._memory)
             monitor._clock = numbers('clock', monitor._clock)
             monitor._efforts = numbers('efforts', monitor._efforts)
-        except (KeyError, ValueError, TypeError, AttributeError) as error:
+        except (KeyError, ValueError, TypeError, AttributeError, OverflowError, IndexError,
+                RecursionError) as error:
             if isinstance(error, InputError):
                 raise
             raise SnapshotError(f'{source}: not a snapshot of this version ({error})') from None
@@ -477,9 +497,12 @@ class Monitor:
         self._after(int(sample.stamp_ns), code)
         if not good[0]:
             return None
-        P = self._P.reshape(len(self._z), -1).copy()
-        return Estimate(int(sample.stamp_ns), self._z.copy(), P, self._row_one[0].copy(), due,
-                        self.findings)
+        P, row = self._P.reshape(len(self._z), -1).copy(), self._row_one[0].copy()
+        if not self.parameters['arm_joint']:
+            row[OF_ARM] = np.nan
+            for _, values in due:
+                values[SMOOTHED_OF_ARM] = np.nan
+        return Estimate(int(sample.stamp_ns), self._z.copy(), P, row, due, self.findings)
 
     def run(self, samples):
         """Take Samples (N of them); return their Estimates. Same bits as step by step."""
@@ -503,7 +526,10 @@ class Monitor:
                 self._after(int(stamps[end - 1]), codes[end - 1])
             start, due = end, due + more
         good = _where(codes == stream.ESTIMATE)
-        return Estimates(stamps[good], rows[good], stamps_s[:due], smoothed[:due], codes)
+        rows, smoothed = rows[good], smoothed[:due]
+        if not self.parameters['arm_joint']:
+            rows[:, OF_ARM] = smoothed[:, SMOOTHED_OF_ARM] = np.nan
+        return Estimates(stamps[good], rows, stamps_s[:due], smoothed, codes)
 
     def _run(self, stamps, u, y, codes, rows, stamps_s, smoothed):
         taken, n = stream.run(
@@ -576,6 +602,8 @@ class Monitor:
     def _check_input(self, stamps, stamp_ns):
         new = self.counts - self._last_counts
         self._last_counts = self.counts.copy()
+        if not self.parameters['arm_joint']:
+            new[stream.ARM_MISSING] = 0
         within = stamps[np.searchsorted(stamps, stamp_ns - SECOND, 'right'):]
         values = {
             **dict(zip(stream.REASONS.values(), self.counts[REASON_CODES].tolist())),
@@ -658,6 +686,9 @@ class Monitor:
 
     def _check_backlash(self, found):
         """Return {component: Finding} when a window has ended, else nothing."""
+        if not self.parameters['arm_joint']:
+            self._drift = []
+            return dict.fromkeys(COMPONENTS[4:6], NOT_WATCHED)
         if any(finding.level > Level.OK for name, finding in found.items() if name != 'model'):
             self._window_flagged += 1
         if not self._drift:

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import math
 
 from gearbox_monitor.drive.excitation import KINDS as EXCITATIONS
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, Problems, unknown
 
 # When a change takes effect: at once; with a restart of the filter; or never while it runs.
 AT_ONCE, RESTART, FIXED = 'at once', 'restart', 'fixed'
@@ -49,7 +49,7 @@ class Parameter:
     def check(self, value, source):
         """Return `value` in the parameter's type; raises InputError that names `source`."""
         if self.kind is float and isinstance(value, int) and not isinstance(value, bool):
-            value = float(value)
+            value = float(value) if abs(value) < 1 << 1000 else math.copysign(math.inf, value)
         if self.kind is list and isinstance(value, tuple):
             value = list(value)
         good = isinstance(value, self.kind) and (self.kind is not int or
@@ -86,7 +86,8 @@ ESTIMATOR = (
     Parameter('filter', 'ekf', '', 'which filter estimates the torque', choices=FILTER_NAMES),
     Parameter('model', '', '', 'model file of the drive; empty for the packaged drive.yaml'),
     Parameter('motor_joint', 'motor', '', 'name of the motor in joint_states'),
-    Parameter('arm_joint', 'arm', '', 'name of the arm in joint_states'),
+    Parameter('arm_joint', 'arm', '', 'name of the arm in joint_states; empty: there is no arm '
+              'encoder, then only the torque is estimated'),
     Parameter('arm_topic', '', '', 'topic of the arm encoder where it comes in messages of its '
               'own (sensor_msgs/JointState); may be joint_states; empty: with the motor'),
     Parameter('pair_tolerance', 0.0005, 's', 'with arm_topic: how far the stamps of motor and arm '
@@ -259,15 +260,16 @@ def checked(table, values, source):
     """
     Return all parameters of `table` as a dict: `values` where given, defaults elsewhere.
 
-    Raises InputError, naming `source`, for an unknown name, a wrong type or a value out of range.
+    Raises InputError, naming `source`, for all unknown names, wrong types and values out of range.
     """
-    rows = {row.name: row for row in table}
+    rows, problems = {row.name: row for row in table}, Problems()
     result = defaults(table)
     for name, value in values.items():
-        if name not in rows:
-            raise InputError(
-                f'{source}: unknown parameter {name!r}, expected one of {", ".join(rows)}')
-        result[name] = rows[name].check(value, source)
+        with problems:
+            if name not in rows:
+                raise InputError(f'{source}: {name}: unknown parameter, {unknown(name, rows)}')
+            result[name] = rows[name].check(value, source)
+    problems.raise_all()
     return result
 
 

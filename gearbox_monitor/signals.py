@@ -34,8 +34,9 @@ class Signal:
     """
     One topic: `joints` and, for each field, one column per joint (empty: field not sent).
 
-    Columns are those of an estimate row, or of a smoothed row where `smoothed`. A joint whose
-    position is NaN was not measured and is left out. `deviation`: values are standard deviations.
+    Columns are those of an estimate row, or of a smoothed row where `smoothed`. A motor or arm
+    whose position is NaN was not measured and is left out. `deviation`: values are standard
+    deviations.
     """
 
     topic: str
@@ -81,7 +82,7 @@ def joint_values(signal, row, names, gear_ratio):
     effort = [float(row[c]) for c in signal.effort]
     for i, joint in enumerate(signal.joints):
         value = row[signal.position[i]]
-        if value != value:
+        if value != value and joint != TRANSMISSION:
             continue
         scale = 1.0
         if joint == MOTOR:

@@ -63,9 +63,9 @@ HUGE = 1e9
 # misses by more than its stated deviation says: what follows is not judged.
 BRIDGED, BRIDGED_PERIODS = 30_000_000, 2.5
 # A position jumps that is farther from its prediction than all of: so many times what is usual,
-# or twice the stated noise; so many predicted standard deviations. Judged from so many samples
-# after a start on: until then what is usual is not known.
-JUMP_USUAL, JUMP_STATED, JUMP_AFTER = 10.0, 6.0, 100
+# or twice the stated noise; so many predicted standard deviations. For so many samples after a
+# start what is usual is not known: then it must be ten times as far.
+JUMP_USUAL, JUMP_STATED, JUMP_SETTLED, UNSETTLED = 10.0, 6.0, 100, 10.0
 N_EFFORTS = 64
 
 # Columns of an estimate row. Absent states are NaN.
@@ -151,9 +151,9 @@ def _put_back(z, P, memory, kept):
 
 
 @jit_inline
-def _jumps(error, variance, usual, r):
+def _jumps(error, variance, usual, r, step):
     limit = max(JUMP_USUAL * max(usual, 2.0 * math.sqrt(r)), JUMP_STATED * math.sqrt(variance))
-    return abs(error) > limit
+    return abs(error) > (limit if step > JUMP_SETTLED else UNSETTLED * limit)
 
 
 @jit_inline
@@ -322,9 +322,8 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
         good = filter_step(is_ukf, is_srukf, is_aekf, states, z, P, memory, dt, u_acting,
                            load_acting, y1, y2, p, vectors, matrices, record)
         e1, e2 = record[at_innovation], record[at_innovation + 1]
-        if step > JUMP_AFTER and (
-                _jumps(e1, record[at_S], clock[ERROR_MOTOR], p[R1])
-                or _jumps(e2, record[at_S + 2], clock[ERROR_ARM], p[R2])):
+        if (_jumps(e1, record[at_S], clock[ERROR_MOTOR], p[R1], step)
+                or _jumps(e2, record[at_S + 2], clock[ERROR_ARM], p[R2], step)):
             # As if it had not come; the belief stays.
             _put_back(z, P, memory, kept)
             codes[k] = POSITION_JUMP

@@ -21,6 +21,8 @@ import tempfile
 
 import pytest
 
+from gearbox_monitor.nodes.middleware import remove_cut_ports
+
 
 def pytest_configure(config):
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
@@ -45,6 +47,7 @@ def pytest_runtest_protocol(item):
     turns = os.path.join(tempfile.gettempdir(), f'gearbox_monitor_nodes_{os.getuid()}')
     with open(turns, 'w') as turn:
         fcntl.flock(turn, fcntl.LOCK_EX)
+        remove_cut_ports()
         yield
 
 

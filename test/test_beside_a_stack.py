@@ -153,8 +153,8 @@ def test_one_gearbox_of_a_robot(graph, drive, tmp_path):
     assert set_parameter(graph, 'coulomb_friction', 0.27).successful
     refused = set_parameter(graph, 'filter', 'ukf')
     assert not refused.successful
-    assert refused.reason == ('filter: read at the start only; change it in the parameter file '
-                              '(or with -p) and start estimator again')
+    assert refused.reason == ('filter: read-only while the node runs; change it in the parameter '
+                              'file (or with -p) and start estimator again')
     assert not set_parameter(graph, 'motor_inertia', -1.0).successful
     robot.move(2000, 3000)
     assert not any(s['reason'] == 'clock' for s in snapshots)

@@ -57,8 +57,9 @@ def test_parameter_files_show_the_defaults(node, table):
 def test_every_topic_is_explained():
     text = (ROOT / 'docs/topics.md').read_text(encoding='utf-8')
     topics = [signal.topic for signal in signals.SIGNALS]
-    topics += [signals.JOINT_STATES, signals.PLANT_TRANSMISSION_STATE, signals.DIAGNOSTICS,
-               signals.DRIFT_ALERTS, f'~/{signals.SNAPSHOT}']
+    topics += [signals.JOINT_STATES, signals.PAIRED_JOINT_STATES,
+               signals.PLANT_TRANSMISSION_STATE, signals.DIAGNOSTICS, signals.DRIFT_ALERTS,
+               f'~/{signals.SNAPSHOT}']
     for topic in topics:
         assert f'`{topic}`' in text
 

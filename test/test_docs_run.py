@@ -92,7 +92,8 @@ def shown():
         for words in commands(page):
             if page.name != 'first_hour.md' and words[0] not in ELSEWHERE:
                 # Other recordings: those of the pages about real drives, other joints.
-                if words[-1].isupper() or not {'pulses', '--motor-joint'} & set(words):
+                if words[-1].isupper() or not (
+                        {'pulses', 'run22', '--motor-joint', '--topic'} & set(words)):
                     found.setdefault(tuple(words), page.name)
     return [pytest.param(list(words), id=f'{page}: {" ".join(words)}')
             for words, page in found.items()]

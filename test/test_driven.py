@@ -29,6 +29,7 @@ from gearbox_monitor.drive.excitation import Excitation
 from gearbox_monitor.drive.model import model_from_dict
 from gearbox_monitor.drive.simulate import simulate
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_model
 from gearbox_monitor.gap.driven import DrivenSimulator
 from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.gap.windows import Windows
@@ -109,7 +110,7 @@ def test_interpreted_is_compiled():
     assert len(one) > 20 and one == pytest.approx(other, rel=1e-9, abs=1e-12)
 
 
-def recorded(path, *effects, seconds=6.0):
+def recorded(path, *effects, seconds=5.0):
     """Write a recording of SERVO with `effects`; returns its path."""
     t = np.arange(round(seconds / DT)) * DT
     u = Excitation('multisine', (0.12, 0.05, 0.03), (0.3, 0.8, 1.7)).torque(t)
@@ -144,6 +145,25 @@ def test_an_effect_of_the_plant_is_found(tmp_path, capsys, effect):
     assert data['gap_after'] < 0.7 * data['gap_before'] and data['gap_after'] < 2.0
 
 
+def test_values_and_parameters_of_effects_are_fitted(tmp_path, capsys):
+    def effects(b, A, phi):
+        return [{'id': 'backlash_gap', 'b': b}, {'id': 'mesh_error', 'A': A, 'N': 7, 'phi': phi}]
+
+    bag = recorded(tmp_path / 'a.csv', *effects(0.013, 0.004, 0.4))
+    (tmp_path / 'near.yaml').write_text(
+        yaml.safe_dump({**SERVO, 'effects': effects(0.011, 0.003, 0.0)}))
+    main(['fit-nominal', bag, '--model', str(tmp_path / 'near.yaml'), '--free', 'b', 'zero',
+          'mesh_error', '--windows', '5', '--out', str(tmp_path / 'fitted.yaml'), '--json', '-'])
+    values = json.loads(capsys.readouterr()[0])['values']
+    assert values['zero']['value'] == pytest.approx(0.1, abs=5e-4)
+    assert (tmp_path / 'fitted.yaml').read_text().startswith('# Fitted with gearbox_monitor')
+    fitted = load_model(tmp_path / 'fitted.yaml')
+    assert fitted.transmission.half_gap == pytest.approx(0.013, rel=0.03)
+    mesh, = (e for e in fitted.effects if e['id'] == 'mesh_error')
+    assert mesh['A'] == pytest.approx(0.004, rel=0.05)
+    assert mesh['phi'] == pytest.approx(0.4, abs=0.05)
+
+
 def test_nothing_is_found_where_nothing_is(tmp_path, capsys):
     data = diagnosed(tmp_path, recorded(tmp_path / 'a.csv'), capsys)
     assert data['verdict'] == 'none' and data['effect'] is None
@@ -170,6 +190,7 @@ def test_a_real_gearbox_has_a_dead_zone(tmp_path, capsys):
     data = diagnosed(tmp_path, str(tmp_path / 'run.csv'), capsys, model=model)
     named = (data['effect'] or '').split('+')
     assert data['verdict'] == 'effect' and 'backlash_gap' in named
+    assert not {'stiffness', 'stribeck'} & set(named)
     # Lost motion of 1.7 deg, as its users know it; compliance takes a part of it.
     assert 1.2 < 2.0 * np.degrees(data['params']['backlash_gap']['b']) < 1.9
     assert data['channels']['arm']['after'] < 0.5 * data['channels']['arm']['before']

@@ -245,14 +245,15 @@ def test_steep_friction_stays_stable(effect):
 @pytest.mark.parametrize('text, words', [
     ('[{id: wobble}]', ['wobble', 'gravity', 'stribeck']),
     ('[{id: stribeck, Cs: 0.1}]', ['effects.stribeck.vs', 'None', 'rad/s']),
-    ('[{id: stribeck, Cs: 0.1, vs: 0.2, v: 1}]', ['stribeck', "'v'", 'Cs, id, vs']),
+    ('[{id: stribeck, Cs: 0.1, vs: 0.2, v: 1}]',
+     ['line 1', 'effects.stribeck.v: unknown key', "'vs'"]),
     ('[{id: stribeck, Cs: -0.1, vs: 0.2}]', ['effects.stribeck.Cs', '-0.1', '>= 0', 'N m']),
     ('[{id: cogging, A: 0.1, N: 41, phi: 0}]', ['cogging.N', '41', '<= 40']),
     ('[{id: cogging, A: 0.1, N: 2.5, phi: 0}]', ['cogging.N', '2.5', 'whole']),
     ('[{id: gravity, G: .nan}]', ['gravity.G', 'nan', 'finite']),
     ('[{id: gravity, G: yes}]', ['gravity.G', 'True', 'number']),
     ('[{id: stiffness, K: 30}, {id: stiffness, K: 31}]', ['stiffness', 'twice']),
-    ('[gravity]', ['gravity', 'expected an id']),
+    ('[gravity]', ['gravity', 'unknown id']),
     ('{id: gravity, G: 1}', ['expected a list']),
 ])
 def test_bad_effect_in_a_model_file(tmp_path, text, words):

@@ -322,11 +322,14 @@ def test_drift_state_survives_a_restart(graph, drive, tmp_path):
     assert state['stamp_ns'] > T0 and len(alerts) == 1, told
     assert state['points'][-1]['temperature'] == 41.5 and 'gap' in state['changes']
     file.write_text(file.read_text()[:1000])
-    estimator = graph.start('estimator_node', **parameters)
+    baseline = tmp_path / 'baseline.yaml'
+    baseline.write_text('baseline: [{angle: 0.1,')
+    estimator = graph.start('estimator_node', baseline_file=baseline, **parameters)
     diagnostics.clear()
     graph.until(lambda: diagnostics, 'diagnostics')
     errors = graph.stop(estimator)
-    assert 'set aside as state.json.corrupt-' in errors and not file.exists()
+    for path in (file, baseline):
+        assert f'set aside as {path.name}.corrupt-' in errors and not path.exists()
 
 
 def test_parameters_are_described_and_checked(graph):

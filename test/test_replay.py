@@ -173,10 +173,11 @@ def test_a_snapshot_of_another_version_is_told_and_replayed(bag, options, tmp_pa
 @pytest.mark.parametrize('extra, told', [
     (['--filter', 'kalman9'], "filter: 'kalman9', expected one of"),
     (['--topic', 'motor_states'], 'no topic /motor_states, the bag has /left/joint_states'),
-    (['--params', 'DIR/wrong.yaml'], "unknown parameter 'q_tau'"),
+    (['--params', 'DIR/wrong.yaml'], 'q_tau: unknown parameter, did you mean'),
     (['--params', 'DIR/joint.yaml'], "has no joint 'elbow', it has x, a, m, gripper"),
     (['--model', 'DIR/drive_wrong.yaml'], "arm_inertia: 'heavy', expected a number > 0"),
-    (['--model', 'DIR/drive_typo.yaml'], "unknown key 'arm_inertai'"),
+    (['--model', 'DIR/drive_typo.yaml'],
+     "line 1: arm_inertai: unknown key, did you mean 'arm_inertia'?"),
     (['--out', 'DIR'], 'exists, expected a new file'),
     (['--csv', 'DIR/no/where.csv'], 'where.csv: No such file or directory'),
 ])

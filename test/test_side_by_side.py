@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Motor and arm on two topics; several gearboxes in one bag and in one parameter file."""
+"""Motor and arm on two topics, or no arm; several gearboxes in one bag and one file."""
 import json
 
 import numpy as np
@@ -23,12 +23,16 @@ from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.inputs import DIAGNOSTIC_ARRAY, find_input, JOINT_STATE
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.drive.excitation import Excitation
 from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_parameters
+from gearbox_monitor.filters.smoother import S_TAU_K
 from gearbox_monitor.joiner import Joiner, WAIT
-from gearbox_monitor.monitor import Monitor, Sample
-from gearbox_monitor.parameters import SETTINGS
+from gearbox_monitor.monitor import Monitor, Sample, Samples
+from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
+from gearbox_monitor.signals import joint_values, SIGNALS
 
 T0, MS = 1_700_000_000_000_000_000, 1_000_000
 
@@ -156,3 +160,34 @@ def test_model_values_change_with_a_restart_and_noise_without():
     with pytest.raises(InputError, match='motor_inertia'):
         monitor.set_parameters({'motor_inertia': -1.0})
     assert monitor.snapshot() == before
+
+
+@pytest.mark.parametrize('name', FILTER_NAMES)
+def test_without_an_arm_encoder_the_torque_is_as_good(name):
+    """Gravity acts on the arm, which nobody measures; what nobody knows is not published."""
+    n, dt = 6000, 2 * MS
+    load = DriveModel().with_(effects=[{'id': 'gravity', 'G': 1.0}])
+    drive = simulate(load, Excitation().torque(np.arange(n) * dt * 1e-9), dt * 1e-9,
+                     Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed=3)
+    given = Samples(T0 + np.arange(n) * dt, np.column_stack([drive.u, np.full(n, np.nan)]),
+                    np.column_stack([drive.y[:, 0], np.full(n, np.nan)]))
+    both = Samples(given.stamp_ns, given.u, drive.y)
+    alone = Monitor(DriveModel(), {'filter': name, 'arm_joint': ''})
+    estimates = alone.run(given)
+    known = Monitor(DriveModel(), {'filter': name}).run(both)
+    damping = 0.01 * (drive.x[1:, 2] - drive.x[1:, 3])  # part of what the gearbox transmits
+
+    def error(tau_k, truth):
+        return np.sqrt(((tau_k - truth)[1000:] ** 2).mean())
+    found = error(estimates.tau_k, drive.tau_k[1:] + damping)
+    assert found < 1.1 * error(known.tau_k, drive.tau_k[1:])
+    within = np.abs(estimates.tau_k - drive.tau_k[1:] - damping) <= 2.0 * estimates.tau_k_std
+    assert within[1000:].mean() > 0.9
+    assert all(finding.level == 0 for finding in alone.findings.values()), alone.findings
+    assert 'no arm is measured' in alone.findings['backlash'].message
+    signal = SIGNALS[0]
+    joints, twist, rate, torque = joint_values(signal, estimates.rows[-1], {}, 1.0)
+    assert joints == ['transmission'] and np.isnan([*twist, *rate]).all()
+    assert torque == [estimates.tau_k[-1]] and np.isfinite(estimates.smoothed[:, S_TAU_K]).all()
+    with pytest.raises(InputError, match='tau_k_stiffness'):
+        alone.set_parameters({'tau_k_stiffness': 1.0})

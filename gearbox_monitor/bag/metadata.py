@@ -65,7 +65,7 @@ def read_information(folder):
         content = yaml.load((folder / FILE_NAME).read_text(encoding='utf-8'), YAML_LOADER)
         content = content['rosbag2_bagfile_information']
         return content if isinstance(content['relative_file_paths'], list) else {}
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError):
+    except (OSError, ValueError, yaml.YAMLError, KeyError, TypeError, RecursionError):
         return {}
 
 

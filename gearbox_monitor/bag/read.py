@@ -64,7 +64,7 @@ def _files_of(path):
     if content.get('compression_mode'):
         return [path]
     files = named_files(path, content)
-    missing = [file for file in files if not file.is_file()]
+    missing = [file for file in files if not os.path.isfile(file)]
     if missing:
         raise InputError(f'{missing[0]}: missing, but {path / metadata.FILE_NAME} names it')
     files = files or sorted([*path.glob('*.mcap'), *path.glob('*.db3')], key=natural)
@@ -75,9 +75,16 @@ def _files_of(path):
 
 def named_files(path, content):
     """Return the files of the bag directory `path` that its information `content` names."""
-    names = [str(name) for name in content.get('relative_file_paths', ())]
+    return [_inside(path, str(name)) for name in content.get('relative_file_paths', ())]
+
+
+def _inside(path, name):
+    """Return the file `name` of the bag directory `path`: never one outside of it."""
+    file = path / name
+    if '..' not in file.parts and file.is_relative_to(path) and os.path.exists(file):
+        return file
     # Before 2020 these paths were relative to the directory that holds the bag.
-    return [path / name if (path / name).exists() else path / Path(name).name for name in names]
+    return path / Path(name).name
 
 
 def natural(path):
@@ -164,7 +171,7 @@ class BagReader:
     def require_joints(self, topic, names, there):
         """Raise InputError unless all `names` are `there`, the joints on `topic`."""
         for name in names:
-            if name not in there:
+            if name and name not in there:  # '': there is no such joint
                 raise InputError(f'{self.path}: topic {topic} has no joint {name!r}, '
                                  f'it has {", ".join(there) or "none"}')
 

@@ -274,8 +274,7 @@ def _copy(source, files, path, recovery, told, progress):
                     writer.add_metadata(name, values)
         ends = {file: [] for file in files}  # [(offset, newest log time)] of what was read
         topics_of = {file: _announce(file, writer, recovery.topics) for file in files}
-        parts = [(file, chunk) for file in files for chunk in file.chunks]
-        for file, chunk in progress(parts):
+        for file, chunk in progress([(part, chunk) for part in files for chunk in part.chunks]):
             topic_of, found, last_ns = topics_of[file], Counter(), 0
             for channel, sequence, log_ns, publish_ns, raw in _messages(file, chunk):
                 found[channel] += 1

@@ -20,6 +20,7 @@ each sample to the same Monitor. Where no message was lost the live estimates co
 """
 from dataclasses import dataclass
 import json
+import re
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from gearbox_monitor.bag.pairing import match
 from gearbox_monitor.bag.records import Block
 from gearbox_monitor.bag.summary import BURN_IN, Summary, truth_topic
 from gearbox_monitor.drive.model import DriveModel, model_from_dict
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TAU_K, smoother_parameters
 from gearbox_monitor.interval import smooth_interval
 from gearbox_monitor.jit import KERNELS
@@ -68,6 +70,23 @@ class Snapshot:
     def input_count(self):
         """How many samples the estimator had taken."""
         return int(self.content['input_count'])
+
+    def used(self, source):
+        """
+        Return (DriveModel, {parameter: value}) that the estimator used.
+
+        Parameters that this version does not have are left out. Raises InputError, which calls it
+        `source`.
+        """
+        known = {row.name for row in ESTIMATOR}
+        try:
+            model, parameters = (json.loads(self.content[name])
+                                 for name in ('model', 'parameters'))
+            parameters = {k: v for k, v in parameters.items() if k in known}
+        except (KeyError, ValueError, AttributeError, RecursionError):
+            raise InputError(f'{source}: snapshot: no model and parameters, expected what an '
+                             'estimator writes') from None
+        return model_from_dict(model, f'{source}: snapshot'), parameters
 
 
 @dataclass(frozen=True)
@@ -131,7 +150,14 @@ def read_snapshots(reader, found):
         return []
     contents = ((log_ns, snapshot_of(reader, raw))
                 for _, log_ns, _, raw in reader.messages([found.snapshots]))
-    return [Snapshot(content, log_ns) for log_ns, content in contents if content]
+    snapshots = [Snapshot(content, log_ns) for log_ns, content in contents if content]
+    for snapshot in snapshots:
+        for name in ('stamp_ns', 'input_count'):
+            value = snapshot.content.get(name, '')
+            if not re.fullmatch('-?[0-9]{1,18}|[0-9]{19}', value):
+                raise InputError(f'{reader.path}: snapshot: {name}: {value!r}, expected a whole '
+                                 'number')
+    return snapshots
 
 
 class Player:
@@ -154,11 +180,7 @@ class Player:
         snapshots = read_snapshots(reader, self.input)
         recorded_model, recorded = DriveModel(), {}
         if snapshots:
-            recorded_model = model_from_dict(json.loads(snapshots[0].content['model']),
-                                             str(reader.path))
-            known = {row.name for row in ESTIMATOR}  # another version may have others
-            recorded = {name: value for name, value in
-                        json.loads(snapshots[0].content['parameters']).items() if name in known}
+            recorded_model, recorded = snapshots[0].used(reader.path)
         self.monitor = Monitor(model or recorded_model, {**recorded, **(parameters or {})},
                                judged=judged, smoothed=smoothed)
         self._names = (self.monitor.parameters['motor_joint'],

@@ -27,7 +27,8 @@ from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.jit import KERNELS
 from gearbox_monitor.monitor import Monitor
 from gearbox_monitor.signals import (
-    ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, signal_values, SIGNALS, SNAPSHOT)
+    ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, signal_values, SIGNALS, SNAPSHOT,
+    TRANSMISSION)
 
 RECENT = 10_000_000_000  # ns of log time in which the sample of a smoothed value is looked for
 
@@ -138,7 +139,7 @@ class BagOutput:
         log_ns[0] = max(log_ns[0], self._last.get(topic, log_ns[0]))
         log_ns = np.maximum.accumulate(log_ns)
         self._last[topic] = log_ns[-1]
-        present = ~np.isnan(values['position'])
+        present = ~np.isnan(values['position']) | (np.array(signal.joints) == TRANSMISSION)
         encoded = [b''] * len(stamps)
         for pattern in np.unique(present, axis=0):
             rows = np.flatnonzero((present == pattern).all(axis=1))

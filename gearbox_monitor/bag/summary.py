@@ -41,7 +41,7 @@ class Summary:
         self._span = []  # lowest and highest stamp
         self._after = None  # from here on estimates count
         self._first_counted = None
-        self._nis = [0.0, 0]
+        self._nis = [0.0, 0, 0.0]  # sum, how many, sum of what is expected
         self._filtered, self._smoothed = Pairing(2, 1), Pairing(1, 1)
         # Of pairs: number, squared error, squared truth, how many within one deviation.
         self._sums, self._smoothed_sums = np.zeros(4), np.zeros(2)
@@ -62,6 +62,7 @@ class Summary:
         if len(counted):
             self._nis[0] += float(estimates.nis[chosen].sum())
             self._nis[1] += len(counted)
+            self._nis[2] += float(estimates.dof[chosen].sum())
             if self._first_counted is None:
                 self._first_counted = counted[0]
         if self._truth:
@@ -95,7 +96,7 @@ class Summary:
         """Return {name: value}; `comparison`: the Comparison, or None."""
         player, monitor = self._player, self._player.monitor
         span = float(self._span[1] - self._span[0]) * 1e-9 if self._span else 0.0
-        total, counted = self._nis
+        total, counted, expected = self._nis
         data = {
             'bag': str(player.reader.path), 'samples': self._samples,
             'estimates': self._estimates, 'duration_s': span,
@@ -106,6 +107,7 @@ class Summary:
             'refused': {text: int(monitor.counts[code]) for code, text in REASONS.items()
                         if monitor.counts[code]},
             'nis': total / counted if counted else None,
+            'nis_expected': expected / counted if counted else None,
             'gap_rad': [round(w.gap, 6) for w in monitor.windows],
             'levels': {k: f.level.name for k, f in monitor.findings.items()}
             if player.judged else {},

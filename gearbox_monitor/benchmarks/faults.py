@@ -37,6 +37,7 @@ from gearbox_monitor.benchmarks.fault_cases import CASES
 from gearbox_monitor.benchmarks.fault_runs import BARS, run_case
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.monitor import JUDGED
 
 LOADS = ('none', 'unknown')
 
@@ -82,14 +83,14 @@ def text(rows):
              's from its', 'end to good estimates, and to levels OK. wrong: estimates off the '
              'truth; OK: those of them', 'under OK; lost: samples without estimate; spoilt: '
              'samples that the fault hit.', '',
-             f'{"fault":<36}{"load":<8}{"told":>5}{"wrong":>7}{"OK":>5}{"lost":>7}{"spoilt":>7}'
+             f'{"fault":<38}{"load":<8}{"told":>5}{"wrong":>7}{"OK":>5}{"lost":>7}{"spoilt":>7}'
              f'{"good":>6}{"OK":>6}  told by']
     for row in rows:
         lines.append(
-            f'{row["fault"]:<36}{row["load"]:<8}{_seconds(row["told"], "-"):>5}{row["wrong"]:7d}'
+            f'{row["fault"]:<38}{row["load"]:<8}{_seconds(row["told"], "-"):>5}{row["wrong"]:7d}'
             f'{row["wrong_while_ok"]:5d}{row["lost"]:7d}{row["spoilt"]:7d}'
             f'{_seconds(row["good_after"]):>6}{_seconds(row["ok_after"]):>6}  '
-            + ', '.join(row['by']))
+            + ('not judged' if set(row['by']) >= set(JUDGED) else ', '.join(row['by'])))
     lines += ['', *(f'{"met   " if not missed else "MISSED"} {bar:<58}'
                     + (', '.join(missed[:3]) + (' ...' if missed[3:] else ''))
                     for bar, missed in verdicts(rows).items())]

@@ -17,8 +17,6 @@ from contextlib import contextmanager
 import json
 import os
 from pathlib import Path
-import re
-import resource
 import subprocess
 import sys
 import tempfile
@@ -33,6 +31,7 @@ from gearbox_monitor.bag.replay import Player
 from gearbox_monitor.bag.summary import Summary
 from gearbox_monitor.bag.tables import ParquetTable
 from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.benchmarks.memory import peak_bytes
 from gearbox_monitor.drive.excitation import Excitation
 from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.drive.simulate import Noise, simulate
@@ -133,15 +132,7 @@ def main(argv):
     replayed(warm, whole)
     begin = time.process_time()
     replayed(bag, whole)
-    print(json.dumps({'cpu_s': time.process_time() - begin, 'peak_bytes': _peak_bytes()}))
-
-
-def _peak_bytes():
-    """Return the largest resident memory of this process so far."""
-    status = Path('/proc/self/status')
-    if status.exists():  # what getrusage says there includes the process that started this one
-        return 1024 * int(re.search(r'VmHWM:\s*(\d+)', status.read_text())[1])
-    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    print(json.dumps({'cpu_s': time.process_time() - begin, 'peak_bytes': peak_bytes()}))
 
 
 if __name__ == '__main__':

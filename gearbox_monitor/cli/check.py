@@ -41,7 +41,7 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import read_recording, read_snapshots
 from gearbox_monitor.check.examine import examine
 from gearbox_monitor.check.line import BAD, OK, PURPOSES, WARN
-from gearbox_monitor.drive.model import DriveModel, model_from_dict
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters
 from gearbox_monitor.monitor import Samples
@@ -116,11 +116,7 @@ def _known(args, reader, found):
     model, recorded = None, {}
     snapshots = read_snapshots(reader, found)
     if snapshots:
-        content = snapshots[0].content
-        model = model_from_dict(json.loads(content['model']), str(reader.path))
-        rows = {row.name for row in ESTIMATOR}  # another version may have others
-        recorded = {name: value for name, value in json.loads(content['parameters']).items()
-                    if name in rows}
+        model, recorded = snapshots[0].used(reader.path)
     if model_file:
         model = load_model(model_file)
     values = {**recorded, **given}

@@ -14,24 +14,29 @@
 
 """What commands that run filters over a bag share: its samples, model and parameters."""
 from dataclasses import dataclass
-import json
 
 from gearbox_monitor.bag.inputs import find_input
 from gearbox_monitor.bag.replay import read_recording, read_snapshots, Recording
-from gearbox_monitor.drive.model import DriveModel, model_from_dict
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters
-from gearbox_monitor.parameters import checked, ESTIMATOR, FILTER_NAMES, SETTINGS, with_values
+from gearbox_monitor.parameters import (
+    checked, defaults, ESTIMATOR, FILTER_NAMES, MODEL, SETTINGS, with_values)
 
 
 @dataclass(frozen=True)
 class Inputs:
-    """A recording, the DriveModel (from model_file, '' when none) and all parameters."""
+    """
+    A recording, the DriveModel (from model_file, '' when none) and all parameters.
+
+    model_values: those of the model that the parameter file gave besides.
+    """
 
     recording: Recording
     model: DriveModel
     model_file: str
     parameters: dict
+    model_values: dict
 
     @property
     def samples(self):
@@ -69,8 +74,7 @@ def load(args, reader, filter_name=None):
     model, recorded = DriveModel(), {}
     snapshots = read_snapshots(reader, found)
     if snapshots:
-        model = model_from_dict(json.loads(snapshots[0].content['model']), str(reader.path))
-        recorded = json.loads(snapshots[0].content['parameters'])
+        model, recorded = snapshots[0].used(reader.path)
     if model_file:
         model = load_model(model_file)
     values = {**recorded, **given}
@@ -81,4 +85,5 @@ def load(args, reader, filter_name=None):
     parameters = checked(ESTIMATOR, values, args.params or str(reader.path))
     recording = read_recording(reader, parameters['motor_joint'], parameters['arm_joint'],
                                model.gear_ratio, found.topic)
-    return Inputs(recording, model, model_file, parameters)
+    return Inputs(recording, model, model_file, parameters,
+                  {name: given[name] for name in defaults(MODEL) if name in given})

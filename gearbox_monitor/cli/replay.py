@@ -149,7 +149,8 @@ def text(data):
     if refused:
         lines.append('noticed      ' + ', '.join(f'{v} {k}' for k, v in refused.items()))
     if data['nis'] is not None:
-        lines.append(f'NIS          {data["nis"]:.3f} (2 when the model is right)')
+        lines.append(f'NIS          {data["nis"]:.3f} ({data["nis_expected"]:.3g} when the '
+                     'model is right)')
     if data.get('tau_k_error') is not None:
         lines.append(
             f'tau_K error  {data["tau_k_error"]:.4g} N m rms of {data["tau_k_rms"]:.4g}, '

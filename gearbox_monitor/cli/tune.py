@@ -50,7 +50,7 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.inputs import add_input_arguments, check_filter, load
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.parameters import defaults, ESTIMATOR
+from gearbox_monitor.parameters import defaults, ESTIMATOR, SETTINGS
 from gearbox_monitor.tuner import tune
 
 
@@ -110,10 +110,10 @@ def _reference(reader, topic):
 
 def write(path, inputs, data):
     """Write the parameter file `path` that node and replay load. Raises InputError."""
-    rows = {row.name: row for row in ESTIMATOR}
+    rows = {row.name: row for row in SETTINGS}
     values = {name: value for name, value in inputs.parameters.items()
               if value != defaults(ESTIMATOR)[name]}
-    values.update(data['parameters'], filter=data['filter'])
+    values.update(inputs.model_values, **data['parameters'], filter=data['filter'])
     if inputs.model_file:
         values['model'] = str(Path(inputs.model_file).resolve())
     lines = [

@@ -91,12 +91,15 @@ def _elastic(x1: float, x2: float, w: float, z: float, s: float, p: Array, e: Ar
 
 
 @jit_inline
-def _with_friction(slope: float, push: float, friction: float, alpha: float) -> float:
-    """Return v of slope v + friction s(v) = push: Newton's method, from below the root."""
+def _with_friction(slope: float, push: float, friction: float, alpha: float,
+                   near: float) -> float:
+    """Return v of slope v + friction s(v) = push: Newton's method, from below; near: a guess."""
     if friction == 0.0:
         return push / slope
-    size = abs(push)
+    size, near = abs(push), math.copysign(1.0, push) * near
     v = max(0.0, (size - friction) / slope)
+    if near > v and slope * near + friction * TWO_OVER_PI * arctan(alpha * near) < size:
+        v = near
     for _ in range(FRICTION_ITERATIONS):
         av = alpha * v
         off = size - slope * v - friction * TWO_OVER_PI * arctan(av)
@@ -141,7 +144,7 @@ def advance_arm(state: Array, t: float, h: float, ahead_x1: float, ahead_x3: flo
             lack = inertia * (moved - x4) - h * (
                 force + THETA * (tau - (p[D] + p[CAV]) * moved))
         slope = max((slope - lack) / DIFFERENCE, inertia)
-        found = _with_friction(slope, slope * v - lack, h * p[CAC], p[ARM_ALPHA])
+        found = _with_friction(slope, slope * v - lack, h * p[CAC], p[ARM_ALPHA], v)
         near = abs(found - v) < CLOSE
         v = found
         if near:

@@ -36,9 +36,9 @@ import numpy as np
 
 from gearbox_monitor.arrays import Array, Values
 from gearbox_monitor.drive.arctan import arctan
-from gearbox_monitor.drive.effects import ADDITIVE, EFFECTS, Parameter, plugins
+from gearbox_monitor.drive.effects import ADDITIVE, ARM_LOADS, EFFECTS, Parameter, plugins
 from gearbox_monitor.drive.transmission import KINDS
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, Problems, unknown
 from gearbox_monitor.jit import jit, jit_inline
 
 TWO_OVER_PI = 2.0 / math.pi
@@ -49,6 +49,7 @@ RK4_STABILITY = 2.7
 (INVERSE_M1, INVERSE_M2, D, CV, CC, ALPHA, KR, OFFSET, KIND, STIFFNESS, HALF_GAP, WIDTH, K_S,
  CAV, CAC, ARM_ALPHA, G, TL, CL, N_PARAMETERS) = range(20)
 
+UNSEEN_TIME = 0.1  # s in which an arm that is not measured would come to rest
 ARM_LOAD_MODES = ('none', 'unknown', 'measured')
 AXES = ('rotary', 'prismatic')  # prismatic: m, N and kg instead of rad, N m and kg m^2
 DRIVEN_BY = ('torque', 'position')  # what of a recording moves the model in a diagnosis
@@ -108,6 +109,17 @@ class DriveModel:
             return self
         return replace(self, transmission=replace(self.transmission, **shape),
                        effects=tuple(rest), **changes)
+
+    def without_arm(self) -> 'DriveModel':
+        """
+        Return the model for filters that never see the arm: tau_K is all that the motor drives.
+
+        Whatever loads it then, nothing flows back to the motor. Friction of its own keeps the
+        arm's speed, which nothing corrects, within bounds.
+        """
+        effects = [e for e in self.effects if e['id'] not in ARM_LOADS]
+        return self.with_(arm_load='none', damping=0.0, effects=[
+            *effects, {'id': 'arm_viscous', 'Cav': self.arm_inertia / UNSEEN_TIME}])
 
     def pack(self) -> Array:
         """
@@ -195,67 +207,93 @@ def _choice(value: Any, name: str, source: str, choices: Sequence[str]) -> str:
 def _mapping(data: Any, name: str, source: str, allowed: Collection[str]) -> None:
     if not isinstance(data, dict):
         raise InputError(f'{source}: {name}: {str(data)[:40]!r}, expected keys and values')
-    for key in data:
-        if key not in allowed:
-            raise InputError(f'{source}: {name}: unknown key {key!r}, expected one of '
-                             f'{", ".join(sorted(allowed))}')
+    prefix = '' if name == 'model' else name + '.'
+    strange = [key for key in data if key not in allowed]
+    if strange:
+        raise InputError(*(f'{source}: {prefix}{key}: unknown key, {unknown(key, allowed)}'
+                           for key in strange))
 
 
 def model_from_dict(data: Any, source: str) -> DriveModel:
     """
     Return a DriveModel from the mapping `data`; missing keys keep the paper's values.
 
-    Raises InputError naming `source`, key, value and what was expected.
+    Raises InputError naming `source`, key, value and what was expected, of all that is wrong.
     """
-    _mapping(data, 'model', source, {f.name for f in fields(DriveModel)})
-    values = dict(data)
+    allowed, problems = {f.name for f in fields(DriveModel)}, Problems()
+    with problems:
+        _mapping(data, 'model', source, allowed)
+    values = {k: v for k, v in data.items() if k in allowed} if isinstance(data, dict) else {}
     if 'transmission' in values:
-        block = values['transmission']
-        _mapping(block, 'transmission', source, {f.name for f in fields(Transmission)})
-        block = dict(block)
-        kind = _choice(block.pop('kind', 'dead_zone'), 'transmission.kind', source, KINDS)
-        values['transmission'] = Transmission(
-            kind=kind, **{k: _number(v, k, source) for k, v in block.items()})
+        with problems:
+            values['transmission'] = _transmission(values['transmission'], source)
     if 'effects' in values:
-        values['effects'] = _effects(values['effects'], source)
-    if 'arm_load' in values:
-        _choice(values['arm_load'], 'arm_load', source, ARM_LOAD_MODES)
-    if 'axis' in values:
-        _choice(values['axis'], 'axis', source, AXES)
-    if 'driven_by' in values:
-        _choice(values['driven_by'], 'driven_by', source, DRIVEN_BY)
+        with problems:
+            values['effects'] = _effects(values['effects'], source)
+    for name, choices in (('arm_load', ARM_LOAD_MODES), ('axis', AXES), ('driven_by', DRIVEN_BY)):
+        if name in values:
+            with problems:
+                _choice(values[name], name, source, choices)
     for name in values:
         if name in _RANGES and not (name == 'process_torque' and values[name] is None):
-            values[name] = _number(values[name], name, source)
+            with problems:
+                values[name] = _number(values[name], name, source)
     if values.get('driven_by') == 'position' and not values.get('process_torque_time'):
-        raise InputError(f'{source}: process_torque_time: 0, expected a number > 0 (s) with '
-                         'driven_by: position, whose residuals are never white')
+        problems.found.append(
+            f'{source}: process_torque_time: 0, expected a number > 0 (s) with driven_by: '
+            'position, whose residuals are never white')
     if values.get('gear_ratio') == 0:
-        raise InputError(f'{source}: gear_ratio: 0, expected a number other than 0')
+        problems.found.append(f'{source}: gear_ratio: 0, expected a number other than 0')
+    problems.raise_all()
     return DriveModel(**values)
+
+
+def _transmission(block: Any, source: str) -> Transmission:
+    allowed, problems = {f.name for f in fields(Transmission)}, Problems()
+    with problems:
+        _mapping(block, 'transmission', source, allowed)
+    block = {k: v for k, v in block.items() if k in allowed} if isinstance(block, dict) else {}
+    kind = block.pop('kind', 'dead_zone')
+    with problems:
+        _choice(kind, 'transmission.kind', source, KINDS)
+    values = {}
+    for name, value in block.items():
+        with problems:
+            values[name] = _number(value, name, source)
+    problems.raise_all()
+    return Transmission(kind=kind, **values)
 
 
 def _effects(items: Any, source: str) -> tuple[Values, ...]:
     if not isinstance(items, (list, tuple)):
         raise InputError(f'{source}: effects: {items!r}, expected a list')
     result: list[Values] = []
-    known = EFFECTS
+    known, problems = EFFECTS, Problems()
     for item in items:
         name = item.get('id') if isinstance(item, dict) else None
         if isinstance(name, str) and name not in known:
             known = {**EFFECTS, **plugins()}
-        if not isinstance(name, str) or name not in known:
-            raise InputError(f'{source}: effects: {item!r}, expected an id of '
-                             f'{", ".join(sorted(known))}')
-        if name not in ADDITIVE and any(name == other['id'] for other in result):
-            raise InputError(f'{source}: effects.{name}: given twice, expected each id once')
-        parameters = known[name].parameters
+        with problems:
+            if not isinstance(name, str) or name not in known:
+                raise InputError(f'{source}: effects: {item!r}: unknown id, '
+                                 f'{unknown(name, known)}')
+            if name not in ADDITIVE and any(name == other['id'] for other in result):
+                raise InputError(f'{source}: effects.{name}: given twice, expected each id once')
+            result.append(_effect(item, name, known[name].parameters, source))
+    problems.raise_all()
+    return tuple(result)
+
+
+def _effect(item: Any, name: str, parameters: Collection[Parameter], source: str) -> Values:
+    problems = Problems()
+    with problems:
         _mapping(item, f'effects.{name}', source, {'id', *(p.name for p in parameters)})
-        for parameter in parameters:
+    for parameter in parameters:
+        with problems:
             _check_effect_value(item.get(parameter.name), parameter,
                                 f'{source}: effects.{name}.{parameter.name}')
-        result.append(dict(item))
-    return tuple(result)
+    problems.raise_all()
+    return dict(item)
 
 
 def _check_effect_value(value: Any, parameter: Parameter, place: str) -> None:

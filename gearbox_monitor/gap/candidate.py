@@ -35,6 +35,9 @@ PHASED = (*PERIODIC, 'motor_encoder_eccentricity', 'arm_encoder_eccentricity')
 ORDERS = range(1, 41)
 TWIST = (2.0, 98.0)  # percentiles between which the twist swings
 GAPS = (0.2, 0.45)   # of that swing, half gaps to start from
+# Where the motor's motion is put in, its torque shows friction of both sides as one: what is the
+# arm's leaves the motor's.
+SHIFTS, SHIFTED = {'arm_coulomb': 'Cc', 'arm_viscous': 'Cv'}, 1.0
 # Not fitted as a motion: read from the lattice of the readings, or a free signal.
 NOT_FITTED = ('motor_encoder_quantisation', 'arm_encoder_quantisation', 'disturbance')
 
@@ -260,10 +263,14 @@ class Starts:
         if 'encoder_offset' in ids:
             own.add(ZERO)
         near = {ZERO: 0.1 * self.swing} if self.swing else {}
+        spread = nuisances_of(self.model)
+        if self.swing:
+            spread.update((name, SHIFTED) for effect, name in SHIFTS.items() if effect in ids
+                          and getattr(self.model, NUISANCES[name]))
         return [Coordinate(-1, name, 0.0, min(r, near.get(name, r)),
                            -math.inf if name == ZERO else -0.9,
                            math.inf if name == ZERO else 10.0, prior=r)
-                for name, r in nuisances_of(self.model).items() if name not in own]
+                for name, r in spread.items() if name not in own]
 
     def _starts(self, name):
         """Return lists of Coordinates (owner 0), one list per start."""
@@ -293,7 +300,9 @@ class Starts:
                 name, 0.01 * self.angle)
             return [[Coordinate(0, 'As', 0.0, size), Coordinate(0, 'Ac', 0.0, size)]]
 
-        def one(name, start, scale, low=-math.inf, high=math.inf):
+        inf = math.inf
+
+        def one(name, start, scale, low=-inf, high=inf):
             return Coordinate(0, name, start, scale, low, high)
 
         def log(name, start, low, high):
@@ -301,6 +310,7 @@ class Starts:
 
         torque, speed, friction = 0.1 * self.torque, self.speed, self.friction
         elastic = self.model.transmission.stiffness * self.twist
+        lossy = 0.0 if self.swing else -inf  # of a real drive, no loop gains energy
         table = {
             'stribeck': [[one('Cs', 0.3 * friction, friction, 0.0),
                           log('vs', f * speed, 1e-3, 1e3)] for f in (0.03, 0.15, 0.6)],
@@ -312,14 +322,15 @@ class Starts:
             'viscous_drift': [[one('r', 0.05, 0.3, -1.0), log('T', tc, 0.05, 1e3)]
                               for tc in (1.0, 6.0)],
             'arm_viscous': [[one('Cav', 0.0, torque / speed, 0.0)]],
-            'arm_coulomb': [[one('Cac', 0.0, torque, 0.0)]],
+            'arm_coulomb': [[one('Cac', f * friction, torque, 0.0)]
+                            for f in ((0.0, 0.7) if self.swing else (0.0,))],
             'gravity': [[one('G', 0.0, torque)]],
             'load_torque': [[one('TL', 0.0, torque)]],
             'hardening': [[one('K3', 0.0, torque / self.twist ** 3)]],
-            'hysteresis_bouc_wen': [[one('Th', 0.0, 0.1 * elastic),
+            'hysteresis_bouc_wen': [[one('Th', 0.0, 0.1 * elastic, lossy),
                                      log('dh', f * self.twist, 1e-5, 1e2)]
                                     for f in (0.03, 0.2, 1.0)],
-            'hysteresis_branch': [[one('h', 0.0, 0.1 * self.twist),
+            'hysteresis_branch': [[one('h', 0.0, 0.1 * self.twist, -inf, -lossy),
                                    log('ds', f * self.twist, 1e-5, 1e2)]
                                   for f in (0.03, 0.2, 1.0)],
             'torque_gain': [[one('g', 0.0, 0.1, -0.95)]],

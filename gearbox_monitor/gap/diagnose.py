@@ -30,7 +30,7 @@ MARGIN = 25.0        # gain in BIC of one effect over none: covers the search ov
 OWN_MARGIN = 16.0    # gain in -2 log L where the effect is a value that may scatter anyway
 PAIR_MARGIN = 40.0   # gain in BIC of a second effect
 PAIR_HINT = 60.0     # linearised gain of a second effect from which on pairs are fitted
-LACK = 0.05          # excess of chi2 that is no matter of the noise level
+LACK = 0.08          # excess of chi2 that is no matter of the noise level
 LACK_RELATIVE = 2e-4  # of the gap: integration is not more accurate
 STRUCTURE = 3.0      # standard deviations of the residual in a frequency band
 PAIR_STRUCTURE = 2.5  # the same for pairs, which imitate what is in no library
@@ -95,6 +95,8 @@ def diagnose(recordings, model, *, validate=None, only=None, exclude=(), seed=0,
     seed: of the bootstrap. jobs: threads. progress(done, total, text). Raises InputError.
     """
     recording = joined([driven(r, model) for r in recordings])
+    if recording.motor is not None:
+        model = model.folded()  # a closed model is the next one to start from
     ids = [i for i in chosen_ids(only, exclude) if visible(i, model, recording)]
     if not ids:
         raise InputError('effects: none is left that this drive and its encoders show, expected '
@@ -259,7 +261,8 @@ def decide(search, rough=False):
     hints = forward_gains(search, best)
     if lack(best) or max((g for g, _ in hints.values()), default=0.0) > PAIR_HINT:
         pairs = find_pairs(search, singles[:2])
-        search.whiten([search.ranked()[0], *pairs[:2]] if pairs else [])
+        careful = pairs[:2] if search.long.weighing is None else pairs
+        search.whiten([search.ranked()[0], *careful] if pairs else [])
         pairs = sorted(pairs, key=lambda n: search.fitted[n].score)
         best = search.fitted[search.ranked()[0]]
         pair = search.fitted[pairs[0]] if pairs else best
@@ -366,16 +369,16 @@ def report(search, none, best, kind, lattices, quantum, validate, seed):
         'warnings': warnings(search, best, kind, nuisances),
     }
     if nuisances:
-        data['nominal_shift'] = shifts(search.model, nuisances)
+        data['nominal_shift'] = shifts(best.candidate, nuisances)
     if validate is not None:
         data['validation'] = close.validate(validate, search.model, model or search.model,
                                             search.long.sigma)
     return Verdict(data, model, weighed)
 
 
-def shifts(model, nuisances):
+def shifts(candidate, nuisances):
     """Return {name: shift in standard deviations} of the values estimated along."""
-    spread = nuisances_of(model)
+    spread = {c.name: c.prior for c in candidate.coordinates if c.owner < 0}
     return {name: float(value / spread[name]) for name, value in nuisances.items()}
 
 
@@ -386,7 +389,7 @@ def warnings(search, best, kind, nuisances):
     if bound and kind != 'none':
         out.append(f'{", ".join(bound)}: at the bound of what is possible')
     if nuisances and best.candidate.penalty(best.point.z) > MARGIN:
-        shift = shifts(search.model, nuisances)
+        shift = shifts(best.candidate, nuisances)
         far = max(shift, key=lambda n: abs(shift[n]))
         out.append(f'nominal values lie far outside their tolerance (most: {far}, '
                    f'{shift[far]:+.1f} tolerances): the tolerance '

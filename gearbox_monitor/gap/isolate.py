@@ -28,6 +28,7 @@ from gearbox_monitor.gap.candidate import NOT_FITTED, PERIODIC, replaced_value, 
 from gearbox_monitor.gap.search import KEEP_SCREENED
 
 LIMIT = 20.0  # in units of 2 log likelihood
+LASTING_SHARE = 0.1  # of the evidence, where much lasts that no model explains
 TWINS = {'torque_offset': 'coulomb_asymmetry', 'coulomb_asymmetry': 'torque_offset'}
 SMALL = 1e-9
 
@@ -175,10 +176,14 @@ def confusable(search, best, found=None):
     Return the ids that this recording cannot tell from an effect of the Fitted `best`.
 
     Those that imitate all but LIMIT of its evidence and whose own fit, where it was made with
-    care, does not lag behind by more; and those whose fit lags by less, linear or not. found: of
+    care, does not lag behind by more; and those whose fit lags by less, linear or not. Where much
+    lasts that no model explains, a fit must lag by a share of the evidence. found: of
     `separations`, to spare it.
     """
     single = len(best.candidate.ids) == 1
+    limit = LIMIT
+    if search.long.weighing is not None:
+        limit = max(LIMIT, LASTING_SHARE * (search.fitted[''].score - best.score))
     careful = search.ranked()[:KEEP_SCREENED]
     out = []
     for name, (d, table) in (found or separations(search, best)).items():
@@ -189,8 +194,12 @@ def confusable(search, best, found=None):
             if d * s2 < LIMIT and not lags:
                 out.append(other)
     if single:
-        out += [n for n in careful if search.fitted[n].score < best.score + LIMIT
+        out += [n for n in careful if search.fitted[n].score < best.score + limit
                 and (best.white is None or search.fitted[n].white is not None)]
+    elif search.long.weighing is not None:  # pairs that have one effect in common with `best`
+        near = [f.candidate.ids for f in search.fitted.values() if len(f.candidate.ids) == 2
+                and f.white is not None and f.score < best.score + limit]
+        out += [i for ids in near if set(ids) & set(best.candidate.ids) for i in ids]
     out += [TWINS[i] for i in best.candidate.ids if i in TWINS and TWINS[i] in search.ids]
     return list(dict.fromkeys(i for i in out if i not in best.candidate.ids))
 

@@ -77,7 +77,7 @@ def fit_nominal(recordings, model, free=None, *, validate=None, seconds=None, jo
     Recording, used for nothing but judging.
     Raises InputError for names that this drive does not have.
     """
-    recording = joined([driven(r, model) for r in recordings])
+    recording, model = joined([driven(r, model) for r in recordings]), model.folded()
     known, own = offered(model), _effects_of(model)
     for name in free or ():
         if name not in known and name not in own:

@@ -27,6 +27,9 @@ from gearbox_monitor.gap.search import Fitted
 # (where a model that is far off still follows the readings), and of both over none.
 TOP_FORWARD, TOP_BEGUN, TOP_SCREENED = 3, 5, 4
 TOP_ORDERS = 4  # where the motor is driven: what is made small is jagged, a gain tells no order
+# The same on the other side: the torque of a motor whose motion is put in shows their sum.
+SIDES = {'motor_coulomb': 'arm_coulomb', 'motor_viscous': 'arm_viscous',
+         'arm_coulomb': 'motor_coulomb', 'arm_viscous': 'motor_viscous'}
 EXCHANGED = 2
 RACE = ((0.25, 6), (0.5, 4), (1.0, 3))  # share of the windows fitted, pairs that go on from there
 
@@ -76,14 +79,18 @@ def find_pairs(search, firsts):
 def _proposed(search, firsts):
     """Return [(Candidate, Point at its start on the beginnings of the windows)] of pairs."""
     data = fitting.shortened(search.long, RACE[0][0])
-    orders = 1 if search.recording.motor is None else TOP_ORDERS
+    driven = search.recording.motor is not None
+    orders = TOP_ORDERS if driven else 1
     jobs = []
     for first in firsts:
         fitted = search.fitted[first]
         base, point = fitted.candidate, _begun(search, data, fitted)
         for gains, top in ((_gains(search, search.long, base, fitted.point), TOP_FORWARD),
                            (_gains(search, data, base, point), TOP_BEGUN)):
-            for name in sorted(gains, key=lambda n: -gains[n][0][0])[:top]:
+            names = sorted(gains, key=lambda n: -gains[n][0][0])[:top]
+            if driven:
+                names += [n for n in map(SIDES.get, names) if n in gains and n not in names]
+            for name in names:
                 for second in [c for _, order in gains[name][:orders]
                                for c in search.starts.candidates(name, order)]:
                     joint = search.starts.joint([(base, point.z), (second, second.start())])

@@ -399,7 +399,8 @@ def places(search, fitted, jobs=1):
 def left_over(free):
     """Return chi2 per reading that is left, geometric mean of windows: one stuck counts less."""
     size = free.residual.shape[1]
-    return float(np.exp(np.mean(np.log(free.chi2 / (size - free.unknowns)))))
+    per_reading = np.maximum(free.chi2 / (size - free.unknowns), 1e-300)
+    return float(np.exp(np.mean(np.log(per_reading))))
 
 
 def _best(first, second):

@@ -61,8 +61,8 @@ def gearboxes(path):
         with open(path, encoding='utf-8') as file:
             data = yaml.safe_load(file)
     except (OSError, yaml.YAMLError) as error:
-        raise RuntimeError(f'{path}: {" ".join(str(error).split())}, expected a readable YAML '
-                           'parameter file') from None
+        reason = getattr(error, 'strerror', None) or ' '.join(str(error).split())
+        raise RuntimeError(f'{path}: {reason}, expected a readable YAML parameter file') from None
     found = [match.groups() for name in (data if isinstance(data, dict) else ())
              if (match := re.fullmatch(r'(|/|/[\w/]*\w/)(estimator|plant)', str(name)))]
     if not any(node == 'estimator' for _, node in found):

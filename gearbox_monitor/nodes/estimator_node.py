@@ -35,7 +35,8 @@ from sensor_msgs.msg import JointState, Temperature
 from std_srvs.srv import Trigger
 
 from gearbox_monitor import __version__, stream
-from gearbox_monitor.baseline import load_baseline, load_state, save_baseline, save_state
+from gearbox_monitor.baseline import (
+    Damaged, load_baseline, load_state, save_baseline, save_state, set_aside)
 from gearbox_monitor.drift.change import COMPONENTS, Tracker
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model
@@ -141,7 +142,11 @@ class EstimatorNode(TableNode):
             if told:
                 self.get_logger().error(told)
         if state is None and self._has_baseline(values):
-            state = load_baseline(values['baseline_file'], values['gearbox_serial'])
+            try:
+                state = load_baseline(values['baseline_file'], values['gearbox_serial'])
+            except Damaged as error:
+                told = set_aside(values['baseline_file'])
+                self.get_logger().error(f'{error}: {told}')
         return state
 
     def _has_baseline(self, values):
@@ -311,6 +316,9 @@ class EstimatorNode(TableNode):
         p = self.monitor.parameters
         if self._ring is None:
             response.message = 'nothing is kept: keep_minutes is 0, expected more'
+        elif not p['arm_joint']:
+            response.message = ('nothing is kept without an arm encoder (arm_joint is empty): '
+                                'use the recorder')
         elif self._keeping is not None:
             response.message = 'a recording is being written: wait for the answer to that call'
         elif not len(self._ring):

@@ -17,6 +17,7 @@ from itertools import zip_longest
 
 from sensor_msgs.msg import JointState
 
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.joiner import Joiner
 from gearbox_monitor.nodes.convert import joint_values_of, SampleReader, stamp_of, to_paired
 from gearbox_monitor.nodes.qos import advertise, best_effort, subscribe
@@ -48,6 +49,9 @@ class Inputs:
         self.topic = self.motor_topic = self._main.topic_name
         self.arm_topic = None
         if parameters['arm_topic']:
+            if not parameters['arm_joint']:
+                raise InputError(f'arm_topic: {parameters["arm_topic"]!r}, expected none where '
+                                 'arm_joint is empty')
             self._join(parameters)
 
     def _join(self, parameters):
@@ -138,7 +142,7 @@ class Inputs:
         elif motor in names and names.index(motor) >= len(message.effort):
             text = (f'no effort of {motor!r} ({len(message.effort)} efforts for {len(names)} '
                     'joints): nothing can be estimated; let its driver give the effort')
-        elif arm not in names and self.joiner is None:
+        elif arm and arm not in names and self.joiner is None:
             text = (f'no joint {arm!r} among {there}: set arm_joint, or arm_topic where it comes '
                     'in messages of its own')
         if text and text not in self._told and len(self._told) < MOST_TOLD:

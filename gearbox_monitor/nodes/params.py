@@ -33,8 +33,8 @@ class TableNode(Node):
         fixed = [p.name for p in parameter_list
                  if self.has_parameter(p.name) and self.describe_parameter(p.name).read_only]
         if fixed and not result.successful:
-            result.reason = (f'{", ".join(fixed)}: read at the start only; change it in the '
-                             f'parameter file (or with -p) and start {self.get_name()} again')
+            result.reason = (f'{", ".join(fixed)}: read-only while the node runs; change it in '
+                             f'the parameter file (or with -p) and start {self.get_name()} again')
         return result
 
     def warn_of_unknown(self):

@@ -30,6 +30,7 @@ from rclpy.subscription import Subscription
 from rclpy.utilities import remove_ros_args
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.nodes.middleware import remove_cut_ports
 
 RCLError = rclpy_implementation.RCLError
 UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
@@ -157,6 +158,7 @@ def _init(args, parser):
     """Start rclpy; an argument or parameter file that it cannot read is an InputError."""
     try:
         parser.parse_args(remove_ros_args(args)[1:])
+        remove_cut_ports()
         rclpy.init(args=args)
     except UnknownROSArgsError as error:
         raise InputError(f'unknown ROS arguments: {error}') from None

@@ -18,7 +18,6 @@ Fill a Timeline from a bag: with the estimates in it, or with those of the estim
 Both go through the bag once, block by block.
 """
 from dataclasses import dataclass, field
-import json
 import math
 
 import numpy as np
@@ -27,7 +26,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag.inputs import DIAGNOSTIC_ARRAY, find_input
 from gearbox_monitor.bag.pairing import Pairing
 from gearbox_monitor.bag.replay import read_snapshots, samples_of
-from gearbox_monitor.drive.model import DriveModel, model_from_dict
+from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.filters.smoother import S_TAU_K, S_TWIST, S_TWIST_RATE, S_TWIST_STD
 from gearbox_monitor.jit import KERNELS
 from gearbox_monitor.monitor import Monitor, Samples, SECOND
@@ -79,11 +78,7 @@ class Source:
         snapshots = read_snapshots(reader, self._input)
         recorded_model, recorded = DriveModel(), {}
         if snapshots:
-            content = snapshots[0].content
-            recorded_model = model_from_dict(json.loads(content['model']), str(reader.path))
-            rows = {row.name for row in ESTIMATOR}  # another version may have others
-            recorded = {name: value for name, value in
-                        json.loads(content['parameters']).items() if name in rows}
+            recorded_model, recorded = snapshots[0].used(reader.path)
         values = checked(ESTIMATOR, {**recorded, **(parameters or {})}, 'parameters')
         there = self._count(STATE) and self._count(ERRORS) and self._count(ERRORS_STD)
         live = bool(there) and model is None and not parameters and not again

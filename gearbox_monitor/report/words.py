@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Words for a verdict, shared by the terminal and the page: effects, places, what to do next."""
+NEAR_FLOOR = 1.5  # gap that may be noise of the encoders
 DENSE = 1.5  # share of the gap over share of the time, from which on it is told
 PLACES = {
     'motor_side': 'motor side', 'arm_side': 'arm side', 'transmission': 'transmission',
@@ -97,6 +98,9 @@ def ids_of(data):
 
 def headline(data):
     """Return the verdict in one sentence."""
+    if data['verdict'] == 'none' and (data.get('gap_after') or 0.0) > NEAR_FLOOR:
+        return ('No effect stands out: what the model leaves is no more than what lasts '
+                'unexplained on a real drive.')
     if data['verdict'] == 'none':
         return 'No gap: the model explains the recording down to the noise of the encoders.'
     places = data.get('location') or []

@@ -24,7 +24,7 @@ from pathlib import Path
 
 import yaml
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, Problems, unknown
 from gearbox_monitor.files import load_yaml
 from gearbox_monitor.resources import config_path
 
@@ -127,7 +127,8 @@ def load_mapping(name):
     """Return the Mapping of a file or of a packaged name. Raises InputError."""
     path = find_mapping(name)
     data = load_yaml(path)
-    return mapping_from_dict(data, str(path), path.read_text(encoding='utf-8'))
+    with data.located():
+        return mapping_from_dict(data.content, str(path), data.text)
 
 
 def mapping_from_dict(data, source, yaml_text=None):
@@ -147,18 +148,29 @@ def mapping_from_dict(data, source, yaml_text=None):
                              f'blocks for format {kind}')
     values = {'format': kind, 'description': str(data.get('description', ''))}
     values['kind'] = _choice(data.get('kind', 'rotary'), 'kind', source, KINDS)
-    values['gear_ratio'] = _number(data.get('gear_ratio', 1.0), 'gear_ratio', source, nonzero=True)
+    problems = Problems()
+    with problems:
+        values['gear_ratio'] = _number(data.get('gear_ratio', 1.0), 'gear_ratio', source,
+                                       nonzero=True)
     if 'text' in data:
-        values['text'] = _text(data['text'], source)
+        with problems:
+            values['text'] = _text(data['text'], source)
     if 'json' in data:
-        _known(data['json'], 'json', source, ('entries',))
-        entries = _string(data['json'].get('entries'), 'json.entries', source)
-        values['json'] = Json(entries[:-2] if entries.endswith('[]') else entries)
-    values['time'] = _time(data['time'], source, kind)
-    _known(data['signals'], 'signals', source, SIGNALS)
-    values['signals'] = {
-        name: _signal(name, block, source, kind, values['kind'])
-        for name, block in data['signals'].items()}
+        with problems:
+            _known(data['json'], 'json', source, ('entries',))
+            entries = _string(data['json'].get('entries'), 'json.entries', source)
+            values['json'] = Json(entries[:-2] if entries.endswith('[]') else entries)
+    with problems:
+        values['time'] = _time(data['time'], source, kind)
+    with problems:
+        _known(data['signals'], 'signals', source, SIGNALS)
+    values['signals'], blocks = {}, data['signals'] if isinstance(data['signals'], dict) else {}
+    for name in blocks:
+        if name in SIGNALS:
+            with problems:
+                values['signals'][name] = _signal(name, blocks[name], source, kind,
+                                                  values['kind'])
+    problems.raise_all()
     if not {'motor_position', 'arm_position'} & set(values['signals']):
         raise InputError(f'{source}: signals: no position, expected motor_position, arm_position '
                          'or both')
@@ -254,10 +266,11 @@ def _place(block, where, source, kind):
 def _known(data, name, source, allowed):
     if not isinstance(data, dict):
         raise InputError(f'{source}: {name}: {data!r}, expected keys and values')
-    for key in data:
-        if key not in allowed:
-            raise InputError(f'{source}: {name}: unknown key {key!r}, expected one of '
-                             f'{", ".join(allowed)}')
+    prefix = '' if name == 'mapping' else name + '.'
+    strange = [key for key in data if key not in allowed]
+    if strange:
+        raise InputError(*(f'{source}: {prefix}{key}: unknown key, {unknown(key, allowed)}'
+                           for key in strange))
 
 
 def _choice(value, name, source, choices):
@@ -274,7 +287,7 @@ def _string(value, name, source):
 
 def _number(value, name, source, positive=False, nonzero=False, also=''):
     good = isinstance(value, (int, float)) and not isinstance(value, bool)
-    good = good and math.isfinite(value)
+    good = good and -1e300 < value < 1e300
     if not good or (positive and value <= 0) or (nonzero and value == 0):
         which = ' > 0' if positive else ' other than 0' if nonzero else ''
         raise InputError(f'{source}: {name}: {value!r}, expected a number{which} {also}'.rstrip())

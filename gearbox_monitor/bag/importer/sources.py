@@ -33,6 +33,8 @@ import scipy.io
 
 from gearbox_monitor.errors import InputError
 
+MAX_INT = 1 << 1000  # what is beyond is no float
+
 
 def read_columns(path, mapping):
     """
@@ -250,6 +252,8 @@ def _read_json(path, mapping, wanted):
     except json.JSONDecodeError as error:
         raise InputError(f'{path}: line {error.lineno} column {error.colno}: {error.msg}, '
                          'expected JSON') from None
+    except (ValueError, RecursionError) as error:  # an endless number, nested too deeply
+        raise InputError(f'{path}: {error}, expected JSON') from None
     where = mapping.json.entries
     if where is None and isinstance(tree, dict):
         return _arrays(path, tree, wanted)
@@ -273,7 +277,8 @@ def _read_json(path, mapping, wanted):
             value = entry
             for part in parts:
                 value = value.get(part) if isinstance(value, dict) else None
-            if isinstance(value, bool) or not isinstance(value, (int, float)):
+            if isinstance(value, bool) or not isinstance(value, (int, float)) or \
+                    isinstance(value, int) and abs(value) > MAX_INT:
                 if value is not None or not may_miss:
                     shown = 'missing' if value is None else f'value {value!r}'
                     raise InputError(f'{path}: {place(row, name)} {shown}: expected a number')

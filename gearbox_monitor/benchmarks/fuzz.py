@@ -1,0 +1,198 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Damaged files of every kind: each is read, refused in one line, or read with its loss stated.
+
+Files are damaged at random, but so that most of their structure stays: records and messages of
+bags, counts of serialised messages, tokens of CSV, YAML and JSON. Never a crash, another
+exception, a run longer than the limit, or memory beyond it. A case is named by target, seed and
+number, and comes again with --only, --seed and --first.
+
+usage examples:
+  gearbox_monitor benchmark fuzz --seconds 60
+  gearbox_monitor benchmark fuzz --only bag --seconds 600 --seed 7
+  gearbox_monitor benchmark fuzz --only "bag, lz4" --seed 7 --first 1234 --cases 1
+"""
+from collections import Counter
+import contextlib
+import json
+import multiprocessing
+from pathlib import Path
+import random
+import resource
+import signal
+import tempfile
+import time
+import traceback
+
+from gearbox_monitor.benchmarks.fuzz_targets import one_line, targets
+from gearbox_monitor.benchmarks.memory import forget_peak, peak_bytes
+from gearbox_monitor.errors import InputError
+
+LIMIT_S = 30.0  # CPU, one case; compiling a kernel takes a third of it
+LIMIT_BYTES = 256 << 20  # that one case may add to the resident memory
+ROOM = 1 << 30  # bytes of address space that the whole run may add: the machine must not suffer
+READ, REFUSED = 'read', 'refused'
+
+
+class Hang(BaseException):
+    """A case took longer than LIMIT_S."""
+
+
+def add_arguments(parser):
+    parser.add_argument('--seconds', type=float, default=60.0, metavar='S',
+                        help='how long (default: %(default)g)')
+    parser.add_argument('--seed', type=int, default=0, metavar='N')
+    parser.add_argument('--only', default='', metavar='TEXT', help='targets that contain TEXT')
+    parser.add_argument('--first', type=int, default=0, metavar='N', help='first case of each')
+    parser.add_argument('--cases', type=int, metavar='N', help='cases of each, then end')
+    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+
+
+def case_of(target, seed, number, folder):
+    """Write the damaged files of case `number` into the empty `folder`."""
+    chance = random.Random(f'{target.name} {seed} {number}')
+    for k, (name, data) in enumerate(target.files.items()):
+        path = folder / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(target.damage(data, chance) if k == 0 else data)
+
+
+def judge(target, folder):
+    """Read what is in `folder`; returns READ, REFUSED or what is wrong, in one line."""
+    forget_peak()
+    before = peak_bytes()
+    try:
+        with _limited(LIMIT_S):
+            target.read(folder)
+        outcome = READ
+    except InputError as error:
+        outcome = REFUSED
+        try:
+            one_line(error)
+        except AssertionError as wrong:
+            outcome = str(wrong)
+    except Hang:
+        outcome = f'longer than {LIMIT_S:g} s of CPU'
+    except Exception as error:  # what is looked for
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        outcome = (f'{type(error).__name__} {" ".join(str(error).split())[:100]} at '
+                   f'{Path(place.filename).name}:{place.lineno}')
+    added = peak_bytes() - before
+    return f'{added >> 20} MB of memory' if added > LIMIT_BYTES else outcome
+
+
+@contextlib.contextmanager
+def _limited(seconds):
+    def late(*_):
+        raise Hang
+    before = signal.signal(signal.SIGVTALRM, late)
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+        signal.signal(signal.SIGVTALRM, before)
+
+
+def run_cases(target, seed, numbers, tell=lambda number, outcome: None):
+    """Judge the cases `numbers`; tell(number, None) before each, (number, outcome) behind it."""
+    for number in numbers:
+        with tempfile.TemporaryDirectory() as folder:
+            case_of(target, seed, number, Path(folder))
+            tell(number, None)
+            tell(number, judge(target, Path(folder)))
+
+
+def _in_child(target, seed, first, cases, end, pipe):
+    used = int(Path('/proc/self/statm').read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (used + ROOM, used + ROOM))
+    number = first
+    while number < first + cases and time.monotonic() < end:
+        run_cases(target, seed, [number], lambda *said: pipe.send(said))
+        number += 1
+    pipe.send(None)
+
+
+def fuzz(target, seed, first, cases, end):
+    """
+    Judge cases of `target` from `first` on in a process of its own, until the clock says `end`.
+
+    Returns (Counter of outcomes, {what is wrong: first case}). A crash ends the process only.
+    """
+    context = multiprocessing.get_context('fork')
+    counts, wrong, last = Counter(), {}, first + cases
+    while first < last and time.monotonic() < end:
+        ours, theirs = context.Pipe(False)
+        child = context.Process(target=_in_child, args=(
+            target, seed, first, last - first, end, theirs))
+        child.start()
+        theirs.close()
+        number, done = first, False
+        with contextlib.suppress(EOFError):
+            while not done:
+                said = ours.recv()
+                done = said is None
+                if not done:
+                    number, outcome = said
+                    if outcome is not None:
+                        counts[outcome] += 1
+                        if outcome not in (READ, REFUSED):
+                            wrong.setdefault(outcome, number)
+        child.join()
+        if not done:
+            wrong.setdefault(f'crash, exit code {child.exitcode}', number)
+            counts[f'crash, exit code {child.exitcode}'] += 1
+        first = number + 1
+        if done:
+            break
+    return counts, wrong
+
+
+def run(args):
+    """Run the benchmark; returns 1 when a file was neither read nor refused."""
+    if not args.seconds > 0.0:
+        raise InputError(f'--seconds: {args.seconds:g}, expected a number > 0')
+    if args.json and not Path(args.json).absolute().parent.is_dir():
+        raise InputError(f'{args.json}: its directory does not exist, expected one that does')
+    with tempfile.TemporaryDirectory() as folder:
+        every = targets(Path(folder))
+        chosen = [target for target in every if args.only in target.name]
+        if not chosen:
+            raise InputError(f'--only: no target contains {args.only!r}, expected one of '
+                             + ', '.join(target.name for target in every))
+        for target in chosen:  # sound files are read, and all is compiled before time counts
+            whole = Path(tempfile.mkdtemp(dir=folder))
+            for name, data in target.files.items():
+                (whole / name).parent.mkdir(exist_ok=True)
+                (whole / name).write_bytes(data)
+            target.read(whole)
+        rows, begin = [], time.monotonic()
+        print(f'{"file":<22}{"cases":>8}{"read":>8}{"refused":>9}{"wrong":>7}')
+        for k, target in enumerate(chosen):
+            end = begin + args.seconds * (k + 1) / len(chosen)
+            counts, wrong = fuzz(target, args.seed, args.first, args.cases or 1 << 60, end)
+            bad = sum(counts.values()) - counts[READ] - counts[REFUSED]
+            rows.append({'file': target.name, 'cases': sum(counts.values()),
+                         'read': counts[READ], 'refused': counts[REFUSED], 'wrong': wrong})
+            print(f'{target.name:<22}{sum(counts.values()):8d}{counts[READ]:8d}'
+                  f'{counts[REFUSED]:9d}{bad:7d}', flush=True)
+            for what, number in wrong.items():
+                print(f'  MISSED --only "{target.name}" --seed {args.seed} --first {number} '
+                      f'--cases 1: {what}', flush=True)
+    if args.json:
+        Path(args.json).write_text(json.dumps({'seed': args.seed, 'files': rows}, indent=2) + '\n',
+                                   encoding='utf-8')
+    return 1 if any(row['wrong'] for row in rows) else 0

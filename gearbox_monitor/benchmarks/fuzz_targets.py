@@ -1,0 +1,195 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What is fuzzed: sound files of every kind, how they are damaged, and who reads them."""
+from dataclasses import dataclass
+import json
+
+import numpy as np
+from rosbags.typesys import get_typestore, Stores
+
+from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.csv import read_csv
+from gearbox_monitor.bag.importer import load_mapping, read_recording
+from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.replay import Player
+from gearbox_monitor.bag.summary import Summary
+from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.baseline import load_baseline, load_state, save_baseline, save_state
+from gearbox_monitor.benchmarks.fuzz_damage import damaged_bytes, damaged_mcap, damaged_text
+from gearbox_monitor.benchmarks.trust_runs import T0
+from gearbox_monitor.drift.change import Settings, Tracker
+from gearbox_monitor.drift.features import Backlash
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import Noise, simulate
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_model, load_parameters
+from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.parameters import ESTIMATOR
+from gearbox_monitor.resources import config_path
+
+JOINT_STATE, DIAGNOSTICS = 'sensor_msgs/msg/JointState', 'diagnostic_msgs/msg/DiagnosticArray'
+TOPIC, JOINTS, SNAPSHOT = '/joint_states', ('motor', 'arm'), '/estimator/snapshot'
+RATE, COUNT = 1000, 300
+
+
+@dataclass(frozen=True)
+class Target:
+    """
+    One kind of file.
+
+    files: {name: bytes} of a sound one; the first is damaged by `damage`(data, random). read:
+    function of the folder with these files, which reads all there is.
+    """
+
+    name: str
+    files: dict
+    damage: object
+    read: object
+
+
+def _bag_files(folder, compression):
+    """Return {name: bytes} of a bag with measurements and a snapshot of an estimator."""
+    run = simulate(DriveModel(), Excitation().torque(np.arange(COUNT) / RATE), 1.0 / RATE,
+                   Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed=0)
+    stamps = T0 + np.arange(COUNT) * (10 ** 9 // RATE)
+    effort = np.column_stack([run.u, np.full(COUNT, np.nan)])
+    monitor = Monitor(DriveModel(), {'arm_load': 'none'})
+    path = folder / f'bag_{compression}'
+    with BagWriter(path, compression, chunk_seconds=np.inf) as writer:
+        writer.add_topic(TOPIC, JOINT_STATE)
+        writer.add_topic(SNAPSHOT, DIAGNOSTICS)
+        for k, raw in enumerate(encode_joint_states(stamps, JOINTS, run.y, effort=effort)):
+            if k in (0, COUNT // 2):
+                writer.write_message(SNAPSHOT, int(stamps[k]), _snapshot(monitor))
+            writer.write(TOPIC, int(stamps[k]), raw)
+            monitor.run(Samples(stamps[k:k + 1], effort[k:k + 1], run.y[k:k + 1]))
+    return {f'bag/{file.name}': file.read_bytes() for file in
+            sorted(path.iterdir(), key=lambda file: file.suffix != '.mcap')}
+
+
+def _snapshot(monitor):
+    types = get_typestore(Stores.ROS2_JAZZY).types
+    header = types['std_msgs/msg/Header'](types['builtin_interfaces/msg/Time'](0, 0), '')
+    return types[DIAGNOSTICS](header, [types['diagnostic_msgs/msg/DiagnosticStatus'](
+        0, 'estimator: snapshot', '', 'gearbox', [
+            types['diagnostic_msgs/msg/KeyValue'](key, value)
+            for key, value in monitor.snapshot().items()])])
+
+
+def _read_bag(folder):
+    with open_bag(folder / 'bag') as reader:
+        for topic, (msgtype, _) in list(reader.topics.items()):
+            for _, _, _, raw in reader.messages([topic]):
+                try:
+                    reader.decode(msgtype, raw)
+                except InputError as error:
+                    one_line(error)  # of this message; others are tried
+        for topic, (msgtype, _) in list(reader.topics.items()):
+            if msgtype == JOINT_STATE:
+                try:
+                    reader.joint_states(topic, reader.joint_names(topic))
+                except InputError as error:
+                    one_line(error)
+        player = Player(reader, judged=False, smoothed=False)
+        summary = Summary(player)
+        player.run([summary])
+        summary.data()
+
+
+def one_line(error):
+    """Assert that the InputError `error` is one readable line for each problem."""
+    for line in str(error).split('\n'):
+        assert line.strip() and line.isprintable() and len(line) < 1000, f'no line: {line[:200]!r}'
+
+
+def _snapshot_text():
+    monitor = Monitor(DriveModel(), {'arm_load': 'none'})
+    monitor.run(Samples(np.arange(T0, T0 + 20_000_000, 1_000_000), np.zeros((20, 2)),
+                        np.zeros((20, 2))))
+    return json.dumps(monitor.snapshot(), indent=1).encode()
+
+
+def _read_snapshot(folder):
+    try:
+        content = json.loads((folder / 'snapshot.json').read_bytes())
+    except (ValueError, RecursionError):
+        return  # the damage shall be in the texts, not around them
+    if isinstance(content, dict) and all(isinstance(v, str) for v in content.values()):
+        Monitor.restore(content)
+
+
+def _tracked():
+    """Return a change.Tracker that has seen some windows."""
+    tracker = Tracker(Settings())
+    random = np.random.default_rng(0)
+    for k in range(6):
+        gap, stiffness = random.normal((0.2, 25.0), (0.002, 0.3))
+        tracker.update(Backlash(T0 + k * 10 ** 10, gap, 0.002, stiffness, 0.3, viscous=0.0,
+                                viscous_std=0.01, coulomb=0.0, coulomb_std=0.01, gain=0.0,
+                                gain_std=0.01, lost_motion=gap, lost_motion_std=0.002, angle=0.1,
+                                speed=2.0, load=1.0), True, 20.0)
+    return tracker
+
+
+CSV = 't,u,motor,arm\n' + ''.join(
+    f'{k / 1000:.3f},{k % 7 - 3},{0.001 * k:.6f},{0.0009 * k if k % 5 else ""}\n'
+    for k in range(60))
+MAPPING = """format: json
+json: {entries: rows}
+time: {field: t, scale: 0.001}
+signals:
+  motor_position: {field: motor.q, counts_per_rev: 4096, zero: 12.0, missing: nan}
+  motor_effort: {field: motor.i, torque_constant: 0.1, sign: -1}
+gear_ratio: 35.0
+"""
+ROWS = json.dumps({'rows': [{'t': k, 'motor': {'q': 10.0 * k, 'i': 0.1 * k}} for k in range(30)]})
+
+
+def targets(folder):
+    """Return the Targets; sound files are made in `folder`."""
+    tracker = _tracked()
+    save_baseline(folder / 'baseline.yaml', tracker.baseline_points(), 'joint3', {'filter': 'ekf'})
+    save_state(folder / 'state.json', tracker, 'joint3')
+    found = []
+    for compression in ('none', 'lz4', 'zstd'):
+        files = _bag_files(folder, compression)
+        found.append(Target(f'bag, {compression}', files, damaged_mcap, _read_bag))
+    metadata = {name: files[name] for name in sorted(files, key=lambda n: not n.endswith('.yaml'))}
+    found.append(Target('bag, metadata.yaml', metadata, damaged_text, _read_bag))
+
+    def text(name, data, read, damage=damaged_text):
+        found.append(Target(name, {name: data}, damage,
+                            lambda where: read(where / name)))
+    model = config_path('drive.yaml').read_bytes().replace(
+        b'effects: []', b'effects: [{id: stribeck, Cs: 0.1, vs: 0.2}, {id: gravity, G: 1.0}]')
+    text('drive.yaml', model, load_model)
+    text('estimator.yaml', config_path('estimator.yaml').read_bytes(),
+         lambda path: load_parameters(path, 'estimator', ESTIMATOR))
+    text('data.csv', CSV.encode(), read_csv)
+    text('data.bin', CSV.encode(), read_csv, damaged_bytes)
+    text('baseline.yaml', (folder / 'baseline.yaml').read_bytes(),
+         lambda path: load_baseline(path, 'joint3'))
+    text('state.json', (folder / 'state.json').read_bytes(),
+         lambda path: load_state(path, 'joint3'))
+    found.append(Target('snapshot', {'snapshot.json': _snapshot_text()}, damaged_text,
+                        _read_snapshot))
+    mapping, rows = {'map.yaml': MAPPING.encode()}, {'rows.json': ROWS.encode()}
+
+    def read_mapped(where):
+        read_recording(where / 'rows.json', load_mapping(str(where / 'map.yaml')))
+    found.append(Target('map.yaml', {**mapping, **rows}, damaged_text, read_mapped))
+    found.append(Target('rows.json', {**rows, **mapping}, damaged_text, read_mapped))
+    return found

@@ -1,0 +1,34 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Resident memory of this process."""
+import contextlib
+from pathlib import Path
+import re
+import resource
+
+STATUS = Path('/proc/self/status')
+
+
+def peak_bytes():
+    """Return the largest resident memory so far, or since `forget_peak`."""
+    if STATUS.exists():  # what getrusage says there includes the process that started this one
+        return 1024 * int(re.search(r'VmHWM:\s*(\d+)', STATUS.read_text())[1])
+    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+def forget_peak():
+    """Let `peak_bytes` begin anew, where the kernel can."""
+    with contextlib.suppress(OSError):
+        Path('/proc/self/clear_refs').write_text('5')

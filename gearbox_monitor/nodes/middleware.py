@@ -1,0 +1,44 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Shared memory of Fast DDS that a killed process left unusable."""
+import contextlib
+from pathlib import Path
+import sys
+import time
+
+MEMORY = Path('/dev/shm')
+AGE_S = 2.0
+
+
+def remove_cut_ports(folder=MEMORY, age=AGE_S):
+    """
+    Remove ports of Fast DDS in `folder` that their makers, killed, left empty; return their names.
+
+    A process that dies between making the file of a port and sizing it leaves it empty for good,
+    and each node on the machine that comes to this port waits for ever in its constructor. That a
+    port is empty takes microseconds otherwise: one older than `age` (s) has lost its maker.
+    """
+    removed = []
+    for port in folder.glob('fastrtps_port*'):
+        with contextlib.suppress(OSError):  # gone, or another user's
+            found = port.stat()
+            if found.st_size == 0 and not port.name.endswith('_el') \
+                    and time.time() - found.st_mtime > age:
+                port.unlink()
+                removed.append(port.name)
+    if removed:
+        print(f'removed what a killed process left of shared memory: {" ".join(sorted(removed))}',
+              file=sys.stderr)
+    return sorted(removed)

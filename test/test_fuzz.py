@@ -1,0 +1,138 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Damaged files: a fixed number of damages of every kind, and what fuzzing has found."""
+from pathlib import Path
+
+import pytest
+
+from gearbox_monitor.baseline import Damaged, load_baseline, load_state
+from gearbox_monitor.benchmarks import fuzz, fuzz_targets
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import load_model, load_parameters, load_yaml
+from gearbox_monitor.parameters import ESTIMATOR
+
+NUMBERS = {'drive.yaml': 40, 'estimator.yaml': 20, 'data.csv': 150, 'data.bin': 100,
+           'baseline.yaml': 12, 'state.json': 100, 'snapshot': 60, 'map.yaml': 40,
+           'rows.json': 100, 'bag, none': 20, 'bag, lz4': 20, 'bag, zstd': 20,
+           'bag, metadata.yaml': 15}
+
+
+@pytest.fixture(scope='module')
+def targets(tmp_path_factory):
+    return {t.name: t for t in fuzz_targets.targets(tmp_path_factory.mktemp('sound'))}
+
+
+@pytest.mark.parametrize('name', NUMBERS)
+def test_damage_is_read_or_refused(targets, name):
+    found = {}
+    fuzz.run_cases(targets[name], 3, range(NUMBERS[name]), found.__setitem__)
+    wrong = {k: what for k, what in found.items() if what not in (fuzz.READ, fuzz.REFUSED)}
+    assert len(found) == NUMBERS[name] and not wrong
+
+
+@pytest.mark.parametrize('failure, told', [
+    (lambda _: 1 // 0, 'ZeroDivisionError'),
+    (lambda _: len(b'x' * (300 << 20)), 'MB of memory')])
+def test_failures_are_seen(tmp_path, failure, told):
+    target = fuzz_targets.Target('', {'x': b'x'}, lambda data, _: data, failure)
+    found = {}
+    fuzz.run_cases(target, 0, [0], found.__setitem__)
+    assert told in found[0]
+
+
+def write(path, text):
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize('text, told', [
+    ('a: &a [*a]\n', 'contains itself'),
+    ('x: &x [1, 1]\n' + ''.join(f'{b}: &{b} [{", ".join([f"*{a}"] * 10)}]\n'
+                                for a, b in zip('xabcdef', 'abcdefg')), 'aliases of aliases'),
+    ('[' * 5000, 'nested too deeply'),
+    ('stiffness: ' + '9' * 5000, 'expected YAML'),
+    ('damping: 1\narm_inertia: 1\ndamping: 2\n', "line 3: key 'damping' stands in line 1, too"),
+    ('a: !!python/object/apply:os.system [true]\n', 'line 1: could not determine a constructor'),
+])
+def test_yaml_that_is_refused(tmp_path, text, told):
+    with pytest.raises(InputError) as info:
+        load_yaml(write(tmp_path / 'drive.yaml', text))
+    assert told in str(info.value) and '\n' not in str(info.value)
+
+
+def test_all_problems_of_a_model_file_at_once(tmp_path, capsys):
+    path = write(tmp_path / 'drive.yaml', """\
+motor_inertai: 1
+damping: -1
+transmission:
+  kind: dead_zon
+  half_gap: .nan
+effects:
+  - {id: stribeck, Cs: 0.1}
+  - {id: wobble}
+""")
+    with pytest.raises(InputError) as info:
+        load_model(path)
+    lines = str(info.value).split('\n')
+    assert [line.split(': ')[1:3] for line in lines if 'wobble' not in line] == [
+        ['line 1', 'motor_inertai'], ['line 4', 'transmission.kind'], ['line 5', 'half_gap'],
+        ['line 7', 'effects.stribeck.vs'], ['line 2', 'damping']]
+    assert "did you mean 'motor_inertia'?" in lines[0] and any('wobble' in x for x in lines)
+    assert main(['check', 'no-bag', '--model', str(path)]) == 2
+    assert capsys.readouterr().out == ''
+
+
+def test_all_problems_of_a_parameter_file_at_once(tmp_path):
+    path = write(tmp_path / 'p.yaml', """\
+/**: {ros__parameters: {max_gap: 100.0}}
+estimator:
+  ros__parameters:
+    filter: efk
+    q_std_tau_K: 1.0
+recorder: {ros__parameters: {filter: 1}}
+""")
+    with pytest.raises(InputError) as info:
+        load_parameters(path, 'estimator', ESTIMATOR)
+    lines = str(info.value).split('\n')
+    assert [line.split(': ')[1:3] for line in lines] == [
+        ['line 1', 'max_gap'], ['line 4', 'filter'], ['line 5', 'q_std_tau_K']]
+    assert "did you mean 'q_std_tau_k'?" in lines[2]
+
+
+def test_a_bag_names_no_file_outside_of_it(targets, tmp_path):
+    secret = write(tmp_path / 'secret.mcap', 'not for the bag')
+    for name in (str(secret), '../secret.mcap', '../bag/../secret.mcap'):
+        for file, data in targets['bag, metadata.yaml'].files.items():
+            path = tmp_path / file
+            path.parent.mkdir(exist_ok=True)
+            path.write_bytes(data.replace(b'bag_zstd_0.mcap', name.encode()))
+        with pytest.raises(InputError, match='secret.mcap: missing') as info:
+            fuzz_targets.open_bag(tmp_path / 'bag')
+        assert str(tmp_path / 'bag' / 'secret.mcap') in str(info.value)
+
+
+def test_damaged_files_of_drift(targets, tmp_path):
+    good = targets['baseline.yaml'].files['baseline.yaml'].decode()
+    path = write(tmp_path / 'baseline.yaml', good)
+    assert load_baseline(path, 'joint3')
+    for text in (good[:len(good) // 2], good.replace('format: 2', 'format: 1'), '\0', ''):
+        other = 'format: 1' in text  # whole, but of another version: not what was meant
+        with pytest.raises(InputError) as info:
+            load_baseline(write(path, text), 'joint3')
+        assert isinstance(info.value, Damaged) != other
+    state = write(tmp_path / 'state.json', '[' * 100000)
+    assert load_state(state, 'joint3')[0] is None and not state.exists()
+    assert len(list(Path(tmp_path).glob('state.json.corrupt-*'))) == 1
