@@ -19,7 +19,7 @@ import time
 import numpy as np
 import pytest
 
-from gearbox_monitor.bag import write
+from gearbox_monitor.bag.record_file import RecordFile
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import read_recording
 from gearbox_monitor.drive.model import DriveModel
@@ -168,14 +168,14 @@ def test_failure_is_told_and_leaves_nothing(tmp_path, monkeypatch):
     (tmp_path / 'file').write_text('')
     with pytest.raises(InputError, match='keep_folder'):
         keep(tmp_path / 'file', moving(2500), about())
-    left, write_record = [0], write._RecordFile.write
+    left, write_record = [0], RecordFile.write
 
     def full(self, data):
         left[0] += len(data)
         if left[0] > 20000:
             raise OSError(28, 'No space left on device')
         return write_record(self, data)
-    monkeypatch.setattr(write._RecordFile, 'write', full)
+    monkeypatch.setattr(RecordFile, 'write', full)
     with pytest.raises(InputError, match='No space left on device; removed again'):
         keep(tmp_path, moving(2500), about())
     assert [path.name for path in tmp_path.iterdir()] == ['file']

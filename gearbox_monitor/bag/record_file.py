@@ -21,13 +21,14 @@ class RecordFile:
     """
     Unbuffered new file that a failed write leaves ending with a whole record.
 
-    mcap's writer passes whole records to write(). end: bytes written; error: what sync() has met.
+    mcap's writer passes whole records to write(). end: bytes written; synced: of these, the bytes
+    that sync() has brought to the medium; error: what it has met.
     """
 
     def __init__(self, path):
         self.path = path
         self._file = open(path, 'xb', buffering=0)
-        self.end = self._synced = 0
+        self.end = self.synced = 0
         self.error = None
         self._lock = Lock()
 
@@ -48,13 +49,14 @@ class RecordFile:
         """Bring what is written to the medium; from any thread."""
         with self._lock:
             end = self.end
-            if end == self._synced or self.error is not None or self._file.closed:
+            if end == self.synced or self.error is not None or self._file.closed:
                 return
             try:
                 os.fdatasync(self._file.fileno())
             except OSError as error:
                 self.error = error
-            self._synced = end
+            else:
+                self.synced = end
 
     def held_at(self):
         """Return where the content still is after the file was removed or moved, else ''."""

@@ -59,7 +59,8 @@ class BagWriter:
     the bag is on the medium as a whole.
 
     The next file begins where one has `max_size` bytes or its messages span `max_seconds` (0: no
-    limit). Each is whole by itself and has the metadata records so far.
+    limit). Each is whole by itself and has the metadata records so far. A file that was removed or
+    moved is the last one: its content is not given up for another.
 
     ``metadata.yaml`` is written when the bag is closed, as rosbag2 does: without it rosbag2 asks
     to reindex, with a premature one it would show an empty bag.
@@ -219,7 +220,7 @@ class BagWriter:
         part = self._part
         return part.start_ns is not None and bool(
             self._max_size and part.file.end + self._unflushed_bytes > self._max_size
-            or self._max_ns and log_ns - part.start_ns >= self._max_ns)
+            or self._max_ns and log_ns - part.start_ns >= self._max_ns) and not part.file.held_at()
 
     def _split(self):
         """Finish the file and begin the next one."""
@@ -300,7 +301,10 @@ class BagWriter:
         except OSError as error:
             self.dropped += self._unflushed
             self.message_count -= self._unflushed
+            file, kept = self._part.file, self.byte_count
+            if file.error is not None:  # then it is not known what of the newest is on the medium
+                kept -= file.end - file.synced
             self.error = WriteError(
                 f'{self._part.path}: cannot write: {error.strerror or error}; '
-                f'the {self.byte_count} bytes written before are kept')
+                f'the {kept} bytes written before are kept')
             raise self.error from None

@@ -62,9 +62,9 @@ class Nodes:
         self.folder, self.processes, self._logs = folder, [], {}
         self.watcher = Watcher('fault_benchmark', domain)
 
-    def start(self, module, **parameters):
-        """Start the node `module` and return its process."""
-        command = [sys.executable, '-m', f'gearbox_monitor.nodes.{module}', '--ros-args',
+    def start(self, module, folder='nodes', **parameters):
+        """Start the node `module` of the package's `folder` and return its process."""
+        command = [sys.executable, '-m', f'gearbox_monitor.{folder}.{module}', '--ros-args',
                    '--disable-external-lib-logs']
         for name, value in parameters.items():
             command += ['-p', f'{name}:={json.dumps(value)}']

@@ -16,10 +16,11 @@
 Accidents of the recorder: what is older than one second must be in its bag, whatever happens.
 
 A plant publishes two topics at 1 kHz. Real recorder nodes write them and are killed (kill -9) at
-random moments, every fifth while it closes its bag; the disk gets full, the bag is removed, the
-target cannot be written. A bag is cut at every byte of its last chunks. Power cut: a file system
-(ext4 in a file) is stopped without writing what it holds in memory, and mounted again; only root
-may do so, and fill a small file system.
+random moments, every fifth while it closes its bag, a third of them with a new file of the bag
+every half second; the disk gets full, the bag is removed, the target cannot be written. Slow disk:
+every write to the file takes 50 ms, every sync 2 s. A bag is cut at every byte of its last
+chunks. Power cut: a file system (ext4 in a file) is stopped without writing what it holds in
+memory, and mounted again; only root may do so, and fill a small file system.
 What another subscriber has received is the measure. Every bag is recovered, too.
 
 usage examples:
@@ -40,6 +41,8 @@ from tqdm import tqdm
 from gearbox_monitor.benchmarks import recorder_accidents as accidents
 from gearbox_monitor.benchmarks.recorder_bench import Bench
 from gearbox_monitor.errors import InputError
+
+SPLIT = 0.5  # s, a file of the bags that are split
 
 
 def add_arguments(parser):
@@ -91,14 +94,17 @@ def run(args):
         raise InputError(f'--domain: {domain}, expected a ROS domain, 0 to 232')
     if args.json and not Path(args.json).absolute().parent.is_dir():
         raise InputError(f'{args.json}: its directory does not exist, expected one that does')
-    rows = []
+    rows, split = [], args.kills // 3
     with tempfile.TemporaryDirectory() as folder, tqdm(
-            total=args.kills + args.power_cuts + 5, disable=not sys.stderr.isatty(),
+            total=args.kills + args.power_cuts + 6, disable=not sys.stderr.isatty(),
             leave=False) as bar:
         bench = Bench(Path(folder), domain, args.seed)
         try:
             for accident in (
-                    lambda: accidents.killed(bench, args.kills, bar.update),
+                    lambda: accidents.killed(bench, 'kill -9', args.kills - split, bar.update),
+                    lambda: accidents.killed(bench, f'kill -9, files of {SPLIT:g} s', split,
+                                             bar.update, max_bag_duration=SPLIT),
+                    lambda: accidents.slow_disk(bench, bar.update),
                     lambda: accidents.power_cut(bench, args.power_cuts, bar.update),
                     lambda: accidents.disk_full(bench, bar.update),
                     lambda: accidents.file_limit(bench, bar.update),

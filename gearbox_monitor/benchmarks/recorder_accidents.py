@@ -32,14 +32,15 @@ from gearbox_monitor.bag.recover import recover
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.trust.level import Level
 
-BARS = (OLDER, RECOVERED, TOLD, CHUNKS) = (
+BARS = (OLDER, RECOVERED, TOLD, NONE_LOST, CHUNKS) = (
     'all that is older than 1 s is in the bag', 'recover saves every message of it',
-    'the recorder tells it', 'a cut at any byte keeps all whole chunks')
+    'the recorder tells it', 'a slow disk costs no message',
+    'a cut at any byte keeps all whole chunks')
 BATCH = 3       # recorders at a time
 RUN = 1.2, 3.5  # s from the first message to the accident
 SLOW = 100.0    # Hz, of the bag that is cut at every byte
 CUT_CHUNKS = 3
-RECOVERED_CUTS = 20  # recover every so many cuts; all are read
+RECOVERED_CUTS = 100  # recover every so many cuts; all are read
 EXT4_IOC_SHUTDOWN, NO_LOG_FLUSH = 0x8004587D, 2
 IMAGE_MB, SMALL_MB = 64, 2
 STOPPED = 'recording has stopped'
@@ -62,11 +63,11 @@ def _not_run(accident, why):
     return {'accident': accident, 'runs': 0, 'why': why, 'missed': []}
 
 
-def killed(bench, kills, done):
-    """Kill recorders, `kills` in all."""
+def killed(bench, name, kills, done, **parameters):
+    """Kill recorders that have these `parameters`, `kills` in all; `name` is that of the row."""
     kept = []
     while len(kept) < kills:
-        started = [bench.record() for _ in range(min(BATCH, kills - len(kept)))]
+        started = [bench.record(**parameters) for _ in range(min(BATCH, kills - len(kept)))]
         begun_ns = bench.until_begun(*zip(*started))
         begun = time.monotonic()
         for at, (process, path) in sorted(zip(bench.random.uniform(*RUN, BATCH), started)):
@@ -80,7 +81,23 @@ def killed(bench, kills, done):
             bench.forget(process)
             kept.append(bench.kept(path, begun_ns, event_ns))
             done()
-    return _row('kill -9', kept) if kept else _not_run('kill -9', '--kills 0')
+    return _row(name, kept) if kept else _not_run(name, f'--kills {kills}')
+
+
+def slow_disk(bench, done):
+    """Kill a recorder that waits for its disk with every call."""
+    process, path = bench.record('slow_recorder', folder='benchmarks')
+    begun_ns = bench.until_begun([process], [path])
+    bench.wait(2 * RUN[1])
+    finding = bench.told()
+    event_ns = time.time_ns()
+    process.kill()
+    process.wait()
+    bench.forget(process)
+    done()
+    return _row('slow disk, kill -9', [bench.kept(path, begun_ns, event_ns)],
+                none_lost=finding is None or finding.values['lost'] != '0'
+                or finding.values['bag'] != str(path))
 
 
 @contextmanager
@@ -118,7 +135,7 @@ def power_cut(bench, cuts, done):
                 file.truncate(IMAGE_MB << 20)
             _call('mkfs.ext4', '-q', '-F', str(image))
             with _mounted(bench.folder / f'cut{cut}', '-o', 'loop', str(image)) as folder:
-                process, path = bench.record(folder / 'bag')
+                process, path = bench.record(output=folder / 'bag')
                 try:
                     begun_ns = bench.until_begun([process], [path])
                     bench.wait(bench.random.uniform(*RUN))
@@ -164,7 +181,7 @@ def disk_full(bench, done):
     try:
         with _mounted(bench.folder / 'small', '-t', 'tmpfs', '-o', f'size={SMALL_MB}m',
                       'tmpfs') as folder:
-            process, path = bench.record(folder / 'bag', compression='none')
+            process, path = bench.record(output=folder / 'bag', compression='none')
             begun_ns = bench.until_begun([process], [path])
             bench.until(lambda: STOPPED in bench.said(process), 'a full disk')
             at = re.findall(rf'\[(\d+\.\d+)\][^\n]*{STOPPED}', bench.said(process))
@@ -221,7 +238,7 @@ def refused(bench, done):
     name = 'target read-only'
     try:
         with _read_only(bench.folder / 'read_only') as parent:
-            process, _ = bench.record(parent / 'bag')
+            process, _ = bench.record(output=parent / 'bag')
             code = process.wait(60)
     except _NoMount as error:
         return _not_run(name, str(error))
@@ -246,13 +263,14 @@ def _read_only(folder):
 def cut_at_every_byte(bench, done):
     """Cut a bag of a killed recorder at every byte of its last chunks."""
     bench.plant(SLOW)
-    process, path = bench.record()
-    bench.until_begun([process], [path])
+    process, folder = bench.record()
+    bench.until_begun([process], [folder])
     bench.wait(RUN[0])
     process.kill()
     process.wait()
     bench.forget(process)
-    file_path = path / f'{path.name}_0.mcap'
+    bench.plant(0.0)
+    path = file_path = folder / f'{folder.name}_0.mcap'
     file = McapFile(file_path)
     ends = [(chunk.end, sum(chunk.counts.values())) for chunk in file.chunks]
     file.close()

@@ -77,21 +77,24 @@ class Bench:
             raise
 
     def plant(self, rate):
-        """Start a plant of `rate` (Hz) instead of the one before."""
+        """Start a plant of `rate` (Hz) instead of the one before; 0: none."""
         if self._plant is not None:
             self._plant.terminate()
             self._plant.wait(30)
             self.forget(self._plant)
+            self._plant = None
+        if not rate:
+            return
         before = len(self.witness.seen[TOPICS[0]])
         self._plant = self._nodes.start('plant_node', rate=rate)
         self.until(lambda: len(self.witness.seen[TOPICS[0]]) > before + 100, 'a sample')
 
-    def record(self, output=None, **parameters):
-        """Start a recorder; return (process, path of its bag)."""
+    def record(self, module='recorder_node', output=None, **kwargs):
+        """Start a recorder as Nodes.start() does; return (process, path of its bag)."""
         self._count += 1
         output = output or self.folder / f'bag{self._count}'
-        return self._nodes.start('recorder_node', output=str(output), topics=list(TOPICS),
-                                 **parameters), output
+        return self._nodes.start(module, output=str(output), topics=list(TOPICS),
+                                 **kwargs), output
 
     def until(self, condition, what):
         """Let the witness work until `condition()`."""
@@ -149,10 +152,16 @@ class Bench:
             missing += int((gone[:, 0] < event_ns - SECOND).sum())
             lost_ns = max(lost_ns, *(event_ns - gone[:, 0]), 0)
         out = path.with_name(f'{path.name}_recovered')
-        unread = 0
-        if content and recover(path, out).written:
-            with open_bag(out) as bag:
-                unread = 0 if list(bag.messages()) == content and not bag.notice else len(content)
+        unread = len(content)
+        try:
+            if not content or not recover(path, out).written:  # there is nothing to recover
+                unread = 0
+            else:
+                with open_bag(out) as bag:
+                    if list(bag.messages()) == content and not bag.notice:
+                        unread = 0
+        except InputError:
+            pass  # it counts as unread
         return Kept(messages, missing, float(lost_ns) / SECOND, unread)
 
     def forget(self, process):
