@@ -213,9 +213,9 @@ ESTIMATOR = (
               change=AT_ONCE),
     Parameter('keep_minutes', 5.0, 'min', 'how much of joint_states is kept in memory for '
               '~/keep_recording, 12 MB for 5 min at 1 kHz; 0: nothing', low=0.0, high=60.0),
-    Parameter('keep_after_error', 0.0, 's', 'how long after backlash or friction become ERROR the '
-              'recording is kept by itself, as by ~/keep_recording; 0: never', low=0.0,
-              high=3600.0),
+    Parameter('keep_after_error', 0.0, 's', 'how long after backlash or friction became ERROR the '
+              'recording is kept by itself, as by ~/keep_recording; no more than keep_minutes; '
+              '0: never', low=0.0, high=3600.0),
     Parameter('keep_folder', '', '', 'where ~/keep_recording puts its folders; empty: where the '
               'node was started'),
 )
