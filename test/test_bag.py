@@ -32,7 +32,8 @@ import yaml
 from gearbox_monitor.bag import cdr
 from gearbox_monitor.bag.metadata import qos_profile
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.bag.recover import recover
+from gearbox_monitor.bag.write import BagWriter, WriteError
 from gearbox_monitor.errors import InputError
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -428,3 +429,29 @@ def test_split(tmp_path, limits, files):
     paths[-1].write_bytes(paths[-1].read_bytes()[:-300])
     with open_bag(tmp_path / 'bag') as bag:
         assert bag.truncated and read_all(bag) == written
+    recovery = recover(tmp_path / 'bag', tmp_path / 'whole')
+    assert recovery.cut and recovery.lost_s == 0.0
+    with open_bag(tmp_path / 'whole') as bag:
+        assert not bag.truncated and read_all(bag) == written
+    with AnyReader([tmp_path / 'whole']) as reader:
+        assert [(c.topic, t, bytes(raw)) for c, t, raw in reader.messages()] == written
+
+
+def test_a_removed_file_is_not_given_up_for_the_next(tmp_path):
+    """What was recorded before and since stays to be saved; the message says from where."""
+    bag = BagWriter(tmp_path / 'bag', chunk_seconds=0.0, max_seconds=0.1)
+    bag.add_topic('/joint_states', JOINT_STATE)
+    for k in range(300):
+        if k == 50:
+            assert bag.removed == ''
+            shutil.rmtree(tmp_path / 'bag')
+        bag.write('/joint_states', BASE_NS + k * 10**6, raw_joint_state(k, NAMES))
+    assert 'bag_0.mcap: removed or moved' in bag.removed
+    words = bag.removed.split()
+    held = words[words.index('cp') + 1]
+    shutil.copyfile(held, tmp_path / 'saved.mcap')
+    with pytest.raises(WriteError):
+        bag.close()
+    with open_bag(tmp_path / 'saved.mcap') as saved:
+        stamps = saved.joint_states('/joint_states', NAMES).stamp_ns
+    assert len(stamps) == 300
