@@ -378,7 +378,7 @@ RECORDER = (
               'begins; 0: no limit', low=0, high=10**15),
     Parameter('max_bag_duration', 0.0, 's', 'time of a file of the bag after which the next one '
               'begins; 0: no limit', low=0.0, high=1e9),
-    Parameter('sync_period', 0.5, 's', 'time between two moments at which what was written is '
+    Parameter('sync_period', 0.25, 's', 'time between two moments at which what was written is '
               'brought to the medium, against power cuts; 0: left to the operating system',
               low=0.0, high=60.0),
     Parameter('queue_depth', 4000, 'messages', 'messages that wait for the recorder, per topic; '

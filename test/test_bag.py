@@ -18,6 +18,7 @@ from pathlib import Path
 import shutil
 import subprocess
 import sys
+import threading
 import time
 
 from mcap.reader import make_reader
@@ -455,3 +456,33 @@ def test_a_removed_file_is_not_given_up_for_the_next(tmp_path):
     with open_bag(tmp_path / 'saved.mcap') as saved:
         stamps = saved.joint_states('/joint_states', NAMES).stamp_ns
     assert len(stamps) == 300
+
+
+def test_a_medium_that_fails_is_told_and_a_slow_one_not_waited_for(tmp_path, monkeypatch):
+    """Files are brought to the medium by another thread; its error ends the recording."""
+    writer, synced, gate = threading.get_ident(), [], threading.Event()
+
+    def slow(handle):
+        synced.append(threading.get_ident())
+        gate.wait(20)
+    monkeypatch.setattr(os, 'fdatasync', slow)
+    bag = BagWriter(tmp_path / 'bag', chunk_seconds=0.0, sync_seconds=0.01, max_seconds=0.1)
+    bag.add_topic('/joint_states', JOINT_STATE)
+    for k in range(300):  # three files, none of them waited for
+        bag.write('/joint_states', BASE_NS + k * 10**6, raw_joint_state(k, NAMES))
+    assert writer not in synced and len(list((tmp_path / 'bag').glob('*.mcap'))) == 3
+    gate.set()
+    bag.close()
+    with open_bag(tmp_path / 'bag') as whole:
+        assert not whole.truncated and whole.topics['/joint_states'][1] == 300
+    assert len(synced) >= 3
+
+    def broken(handle):
+        raise OSError(5, 'Input/output error')
+    monkeypatch.setattr(os, 'fdatasync', broken)
+    bag = BagWriter(tmp_path / 'lost', chunk_seconds=0.0, sync_seconds=60.0)
+    bag.add_topic('/joint_states', JOINT_STATE)
+    bag.write('/joint_states', BASE_NS, raw_joint_state(0, NAMES))
+    with pytest.raises(WriteError, match='Input/output error; the 0 bytes written before'):
+        bag.close()
+    assert not (tmp_path / 'lost' / 'metadata.yaml').exists()

@@ -46,13 +46,17 @@ class RecordFile:
         return len(data)
 
     def sync(self):
-        """Bring what is written to the medium; from any thread."""
+        """Bring what is written to the medium, the first time the names, too; from any thread."""
         with self._lock:
             end = self.end
             if end == self.synced or self.error is not None or self._file.closed:
                 return
             try:
                 os.fdatasync(self._file.fileno())
+                if not self.synced:
+                    folder = os.path.dirname(self.path)
+                    sync_folder(folder)
+                    sync_folder(os.path.dirname(folder))
             except OSError as error:
                 self.error = error
             else:
@@ -83,24 +87,36 @@ class RecordFile:
 
 
 class Syncer:
-    """
-    Thread that calls sync() of `file` every `seconds`, so that who writes need not wait for it.
-
-    `file` may be set to another one.
-    """
+    """Thread that syncs `file` every `seconds`, so that who writes need not wait for it."""
 
     def __init__(self, file, seconds):
-        self.file, self._seconds, self._end = file, seconds, Event()
+        self._seconds, self._end = seconds, Event()
+        self._files = [file]
         self._thread = Thread(target=self._run, daemon=True)
         self._thread.start()
 
+    def follow(self, file):
+        """Take the RecordFile `file`; those before are finished, and closed once they are synced."""
+        self._files.append(file)
+
     def _run(self):
         while not self._end.wait(self._seconds):
-            self.file.sync()
+            self._sync()
+
+    def _sync(self):
+        *finished, newest = self._files.copy()
+        for file in finished:
+            file.sync()
+            newest.error = newest.error or file.error
+            file.close()
+            self._files.remove(file)
+        newest.sync()
 
     def close(self):
+        """Sync what is written so far; end."""
         self._end.set()
         self._thread.join()
+        self._sync()
 
 
 def sync_folder(path):

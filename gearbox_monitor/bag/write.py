@@ -89,7 +89,7 @@ class BagWriter:
         self._parts = []
         self._typestore = get_typestore(Stores.ROS2_JAZZY)
         self._closed = False
-        self._on_medium = sync_seconds is not None
+        self._syncer = None
         if os.path.lexists(self.path):
             raise InputError(f'{self.path}: exists already, expected a new bag directory')
         try:
@@ -97,7 +97,8 @@ class BagWriter:
             self._open_part()
         except OSError as error:
             raise InputError(f'{self.path}: cannot create the bag: {error.strerror}') from None
-        self._syncer = None if sync_seconds is None else Syncer(self._part.file, sync_seconds)
+        if sync_seconds is not None:
+            self._syncer = Syncer(self._part.file, sync_seconds)
         self._guarded(self._part.start)
 
     @property
@@ -204,11 +205,13 @@ class BagWriter:
         if self._closed:
             return
         self._closed = True
-        if self._syncer is not None:
-            self._syncer.close()
         try:
             if self.error is None:
                 self._guarded(self._finish_part)
+            if self._syncer is not None:
+                self._syncer.close()
+            if self.error is None:
+                self._guarded(self._part.file.write, b'')  # it raises what the syncer has met
                 info = metadata.bag_information(
                     self._parts, list(self._topics.values()), self.custom_data)
                 self._guarded(self._write_yaml, {'rosbag2_bagfile_information': info})
@@ -226,9 +229,9 @@ class BagWriter:
         """Finish the file and begin the next one."""
         self.flush()
         self._guarded(self._finish_part)
+        if self._syncer is None:
+            self._part.file.close()
         self._guarded(self._open_part)
-        if self._syncer is not None:
-            self._syncer.file = self._part.file
         self._guarded(self._part.start)
         for record in self._records:
             self._guarded(self._part.add_metadata, *record)
@@ -239,10 +242,11 @@ class BagWriter:
         """Create the next file."""
         name = f'{self.path.name}_{len(self._parts)}.mcap'
         self._parts.append(Part(self.path / name, self._compression))
-        self._sync_names()
+        if self._syncer is not None:
+            self._syncer.follow(self._part.file)
 
     def _finish_part(self):
-        """Make the file whole; close it."""
+        """Make the file whole."""
         part = self._part
         part.finish_chunk()
         info = metadata.bag_information(
@@ -250,10 +254,6 @@ class BagWriter:
                      for name, topic in self._topics.items()], self.custom_data)
         part.add_metadata('rosbag2', {'serialized_metadata': metadata.to_yaml(info)})
         part.finish()
-        if self._on_medium:
-            part.file.sync()
-            part.file.write(b'')  # it raises what sync has met
-        part.file.close()
 
     def __enter__(self):
         return self
@@ -280,19 +280,14 @@ class BagWriter:
             with open(temporary, 'w', encoding='utf-8') as file:
                 file.write(metadata.to_yaml(content))
                 file.flush()
-                if self._on_medium:
+                if self._syncer is not None:
                     os.fsync(file.fileno())
             temporary.replace(path)
-            self._sync_names()
+            if self._syncer is not None:
+                sync_folder(self.path)
         except OSError:
             temporary.unlink(missing_ok=True)
             raise
-
-    def _sync_names(self):
-        """Bring the names of the bag and its files to the medium, where that is wanted."""
-        if self._on_medium:
-            sync_folder(self.path)
-            sync_folder(self.path.parent)
 
     def _guarded(self, function, *args, **kwargs):
         """Call `function`; an OSError ends the recording with a WriteError."""
@@ -301,9 +296,9 @@ class BagWriter:
         except OSError as error:
             self.dropped += self._unflushed
             self.message_count -= self._unflushed
-            file, kept = self._part.file, self.byte_count
-            if file.error is not None:  # then it is not known what of the newest is on the medium
-                kept -= file.end - file.synced
+            kept = self.byte_count
+            if self._part.file.error is not None:  # what else is on the medium is not known
+                kept = sum(part.file.synced for part in self._parts)
             self.error = WriteError(
                 f'{self._part.path}: cannot write: {error.strerror or error}; '
                 f'the {kept} bytes written before are kept')
