@@ -49,6 +49,8 @@ def _of_test(test):
         (f'{size}_since', '', 'when it began'))
 
 
+_KEPT = ('recording', '', 'what became of the recording of its newest ERROR, with '
+         '`keep_after_error`')
 _POINT = (
     ('operating_point', '', 'mean angle, rms speed, rms torque (and temperature) of its centre'),
     ('baseline_windows', '-', 'windows that its baseline rests on'),
@@ -146,7 +148,7 @@ VALUES = (
          ('forecast_s', 's', 'until the limit is reached'),
          ('forecast_earliest_s', 's', 'its 95 % interval'),
          ('forecast_latest_s', 's', 'its 95 % interval'),
-         *_POINT),
+         _KEPT, *_POINT),
     *_of('friction',
          ('viscous_change', 'N m s/rad', 'viscous friction against the model file'),
          ('viscous_change_std', 'N m s/rad', 'its deviation'),
@@ -154,6 +156,6 @@ VALUES = (
          ('coulomb_change_std', 'N m', 'its deviation'),
          ('torque_gain_change', '-', 'torque delivered per torque commanded, relative'),
          ('friction_change', '-', 'friction at the speed of the window, against the baseline'),
-         *_POINT))
+         _KEPT, *_POINT))
 VALUES += tuple(value for test in TESTS for value in _of_test(test)
                 if value.key not in {v.key for v in VALUES if v.component == value.component})

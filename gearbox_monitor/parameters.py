@@ -217,6 +217,9 @@ ESTIMATOR = (
               change=AT_ONCE),
     Parameter('keep_minutes', 5.0, 'min', 'how much of joint_states is kept in memory for '
               '~/keep_recording, 12 MB for 5 min at 1 kHz; 0: nothing', low=0.0, high=60.0),
+    Parameter('keep_after_error', 0.0, 's', 'how long after backlash or friction became ERROR the '
+              'recording is kept by itself, as by ~/keep_recording; no more than keep_minutes; '
+              '0: never', low=0.0, high=3600.0),
     Parameter('keep_folder', '', '', 'where ~/keep_recording puts its folders; empty: where the '
               'node was started'),
 )
@@ -375,6 +378,13 @@ RECORDER = (
         'the namespace of the node'),
     Parameter('compression', 'zstd', '', 'compression of the bag',
               choices=('none', 'lz4', 'zstd')),
+    Parameter('max_bag_size', 0, 'bytes', 'size of a file of the bag above which the next one '
+              'begins; 0: no limit', low=0, high=10**15),
+    Parameter('max_bag_duration', 0.0, 's', 'time of a file of the bag after which the next one '
+              'begins; 0: no limit', low=0.0, high=1e9),
+    Parameter('sync_period', 0.25, 's', 'time between two moments at which what was written is '
+              'brought to the medium, against power cuts; 0: left to the operating system',
+              low=0.0, high=60.0),
     Parameter('queue_depth', 4000, 'messages', 'messages that wait for the recorder, per topic; '
               '4000 are 4 s at 1 kHz', low=1, high=1_000_000),
     Parameter('low_space', 500, 'MB', 'free disk space below which to warn', low=0,

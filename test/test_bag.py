@@ -18,6 +18,7 @@ from pathlib import Path
 import shutil
 import subprocess
 import sys
+import threading
 import time
 
 from mcap.reader import make_reader
@@ -32,7 +33,8 @@ import yaml
 from gearbox_monitor.bag import cdr
 from gearbox_monitor.bag.metadata import qos_profile
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.bag.recover import recover
+from gearbox_monitor.bag.write import BagWriter, WriteError
 from gearbox_monitor.errors import InputError
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -376,3 +378,111 @@ def test_full_disk_keeps_what_is_there(tmp_path):
         assert bag.truncated
         found = [int.from_bytes(raw, 'little') for *_, raw in bag.messages()]
     assert found == list(range(int(done.stdout))) and len(found) > 200
+
+
+def split_bag(path, **limits):
+    """Write 300 joint states and texts, 1 ms apart, in files as the `limits` say; return them."""
+    written = []
+    with BagWriter(path, chunk_seconds=1e9, **limits) as bag:
+        bag.add_metadata('gearbox_monitor', {'version': '1'})
+        bag.add_topic('/joint_states', JOINT_STATE, [qos_profile(reliability='best_effort')])
+        for k in range(300):
+            written.append(('/joint_states', BASE_NS + k * 10**6, raw_joint_state(k, NAMES)))
+            bag.write(*written[-1])
+            if k % 10 == 9:
+                bag.flush()
+            if k == 100:
+                bag.add_topic('/late', STRING)
+            if k > 100:
+                written.append(('/late', BASE_NS + k * 10**6, b'\0\1\0\0\1\0\0\0\0'))
+                bag.write(*written[-1])
+    return written
+
+
+@pytest.mark.parametrize('limits, files', [
+    ({'max_seconds': 0.1}, 3), ({'max_seconds': 0.0895}, 4), ({'max_size': 6_000}, 0)])
+def test_split(tmp_path, limits, files):
+    """All files together are one bag, for others, too; each is whole by itself."""
+    written = split_bag(tmp_path / 'bag', **limits)
+    paths = sorted((tmp_path / 'bag').glob('*.mcap'), key=lambda p: int(p.stem.split('_')[-1]))
+    if files:
+        assert len(paths) == files
+    else:  # index and summary come on top
+        assert len(paths) > 3 and all(p.stat().st_size < 6_000 + 5_000 for p in paths)
+    with open_bag(tmp_path / 'bag') as bag:
+        assert not bag.truncated and read_all(bag) == written
+        assert len(bag.joint_states('/joint_states', NAMES).stamp_ns) == 300
+    with AnyReader([tmp_path / 'bag']) as reader:
+        assert [(c.topic, t, bytes(raw)) for c, t, raw in reader.messages()] == written
+        assert reader.message_count == len(written)
+    info = yaml.safe_load((tmp_path / 'bag' / 'metadata.yaml').read_text())
+    info = info['rosbag2_bagfile_information']
+    assert info['relative_file_paths'] == [p.name for p in paths] == [
+        file['path'] for file in info['files']]
+    assert sum(file['message_count'] for file in info['files']) == len(written)
+    assert info['duration']['nanoseconds'] == 299 * 10**6
+    begins = [file['starting_time']['nanoseconds_since_epoch'] for file in info['files']]
+    for path, begin in zip(paths, begins):
+        with open_bag(path) as bag:
+            assert bag.start_ns == begin and not bag.truncated
+            assert bag.metadata['gearbox_monitor'] == {'version': '1'}
+    (tmp_path / 'bag' / 'metadata.yaml').unlink()  # killed before it was written
+    paths[-1].write_bytes(paths[-1].read_bytes()[:-300])
+    with open_bag(tmp_path / 'bag') as bag:
+        assert bag.truncated and read_all(bag) == written
+    recovery = recover(tmp_path / 'bag', tmp_path / 'whole')
+    assert recovery.cut and recovery.lost_s == 0.0
+    with open_bag(tmp_path / 'whole') as bag:
+        assert not bag.truncated and read_all(bag) == written
+    with AnyReader([tmp_path / 'whole']) as reader:
+        assert [(c.topic, t, bytes(raw)) for c, t, raw in reader.messages()] == written
+
+
+def test_a_removed_file_is_not_given_up_for_the_next(tmp_path):
+    """What was recorded before and since stays to be saved; the message says from where."""
+    bag = BagWriter(tmp_path / 'bag', chunk_seconds=0.0, max_seconds=0.1)
+    bag.add_topic('/joint_states', JOINT_STATE)
+    for k in range(300):
+        if k == 50:
+            assert bag.removed == ''
+            shutil.rmtree(tmp_path / 'bag')
+        bag.write('/joint_states', BASE_NS + k * 10**6, raw_joint_state(k, NAMES))
+    assert 'bag_0.mcap: removed or moved' in bag.removed
+    words = bag.removed.split()
+    held = words[words.index('cp') + 1]
+    shutil.copyfile(held, tmp_path / 'saved.mcap')
+    with pytest.raises(WriteError):
+        bag.close()
+    with open_bag(tmp_path / 'saved.mcap') as saved:
+        stamps = saved.joint_states('/joint_states', NAMES).stamp_ns
+    assert len(stamps) == 300
+
+
+def test_a_medium_that_fails_is_told_and_a_slow_one_not_waited_for(tmp_path, monkeypatch):
+    """Files are brought to the medium by another thread; its error ends the recording."""
+    writer, synced, gate = threading.get_ident(), [], threading.Event()
+
+    def slow(handle):
+        synced.append(threading.get_ident())
+        gate.wait(20)
+    monkeypatch.setattr(os, 'fdatasync', slow)
+    bag = BagWriter(tmp_path / 'bag', chunk_seconds=0.0, sync_seconds=0.01, max_seconds=0.1)
+    bag.add_topic('/joint_states', JOINT_STATE)
+    for k in range(300):  # three files, none of them waited for
+        bag.write('/joint_states', BASE_NS + k * 10**6, raw_joint_state(k, NAMES))
+    assert writer not in synced and len(list((tmp_path / 'bag').glob('*.mcap'))) == 3
+    gate.set()
+    bag.close()
+    with open_bag(tmp_path / 'bag') as whole:
+        assert not whole.truncated and whole.topics['/joint_states'][1] == 300
+    assert len(synced) >= 3
+
+    def broken(handle):
+        raise OSError(5, 'Input/output error')
+    monkeypatch.setattr(os, 'fdatasync', broken)
+    bag = BagWriter(tmp_path / 'lost', chunk_seconds=0.0, sync_seconds=60.0)
+    bag.add_topic('/joint_states', JOINT_STATE)
+    bag.write('/joint_states', BASE_NS, raw_joint_state(0, NAMES))
+    with pytest.raises(WriteError, match='Input/output error; the 0 bytes written before'):
+        bag.close()
+    assert not (tmp_path / 'lost' / 'metadata.yaml').exists()

@@ -19,12 +19,13 @@ import time
 import numpy as np
 import pytest
 
-from gearbox_monitor.bag import write
 from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.record_file import RecordFile
 from gearbox_monitor.bag.replay import read_recording
 from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model
+from gearbox_monitor.nodes.after_error import AfterError
 from gearbox_monitor.nodes.keep import About, command, keep
 from gearbox_monitor.nodes.ring import MAX_RATE, Ring, SECOND, stretch
 from gearbox_monitor.parameters import defaults, ESTIMATOR
@@ -44,7 +45,8 @@ def about(**changes):
     model = changes.pop('model', DriveModel(gear_ratio=50.0))
     parameters = {**defaults(ESTIMATOR), **changes.pop('parameters', {})}
     return About(**{'topic': '/left/joint_states', 'joints': ('m7', 'arm'), 'model': model,
-                    'arm_load': 'unknown', 'parameters': parameters, **changes})
+                    'arm_load': 'unknown', 'parameters': parameters, 'why': 'backlash: grown',
+                    **changes})
 
 
 def moving(n, first=0, motion=0.5):
@@ -135,6 +137,7 @@ def test_folder_holds_everything_as_received_and_the_model(tmp_path):
     for name, wanted in (('all', rows), ('bag', stretch(rows))):
         with open_bag(folder / name) as bag:
             assert not bag.truncated
+            assert bag.metadata['gearbox_monitor']['source'] == 'estimator: backlash: grown'
             got = read_recording(bag, 'm7', 'arm', 1.0, '/left/joint_states').samples
         np.testing.assert_array_equal(got.stamp_ns, wanted['stamp_ns'])
         np.testing.assert_array_equal(got.y, wanted['values'][:, :2])
@@ -168,14 +171,35 @@ def test_failure_is_told_and_leaves_nothing(tmp_path, monkeypatch):
     (tmp_path / 'file').write_text('')
     with pytest.raises(InputError, match='keep_folder'):
         keep(tmp_path / 'file', moving(2500), about())
-    left, write_record = [0], write._RecordFile.write
+    left, write_record = [0], RecordFile.write
 
     def full(self, data):
         left[0] += len(data)
         if left[0] > 20000:
             raise OSError(28, 'No space left on device')
         return write_record(self, data)
-    monkeypatch.setattr(write._RecordFile, 'write', full)
+    monkeypatch.setattr(RecordFile, 'write', full)
     with pytest.raises(InputError, match='No space left on device; removed again'):
         keep(tmp_path, moving(2500), about())
     assert [path.name for path in tmp_path.iterdir()] == ['file']
+
+
+def test_alerts_are_kept_once_and_apart():
+    """10 s after an ERROR; a recording reaches back 60 s, so none has to be closer to another."""
+    box, asked = AfterError(10.0, 60.0, ['friction']), []
+    wrong = {5: ['friction', 'backlash'], 7: [], 8: ['backlash'],  # flutters: the same alert
+             20: ['backlash', 'friction'],  # within the span of the one kept at 15
+             80: [], 81: ['backlash']}
+    now = ['friction']  # from before the start
+    for t in range(200):
+        now = wrong.get(t, now)
+        components = box.look(now, float(t), busy=t in (75, 76))
+        if components:
+            asked.append((t, components))
+            box.tell(components, 'kept')
+        if t == 30:
+            assert box.texts == {'backlash': 'kept', 'friction': 'due in 45 s'}
+    assert asked == [(15, ['backlash']), (77, ['friction']), (137, ['backlash'])]
+    box.look([], 200.0)
+    box.look(['backlash'], 201.0)  # the node ends before it is due
+    assert box.waiting() == ['backlash'] and box.waiting() == []

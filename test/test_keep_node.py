@@ -16,6 +16,7 @@
 import json
 import shlex
 
+import numpy as np
 import pytest
 
 pytest.importorskip('rclpy')
@@ -25,7 +26,12 @@ from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
+from gearbox_monitor.baseline import save_state  # noqa: E402
 from gearbox_monitor.cli.main import main  # noqa: E402
+from gearbox_monitor.drift.change import Settings, Tracker  # noqa: E402
+from gearbox_monitor.drift.features import Backlash  # noqa: E402
+from gearbox_monitor.drive.model import DriveModel  # noqa: E402
+from gearbox_monitor.parameters import checked, ESTIMATOR  # noqa: E402
 
 pytestmark = pytest.mark.ros
 EFFECT = '["torque_offset u0=0.6"]'
@@ -38,12 +44,26 @@ def graph(tmp_path, monkeypatch):
     graph.close()
 
 
+def healthy(path):
+    """Return the new file `path` of drift's state: a drive with half the gap."""
+    tracker = Tracker(Settings.of(checked(ESTIMATOR, {'angle_bin': 0.0, 'speed_bin': 1.0,
+                                                      'load_bin': 1.0}, ''), DriveModel()))
+    random = np.random.default_rng(0)
+    for k in range(40):
+        tracker.update(Backlash(10**9 * (1 + k), 0.1 + 1e-3 * random.standard_normal(), 1e-3,
+                                25.0, 0.1, angle=0.0, speed=18.0, load=3.6, flank=0.4))
+    save_state(path, tracker, 'gearbox')
+    return path
+
+
 def test_a_drive_with_an_effect_is_told_kept_and_named(graph, tmp_path):
     folder, told, efforts = tmp_path / 'kept', [], []
     graph.node.create_subscription(DiagnosticArray, '/diagnostics', told.append, 10)
     graph.node.create_subscription(JointState, 'joint_states', efforts.append, 10000)
     estimator = graph.start('estimator_node', arm_load='none', model_gap_after=5.0,
-                            keep_folder=folder)
+                            keep_folder=folder, keep_after_error=1.0, drift_window=2.0,
+                            drift_state_file=healthy(tmp_path / 'state.json'), angle_bin=0.0,
+                            speed_bin=1.0, load_bin=1.0, temperature_bin=0.0)
     asked = Trigger.Request()
     answer = graph.call(Trigger, 'estimator/keep_recording', asked)
     assert not answer.success and 'no samples yet on /joint_states' in answer.message
@@ -52,10 +72,22 @@ def test_a_drive_with_an_effect_is_told_kept_and_named(graph, tmp_path):
     def status(name):
         return next((s for s in told[-1].status if s.name == f'estimator: {name}'), None)
 
+    def recording():
+        return {v.key: v.value for v in status('backlash').values}.get('recording', 'no alert')
+
     graph.until(lambda: told and 'misses something' in status('model').message, 'the notice')
     values = {v.key: v.value for v in status('model').values}
     assert values['command'] == 'ros2 service call /estimator/keep_recording std_srvs/srv/Trigger'
     assert float(values['systematic_s']) > float(values['systematic_s_threshold']) == 2.5
+    # The gap is larger than it was: the recording around that ERROR is kept by itself.
+    graph.until(lambda: 's kept in ' in recording(), recording)
+    assert status('backlash').level == b'\x02'
+    by_itself, = folder.iterdir()
+    assert str(by_itself / 'all') in recording()
+    with open_bag(by_itself / 'all') as bag:
+        stamps = bag.joint_states('/joint_states', ('motor', 'arm')).stamp_ns
+        source = bag.metadata['gearbox_monitor']['source']
+    assert len(stamps) > 500 and source.startswith('estimator: backlash: gap has grown by ')
     graph.until(lambda: len(efforts) > 500 * 12, 'a recording that is long enough')
     client = graph.node.create_client(Trigger, 'estimator/keep_recording')
     graph.until(client.service_is_ready, 'service')
@@ -64,7 +96,7 @@ def test_a_drive_with_an_effect_is_told_kept_and_named(graph, tmp_path):
     good, = (f.result() for f in both if f.result().success)
     refused, = (f.result() for f in both if not f.result().success)
     assert 'is being written' in refused.message
-    kept, = folder.iterdir()
+    kept, = set(folder.iterdir()) - {by_itself}  # one alert, one recording
     with open_bag(kept / 'all') as bag:
         states = bag.joint_states('/joint_states', ('motor', 'arm'))
     # What both saw is the same; either may have joined the plant later than the other.
@@ -78,7 +110,7 @@ def test_a_drive_with_an_effect_is_told_kept_and_named(graph, tmp_path):
 
     words = shlex.split(good.message.split(' s of it: ')[1])
     assert words[:2] == ['gearbox_monitor', 'diagnose']
-    graph.stop(estimator)
+    assert 'backlash became ERROR: ' in graph.stop(estimator)
     code = main([*words[1:], '--only', 'torque_offset', 'load_torque',
                  '--json', str(tmp_path / 'verdict.json')])
     verdict = json.loads((tmp_path / 'verdict.json').read_text())

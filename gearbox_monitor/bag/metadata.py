@@ -69,22 +69,17 @@ def read_information(folder):
         return {}
 
 
-def bag_information(file_name, topics, start_ns, end_ns, custom_data):
+def bag_information(files, topics, custom_data):
     """
     Return the content of ``rosbag2_bagfile_information``.
 
-    `topics` are objects with name, msgtype, encoding, qos (list of :func:`qos_profile`),
-    type_hash, count.
+    `files` are objects with path, start_ns, end_ns (None without messages), count; `topics` with
+    name, msgtype, encoding, qos (list of :func:`qos_profile`), type_hash, count.
     """
-    count = sum(topic.count for topic in topics)
-    start = {'nanoseconds_since_epoch': start_ns if count else 0}
-    duration = {'nanoseconds': end_ns - start_ns if count else 0}
     return {
         'version': VERSION,
         'storage_identifier': 'mcap',
-        'duration': duration,
-        'starting_time': start,
-        'message_count': count,
+        **_span(files),
         'topics_with_message_count': [{
             'topic_metadata': {
                 'name': topic.name,
@@ -97,15 +92,20 @@ def bag_information(file_name, topics, start_ns, end_ns, custom_data):
         } for topic in topics],
         'compression_format': '',  # of rosbag2's own compression; MCAP compresses its chunks
         'compression_mode': '',
-        'relative_file_paths': [file_name],
-        'files': [{
-            'path': file_name,
-            'starting_time': start,
-            'duration': duration,
-            'message_count': count,
-        }],
+        'relative_file_paths': [file.path.name for file in files],
+        'files': [{'path': file.path.name, **_span([file])} for file in files],
         'custom_data': dict(custom_data) or None,
         'ros_distro': 'jazzy',
+    }
+
+
+def _span(files):
+    """Return time and messages of the `files` together."""
+    times = [time for file in files if file.count for time in (file.start_ns, file.end_ns)]
+    return {
+        'duration': {'nanoseconds': max(times) - min(times) if times else 0},
+        'starting_time': {'nanoseconds_since_epoch': min(times, default=0)},
+        'message_count': sum(file.count for file in files),
     }
 
 

@@ -26,6 +26,7 @@ import os
 from pathlib import Path
 import struct
 import tempfile
+import threading
 
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
@@ -35,6 +36,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag import metadata
 from gearbox_monitor.bag.mcap_file import ALL_CHANNELS, McapFile
 from gearbox_monitor.bag.read import named_files, natural, open_bag
+from gearbox_monitor.bag.record_file import sync_folder
 from gearbox_monitor.bag.records import find_messages, MESSAGE_HEAD
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError
@@ -48,7 +50,8 @@ class Topic:
     """
     What became of one topic: kept and lost messages.
 
-    about: `lost` is estimated from the topic's rate. first_ns, last_ns: log times of what is kept.
+    about: `lost` is estimated from the topic's rate. first_ns, last_ns: log times of what is kept;
+    away_ns: time between them that is known to be missing.
     """
 
     msgtype: str
@@ -57,11 +60,14 @@ class Topic:
     about: bool = False
     first_ns: int | None = None
     last_ns: int | None = None
+    away_ns: int = 0
 
     @property
     def period(self):
-        """Mean time between two kept messages (s); None with less than two."""
-        return (self.last_ns - self.first_ns) * 1e-9 / (self.kept - 1) if self.kept > 1 else None
+        """Mean time between two messages (s); None where less than two are kept."""
+        if self.kept < 2:
+            return None
+        return max(self.last_ns - self.first_ns - self.away_ns, 0) * 1e-9 / (self.kept - 1)
 
     def add(self, log_ns):
         """Count a kept message."""
@@ -124,6 +130,7 @@ def recover(source, out, progress=iter):
             digest = _copy(source, files, path, recovery, told, progress)
             _check(path, digest, recovery)
             os.replace(path, out)
+            sync_folder(out.parent)
     finally:
         for file in files:
             file.close()
@@ -262,13 +269,15 @@ def _copy(source, files, path, recovery, told, progress):
     """Write the messages of `files` of `source` to the new bag `path`; return their digest."""
     packing = next((chunk.compression for file in files for chunk in file.chunks), 'zstd')
     digest, unknown = _Digest(), 0
-    writer = BagWriter(path, packing or 'none', told.get('custom_data') or {}, math.inf)
+    writer = BagWriter(path, packing or 'none', told.get('custom_data') or {}, math.inf,
+                       threading.TIMEOUT_MAX)
     try:
         for file in files:
             for name, values in file.metadata.items():
                 if name != 'rosbag2':  # what the old metadata.yaml was to say
                     writer.add_metadata(name, values)
         ends = {file: [] for file in files}  # [(offset, newest log time)] of what was read
+        newest = {}  # {(file, topic): newest log time}
         topics_of = {file: _announce(file, writer, recovery.topics) for file in files}
         for file, chunk in progress([(part, chunk) for part in files for chunk in part.chunks]):
             topic_of, found, last_ns = topics_of[file], Counter(), 0
@@ -282,6 +291,7 @@ def _copy(source, files, path, recovery, told, progress):
                 writer.write(topic, log_ns, raw, publish_ns, sequence)
                 digest.add(topic, sequence, log_ns, publish_ns, raw)
                 recovery.topics[topic].add(log_ns)
+                newest[file, topic] = max(log_ns, newest.get((file, topic), log_ns))
             for channel, count in chunk.counts.items():
                 if channel in topic_of:
                     recovery.topics[topic_of[channel]].lost += count - found[channel]
@@ -289,7 +299,7 @@ def _copy(source, files, path, recovery, told, progress):
                 ends[file].append((chunk.begin, last_ns))
         if not writer.message_count:
             raise InputError(f'{source}: no whole message is left, nothing to recover')
-        _tell_losses(ends, recovery, told)
+        _tell_losses(ends, newest, recovery, told)
         if unknown:
             recovery.notes.append(f'{unknown} messages have lost their definition and are left '
                                   'out')
@@ -317,27 +327,30 @@ def _announce(file, writer, topics):
     return topic_of
 
 
-def _tell_losses(ends, recovery, told):
+def _tell_losses(ends, newest, recovery, told):
     """Note what is missing: exactly where metadata.yaml tells it, else about."""
     topics = recovery.topics
     end_ns = max(topic.last_ns for topic in topics.values() if topic.kept)
     for file, read in ends.items():
         for at, (begin, end) in file.torn.items():
-            begin = max((newest for offset, newest in read if offset <= at), default=begin)
+            begin = max((time for offset, time in read if offset <= at), default=begin)
             recovery.lost += [(begin, end)] if begin < end else []
     counts = _told_counts(told)
     if counts:
         told_end = (told.get('starting_time', {}).get('nanoseconds_since_epoch', 0)
                     + told.get('duration', {}).get('nanoseconds', 0))
         recovery.lost += [(end_ns, told_end)] if told_end > end_ns else []
-    cuts = [max(end for _, end in file.torn.values()) for file in ends
-            if file.truncated and file.torn]
+    cuts = {file: max(file.torn.values(), key=lambda times: times[1]) for file in ends
+            if file.truncated and file.torn}
     for name, topic in topics.items():
+        topic.away_ns = sum(end - begin for begin, end in recovery.lost
+                            if topic.kept and topic.first_ns <= begin and end <= topic.last_ns)
         if name in counts:
             topic.lost = max(topic.lost, counts[name] - topic.kept)
-        elif cuts and topic.period:
-            missing = int((max(cuts) - topic.last_ns) * 1e-9 / topic.period)
-            topic.lost += max(0, missing)
+        elif topic.period:
+            missing = sum(max(0, int((end - newest.get((file, name), begin)) * 1e-9
+                                     / topic.period)) for file, (begin, end) in cuts.items())
+            topic.lost += missing
             topic.about = missing > 0
 
 

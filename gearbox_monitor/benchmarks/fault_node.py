@@ -45,37 +45,48 @@ PATIENCE = 120.0  # s, for a start that compiles
 
 
 class Nodes:
-    """Node processes in one ROS domain, on this machine only; `watcher` follows the estimator."""
+    """
+    Node processes in one ROS domain, on this machine only; `watcher` follows the estimator.
 
-    def __init__(self, folder, domain):
+    environment: {name: value} of variables that they have besides.
+    """
+
+    def __init__(self, folder, domain, environment=None):
         try:
             from gearbox_monitor.nodes.watcher import Watcher
         except ImportError as error:
             raise InputError(f'--node: rclpy: {error}; expected a sourced ROS 2 or an '
                              "installation with pip install 'gearbox_monitor[ros]'") from None
-        os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
-        self.folder, self.processes = folder, []
+        os.environ.update({'ROS_DOMAIN_ID': str(domain),
+                           'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', **(environment or {})})
+        self.folder, self.processes, self._logs = folder, [], {}
         self.watcher = Watcher('fault_benchmark', domain)
 
-    def start(self, module, **parameters):
-        """Start the node `module` and return its process."""
-        command = [sys.executable, '-m', f'gearbox_monitor.nodes.{module}', '--ros-args',
+    def start(self, module, folder='nodes', **parameters):
+        """Start the node `module` of the package's `folder` and return its process."""
+        command = [sys.executable, '-m', f'gearbox_monitor.{folder}.{module}', '--ros-args',
                    '--disable-external-lib-logs']
         for name, value in parameters.items():
             command += ['-p', f'{name}:={json.dumps(value)}']
         path = os.pathsep.join(filter(None, [ROOT, os.environ.get('PYTHONPATH')]))
-        with open(self.folder / f'{module}_{len(self.processes)}.log', 'wb') as log:
+        log_path = self.folder / f'{module}_{len(self._logs)}.log'
+        with open(log_path, 'wb') as log:
             process = subprocess.Popen(command, stdout=log, stderr=log, cwd=self.folder,
                                        env={**os.environ, 'PYTHONPATH': path})
         self.processes.append(process)
+        self._logs[process.pid] = log_path
         return process
+
+    def said(self, process):
+        """Return what a process of start() has printed."""
+        return self._logs[process.pid].read_text(errors='replace').strip()
 
     def until(self, condition, what):
         """Take what comes until `condition()`; returns the clock then (s)."""
         end = time.monotonic() + PATIENCE
         while not condition():
             if time.monotonic() > end:
-                raise InputError(f'--node: {what} did not happen within {PATIENCE:g} s, expected '
+                raise InputError(f'nodes: {what} did not happen within {PATIENCE:g} s, expected '
                                  'a machine that runs three nodes at 1 kHz')
             self.watcher.spin(0.02)
         return time.monotonic()

@@ -24,13 +24,10 @@ from dataclasses import replace
 import json
 import math
 import sys
-from threading import Thread
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockChange, ClockType, JumpThreshold
 from rclpy.duration import Duration
-from rclpy.task import Future
 from sensor_msgs.msg import JointState, Temperature
 from std_srvs.srv import Trigger
 
@@ -42,13 +39,12 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model
 from gearbox_monitor.jit import COMPILED, KERNELS
 from gearbox_monitor.monitor import Monitor, Sample
+from gearbox_monitor.nodes.black_box import BlackBox
 from gearbox_monitor.nodes.convert import (
     to_diagnostics, to_joint_state, to_snapshot, to_status)
 from gearbox_monitor.nodes.inputs import Inputs
-from gearbox_monitor.nodes.keep import About, keep
 from gearbox_monitor.nodes.params import declare, on_change, TableNode
 from gearbox_monitor.nodes.qos import advertise, best_effort, latched, subscribe
-from gearbox_monitor.nodes.ring import Ring
 from gearbox_monitor.nodes.runtime import spin_node
 from gearbox_monitor.parameters import ESTIMATOR, MODEL, SETTINGS
 from gearbox_monitor.resources import config_path
@@ -61,7 +57,6 @@ from gearbox_monitor.trust.level import Level, with_more
 SECOND = 1_000_000_000
 # After a pause of this process the outputs come in a burst: a recorder must not lose them.
 OUTPUT_DEPTH = 2000
-KEEP = '~/keep_recording'
 
 
 class EstimatorNode(TableNode):
@@ -88,9 +83,6 @@ class EstimatorNode(TableNode):
         self._state_error = ''
         self._component = self.get_fully_qualified_name().lstrip('/')
         self._snapshot_stamp = 0
-        minutes = values['keep_minutes']
-        self._ring = Ring(60.0 * minutes) if minutes else None
-        self._keeping = None  # the thread that writes what the ring holds
 
         self._outputs = [
             (signal, advertise(self, JointState, signal.topic, OUTPUT_DEPTH))
@@ -100,6 +92,7 @@ class EstimatorNode(TableNode):
         self._snapshots = advertise(self, DiagnosticArray, f'~/{SNAPSHOT}', latched())
         # Its callbacks come only once the node spins.
         self._inputs = Inputs(self, values, model.gear_ratio, self._take, self._on_dispute)
+        self._black_box = BlackBox(self, values, self._inputs.topic)
         # What replay finds in a bag although it was remapped.
         self._topics = json.dumps({
             JOINT_STATES: self._inputs.topic, DRIFT_ALERTS: self._alerts.topic_name,
@@ -107,9 +100,6 @@ class EstimatorNode(TableNode):
         self._publish_snapshot('start')
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(Trigger, '~/save_baseline', self._on_save_baseline)
-        # Its answer waits for the disk; in the default group everything else would wait, too.
-        self.create_service(Trigger, KEEP, self._on_keep_recording,
-                            callback_group=ReentrantCallbackGroup())
         on_change(self, SETTINGS, self._on_parameters)
         if values['temperature_topic']:
             subscribe(self, Temperature, values['temperature_topic'], self._on_temperature,
@@ -169,8 +159,7 @@ class EstimatorNode(TableNode):
     def _take(self, sample, raw):
         before = self.monitor.stamp_ns
         estimate = self.monitor.step(sample)
-        if self._ring is not None:
-            self._ring.add(sample.stamp_ns, estimate is not None, raw)
+        self._black_box.add(sample.stamp_ns, estimate is not None, raw)
         if self.monitor.counts[stream.DIVERGED] != self._divergences:
             self._divergences = int(self.monitor.counts[stream.DIVERGED])
             self.get_logger().error(f'{self.monitor.divergences[-1]}; starting anew',
@@ -254,9 +243,11 @@ class EstimatorNode(TableNode):
         findings = self._findings()
         model = findings['model']
         if model.level and model.values:
-            findings['model'] = replace(model, values={**model.values, 'command': (
-                f'ros2 service call {self.resolve_service_name(KEEP)} std_srvs/srv/Trigger'
-                if self._ring is not None else 'nothing is kept: set keep_minutes')})
+            findings['model'] = replace(model, values={
+                **model.values, 'command': self._black_box.command()})
+        for name, text in self._black_box.look(self._steady.now().nanoseconds / SECOND).items():
+            findings[name] = replace(findings[name], values={
+                **findings[name].values, 'recording': text})
         serial = self.monitor.parameters['gearbox_serial'] or 'gearbox'
         statuses = [to_status(f'{self._component}: {name}', finding, serial)
                     for name, finding in findings.items()]
@@ -327,46 +318,10 @@ class EstimatorNode(TableNode):
         response.success, response.message = True, 'filter starts anew with the next sample'
         return response
 
-    async def _on_keep_recording(self, _, response):
-        p = self.monitor.parameters
-        if self._ring is None:
-            response.message = 'nothing is kept: keep_minutes is 0, expected more'
-        elif not p['arm_joint']:
-            response.message = ('nothing is kept without an arm encoder (arm_joint is empty): '
-                                'use the recorder')
-        elif self._keeping is not None:
-            response.message = 'a recording is being written: wait for the answer to that call'
-        elif not len(self._ring):
-            response.message = f'no samples yet on {self._inputs.topic}'
-        else:
-            about = About(self._inputs.topic, (p['motor_joint'], p['arm_joint']),
-                          self.monitor.model, self.monitor.drive.arm_load, dict(p))
-            done = Future()
-            self._keeping = Thread(target=self._keep, args=(self._ring.rows(), about, done))
-            self._keeping.start()
-            response.success, response.message = await done
-            self._keeping = None
-            if response.success:
-                self.get_logger().info(response.message)
-            else:
-                self.get_logger().error(f'keep_recording: {response.message}')
-        return response
-
-    def _keep(self, rows, about, done):
-        """Write the rows; the thread of ~/keep_recording."""
-        try:
-            result = True, keep(about.parameters['keep_folder'], rows(), about)
-        except Exception as error:  # whatever it is, the estimates must go on
-            result = False, str(error) or type(error).__name__
-        done.set_result(result)
-        if self.executor is not None:  # it may have ended meanwhile
-            self.executor.wake()
-
     def close(self):
-        """Let a recording that is being written come to its end."""
+        """Let a recording come to its end."""
         self._jumps.unregister()
-        if self._keeping is not None:
-            self._keeping.join()
+        self._black_box.close()
 
     def _on_save_baseline(self, _, response):
         monitor, p = self.monitor, self.monitor.parameters

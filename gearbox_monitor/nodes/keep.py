@@ -44,7 +44,7 @@ BUNCH, PAUSE = 100, 1e-3
 @dataclass(frozen=True)
 class About:
     """
-    Whose measurement it is: topic, joints (motor, arm), model, arm_load in force, parameters.
+    Whose measurement it is: topic, joints (motor, arm), model, arm_load in force, parameters, why.
 
     parameters: {name: value} of the estimator; model: the DriveModel as it was read.
     """
@@ -54,6 +54,7 @@ class About:
     model: DriveModel
     arm_load: str
     parameters: dict
+    why: str
 
 
 def keep(parent, rows, about, clock=time.localtime):
@@ -126,7 +127,7 @@ def _model(rows, about):
 
 def _write(path, rows, about):
     """Write the new bag `path`: every row one message on the topic, logged at its stamp."""
-    metadata = {'version': __version__, 'source': 'estimator: ~/keep_recording',
+    metadata = {'version': __version__, 'source': f'estimator: {about.why}',
                 **{f'estimator.{name}': value for name, value in about.parameters.items()}}
     with BagWriter(path) as writer:
         writer.add_metadata('gearbox_monitor', metadata)

@@ -103,8 +103,10 @@ class Recorder(TableNode):
         output = time.strftime(parameters['output'])
         self._group = PolledCallbackGroup()
         self._topics = {name: RecordedTopic(name) for name in names}
-        self._warned_space = False
-        self._writer = BagWriter(output, parameters['compression'])
+        self._warned_space = self._warned_removed = False
+        self._writer = BagWriter(
+            output, parameters['compression'], sync_seconds=parameters['sync_period'] or None,
+            max_size=parameters['max_bag_size'], max_seconds=parameters['max_bag_duration'])
         self._record(self._writer.add_metadata, 'gearbox_monitor', {
             'version': __version__,
             **{f'{self.get_name()}.{name}': value for name, value in parameters.items()}})
@@ -283,6 +285,12 @@ class Recorder(TableNode):
                 self.get_logger().warning(
                     f'{writer.path}: {free // MEGABYTE} MB of free disk space are left')
         self._warned_space = low
+        removed = writer.removed
+        if removed:
+            level, message = DiagnosticStatus.ERROR, removed
+            if not self._warned_removed:
+                self.get_logger().error(removed)
+        self._warned_removed = bool(removed)
         if writer.error is not None:
             level, message = DiagnosticStatus.ERROR, str(writer.error)
         values = {
