@@ -135,7 +135,7 @@ def test_folder_holds_everything_as_received_and_the_model(tmp_path):
     for name, wanted in (('all', rows), ('bag', stretch(rows))):
         with open_bag(folder / name) as bag:
             assert not bag.truncated
-            got = read_recording(bag, 'm7', 'arm', 1.0, '/left/joint_states').samples
+            got = read_recording(bag, 'm7', 'arm', DriveModel(), '/left/joint_states').samples
         np.testing.assert_array_equal(got.stamp_ns, wanted['stamp_ns'])
         np.testing.assert_array_equal(got.y, wanted['values'][:, :2])
         np.testing.assert_array_equal(got.u, wanted['values'][:, 2:])

@@ -130,12 +130,12 @@ def _known(args, reader, found):
 def _samples(reader, topic, model, parameters):
     """Return (Samples, notes); an arm joint that no message names was never measured."""
     motor, arm = parameters['motor_joint'], parameters['arm_joint']
-    ratio = model.gear_ratio if model is not None else 1.0
+    drive = model if model is not None else DriveModel()
     there = reader.joint_names(topic)
     notes = [reader.notice] if reader.notice else []
     if arm in there or motor not in there:
-        return read_recording(reader, motor, arm, ratio, topic).samples, notes
-    alone = read_recording(reader, motor, motor, ratio, topic).samples
+        return read_recording(reader, motor, arm, drive, topic).samples, notes
+    alone = read_recording(reader, motor, motor, drive, topic).samples
     nothing = np.full(len(alone.stamp_ns), np.nan)
     notes.append(f'{topic} has no joint {arm!r}, only {", ".join(there)}: name it with '
                  '--arm-joint')

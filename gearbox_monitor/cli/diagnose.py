@@ -21,8 +21,9 @@ is tested on the last ones. Only torque and positions and the model file are rea
 the recording. Record 10 to 14 s at 1 kHz in which the drive reverses often and loads both flanks.
 
 BAG is a bag, or a CSV file with the columns t,u,motor,arm[,arm_torque] (s, N m, rad, N m, all on
-the arm side). Several recordings of one drive are judged together. arm_torque, or effort[arm] in
-the bag, is used as the known load where the model file has arm_load: measured.
+the arm side; u may be a current, see torque_constant in the model file). Several recordings of one
+drive are judged together. arm_torque, or effort[arm] in the bag, is used as the known load where
+the model file has arm_load: measured.
 
 usage examples:
   gearbox_monitor diagnose BAG --model drive.yaml
@@ -179,19 +180,19 @@ def load(path, model, args):
     return recording, [*notes, *told]
 
 
-def _read_csv(path, _, args):
+def _read_csv(path, model, _):
     """Return t, u, y, arm_torque, place, notes of a CSV file."""
     columns = read_csv(path)
-    return (columns.t, columns.u, np.column_stack([columns.motor, columns.arm]),
-            columns.arm_torque, columns.place, list(columns.notices))
+    return (columns.t, columns.u * model.torque_constant,
+            np.column_stack([columns.motor, columns.arm]), columns.arm_torque, columns.place,
+            list(columns.notices))
 
 
 def _read_bag(path, model, args):
     """Return t (ns), u, y, arm_torque, place, notes of a bag: of its measurement topic alone."""
     with open_bag(path) as reader:
         topic = find_input(reader, args.topic).topic
-        samples = read_recording(reader, args.motor_joint, args.arm_joint, model.gear_ratio,
-                                 topic).samples
+        samples = read_recording(reader, args.motor_joint, args.arm_joint, model, topic).samples
         notes = [reader.notice] if reader.notice else []
 
     def place(row, field):

@@ -63,7 +63,9 @@ def run(args):
     _check_targets(args)
     models = {'nominal model': load_model(args.model)}
     if args.closed:
-        models['closed model'] = load_model(args.closed)
+        # The recording is read once, with the torque constant of the first.
+        models['closed model'] = load_model(args.closed).with_torque_constant(
+            models['nominal model'].torque_constant)
     recording, notes = load(args.against, models['nominal model'], args)
     laid = overlay(recording, models)
     data = plain(figures(laid))

@@ -79,6 +79,7 @@ class DriveModel:
     position_gain: float = 0.01
     torque_offset: float = 0.0
     gear_ratio: float = 1.0
+    torque_constant: float = 1.0
     axis: str = 'rotary'
     arm_load: str = 'none'
     driven_by: str = 'torque'
@@ -88,6 +89,31 @@ class DriveModel:
     zero_tolerance: float = 0.0
     process_torque: float | None = None
     process_torque_time: float = 0.0
+
+    @property
+    def effort_scale(self) -> float:
+        """Torque on the arm side (N m) for one unit of the motor's effort (N m, or A)."""
+        return self.gear_ratio * self.torque_constant
+
+    def with_torque_constant(self, constant: float) -> 'DriveModel':
+        """
+        Return the same drive for torques that are read with another torque `constant` (N m/A).
+
+        What the two differ by becomes the effect torque_gain, which goes where nothing is left.
+        """
+        ratio = self.torque_constant / constant
+        gain = ratio
+        rest: list[Values] = []
+        for effect in self.effects:
+            if effect['id'] == 'torque_gain':
+                gain *= 1.0 + effect['g']
+            elif effect['id'] == 'saturation':  # acts before the gain
+                rest.append({**effect, 'umax': effect['umax'] / ratio})
+            else:
+                rest.append(effect)
+        if abs(gain - 1.0) > 1e-12:
+            rest.append({'id': 'torque_gain', 'g': gain - 1.0})
+        return replace(self, torque_constant=constant, effects=tuple(rest))
 
     def folded(self) -> 'DriveModel':
         """Return the model with the effects in its values that only replace one of them."""
@@ -178,6 +204,7 @@ _RANGES = {
     'position_gain': ('N m/rad', 0.0, 1e9, False),
     'torque_offset': ('N m', -1e9, 1e9, False),
     'gear_ratio': ('-', -1e6, 1e6, False),
+    'torque_constant': ('N m/A', 0.0, 1e9, True),
     'tolerance': ('-', 0.0, 1.0, False),
     'zero_tolerance': ('rad', 0.0, 1e3, False),
     'process_torque': ('N m', 0.0, 1e9, False),

@@ -383,11 +383,12 @@ def _unit_text(model, what, factor):
                      key=lambda pair: pair[1])
     text = (f'{name} {factor:.3g} times what the model allows '
             f'(expected {"N m" if what == "torque" else "rad"})')
+    current = ', or a current (see torque_constant)' if what == 'torque' else ''
     if near < SAME_FACTOR:
-        return f'{text}, probably {unit}'
+        return f'{text}, probably {unit}{current}'
     if abs(ratio - 1.0) <= 0.1 and what != 'both':
-        return f'{text}, perhaps for a gear_ratio that is not in the model file'
-    return text
+        return f'{text}, perhaps for a gear_ratio that is not in the model file{current}'
+    return text + current
 
 
 # --- motion -------------------------------------------------------------------------------------

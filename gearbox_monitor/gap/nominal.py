@@ -70,11 +70,11 @@ def fit_nominal(recordings, model, free=None, *, validate=None, seconds=None, jo
     """
     Return the NominalFit of the values `free` (default: all of the drive) to recordings.
 
-    free: names of candidate.NUISANCES, 'kt' (factor on the torque; not by default: without a known
-    load it shares one scale with the others), 'u0' (torque offset, N m), 'zero' (of the encoders,
-    rad), and ids of effects that the model has, for all their parameters. seconds: length of the
-    windows of the last step; long ones weigh what drifts (whole: inf). validate: a further
-    Recording, used for nothing but judging.
+    free: names of candidate.NUISANCES, 'kt' (torque constant; not by default: without a known load
+    it shares one scale with the others), 'u0' (torque offset, N m), 'zero' (of the encoders, rad),
+    and ids of effects that the model has, for all their parameters. seconds: length of the windows
+    of the last step; long ones weigh what drifts (whole: inf). validate: a further Recording, used
+    for nothing but judging.
     Raises InputError for names that this drive does not have.
     """
     recording, model = joined([driven(r, model) for r in recordings]), model.folded()
@@ -113,6 +113,7 @@ def fit_nominal(recordings, model, free=None, *, validate=None, seconds=None, jo
     if validate is not None:
         known = plain if recording.motor is None else replace(model, tolerance=0.0)
         validation = close.validate(validate, known, found, sigma)
+    found = found.with_torque_constant(start_values(found)['kt'])  # filters know no gain
     found = replace(found.folded(), tolerance=model.tolerance,
                     zero_tolerance=model.zero_tolerance)
     return NominalFit(found, values, correlated, None if seconds else before, after, validation)
@@ -219,6 +220,8 @@ def _known(data, fitted, model):
         if c.owner < 0:
             name, unit, start, value = c.name, UNITS[model.axis][c.name], starts[c.name], (
                 found[c.name])
+            if name == 'kt' and model.torque_constant == 1.0:
+                unit = ''  # a factor on efforts that are torques
         else:
             name, unit = f'{candidate.ids[c.owner]}.{c.name}', _unit(candidate.ids[c.owner], c)
             start, value = c.start, math.exp(z) if c.log else float(z)
@@ -257,14 +260,14 @@ def start_values(model):
         t = model.transmission
         out[name] = getattr(t, where) if hasattr(t, where) else getattr(model, where)
     effects = {e['id']: e for e in model.effects}
-    out['kt'] = 1.0 + effects.get('torque_gain', {'g': 0.0})['g']
+    out['kt'] = model.torque_constant * (1.0 + effects.get('torque_gain', {'g': 0.0})['g'])
     out['u0'] = model.torque_offset + effects.get('torque_offset', {'u0': 0.0})['u0']
     out[ZERO] = effects.get('encoder_offset', {'c': 0.0})['c']
     return out
 
 
 _ROTARY = {'m1': 'kg m^2', 'm2': 'kg m^2', 'D': 'N m s/rad', 'Cv': 'N m s/rad', 'Cc': 'N m',
-           'K': 'N m/rad', 'b': 'rad', 'kt': '', 'u0': 'N m', ZERO: 'rad'}
+           'K': 'N m/rad', 'b': 'rad', 'kt': 'N m/A', 'u0': 'N m', ZERO: 'rad'}
 UNITS = {'rotary': _ROTARY,
          'prismatic': {'m1': 'kg', 'm2': 'kg', 'D': 'N s/m', 'Cv': 'N s/m', 'Cc': 'N',
-                       'K': 'N/m', 'b': 'm', 'kt': '', 'u0': 'N', ZERO: 'm'}}
+                       'K': 'N/m', 'b': 'm', 'kt': 'N/A', 'u0': 'N', ZERO: 'm'}}

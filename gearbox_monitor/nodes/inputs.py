@@ -37,10 +37,10 @@ class Inputs:
     topic: where whole samples are, for a recorder. foreign: messages that name neither joint.
     """
 
-    def __init__(self, node, parameters, gear_ratio, take):
+    def __init__(self, node, parameters, model, take):
         self._node, self._take = node, take
         self.joints = parameters['motor_joint'], parameters['arm_joint']
-        self._reader = SampleReader(*self.joints, gear_ratio)
+        self._reader = SampleReader(*self.joints, model)
         self.foreign, self._others = 0, ()
         self._names, self._told = None, set()
         self.joiner = self._arm = None
