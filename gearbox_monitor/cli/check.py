@@ -42,11 +42,11 @@ from gearbox_monitor.bag.replay import read_recording, read_snapshots
 from gearbox_monitor.check.examine import examine
 from gearbox_monitor.check.line import BAD, OK, PURPOSES, WARN
 from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters
 from gearbox_monitor.monitor import Samples
 from gearbox_monitor.parameters import checked, ESTIMATOR, SETTINGS, with_values
-from gearbox_monitor.report.words import on_axis
 
 WIDTH = 80
 INDENT = 24  # of the figures
@@ -95,7 +95,8 @@ def run(args):
     data['lines'] = [{
         'group': line.group, 'name': line.name,
         'verdict': line.verdict(args.purposes).name.lower(), 'figure': on_axis(line.figure, axis),
-        'advice': line.advice if line.verdict(args.purposes) > OK else '', 'values': line.values,
+        'advice': on_axis(line.advice, axis) if line.verdict(args.purposes) > OK else '',
+        'values': line.values,
         'hurts': {purpose: verdict.name.lower() for purpose, verdict in line.hurts.items()}}
         for line in found.lines]
     data['suits'] = {purpose: {'verdict': SUITS[verdict], 'because': list(names)}

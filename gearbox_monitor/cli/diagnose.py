@@ -52,6 +52,7 @@ from gearbox_monitor.bag.replay import read_recording
 from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.cli.processes import cores
 from gearbox_monitor.drive.effects import library
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, save_model
 from gearbox_monitor.gap.diagnose import diagnose
@@ -59,7 +60,7 @@ from gearbox_monitor.gap.given import given
 from gearbox_monitor.jit import COMPILED
 from gearbox_monitor.report import diagnosis, overlay_plot
 from gearbox_monitor.report.evidence import gather
-from gearbox_monitor.report.words import headline, on_axis
+from gearbox_monitor.report.words import headline
 
 DRAWN = ('report.html', 'overlay.png', 'where.png', 'ranking.png')
 CSV = ('.csv', '.tsv', '.txt', '.csv.gz', '.tsv.gz', '.txt.gz')

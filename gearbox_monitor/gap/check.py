@@ -19,11 +19,12 @@ Each finding is a Problem. A fatal one means that a verdict would be about the r
 the drive: wrong channel, sign or unit, a dead or clipped encoder, no motion. The others say what
 the recording cannot show.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.gap.noise import noise_levels
 from gearbox_monitor.gap.recording import MIN_DURATION
 
@@ -60,6 +61,11 @@ class Problem:
 
 def check(recording, model):
     """Return the Problems (list) of a Recording of the drive DriveModel `model`."""
+    return [replace(problem, text=on_axis(problem.text, model.axis))
+            for problem in _problems(recording, model)]
+
+
+def _problems(recording, model):
     problems = _rate_and_length(recording)
     if problems and problems[0].fatal:
         return problems
@@ -369,6 +375,9 @@ def _unit_text(model, what, factor):
     if what == 'torque':
         known = [(1000.0, 'in mN m'), (1e-3, 'in kN m'), (100.0, 'in N cm'),
                  (1 / 9.80665, 'in kgf m'), (100 / 9.80665, 'in kgf cm')]
+    if model.axis == 'prismatic':
+        known = [(1000.0, 'in mN'), (1e-3, 'in kN'), (1 / 9.80665, 'in kgf')] \
+            if what == 'torque' else [(1000.0, 'in mm')]
     ratio = abs(model.gear_ratio)
     if abs(ratio - 1.0) > 0.1:
         side = 'the gear ratio is applied twice or on the wrong side'

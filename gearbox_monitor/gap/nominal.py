@@ -24,6 +24,7 @@ import math
 import numpy as np
 
 from gearbox_monitor.drive.effects import library
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.gap import close, fit as fitting
 from gearbox_monitor.gap.candidate import (
@@ -218,7 +219,7 @@ def _known(data, fitted, model):
     for c, error, z in zip(candidate.coordinates, errors, point.z):
         determined = error < DETERMINED * (1.0 if c.log else c.scale)
         if c.owner < 0:
-            name, unit, start, value = c.name, UNITS[model.axis][c.name], starts[c.name], (
+            name, unit, start, value = c.name, UNITS[c.name], starts[c.name], (
                 found[c.name])
             if name == 'kt' and model.torque_constant == 1.0:
                 unit = ''  # a factor on efforts that are torques
@@ -226,7 +227,7 @@ def _known(data, fitted, model):
             name, unit = f'{candidate.ids[c.owner]}.{c.name}', _unit(candidate.ids[c.owner], c)
             start, value = c.start, math.exp(z) if c.log else float(z)
         names.append(name)
-        values.append(Value(name, unit, start, value,
+        values.append(Value(name, on_axis(unit, model.axis), start, value,
                             float(error * abs(value) if c.log else error), bool(determined)))
     r = covariance / np.outer(errors, errors)
     correlated = [(names[i], names[j], float(r[i, j])) for i in range(len(names))
@@ -266,8 +267,5 @@ def start_values(model):
     return out
 
 
-_ROTARY = {'m1': 'kg m^2', 'm2': 'kg m^2', 'D': 'N m s/rad', 'Cv': 'N m s/rad', 'Cc': 'N m',
-           'K': 'N m/rad', 'b': 'rad', 'kt': 'N m/A', 'u0': 'N m', ZERO: 'rad'}
-UNITS = {'rotary': _ROTARY,
-         'prismatic': {'m1': 'kg', 'm2': 'kg', 'D': 'N s/m', 'Cv': 'N s/m', 'Cc': 'N',
-                       'K': 'N/m', 'b': 'm', 'kt': 'N/A', 'u0': 'N', ZERO: 'm'}}
+UNITS = {'m1': 'kg m^2', 'm2': 'kg m^2', 'D': 'N m s/rad', 'Cv': 'N m s/rad', 'Cc': 'N m',
+         'K': 'N m/rad', 'b': 'rad', 'kt': 'N m/A', 'u0': 'N m', ZERO: 'rad'}

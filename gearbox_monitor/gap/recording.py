@@ -22,6 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
 
 MIN_DURATION = 4.0     # s: four windows of the gap metric
@@ -76,13 +77,14 @@ class Recording:
         return len(self.t) * self.dt
 
 
-def prepare(t, u, y, arm_torque=None, name='', place=None, one_encoder=False):
+def prepare(t, u, y, arm_torque=None, name='', place=None, one_encoder=False,
+            axis='rotary'):
     """
     Return (Recording, notices) of samples stamped `t` [N], s, or integer ns; NaN: not measured.
 
     u [N] N m, y [N, 2] rad, arm_torque [N] N m or None. `place(row, field)` says where a value
     stands; by default its row, from 0. notices: sentences about what was repaired. one_encoder:
-    motor or arm may be without any reading.
+    motor or arm may be without any reading. axis: of the drive, for messages.
 
     - Stamps: a uniform grid is laid through them. Where the readings say that they were taken at
       the stamped times, positions are interpolated onto the grid; otherwise the stamps have
@@ -108,11 +110,11 @@ def prepare(t, u, y, arm_torque=None, name='', place=None, one_encoder=False):
     notices = []
     if len(t) < 10:
         raise InputError(f'{where}{len(t)} samples, expected at least {MIN_DURATION:g} s of them')
-    _check_numbers(t, first, values, where, place)
+    _check_numbers(t, first, values, where, place, axis)
     for field, value in values.items():
         if not np.isnan(value).any():
             continue
-        values[field], count = _fill(t, value, field, where, place)
+        values[field], count = _fill(t, value, field, where, place, axis)
         notices.append(f'{count} values of {field} were NaN and are interpolated')
     index, dt, jitter = _grid(t, where)
     cuts = np.flatnonzero(np.diff(index) > MAX_RUN + 1)
@@ -161,7 +163,7 @@ def _seconds(t):
     return t - t[:1], float(t[0]) if len(t) else 0.0
 
 
-def _check_numbers(t, first, values, where, place):
+def _check_numbers(t, first, values, where, place, axis):
     """Raise InputError for what is no finite number or, in t, does not increase."""
     bad = np.flatnonzero(~np.isfinite(t))
     if len(bad):
@@ -173,10 +175,10 @@ def _check_numbers(t, first, values, where, place):
         bad = np.flatnonzero(np.isinf(value))
         if len(bad):
             raise InputError(f'{where}{place(int(bad[0]), field)}: {value[bad[0]]}, expected a '
-                             f'finite number in {UNITS[field]}')
+                             f'finite number in {on_axis(UNITS[field], axis)}')
         if np.isnan(value).all():
-            raise InputError(f'{where}{field}: never measured, expected torque, motor and arm '
-                             'position in every sample')
+            raise InputError(f'{where}{field}: never measured, expected '
+                             + on_axis('torque, motor and arm position in every sample', axis))
     back = np.flatnonzero(np.diff(t) <= 0)
     if len(back):
         row = int(back[0]) + 1
@@ -191,7 +193,7 @@ def _runs(flags):
     return edges[::2], edges[1::2] - edges[::2]
 
 
-def _fill(t, value, field, where, place):
+def _fill(t, value, field, where, place, axis):
     """Return (value with NaN interpolated, how many); raises InputError where there are many."""
     missing = np.isnan(value)
     starts, lengths = _runs(missing)
@@ -202,8 +204,8 @@ def _fill(t, value, field, where, place):
         more = f' for {lengths[at]} samples' if lengths[at] > 1 else ''
         raise InputError(
             f'{where}{place(int(starts[at]), field)}: nan{more} ({count} nan of {len(value)}), '
-            f'expected numbers in {UNITS[field]}, at most {MAX_RUN} nan in a row and '
-            f'{100 * MAX_REPAIRED:g} % in all')
+            f'expected numbers in {on_axis(UNITS[field], axis)}, at most {MAX_RUN} nan in a '
+            f'row and {100 * MAX_REPAIRED:g} % in all')
     good = ~missing
     if field == 'u':
         last = np.maximum.accumulate(np.where(good, np.arange(len(value)), 0))
