@@ -60,6 +60,7 @@ from gearbox_monitor.gap.given import given
 from gearbox_monitor.jit import COMPILED
 from gearbox_monitor.report import diagnosis, overlay_plot
 from gearbox_monitor.report.evidence import gather
+from gearbox_monitor.report.suggestion import suggestion
 from gearbox_monitor.report.words import headline
 
 DRAWN = ('report.html', 'overlay.png', 'where.png', 'ranking.png')
@@ -132,14 +133,15 @@ def run(args):
     data = plain(verdict.to_dict())
     data['warnings'] = [*notes, *(data.get('warnings') or [])]
     closed = verdict.model if data['verdict'] == 'effect' else None
+    command = suggestion(data, recordings, args.model, args.out)
     drawn = {}
     if args.out:
-        drawn = draw(verdict, data, recordings, model, args)
+        drawn = draw(verdict, data, recordings, model, command, args)
     written = write(targets, data, closed, drawn, args)
     if args.json == '-':
         print(dump(data))
     else:
-        print(text(data, recordings, model, written, args.validate))
+        print(text(data, recordings, model, written, args.validate, command))
     return 0 if data['verdict'] == 'none' else 1
 
 
@@ -220,13 +222,17 @@ def dump(data):
     return json.dumps(data, indent=2, allow_nan=False)
 
 
-def draw(verdict, data, recordings, model, args):
-    """Return {file of --out: HTML or Figure} about a Verdict and its plain `data`."""
+def draw(verdict, data, recordings, model, command, args):
+    """
+    Return {file of --out: HTML or Figure} about a Verdict and its plain `data`.
+
+    command: see report.suggestion.
+    """
     found = gather(verdict, recordings, model, args.jobs)
     title = headline(data)
     drawn = {
         'report.html': diagnosis.report(data, found, recordings, data['verdict'] == 'effect',
-                                        args.validate),
+                                        args.validate, command),
         'overlay.png': overlay_plot.windows_figure(found.overlay, found.shown, title,
                                                    on_axis('rad', model.axis)),
         'where.png': overlay_plot.maps_figure(found, title)}

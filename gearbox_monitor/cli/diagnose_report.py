@@ -18,7 +18,7 @@ import textwrap
 from gearbox_monitor.drive.effects import library
 from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.report.words import (
-    dense_regions, headline, ids_of, meaning, next_steps, number, percent, PLACES,
+    dense_regions, headline, ids_of, meaning, next_steps, number, percent, PLACES, SUGGESTED,
     undefined, unit_of)
 
 WIDTH = 80
@@ -26,11 +26,12 @@ LABEL = 15
 SHOWN = 8  # lines of the ranking
 
 
-def text(data, recordings, model, written=(), validated=None):
+def text(data, recordings, model, written=(), validated=None, command=()):
     """
     Return the verdict `data` as lines for people, at most 80 columns.
 
-    recordings: gap.recording.Recording of it; model: nominal DriveModel; written: files.
+    recordings: gap.recording.Recording of it; model: nominal DriveModel; written: files;
+    command: parts of the one that looks for a better motion.
     """
     lines = []
     for recording in recordings:
@@ -50,6 +51,10 @@ def text(data, recordings, model, written=(), validated=None):
     closed = any(path.name == 'drive.closed.yaml' for path in written)
     for advice in next_steps(data, closed, validated, model.axis):
         lines += _entry('next', advice)
+    if command:
+        lines += _entry('next', f'{SUGGESTED}:')
+        lines.append(' \\\n'.join(
+            ' ' * (LABEL + 2 * (k > 0)) + part for k, part in enumerate(command)))
     lines += [line for path in written for line in _entry('written', str(path))]
     return '\n'.join(lines)
 

@@ -25,7 +25,7 @@ from gearbox_monitor.report import page
 from gearbox_monitor.report.evidence import explained_by
 from gearbox_monitor.report.words import (
     behind, dense_regions, headline, ids_of, meaning, MEANINGS, next_steps, number, percent,
-    PLACES, undefined, unit_of)
+    PLACES, SUGGESTED, undefined, unit_of)
 
 ROLES = ('nominal', 'closed')
 RANKED = 10
@@ -33,18 +33,19 @@ RIVALS = 6
 AROUND = (0.9, 1.5)  # gaps that are in view anyway: noise must not look large
 
 
-def report(data, evidence, recordings, closed_written=False, validated=None):
+def report(data, evidence, recordings, closed_written=False, validated=None, command=()):
     """
     Return the HTML page of a diagnosis.
 
     data: plain data of the verdict; evidence: Evidence; recordings: [Recording] it is on;
     closed_written: whether drive.closed.yaml was written beside it; validated: name of the second
-    recording, or None.
+    recording, or None; command: parts of the one that looks for a better motion, see
+    report.suggestion.
     """
+    steps = next_steps(data, closed_written, validated, evidence.axis)
     sections = [
-        ('What to do next', page.bullets(
-            [_sentence(step) for step in next_steps(data, closed_written, validated,
-                                                    evidence.axis)])),
+        ('What to do next', page.bullets([_sentence(step) for step in steps])
+         + _suggested(command) + _beside(closed_written)),
         ('The gap', _gap(data, validated, evidence.axis)),
         ('Before and after', _overlays(data, evidence)),
         ('Where', _where(data, evidence)),
@@ -56,6 +57,19 @@ def report(data, evidence, recordings, closed_written=False, validated=None):
     ]
     names = ', '.join(_short(recording) for recording in recordings)
     return page.page(f'Diagnosis of {names}', sections, _lead(data, evidence.axis))
+
+
+def _suggested(command):
+    """Return the command with the parts `command` to be copied, '' without any."""
+    return page.paragraph(f'{_sentence(SUGGESTED)[:-1]}:') + '<pre>' + escape(
+        ' \\\n    '.join(command)) + '</pre>' if command else ''
+
+
+def _beside(closed_written):
+    """Return links to the files that stand beside the page."""
+    names = ['verdict.json', *(['drive.closed.yaml'] if closed_written else [])]
+    return '<p class="soft">Beside this page: ' + ', '.join(
+        f'<a href="{name}">{name}</a>' for name in names) + '</p>'
 
 
 def _short(recording):

@@ -58,6 +58,7 @@ MEANINGS = {
     'arm_encoder_delay': 'reading of the arm encoder is late',
     'encoder_offset': 'encoders do not share their zero',
 }
+SUGGESTED = 'a motion that tells more, no larger than that of the recording, is found by'
 # Recordings that separate what others leave open.
 SEPARATES = (
     ({'torque_offset', 'coulomb_asymmetry'},
@@ -177,8 +178,6 @@ def next_steps(data, closed_written, validated, axis='rotary'):
             named = ', '.join(sorted(pair & ids))
             advice.append(f'{named} or {other}: {motion}' if motion.startswith('no ') else
                           on_axis(f'to tell {named} from {other}, record {motion}', axis))
-    if rivals and not any('no motion' in line for line in advice):
-        advice.append('gearbox_monitor suggest finds the motion that tells them apart best')
     if 'disturbance' in ids:
         return [*advice, 'look for contacts at the times given, and record again without']
     if any('quantisation' in name for name in ids):
