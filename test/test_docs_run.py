@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """The commands and the code of the pages run, on short recordings of a simulated drive."""
+import json
 import os
 from pathlib import Path
 import re
@@ -37,7 +38,7 @@ ELSEWHERE = {
     'tune': 'test_tune, and below', 'diagnose': 'test_diagnose', 'suggest': 'test_motion',
     'fit-nominal': 'test_real_drives', 'import': 'test_import', 'fleet': 'test_fleet, and below'}
 # Pages whose commands go on with each other's files: each has a test of its own.
-WALKS = ('first_hour.md', 'current.md')
+WALKS = ('first_hour.md', 'current.md', 'closed_model.md')
 RATE = ['--rate', '200']  # five times as fast as what the pages make
 
 
@@ -96,6 +97,32 @@ def test_current_instead_of_torque(tmp_path, monkeypatch, capsys):
     assert before > 20.0 and after < 1.05
     before, after = (float(re.search(r'smoothed (\S+?);', text)[1]) for text in said[3:])
     assert before > 1.0 and after < 0.3  # N m
+
+
+def test_closed_model_in_the_estimator(tmp_path, monkeypatch, capsys):
+    """Prediction errors become those of a right model, and the smoothed torque better."""
+    page, said = DOCS / 'closed_model.md', []
+    monkeypatch.chdir(tmp_path)
+    for name, text in named(page).items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / 'drive.yaml').write_text((ROOT / 'config/drive.yaml').read_text())
+    for words in commands(page):
+        if words[0] == 'example':
+            words += ['--rate', '400']
+        elif words[0] == 'compare':
+            words.append('--json')
+        elif words[0] == 'diagnose':  # fewer rivals, for time
+            words += ['--only', 'gravity', 'arm_viscous']
+        assert main(words) == (words[0] == 'diagnose'), words
+        said.append(capsys.readouterr()[0])
+    nominal, closed = (
+        {'nis': float(re.search(r'NIS +(\S+)', text)[1]),
+         'smoothed': float(re.search(r'smoothed (\S+?);', text)[1]),
+         'trust': re.search(r'prediction error (\w+)', text)[1]} for text in said[3:5])
+    white = [max(json.loads(text)['rows'][0]['ljung_box']) for text in said[5:]]
+    assert nominal['nis'] > 3.0 and closed['nis'] == pytest.approx(2.0, abs=0.1)
+    assert closed['smoothed'] < 0.75 * nominal['smoothed'] and white[1] < 0.05 * white[0]
+    assert nominal['trust'] != 'OK' == closed['trust']
 
 
 @pytest.fixture(scope='module')

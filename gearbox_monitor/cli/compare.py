@@ -173,7 +173,7 @@ def text(data, axis='rotary'):
         lines.append(
             f'{r["filter"]:12s}{_show(r["rmse"], ".4f"):>8s}{_show(r["rmse_smoothed"], ".4f"):>8s}'
             f'{_show(r["coverage"], ".2f"):>8s}{_show(r["loglik"], ".1f"):>11s}'
-            f'{_show(r["nis"], ".3f"):>7s}{_show(white, ".1f"):>8s}'
+            f'{_show(r["nis"], ".3f"):>7s}{_white(white):>8s}'
             f'{_show(r["cpu_us"], ".2f"):>9s}{_show(r["cpu_ratio"], ".2f"):>7s}')
     band = data['rows'][0]
     lines += ['', f'errors in {on_axis("N m", axis)} rms; 95 % band of the mean NIS '
@@ -183,6 +183,11 @@ def text(data, axis='rotary'):
         notes.append('no true or reference torque in the bag: no errors')
     lines += [f'note: {note}' for note in notes]
     return '\n'.join(lines)
+
+
+def _white(value):
+    """Return a Ljung-Box figure in at most seven columns up to a million."""
+    return _show(value, '.1f' if value is None or value < 1e4 else '.0f')
 
 
 def _show(value, form):
