@@ -24,7 +24,7 @@ from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.read import McapReader
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli import diagnose as command
-from gearbox_monitor.cli.diagnose_report import MEANINGS, PLACES
+from gearbox_monitor.report.words import MEANINGS, PLACES
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.drive.effects import EFFECTS, LOCATIONS
 from gearbox_monitor.drive.excitation import Excitation

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """The commands and the code of the pages run, on short recordings of a simulated drive."""
+import json
 import os
 from pathlib import Path
 import re
@@ -27,6 +28,7 @@ from gearbox_monitor import trust
 from gearbox_monitor.bag.example import write_bag
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.files import load_model
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / 'docs'
@@ -35,6 +37,8 @@ ELSEWHERE = {
     'benchmark': 'each has a test of its own', 'demo': 'test_demo', 'play': 'test_play',
     'tune': 'test_tune, and below', 'diagnose': 'test_diagnose', 'suggest': 'test_motion',
     'fit-nominal': 'test_real_drives', 'import': 'test_import', 'fleet': 'test_fleet, and below'}
+# Pages whose commands go on with each other's files: each has a test of its own.
+WALKS = ('first_hour.md', 'current.md', 'closed_model.md')
 RATE = ['--rate', '200']  # five times as fast as what the pages make
 
 
@@ -71,6 +75,56 @@ def test_first_hour(tmp_path, monkeypatch):
     assert re.search(r'SN0815.*gap \+2[456]\.\d', page)
 
 
+def named(page):
+    """Return {name: text} of the YAML files that `page` shows, the name in their first line."""
+    return {text.splitlines()[0].lstrip('# '): text for text in blocks(page, 'yaml')}
+
+
+def test_current_instead_of_torque(tmp_path, monkeypatch, capsys):
+    """A constant is found, and estimator and simulator take it from the model file."""
+    page, said = DOCS / 'current.md', []
+    monkeypatch.chdir(tmp_path)
+    for name, text in named(page).items():
+        (tmp_path / name).write_text(text)
+    for words in commands(page):
+        assert main([*words, *(['--rate', '500'] if words[0] == 'example' else [])]) == 0, words
+        said.append(capsys.readouterr()[0])
+    fitted = load_model('fitted.yaml')
+    true = load_model('motor.yaml').torque_constant
+    assert fitted.torque_constant == pytest.approx(true, rel=0.01)
+    assert not fitted.effects and re.search(r'kt +0.05 .* N m/A', said[1])
+    before, after = map(float, re.search(r'gap in .* s +(\S+) +(\S+)', said[2]).groups())
+    assert before > 20.0 and after < 1.05
+    before, after = (float(re.search(r'smoothed (\S+?);', text)[1]) for text in said[3:])
+    assert before > 1.0 and after < 0.3  # N m
+
+
+def test_closed_model_in_the_estimator(tmp_path, monkeypatch, capsys):
+    """Prediction errors become those of a right model, and the smoothed torque better."""
+    page, said = DOCS / 'closed_model.md', []
+    monkeypatch.chdir(tmp_path)
+    for name, text in named(page).items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / 'drive.yaml').write_text((ROOT / 'config/drive.yaml').read_text())
+    for words in commands(page):
+        if words[0] == 'example':
+            words += ['--rate', '400']
+        elif words[0] == 'compare':
+            words.append('--json')
+        elif words[0] == 'diagnose':  # fewer rivals, for time
+            words += ['--only', 'gravity', 'arm_viscous']
+        assert main(words) == (words[0] == 'diagnose'), words
+        said.append(capsys.readouterr()[0])
+    nominal, closed = (
+        {'nis': float(re.search(r'NIS +(\S+)', text)[1]),
+         'smoothed': float(re.search(r'smoothed (\S+?);', text)[1]),
+         'trust': re.search(r'prediction error (\w+)', text)[1]} for text in said[3:5])
+    white = [max(json.loads(text)['rows'][0]['ljung_box']) for text in said[5:]]
+    assert nominal['nis'] > 3.0 and closed['nis'] == pytest.approx(2.0, abs=0.1)
+    assert closed['smoothed'] < 0.75 * nominal['smoothed'] and white[1] < 0.05 * white[0]
+    assert nominal['trust'] != 'OK' == closed['trust']
+
+
 @pytest.fixture(scope='module')
 def files(tmp_path_factory):
     """Give the folder with what the commands of the pages are about."""
@@ -86,11 +140,11 @@ def files(tmp_path_factory):
 
 
 def shown():
-    """Return the different commands of all pages but the tutorial that are run here."""
+    """Return the different commands that are run here of all pages but WALKS."""
     found = {}
     for page in (ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted(DOCS.glob('*.md'))):
         for words in commands(page):
-            if page.name != 'first_hour.md' and words[0] not in ELSEWHERE:
+            if page.name not in WALKS and words[0] not in ELSEWHERE:
                 # Other recordings: those of the pages about real drives, other joints.
                 if words[-1].isupper() or not (
                         {'pulses', 'run22', '--motor-joint', '--topic'} & set(words)):

@@ -230,6 +230,17 @@ def test_model_file(tmp_path):
     assert load_model(config_path('drive.yaml')) == DriveModel()
 
 
+def test_another_torque_constant_is_the_same_drive():
+    drive = DriveModel(torque_constant=0.05, torque_offset=0.3, effects=(
+        {'id': 'torque_gain', 'g': 0.2}, {'id': 'saturation', 'umax': 4.0}))
+    current, dt = 120.0 * np.sin(0.02 * np.arange(500)), 1e-3
+    runs = [simulate(m, m.torque_constant * current, dt).y for m in (
+        drive, drive.with_torque_constant(0.06), drive.with_torque_constant(0.08))]
+    assert [e['id'] for e in drive.with_torque_constant(0.06).effects] == ['saturation']
+    for run in runs[1:]:
+        np.testing.assert_allclose(run, runs[0], rtol=1e-9, atol=1e-12)
+
+
 @pytest.mark.parametrize('text, parts', [
     ('motor_inertia: 0', ('motor_inertia', '0', '> 0')),
     ('arm_inertia: -1.5', ('arm_inertia', '-1.5', '> 0')),
@@ -239,6 +250,7 @@ def test_model_file(tmp_path):
     ('friction_sharpness: true', ('friction_sharpness', 'True', '> 0')),
     ('position_gain: null', ('position_gain', 'None', '>= 0')),
     ('gear_ratio: 0', ('gear_ratio', '0', 'other than 0')),
+    ('torque_constant: 0', ('torque_constant', '0', '> 0')),
     ('tolerance: 2', ('tolerance', '2', '<= 1')),
     ('process_torque: -1', ('process_torque', '-1', '>= 0')),
     ('arm_load: heavy', ('arm_load', "'heavy'", 'none, unknown, measured')),

@@ -169,9 +169,10 @@ def test_recorder_that_joins_late_is_compared_from_the_next_snapshot(graph, driv
 
 
 def test_outputs_of_a_joint_among_others_with_a_gear(graph, drive, tmp_path):
-    """Order of joints, other joints, a gear ratio with its sign; stamps are those of the input."""
+    """Order of joints, others, a gear ratio with its sign, a current; stamps are of the input."""
     model = tmp_path / 'drive.yaml'
-    model.write_text(yaml.safe_dump({'gear_ratio': -50.0, 'arm_load': 'none'}))
+    model.write_text(yaml.safe_dump({
+        'gear_ratio': -50.0, 'torque_constant': 0.1, 'arm_load': 'none'}))
     estimator = graph.start('estimator_node', model=model, motor_joint='m7', arm_joint='a7')
     got = {signal.topic: [] for signal in SIGNALS}
     for topic, messages in got.items():
@@ -185,7 +186,7 @@ def test_outputs_of_a_joint_among_others_with_a_gear(graph, drive, tmp_path):
         message = feeder.message(k)
         message.name = ['other', 'a7', 'm7']
         message.position = array('d', [9.0, drive.y[k, 1], drive.y[k, 0] * -50.0])
-        message.effort = array('d', [1.0, math.nan, drive.u[k] / -50.0])
+        message.effort = array('d', [1.0, math.nan, drive.u[k] / -5.0])
         sent.append(message)
     feeder.send(sent, rate=600.0)
     states = got['transmission_state']

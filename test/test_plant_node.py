@@ -242,7 +242,7 @@ def test_growing_gap_faster_than_time(plants):
 
 def test_torque_from_a_topic_through_the_gear(plants, tmp_path):
     model = tmp_path / 'geared.yaml'
-    model.write_text('gear_ratio: 50.0\n')
+    model.write_text('gear_ratio: 50.0\ntorque_constant: 0.5\n')
     out = plants.node.create_publisher(Float64MultiArray, 'effort_command', 10)
     process = plants.start(torque_source='topic', model=model, command_timeout=0.2,
                            measurement_noise='[0.0, 0.0]', process_noise='[0.0, 0.0, 0.0, 0.0]')
@@ -250,14 +250,14 @@ def test_torque_from_a_topic_through_the_gear(plants, tmp_path):
     assert plants.states[-1].effort[0] == 0.0
 
     def commanded():
-        out.publish(Float64MultiArray(data=[0.04]))  # motor side: 2 N m on the arm side
-        return plants.states[-1].effort[0] == 0.04
+        out.publish(Float64MultiArray(data=[0.08]))  # A: 2 N m on the arm side
+        return plants.states[-1].effort[0] == 0.08
 
     plants.until(commanded)
     plants.until(lambda: plants.truth[-1].effort[0] > 0.5)  # it moves
     # No command any more: the torque ends after 0.2 s.
     plants.until(lambda: plants.states[-1].effort[0] == 0.0)
-    held = np.flatnonzero(columns(plants.states, 'effort')[:, 0] == 0.04)
+    held = np.flatnonzero(columns(plants.states, 'effort')[:, 0] == 0.08)
     assert len(held) >= 200
     # On the wire the motor turns 50 times as far.
     truth = {t: m for t, m in zip(stamps(plants.truth), plants.truth)}

@@ -43,12 +43,12 @@ def drive():
 
 @pytest.fixture
 def bag(tmp_path, drive):
-    """Return a user's bag: three joints, a namespace, the motor on its side of a gear of -20."""
+    """Return a user's bag: three joints, a namespace, motor (A) on its side of a gear of -20."""
     path = tmp_path / 'bag'
     stamps = T0 + np.arange(N) * 1_000_000
     nothing = np.full(N, np.nan)
     position = np.column_stack([nothing, drive.y[:, 1], -20.0 * drive.y[:, 0]])
-    effort = np.column_stack([nothing, nothing, drive.u / -20.0])
+    effort = np.column_stack([nothing, nothing, drive.u / -20.0 / 0.5])
     with BagWriter(path) as writer:
         writer.add_topic('/left/joint_states', JOINT_STATE)
         writer.add_topic('/left/plant/transmission_state', JOINT_STATE)
@@ -67,7 +67,7 @@ def bag(tmp_path, drive):
 def options(tmp_path):
     """Return options that a user gives for that bag."""
     model = tmp_path / 'drive.yaml'
-    model.write_text(yaml.safe_dump({'gear_ratio': -20.0}))
+    model.write_text(yaml.safe_dump({'gear_ratio': -20.0, 'torque_constant': 0.5}))
     params = tmp_path / 'estimator.yaml'
     params.write_text(yaml.safe_dump({'/**': {'ros__parameters': {'rate': 3.0}}, 'estimator': {
         'ros__parameters': {'motor_joint': 'm', 'arm_joint': 'a', 'arm_load': 'model'}}}))

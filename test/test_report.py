@@ -14,7 +14,10 @@
 
 """The page of a diagnosis in a real browser, the maps in it, and `simulate`."""
 from dataclasses import replace
+import inspect
 import json
+import re
+import shlex
 
 import numpy as np
 from pages import requests
@@ -25,10 +28,12 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.drive.excitation import Excitation
 from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.drive.simulate import simulate
-from gearbox_monitor.gap import maps
+from gearbox_monitor.gap import check, maps
+from gearbox_monitor.gap.given import given
 from gearbox_monitor.gap.overlay import near, smoothed
 from gearbox_monitor.gap.residual import triangles
 from gearbox_monitor.report import page
+from gearbox_monitor.report.suggestion import suggestion, UNEXCITED
 
 MODEL = DriveModel()
 TRUE = {'id': 'arm_coulomb', 'Cac': 0.05}
@@ -81,6 +86,48 @@ def test_no_gap_has_a_page_too(folder, tmp_path):
                  '--out', str(out), '--only', 'arm_coulomb', '--jobs', '1']) == 0
     html = (out / 'report.html').read_text(encoding='utf-8')
     assert 'No gap: the model explains' in html and 'Missing torque' not in html
+
+
+def test_a_motion_that_left_something_open_gets_the_command_for_a_better_one(folder, capsys):
+    """The drive stays on one flank: nothing of the gap shows, and the page says what would."""
+    held = replace(MODEL, effects=({'id': 'load_torque', 'TL': 1.0},))
+    (folder / 'held.yaml').write_text(yaml.safe_dump(held.to_dict()))
+    t = np.arange(5000) * 1e-3
+    u = 1.0 + Excitation('multisine', (0.5, 0.3), (0.5, 1.3)).torque(t)
+    y = simulate(held, u, 1e-3).x[:, :2] + 1e-3 * np.random.default_rng(1).standard_normal(
+        (5000, 2))
+    np.savetxt(folder / 'held.csv', np.column_stack([t, u, y]), '%.9g', ',',
+               header='t,u,motor,arm', comments='')
+    capsys.readouterr()
+    main(['diagnose', str(folder / 'held.csv'), '--model', str(folder / 'held.yaml'), '--out',
+          str(folder / 'open'), '--only', 'arm_coulomb', '--jobs', '1'])
+    said = capsys.readouterr()[0]
+    html = (folder / 'open/report.html').read_text(encoding='utf-8')
+    shown, = re.findall(r'<pre>(gearbox_monitor suggest.*?)</pre>', html, re.DOTALL)
+    words = shlex.split(shown.replace('\\\n', ' '))
+    assert words == shlex.split(re.search(
+        r'gearbox_monitor suggest(.*\\\n)*.*', said)[0].replace('\\\n', ' '))
+    assert words[2:7] == ['--pair', 'backlash_gap', 'encoder_offset', '--model',
+                          str(folder / 'held.yaml')]
+    limits = dict(zip(words[7:13:2], map(float, words[8:13:2])))
+    assert limits['--max-torque'] == pytest.approx(np.abs(u).max(), rel=0.1)
+    assert 0 < limits['--max-travel'] <= np.abs(y - y[0]).max()
+    assert '<a href="verdict.json">' in html and 'href="drive.closed' not in html
+
+
+def test_the_command_asks_what_the_verdict_left_open(folder):
+    t, u, *y = np.loadtxt(folder / 'good.csv', delimiter=',', skiprows=1).T
+    recording, _ = given(t, u, np.transpose(y), None, 'good.csv', None, MODEL, 'drive.yaml')
+    data = {'params': {'actuator_lag': {'T': 0.01}}, 'confusable': ['actuator_delay']}
+    assert suggestion(data, [recording], 'my drive.yaml', 'a dir')[:2] == [
+        "gearbox_monitor suggest 'a dir'", "--model 'my drive.yaml'"]
+    pair = suggestion(data, [recording], 'd.yaml')[0]
+    assert pair == 'gearbox_monitor suggest --pair actuator_lag actuator_delay'
+    for twins in ({**data, 'params': {'torque_offset': {}}, 'confusable': ['coulomb_asymmetry']},
+                  {'warnings': ['sound']}):
+        assert suggestion(twins, [recording], 'd.yaml', 'out') == []
+    told = inspect.getsource(check)
+    assert all(words in told for words, _ in UNEXCITED)
 
 
 @pytest.mark.parametrize('width', [1280, 390])

@@ -44,7 +44,7 @@ def write_bag(path, model, seconds, seed=0, rate=1000.0, start=1_700_000_000,
     measured = load if model.arm_load == 'measured' else np.full(len(t), np.nan)
     topics = {topic: encode_joint_states(  # the motor's on its own side, as on the wire
         stamps, [MOTOR, ARM], y * [model.gear_ratio, 1.0],
-        effort=np.column_stack([u / model.gear_ratio, measured]))}
+        effort=np.column_stack([u / model.effort_scale, measured]))}
     if truth:
         topics['/' + PLANT_TRANSMISSION_STATE] = encode_joint_states(
             stamps, [TRANSMISSION], *((x[:, i] - x[:, i + 1])[:, None] for i in (0, 2)),

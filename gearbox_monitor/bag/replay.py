@@ -126,14 +126,14 @@ class Replay:
     told: dict | None
 
 
-def read_recording(reader, motor_joint, arm_joint, gear_ratio, topic):
-    """Return the Recording of `topic` in `reader` (bag.read). Raises InputError."""
+def read_recording(reader, motor_joint, arm_joint, model, topic):
+    """Return the Recording of `topic` in `reader` (bag.read); model: see samples_of."""
     states = reader.joint_states(topic, (motor_joint, arm_joint))
-    samples, log_ns = samples_of(states, gear_ratio)
+    samples, log_ns = samples_of(states, model)
     return Recording(samples, log_ns, topic, topic.rsplit('/', 1)[0])
 
 
-def sample_parts(reader, topic, decode, gear_ratio, least, progress):
+def sample_parts(reader, topic, decode, model, least, progress):
     """
     Yield the Samples of `topic` in parts of `least` samples; the last one has up to twice as many.
 
@@ -142,7 +142,7 @@ def sample_parts(reader, topic, decode, gear_ratio, least, progress):
     """
     held, count = [_NOTHING], 0
     for block in reader.blocks([topic]):
-        samples, _ = samples_of(decode(block), gear_ratio)
+        samples, _ = samples_of(decode(block), model)
         held.append(samples)
         count += len(samples.stamp_ns)
         progress(len(block))
@@ -153,14 +153,18 @@ def sample_parts(reader, topic, decode, gear_ratio, least, progress):
     yield _joined(held)
 
 
-def samples_of(states, gear_ratio):
-    """Return (Samples [N], log_ns [N]) of JointStates with the columns motor and arm."""
+def samples_of(states, model):
+    """
+    Return (Samples [N], log_ns [N]) of JointStates with the columns motor and arm.
+
+    model: DriveModel whose gear_ratio and torque_constant refer them to the arm side.
+    """
     ours = states.named.any(axis=1)  # others may publish on the same topic
     ours = slice(None) if ours.all() else ours
     position, effort = states.position[ours], states.effort[ours]
     u, y = np.empty((len(position), 2)), np.empty((len(position), 2))
-    np.multiply(effort[:, 0], gear_ratio, u[:, 0])
-    np.divide(position[:, 0], gear_ratio, y[:, 0])
+    np.multiply(effort[:, 0], model.effort_scale, u[:, 0])
+    np.divide(position[:, 0], model.gear_ratio, y[:, 0])
     u[:, 1], y[:, 1] = effort[:, 1], position[:, 1]
     return Samples(states.stamp_ns[ours], u, y), states.log_ns[ours]
 
@@ -235,8 +239,7 @@ class Player:
         decode = self.reader.decoder(self.topic, self._names)
         index, following = 0, 0  # of the next sample, of the next snapshot
         for block in self.reader.blocks(tuple(dict.fromkeys((self.topic, *topics)))):
-            samples, log_ns = samples_of(decode(block.of(self.topic)),
-                                         self.monitor.model.gear_ratio)
+            samples, log_ns = samples_of(decode(block.of(self.topic)), self.monitor.model)
             begin, end, found, resumed = 0, len(log_ns), [], []
             while begin < end:
                 behind = following
@@ -317,7 +320,7 @@ class Player:
         place, distance = np.full(len(own), -1), np.full(len(own), np.iinfo(np.int64).max)
         decode = self.reader.decoder(self.topic, self._names)
         for block in self.reader.blocks([self.topic]):
-            samples, log_ns = samples_of(decode(block), 1.0)
+            samples, log_ns = samples_of(decode(block), self.monitor.model)
             stamps = samples.stamp_ns
             if not count and len(stamps):
                 first = int(stamps[0])

@@ -108,7 +108,8 @@ def _diagnosis(samples, model):
     load = samples.u[:, 1] if model.arm_load == 'measured' else None
     try:
         recording, notes = prepare((samples.stamp_ns - samples.stamp_ns[0]) * 1e-9,
-                                   samples.u[:, 0], samples.y, load, one_encoder=bool(rigid))
+                                   samples.u[:, 0], samples.y, load,
+                                   one_encoder=bool(rigid), axis=model.axis)
     except InputError as error:
         alone = not rigid and np.isnan(samples.y).all(axis=0).any()
         return [*rigid, Line('model', 'diagnose', f'refuses it: {error}',

@@ -42,6 +42,7 @@ from scipy.stats import norm
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import replay
 from gearbox_monitor.drift.windows import combine, reason_of, separable_of, Windows
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters, save_model
 from gearbox_monitor.parameters import SETTINGS
@@ -99,7 +100,7 @@ def run(args):
                              'that shows gap and stiffness')
         write_model(args.write_model, result.monitor.model, data, args.bag)
         data['model_file'] = args.write_model
-    print(json.dumps(data, indent=2) if args.json else text(data))
+    print(json.dumps(data, indent=2) if args.json else text(data, result.monitor.model.axis))
     return EXIT[data['verdict']]
 
 
@@ -198,34 +199,34 @@ def write_model(path, model, data, bag):
     save_model(path, model.with_(**changes), [
         f'Transmission measured by "gearbox_monitor accept" in {Path(bag).name}, '
         f'{data["windows_used"]} windows:',
-        f'gap {gap:.5g} +- {data["gap_rad_std"]:.2g} rad, stiffness {stiffness:.5g} +- '
-        f'{data["stiffness_std"]:.2g} N m/rad, hysteresis {data["hysteresis"]:.3g} +- '
-        f'{data["hysteresis_std"]:.2g} N m.', 'The rest as it was given.'])
+        on_axis(f'gap {gap:.5g} +- {data["gap_rad_std"]:.2g} rad, stiffness {stiffness:.5g} +- '
+                f'{data["stiffness_std"]:.2g} N m/rad, hysteresis {data["hysteresis"]:.3g} +- '
+                f'{data["hysteresis_std"]:.2g} N m.', model.axis), 'The rest as it was given.'])
 
 
-def text(data):
+def text(data, axis='rotary'):
     """Return the result as lines for people."""
     lines = [f'bag          {data["bag"]}',
              f'windows      {data["windows_used"]} used of {data["windows"]}']
+    found = []
     if 'gap_rad' in data:
         if data['separable']:
-            lines += [
-                f'gap          {data["gap_rad"]:.4g} +- {data["gap_rad_std"]:.2g} rad = '
-                f'{data["gap_arcmin"]:.4g} +- {data["gap_arcmin_std"]:.2g} arcmin at the output',
+            found += [
+                f'gap          {data["gap_rad"]:.4g} +- {data["gap_rad_std"]:.2g} rad'
+                + _arcmin(data['gap_rad'], data['gap_rad_std'], axis),
                 f'stiffness    {data["stiffness"]:.4g} +- {data["stiffness_std"]:.2g} N m/rad',
                 f'hysteresis   {data["hysteresis"]:.3g} +- {data["hysteresis_std"]:.2g} N m']
         else:
-            lines.append('gap          not separable from compliance in this motion')
+            found.append('gap          not separable from compliance in this motion')
         if 'lost_motion_rad' in data:
             value, std = data['lost_motion_rad'], data['lost_motion_rad_std']
-            lines.append(
-                f'lost motion  {value:.4g} +- {std:.2g} rad = {math.degrees(value) * 60:.4g} +- '
-                f'{math.degrees(std) * 60:.2g} arcmin at the output')
+            found.append(f'lost motion  {value:.4g} +- {std:.2g} rad' + _arcmin(value, std, axis))
     for name, limit, unit, sign in (('gap', 'max_gap', 'rad', '<='),
                                     ('stiffness', 'min_stiffness', 'N m/rad', '>=')):
         if f'probability_{name}' in data:
-            lines.append(f'limit        {name} {sign} {data[limit]:.4g} {unit}: holds with '
+            found.append(f'limit        {name} {sign} {data[limit]:.4g} {unit}: holds with '
                          f'probability {data["probability_" + name]:.3f}')
+    lines += [on_axis(line, axis) for line in found]
     lines += [f'note         {note}' for note in data['notes']]
     if 'model_file' in data:
         lines.append(f'model        written to {data["model_file"]}')
@@ -233,3 +234,10 @@ def text(data):
     at = f' (confidence {data["confidence"]:g})' if data['verdict'] in ('pass', 'fail') else ''
     lines.append(f'verdict      {data["verdict"]}{at}{reason}')
     return '\n'.join(lines)
+
+
+def _arcmin(value, std, axis):
+    """Return an angle of `value` +- `std` rad in arc minutes, '' for a prismatic axis."""
+    return '' if axis == 'prismatic' else (
+        f' = {math.degrees(value) * 60.0:.4g} +- {math.degrees(std) * 60.0:.2g} arcmin at the '
+        'output')

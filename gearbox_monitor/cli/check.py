@@ -43,10 +43,10 @@ from gearbox_monitor.check.examine import examine, Examined
 from gearbox_monitor.check.line import BAD, OK, PURPOSES, WARN
 from gearbox_monitor.check.parts import joined, SAMPLES, WINDOWS
 from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters
 from gearbox_monitor.parameters import checked, ESTIMATOR, SETTINGS, with_values
-from gearbox_monitor.report.words import on_axis
 
 WIDTH = 80
 INDENT = 24  # of the figures
@@ -91,7 +91,8 @@ def run(args):
     data['lines'] = [{
         'group': line.group, 'name': line.name,
         'verdict': line.verdict(args.purposes).name.lower(), 'figure': on_axis(line.figure, axis),
-        'advice': line.advice if line.verdict(args.purposes) > OK else '', 'values': line.values,
+        'advice': on_axis(line.advice, axis) if line.verdict(args.purposes) > OK else '',
+        'values': line.values,
         'hurts': {purpose: verdict.name.lower() for purpose, verdict in line.hurts.items()}}
         for line in found.lines]
     data['suits'] = {purpose: {'verdict': SUITS[verdict], 'because': list(names)}
@@ -129,7 +130,7 @@ def _examined(reader, topic, model, parameters):
     decode, found = reader.decoder(topic, (motor, arm)), []
     with tqdm(total=reader.topics[topic][1], desc='check', unit=' samples', unit_scale=True,
               disable=None, leave=False) as bar:
-        for samples in sample_parts(reader, topic, decode, model.gear_ratio if model else 1.0,
+        for samples in sample_parts(reader, topic, decode, model or DriveModel(),
                                     _least(reader, topic, parameters), bar.update):
             if motor in decode.there:
                 try:

@@ -46,6 +46,7 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import truth
 from gearbox_monitor.benchmarks import filterpy_reference
 from gearbox_monitor.cli.inputs import add_input_arguments, check_filter, load
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.monitor import Monitor, Samples
 from gearbox_monitor.parameters import FILTER_NAMES
@@ -117,8 +118,8 @@ def run(args):
     data = {'bag': args.bag, 'samples': len(samples.stamp_ns), 'white_limit': WHITE_LIMIT,
             'rows': [row(result, results, known) for result in results], 'notes': notes}
     if args.png:
-        _draw(args, results, known, twist)
-    print(json.dumps(data, indent=2) if args.json else text(data))
+        _draw(args, results, known, twist, inputs.model.axis)
+    print(json.dumps(data, indent=2) if args.json else text(data, inputs.model.axis))
     return 0
 
 
@@ -161,7 +162,7 @@ def row(result, results, known):
             for name, value in data.items()}
 
 
-def text(data):
+def text(data, axis='rotary'):
     """Return the table as lines of at most 80 columns."""
     lines = [f'bag  {data["bag"]}, {data["samples"]} samples', '',
              f'{"":12s}{"tau_K":>8s}{"smooth":>8s}{"in 1 s.":>8s}{"log-lik.":>11s}{"NIS":>7s}'
@@ -172,16 +173,21 @@ def text(data):
         lines.append(
             f'{r["filter"]:12s}{_show(r["rmse"], ".4f"):>8s}{_show(r["rmse_smoothed"], ".4f"):>8s}'
             f'{_show(r["coverage"], ".2f"):>8s}{_show(r["loglik"], ".1f"):>11s}'
-            f'{_show(r["nis"], ".3f"):>7s}{_show(white, ".1f"):>8s}'
+            f'{_show(r["nis"], ".3f"):>7s}{_white(white):>8s}'
             f'{_show(r["cpu_us"], ".2f"):>9s}{_show(r["cpu_ratio"], ".2f"):>7s}')
     band = data['rows'][0]
-    lines += ['', 'errors in N m rms; 95 % band of the mean NIS '
+    lines += ['', f'errors in {on_axis("N m", axis)} rms; 95 % band of the mean NIS '
               f'{_show(band["nis_low"], ".3f")}..{_show(band["nis_high"], ".3f")}; white below '
               f'{data["white_limit"]:.1f}']
     if all(r['rmse'] is None for r in data['rows']):
         notes.append('no true or reference torque in the bag: no errors')
     lines += [f'note: {note}' for note in notes]
     return '\n'.join(lines)
+
+
+def _white(value):
+    """Return a Ljung-Box figure in at most seven columns up to a million."""
+    return _show(value, '.1f' if value is None or value < 1e4 else '.0f')
 
 
 def _show(value, form):
@@ -197,7 +203,7 @@ def _true_twist(reader, recording):
     return states.stamp_ns, states.position[:, 0]
 
 
-def _draw(args, results, known, twist):
+def _draw(args, results, known, twist, axis):
     """Write the figure."""
     origin = min(r.estimates.stamp_ns[0] for r in results)
     runs = []
@@ -216,7 +222,8 @@ def _draw(args, results, known, twist):
                                                          for r in results))
         shown = (twist[1][inside] if twist is not None else None,
                  (known[0][inside] - origin) * 1e-9, known[1][inside])
-    figure = compare_plot.comparison(runs, shown, f'Filters on {Path(args.bag).name}')
+    figure = compare_plot.comparison(runs, shown, f'Filters on {Path(args.bag).name}',
+                                     axis=axis)
     try:
         plots.save(figure, args.png)
     except OSError as error:

@@ -21,8 +21,9 @@ is tested on the last ones. Only torque and positions and the model file are rea
 the recording. Record 10 to 14 s at 1 kHz in which the drive reverses often and loads both flanks.
 
 BAG is a bag, or a CSV file with the columns t,u,motor,arm[,arm_torque] (s, N m, rad, N m, all on
-the arm side). Several recordings of one drive are judged together. arm_torque, or effort[arm] in
-the bag, is used as the known load where the model file has arm_load: measured.
+the arm side; u may be a current, see torque_constant in the model file). Several recordings of one
+drive are judged together. arm_torque, or effort[arm] in the bag, is used as the known load where
+the model file has arm_load: measured.
 
 usage examples:
   gearbox_monitor diagnose BAG --model drive.yaml
@@ -51,6 +52,7 @@ from gearbox_monitor.bag.replay import read_recording
 from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.cli.processes import cores
 from gearbox_monitor.drive.effects import library
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, save_model
 from gearbox_monitor.gap.diagnose import diagnose
@@ -58,7 +60,8 @@ from gearbox_monitor.gap.given import given
 from gearbox_monitor.jit import COMPILED
 from gearbox_monitor.report import diagnosis, overlay_plot
 from gearbox_monitor.report.evidence import gather
-from gearbox_monitor.report.words import headline, on_axis
+from gearbox_monitor.report.suggestion import suggestion
+from gearbox_monitor.report.words import headline
 
 DRAWN = ('report.html', 'overlay.png', 'where.png', 'ranking.png')
 CSV = ('.csv', '.tsv', '.txt', '.csv.gz', '.tsv.gz', '.txt.gz')
@@ -130,14 +133,15 @@ def run(args):
     data = plain(verdict.to_dict())
     data['warnings'] = [*notes, *(data.get('warnings') or [])]
     closed = verdict.model if data['verdict'] == 'effect' else None
+    command = suggestion(data, recordings, args.model, args.out)
     drawn = {}
     if args.out:
-        drawn = draw(verdict, data, recordings, model, args)
+        drawn = draw(verdict, data, recordings, model, command, args)
     written = write(targets, data, closed, drawn, args)
     if args.json == '-':
         print(dump(data))
     else:
-        print(text(data, recordings, model, written, args.validate))
+        print(text(data, recordings, model, written, args.validate, command))
     return 0 if data['verdict'] == 'none' else 1
 
 
@@ -179,19 +183,19 @@ def load(path, model, args):
     return recording, [*notes, *told]
 
 
-def _read_csv(path, _, args):
+def _read_csv(path, model, _):
     """Return t, u, y, arm_torque, place, notes of a CSV file."""
     columns = read_csv(path)
-    return (columns.t, columns.u, np.column_stack([columns.motor, columns.arm]),
-            columns.arm_torque, columns.place, list(columns.notices))
+    return (columns.t, columns.u * model.torque_constant,
+            np.column_stack([columns.motor, columns.arm]), columns.arm_torque, columns.place,
+            list(columns.notices))
 
 
 def _read_bag(path, model, args):
     """Return t (ns), u, y, arm_torque, place, notes of a bag: of its measurement topic alone."""
     with open_bag(path) as reader:
         topic = find_input(reader, args.topic).topic
-        samples = read_recording(reader, args.motor_joint, args.arm_joint, model.gear_ratio,
-                                 topic).samples
+        samples = read_recording(reader, args.motor_joint, args.arm_joint, model, topic).samples
         notes = [reader.notice] if reader.notice else []
 
     def place(row, field):
@@ -218,13 +222,17 @@ def dump(data):
     return json.dumps(data, indent=2, allow_nan=False)
 
 
-def draw(verdict, data, recordings, model, args):
-    """Return {file of --out: HTML or Figure} about a Verdict and its plain `data`."""
+def draw(verdict, data, recordings, model, command, args):
+    """
+    Return {file of --out: HTML or Figure} about a Verdict and its plain `data`.
+
+    command: see report.suggestion.
+    """
     found = gather(verdict, recordings, model, args.jobs)
     title = headline(data)
     drawn = {
         'report.html': diagnosis.report(data, found, recordings, data['verdict'] == 'effect',
-                                        args.validate),
+                                        args.validate, command),
         'overlay.png': overlay_plot.windows_figure(found.overlay, found.shown, title,
                                                    on_axis('rad', model.axis)),
         'where.png': overlay_plot.maps_figure(found, title)}

@@ -16,8 +16,9 @@
 import textwrap
 
 from gearbox_monitor.drive.effects import library
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.report.words import (
-    dense_regions, headline, ids_of, MEANINGS, next_steps, number, on_axis, percent, PLACES,
+    dense_regions, headline, ids_of, meaning, next_steps, number, percent, PLACES, SUGGESTED,
     undefined, unit_of)
 
 WIDTH = 80
@@ -25,11 +26,12 @@ LABEL = 15
 SHOWN = 8  # lines of the ranking
 
 
-def text(data, recordings, model, written=(), validated=None):
+def text(data, recordings, model, written=(), validated=None, command=()):
     """
     Return the verdict `data` as lines for people, at most 80 columns.
 
-    recordings: gap.recording.Recording of it; model: nominal DriveModel; written: files.
+    recordings: gap.recording.Recording of it; model: nominal DriveModel; written: files;
+    command: parts of the one that looks for a better motion.
     """
     lines = []
     for recording in recordings:
@@ -41,14 +43,18 @@ def text(data, recordings, model, written=(), validated=None):
     lines += _entry('noise', ', '.join(f'{name} {value:.3g} {unit_of(name, unit)}' for name, value
                                        in zip((first, 'arm'), sigma) if value is not None))
     lines += ['', *textwrap.wrap(headline(data), WIDTH)]
-    lines += [line for name in ids_of(data) for line in _meaning(name)]
+    lines += [line for name in ids_of(data) for line in _meaning(name, model.axis)]
     lines += ['', *_gap(data), *_parameters(data, model), *_ranking(data), *_where(data)]
     lines += _nominal(data, model)
     lines += _validation(data, validated, unit)
     lines += [line for warning in data.get('warnings', ()) for line in _entry('note', warning)]
     closed = any(path.name == 'drive.closed.yaml' for path in written)
-    for advice in next_steps(data, closed, validated):
+    for advice in next_steps(data, closed, validated, model.axis):
         lines += _entry('next', advice)
+    if command:
+        lines += _entry('next', f'{SUGGESTED}:')
+        lines.append(' \\\n'.join(
+            ' ' * (LABEL + 2 * (k > 0)) + part for k, part in enumerate(command)))
     lines += [line for path in written for line in _entry('written', str(path))]
     return '\n'.join(lines)
 
@@ -59,9 +65,9 @@ def _entry(label, words):
                          subsequent_indent=' ' * LABEL, break_on_hyphens=False) or [label]
 
 
-def _meaning(name):
+def _meaning(name, axis):
     effect = library().get(name)
-    means = MEANINGS.get(name)
+    means = meaning(name, axis)
     lines = textwrap.wrap(f'{means[0].upper()}{means[1:]}.', WIDTH - 2) if means else []
     lines += textwrap.wrap(effect.equation, WIDTH - 2) if effect else []
     return [f'  {line}' for line in lines]
@@ -140,7 +146,7 @@ def _nominal(data, model):
              for name, shift in shifts.items()]
     lines = _entry('model values', ', '.join(words) + '; in brackets: off by so many tolerances')
     if model.tolerance:
-        lines += _entry('torque noise', f'{number(data["process_torque"])} '
+        lines += _entry(on_axis('torque noise', model.axis), f'{number(data["process_torque"])} '
                         f'{on_axis("N m", model.axis)} rms per sample')
     return lines
 

@@ -19,10 +19,11 @@ All values of the drive are fitted (or those named with --free), each within phy
 held weakly at the value of the model file, which must be right within a factor of some ten. What
 the recordings do not determine is listed as such and stays near its start.
 
-names: m1 m2 (inertias) D (damping) Cv Cc (friction) K (stiffness) b (half gap), kt (factor on the
-torque: a wrong torque constant), u0 (offset of the torque), zero (of the encoders), and ids of
-effects that the model file has (all their parameters). Without a load that is known, torque
-constant, inertia, friction and stiffness share one scale: fix one of them.
+names: m1 m2 (inertias) D (damping) Cv Cc (friction) K (stiffness) b (half gap), kt
+(torque_constant: torque per A of effort, 1 where the effort is a torque), u0 (torque offset), zero
+(of the encoders), and ids of effects that the model file has (all their parameters; torque_gain
+goes into torque_constant). Without a load that is known, torque constant, inertia, friction and
+stiffness share one scale: fix one of them.
 
 usage examples:
   gearbox_monitor fit-nominal BAG --model drive.yaml --out drive.fitted.yaml

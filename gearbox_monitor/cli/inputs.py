@@ -84,6 +84,6 @@ def load(args, reader, filter_name=None):
     model, values = with_values(model, values)
     parameters = checked(ESTIMATOR, values, args.params or str(reader.path))
     recording = read_recording(reader, parameters['motor_joint'], parameters['arm_joint'],
-                               model.gear_ratio, found.topic)
+                               model, found.topic)
     return Inputs(recording, model, model_file, parameters,
                   {name: given[name] for name in defaults(MODEL) if name in given})

@@ -43,6 +43,7 @@ from gearbox_monitor.bag.replay import interval_error, Kept, Player, smoothed
 from gearbox_monitor.bag.replay_output import BagOutput
 from gearbox_monitor.bag.summary import Summary
 from gearbox_monitor.bag.tables import CsvTable, ParquetTable
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
@@ -84,7 +85,7 @@ def run(args):
         whole = not args.estimates_only
         player = Player(reader, model, parameters, args.topic, judged=whole, smoothed=whole)
         data, comparison = _play(args, player)
-    print(json.dumps(data, indent=2) if args.json else text(data))
+    print(json.dumps(data, indent=2) if args.json else text(data, player.monitor.model.axis))
     return 1 if comparison and comparison.different else 0
 
 
@@ -139,7 +140,7 @@ class Progress:
         """Leave the bar to its owner."""
 
 
-def text(data):
+def text(data, axis='rotary'):
     """Return the summary as lines for people."""
     lines = [
         f'bag          {data["bag"]}',
@@ -153,7 +154,8 @@ def text(data):
                      'model is right)')
     if data.get('tau_k_error') is not None:
         lines.append(
-            f'tau_K error  {data["tau_k_error"]:.4g} N m rms of {data["tau_k_rms"]:.4g}, '
+            f'tau_K error  {data["tau_k_error"]:.4g} {on_axis("N m", axis)} rms of '
+            f'{data["tau_k_rms"]:.4g}, '
             f'smoothed {_number(data["tau_k_error_smoothed"])}; '
             f'{100 * data["coverage_1_sigma"]:.0f} % within 1 sigma')
     if data.get('tau_k_error_whole') is not None:
@@ -168,7 +170,7 @@ def text(data):
                 f'{v} {k.replace("_", " ")}' for k, v in acted.items()))
     if data['gap_rad']:
         lines.append('gap          ' + ', '.join(f'{gap:.4g}' for gap in data['gap_rad'][-8:])
-                     + ' rad (windows, newest last)')
+                     + f' {on_axis("rad", axis)} (windows, newest last)')
     if data['levels']:
         lines.append('trust        ' + ', '.join(f'{k} {v}' for k, v in data['levels'].items()))
     if 'comparison' in data:

@@ -33,13 +33,14 @@ import textwrap
 import numpy as np
 
 from gearbox_monitor.cli.diagnose import add_drive, dump, load, plain
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model
 from gearbox_monitor.gap.close import closed_of, rms
 from gearbox_monitor.gap.overlay import overlay
 from gearbox_monitor.report import overlay_plot
 from gearbox_monitor.report.evidence import shown_windows
-from gearbox_monitor.report.words import number, on_axis, percent, unit_of
+from gearbox_monitor.report.words import number, percent, unit_of
 
 WIDTH = 80
 PICTURES = ('windows.png', 'free_run.png')
@@ -63,7 +64,9 @@ def run(args):
     _check_targets(args)
     models = {'nominal model': load_model(args.model)}
     if args.closed:
-        models['closed model'] = load_model(args.closed)
+        # The recording is read once, with the torque constant of the first.
+        models['closed model'] = load_model(args.closed).with_torque_constant(
+            models['nominal model'].torque_constant)
     recording, notes = load(args.against, models['nominal model'], args)
     laid = overlay(recording, models)
     data = plain(figures(laid))

@@ -38,6 +38,7 @@ from tqdm import tqdm
 import yaml
 
 from gearbox_monitor.drive.effects import library
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model
 from gearbox_monitor.gap.isolate import LIMIT
@@ -102,7 +103,7 @@ def run(args):
              'reached': vars(m.reached)} for m in motions]
     if args.json and args.json != '-':
         Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
-    print(json.dumps(data, indent=2) if args.json == '-' else text(motions, args))
+    print(json.dumps(data, indent=2) if args.json == '-' else text(motions, args, model.axis))
     return 0 if best.least > LIMIT else 1
 
 
@@ -143,16 +144,17 @@ def _plant(motion):
             'period': float(motion.seconds)}
 
 
-def text(motions, args):
+def text(motions, args, axis='rotary'):
     """Return the best motions as lines of at most 80 columns."""
     lines = []
     for k, motion in enumerate(motions[:SHOWN]):
         sizes = ', '.join(f'{a:.3g}' for a in motion.amplitudes)
         rates = ', '.join(f'{f:.3g}' for f in motion.frequencies)
         reached = motion.reached
-        lines += [f'{k + 1}. {motion.kind}: {sizes} N m at {rates} Hz, {motion.seconds:g} s',
-                  f'   reaches {reached.torque:.3g} N m, {reached.speed:.3g} rad/s, '
-                  f'{reached.travel:.3g} rad from the start']
+        told = [f'{k + 1}. {motion.kind}: {sizes} N m at {rates} Hz, {motion.seconds:g} s',
+                f'   reaches {reached.torque:.3g} N m, {reached.speed:.3g} rad/s, '
+                f'{reached.travel:.3g} rad from the start']
+        lines += [on_axis(line, axis) for line in told]
         for (a, b), value in sorted(motion.separation.items(), key=lambda item: item[1]):
             lines.append(f'   {a} from {b}: d s2 {value:.3g}'
                          + ('' if value > LIMIT else ', not enough'))

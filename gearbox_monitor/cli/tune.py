@@ -48,6 +48,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag.inputs import JOINT_STATE
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.inputs import add_input_arguments, check_filter, load
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.jit import COMPILED
 from gearbox_monitor.parameters import defaults, ESTIMATOR, SETTINGS
@@ -93,7 +94,7 @@ def run(args):
     if notice:
         data['notes'].append(notice)
     write(args.out, inputs, data)
-    print(json.dumps(data, indent=2) if args.json else text(data))
+    print(json.dumps(data, indent=2) if args.json else text(data, inputs.model.axis))
     return 0
 
 
@@ -146,7 +147,7 @@ def _yaml(value):
     return json.dumps(value)
 
 
-def text(data):
+def text(data, axis='rotary'):
     """Return the result as lines for people."""
     where = {'standstill': f'a stretch of {data["rest_seconds"]:.1f} s at standstill',
              'likelihood': 'the likelihood (no half second of standstill found)',
@@ -172,14 +173,14 @@ def text(data):
     row('divergences', [before['diverged'], after['diverged']])
     if 'reference_after' in data:
         a, b = data['reference_before'], data['reference_after']
-        row('tau_K error rms (N m)', [a['rmse'], b['rmse']], f'of {b["rms"]:.4g}')
+        row(on_axis('tau_K error rms (N m)', axis), [a['rmse'], b['rmse']], f'of {b["rms"]:.4g}')
         row('within 1 sigma', [a['coverage'], b['coverage']], '0.68 expected')
     lines.append('')
     units = {p.name: p.unit for p in ESTIMATOR}
     for name, value in data['parameters'].items():
         error = data['relative_error'].get(name)
         row(name, [data['before_parameters'][name], value],
-            units[name] + _error(error))
+            on_axis(units[name], axis) + _error(error))
     lines.append('')
     lines += [f'open         {data["unidentifiable"]}']
     lines += [f'note         {note}' for note in data['notes']]

@@ -38,6 +38,7 @@ from gearbox_monitor.arrays import Array, Values
 from gearbox_monitor.drive.arctan import arctan
 from gearbox_monitor.drive.effects import ADDITIVE, ARM_LOADS, EFFECTS, Parameter, plugins
 from gearbox_monitor.drive.transmission import KINDS
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError, Problems, unknown
 from gearbox_monitor.jit import jit, jit_inline
 
@@ -79,6 +80,7 @@ class DriveModel:
     position_gain: float = 0.01
     torque_offset: float = 0.0
     gear_ratio: float = 1.0
+    torque_constant: float = 1.0
     axis: str = 'rotary'
     arm_load: str = 'none'
     driven_by: str = 'torque'
@@ -88,6 +90,31 @@ class DriveModel:
     zero_tolerance: float = 0.0
     process_torque: float | None = None
     process_torque_time: float = 0.0
+
+    @property
+    def effort_scale(self) -> float:
+        """Torque on the arm side (N m) for one unit of the motor's effort (N m, or A)."""
+        return self.gear_ratio * self.torque_constant
+
+    def with_torque_constant(self, constant: float) -> 'DriveModel':
+        """
+        Return the same drive for torques that are read with another torque `constant` (N m/A).
+
+        What the two differ by becomes the effect torque_gain, which goes where nothing is left.
+        """
+        ratio = self.torque_constant / constant
+        gain = ratio
+        rest: list[Values] = []
+        for effect in self.effects:
+            if effect['id'] == 'torque_gain':
+                gain *= 1.0 + effect['g']
+            elif effect['id'] == 'saturation':  # acts before the gain
+                rest.append({**effect, 'umax': effect['umax'] / ratio})
+            else:
+                rest.append(effect)
+        if abs(gain - 1.0) > 1e-12:
+            rest.append({'id': 'torque_gain', 'g': gain - 1.0})
+        return replace(self, torque_constant=constant, effects=tuple(rest))
 
     def folded(self) -> 'DriveModel':
         """Return the model with the effects in its values that only replace one of them."""
@@ -178,6 +205,7 @@ _RANGES = {
     'position_gain': ('N m/rad', 0.0, 1e9, False),
     'torque_offset': ('N m', -1e9, 1e9, False),
     'gear_ratio': ('-', -1e6, 1e6, False),
+    'torque_constant': ('N m/A', 0.0, 1e9, True),
     'tolerance': ('-', 0.0, 1.0, False),
     'zero_tolerance': ('rad', 0.0, 1e3, False),
     'process_torque': ('N m', 0.0, 1e9, False),
@@ -189,9 +217,10 @@ _RANGES = {
 }
 
 
-def _number(value: Any, name: str, source: str) -> float:
+def _number(value: Any, name: str, source: str, axis: str) -> float:
     unit, low, high, exclusive = _RANGES[name]
-    expected = f'a number {">" if exclusive else ">="} {low:g} and <= {high:g} ({unit})'
+    expected = (f'a number {">" if exclusive else ">="} {low:g} and <= {high:g} '
+                f'({on_axis(unit, axis)})')
     good = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not good or not low <= value <= high or (exclusive and value == low):
         raise InputError(f'{source}: {name}: {value!r}, expected {expected}')
@@ -224,12 +253,13 @@ def model_from_dict(data: Any, source: str) -> DriveModel:
     with problems:
         _mapping(data, 'model', source, allowed)
     values = {k: v for k, v in data.items() if k in allowed} if isinstance(data, dict) else {}
+    axis = str(values.get('axis'))
     if 'transmission' in values:
         with problems:
-            values['transmission'] = _transmission(values['transmission'], source)
+            values['transmission'] = _transmission(values['transmission'], source, axis)
     if 'effects' in values:
         with problems:
-            values['effects'] = _effects(values['effects'], source)
+            values['effects'] = _effects(values['effects'], source, axis)
     for name, choices in (('arm_load', ARM_LOAD_MODES), ('axis', AXES), ('driven_by', DRIVEN_BY)):
         if name in values:
             with problems:
@@ -237,7 +267,7 @@ def model_from_dict(data: Any, source: str) -> DriveModel:
     for name in values:
         if name in _RANGES and not (name == 'process_torque' and values[name] is None):
             with problems:
-                values[name] = _number(values[name], name, source)
+                values[name] = _number(values[name], name, source, axis)
     if values.get('driven_by') == 'position' and not values.get('process_torque_time'):
         problems.found.append(
             f'{source}: process_torque_time: 0, expected a number > 0 (s) with driven_by: '
@@ -248,7 +278,7 @@ def model_from_dict(data: Any, source: str) -> DriveModel:
     return DriveModel(**values)
 
 
-def _transmission(block: Any, source: str) -> Transmission:
+def _transmission(block: Any, source: str, axis: str) -> Transmission:
     allowed, problems = {f.name for f in fields(Transmission)}, Problems()
     with problems:
         _mapping(block, 'transmission', source, allowed)
@@ -259,12 +289,12 @@ def _transmission(block: Any, source: str) -> Transmission:
     values = {}
     for name, value in block.items():
         with problems:
-            values[name] = _number(value, name, source)
+            values[name] = _number(value, name, source, axis)
     problems.raise_all()
     return Transmission(kind=kind, **values)
 
 
-def _effects(items: Any, source: str) -> tuple[Values, ...]:
+def _effects(items: Any, source: str, axis: str) -> tuple[Values, ...]:
     if not isinstance(items, (list, tuple)):
         raise InputError(f'{source}: effects: {items!r}, expected a list')
     result: list[Values] = []
@@ -279,24 +309,25 @@ def _effects(items: Any, source: str) -> tuple[Values, ...]:
                                  f'{unknown(name, known)}')
             if name not in ADDITIVE and any(name == other['id'] for other in result):
                 raise InputError(f'{source}: effects.{name}: given twice, expected each id once')
-            result.append(_effect(item, name, known[name].parameters, source))
+            result.append(_effect(item, name, known[name].parameters, source, axis))
     problems.raise_all()
     return tuple(result)
 
 
-def _effect(item: Any, name: str, parameters: Collection[Parameter], source: str) -> Values:
+def _effect(item: Any, name: str, parameters: Collection[Parameter], source: str,
+            axis: str) -> Values:
     problems = Problems()
     with problems:
         _mapping(item, f'effects.{name}', source, {'id', *(p.name for p in parameters)})
     for parameter in parameters:
         with problems:
             _check_effect_value(item.get(parameter.name), parameter,
-                                f'{source}: effects.{name}.{parameter.name}')
+                                f'{source}: effects.{name}.{parameter.name}', axis)
     problems.raise_all()
     return dict(item)
 
 
-def _check_effect_value(value: Any, parameter: Parameter, place: str) -> None:
+def _check_effect_value(value: Any, parameter: Parameter, place: str, axis: str) -> None:
     good = (isinstance(value, (int, float)) and not isinstance(value, bool)
             and math.isfinite(value) and parameter.low <= value <= parameter.high
             and not (parameter.whole and value != int(value)))
@@ -306,7 +337,7 @@ def _check_effect_value(value: Any, parameter: Parameter, place: str) -> None:
                   (('>=', parameter.low), ('<=', parameter.high)) if math.isfinite(bound)]
         raise InputError(f'{place}: {value!r}, expected '
                          + ' '.join([kind, ' and '.join(bounds)]).strip()
-                         + f' ({parameter.unit})')
+                         + f' ({on_axis(parameter.unit, axis)})')
 
 
 def fastest_eigenvalue(model: DriveModel) -> float:

@@ -227,7 +227,7 @@ def _between(player, begin, end):
     p, parts = player.monitor.parameters, []
     decode = player.reader.decoder(player.topic, (p['motor_joint'], p['arm_joint']))
     for block in player.reader.blocks((player.topic,)):
-        samples, _ = samples_of(decode(block), player.monitor.model.gear_ratio)
+        samples, _ = samples_of(decode(block), player.monitor.model)
         inside = (samples.stamp_ns >= begin) & (samples.stamp_ns < end)
         parts.append((samples.stamp_ns[inside], samples.u[inside], samples.y[inside]))
     return Samples(*(np.concatenate(column) for column in zip(*parts)))

@@ -19,7 +19,7 @@ Each finding is a Problem. A fatal one means that a verdict would be about the r
 the drive: wrong channel, sign or unit, a dead or clipped encoder, no motion. The others say what
 the recording cannot show.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
@@ -27,6 +27,7 @@ import numpy as np
 
 from gearbox_monitor.arrays import Array, Integers
 from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.gap.noise import noise_levels
 from gearbox_monitor.gap.recording import MIN_DURATION, Recording
 
@@ -63,6 +64,11 @@ class Problem:
 
 def check(recording: Recording, model: DriveModel) -> list[Problem]:
     """Return the Problems (list) of a Recording of the drive DriveModel `model`."""
+    return [replace(problem, text=on_axis(problem.text, model.axis))
+            for problem in _problems(recording, model)]
+
+
+def _problems(recording: Recording, model: DriveModel) -> list[Problem]:
     problems = _rate_and_length(recording)
     if problems and problems[0].fatal:
         return problems
@@ -377,6 +383,9 @@ def _unit_text(model: DriveModel, what: str, factor: float) -> str:
     if what == 'torque':
         known = [(1000.0, 'in mN m'), (1e-3, 'in kN m'), (100.0, 'in N cm'),
                  (1 / 9.80665, 'in kgf m'), (100 / 9.80665, 'in kgf cm')]
+    if model.axis == 'prismatic':
+        known = [(1000.0, 'in mN'), (1e-3, 'in kN'), (1 / 9.80665, 'in kgf')] \
+            if what == 'torque' else [(1000.0, 'in mm')]
     ratio = abs(model.gear_ratio)
     if abs(ratio - 1.0) > 0.1:
         side = 'the gear ratio is applied twice or on the wrong side'
@@ -391,11 +400,12 @@ def _unit_text(model: DriveModel, what: str, factor: float) -> str:
                      key=lambda pair: pair[1])
     text = (f'{name} {factor:.3g} times what the model allows '
             f'(expected {"N m" if what == "torque" else "rad"})')
+    current = ', or a current (see torque_constant)' if what == 'torque' else ''
     if near < SAME_FACTOR:
-        return f'{text}, probably {unit}'
+        return f'{text}, probably {unit}{current}'
     if abs(ratio - 1.0) <= 0.1 and what != 'both':
-        return f'{text}, perhaps for a gear_ratio that is not in the model file'
-    return text
+        return f'{text}, perhaps for a gear_ratio that is not in the model file{current}'
+    return text + current
 
 
 # --- motion -------------------------------------------------------------------------------------

@@ -19,6 +19,7 @@ import numpy as np
 
 from gearbox_monitor.arrays import Array, Integers
 from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.gap.check import check
 from gearbox_monitor.gap.recording import prepare, Recording
@@ -37,15 +38,16 @@ def given(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, nam
     notes = []
     measured = arm_torque is not None and np.isfinite(arm_torque).any()
     if model.arm_load == 'measured' and not measured:
-        raise InputError(f'{name}: no torque measured on the arm, expected one with arm_load: '
-                         f'measured in {model_name}')
+        raise InputError(f'{name}: no {on_axis("torque", model.axis)} measured on the arm, '
+                         f'expected one with arm_load: measured in {model_name}')
     if model.arm_load != 'measured':
         if measured and arm_torque is not None and np.nanmax(np.abs(arm_torque)) > 0.0:
-            notes.append('the torque measured on the arm is not used: arm_load in '
-                         f'{model_name} is {model.arm_load}, not measured')
+            notes.append(on_axis('the torque measured on the arm is not used: ', model.axis)
+                         + f'arm_load in {model_name} is {model.arm_load}, not measured')
         arm_torque = None
     recording, repaired = prepare(t, u, y, arm_torque, name, place,
-                                  one_encoder=model.transmission.kind == 'rigid')
+                                  one_encoder=model.transmission.kind == 'rigid',
+                                  axis=model.axis)
     problems = check(recording, model)
     fatal = [problem.text for problem in problems if problem.fatal]
     if fatal:

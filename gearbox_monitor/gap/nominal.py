@@ -28,6 +28,7 @@ import numpy as np
 from gearbox_monitor.arrays import Array, Values
 from gearbox_monitor.drive.effects import library
 from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.gap import close, fit as fitting
 from gearbox_monitor.gap.candidate import (
@@ -78,11 +79,11 @@ def fit_nominal(recordings: Sequence[Recording], model: DriveModel,
     """
     Return the NominalFit of the values `free` (default: all of the drive) to recordings.
 
-    free: names of candidate.NUISANCES, 'kt' (factor on the torque; not by default: without a known
-    load it shares one scale with the others), 'u0' (torque offset, N m), 'zero' (of the encoders,
-    rad), and ids of effects that the model has, for all their parameters. seconds: length of the
-    windows of the last step; long ones weigh what drifts (whole: inf). validate: a further
-    Recording, used for nothing but judging.
+    free: names of candidate.NUISANCES, 'kt' (torque constant; not by default: without a known load
+    it shares one scale with the others), 'u0' (torque offset, N m), 'zero' (of the encoders, rad),
+    and ids of effects that the model has, for all their parameters. seconds: length of the windows
+    of the last step; long ones weigh what drifts (whole: inf). validate: a further Recording, used
+    for nothing but judging.
     Raises InputError for names that this drive does not have.
     """
     recording, model = joined([driven(r, model) for r in recordings]), model.folded()
@@ -121,6 +122,7 @@ def fit_nominal(recordings: Sequence[Recording], model: DriveModel,
     if validate is not None:
         base = plain if recording.motor is None else replace(model, tolerance=0.0)
         validation = close.validate(validate, base, found, sigma)
+    found = found.with_torque_constant(start_values(found)['kt'])  # filters know no gain
     found = replace(found.folded(), tolerance=model.tolerance,
                     zero_tolerance=model.zero_tolerance)
     return NominalFit(found, values, correlated, None if seconds else before, after, validation)
@@ -227,13 +229,15 @@ def _known(data: fitting.Data, fitted: Fitted,
     for c, error, z in zip(candidate.coordinates, errors, point.z):
         determined = error < DETERMINED * (1.0 if c.log else c.scale)
         if c.owner < 0:
-            name, unit, start, value = c.name, UNITS[model.axis][c.name], starts[c.name], (
+            name, unit, start, value = c.name, UNITS[c.name], starts[c.name], (
                 found[c.name])
+            if name == 'kt' and model.torque_constant == 1.0:
+                unit = ''  # a factor on efforts that are torques
         else:
             name, unit = f'{candidate.ids[c.owner]}.{c.name}', _unit(candidate.ids[c.owner], c)
             start, value = c.start, math.exp(z) if c.log else float(z)
         names.append(name)
-        values.append(Value(name, unit, start, value,
+        values.append(Value(name, on_axis(unit, model.axis), start, value,
                             float(error * abs(value) if c.log else error), bool(determined)))
     r = covariance / np.outer(errors, errors)
     correlated = [(names[i], names[j], float(r[i, j])) for i in range(len(names))
@@ -267,14 +271,11 @@ def start_values(model: DriveModel) -> dict[str, float]:
         t = model.transmission
         out[name] = getattr(t, where) if hasattr(t, where) else getattr(model, where)
     effects = {e['id']: e for e in model.effects}
-    out['kt'] = 1.0 + effects.get('torque_gain', {'g': 0.0})['g']
+    out['kt'] = model.torque_constant * (1.0 + effects.get('torque_gain', {'g': 0.0})['g'])
     out['u0'] = model.torque_offset + effects.get('torque_offset', {'u0': 0.0})['u0']
     out[ZERO] = effects.get('encoder_offset', {'c': 0.0})['c']
     return out
 
 
-_ROTARY = {'m1': 'kg m^2', 'm2': 'kg m^2', 'D': 'N m s/rad', 'Cv': 'N m s/rad', 'Cc': 'N m',
-           'K': 'N m/rad', 'b': 'rad', 'kt': '', 'u0': 'N m', ZERO: 'rad'}
-UNITS = {'rotary': _ROTARY,
-         'prismatic': {'m1': 'kg', 'm2': 'kg', 'D': 'N s/m', 'Cv': 'N s/m', 'Cc': 'N',
-                       'K': 'N/m', 'b': 'm', 'kt': '', 'u0': 'N', ZERO: 'm'}}
+UNITS = {'m1': 'kg m^2', 'm2': 'kg m^2', 'D': 'N m s/rad', 'Cv': 'N m s/rad', 'Cc': 'N m',
+         'K': 'N m/rad', 'b': 'rad', 'kt': 'N m/A', 'u0': 'N m', ZERO: 'rad'}

@@ -25,6 +25,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor.arrays import Array, Flags, Integers
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
 
 MIN_DURATION = 4.0     # s: four windows of the gap metric
@@ -81,14 +82,14 @@ class Recording:
 
 
 def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = None,
-            name: str = '', place: Place | None = None,
-            one_encoder: bool = False) -> tuple[Recording, tuple[str, ...]]:
+            name: str = '', place: Place | None = None, one_encoder: bool = False,
+            axis: str = 'rotary') -> tuple[Recording, tuple[str, ...]]:
     """
     Return (Recording, notices) of samples stamped `t` [N], s, or integer ns; NaN: not measured.
 
     u [N] N m, y [N, 2] rad, arm_torque [N] N m or None. `place(row, field)` says where a value
     stands; by default its row, from 0. notices: sentences about what was repaired. one_encoder:
-    motor or arm may be without any reading.
+    motor or arm may be without any reading. axis: of the drive, for messages.
 
     - Stamps: a uniform grid is laid through them. Where the readings say that they were taken at
       the stamped times, positions are interpolated onto the grid; otherwise the stamps have
@@ -114,11 +115,11 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
     notices = []
     if len(t) < 10:
         raise InputError(f'{where}{len(t)} samples, expected at least {MIN_DURATION:g} s of them')
-    _check_numbers(t, first, values, where, place)
+    _check_numbers(t, first, values, where, place, axis)
     for field, value in values.items():
         if not np.isnan(value).any():
             continue
-        values[field], count = _fill(t, value, field, where, place)
+        values[field], count = _fill(t, value, field, where, place, axis)
         notices.append(f'{count} values of {field} were NaN and are interpolated')
     index, dt, jitter = _grid(t, where)
     cuts = np.flatnonzero(np.diff(index) > MAX_RUN + 1)
@@ -168,7 +169,7 @@ def _seconds(t: Any) -> tuple[Array, float]:
 
 
 def _check_numbers(t: Array, first: float, values: Mapping[str, Array], where: str,
-                   place: Place) -> None:
+                   place: Place, axis: str) -> None:
     """Raise InputError for what is no finite number or, in t, does not increase."""
     bad = np.flatnonzero(~np.isfinite(t))
     if len(bad):
@@ -180,10 +181,10 @@ def _check_numbers(t: Array, first: float, values: Mapping[str, Array], where: s
         bad = np.flatnonzero(np.isinf(value))
         if len(bad):
             raise InputError(f'{where}{place(int(bad[0]), field)}: {value[bad[0]]}, expected a '
-                             f'finite number in {UNITS[field]}')
+                             f'finite number in {on_axis(UNITS[field], axis)}')
         if np.isnan(value).all():
-            raise InputError(f'{where}{field}: never measured, expected torque, motor and arm '
-                             'position in every sample')
+            raise InputError(f'{where}{field}: never measured, expected '
+                             + on_axis('torque, motor and arm position in every sample', axis))
     back = np.flatnonzero(np.diff(t) <= 0)
     if len(back):
         row = int(back[0]) + 1
@@ -198,7 +199,8 @@ def _runs(flags: Flags) -> tuple[Integers, Integers]:
     return edges[::2], edges[1::2] - edges[::2]
 
 
-def _fill(t: Array, value: Array, field: str, where: str, place: Place) -> tuple[Array, int]:
+def _fill(t: Array, value: Array, field: str, where: str, place: Place,
+          axis: str) -> tuple[Array, int]:
     """Return (value with NaN interpolated, how many); raises InputError where there are many."""
     missing = np.isnan(value)
     starts, lengths = _runs(missing)
@@ -209,8 +211,8 @@ def _fill(t: Array, value: Array, field: str, where: str, place: Place) -> tuple
         more = f' for {lengths[at]} samples' if lengths[at] > 1 else ''
         raise InputError(
             f'{where}{place(int(starts[at]), field)}: nan{more} ({count} nan of {len(value)}), '
-            f'expected numbers in {UNITS[field]}, at most {MAX_RUN} nan in a row and '
-            f'{100 * MAX_REPAIRED:g} % in all')
+            f'expected numbers in {on_axis(UNITS[field], axis)}, at most {MAX_RUN} nan in a '
+            f'row and {100 * MAX_REPAIRED:g} % in all')
     good = ~missing
     if field == 'u':
         last = np.maximum.accumulate(np.where(good, np.arange(len(value)), 0))

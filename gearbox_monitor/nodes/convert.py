@@ -62,12 +62,13 @@ class SampleReader:
     """
     Turn joint states into samples: finds the joints by name and refers all to the arm side.
 
-    Joints may stand in any order among others. With gear ratio N, x1 = motor angle / N and
-    u = N motor torque.
+    Joints may stand in any order among others. With gear ratio N and torque constant kt of the
+    DriveModel `model`, x1 = motor angle / N and u = N kt motor effort.
     """
 
-    def __init__(self, motor_joint, arm_joint, gear_ratio):
-        self.motor_joint, self.arm_joint, self.gear_ratio = motor_joint, arm_joint, gear_ratio
+    def __init__(self, motor_joint, arm_joint, model):
+        self.motor_joint, self.arm_joint = motor_joint, arm_joint
+        self._gear_ratio, self._effort_scale = model.gear_ratio, model.effort_scale
         self._names, self._motor, self._arm = None, -1, -1
 
     def sample(self, message):
@@ -82,8 +83,8 @@ class SampleReader:
             return None
         return Sample(
             stamp_of(message),
-            (_at(message.effort, motor) * self.gear_ratio, _at(message.effort, arm)),
-            (_at(message.position, motor) / self.gear_ratio, _at(message.position, arm)))
+            (_at(message.effort, motor) * self._effort_scale, _at(message.effort, arm)),
+            (_at(message.position, motor) / self._gear_ratio, _at(message.position, arm)))
 
     def raw(self, message):
         """Return position of motor and arm, effort of motor and arm as sample() found them."""

@@ -91,7 +91,7 @@ class EstimatorNode(TableNode):
         self._alerts = advertise(self, DiagnosticArray, DRIFT_ALERTS, latched())
         self._snapshots = advertise(self, DiagnosticArray, f'~/{SNAPSHOT}', latched())
         # Its callbacks come only once the node spins.
-        self._inputs = Inputs(self, values, model.gear_ratio, self._take, self._on_dispute)
+        self._inputs = Inputs(self, values, model, self._take, self._on_dispute)
         self._black_box = BlackBox(self, values, self._inputs.topic)
         # What replay finds in a bag although it was remapped.
         self._topics = json.dumps({

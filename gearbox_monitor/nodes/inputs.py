@@ -44,10 +44,10 @@ class Inputs:
     taken of a publisher that may have been the wrong one, see Publishers.
     """
 
-    def __init__(self, node, parameters, gear_ratio, take, disputed):
+    def __init__(self, node, parameters, model, take, disputed):
         self._node, self._take, self._disputed = node, take, disputed
         self.joints = parameters['motor_joint'], parameters['arm_joint']
-        self._reader = SampleReader(*self.joints, gear_ratio)
+        self._reader = SampleReader(*self.joints, model)
         self.foreign, self._others = 0, ''
         self._names, self._told = None, set()
         self.unreadable = 0

@@ -215,7 +215,7 @@ class PlantNode(TableNode):
         """Return [1] the torque (N m, arm side) that the last command asks for now."""
         for message, _ in drain(self._commands):
             if len(message.data) and math.isfinite(message.data[0]):
-                self._command = message.data[0] * self.drive.gear_ratio
+                self._command = message.data[0] * self.drive.effort_scale
                 self._command_at = self.count
                 continue
             self._refused += 1
@@ -248,7 +248,7 @@ class PlantNode(TableNode):
         truth.header.stamp = states.header.stamp
         states.position = array('d', (y1 * ratio, y2))
         states.effort = array('d', (
-            u / ratio, tau_arm if self.values['measure_arm_load'] else math.nan))
+            u / self.drive.effort_scale, tau_arm if self.values['measure_arm_load'] else math.nan))
         truth.position = array('d', (twist,))
         truth.velocity = array('d', (rate,))
         truth.effort = array('d', (tau_k,))

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from matplotlib.figure import Figure
 import numpy as np
 
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.report.plots import BLACK, BLUE, Curve, draw_loops, GREEN, ORANGE, RED, SKY
 
 COLORS = (BLUE, ORANGE, GREEN, RED, SKY, '#CC79A7', '#F0E442')
@@ -34,11 +35,12 @@ class FilterRun:
     error: np.ndarray = None
 
 
-def comparison(runs, truth=None, title='', zoom_seconds=1.0):
+def comparison(runs, truth=None, title='', zoom_seconds=1.0,
+               axis='rotary'):
     """
     Return the Figure of FilterRuns.
 
-    truth: (twist [N] rad or None, t [N] s, tau_k [N] N m), or None.
+    truth: (twist [N] rad or None, t [N] s, tau_k [N] N m), or None; axis: of the model.
     """
     columns = min(3, len(runs))
     rows = -(-len(runs) // columns)
@@ -54,7 +56,7 @@ def comparison(runs, truth=None, title='', zoom_seconds=1.0):
             curves = [Curve(runs[k].twist, runs[k].tau_k, runs[k].name, COLORS[k % len(COLORS)])]
             if truth is not None and truth[0] is not None:
                 curves.append(Curve(truth[0], truth[2], 'true', BLACK))
-            draw_loops(axes, curves, runs[k].name)
+            draw_loops(axes, curves, runs[k].name, axis)
     bottom = grid[rows].subgridspec(2, 1)
     zoom = figure.add_subplot(bottom[0])
     errors = figure.add_subplot(bottom[1], sharex=zoom)
@@ -74,10 +76,10 @@ def comparison(runs, truth=None, title='', zoom_seconds=1.0):
     low, high = zoom.get_ylim()
     zoom.set_ylim(low, high + 0.2 * (high - low))  # room for the legend
     zoom.legend(fontsize=9, ncols=8, loc='upper left')
-    zoom.set_ylabel(r'$\tau_K$ (N m)', fontsize=9)
+    zoom.set_ylabel(on_axis(r'$\tau_K$ (N m)', axis), fontsize=9)
     errors.set_title('Error against the truth' if truth is not None else
                      'No truth in the bag: no error to show', fontsize=11, loc='left')
-    errors.set_ylabel('error (N m)', fontsize=9)
+    errors.set_ylabel(on_axis('error (N m)', axis), fontsize=9)
     errors.set_xlabel('time (s)', fontsize=9)
     for axes in (zoom, errors):
         axes.grid(True, color='#dddddd', lw=0.5)

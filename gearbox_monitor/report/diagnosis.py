@@ -18,13 +18,14 @@ import json
 import re
 
 from gearbox_monitor.drive.effects import library
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.gap.isolate import LIMIT
 from gearbox_monitor.gap.overlay import near, smoothed
 from gearbox_monitor.report import page
 from gearbox_monitor.report.evidence import explained_by
 from gearbox_monitor.report.words import (
-    behind, dense_regions, headline, ids_of, MEANINGS, next_steps, number, on_axis, percent,
-    PLACES, undefined, unit_of)
+    behind, dense_regions, headline, ids_of, meaning, MEANINGS, next_steps, number, percent,
+    PLACES, SUGGESTED, undefined, unit_of)
 
 ROLES = ('nominal', 'closed')
 RANKED = 10
@@ -32,17 +33,19 @@ RIVALS = 6
 AROUND = (0.9, 1.5)  # gaps that are in view anyway: noise must not look large
 
 
-def report(data, evidence, recordings, closed_written=False, validated=None):
+def report(data, evidence, recordings, closed_written=False, validated=None, command=()):
     """
     Return the HTML page of a diagnosis.
 
     data: plain data of the verdict; evidence: Evidence; recordings: [Recording] it is on;
     closed_written: whether drive.closed.yaml was written beside it; validated: name of the second
-    recording, or None.
+    recording, or None; command: parts of the one that looks for a better motion, see
+    report.suggestion.
     """
+    steps = next_steps(data, closed_written, validated, evidence.axis)
     sections = [
-        ('What to do next', page.bullets(
-            [_sentence(step) for step in next_steps(data, closed_written, validated)])),
+        ('What to do next', page.bullets([_sentence(step) for step in steps])
+         + _suggested(command) + _beside(closed_written)),
         ('The gap', _gap(data, validated, evidence.axis)),
         ('Before and after', _overlays(data, evidence)),
         ('Where', _where(data, evidence)),
@@ -53,7 +56,20 @@ def report(data, evidence, recordings, closed_written=False, validated=None):
             json.dumps(data, indent=1)) + '</pre>')),
     ]
     names = ', '.join(_short(recording) for recording in recordings)
-    return page.page(f'Diagnosis of {names}', sections, _lead(data))
+    return page.page(f'Diagnosis of {names}', sections, _lead(data, evidence.axis))
+
+
+def _suggested(command):
+    """Return the command with the parts `command` to be copied, '' without any."""
+    return page.paragraph(f'{_sentence(SUGGESTED)[:-1]}:') + '<pre>' + escape(
+        ' \\\n    '.join(command)) + '</pre>' if command else ''
+
+
+def _beside(closed_written):
+    """Return links to the files that stand beside the page."""
+    names = ['verdict.json', *(['drive.closed.yaml'] if closed_written else [])]
+    return '<p class="soft">Beside this page: ' + ', '.join(
+        f'<a href="{name}">{name}</a>' for name in names) + '</p>'
 
 
 def _short(recording):
@@ -65,12 +81,12 @@ def _sentence(words):
     return f'{words[0].upper()}{words[1:]}.'.replace('..', '.')
 
 
-def _lead(data):
+def _lead(data, axis):
     kind = 'good' if data['verdict'] == 'none' else 'warn' if data['verdict'] == 'unknown' else ''
     words = ''
     for name in ids_of(data):
         if name in MEANINGS:
-            words += page.paragraph(f'{name}: {MEANINGS[name]}.')
+            words += page.paragraph(f'{name}: {meaning(name, axis)}.')
     facts = [('gap before', number(data['gap_before']))]
     if data['verdict'] != 'none':
         facts.append(('gap after' if data['verdict'] == 'effect' else 'gap, nearest effect',
@@ -203,10 +219,11 @@ def _where(data, evidence):
             rows.append((name, '', part['explained'], percent(part['explained']),
                          'closed' if best else 'closed faint', None))
         html += page.paragraph(
-            'A free signal, torque or encoder offset, was put at each place in place of an '
-            'effect. ' + ('Two encoders determine two signals: only at the right place does one '
-                          'signal explain both. Bars: share of the gap that it explains.'
-                          if len(rows) > 1 else 'Here no other place can be told from it.')
+            on_axis('A free signal, torque or encoder offset, was put at each place in place of '
+                    'an effect. ', evidence.axis)
+            + ('Two encoders determine two signals: only at the right place does one signal '
+               'explain both. Bars: share of the gap that it explains.'
+               if len(rows) > 1 else 'Here no other place can be told from it.')
         ) + page.bars(rows, top=1.0)
         dense = dense_regions(data['where'].get('region') or {})
         if dense:
@@ -257,7 +274,7 @@ def _which(data, evidence):
     rows = []
     for name in best:
         note = ('named' if name == named else 'cannot be told from the effect named'
-                if name in rivals else ' '.join(MEANINGS.get(i, '') for i in (name,)))
+                if name in rivals else meaning(name, evidence.axis))
         rows.append((name, note, max(gains[name], 0.0), behind(gains, name),
                      'closed' if name == named else 'closed faint', None))
     if not rows:

@@ -18,12 +18,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.gap import isolate, maps, residual
 from gearbox_monitor.gap.candidate import NOT_FITTED
 from gearbox_monitor.gap.diagnose import joined
 from gearbox_monitor.gap.driven import driven
 from gearbox_monitor.gap.overlay import overlay
-from gearbox_monitor.report.words import ids_of, on_axis
+from gearbox_monitor.report.words import ids_of
 
 COMPARED = 10  # effects in the table of what can be told apart
 QUANTITIES = {'speed': 'speed of the motor (rad/s)', 'angle': 'angle of the arm (rad)',

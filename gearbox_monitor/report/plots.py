@@ -23,6 +23,8 @@ from dataclasses import dataclass, field
 from matplotlib.figure import Figure
 import numpy as np
 
+from gearbox_monitor.drive.units import on_axis
+
 BLUE, ORANGE, GREEN, RED, SKY = '#0072B2', '#E69F00', '#009E73', '#D55E00', '#56B4E9'
 BLACK, GREY = '#000000', '#777777'
 MAX_POINTS = 6000  # more cannot be seen, but make the file large
@@ -124,7 +126,7 @@ def save(figure, path, dpi=110):
     figure.savefig(path, dpi=dpi)
 
 
-def draw_loops(axes, curves, title='Torque over twist'):
+def draw_loops(axes, curves, title='Torque over twist', axis='rotary'):
     """Draw the loops `curves` over each other."""
     for curve in curves:
         thin = curve.color == BLACK
@@ -132,7 +134,8 @@ def draw_loops(axes, curves, title='Torque over twist'):
         axes.plot(twist, tau_k, color=curve.color, label=curve.label,
                   lw=0.7 if thin else 0.0, marker='' if thin else '.', ms=3.0,
                   alpha=1.0 if thin else 0.35, zorder=3 if thin else 2)
-    _label(axes, title, 'twist: motor - arm (rad)', r'transmission torque $\tau_K$ (N m)')
+    _label(axes, title, on_axis('twist: motor - arm (rad)', axis),
+           on_axis(r'transmission torque $\tau_K$ (N m)', axis))
     axes.axhline(0.0, color=GREY, lw=0.5, zorder=0)
     if curves:
         legend = axes.legend(loc='upper left', fontsize=9)

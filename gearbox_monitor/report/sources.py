@@ -129,7 +129,7 @@ class Source:
         decode = self.reader.decoder(self.topic, self._names)
         state = _Followed(monitor, line)
         for block in self._blocks([self.topic]):
-            samples, _ = samples_of(decode(block), self.facts.model.gear_ratio)
+            samples, _ = samples_of(decode(block), self.facts.model)
             line.add_inputs(samples.stamp_ns, samples.u[:, 0])
             for part in _seconds(samples):
                 state.take(monitor.run(part))
@@ -159,7 +159,7 @@ class Source:
         scale = np.array([ratio, 1.0])
         for block in self._blocks([*topics.values(), *said]):
             states = {name: one(block.of(topics[name])) for name, one in decode.items()}
-            samples, log_ns = samples_of(states['inputs'], ratio)
+            samples, log_ns = samples_of(states['inputs'], self.facts.model)
             self.timeline.add_inputs(samples.stamp_ns, samples.u[:, 0])
             if self.timeline.first_ns is None:
                 continue  # diagnostics from before the first sample tell nothing

@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """Words for a verdict, shared by the terminal and the page: effects, places, what to do next."""
+from gearbox_monitor.drive.units import on_axis
+
 NEAR_FLOOR = 1.5  # gap that may be noise of the encoders
 DENSE = 1.5  # share of the gap over share of the time, from which on it is told
 PLACES = {
@@ -56,6 +58,7 @@ MEANINGS = {
     'arm_encoder_delay': 'reading of the arm encoder is late',
     'encoder_offset': 'encoders do not share their zero',
 }
+SUGGESTED = 'a motion that tells more, no larger than that of the recording, is found by'
 # Recordings that separate what others leave open.
 SEPARATES = (
     ({'torque_offset', 'coulomb_asymmetry'},
@@ -77,18 +80,14 @@ SEPARATES = (
 )
 
 
-def on_axis(label, axis):
-    """Return a label with its units as for an axis: 'rotary' as given, or 'prismatic'."""
-    if axis == 'prismatic':
-        for rotary, prismatic in (('kg m^2', 'kg'), ('N m', 'N'), ('rad', 'm'),
-                                  ('angle', 'position'), ('torque', 'force')):
-            label = label.replace(rotary, prismatic)
-    return label
+def meaning(name, axis):
+    """Return what the effect `name` means on a drive with this axis, '' for ids not known here."""
+    return on_axis(MEANINGS.get(name, ''), axis)
 
 
 def unit_of(reading, angle):
     """Return the unit of what is compared, `reading` of Recording.readings; angle: rad or m."""
-    return {'rad': 'N m', 'm': 'N'}[angle] if reading == 'torque' else angle
+    return ('N m' if angle == 'rad' else 'N') if reading == 'torque' else angle
 
 
 def ids_of(data):
@@ -158,11 +157,12 @@ def dense_regions(regions):
     return words
 
 
-def next_steps(data, closed_written, validated):
+def next_steps(data, closed_written, validated, axis='rotary'):
     """
     Return sentences about what to do now.
 
-    closed_written: whether the closed model was written; validated: the second recording or None.
+    closed_written: whether the closed model was written; validated: the second recording or None;
+    axis: of the model.
     """
     ids, advice = set(ids_of(data)), []
     if data['verdict'] == 'none':
@@ -177,9 +177,7 @@ def next_steps(data, closed_written, validated):
             other = ', '.join(sorted(pair - ids))
             named = ', '.join(sorted(pair & ids))
             advice.append(f'{named} or {other}: {motion}' if motion.startswith('no ') else
-                          f'to tell {named} from {other}, record {motion}')
-    if rivals and not any('no motion' in line for line in advice):
-        advice.append('gearbox_monitor suggest finds the motion that tells them apart best')
+                          on_axis(f'to tell {named} from {other}, record {motion}', axis))
     if 'disturbance' in ids:
         return [*advice, 'look for contacts at the times given, and record again without']
     if any('quantisation' in name for name in ids):

@@ -1,0 +1,32 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What texts call the units of a drive: the one place that tells rotary from prismatic axes."""
+import re
+
+PRISMATIC = {'kg m^2': 'kg', 'N m': 'N', 'rad': 'm', 'angle': 'position', 'torque': 'force'}
+# Whole words, perhaps in mN m or torques; parts of ids, as in torque_offset, and options stay.
+_WORDS = re.compile(r'(?<![\w-])([mk]?)(kg m\^2|N m|rad|angle|torque)(s?)(?!\w)')
+
+
+def on_axis(label: str, axis: str) -> str:
+    """
+    Return a label with its units as for an axis of DriveModel.axis.
+
+    label: as for a rotary axis, without names that a user has given; axis: 'rotary' leaves it,
+    'prismatic' has m, N and kg.
+    """
+    if axis != 'prismatic':
+        return label
+    return _WORDS.sub(lambda found: found[1] + PRISMATIC[found[2]] + found[3], label)

@@ -1,0 +1,69 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The command that looks for the motion a diagnosis asks for, ready to be run."""
+import math
+import shlex
+
+import numpy as np
+
+from gearbox_monitor.drive.effects import library
+from gearbox_monitor.gap.check import Smooth
+from gearbox_monitor.gap.isolate import TWINS
+from gearbox_monitor.gap.noise import noise_levels
+
+# What the check of a recording says that its motion lacks, and effects that then look alike.
+UNEXCITED = (('never crosses the gap', ('backlash_gap', 'encoder_offset')),
+             (' reverses: friction', ('coulomb_asymmetry', 'load_torque')),
+             ('hardly accelerates', ('motor_inertia', 'motor_viscous')))
+
+
+def suggestion(data, recordings, model_file, out=None):
+    """
+    Return the parts [text] of a command line, [] where no motion would tell more.
+
+    data: plain data of a verdict; recordings: [Recording] it is on: torque, speed and travel that
+    they reach are the limits; out: directory with its verdict.json, None where none is written.
+    """
+    known = library()
+    pairs = [(a, b) for a in data.get('params') or {} for b in data.get('confusable') or ()
+             if a in known and b in known and TWINS.get(a) != b]
+    lacking = [pair for words, pair in UNEXCITED
+               if any(words in warning for warning in data.get('warnings') or ())]
+    if pairs and out:
+        question = shlex.quote(str(out))
+    elif pairs or lacking:
+        question = '--pair ' + ' '.join((pairs or lacking)[0])
+    else:
+        return []
+    limits = zip(('torque', 'speed', 'travel'), _reached(recordings))
+    return [f'gearbox_monitor suggest {question}', f'--model {shlex.quote(str(model_file))}',
+            *(f'--max-{name} {_below(value)}' for name, value in limits),
+            '--out motion.yaml', '--csv motion.csv']
+
+
+def _reached(recordings):
+    """Return the largest torque, speed and travel from the start: N m, rad/s, rad."""
+    rows = []
+    for r in recordings:
+        smooth = Smooth(r, noise_levels(r.y)[0])
+        rows.append((np.abs(r.u).max(), np.abs(smooth.v).max(),
+                     np.abs(smooth.p - smooth.p[0]).max()))
+    return np.max(rows, axis=0)
+
+
+def _below(value):
+    """Return `value` rounded down to two digits: what the drive has done, not more."""
+    digits = 1 - math.floor(math.log10(value))
+    return f'{math.floor(value * 10.0 ** digits) / 10.0 ** digits:g}'
