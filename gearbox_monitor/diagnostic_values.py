@@ -73,6 +73,7 @@ VALUES = (
          ('samples missed (by stamps)', '-', 'left out, by the steps of the stamps'),
          ('filter restarts after divergence', '-', 'the filter failed and began anew'),
          ('messages_without_our_joints', '-', 'name neither joint; told while no samples come'),
+         ('messages_lost', '-', 'sent, and dropped on the way or by the full queue of the node'),
          ('clock_set_back', '-', 'how often /clock was set back, if ever'),
          ('motor_without_arm', '-', 'two topics: messages of the motor that found no partner'),
          ('arm_without_motor', '-', 'two topics: messages of the arm that found none'),

@@ -49,7 +49,7 @@ from gearbox_monitor.bag.inputs import find_input
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import read_recording
 from gearbox_monitor.cli.diagnose_report import text
-from gearbox_monitor.cli.processes import cores
+from gearbox_monitor.nodes.processes import cores
 from gearbox_monitor.drive.effects import library
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, save_model

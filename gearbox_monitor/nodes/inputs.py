@@ -20,6 +20,7 @@ from sensor_msgs.msg import JointState
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.joiner import Joiner
 from gearbox_monitor.nodes.convert import joint_values_of, SampleReader, stamp_of, to_paired
+from gearbox_monitor.nodes.lost import Lost
 from gearbox_monitor.nodes.qos import advertise, best_effort, subscribe
 from gearbox_monitor.nodes.runtime import drain
 from gearbox_monitor.signals import JOINT_STATES, PAIRED_JOINT_STATES
@@ -43,6 +44,7 @@ class Inputs:
         self._reader = SampleReader(*self.joints, gear_ratio)
         self.foreign, self._others = 0, ()
         self._names, self._told = None, set()
+        self._lost, self._lost_told = (Lost(), Lost()), 0  # of the motor's topic, of the arm's
         self.joiner = self._arm = None
         self._main = subscribe(node, JointState, JOINT_STATES, self._on_message,
                                best_effort(DEPTH))
@@ -66,31 +68,32 @@ class Inputs:
 
     # ------------------------------------------------------------------ messages
 
-    def _on_message(self, message):
-        self._one(message)
+    def _on_message(self, message, info):
+        self._one(message, info)
         self._rest()
 
-    def _on_arm(self, message):
-        self._one_arm(message)
+    def _on_arm(self, message, info):
+        self._one_arm(message, info)
         self._rest()
 
     def _rest(self):
         """Take whatever has queued up meanwhile: waking the executor costs more than a step."""
         if self._arm is None:
-            for message, _ in drain(self._main, DEPTH):
-                self._one(message)
+            for message, info in drain(self._main, DEPTH):
+                self._one(message, info)
             return
         # By turns: neither stream may run ahead of the other.
         for motor, arm in zip_longest(drain(self._main, DEPTH), drain(self._arm, DEPTH)):
             if motor is not None:
-                self._one(motor[0])
+                self._one(*motor)
             if arm is not None:
-                self._one_arm(arm[0])
+                self._one_arm(*arm)
 
-    def _one(self, message):
+    def _one(self, message, info):
         if message.name != self._names:
             self._names = message.name
             self._look(message)
+        self._lost[0].seen(info, self.joints[0] in self._names)
         if self.joiner is None:
             self._whole(message)
             return
@@ -99,11 +102,15 @@ class Inputs:
         if values is not None:
             self._joined(self.joiner.motor(stamp_of(message), values))
         if self._arm is None and arm in message.name:
-            self._one_arm(message)
+            self._of_arm(message)
         elif values is None:
             self._is_foreign(message)
 
-    def _one_arm(self, message):
+    def _one_arm(self, message, info):
+        self._lost[1].seen(info, self.joints[1] in message.name)
+        self._of_arm(message)
+
+    def _of_arm(self, message):
         values = joint_values_of(message, self.joints[1])
         if values is None:
             self._is_foreign(message)
@@ -159,6 +166,12 @@ class Inputs:
             return (f'messages of the arm came on {self.arm_topic}, none of '
                     f'{self.joints[0]!r} on {self.motor_topic}', 'check motor_joint and its topic')
         return None
+
+    def lost(self):
+        """Return how many messages were lost in all, and since last asked."""
+        count = sum(lost.count for lost in self._lost)
+        new, self._lost_told = count - self._lost_told, count
+        return count, new
 
     def pairing(self):
         """Return ({name: value}, text of what is wrong or '') of the pairs since last asked."""

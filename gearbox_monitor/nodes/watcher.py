@@ -73,12 +73,12 @@ class Watcher:
         self._snapshot = True
 
     def _on_alert(self, message):
-        self.alerts += [f'{_level(s).name}: {s.message}' for s in message.status]
+        self.alerts += [f'{level_of(s).name}: {s.message}' for s in message.status]
 
     def _on_diagnostics(self, message):
         for status in message.status:
             node, _, component = status.name.partition(': ')
-            finding = Finding(_level(status), status.message,
+            finding = Finding(level_of(status), status.message,
                               {value.key: value.value for value in status.values})
             if node == 'estimator':
                 self.findings[component] = finding
@@ -87,5 +87,6 @@ class Watcher:
         self.updates += message.status[0].name.startswith('estimator: ') if message.status else 0
 
 
-def _level(status):
+def level_of(status):
+    """Return the Level of a DiagnosticStatus."""
     return Level(min(ord(status.level), Level.ERROR))
