@@ -33,6 +33,8 @@ BENCHMARKS = {
     'trust': ('trust', 'false alarms of trust and drift, and how soon faults are found'),
     'faults': ('faults', 'bad streams of samples: is it told, what is lost, how soon all is well'),
     'load': ('load', 'live estimators: drops, latency and CPU against rate and number'),
+    'soak': ('soak', 'a long run of a live estimator: memory, handles, rate, false alerts'),
+    'restart': ('restart', 'live nodes stopped and started at any time: residue, state'),
     'fuzz': ('fuzz', 'damaged files of every kind: read or refused in one line, never a crash'),
     'blind': ('blind', 'diagnosis of recordings whose effect only the scorer knows'),
     'fleet': ('fleet', 'CPU time of fleet runs: pool, Dask, number of bags, workers'),

@@ -88,11 +88,11 @@ def spin_node(factory, args=None, doc=None):
     """
     Run the node that `factory()` makes until SIGINT, SIGTERM or shutdown; return the exit code.
 
-    It may make several: a list. Call it from the main thread of the process. `doc` is the text of ``--help``.
-    A node may have ``close()``: it is called once, after spinning, before the node is destroyed;
-    it can still take messages then but no longer publish. Bad input (InputError, a parameter or
-    argument that rclpy refuses) is one line on stderr and exit code 2. SIGINT stays ignored when
-    this returns.
+    It may make several: a list. Call it from the main thread of the process. `doc` is the text of
+    ``--help``. A node may have ``close()``: it is called once, after spinning, before the node is
+    destroyed; it can still take messages then but no longer publish. Bad input (InputError, a
+    parameter or argument that rclpy refuses) is one line on stderr and exit code 2. SIGINT stays
+    ignored when this returns.
     """
     name = Path(sys.argv[0]).stem
     args = sys.argv if args is None else args
