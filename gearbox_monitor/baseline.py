@@ -33,6 +33,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_yaml
 
 FORMAT = 2
+STATE_FORMATS = 2, 3  # that can be read; the last one, with the adaptation, is written
 
 
 class Damaged(InputError):
@@ -107,17 +108,23 @@ def save_baseline(path, points, gearbox_serial, parameters):
     _write(Path(path), text)
 
 
-def save_state(path, tracker, gearbox_serial):
-    """Write the state of a Tracker to `path`, whole or not at all. Raises InputError."""
+def save_state(path, tracker, gearbox_serial, adaptation=None):
+    """
+    Write the state of a Tracker, and `adaptation` (Monitor.learnt), to `path`.
+
+    Whole or not at all. Raises InputError.
+    """
     _write(Path(path), json.dumps({
-        'format': FORMAT, 'gearbox_monitor': __version__, 'gearbox_serial': gearbox_serial,
-        'date': _now(), 'drift': tracker.to_dict()}))
+        'format': STATE_FORMATS[-1], 'gearbox_monitor': __version__,
+        'gearbox_serial': gearbox_serial, 'date': _now(), 'drift': tracker.to_dict(),
+        'adaptation': adaptation or {}}))
 
 
 def load_state(path, gearbox_serial):
     """
     Return (state or None, what is to be reported or '') of the state file `path`.
 
+    The state: {'drift': what Tracker takes, 'adaptation': what Monitor.recall takes or {}}.
     There may be no file yet. One that is damaged, of another version or of another gearbox is
     renamed to PATH.corrupt-DATE. Raises InputError where it cannot be read or renamed.
     """
@@ -130,13 +137,16 @@ def load_state(path, gearbox_serial):
         raise InputError(f'{path}: {error.strerror}, expected a readable file') from None
     try:
         data = json.loads(text)
-        if data['format'] != FORMAT:
-            raise ValueError(f'format {data["format"]!r}, expected {FORMAT}')
+        if data['format'] not in STATE_FORMATS:
+            raise ValueError(f'format {data["format"]!r}, expected {STATE_FORMATS[-1]}')
         if data['gearbox_serial'] != gearbox_serial:
             raise ValueError(f'gearbox_serial {data["gearbox_serial"]!r}, expected '
                              f'{gearbox_serial!r}')
         Tracker(Settings(), data['drift']).findings()
-        return data['drift'], ''
+        adaptation = data['adaptation'] if data['format'] > STATE_FORMATS[0] else {}
+        if not isinstance(adaptation, dict):
+            raise ValueError(f'adaptation {str(adaptation)[:60]!r}, expected a block')
+        return {'drift': data['drift'], 'adaptation': adaptation}, ''
     except (KeyError, ValueError, TypeError, IndexError, AttributeError, OverflowError,
             RecursionError) as error:
         reason = f'no {error}' if isinstance(error, KeyError) else str(error)

@@ -79,6 +79,7 @@ VALUES = (
          ('messages_of_other_publishers', '-', 'refused: not of the publisher that is followed, '
           'if any'),
          ('other_publishers', '', 'their nodes, while they are heard'),
+         ('messages_lost', '-', 'sent, and dropped on the way or by the full queue of the node'),
          ('clock_set_back', '-', 'how often /clock was set back, if ever'),
          ('motor_without_arm', '-', 'two topics: messages of the motor that found no partner'),
          ('arm_without_motor', '-', 'two topics: messages of the arm that found none'),

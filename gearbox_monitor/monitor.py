@@ -461,6 +461,24 @@ class Monitor:
         module = FILTERS[self.parameters['filter']]
         return module.adapted(self._memory, self._packed) if hasattr(module, 'adapted') else {}
 
+    def learnt(self):
+        """Return what the filter has adapted, to be kept in a file; {} where nothing is."""
+        module = FILTERS[self.parameters['filter']]
+        return module.learnt(self._memory, self._packed) if hasattr(module, 'learnt') else {}
+
+    def recall(self, kept):
+        """
+        Go on from what learnt() has `kept`, until a parameter changes or reset().
+
+        Returns False where it is of another filter or began from other parameters; then nothing
+        has changed. Raises InputError where it is no such thing.
+        """
+        module = FILTERS[self.parameters['filter']]
+        try:
+            return hasattr(module, 'recall') and module.recall(self._memory, self._packed, kept)
+        except ValueError as error:
+            raise InputError(str(error)) from None
+
     def adaptation_guards(self):
         """Return {guard of the adaptation: how often it acted since the start}."""
         module = FILTERS[self.parameters['filter']]

@@ -208,8 +208,8 @@ ESTIMATOR = (
               'away share a baseline; 0: all temperatures do', low=0.0, high=1e4, change=AT_ONCE),
     Parameter('temperature_topic', '', '', 'topic with the temperature of the gearbox '
               '(sensor_msgs/Temperature); empty: not known'),
-    Parameter('drift_state_file', '', '', 'where baselines, test and alarms are kept over a '
-              'restart, written after each window; empty: not kept'),
+    Parameter('drift_state_file', '', '', 'where baselines, test, alarms and what the aekf has '
+              'adapted are kept over a restart, written after each window; empty: not kept'),
     Parameter('snapshot_period', 10.0, 's', 'how often the state is published for replay',
               low=0.1, high=3600.0),
     Parameter('model_gap_after', 60.0, 's', 'the model misses something when prediction errors '

@@ -303,7 +303,10 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
             gate[STARTED] = stamp
             start(states, z, P, y1, y2, p, ring[0])
             ring[0, -1] = u
-            memory[:] = 0.0
+            if is_aekf is not None:
+                aekf.resume(memory)
+            else:
+                memory[:] = 0.0
             ring_stamps[0] = stamp
             return k + 1, n_smoothed
         last = gate[LAST]
@@ -352,6 +355,7 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
             counts[ESTIMATE] -= 1
             counts[DIVERGED] += 1
             gate[LAST] = 0
+            memory[:] = 0.0  # what was adapted may be why
             return k + 1, n_smoothed
         clock[ERROR_MOTOR] = _usual(e1, clock[ERROR_MOTOR])
         clock[ERROR_ARM] = _usual(e2, clock[ERROR_ARM])

@@ -29,6 +29,7 @@ from gearbox_monitor.filters.record import record_size
 from gearbox_monitor.jit import COMPILED
 from gearbox_monitor.monitor import Monitor, Samples
 from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.stream import START
 
 # With hysteresis, and the noise of two percent.
 CASE_A = DriveModel().with_(kind='play', stiffness=5.0, half_gap=0.3, hysteresis_width=0.3)
@@ -151,6 +152,36 @@ def test_finds_the_noise_from_a_wrong_start(q, r):
     assert monitor.adaptation_guards()['sensitivity_resets'] == 0
     values = monitor.findings['covariance'].values
     assert values['adapted_q_std_tau_k'] == pytest.approx(found['q_std_tau_k'], rel=0.1)
+
+
+def test_what_was_adapted_survives_starts():
+    """A gap, and a restart of the process by way of a file; not a divergence."""
+    out = simulated(8.0)
+    data = samples(out)
+    wrong = {**TUNED, 'r_std_motor': 3.0 * R_A[0], 'adapt': ['q_std_tau_k', 'r_std_motor']}
+    monitor = Monitor(CASE_A, wrong)
+    monitor.run(part(data, 0, 5000))
+    found, kept = monitor.adapted(), json.loads(json.dumps(monitor.learnt()))
+    assert found['r_std_motor'] < 2.0 * R_A[0]
+    monitor.run(part(data, 5500, 5600))  # max_gap is 0.25 s
+    assert monitor.counts[START] == 2 and monitor.adapted() == found
+    again = Monitor(CASE_A, wrong)
+    assert again.recall(kept) and again.adapted() == found and again.learnt() == kept
+    again.run(part(data, 5500, 5600))
+    assert again.adapted() == found
+    for run in (monitor, again):
+        run.run(part(data, 5600, 8000))
+        assert run.adapted()['r_std_motor'] == pytest.approx(R_A[0], rel=0.2)
+    other = Monitor(CASE_A, {**wrong, 'q_std_tau_k': 11.0})
+    assert not other.recall(kept) and other.adapted()['q_std_tau_k'] == pytest.approx(11.0)
+    assert not Monitor(CASE_A, {**wrong, 'filter': 'ekf'}).recall(kept)
+    for damage in ({'gain': 2.0}, {'information': [1.0]}, {'theta': None}, {'start': 5},
+                   {'theta': {**kept['theta'], 'r_std_motor': 99.0}},
+                   {'theta': {**kept['theta'], 'r_std_motor': float('nan')}}):
+        fresh = Monitor(CASE_A, wrong)
+        with pytest.raises(InputError, match='adaptation'):
+            fresh.recall({**kept, **damage})
+        assert fresh.learnt() == {}
 
 
 @slow

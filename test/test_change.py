@@ -228,10 +228,14 @@ def test_state_goes_on_bit_for_bit(tmp_path):
     gearbox.go(100)
     gearbox.go(10, 0.02)
     file = tmp_path / 'state.json'
-    save_state(file, gearbox.tracker, 'g7')
+    save_state(file, gearbox.tracker, 'g7', {'gain': 0.1})
     state, told = load_state(file, 'g7')
-    assert not told and len(file.read_bytes()) < 30000
-    again = Tracker(gearbox.tracker.settings, state)
+    assert not told and len(file.read_bytes()) < 30000 and state['adaptation'] == {'gain': 0.1}
+    before = json.loads(file.read_text())
+    del before['adaptation']
+    file.write_text(json.dumps({**before, 'format': 2}))  # of the version before
+    assert load_state(file, 'g7') == ({**state, 'adaptation': {}}, '')
+    again = Tracker(gearbox.tracker.settings, state['drift'])
     assert 'gap has grown' in again.findings()['backlash'].message
     for _ in range(150):
         window = gearbox.window(0.02)

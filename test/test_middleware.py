@@ -22,7 +22,7 @@ import time
 
 import pytest
 
-from gearbox_monitor.cli.domain import own_domain
+from gearbox_monitor.nodes.domain import own_domain
 from gearbox_monitor.nodes.middleware import MEMORY, remove_cut_ports
 
 ROOT = Path(__file__).parents[1]

@@ -162,7 +162,7 @@ def targets(folder):
     """Return the Targets; sound files are made in `folder`."""
     tracker = _tracked()
     save_baseline(folder / 'baseline.yaml', tracker.baseline_points(), 'joint3', {'filter': 'ekf'})
-    save_state(folder / 'state.json', tracker, 'joint3')
+    save_state(folder / 'state.json', tracker, 'joint3', {'gain': 0.1})
     found = []
     for compression in ('none', 'lz4', 'zstd'):
         files = _bag_files(folder, compression)

@@ -50,7 +50,7 @@ from gearbox_monitor.bag.inputs import find_input
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import read_recording
 from gearbox_monitor.cli.diagnose_report import text
-from gearbox_monitor.cli.processes import cores
+from gearbox_monitor.nodes.processes import cores
 from gearbox_monitor.drive.effects import library
 from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError

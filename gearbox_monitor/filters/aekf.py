@@ -36,7 +36,9 @@ on each theta (R = RIDGE): where the motion says nothing, theta rests.
 """
 import math
 
-from gearbox_monitor.arrays import Array, States
+import numpy as np
+
+from gearbox_monitor.arrays import Array, States, Values
 from gearbox_monitor.drive.model import (
     ALPHA, ARM_ALPHA, CAV, CC, CL, CV, G, INVERSE_M1, INVERSE_M2, substeps, TWO_OVER_PI)
 from gearbox_monitor.filters import ekf
@@ -113,6 +115,68 @@ def at_bound(memory: Array, p: Array) -> list[str]:
 def in_use(memory: Array, p: Array) -> Array:
     """Return the packed parameters [N_PACKED] of the next step; arguments as of adapted."""
     return memory[IN_USE:IN_USE + N_PACKED].copy() if memory[STARTED] else p
+
+
+@jit
+def resume(memory: Array) -> None:
+    """Let the filter start anew with what `memory` has learnt."""
+    memory[SAMPLES] = 0.0
+    memory[SENSITIVITY:] = 0.0
+
+
+def learnt(memory: Array, p: Array) -> Values:
+    """Return what was adapted, to be kept in a file; {} where nothing is. As of adapted."""
+    count = int(p[ADAPT_COUNT])
+    if not count or not memory[STARTED]:
+        return {}
+    names = list(adapted(memory, p))
+
+    def named(place: int) -> Values:
+        return dict(zip(names, memory[place:place + count].tolist()))
+    return {'theta': named(THETA), 'start': named(START), 'gain': float(memory[GAIN]),
+            'forgetting': float(memory[FORGETTING]),
+            'information': memory[INFORMATION:INFORMATION + count * (count + 1) // 2].tolist()}
+
+
+def recall(memory: Array, p: Array, kept: Values) -> bool:
+    """
+    Let `memory` go on from what learnt() has `kept`; arguments as of adapted.
+
+    Returns False, changing nothing, where it began from other parameters than p. Raises
+    ValueError where it is no such thing.
+    """
+    memory_of_kept = np.zeros(len(memory))
+    begin(memory_of_kept, p)
+    names, count = list(adapted(memory_of_kept, p)), int(p[ADAPT_COUNT])
+    size = count * (count + 1) // 2
+    try:
+        numbers = [[float(kept[block][name]) for name in kept['start']]
+                   for block in ('theta', 'start')]
+        numbers += [[float(kept['gain']), float(kept['forgetting'])],
+                    [float(value) for value in kept['information']]]
+        same = list(kept['start']) == names
+    except (KeyError, TypeError, AttributeError, OverflowError) as error:
+        raise ValueError(f'adaptation: {error!r}, expected what the filter has written') from None
+    theta, begun, (gain, forgetting), information = numbers
+    if not all(math.isfinite(value) for row in numbers for value in row) or not (
+            0.0 < gain <= 1.0 and 0.0 < forgetting <= 1.0):
+        raise ValueError(f'adaptation: gain {gain:g}, forgetting {forgetting:g}, expected finite '
+                         'numbers, these between 0 and 1')
+    if not same or begun != memory_of_kept[START:START + count].tolist():
+        return False
+    if len(information) != size:
+        raise ValueError(f'adaptation: information: {len(information)} numbers, expected {size}')
+    for i, value in enumerate(theta):
+        slot = int(p[ADAPT_AT + i])
+        if not abs(value - begun[i]) <= 1.000001 * _range(slot):
+            raise ValueError(f'adaptation: theta: {names[i]}: {value:g}, expected within '
+                             f'{_range(slot):g} of {begun[i]:g}')
+        memory_of_kept[IN_USE + slot] = math.exp(value)
+    memory_of_kept[THETA:THETA + count] = theta
+    memory_of_kept[INFORMATION:INFORMATION + size] = information
+    memory_of_kept[GAIN], memory_of_kept[FORGETTING] = gain, forgetting
+    memory[:] = memory_of_kept
+    return True
 
 
 @jit

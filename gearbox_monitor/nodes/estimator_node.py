@@ -60,16 +60,22 @@ OUTPUT_DEPTH = 2000
 
 
 class EstimatorNode(TableNode):
-    """Shell around Monitor; see the module."""
+    """
+    Shell around Monitor; see the module.
 
-    def __init__(self):
-        super().__init__('estimator')
+    node: arguments of rclpy.node.Node, like `namespace`; several can share a process.
+    """
+
+    def __init__(self, **node):
+        super().__init__('estimator', **node)
         values = declare(self, ESTIMATOR)
         model_file = values['model'] or config_path('drive.yaml')
         model = load_model(model_file)
         changed = declare(self, [replace(row, default=getattr(model, row.name)) for row in MODEL])
         model = model.with_(**changed)
-        self.monitor = Monitor(model, values, self._drift_at_start(values))
+        drift, adaptation = self._state_at_start(values)
+        self.monitor = Monitor(model, values, drift)
+        self._recall(adaptation)
         _warm_up(model, values)
         self._gear_ratio = model.gear_ratio
         self._names = {MOTOR: values['motor_joint'], ARM: values['arm_joint']}
@@ -125,20 +131,32 @@ class EstimatorNode(TableNode):
             if text not in known:
                 self.get_logger().warning(text)
 
-    def _drift_at_start(self, values):
-        """Return what the drift monitor goes on from: the state file, else the baseline file."""
-        state = None
+    def _state_at_start(self, values):
+        """Return (what drift goes on from, what was adapted): the state file, else baselines."""
         if values['drift_state_file']:
             state, told = load_state(values['drift_state_file'], values['gearbox_serial'])
             if told:
                 self.get_logger().error(told)
-        if state is None and self._has_baseline(values):
+            if state is not None:
+                return state['drift'], state['adaptation']
+        if self._has_baseline(values):
             try:
-                state = load_baseline(values['baseline_file'], values['gearbox_serial'])
+                return load_baseline(values['baseline_file'], values['gearbox_serial']), {}
             except Damaged as error:
                 told = set_aside(values['baseline_file'])
                 self.get_logger().error(f'{error}: {told}')
-        return state
+        return None, {}
+
+    def _recall(self, adaptation):
+        """Let an adaptive filter go on from what it had adapted."""
+        if not adaptation:
+            return
+        try:
+            if not self.monitor.recall(adaptation):
+                self.get_logger().info('filter, model or start values are not those of the kept '
+                                       'adaptation: it begins anew')
+        except InputError as error:
+            self.get_logger().error(f'{error}: it begins anew')
 
     def _has_baseline(self, values):
         """Return whether a baseline file is named and there; it may come by save_baseline."""
@@ -187,19 +205,22 @@ class EstimatorNode(TableNode):
         since = estimate.stamp_ns - self._snapshot_stamp
         if not 0 <= since < self.monitor.parameters['snapshot_period'] * SECOND:
             self._publish_snapshot('period')
+            if self.monitor.learnt():  # goes on without windows, too
+                self._keep_state()
 
     def _on_temperature(self, message):
         if math.isfinite(message.temperature):
             self.monitor.temperature = message.temperature
 
     def _keep_state(self):
-        """Write the drift state after each window."""
+        """Write the state: after each window, and at the end."""
         tracker, p = self.monitor.tracker, self.monitor.parameters
         self._state_stamp = tracker.stamp_ns
         if not p['drift_state_file']:
             return
         try:
-            save_state(p['drift_state_file'], tracker, p['gearbox_serial'])
+            save_state(p['drift_state_file'], tracker, p['gearbox_serial'],
+                       self.monitor.learnt())
             self._state_error = ''
         except InputError as error:  # a full disk must not stop the estimates
             if str(error) != self._state_error:
@@ -219,6 +240,7 @@ class EstimatorNode(TableNode):
     def _findings(self):
         """Return {component: Finding}; a stream that stopped is never reported as good."""
         shown, unpaired = self._inputs.pairing()
+        shown['messages_lost'], lost = self._inputs.lost()
         if self._set_back:
             shown['clock_set_back'] = self._set_back
         before, silence = self._silence.why, self._silence
@@ -237,6 +259,9 @@ class EstimatorNode(TableNode):
                 found['input'], [replace(usable.OTHERS, says=who)], values)
         else:
             found['input'] = replace(found['input'], values={**found['input'].values, **values})
+        if lost:
+            found['input'] = with_more(
+                found['input'], [replace(usable.LOST, says=f'{lost} messages lost')], {})
         return found
 
     def _on_second(self):
@@ -319,8 +344,10 @@ class EstimatorNode(TableNode):
         return response
 
     def close(self):
-        """Let a recording come to its end."""
+        """Write the state; let a recording that is being written come to its end."""
         self._jumps.unregister()
+        if self.monitor.input_count:
+            self._keep_state()
         self._black_box.close()
 
     def _on_save_baseline(self, _, response):

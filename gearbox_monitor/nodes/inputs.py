@@ -22,6 +22,7 @@ from sensor_msgs.msg import JointState
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.joiner import Joiner
 from gearbox_monitor.nodes.convert import joint_values_of, SampleReader, stamp_of, to_paired
+from gearbox_monitor.nodes.lost import Lost
 from gearbox_monitor.nodes.qos import advertise, best_effort, subscribe
 from gearbox_monitor.nodes.runtime import drain, RMWError
 from gearbox_monitor.publishers import ACCEPT, Publishers
@@ -54,6 +55,7 @@ class Inputs:
         self.publishers = [Publishers(parameters['other_publishers'])]  # of the motor; of the arm
         # Endpoints on our topics while nobody else gave our joints; the only one there ever was.
         self._known, self._own = set(), set()
+        self._lost, self._lost_told = (Lost(), Lost()), 0  # of the motor's topic, of the arm's
         self.joiner = self._arm = None
         self._main = subscribe(node, JointState, JOINT_STATES, self._on_message,
                                best_effort(DEPTH), raw=True)
@@ -119,7 +121,7 @@ class Inputs:
         if self.joiner is None:
             sample = self._reader.sample(message)
             if sample is None:
-                self._is_foreign(message)
+                self._is_foreign(message, 0, info)
             elif self._admitted(0, info):
                 self._take(sample, self._reader.raw(message))
             return
@@ -128,16 +130,18 @@ class Inputs:
         if values is not None and self._admitted(0, info):
             self._joined(self.joiner.motor(stamp_of(message), values))
         if self._arm is None and arm in message.name:
+            if values is None:
+                self._lost[0].seen(info, False)
             self._one_arm(message, info)
         elif values is None:
-            self._is_foreign(message)
+            self._is_foreign(message, 0, info)
 
     def _one_arm(self, message, info):
         if message is None:
             return
         values = joint_values_of(message, self.joints[1])
         if values is None:
-            self._is_foreign(message)
+            self._is_foreign(message, 1, info)
         elif self._admitted(1, info):
             self._joined(self.joiner.arm(stamp_of(message), values))
 
@@ -150,6 +154,9 @@ class Inputs:
         if publishers.disputes != before:
             self.clear()
             self._disputed()
+        # What is refused leaves no hole in our numbers; with all accepted there is no order.
+        if admitted and publishers.policy != ACCEPT and (joint == 0 or self._arm is not None):
+            self._lost[joint].seen(info, True)
         return admitted
 
     def _joined(self, due):
@@ -158,7 +165,8 @@ class Inputs:
             self._paired.publish(message)
             self._take(self._reader.sample(message), self._reader.raw(message))
 
-    def _is_foreign(self, message):
+    def _is_foreign(self, message, joint, info):
+        self._lost[joint].seen(info, False)
         self.foreign += 1
         self._others = _listed(message.name)
 
@@ -236,6 +244,11 @@ class Inputs:
         new = [info for info in others if bytes(info.endpoint_gid) not in self._known]
         return _listed(sorted({f'{info.node_namespace.rstrip("/")}/{info.node_name}'
                                for info in new or others or infos}))
+    def lost(self):
+        """Return how many messages were lost in all, and since last asked."""
+        count = sum(lost.count for lost in self._lost)
+        new, self._lost_told = count - self._lost_told, count
+        return count, new
 
     def pairing(self):
         """Return ({name: value}, text of what is wrong or '') of the pairs since last asked."""

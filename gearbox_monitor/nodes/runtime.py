@@ -89,31 +89,33 @@ def spin_node(factory, args=None, doc=None):
     """
     Run the node that `factory()` makes until SIGINT, SIGTERM or shutdown; return the exit code.
 
-    Call it from the main thread of the node's own process. `doc` is the text of ``--help``.
-    A node may have ``close()``: it is called once, after spinning, before the node is destroyed;
-    it can still take messages then but no longer publish. Bad input (InputError, a parameter or
-    argument that rclpy refuses) is one line on stderr and exit code 2. SIGINT stays ignored when
-    this returns.
+    It may make several: a list. Call it from the main thread of the process. `doc` is the text of
+    ``--help``. A node may have ``close()``: it is called once, after spinning, before the node is
+    destroyed; it can still take messages then but no longer publish. Bad input (InputError, a
+    parameter or argument that rclpy refuses) is one line on stderr and exit code 2. SIGINT stays
+    ignored when this returns.
     """
     name = Path(sys.argv[0]).stem
     args = sys.argv if args is None else args
     parser = argparse.ArgumentParser(
         prog=name, description=doc, formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog='ROS arguments follow --ros-args, for example --ros-args --params-file FILE.')
-    node, code = None, 0
+    nodes, code = [], 0
     _die_with_parent()
 
     def on_interrupt(*_):
         # Once the node is there rclpy's own handler ends the spinning; an exception on top could
         # hit any line, even of a destructor.
-        if node is None:
+        if not nodes:
             raise KeyboardInterrupt
     signal.signal(signal.SIGINT, on_interrupt)  # rclpy calls what it finds here at its start
     try:
         _init(args, parser)
-        node = factory()
+        made = factory()
+        nodes = made if isinstance(made, list) else [made]
         executor = SingleThreadedExecutor()
-        executor.add_node(node)
+        for node in nodes:
+            executor.add_node(node)
         executor.spin()
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
@@ -130,12 +132,13 @@ def spin_node(factory, args=None, doc=None):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         try:
-            if hasattr(node, 'close'):
-                node.close()
+            for node in nodes:
+                if hasattr(node, 'close'):
+                    node.close()
         except InputError as error:
             code = _refuse(name, error)
         finally:
-            if node is not None:
+            for node in nodes:
                 node.destroy_node()
             rclpy.try_shutdown()
     return code

@@ -35,12 +35,13 @@ class Watcher:
 
     findings: {component: Finding} of the estimator's newest diagnostics, values as texts;
     recorder: the recorder's Finding or None; alerts: texts of the drift alerts, oldest first;
-    updates: how many diagnostics of the estimator have come.
+    updates: how many diagnostics of the estimator have come; snapshots: those of the estimator,
+    {name: text}, oldest first, the first one what it began with.
     """
 
     def __init__(self, name, domain):
         self.findings, self.recorder, self.alerts, self.updates = {}, None, [], 0
-        self._snapshot = False
+        self.snapshots = []
         self._context = rclpy.Context()
         rclpy.init(args=['--ros-args', '--disable-external-lib-logs'], context=self._context,
                    domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
@@ -61,7 +62,7 @@ class Watcher:
 
     def ready(self):
         """Return whether estimator and recorder listen to what a plant will publish."""
-        return (self._snapshot and self._node.count_subscribers(JOINT_STATES) >= 2
+        return (bool(self.snapshots) and self._node.count_subscribers(JOINT_STATES) >= 2
                 and self._node.count_subscribers(PLANT_TRANSMISSION_STATE) >= 1)
 
     def close(self):
@@ -69,16 +70,17 @@ class Watcher:
         self._node.destroy_node()
         rclpy.shutdown(context=self._context)
 
-    def _on_snapshot(self, _):
-        self._snapshot = True
+    def _on_snapshot(self, message):
+        self.snapshots += [{value.key: value.value for value in status.values}
+                           for status in message.status]
 
     def _on_alert(self, message):
-        self.alerts += [f'{_level(s).name}: {s.message}' for s in message.status]
+        self.alerts += [f'{level_of(s).name}: {s.message}' for s in message.status]
 
     def _on_diagnostics(self, message):
         for status in message.status:
             node, _, component = status.name.partition(': ')
-            finding = Finding(_level(status), status.message,
+            finding = Finding(level_of(status), status.message,
                               {value.key: value.value for value in status.values})
             if node == 'estimator':
                 self.findings[component] = finding
@@ -87,5 +89,6 @@ class Watcher:
         self.updates += message.status[0].name.startswith('estimator: ') if message.status else 0
 
 
-def _level(status):
+def level_of(status):
+    """Return the Level of a DiagnosticStatus."""
     return Level(min(ord(status.level), Level.ERROR))

@@ -57,7 +57,12 @@ REFUSED = (
     _refused('check rate and load of source and network', 'samples missed (by stamps)'),
     _refused('check what the source computes', 'values that are infinite or beyond 1e9',
              'filter restarts after divergence'))
-CONDITIONS = (SILENT, OTHERS, NO_SAMPLE, *REFUSED)
+# Judged by the node, which knows the numbers of the messages: recordings do not have them.
+LOST = Condition(
+    'input', Level.WARN, 'messages lost', 'a number of a message is missing between two '
+    'diagnostics: dropped on the way, or by the full queue of the node', '1 s, at once',
+    'lower the rate or the load of this machine', ('messages_lost',))
+CONDITIONS = (SILENT, OTHERS, NO_SAMPLE, *REFUSED, LOST)
 
 
 def check(new: Mapping[str, int], usable: int, values: Values) -> Finding:

@@ -78,14 +78,15 @@ class Child:
     """
     One node in a process and session of its own; its output goes to the file `log`.
 
-    module: to run with ``python -m``. parameters: {name: bool, number, text or list}. Only the
-    parent gets the terminal's Ctrl-C; it stops its children in order.
+    module: to run with ``python -m``, with these `arguments`. parameters: {name: bool, number,
+    text or list}. Only the parent gets the terminal's Ctrl-C; it stops its children in order.
     """
 
-    def __init__(self, name, module, parameters, log, env):
+    def __init__(self, name, module, parameters, log, env, arguments=()):
         self.name, self.log = name, Path(log)
         # No log files of ROS beside ours: their directory may be missing or read-only.
-        command = [sys.executable, '-m', module, '--ros-args', '--disable-external-lib-logs']
+        command = [sys.executable, '-m', module, *arguments, '--ros-args',
+                   '--disable-external-lib-logs']
         for key, value in parameters.items():
             command += ['-p', f'{key}:={json.dumps(value)}']
         root = str(Path(gearbox_monitor.__file__).resolve().parents[1])

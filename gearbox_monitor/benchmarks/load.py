@@ -1,0 +1,250 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+How much live estimators stand: samples dropped, latency and CPU against rate and number.
+
+A simulated drive feeds real nodes over DDS, on this machine only, in a ROS domain of its own. All
+estimators share one core, in one process or one each; the source has the other cores. Latency:
+from sending a stamped sample to publishing its estimate. And more is sent than can be taken.
+docs/load.md explains the tables.
+
+usage examples:
+  gearbox_monitor benchmark load
+  gearbox_monitor benchmark load --rates 1000 --numbers 1 7 14 --seconds 30
+  gearbox_monitor benchmark load --json load.json
+"""
+import json
+import os
+from pathlib import Path
+import time
+
+import numpy as np
+from tqdm import tqdm
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.jit import COMPILED
+
+RATES, NUMBERS = (100.0, 500.0, 1000.0, 2000.0, 4000.0), (1, 2, 4, 8)
+SECONDS, PAST = 10.0, 20_000.0
+BARS = {100.0: 0.010, 500.0: 0.010, 1000.0: 0.010, 2000.0: 0.010}  # s, p99 of one gearbox
+LATE = 0.01  # share of samples sent late from which on the source is the limit
+# Past the limit: the queue's length in time, and some for the machine; growth of memory.
+SLACK, GROWTH = 2.0, 16e6
+LAYOUTS = ONE, EACH = 'one process', 'a process each'
+
+
+def add_arguments(parser):
+    parser.add_argument('--rates', type=float, nargs='+', default=list(RATES), metavar='HZ',
+                        help=f'default: {" ".join(f"{r:g}" for r in RATES)}')
+    parser.add_argument('--numbers', type=int, nargs='+', default=list(NUMBERS), metavar='N',
+                        help='of gearboxes; a rate is left out beyond the first number that '
+                        f'drops samples (default: {" ".join(map(str, NUMBERS))})')
+    parser.add_argument('--seconds', type=float, default=SECONDS, metavar='S',
+                        help='length of each run (default: %(default)s)')
+    parser.add_argument('--past', type=float, default=PAST, metavar='HZ',
+                        help='rate that is more than can be taken (default: %(default)s)')
+    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+
+
+def evaluate(rates, numbers, seconds, past):
+    """Return all figures as plain data; the numbers of gearboxes ascend."""
+    from gearbox_monitor.benchmarks.live import live
+    rows, over = [], None
+    with live() as nodes, tqdm(total=len(LAYOUTS) * len(numbers) * len(rates) + 1, desc='load',
+                               disable=None, leave=False) as bar:
+        for layout in LAYOUTS:
+            left = set(rates)
+            for number in numbers:
+                if layout == EACH and number == 1:
+                    bar.update(len(rates))
+                    continue  # the same
+                with _Estimators(nodes, layout, number) as estimators:
+                    for rate in rates:
+                        if rate in left:
+                            rows.append(estimators.run(rate, seconds))
+                            if not _held(rows[-1]):
+                                left.remove(rate)
+                        bar.update()
+                    if over is None:
+                        over = estimators.run(past, seconds)
+                        bar.update()
+    return {'seconds': seconds, 'cores': os.cpu_count(), 'runs': rows, 'past': over,
+            'bars': bars(rows, over)}
+
+
+def _held(row):
+    return row['dropped'] == 0
+
+
+class _Estimators:
+    """`number` of estimators on the last core, and their Source on the others."""
+
+    def __init__(self, nodes, layout, number):
+        self.nodes, self.layout, self.number = nodes, layout, number
+
+    def __enter__(self):
+        from gearbox_monitor.benchmarks.live_source import Source
+        cores = sorted(os.sched_getaffinity(0))
+        self._cores = cores
+        names = [f'g{k}' for k in range(self.number)]
+        self.source = None
+        try:
+            if self.layout == ONE:
+                self._start('estimators', names)
+            else:
+                for name in names:
+                    self._start(name, [name])
+            if len(cores) > 1:
+                os.sched_setaffinity(0, cores[:-1])
+            self.source = Source(self.nodes.domain, names)
+            self.nodes.until(self.source.ready, 'a start of all estimators',
+                             lambda: self.source.spin(0.1))
+            self.source.begin(100.0)  # they know the source only a while after it knows them
+            while not all(self.source.taken):
+                self.source.in_real_time(0.5)
+            self.source.finish()
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def _start(self, name, arguments):
+        self.nodes.start(name, 'gearbox_monitor.benchmarks.load_estimators',
+                         {'arm_load': 'none'}, arguments, cores=self._cores[-1:])
+
+    def __exit__(self, *_):
+        if self.source is not None:
+            self.source.close()
+        self.nodes.end()
+        os.sched_setaffinity(0, self._cores)
+
+    def run(self, rate, seconds):
+        """Return the row of one run."""
+        from gearbox_monitor.benchmarks.live import usage
+        source, pids = self.source, [child.process.pid for child in self.nodes.children]
+        memory = []
+
+        def tick():
+            memory.append(sum(usage(pid).memory for pid in pids))
+        source.begin(rate)
+        source.slowly()
+        source.finish()
+        told, not_ok = source.told(), len(source.not_ok)
+        source.measure()
+        before, began = [usage(pid).cpu for pid in pids], time.monotonic()
+        source.in_real_time(seconds, tick)
+        took = time.monotonic() - began
+        cpu = sum(usage(pid).cpu for pid in pids) - sum(before)
+        source.slowly()  # that the last ones were lost shows by the number of the next
+        source.finish()
+        latency = np.concatenate([np.asarray(row) for row in source.latencies])
+        p50, p99, most = np.quantile(latency, (0.5, 0.99, 1.0)) if len(latency) else [np.nan] * 3
+        inputs = [text for _, name, text in source.not_ok[not_ok:]
+                  if name.endswith(': input') and 'messages lost' in text]
+        return {
+            'layout': self.layout, 'number': self.number, 'rate': rate, 'sent': source.sent,
+            'late': source.late / source.sent, 'dropped': source.missing(),
+            'counted': source.told() - told, 'told_not_ok': bool(inputs),
+            'estimates_per_s': len(latency) / took, 'cpu': cpu / took, 'p50': float(p50),
+            'p99': float(p99), 'max': float(most), 'memory': memory}
+
+
+def bars(rows, over):
+    """Return the verdicts: dicts with bar, value, expected and met."""
+    from gearbox_monitor.nodes.inputs import DEPTH
+    found = []
+
+    def add(name, value, expected, met):
+        found.append({'bar': name, 'value': value, 'expected': expected, 'met': bool(met)})
+    for row in rows:
+        if row['number'] == 1 and row['rate'] in BARS:
+            limit = BARS[row['rate']]
+            add(f'1 gearbox, {row["rate"]:g} Hz: samples dropped', str(row['dropped']), '0',
+                row['dropped'] == 0)
+            add(f'1 gearbox, {row["rate"]:g} Hz: p99 of latency', f'{1e3 * row["p99"]:.2f} ms',
+                f'<= {1e3 * limit:g} ms', row['p99'] <= limit)
+    wrong = sum(row['counted'] != row['dropped'] for row in rows)
+    add('runs whose drops the nodes count otherwise', str(wrong), '0', wrong == 0)
+    bound = SLACK * DEPTH / over['estimates_per_s'] if over['estimates_per_s'] else 0.0
+    memory = over['memory'][len(over['memory']) // 3:]
+    growth = max(memory) - memory[0] if memory else 0.0
+    add(f'past the limit ({over["rate"]:g} Hz): samples dropped', str(over['dropped']), '> 0',
+        over['dropped'] > 0)
+    add('past the limit: drops that the node counts', str(over['counted']),
+        str(over['dropped']), over['counted'] == over['dropped'])
+    add('past the limit: input says it', str(over['told_not_ok']), 'True', over['told_not_ok'])
+    add('past the limit: longest latency', f'{over["max"]:.2f} s',
+        f'<= {bound:.2f} s, {SLACK:g} full queues', over['max'] <= bound)
+    add('past the limit: memory grows by', f'{1e-6 * growth:.1f} MB', f'<= {1e-6 * GROWTH:g} MB',
+        growth <= GROWTH)
+    return found
+
+
+def text(data):
+    """Return the figures as tables for the terminal."""
+    from gearbox_monitor.benchmarks.live import verdicts
+    lines = ['  gearboxes in       number    Hz   dropped  counted  p50 ms  p99 ms  max ms'
+             '  CPU of core']
+    for row in [*data['runs'], data['past']]:
+        lines.append(
+            f'  {row["layout"]:<18}{row["number"]:7d}{row["rate"]:7g}{row["dropped"]:9d}'
+            f'{row["counted"]:9d}{1e3 * row["p50"]:8.2f}{1e3 * row["p99"]:8.2f}'
+            f'{1e3 * row["max"]:8.1f}{row["cpu"]:12.0%}'
+            + (f'  source late: {row["late"]:.1%}' if row['late'] > LATE else ''))
+    lines += ['', '  highest number without a dropped sample']
+    layouts, rates = (dict.fromkeys(row[key] for row in data['runs'])
+                      for key in ('layout', 'rate'))
+    for layout in layouts:
+        best = {rate: max((row['number'] for row in data['runs'] if row['rate'] == rate
+                           and row['layout'] in (layout, ONE if row['number'] == 1 else layout)
+                           and _held(row)), default=0) for rate in rates}
+        lines.append(f'  {layout:<18}' + ', '.join(
+            f'{rate:g} Hz: {number}' for rate, number in best.items()))
+    return '\n'.join([*lines, '', *verdicts(data['bars'])])
+
+
+def check_output(path):
+    """Raise InputError where the file `path` cannot be made for want of its directory."""
+    if path and not Path(path).absolute().parent.is_dir():
+        raise InputError(f'{path}: its directory does not exist, expected one that does')
+
+
+def check_ros(name):
+    """Raise InputError where the benchmark `name` cannot run nodes."""
+    try:
+        import rclpy  # noqa: F401
+    except ImportError as error:
+        raise InputError(f'benchmark {name}: rclpy: {error}; expected a sourced ROS 2 or an '
+                         "installation with pip install 'gearbox_monitor[ros]'") from None
+    if not COMPILED:
+        raise InputError(f'benchmark {name}: numba is missing, expected compiled kernels')
+
+
+def run(args):
+    """Run the benchmark; returns 1 when a bar is missed."""
+    check_ros('load')
+    rates, numbers = sorted(set(args.rates)), sorted(set(args.numbers))
+    for option, values in (('--rates', rates), ('--seconds', [args.seconds]),
+                           ('--past', [args.past])):
+        if not all(0.0 < value < np.inf for value in values):
+            raise InputError(f'{option}: {" ".join(f"{v:g}" for v in values)}, expected > 0')
+    if numbers[0] < 1:
+        raise InputError(f'--numbers: {numbers[0]}, expected whole numbers >= 1')
+    check_output(args.json)
+    data = evaluate(rates, numbers, args.seconds, args.past)
+    print(text(data))
+    if args.json:
+        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
+    return 0 if all(bar['met'] for bar in data['bars']) else 1

@@ -1,0 +1,34 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Several estimators in one process, in a namespace each: what the load benchmark measures.
+
+  python -m gearbox_monitor.benchmarks.load_estimators g0 g1 --ros-args -p arm_load:=none
+"""
+import sys
+
+from gearbox_monitor.nodes.estimator_node import EstimatorNode
+from gearbox_monitor.nodes.runtime import spin_node
+
+
+def main():
+    """Run one in each namespace that stands before --ros-args; returns the exit code."""
+    end = sys.argv.index('--ros-args')
+    return spin_node(lambda: [EstimatorNode(namespace=name) for name in sys.argv[1:end]],
+                     [sys.argv[0], *sys.argv[end:]])
+
+
+if __name__ == '__main__':
+    sys.exit(main())
