@@ -244,6 +244,7 @@ class Inputs:
         new = [info for info in others if bytes(info.endpoint_gid) not in self._known]
         return _listed(sorted({f'{info.node_namespace.rstrip("/")}/{info.node_name}'
                                for info in new or others or infos}))
+
     def lost(self):
         """Return how many messages were lost in all, and since last asked."""
         count = sum(lost.count for lost in self._lost)
