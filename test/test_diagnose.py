@@ -24,13 +24,13 @@ from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.read import McapReader
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli import diagnose as command
-from gearbox_monitor.report.words import MEANINGS, PLACES
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.drive.effects import EFFECTS, LOCATIONS
 from gearbox_monitor.drive.excitation import Excitation
 from gearbox_monitor.drive.model import DriveModel, Transmission
 from gearbox_monitor.drive.simulate import simulate
 from gearbox_monitor.files import load_model
+from gearbox_monitor.report.words import MEANINGS, PLACES
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 T0 = 1_700_000_000_000_000_000
