@@ -21,8 +21,8 @@ import textwrap
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from gearbox_monitor.drive.effects import EFFECTS, IN_FILTERS, LOCATIONS  # noqa: E402
-from gearbox_monitor.report.words import MEANINGS  # noqa: E402, I100, I202
+from gearbox_monitor.drive.effects import EFFECTS, IN_FILTERS, LOCATIONS  # noqa: E402, I202
+from gearbox_monitor.report.words import MEANINGS  # noqa: E402
 
 PAGE = ROOT / 'docs/effects.md'
 HEAD = """\
