@@ -102,10 +102,18 @@ class Nodes:
         return int(found.values.get('samples', 0)) if found else 0
 
     def close(self):
-        """End all nodes and wait for them, the recorder last: it was started first."""
+        """
+        End all nodes and wait for them, the recorder last: it was started first.
+
+        One that does not end within 30 s is killed: none is left.
+        """
         for process in reversed(self.processes):
             process.terminate()
-            process.wait(30)
+            try:
+                process.wait(30)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
         self.watcher.close()
 
 

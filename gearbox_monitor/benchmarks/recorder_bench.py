@@ -79,8 +79,8 @@ class Bench:
     def plant(self, rate):
         """Start a plant of `rate` (Hz) instead of the one before; 0: none."""
         if self._plant is not None:
-            self._plant.terminate()
-            self._plant.wait(30)
+            self._plant.kill()
+            self._plant.wait()
             self.forget(self._plant)
             self._plant = None
         if not rate:
