@@ -89,7 +89,7 @@ VALUES = (
          ('information_share_tau_k', '-', 'what 0.1 s leave of the prior deviation of tau_K: '
           '0 known, 1 nothing learnt'),
          ('information_share_threshold', '-', 'ERROR above'),
-         ('stated_share_tau_k', '-', 'deviation of tau_K that the filter states, over prior'),
+         ('stated_share_tau_k', '-', 'stated deviation of tau_K over the prior one'),
          ('stated_share_threshold', '-', 'ERROR above'),
          ('information_share_motor_speed', '-', 'the same of the motor speed; told only'),
          ('information_share_tau_arm', '-', 'the same of an unknown load on the arm; told only'),

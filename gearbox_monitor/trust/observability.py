@@ -18,9 +18,8 @@ First trust indicator: the torque can be seen from these measurements, in this m
 The paper's equation (6) looks at the Jacobian of [f; h] at a point; in raw units it ranks a lost
 encoder above a healthy standstill. What decides the level is therefore the information share: how
 much of the prior standard deviation of tau_K is left after 100 ms of measurements. It takes the
-model for exact within that time: precise encoders then see through the slightest coupling. So
-what the filter states, noise of the process included, decides as well: it must know more than the
-prior.
+model for exact within that time: precise encoders then see through the slightest coupling. So what
+the filter states, with noise of the process, decides as well: it must know more than the prior.
 """
 from collections.abc import Mapping
 import math
