@@ -56,7 +56,7 @@ def test_every_condition_names_values_that_are_published(monitor):
     for c in CONDITIONS:
         assert c.level > Level.OK and c.says and c.when and c.window and c.advice
         values = monitor.findings[c.component].values
-        if c is usable.OTHERS:  # the node publishes them: test_strangers.py
+        if c in (usable.OTHERS, usable.LOST):  # the node publishes them
             values = {**values, **dict.fromkeys(v.key for v in VALUES if v.component == 'input')}
         for key in (*c.value, *c.threshold):
             assert key in values or key == 'adapted_...', key
