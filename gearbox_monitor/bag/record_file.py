@@ -96,7 +96,7 @@ class Syncer:
         self._thread.start()
 
     def follow(self, file):
-        """Take the RecordFile `file`; those before are finished, and closed once they are synced."""
+        """Take the RecordFile `file`; those before are finished, and closed once synced."""
         self._files.append(file)
 
     def _run(self):
