@@ -35,9 +35,9 @@ import shutil
 import sys
 import time
 
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.nodes.domain import own_domain
 from gearbox_monitor.nodes.processes import Child, ChildFailed, Interrupt
-from gearbox_monitor.errors import InputError
 
 # Heavy modules are imported where they are used, after Ctrl-C has been taken care of.
 

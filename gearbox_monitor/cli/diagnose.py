@@ -49,13 +49,13 @@ from gearbox_monitor.bag.inputs import find_input
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import read_recording
 from gearbox_monitor.cli.diagnose_report import text
-from gearbox_monitor.nodes.processes import cores
 from gearbox_monitor.drive.effects import library
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, save_model
 from gearbox_monitor.gap.diagnose import diagnose
 from gearbox_monitor.gap.given import given
 from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.nodes.processes import cores
 from gearbox_monitor.report import diagnosis, overlay_plot
 from gearbox_monitor.report.evidence import gather
 from gearbox_monitor.report.words import headline, on_axis

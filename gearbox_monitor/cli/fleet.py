@@ -45,9 +45,9 @@ import sys
 
 from tqdm import tqdm
 
-from gearbox_monitor.nodes.processes import cores, Interrupt
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model, load_parameters
+from gearbox_monitor.nodes.processes import cores, Interrupt
 from gearbox_monitor.parameters import SETTINGS
 
 SHOWN = 10  # gearboxes, and bags that failed, on the terminal
