@@ -95,7 +95,7 @@ class _Estimators:
         self.nodes, self.layout, self.number = nodes, layout, number
 
     def __enter__(self):
-        from gearbox_monitor.benchmarks.live_source import Source
+        from gearbox_monitor.nodes.source import Source
         cores = sorted(os.sched_getaffinity(0))
         self._cores = cores
         names = [f'g{k}' for k in range(self.number)]
@@ -224,7 +224,7 @@ def check_output(path):
 def check_ros(name):
     """Raise InputError where the benchmark `name` cannot run nodes."""
     try:
-        import rclpy  # noqa: F401
+        import gearbox_monitor.nodes.source  # noqa: F401
     except ImportError as error:
         raise InputError(f'benchmark {name}: rclpy: {error}; expected a sourced ROS 2 or an '
                          "installation with pip install 'gearbox_monitor[ros]'") from None

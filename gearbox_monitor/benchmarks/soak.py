@@ -59,7 +59,7 @@ def add_arguments(parser):
 def evaluate(seconds, rate, real_time, every=1.0):
     """Return all figures of a run of `seconds` of stamps as plain data."""
     from gearbox_monitor.benchmarks.live import live, usage
-    from gearbox_monitor.benchmarks.live_source import (
+    from gearbox_monitor.nodes.source import (
         NOTHING_SAID, parameters_of, slowness, Source)
     slow = slowness(rate)
     parameters = parameters_of(slow)

@@ -125,7 +125,7 @@ def resume(memory: Array) -> None:
 
 
 def learnt(memory: Array, p: Array) -> Values:
-    """Return what was adapted, to be kept in a file; {} where nothing is. As of adapted."""
+    """Return what was adapted, for a file, {} where nothing is; memory, p: as of adapted."""
     count = int(p[ADAPT_COUNT])
     if not count or not memory[STARTED]:
         return {}
@@ -140,7 +140,7 @@ def learnt(memory: Array, p: Array) -> Values:
 
 def recall(memory: Array, p: Array, kept: Values) -> bool:
     """
-    Let `memory` go on from what learnt() has `kept`; arguments as of adapted.
+    Let `memory` go on from what learnt() has `kept`; memory, p: as of adapted.
 
     Returns False, changing nothing, where it began from other parameters than p. Raises
     ValueError where it is no such thing.

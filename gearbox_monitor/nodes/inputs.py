@@ -154,8 +154,7 @@ class Inputs:
         if publishers.disputes != before:
             self.clear()
             self._disputed()
-        # What is refused leaves no hole in our numbers; with all accepted there is no order.
-        if admitted and publishers.policy != ACCEPT and (joint == 0 or self._arm is not None):
+        if admitted and (joint == 0 or self._arm is not None):  # what is refused is no hole
             self._lost[joint].seen(info, True)
         return admitted
 
