@@ -153,6 +153,7 @@ class Inputs:
                                     info['received_timestamp'] or time.time_ns())
         if publishers.disputes != before:
             self.clear()
+            self._lost[joint].forget()
             self._disputed()
         if admitted and (joint == 0 or self._arm is not None):  # what is refused is no hole
             self._lost[joint].seen(info, True)
@@ -277,6 +278,8 @@ class Inputs:
         """Follow whoever speaks next."""
         for publishers in self.publishers:
             publishers.forget()
+        for lost in self._lost:
+            lost.forget()
 
 
 def _listed(names):

@@ -26,6 +26,10 @@ class Lost:
     def __init__(self):
         self.count, self._next = 0, None
 
+    def forget(self):
+        """Begin anew: what was not looked at is not lost."""
+        self._next = None
+
     def seen(self, info, ours):
         """Take the `info` of a message (rclpy); ours: it is of the publisher that is counted."""
         number = info.get('publication_sequence_number')  # None: the middleware has none
