@@ -329,7 +329,7 @@ def test_no_half_table_and_no_pyarrow(drive, tmp_path, capsys, monkeypatch):
         with monkeypatch.context() as patch:
             patch.setattr(tables.CsvTable, '_write', full)
             patch.setattr(tables.ParquetTable, '_write', full)
-            patch.setattr('gearbox_monitor.bag.write.BagWriter._finish_chunk', full)
+            patch.setattr('gearbox_monitor.bag.part.Part.finish_chunk', full)
             patch.setattr('gearbox_monitor.bag.write.CHUNK_BYTES', chunk)
             assert main([*options, '--out', str(tmp_path / name)]) == 2
         told = capsys.readouterr().err
