@@ -20,7 +20,7 @@ import re
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / 'gearbox_monitor'
-CORE = [path for name in ('drive', 'filters', 'trust', 'drift')
+CORE = [path for name in ('drive', 'filters', 'trust', 'drift', 'gap')
         for path in sorted((PACKAGE / name).glob('*.py'))]
 CORE += [PACKAGE / f'{name}.py' for name in (
     'history', 'interval', 'jit', 'monitor', 'parameters', 'score', 'signals', 'stream', 'tuner')]

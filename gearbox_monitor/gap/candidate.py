@@ -12,7 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What is fitted: nuisance values of the model and parameters of effects, as coordinates."""
+"""
+What is fitted: nuisance values of the model and parameters of effects, as coordinates.
+
+z [P]: coordinates. order: N of a periodic effect, else None.
+"""
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import math

@@ -18,6 +18,8 @@ Check that a recording is one of the drive in the model file and holds enough mo
 Each finding is a Problem. A fatal one means that a verdict would be about the recording, not about
 the drive: wrong channel, sign or unit, a dead or clipped encoder, no motion. The others say what
 the recording cannot show.
+
+sigma [2]: noise of the encoders, rad. smooth: a Smooth; swap: whether the encoders change places.
 """
 from dataclasses import dataclass, replace
 from itertools import product

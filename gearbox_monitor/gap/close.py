@@ -17,6 +17,10 @@ How far the gap closes: on windows that were not fitted, with an interval, and w
 
 gap: root mean square of the readings against free runs of 1 s, in standard deviations of the
 encoders; each window has its own best start. Its floor is 1.
+
+search: the Search whose long windows are judged; none: Fitted without effect; fits: two
+Windowed; point: a Point of the fit. before, after: gap before and after. sigma [2]: noise of the
+encoders, rad. recording: a Recording. seed: of the bootstrap.
 """
 from collections.abc import Sequence
 from dataclasses import replace

@@ -12,7 +12,15 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The diagnosis: where the gap between recording and model lies, which effect, how far it goes."""
+"""
+The diagnosis: where the gap between recording and model lies, which effect, how far it goes.
+
+search: the Search with all fits; none, best: Fitted without effect, and the one that is reported;
+kind: 'effect', 'none' or 'unknown'; candidate: its Candidate, nuisances: {name: relative change}.
+recordings: of one drive; validate: one more, to judge by. only, exclude: ids of effects. lattices:
+ids of quantisation; quantum [2]: steps of the encoders, rad. residual [W, L, C]: in sigmas.
+seed: of the bootstrap.
+"""
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any

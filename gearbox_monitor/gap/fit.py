@@ -17,6 +17,14 @@ Fit a candidate to the windows of a recording: Gauss-Newton with the window stat
 
 Residuals are in standard deviations of the encoders. Each window has 4 states of its own (motor
 and arm position and speed where it begins); the candidate's coordinates are fitted jointly.
+
+data: Data, what is fitted; simulator: runs it; candidate: Candidate, point: Point. model:
+DriveModel; states, memory [W, 4]: of drive and effects where windows begin; carry: what they
+become one window later; index [M]: numbers of windows; extra: free-form signals. residual [W, 2L]:
+in sigmas; chi2 [W]: its squares. train [W]: windows whose fit moves coordinates; weight [W]:
+theirs; robust: windows that stand out weigh less; weighing, whiten: noise that is not white, see
+gap.lasting and gap.process_noise. half_gap: rad, on which states are tried elsewhere. iterations: at most;
+which: coordinates; stretch: factor on their steps; z [P]: coordinates.
 """
 from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass, replace

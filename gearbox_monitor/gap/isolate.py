@@ -18,6 +18,8 @@ What a recording can separate: the angles between the signatures of effects.
 The signature of an effect is the change of the windows' readings by a little of it, less what
 window states (and nominal values, as far as they scatter) can imitate. With evidence d of an
 effect, another one that leaves the share s2 of its signature imitates it unless d s2 > LIMIT.
+
+search: Search with all fits; fitted: Fitted; order: N of a periodic effect, else None.
 """
 import math
 from typing import TypeAlias

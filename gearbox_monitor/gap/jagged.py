@@ -18,6 +18,8 @@ Fits where the motor's motion drives the model: what they make small is jagged.
 A contact of the gap that is made a little earlier or later changes a run for a while. Derivatives
 over a short step then tell of single contacts only, over a long one they miss the bottom. So steps
 of several lengths take turns, each followed along its direction as far as it leads down.
+
+data, candidate, iterations, robust: as of fit.fit; tolerance: gain in chi2 below which it ends.
 """
 from typing import TYPE_CHECKING
 

@@ -18,6 +18,8 @@ What no model of a real drive explains, where the motor's motion drives the mode
 Friction varies with the position, gears are not round: torque and twist that are left last some
 tenths of a second. A reading then tells little beyond the one before it. So residuals count in the
 size of what lasts, once for each `process_torque_time`.
+
+search: Search; data: fit.Data; recording: Recording.
 """
 from collections.abc import Sequence
 import copy

@@ -16,6 +16,8 @@
 Where in the motion a residual sits: binned over speed, angle, twist and time.
 
 Arrays in, arrays out. Nothing here knows models.
+
+x, y: values of the axes; x_edges, y_edges, edges: of their bins.
 """
 from collections.abc import Sequence
 from dataclasses import dataclass

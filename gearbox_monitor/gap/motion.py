@@ -18,6 +18,9 @@ The motion that best separates effects: experiment design on the angle between t
 With an effect a of known size, d s2 is the evidence for it that another effect b cannot imitate
 (isolate). Motions of the plant's own kinds are simulated with the effect, within limits of torque,
 speed and travel, and the one that makes the least d s2 of all pairs largest is proposed.
+
+dt, seconds: sample period and length of a motion, s; search: Search of the diagnosis; seed: of the
+random numbers.
 """
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -12,7 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Noise of an encoder, its spectrum, and the lattice of its readings."""
+"""
+Noise of an encoder, its spectrum, and the lattice of its readings.
+
+residual [W, L, C]: in sigmas; quantum: step of an encoder, rad.
+"""
 import numpy as np
 from scipy.fft import dct
 

@@ -17,6 +17,8 @@ Fit the values of a drive's model from recordings, and say which of them the dat
 
 Each value moves on a log scale about that of the model file, held by a weak prior: what the data
 do not determine stays where it was, and is told.
+
+jobs: threads; progress(done, total, text): called as it goes on.
 """
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -16,6 +16,8 @@
 Models laid over a recording: free runs over windows of 1 s, and one over all of it.
 
 Window states are fitted, as for the gap; nothing else of a model moves, but for an unknown zero.
+
+run: a free run, dt: s.
 """
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -12,7 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Two effects at once: where one leaves something, the pair that leaves least."""
+"""
+Two effects at once: where one leaves something, the pair that leaves least.
+
+search: Search with the fits of single effects.
+"""
 from collections.abc import Iterable, Sequence
 from functools import partial
 from itertools import combinations

@@ -20,6 +20,9 @@ On a real drive the torque that a model leaves lasts (friction that varies with 
 `time` triangles are correlated by exp(-distance / time), and H stands for H times a root of that.
 Whitening residual and sensitivities with it leaves a fit as it is, and equals the innovations
 likelihood of a linearised Kalman filter.
+
+data: fit.Data, candidate: Candidate, point: Point, fitted: Fitted; Jx: sensitivity to the states;
+levels: noise levels that are tried, N m; rounds: of fit and noise level.
 """
 from collections.abc import Sequence
 import math

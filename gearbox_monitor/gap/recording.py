@@ -17,6 +17,8 @@ A recording as the diagnosis takes it: torque and both positions on a uniform gr
 
 What a real recording does to its stamps (jitter, single lost samples, gaps) is repaired here where
 that is harmless, told in a notice, and refused where it is not.
+
+name: of the recording, for messages.
 """
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

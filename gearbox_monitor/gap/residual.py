@@ -18,6 +18,9 @@ Where the gap lies: what a free signal at one place leaves of it, and the region
 In each window an arbitrary signal (triangles of 40 ms, interpolated linearly) is put as torque on
 the motor, on the arm or into the transmission, or as offset on one encoder. Two encoders determine
 two such signals: only at the right place does one explain both.
+
+search: Search, data: fit.Data, model: DriveModel, fitted: Fitted, start: Point to begin at, states
+[W, 4]: of its windows; dt: s; iterations: at most; jobs: threads.
 """
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor

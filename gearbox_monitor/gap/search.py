@@ -17,6 +17,10 @@ Which effect: every candidate fitted on the same windows, with the same effort, 
 
 Short windows (0.25 s) find the right contact of the gap and the rough values, windows of 1 s carry
 the evidence. The score is -2 log likelihood of the training windows plus p log n (BIC).
+
+recording: Recording; model: DriveModel; data: fit.Data; short_point, none_point: Points of short
+windows and without effect; others: Points whose window states are tried; names: of fits, by_id:
+Screened of each id; order: N of a periodic effect; keep: how many.
 """
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
