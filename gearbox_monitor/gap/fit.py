@@ -23,8 +23,8 @@ DriveModel; states, memory [W, 4]: of drive and effects where windows begin; car
 become one window later; index [M]: numbers of windows; extra: free-form signals. residual [W, 2L]:
 in sigmas; chi2 [W]: its squares. train [W]: windows whose fit moves coordinates; weight [W]:
 theirs; robust: windows that stand out weigh less; weighing, whiten: noise that is not white, see
-gap.lasting and gap.process_noise. half_gap: rad, on which states are tried elsewhere. iterations: at most;
-which: coordinates; stretch: factor on their steps; z [P]: coordinates.
+gap.lasting and gap.process_noise. half_gap: rad, on which states are tried elsewhere. iterations:
+at most; which: coordinates; stretch: factor on their steps; z [P]: coordinates.
 """
 from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass, replace

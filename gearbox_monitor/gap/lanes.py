@@ -19,7 +19,8 @@ The equations are those of drive.simulate, bit for bit, for models with a dead z
 effects that have an equation of their own: the most of all runs of a diagnosis.
 
 p, e, plugin: model, effects and plug-in, packed; begin, first [W]: samples where runs and their
-windows begin; n: steps in a sample of dt seconds; carry_at [W]: samples whose states are kept; states, memory [W, 4]: where runs begin; u [N]: torque; extra: free-form signals.
+windows begin; n: steps in a sample of dt seconds; carry_at [W]: samples whose states are kept;
+states, memory [W, 4]: where runs begin; u [N]: torque; extra: free-form signals.
 """
 from collections.abc import Sized
 
