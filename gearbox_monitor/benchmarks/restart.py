@@ -29,6 +29,7 @@ import json
 import os
 from pathlib import Path
 import random
+import re
 import signal
 import time
 
@@ -155,11 +156,20 @@ class Restarts:
         known = {self.state.name, self.baseline.name, 'tmp', 'log'}
         files = [path.name for path in self.nodes.folder.iterdir() if path.name not in known
                  and path.suffix != '.log' and not path.name.startswith('bag_')]
-        # Some is of the machine: there before, or of another's nodes that run now.
+        # Some is of the machine: there before, of another's nodes that run now, or a port that
+        # nodes of all domains use in turn.
         others = set().union(*(_shared(path.name) for path in Path('/proc').glob('[0-9]*')))
-        return {'shared': sorted(self.shared & _there() - self.before - others),
+        ours = range(7400 + 250 * self.nodes.domain, 7400 + 250 * (self.nodes.domain + 1))
+        return {'shared': sorted(name for name in self.shared & _there() - self.before - others
+                                 if (port := _port(name)) is None or port in ours),
                 'files': sorted(files + [f'tmp/{path.name}'
                                          for path in self.temporary.iterdir()])}
+
+
+def _port(name):
+    """Return the number of a port of Fast DDS in the file `name`, None where it is another."""
+    found = re.search(r'fastrtps_port(\d+)', name)
+    return int(found[1]) if found else None
 
 
 def _there():

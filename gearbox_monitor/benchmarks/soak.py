@@ -41,7 +41,7 @@ SETTLE = 15.0        # s of stamps, of the packaged drive, until all components 
 SEEN = 1.5           # s: so long before diagnostics the node may have looked for new stamps
 GROWTH = 4.0         # MB, over the part that is judged
 RATE_DRIFT, SLOWER = 1e-3, 0.8
-SHARE = 10           # the first and the last tenth are compared
+LEAST = 20           # looks at the node in the part that is judged
 
 
 def add_arguments(parser):
@@ -133,8 +133,8 @@ def judged(data):
 
 
 def _rate(rows):
-    """Return estimates per s from the first to the last of `rows`."""
-    return (rows[-1]['estimates'] - rows[0]['estimates']) / (rows[-1]['wall'] - rows[0]['wall'])
+    """Return estimates per s in `rows`; a short pause of the machine does not count."""
+    return slope([row['wall'] for row in rows], [row['estimates'] for row in rows])[0]
 
 
 def bars(data):
@@ -144,9 +144,9 @@ def bars(data):
     def add(name, value, expected, met):
         found.append({'bar': name, 'value': value, 'expected': expected, 'met': bool(met)})
     rows = judged(data)
-    if len(rows) < 2 * SHARE:
+    if len(rows) < LEAST:
         raise InputError(f'--minutes or --hours: {len(rows)} looks at the node in the part that '
-                         f'is judged, expected at least {2 * SHARE}: a longer run, or --every')
+                         f'is judged, expected at least {LEAST}: a longer run, or --every')
     wall, memory = (np.array([row[key] for row in rows]) for key in ('wall', 'memory'))
     span = wall[-1] - wall[0]
     per_s, low, high = slope(wall, memory * 1e-6)
@@ -165,14 +165,14 @@ def bars(data):
     add('samples per second of stamps, as the node states it',
         f'{min(stated):g} to {max(stated):g}' if stated else 'nothing', f'{data["rate"]:g} +- 1',
         stated and max(abs(rate - data['rate']) for rate in stated) <= 1.0)
-    tenth = max(2, len(rows) // SHARE)
+    part = len(rows) // 3
     if data['real_time']:
-        drift = _rate(rows[-tenth:]) / _rate(rows[:tenth]) - 1.0
-        add('estimates per second, last tenth over first', f'{1e6 * drift:+.0f} ppm',
+        drift = _rate(rows[-part:]) / _rate(rows[:part]) - 1.0
+        add('estimates per second, last third over first', f'{1e6 * drift:+.0f} ppm',
             f'within {1e6 * RATE_DRIFT:g} ppm', abs(drift) <= RATE_DRIFT)
     else:
         cost = [(part[-1]['cpu'] - part[0]['cpu']) / (part[-1]['estimates'] - part[0]['estimates'])
-                for part in (rows[:len(rows) // 3], rows[-(len(rows) // 3):])]
+                for part in (rows[:part], rows[-part:])]
         add('CPU per sample, first third over last', f'{cost[0] / cost[1]:.2f}',
             f'>= {SLOWER:g}', cost[0] / cost[1] >= SLOWER)
     add('drift alerts', str(len(data['alerts'])), '0', not data['alerts'])

@@ -45,6 +45,7 @@ CHUNK = 500      # samples that are simulated at once
 ESTIMATES = 'transmission_state'
 DEPTH = 20_000   # estimates that may wait here
 PAUSE = 0.4      # s
+STALL = 0.5      # s
 TAKE = 0.01      # s between two looks at them
 FEW, SLOWLY = 50, 0.005  # samples; s between two of them
 LOOK = 0.2       # s between two looks at diagnostics
@@ -244,6 +245,8 @@ class Source:
                 time.sleep(wait)
             elif -wait > period:
                 self.late += 1
+                if -wait > STALL:  # this process stood still: no burst of what it has missed
+                    begin -= wait
             self._send()
             now = time.monotonic()
             if now >= take_at:
