@@ -197,12 +197,12 @@ def bars(rows, over):
 def text(data):
     """Return the figures as tables for the terminal."""
     from gearbox_monitor.benchmarks.live import verdicts
-    lines = ['  gearboxes in       number    Hz   dropped  counted  p50 ms  p99 ms  max ms'
+    lines = ['  gearboxes in       number    Hz   dropped  counted    p50 ms    p99 ms  max ms'
              '  CPU of core']
     for row in [*data['runs'], data['past']]:
         lines.append(
             f'  {row["layout"]:<18}{row["number"]:7d}{row["rate"]:7g}{row["dropped"]:9d}'
-            f'{row["counted"]:9d}{1e3 * row["p50"]:8.2f}{1e3 * row["p99"]:8.2f}'
+            f'{row["counted"]:9d}{1e3 * row["p50"]:10.2f}{1e3 * row["p99"]:10.2f}'
             f'{1e3 * row["max"]:8.1f}{row["cpu"]:12.0%}'
             + (f'  source late: {row["late"]:.1%}' if row['late'] > LATE else ''))
     lines += ['', '  highest number without a dropped sample']
