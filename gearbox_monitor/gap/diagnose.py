@@ -45,7 +45,7 @@ PAIR_MARGIN = 40.0   # gain in BIC of a second effect
 PAIR_HINT = 60.0     # linearised gain of a second effect from which on pairs are fitted
 LACK = 0.08          # excess of chi2 that is no matter of the noise level
 LACK_RELATIVE = 2e-4  # of the gap: integration is not more accurate
-STRUCTURE = 3.0      # standard deviations of the residual in a frequency band
+STRUCTURE = 3.8      # standard deviations of the residual in a frequency band (skewed: chi2)
 PAIR_STRUCTURE = 2.5  # the same for pairs, which imitate what is in no library
 STRUCTURE_RELATIVE = 0.04  # of the gap, as LACK_RELATIVE
 BANDS = (0.0, 3.0, 8.0, 20.0, noise.MOTION)  # Hz
@@ -350,7 +350,7 @@ def report(search: Search, none: Fitted, best: Fitted, kind: str, lattices: list
     named = ids if kind == 'effect' else []
     locations = [location_of(i) for i in named]
     if kind == 'unknown':
-        locations = [places['place']]
+        locations = [places['location']]
     model = None
     nuisances, given = best.candidate.values(best.point.z)
     if ids and set(ids) - set(UNREPEATABLE):

@@ -389,9 +389,10 @@ def places(search: 'Search', fitted: 'Fitted', jobs: int = 1) -> dict[str, Any]:
     """
     Return how much of the gap that `fitted` (none) leaves a free signal at each place explains.
 
-    {'place': the best, 'places': {place: {'left': chi2 per reading, 'explained': share}},
-    'margin': left of the second best over the best, 'actuator': see command_or_motion,
-    'region': see region}. Effects of the actuator show as motor_side.
+    {'place': the best, 'location': its class, 'places': {place: {'left': chi2 per reading,
+    'explained': share}}, 'margin': left of the second best over the best, 'actuator': see
+    command_or_motion, 'region': see region}. Effects of the actuator show as motor_side; the
+    location is 'actuator' where the torque that is missing there follows the command.
     """
     found = free_forms(search, fitted, jobs, visible_places(search))
     size = fitted.point.residual.shape[1]
@@ -403,9 +404,11 @@ def places(search: 'Search', fitted: 'Fitted', jobs: int = 1) -> dict[str, Any]:
         share = (before - left * floor) / max(before - floor, 1e-9) if before > floor else 0.0
         table[place] = {'left': left, 'explained': float(np.clip(share, 0.0, 1.0))}
     order = sorted(table, key=lambda p: table[p]['left'])
-    return {'place': order[0], 'places': table,
+    laws = command_or_motion(search, found['motor_side'])
+    actuator = order[0] == 'motor_side' and laws['command'] > laws['motion']
+    return {'place': order[0], 'location': 'actuator' if actuator else order[0], 'places': table,
             'margin': table[order[1]]['left'] / table[order[0]]['left'] if order[1:] else 1.0,
-            'actuator': command_or_motion(search, found['motor_side']),
+            'actuator': laws,
             'region': region(search, fitted, found[order[0]])}
 
 
