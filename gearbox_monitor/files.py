@@ -15,6 +15,7 @@
 """Read the YAML files of a user: model of the drive, parameters of a node."""
 import contextlib
 from dataclasses import dataclass, field
+from pathlib import Path
 import re
 
 import yaml
@@ -153,6 +154,12 @@ def _lines(path, content, known):
                     name += '.'
                 left.append((name, item))
     return found
+
+
+def expect_folder_of(path):
+    """Raise InputError where the file `path` cannot be made for want of its directory."""
+    if path and not Path(path).absolute().parent.is_dir():
+        raise InputError(f'{path}: its directory does not exist, expected one that does')
 
 
 def load_model(path):

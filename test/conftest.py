@@ -32,15 +32,25 @@ def pytest_configure(config):
         os.environ['ROS_LOG_DIR'] = logs
         config.add_cleanup(lambda: shutil.rmtree(logs, ignore_errors=True))
     if getattr(config.option, 'dist', 'no') == 'load':  # -n 2 alone
-        config.option.dist = 'loadfile'
+        config.option.dist = 'loadgroup'
         # A process that crashes would otherwise be replaced and meet the same test for ever.
         if config.option.maxworkerrestart is None:
             config.option.maxworkerrestart = '0'
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config, items):
+    """One process of pytest-xdist takes all tests that start nodes, the others file by file."""
+    if getattr(config.option, 'dist', 'no') != 'loadgroup':
+        return
+    for item in items:
+        ros = item.get_closest_marker('ros') is not None
+        item.add_marker(pytest.mark.xdist_group('nodes' if ros else item.path.stem))
+
+
 @pytest.hookimpl(hookwrapper=True, tryfirst=True)
 def pytest_runtest_protocol(item):
-    """Let tests that start nodes run one at a time, also in several processes (pytest-xdist)."""
+    """Let tests that start nodes run one at a time, also beside another run of the tests."""
     if item.get_closest_marker('ros') is None:
         yield
         return

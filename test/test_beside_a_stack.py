@@ -85,7 +85,7 @@ class Robot:
         self.clock = publish(Clock, '/clock', 10)
         self.jitter = np.random.default_rng(1).integers(-300_000, 300_000, 3000).tolist()
 
-    def move(self, begin, end, rate=1200.0):
+    def move(self, begin, end, rate=600.0):
         """Publish the samples begin .. end - 1 at about `rate` per second."""
         start = time.monotonic()
         for k in range(begin, end):

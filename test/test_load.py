@@ -25,6 +25,7 @@ from gearbox_monitor.jit import COMPILED  # noqa: E402
 from gearbox_monitor.nodes.lost import Lost  # noqa: E402
 from gearbox_monitor.nodes.source import FEW  # noqa: E402
 
+pytestmark = pytest.mark.ros
 compiled = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
 
 

@@ -36,6 +36,7 @@ from gearbox_monitor.benchmarks import fault_node
 from gearbox_monitor.benchmarks.fault_cases import CASES
 from gearbox_monitor.benchmarks.fault_runs import BARS, run_case
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import expect_folder_of
 from gearbox_monitor.jit import COMPILED
 from gearbox_monitor.monitor import JUDGED
 
@@ -111,8 +112,7 @@ def run(args):
         raise InputError(f'--seeds: {args.seeds}, expected a whole number >= 1')
     if args.node is not None and not 0 <= args.node <= 232:
         raise InputError(f'--node: {args.node}, expected a ROS domain, 0 to 232')
-    if args.json and not Path(args.json).absolute().parent.is_dir():
-        raise InputError(f'{args.json}: its directory does not exist, expected one that does')
+    expect_folder_of(args.json)
     began = time.process_time()
     rows = evaluate(args.only or '', args.seeds,
                     lambda jobs: tqdm(jobs, disable=not sys.stderr.isatty(), leave=False))

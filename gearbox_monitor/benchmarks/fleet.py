@@ -40,6 +40,7 @@ from gearbox_monitor.bag.example import write_bag
 from gearbox_monitor.benchmarks.fleet_setup import cpu_seconds, dask_cluster
 from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import expect_folder_of
 from gearbox_monitor.fleet.engine import Cluster, Pool, Serial
 
 WORKERS = 2
@@ -189,8 +190,7 @@ def run(args):
                                  ('--seconds', args.seconds, 5.0)):
         if not value >= least:
             raise InputError(f'{option}: {value:g}, expected a number >= {least:g}')
-    if args.json and not Path(args.json).absolute().parent.is_dir():
-        raise InputError(f'{args.json}: its directory does not exist, expected one that does')
+    expect_folder_of(args.json)
     for name in ('fsspec', 'pyarrow'):
         if importlib.util.find_spec(name) is None:
             raise InputError(f'{name} is not installed, expected it: pip install {name}')

@@ -40,6 +40,7 @@ import traceback
 from gearbox_monitor.benchmarks.fuzz_targets import one_line, targets
 from gearbox_monitor.benchmarks.memory import forget_peak, peak_bytes
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import expect_folder_of
 
 LIMIT_S = 30.0  # CPU, one case; compiling a kernel takes a third of it
 LIMIT_BYTES = 256 << 20  # that one case may add to the resident memory
@@ -165,8 +166,7 @@ def run(args):
     """Run the benchmark; returns 1 when a file was neither read nor refused."""
     if not args.seconds > 0.0:
         raise InputError(f'--seconds: {args.seconds:g}, expected a number > 0')
-    if args.json and not Path(args.json).absolute().parent.is_dir():
-        raise InputError(f'{args.json}: its directory does not exist, expected one that does')
+    expect_folder_of(args.json)
     with tempfile.TemporaryDirectory() as folder:
         every = targets(Path(folder))
         chosen = [target for target in every if args.only in target.name]

@@ -34,6 +34,7 @@ import numpy as np
 from tqdm import tqdm
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import expect_folder_of
 from gearbox_monitor.jit import COMPILED
 
 RATES, NUMBERS = (100.0, 500.0, 1000.0, 2000.0, 4000.0), (1, 2, 4, 8)
@@ -217,12 +218,6 @@ def text(data):
     return '\n'.join([*lines, '', *verdicts(data['bars'])])
 
 
-def check_output(path):
-    """Raise InputError where the file `path` cannot be made for want of its directory."""
-    if path and not Path(path).absolute().parent.is_dir():
-        raise InputError(f'{path}: its directory does not exist, expected one that does')
-
-
 def check_ros(name):
     """Raise InputError where the benchmark `name` cannot run nodes."""
     try:
@@ -244,7 +239,7 @@ def run(args):
             raise InputError(f'{option}: {" ".join(f"{v:g}" for v in values)}, expected > 0')
     if numbers[0] < 1:
         raise InputError(f'--numbers: {numbers[0]}, expected whole numbers >= 1')
-    check_output(args.json)
+    expect_folder_of(args.json)
     data = evaluate(rates, numbers, args.seconds, args.past)
     print(text(data))
     if args.json:

@@ -33,6 +33,7 @@ from gearbox_monitor.drive.effects import EFFECTS
 from gearbox_monitor.drive.excitation import Excitation
 from gearbox_monitor.drive.model import DriveModel, Transmission
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import expect_folder_of
 from gearbox_monitor.gap.isolate import LIMIT
 from gearbox_monitor.gap.motion import DT, separations, suggest
 
@@ -193,8 +194,7 @@ def run(args):
     for name in ('n', 'random'):
         if getattr(args, name) < 1:
             raise InputError(f'--{name}: {getattr(args, name)}, expected a whole number >= 1')
-    if args.json and not Path(args.json).absolute().parent.is_dir():
-        raise InputError(f'{args.json}: its directory does not exist, expected one that does')
+    expect_folder_of(args.json)
     with tqdm(total=args.n, desc='cases', disable=None, leave=False) as bar:
         data = evaluate(args.n, args.random, args.seed, bar.update)
     print(text(data))

@@ -37,6 +37,7 @@ from gearbox_monitor.drive.excitation import Excitation
 from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import expect_folder_of
 from gearbox_monitor.filters.smoother import S_TAU_K, smoother_parameters
 from gearbox_monitor.interval import smooth_interval
 from gearbox_monitor.jit import COMPILED
@@ -304,8 +305,7 @@ def run(args):
     if args.seeds < 1:
         raise InputError(f'--seeds: {args.seeds}, expected a whole number >= 1')
     for path in (args.json, args.png):
-        if path and not Path(path).absolute().parent.is_dir():
-            raise InputError(f'{path}: its directory does not exist, expected one that does')
+        expect_folder_of(path)
 
     def progress(line):
         if sys.stderr.isatty():

@@ -41,6 +41,7 @@ from tqdm import tqdm
 from gearbox_monitor.benchmarks import recorder_accidents as accidents
 from gearbox_monitor.benchmarks.recorder_bench import Bench
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import expect_folder_of
 
 SPLIT = 0.5  # s, a file of the bags that are split
 
@@ -92,8 +93,7 @@ def run(args):
         domain = int(text_id) if text_id.isdigit() else -1
     if not 0 <= domain <= 232:
         raise InputError(f'--domain: {domain}, expected a ROS domain, 0 to 232')
-    if args.json and not Path(args.json).absolute().parent.is_dir():
-        raise InputError(f'{args.json}: its directory does not exist, expected one that does')
+    expect_folder_of(args.json)
     rows, split = [], args.kills // 3
     with tempfile.TemporaryDirectory() as folder, tqdm(
             total=args.kills + args.power_cuts + 6, disable=not sys.stderr.isatty(),

@@ -36,8 +36,9 @@ import time
 from tqdm import tqdm
 
 from gearbox_monitor.baseline import load_state
-from gearbox_monitor.benchmarks.load import check_output, check_ros
+from gearbox_monitor.benchmarks.load import check_ros
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import expect_folder_of
 from gearbox_monitor.monitor import Monitor
 
 TIMES = 50
@@ -288,7 +289,7 @@ def run(args):
     check_ros('restart')
     if args.times < 1:
         raise InputError(f'--times: {args.times}, expected a whole number >= 1')
-    check_output(args.json)
+    expect_folder_of(args.json)
     data = evaluate(args.times, args.seed)
     print(text(data))
     if args.json:

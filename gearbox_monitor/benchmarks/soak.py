@@ -32,8 +32,9 @@ import numpy as np
 from scipy.stats import theilslopes
 from tqdm import tqdm
 
-from gearbox_monitor.benchmarks.load import check_output, check_ros
+from gearbox_monitor.benchmarks.load import check_ros
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import expect_folder_of
 
 WINDOW = 500         # samples that may wait for their estimate: a quarter of the node's queue
 LEAD = 2.0           # s of samples before the measurement
@@ -215,7 +216,7 @@ def run(args):
     for name, number in ((option, value), ('--rate', args.rate), ('--every', args.every)):
         if not 0.0 < number < np.inf:
             raise InputError(f'{name}: {number:g}, expected > 0')
-    check_output(args.json)
+    expect_folder_of(args.json)
     seconds = 3600.0 * args.hours if args.minutes is None else 60.0 * args.minutes
     data = evaluate(seconds, args.rate, args.minutes is not None, args.every)
     print(text(data))

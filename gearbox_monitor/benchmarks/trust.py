@@ -37,6 +37,7 @@ from gearbox_monitor.benchmarks import (
 from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
 from gearbox_monitor.drive.simulate import simulate
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import expect_folder_of
 from gearbox_monitor.jit import COMPILED
 from gearbox_monitor.monitor import Monitor
 
@@ -376,8 +377,7 @@ def run(args):
         raise InputError(f'--seeds: {args.seeds}, expected a whole number >= 1')
     if args.quick and args.full:
         raise InputError('--full: given with --quick, expected one of them')
-    if args.json and not Path(args.json).absolute().parent.is_dir():
-        raise InputError(f'{args.json}: its directory does not exist, expected one that does')
+    expect_folder_of(args.json)
     if args.data is not None:
         trust_real.check(args.data)
     size = dict(SIZES['quick' if args.quick else 'default'])

@@ -40,7 +40,7 @@ import yaml
 from gearbox_monitor.drive.effects import library
 from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model
+from gearbox_monitor.files import expect_folder_of, load_model
 from gearbox_monitor.gap.isolate import LIMIT
 from gearbox_monitor.gap.motion import Limits, suggest
 
@@ -77,8 +77,7 @@ def run(args):
     if not 4.0 <= args.seconds <= 120.0:
         raise InputError(f'--seconds: {args.seconds:g}, expected 4 to 120')
     for name in (args.out, args.csv, None if args.json == '-' else args.json):
-        if name and not Path(name).absolute().parent.is_dir():
-            raise InputError(f'{name}: its directory does not exist, expected one that does')
+        expect_folder_of(name)
     model = load_model(args.model)
     effects, pairs, sigma = _question(args)
     limits = Limits(args.max_torque, args.max_speed, args.max_travel)

@@ -237,7 +237,7 @@ class Source:
     def in_real_time(self, seconds, tick=None, every=1.0):
         """Send for `seconds`, each sample at its time; tick() is called `every` so many s."""
         begin, count, period = time.monotonic(), round(seconds * self.rate), 1.0 / self.rate
-        first, take_at, look_at, tick_at = self.sent, begin, begin, begin + every
+        first, take_at, besides = self.sent, begin, self._besides(tick, every)
         while self.sent - first < count:
             due = begin + (self.sent - first) * period
             wait = due - time.monotonic()
@@ -252,12 +252,7 @@ class Source:
             if now >= take_at:
                 self.take()
                 take_at = now + TAKE
-            if now >= look_at:
-                self._look()
-                look_at = now + LOOK
-            if tick and now >= tick_at:
-                tick()
-                tick_at += every
+            besides(now)
 
     def slowly(self):
         """Send so few samples so slowly that every node takes them."""
@@ -268,8 +263,7 @@ class Source:
 
     def as_fast_as_taken(self, count, window, tick=None, every=1.0):
         """Send `count` samples; at most `window` of them wait for their estimate."""
-        last, heard = self.sent + count, time.monotonic()
-        look_at, tick_at = heard, heard + every
+        last, heard, besides = self.sent + count, time.monotonic(), self._besides(tick, every)
         while self.sent < last:
             before = sum(self.taken)
             while self.sent < last and len(self._sent[0]) < window:
@@ -282,17 +276,23 @@ class Source:
                 self.give_up()
             else:
                 time.sleep(0.001)
+            besides(now)
+
+    def _besides(self, tick, every):
+        """Return f(now) that takes some diagnostics and calls tick(), when it is time to."""
+        look_at = time.monotonic()
+        tick_at = look_at + every
+
+        def besides(now):
+            nonlocal look_at, tick_at
             if now >= look_at:
-                self._look()
+                for _ in range(3):
+                    self._executor.spin_once(timeout_sec=0.0)
                 look_at = now + LOOK
             if tick and now >= tick_at:
                 tick()
                 tick_at += every
-
-    def _look(self):
-        """Take some of the diagnostics that wait."""
-        for _ in range(3):
-            self._executor.spin_once(timeout_sec=0.0)
+        return besides
 
     def give_up(self):
         """Wait no more for the estimates of what was sent."""
