@@ -32,20 +32,25 @@ def pytest_configure(config):
         os.environ['ROS_LOG_DIR'] = logs
         config.add_cleanup(lambda: shutil.rmtree(logs, ignore_errors=True))
     if getattr(config.option, 'dist', 'no') == 'load':  # -n 2 alone
-        config.option.dist = 'loadgroup'
+        config.option.dist = 'loadfile'
         # A process that crashes would otherwise be replaced and meet the same test for ever.
         if config.option.maxworkerrestart is None:
             config.option.maxworkerrestart = '0'
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(config, items):
-    """One process of pytest-xdist takes all tests that start nodes, the others file by file."""
-    if getattr(config.option, 'dist', 'no') != 'loadgroup':
-        return
-    for item in items:
-        ros = item.get_closest_marker('ros') is not None
-        item.add_marker(pytest.mark.xdist_group('nodes' if ros else item.path.stem))
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Give all files that start nodes to one process of pytest-xdist: they would only wait."""
+    if config.option.dist != 'loadfile':
+        return None
+    from xdist.scheduler import LoadFileScheduling
+
+    class Scheduling(LoadFileScheduling):
+
+        def _split_scope(self, nodeid):
+            name = super()._split_scope(nodeid)
+            return 'nodes' if 'pytest.mark.ros' in (config.rootpath / name).read_text() else name
+    return Scheduling(config, log)
 
 
 @pytest.hookimpl(hookwrapper=True, tryfirst=True)

@@ -234,6 +234,16 @@ def test_lattice_is_found(sound):
     assert noise_levels(np.round(y, 6))[1] == pytest.approx([1e-6, 1e-6])
 
 
+@pytest.mark.parametrize('steps', [1.0, 2.0, 3.3, 4.0, 6.0])
+def test_noise_level_on_a_coarse_lattice(sound, steps):
+    """The error of a reading, though most fourth differences are of one size."""
+    _, _, y = sound
+    q = steps * SIGMA[0]
+    coarse = q * np.rint(y / q)
+    error = np.hypot(SIGMA[0], q / np.sqrt(12.0))
+    assert noise_levels(coarse)[0][0] == pytest.approx(error, rel=0.15)
+
+
 # --- stamps and missing values ------------------------------------------------------------------
 def test_stamps_that_jitter_on_their_way_are_taken_as_even(sound):
     t, u, y = sound

@@ -41,6 +41,7 @@ from gearbox_monitor.gap.search import Fitted, Search
 
 MARGIN = 25.0        # gain in BIC of one effect over none: covers the search over some 35
 OWN_MARGIN = 16.0    # gain in -2 log L where the effect is a value that may scatter anyway
+BOUND_MARGIN = 10.0  # gain in BIC that a parameter at its bound must bring
 PAIR_MARGIN = 40.0   # gain in BIC of a second effect
 PAIR_HINT = 60.0     # linearised gain of a second effect from which on pairs are fitted
 LACK = 0.08          # excess of chi2 that is no matter of the noise level
@@ -282,6 +283,7 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
     if lack(best) and not search.noisy:
         search.settle(singles[:2])
         best = search.fitted[search.ranked()[0]]
+    best = simpler(search, best)
     hints = forward_gains(search, best)
     if lack(best) or max((g for g, _ in hints.values()), default=0.0) > PAIR_HINT:
         pairs = find_pairs(search, singles[:2])
@@ -296,6 +298,23 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
         if best.score - pair.score > PAIR_MARGIN and (lack(best) or not lack(pair)):
             best = pair
     return best, 'unknown' if lack(best) else 'effect'
+
+
+def simpler(search: Search, best: Fitted) -> Fitted:
+    """
+    Return an effect of fewer parameters instead of `best` that is at a bound and hardly better.
+
+    viscous_drift that has drifted from the first moment on is motor_viscous.
+    """
+    if not best.candidate.at_bound(best.point.z):
+        return best
+    for name in search.ranked()[1:]:
+        other = search.fitted[name]
+        if other.score - best.score > BOUND_MARGIN:
+            break
+        if other.candidate.n_effect < best.candidate.n_effect:
+            return other
+    return best
 
 
 def everywhere(search: Search, fitted: Fitted) -> float:

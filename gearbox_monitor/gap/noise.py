@@ -26,6 +26,7 @@ from gearbox_monitor.arrays import Array, Flags
 # smooth over five samples leaves none.
 DIFFERENCE_GAIN = np.sqrt(70.0)
 MAD_TO_SIGMA = 1.0 / 0.6744897501960817  # of a normal distribution
+COARSE = 0.1  # share of differences of more than one step, below which a lattice is coarse
 MOTION = 60.0  # Hz, above which motion has hardly anything
 
 
@@ -33,10 +34,10 @@ def noise_levels(y: Array) -> tuple[Array, Array]:
     """
     Return (sigma [2], quantum [2]) of readings y [N, 2], both in rad.
 
-    sigma: standard deviation of white noise, rounding included, from the median of fourth
-    differences: impacts and single wild readings do not count. quantum: step of the lattice that
-    all readings stand on, 0 where there is none. Text of few decimals is a lattice, too: a
-    quantum far below sigma says nothing about the encoder.
+    sigma: standard deviation of white noise, rounding included, from fourth differences: impacts
+    and single wild readings do not count. quantum: step of the lattice that all readings stand on,
+    0 where there is none. Text of few decimals is a lattice, too: a quantum far below sigma says
+    nothing about the encoder.
     """
     y = np.asarray(y, float)
     quantum = np.array([lattice(channel) for channel in y.T])
@@ -59,9 +60,13 @@ def noise_level(y: Array, quantum: float = 0.0) -> float:
     """Return the standard deviation (rad) of white noise on y [N] (rad), rounding included."""
     if len(y) < 5:
         return 0.0
-    spread = np.median(np.abs(np.diff(y, 4))) * MAD_TO_SIGMA / DIFFERENCE_GAIN
-    # Slow motion on a coarse lattice: most differences are 0 and the median says nothing.
-    return float(max(spread, quantum / np.sqrt(12.0)))
+    differences = np.abs(np.diff(y, 4))
+    spread = np.median(differences) * MAD_TO_SIGMA
+    most = 8.0 * quantum  # of one step to and fro
+    if np.mean(differences > most) < COARSE:  # the median would jump by whole steps
+        spread = np.sqrt(np.mean(np.minimum(differences, most) ** 2))
+    # Slow motion on a coarse lattice: most differences are 0 and say nothing.
+    return float(max(spread / DIFFERENCE_GAIN, quantum / np.sqrt(12.0)))
 
 
 def lattice(y: Array) -> float:
