@@ -37,7 +37,7 @@ from gearbox_monitor.baseline import (
 from gearbox_monitor.drift.change import COMPONENTS, Tracker
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model
-from gearbox_monitor.jit import COMPILED, KERNELS
+from gearbox_monitor.jit import CACHE_PROBLEM, COMPILED, KERNELS
 from gearbox_monitor.monitor import Monitor, Sample
 from gearbox_monitor.nodes.black_box import BlackBox
 from gearbox_monitor.nodes.convert import (
@@ -76,6 +76,8 @@ class EstimatorNode(TableNode):
         drift, adaptation = self._state_at_start(values)
         self.monitor = Monitor(model, values, drift)
         self._recall(adaptation)
+        if CACHE_PROBLEM:
+            self.get_logger().warning(CACHE_PROBLEM)
         _warm_up(model, values)
         self._gear_ratio = model.gear_ratio
         self._names = {MOTOR: values['motor_joint'], ARM: values['arm_joint']}
