@@ -14,6 +14,7 @@
 
 """The benchmark of speed: its Eigen reference is our EKF, and what cannot be measured is told."""
 from contextlib import nullcontext
+import re
 
 import numpy as np
 import pytest
@@ -74,7 +75,7 @@ def test_what_cannot_be_measured_is_told(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(speed, 'SAMPLES', 50)
     monkeypatch.setattr(speed, 'FILTERS', {'EKF': speed.FILTERS['EKF']})
     monkeypatch.setattr(speed, 'BARS', {name: bar for name, bar in speed.BARS.items()
-                                        if name in ('EKF / Eigen EKF', 'filterpy EKF / EKF')})
+                                        if 'Eigen' in name or 'start' in name})
     monkeypatch.setattr(replay, 'steppers', lambda: nullcontext(({}, {})))
     monkeypatch.setattr(speed, 'FEW', 3)
     monkeypatch.setenv(eigen_reference.VARIABLE, str(tmp_path))
@@ -82,6 +83,7 @@ def test_what_cannot_be_measured_is_told(monkeypatch, tmp_path, capsys):
     out = capsys.readouterr().out
     assert f'skipped EKF / Eigen EKF: {tmp_path}: no Eigen/Core there, expected it from' in out
     assert '  EKF   ' in out and '  Eigen EKF' not in out
+    assert 1.0 < float(re.search(r'  start and first step / import numba +([\d.]+) ', out)[1]) < 20
     # What was asked for is not skipped.
     assert main(['benchmark', 'speed', '--eigen', str(tmp_path / 'other')]) == 2
     assert 'other: no Eigen/Core there' in capsys.readouterr().err

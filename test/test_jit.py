@@ -57,7 +57,8 @@ def test_without_any_folder_kernels_run_and_the_reason_is_told_once(blocked):
     folder, found, told = python('-c', STEP, **nowhere).stdout.strip().split(' ', 2)
     assert (folder, found) == ('None', '0') and told.count('Not a directory') == 2
     done = python('-m', 'gearbox_monitor', 'replay', 'missing', '--csv', '/dev/null', **nowhere)
-    assert done.returncode == 2 and done.stderr.splitlines()[0] == f'gearbox_monitor replay: {told}'
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[0] == f'gearbox_monitor replay: {told}'
     assert done.stderr.count('no folder can keep compiled kernels') == 1
     assert not (ROOT / '~').exists()
 

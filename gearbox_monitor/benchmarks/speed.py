@@ -20,6 +20,7 @@ numpy, as a user would; they come with "pip install filterpy". An EKF in C++ wit
 where a compiler and Eigen 3.3 or newer are found; the bar is set by the usual tangent
 I + hA + h^2A^2/2, cheaper than the exact one that our EKF takes. Replay: a simulated recording of
 10 minutes (lz4) through the EKF into a Parquet file, per sample; rosbags decodes the same.
+Start-up: a process of its own each time, kernels cached.
 
 usage examples:
   gearbox_monitor benchmark speed --json speed.json
@@ -31,7 +32,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor.benchmarks import eigen_reference, filterpy_user, replay
+from gearbox_monitor.benchmarks import eigen_reference, filterpy_user, replay, startup
 from gearbox_monitor.benchmarks.paper import drive, DT
 from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
 from gearbox_monitor.drive.simulate import simulate
@@ -49,7 +50,7 @@ FILTERS = {
     'AEKF, 1 theta': {'filter': 'aekf', 'adapt': ['q_std_tau_k']},
     'AEKF, 3 theta': {'filter': 'aekf', 'adapt': ['q_std_tau_k', 'r_std_motor', 'r_std_arm']},
 }
-# bar: (value from {name: s per step}, lowest, highest)
+# bar: (value from {name: s per step, or of a start}, lowest, highest)
 BARS = {
     'EKF / Eigen EKF': (lambda t: t['EKF'] / t['Eigen EKF'], 0.0, 0.9),
     'filterpy EKF / EKF': (lambda t: t['filterpy EKF'] / t['EKF'], 150.0, np.inf),
@@ -62,6 +63,8 @@ BARS = {
         lambda t: 1.0 / replay.RATE / t['replay, estimates only'], 1500.0, np.inf),
     'rosbags / decoding': (
         lambda t: t['rosbags, decoding'] / t['replay, decoding alone'], 25.0, np.inf),
+    'start and first step / import numba': (
+        lambda t: t['first step'] / t['import numba'], 0.0, 3.0),
     'decoding / EKF': (lambda t: t['replay, decoding alone'] / t['EKF'], 0.0, 1.0),
 }
 
@@ -99,6 +102,7 @@ def evaluate(rounds, eigen=None):
             skipped['filterpy'] = str(error)
         replays, samples = stack.enter_context(replay.steppers())
         times = cpu_per_step({**rows, **replays}, {**counts, **samples}, rounds)
+    starts = startup.cpu_seconds(rounds)
     bars = []
     for bar, (value, low, high) in BARS.items():
         reason = next((why for word, why in skipped.items() if word in bar), None)
@@ -106,10 +110,11 @@ def evaluate(rounds, eigen=None):
             bars.append({'bar': bar, 'value': None, 'expected': '', 'met': None,
                          'skipped': reason})
             continue
-        found = float(value(times))
+        found = float(value({**times, **starts}))
         bars.append({'bar': bar, 'value': found, 'met': bool(low <= found <= high),
                      'expected': f'<= {high:g}' if np.isfinite(high) else f'>= {low:g}'})
-    return {'rounds': rounds, 'seconds_per_step': times, 'bars': bars}
+    return {'rounds': rounds, 'seconds_per_step': times, 'seconds_to_start': starts,
+            'bars': bars}
 
 
 def text(data):
@@ -118,6 +123,8 @@ def text(data):
     lines = ['CPU time per step or sample (median), and as a multiple of a step of the EKF:', '']
     lines += [f'  {name:<24}{1e9 * value:10.0f} ns{value / times["EKF"]:9.2f}'
               for name, value in times.items()] + ['']
+    lines += [f'  {name + ", CPU":<24}{value:13.2f} s'
+              for name, value in data['seconds_to_start'].items()] + ['']
     for bar in data['bars']:
         if bar['met'] is None:
             lines.append(f'skipped {bar["bar"]}: {bar["skipped"]}')
