@@ -20,11 +20,13 @@ variable ``GEARBOX_MONITOR_JIT=0`` chooses the interpreted kernels where numba i
 ``fastmath`` stays off: a monitor needs NaN checks, and replay needs the same bits as live. Kernels
 release the GIL, so that fits can run in threads.
 """
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import hashlib
 import os
 from pathlib import Path
 import platform
+import stat
+import tempfile
 from typing import Any, TypeVar
 
 try:
@@ -38,12 +40,13 @@ except ImportError:
 KERNELS = f'{f"numba {numba.__version__}" if COMPILED else "interpreted"} on {platform.machine()}'
 
 
-def _cache_folder() -> str:
+def _own_folders() -> list[str]:
     """
-    Return the folder for compiled kernels: one for each state of the sources.
+    Return the folders that compiled kernels may go to, the best first.
 
-    numba looks only at the file of a kernel, not at those of the kernels it calls; and files of
-    its own beside the sources would survive when pip removes the package.
+    One for each state of the sources: numba looks only at the file of a kernel, not at those of
+    the kernels it calls; and files of its own beside the sources would survive when pip removes
+    the package.
     """
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.rglob('*.py')):
@@ -51,10 +54,42 @@ def _cache_folder() -> str:
         if b'@jit' in source:
             digest.update(source)
     base = os.environ.get('XDG_CACHE_HOME') or os.path.join(os.path.expanduser('~'), '.cache')
-    return os.path.join(base, 'gearbox_monitor', digest.hexdigest()[:16])
+    # Services often have no home; among temporary files a cache lasts until a reboot.
+    temporary = os.environ.get('TMPDIR') or '/tmp'
+    return [os.path.join(folder, digest.hexdigest()[:16]) for folder in (
+        os.path.join(base, 'gearbox_monitor'),
+        os.path.join(temporary, f'gearbox_monitor-{os.getuid()}'))]
 
 
-CACHE_FOLDER = _cache_folder() if COMPILED else None
+def usable_cache(own: Sequence[str], chosen: str = '') -> tuple[str | None, str]:
+    """
+    Return (the first folder that a cache can be in, or None; else why there is none, one line).
+
+    chosen: by the user, comes first. own: folders of ours, made for this user alone; what others
+    put into one of them would be run, so that one they can write into is no good.
+    """
+    problems = []
+    for folder in [chosen, *own] if chosen else own:
+        try:
+            if not os.path.isabs(folder):
+                raise OSError('no absolute path')
+            os.makedirs(folder, 0o700, exist_ok=True)
+            for path in [] if folder == chosen else [os.path.dirname(folder), folder]:
+                status = os.lstat(path)
+                if status.st_uid != os.getuid() or status.st_mode & stat.S_IWOTH:
+                    raise OSError(f'{path} can be written by others')
+            with tempfile.TemporaryFile(dir=folder):
+                return folder, ''
+        except OSError as error:
+            problems.append(f'{folder}: {error.strerror or error}')
+    return None, ('no folder can keep compiled kernels, each start compiles them anew ('
+                  + '; '.join(problems)
+                  + '), expected XDG_CACHE_HOME or NUMBA_CACHE_DIR to name a writable one')
+
+
+CACHE_FOLDER, CACHE_PROBLEM = None, ''
+if COMPILED:
+    CACHE_FOLDER, CACHE_PROBLEM = usable_cache(_own_folders(), numba.config.CACHE_DIR)
 
 
 Kernel = TypeVar('Kernel', bound=Callable[..., Any])
@@ -96,11 +131,10 @@ def jit_anew(function: Kernel) -> Kernel:
 
 def _compiled(function: Kernel, options: dict[str, Any]) -> Kernel:
     options = {'error_model': 'numpy', 'nogil': True, **options}
-    chosen = numba.config.CACHE_DIR  # the user's, by NUMBA_CACHE_DIR
-    numba.config.CACHE_DIR = chosen or CACHE_FOLDER
+    if CACHE_FOLDER is None:
+        return numba.njit(**options)(function)
+    chosen, numba.config.CACHE_DIR = numba.config.CACHE_DIR, CACHE_FOLDER
     try:
         return numba.njit(cache=True, **options)(function)
-    except RuntimeError:  # no writable place for the cache: compile at each start instead
-        return numba.njit(**options)(function)
     finally:
         numba.config.CACHE_DIR = chosen

@@ -15,9 +15,10 @@
 """The benchmarks of replay measure what they say; their figures are not judged here."""
 import json
 
+import numpy as np
 import pytest
 
-from gearbox_monitor.benchmarks import replay, scale
+from gearbox_monitor.benchmarks import replay, scale, scale_numbers
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.jit import COMPILED
 
@@ -37,8 +38,8 @@ def test_scale_prints_bars_that_follow_from_its_rows(monkeypatch, tmp_path, caps
     monkeypatch.setattr(scale, 'WARM', 1.0)
     monkeypatch.setattr(scale, 'MODES', {'estimates only': False})
     file = tmp_path / 'scale.json'
-    code = main(['benchmark', 'scale', '--minutes', '0.5', '0.1', '--rounds', '1',
-                 '--json', str(file)])
+    code = main(['benchmark', 'scale', '--of', 'length', '--minutes', '0.5', '0.1',
+                 '--rounds', '1', '--json', str(file)])
     data = json.loads(file.read_text())
     short, long = data['rows']
     assert (short['minutes'], long['minutes']) == (0.1, 0.5)
@@ -51,7 +52,36 @@ def test_scale_prints_bars_that_follow_from_its_rows(monkeypatch, tmp_path, caps
 
 
 @compiled
+def test_exponents_follow_from_what_was_done(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(scale_numbers, 'SECONDS', dict.fromkeys(scale_numbers.SECONDS, 0.5))
+    done, file = [], tmp_path / 'scale.json'
+
+    def count(module, name, size):
+        work = getattr(module, name)
+        monkeypatch.setattr(module, name, lambda *args: (done.append(size(*args)), work(*args))[1])
+    count(scale_numbers, 'run_score', lambda _, parameters, __: parameters['q_std_tau_k'])
+    count(scale_numbers.Simulator, 'run', lambda _, windows, *rest: len(windows))
+    count(scale_numbers.Runs, 'run', lambda _, bags, engine: len(bags))
+    code = main(['benchmark', 'scale', '--of', 'windows', 'candidates', 'bags', '--rounds', '1',
+                 '--bags', '3', '2', '--candidates', '2', '3', '--windows', '20', '40', '80',
+                 '--json', str(file)])
+    data = json.loads(file.read_text())
+    assert [(row['axis'], row['number']) for row in data['numbers']] == [
+        ('windows', 20), ('windows', 40), ('windows', 80), ('candidates', 2), ('candidates', 3),
+        ('bags', 2), ('bags', 3)]
+    assert done == [20, 0.1, 1.0, 2, 20, 40, 80, 0.1, 1.0, 0.1, 1.0, 10.0, 2, 3]
+    cpu = {(row['axis'], row['number']): row['cpu_s'] for row in data['numbers']}
+    bar = next(bar for bar in data['bars'] if 'candidates' in bar['bar'])
+    assert bar['value'] == pytest.approx(
+        np.log(cpu['candidates', 3] / cpu['candidates', 2]) / np.log(1.5))
+    assert bar['met'] == (0.95 <= bar['value'] <= 1.05) and bar['expected'] == '0.95 to 1.05'
+    assert code == (0 if all(bar['met'] for bar in data['bars']) else 1)
+    assert capsys.readouterr().out.count('exponent of CPU time') == len(data['bars']) == 3
+
+
+@compiled
 @pytest.mark.parametrize('words, told', [
+    (['--bags', '3'], '--bags: 3, expected two or more different numbers'),
     (['--minutes', '3'], '--minutes: 3, expected two or more different numbers'),
     (['--minutes', '3', '-1'], '--minutes: 3 -1, expected'),
     (['--rounds', '0'], '--rounds: 0, expected'),

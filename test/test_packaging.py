@@ -146,9 +146,10 @@ def test_everything_is_installed(installed):
                             if p.is_file()}
     assert (share / 'package.xml').is_file()
     assert (prefix / 'share/ament_index/resource_index/packages/gearbox_monitor').is_file()
-    modules = {p.relative_to(ROOT) for p in (ROOT / 'gearbox_monitor').rglob('*.py')
-               if p.parent.name != 'launch'}
-    assert modules == {p.relative_to(library) for p in library.rglob('*.py')}
+    for sources in ('*.py', '*.cpp'):
+        modules = {p.relative_to(ROOT) for p in (ROOT / 'gearbox_monitor').rglob(sources)
+                   if p.parent.name != 'launch'}
+        assert modules == {p.relative_to(library) for p in library.rglob(sources)} != set()
 
 
 def test_installed_copy_finds_its_own_configuration(installed, tmp_path):

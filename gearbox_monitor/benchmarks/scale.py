@@ -13,15 +13,18 @@
 # limitations under the License.
 
 """
-Cost of a replay against the length of its bag: CPU time and peak memory, with bars.
+Cost against the length of a bag and against the number of bags, candidates and windows, with bars.
 
 Simulated recordings at 1 kHz (lz4), each replayed to Parquet with the EKF in a process of its own,
-whose start is left out. The exponent p of CPU time ~ length^p is fitted over all lengths; 1 is
-linear.
+whose start is left out; CPU time and peak memory. Numbers, all in one process: bags of 20 s that a
+fleet run replays one after the other, candidates that "tune" scores on one recording, and windows
+that a diagnosis simulates side by side. The exponent p of CPU time ~ size^p is fitted over all
+sizes; 1 is linear.
 
 usage examples:
   gearbox_monitor benchmark scale
-  gearbox_monitor benchmark scale --minutes 1 10 60 240 --json scale.json
+  gearbox_monitor benchmark scale --of length --minutes 1 10 60 240 --json scale.json
+  gearbox_monitor benchmark scale --of bags --bags 10 100 1000
 """
 import json
 from pathlib import Path
@@ -30,13 +33,17 @@ import tempfile
 import numpy as np
 from tqdm import tqdm
 
+from gearbox_monitor.benchmarks import scale_numbers
 from gearbox_monitor.benchmarks.replay import in_a_process, write_recording
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import expect_folder_of
 from gearbox_monitor.jit import COMPILED
 
 MINUTES = (10.0, 20.0, 60.0)
 WARM = 12.0  # s of the recording that is replayed before: long enough for a drift window
-EXPONENT, MEMORY = 1.05, 1.2  # highest
+EXPONENT, MEMORY = (0.95, 1.05), (0.0, 1.2)  # lowest, highest
+LENGTH = 'length'
+AXES = (LENGTH, *scale_numbers.NUMBERS)
 MODES = {'estimates only': False, 'everything': True}
 
 
@@ -44,13 +51,45 @@ def add_arguments(parser):
     parser.add_argument('--minutes', type=float, nargs='+', default=list(MINUTES),
                         help='lengths of the bags, at least two (default: '
                         f'{" ".join(f"{m:g}" for m in MINUTES)})')
+    for axis, numbers in scale_numbers.NUMBERS.items():
+        parser.add_argument(f'--{axis}', type=int, nargs='+', default=list(numbers), metavar='N',
+                            help=f'numbers of {axis}, at least two (default: '
+                            f'{" ".join(map(str, numbers))})')
+    parser.add_argument('--of', nargs='+', choices=AXES, default=list(AXES),
+                        help='what to vary (default: all)')
     parser.add_argument('--rounds', type=int, default=3,
                         help='interleaved rounds; medians count (default: 3)')
     parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
 
 
-def evaluate(minutes, rounds):
-    """Return all figures as plain data."""
+def evaluate(sizes, rounds):
+    """Return all figures as plain data; sizes: {axis: sizes}."""
+    rows, bars = [], []
+    if LENGTH in sizes:
+        rows, bars = by_length(sizes[LENGTH], rounds)
+    numbers = {axis: many for axis, many in sizes.items() if axis != LENGTH}
+    by_number = []
+    with tempfile.TemporaryDirectory() as folder:
+        for axis, times in scale_numbers.cpu_times(folder, numbers, rounds).items():
+            seconds = [float(np.median(values)) for values in times.values()]
+            by_number += [{'axis': axis, 'number': n, 'cpu_s': s} for n, s in zip(times, seconds)]
+            bars.append(_bar(f'exponent of CPU time over {axis}', _exponent(times, seconds),
+                             EXPONENT))
+    return {'rounds': rounds, 'rows': rows, 'numbers': by_number, 'bars': bars}
+
+
+def _exponent(sizes, seconds):
+    return float(np.polyfit(np.log(list(sizes)), np.log(seconds), 1)[0])
+
+
+def _bar(name, value, allowed):
+    low, high = allowed
+    return {'bar': name, 'value': value, 'met': bool(low <= value <= high),
+            'expected': f'{low:g} to {high:g}' if low else f'<= {high:g}'}
+
+
+def by_length(minutes, rounds):
+    """Return (rows, bars) of replays of bags as long as `minutes`."""
     cells = [(name, length) for name in MODES for length in minutes]
     cpu, peak = ({cell: [] for cell in cells} for _ in range(2))
     with tempfile.TemporaryDirectory() as folder, tqdm(
@@ -73,39 +112,46 @@ def evaluate(minutes, rounds):
         memory = [float(np.median(peak[name, m])) for m in minutes]
         rows += [{'mode': name, 'minutes': m, 'cpu_s': s, 'times_real_time': 60.0 * m / s,
                   'peak_mb': b / 1e6} for m, s, b in zip(minutes, seconds, memory)]
-        exponent = float(np.polyfit(np.log(minutes), np.log(seconds), 1)[0])
-        bars.append({'bar': f'{name}: exponent of CPU time over length', 'value': exponent,
-                     'expected': EXPONENT})
-        bars.append({'bar': f'{name}: peak memory, {minutes[-1]:g} min over {minutes[0]:g} min',
-                     'value': memory[-1] / memory[0], 'expected': MEMORY})
-    for entry in bars:
-        entry['met'] = bool(entry['value'] <= entry['expected'])
-    return {'rounds': rounds, 'rows': rows, 'bars': bars}
+        bars.append(_bar(f'{name}: exponent of CPU time over length',
+                         _exponent(minutes, seconds), (0.0, EXPONENT[1])))
+        bars.append(_bar(f'{name}: peak memory, {minutes[-1]:g} min over {minutes[0]:g} min',
+                         memory[-1] / memory[0], MEMORY))
+    return rows, bars
 
 
 def text(data):
     """Return the figures as a table for the terminal."""
-    lines = [f'  {"replay":<16}{"minutes":>9}{"CPU s":>10}{"x real time":>14}{"peak MB":>10}']
-    lines += [f'  {row["mode"]:<16}{row["minutes"]:9g}{row["cpu_s"]:10.2f}'
-              f'{row["times_real_time"]:14.0f}{row["peak_mb"]:10.0f}' for row in data['rows']]
-    lines.append('')
+    lines = []
+    if data['rows']:
+        lines = [f'  {"replay":<16}{"minutes":>9}{"CPU s":>10}{"x real time":>14}{"peak MB":>10}']
+        lines += [f'  {row["mode"]:<16}{row["minutes"]:9g}{row["cpu_s"]:10.2f}'
+                  f'{row["times_real_time"]:14.0f}{row["peak_mb"]:10.0f}' for row in data['rows']]
+        lines.append('')
+    if data['numbers']:
+        lines += [f'  {"of":<16}{"number":>9}{"CPU s":>10}']
+        lines += [f'  {row["axis"]:<16}{row["number"]:9d}{row["cpu_s"]:10.3f}'
+                  for row in data['numbers']]
+        lines.append('')
     lines += [f'{"met   " if bar["met"] else "MISSED"}  {bar["bar"]:<52}{bar["value"]:8.3f}   '
-              f'expected <= {bar["expected"]:g}' for bar in data['bars']]
+              f'expected {bar["expected"]}' for bar in data['bars']]
     return '\n'.join(lines)
 
 
 def run(args):
     if not COMPILED:
         raise InputError('benchmark scale: numba is missing, expected compiled kernels')
-    minutes = sorted(set(args.minutes))
-    if len(minutes) < 2 or not all(0.0 < m < np.inf for m in minutes):
-        raise InputError(f'--minutes: {" ".join(f"{m:g}" for m in args.minutes)}, expected two or '
-                         'more different numbers > 0')
+    sizes = {}
+    for axis in args.of:
+        option = 'minutes' if axis == LENGTH else axis
+        given = getattr(args, option)
+        sizes[axis] = sorted(set(given))
+        if len(sizes[axis]) < 2 or not all(0.0 < size < np.inf for size in given):
+            raise InputError(f'--{option}: {" ".join(f"{size:g}" for size in given)}, expected '
+                             'two or more different numbers > 0')
     if args.rounds < 1:
         raise InputError(f'--rounds: {args.rounds}, expected a whole number >= 1')
-    if args.json and not Path(args.json).absolute().parent.is_dir():
-        raise InputError(f'{args.json}: its directory does not exist, expected one that does')
-    data = evaluate(minutes, args.rounds)
+    expect_folder_of(args.json)
+    data = evaluate(sizes, args.rounds)
     print(text(data))
     if args.json:
         Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')

@@ -16,25 +16,32 @@
 CPU time of the filters' steps and of replay, from one interleaved run, against their bars.
 
 Case A of "benchmark paper" at 1 kHz, one thread. filterpy's filters take the same model written in
-numpy, as a user would; they come with "pip install filterpy". Replay: a simulated recording of 10
-minutes (lz4) through the EKF into a Parquet file, per sample; rosbags decodes the same messages.
+numpy, as a user would; they come with "pip install filterpy". An EKF in C++ with Eigen is compiled
+where a compiler and Eigen 3.3 or newer are found; the bar is set by the usual tangent
+I + hA + h^2A^2/2, cheaper than the exact one that our EKF takes. Replay: a simulated recording of
+10 minutes (lz4) through the EKF into a Parquet file, per sample; rosbags decodes the same.
+Start-up: a process of its own each time, kernels cached.
 
-usage example:
+usage examples:
   gearbox_monitor benchmark speed --json speed.json
+  gearbox_monitor benchmark speed --eigen path/to/eigen3
 """
+from contextlib import ExitStack
 import json
 from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor.benchmarks import filterpy_user, replay
+from gearbox_monitor.benchmarks import eigen_reference, filterpy_user, replay, startup
 from gearbox_monitor.benchmarks.paper import drive, DT
 from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
 from gearbox_monitor.drive.simulate import simulate
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import expect_folder_of
 from gearbox_monitor.jit import COMPILED
 
 SAMPLES, FEW = 5000, 300  # of our filters, and of filterpy's
+FIXED = {'arm_load': 'none'}
 FILTERS = {
     'EKF': {'filter': 'ekf'},
     'EKF, unknown load': {'filter': 'ekf', 'arm_load': 'unknown'},
@@ -44,8 +51,9 @@ FILTERS = {
     'AEKF, 1 theta': {'filter': 'aekf', 'adapt': ['q_std_tau_k']},
     'AEKF, 3 theta': {'filter': 'aekf', 'adapt': ['q_std_tau_k', 'r_std_motor', 'r_std_arm']},
 }
-# bar: (value from {name: s per step}, lowest, highest)
+# bar: (value from {name: s per step, or of a start}, lowest, highest)
 BARS = {
+    'EKF / Eigen EKF': (lambda t: t['EKF'] / t['Eigen EKF'], 0.0, 0.9),
     'filterpy EKF / EKF': (lambda t: t['filterpy EKF'] / t['EKF'], 150.0, np.inf),
     'filterpy UKF / UKF': (lambda t: t['filterpy UKF'] / t['UKF'], 150.0, np.inf),
     'SRUKF / UKF': (lambda t: t['SRUKF'] / t['UKF'], 0.0, 1.5),
@@ -56,6 +64,8 @@ BARS = {
         lambda t: 1.0 / replay.RATE / t['replay, estimates only'], 1500.0, np.inf),
     'rosbags / decoding': (
         lambda t: t['rosbags, decoding'] / t['replay, decoding alone'], 25.0, np.inf),
+    'start and first step / import numba': (
+        lambda t: t['first step'] / t['import numba'], 0.0, 3.0),
     'decoding / EKF': (lambda t: t['replay, decoding alone'] / t['EKF'], 0.0, 1.0),
 }
 
@@ -63,34 +73,49 @@ BARS = {
 def add_arguments(parser):
     parser.add_argument('--rounds', type=int, default=15,
                         help='interleaved rounds; medians count (default: 15)')
+    parser.add_argument('--eigen', metavar='DIR',
+                        help='folder with Eigen/Core (default: '
+                        f'{eigen_reference.VARIABLE}, pkg-config, /usr/include/eigen3)')
     parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
 
 
-def evaluate(rounds):
-    """Return all figures as plain data."""
+def evaluate(rounds, eigen=None):
+    """Return all figures as plain data; eigen: folder of its headers, None searches."""
     model, noise, u = drive('A')
     run = simulate(model, u[:SAMPLES], DT, noise, 0)
     y = np.ascontiguousarray(run.y)
-    steppers = {name: stepper(model, {'arm_load': 'none', **changes}, run.u, y, DT)
-                for name, changes in FILTERS.items()}
-    counts = dict.fromkeys(steppers, SAMPLES)
-    skipped = None
-    try:
-        others = filterpy_user.steppers(model, noise.measurement, run.u[:FEW], y[:FEW], DT)
-    except InputError as error:
-        others, skipped = {}, str(error)
-    with replay.steppers() as (replays, samples):
-        times = cpu_per_step({**steppers, **others, **replays},
-                             {**counts, **dict.fromkeys(others, FEW), **samples}, rounds)
+    rows = {name: stepper(model, {**FIXED, **changes}, run.u, y, DT)
+            for name, changes in FILTERS.items()}
+    counts = {}
+    skipped = {}  # {word in a bar's name: why it is skipped}
+    with ExitStack() as stack:
+        try:
+            compiled = stack.enter_context(eigen_reference.library(eigen))
+            rows.update(eigen_reference.steppers(compiled, model, FIXED, run.u, y, DT))
+        except InputError as error:
+            skipped['Eigen'] = str(error)
+        counts.update(dict.fromkeys(rows, SAMPLES))
+        try:
+            others = filterpy_user.steppers(model, noise.measurement, run.u[:FEW], y[:FEW], DT)
+            counts.update(dict.fromkeys(others, FEW))
+            rows.update(others)
+        except InputError as error:
+            skipped['filterpy'] = str(error)
+        replays, samples = stack.enter_context(replay.steppers())
+        times = cpu_per_step({**rows, **replays}, {**counts, **samples}, rounds)
+    starts = startup.cpu_seconds(rounds)
     bars = []
     for bar, (value, low, high) in BARS.items():
-        if skipped and 'filterpy' in bar:
-            bars.append({'bar': bar, 'value': None, 'expected': '', 'met': None})
+        reason = next((why for word, why in skipped.items() if word in bar), None)
+        if reason:
+            bars.append({'bar': bar, 'value': None, 'expected': '', 'met': None,
+                         'skipped': reason})
             continue
-        found = float(value(times))
+        found = float(value({**times, **starts}))
         bars.append({'bar': bar, 'value': found, 'met': bool(low <= found <= high),
                      'expected': f'<= {high:g}' if np.isfinite(high) else f'>= {low:g}'})
-    return {'rounds': rounds, 'seconds_per_step': times, 'skipped': skipped, 'bars': bars}
+    return {'rounds': rounds, 'seconds_per_step': times, 'seconds_to_start': starts,
+            'bars': bars}
 
 
 def text(data):
@@ -99,9 +124,11 @@ def text(data):
     lines = ['CPU time per step or sample (median), and as a multiple of a step of the EKF:', '']
     lines += [f'  {name:<24}{1e9 * value:10.0f} ns{value / times["EKF"]:9.2f}'
               for name, value in times.items()] + ['']
+    lines += [f'  {name + ", CPU":<24}{value:13.2f} s'
+              for name, value in data['seconds_to_start'].items()] + ['']
     for bar in data['bars']:
         if bar['met'] is None:
-            lines.append(f'skipped {bar["bar"]}: {data["skipped"]}')
+            lines.append(f'skipped {bar["bar"]}: {bar["skipped"]}')
         else:
             lines.append(f'{"met   " if bar["met"] else "MISSED"}  {bar["bar"]:<38}'
                          f'{bar["value"]:8.2f}   expected {bar["expected"]}')
@@ -113,9 +140,10 @@ def run(args):
         raise InputError('benchmark speed: numba is missing, expected compiled kernels')
     if args.rounds < 1:
         raise InputError(f'--rounds: {args.rounds}, expected a whole number >= 1')
-    if args.json and not Path(args.json).absolute().parent.is_dir():
-        raise InputError(f'{args.json}: its directory does not exist, expected one that does')
-    data = evaluate(args.rounds)
+    expect_folder_of(args.json)
+    if args.eigen:
+        eigen_reference.find_eigen(args.eigen)  # what was asked for is not skipped
+    data = evaluate(args.rounds, args.eigen)
     print(text(data))
     if args.json:
         Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')

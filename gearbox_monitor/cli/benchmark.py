@@ -29,7 +29,7 @@ import importlib
 BENCHMARKS = {
     'paper': ('paper', "the paper's tables, by all filters, beside the published numbers"),
     'speed': ('speed', "CPU time of the filters' steps and of replay, beside filterpy, rosbags"),
-    'scale': ('scale', 'CPU time and memory of a replay against the length of its bag'),
+    'scale': ('scale', 'CPU time and memory against length and number of bags, and of candidates'),
     'trust': ('trust', 'false alarms of trust and drift, and how soon faults are found'),
     'faults': ('faults', 'bad streams of samples: is it told, what is lost, how soon all is well'),
     'recorder': ('recorder', 'recorders killed, power and disks lost: all but one second is kept'),

@@ -45,6 +45,6 @@ def arctan(x: float) -> float:
         -0.06666424885737 + 0.058789289978203436 * z)
     high = (-0.052304542705439556 + 0.045515932201417086 * z) + z2 * (
         -0.034570561968958594 + 0.016285756841402314 * z)
-    q = low + z4 * (mid + z4 * high)
+    q = (low + z4 * mid) + (z4 * z4) * high
     r = offset + (t + t * z * q)
-    return -r if x < 0.0 else r
+    return math.copysign(r, x)

@@ -131,8 +131,8 @@ def update(states: States, z: Array, P: Array, y1: float, y2: float, p: Array, m
     record[at_scores] = nis
     record[at_scores + 1] = -0.5 * (nis + math.log(determinant) + dof * LOG_TWO_PI)
     record[at_scores + 2] = dof
-    # (I - K H) P (I - K H)' + K R K'; H picks the first two states, the rest of I - K H is I.
-    product = matrices[0]
+    # (I - K H) P (I - K H)' + K R K' = T + (K R - T H') K' with T = (I - K H) P. H picks the first
+    # two states, the rest of I - K H is I.
     for i in range(n):
         c1, c2 = prior[i * n], prior[i * n + 1]
         k1, k2 = c1 * i11 + c2 * i12, c1 * i12 + c2 * i22
@@ -140,16 +140,12 @@ def update(states: States, z: Array, P: Array, y1: float, y2: float, p: Array, m
         z[i] += k1 * e1 + k2 * e2
         record[at_z + i] = z[i]
         a, b = (1.0 if i == 0 else 0.0) - k1, (1.0 if i == 1 else 0.0) - k2
-        for j in range(n):
-            product[i * n + j] = ((prior[i * n + j] if i > 1 else 0.0) + a * prior[j]
-                                  + b * prior[n + j])
-    for j in range(n):
-        k1, k2 = record[at_K + 2 * j], record[at_K + 2 * j + 1]
-        a, b = (1.0 if j == 0 else 0.0) - k1, (1.0 if j == 1 else 0.0) - k2
-        for i in range(j, n):
-            value = ((product[i * n + j] if j > 1 else 0.0) + a * product[i * n]
-                     + b * product[i * n + 1] + record[at_K + 2 * i] * r1 * k1
-                     + record[at_K + 2 * i + 1] * r2 * k2)
+        t1 = (c1 if i > 1 else -0.0) + a * prior[0] + b * prior[n]
+        t2 = (c2 if i > 1 else -0.0) + a * prior[1] + b * prior[n + 1]
+        w1, w2 = k1 * r1 - t1, k2 * r2 - t2
+        for j in range(i + 1):
+            value = ((prior[i * n + j] if i > 1 else -0.0) + a * prior[j] + b * prior[n + j]
+                     + w1 * record[at_K + 2 * j] + w2 * record[at_K + 2 * j + 1])
             P[i * n + j], P[j * n + i] = value, value
             record[at_P + i * n + j], record[at_P + j * n + i] = value, value
     return True

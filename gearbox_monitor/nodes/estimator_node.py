@@ -34,10 +34,10 @@ from std_srvs.srv import Trigger
 from gearbox_monitor import __version__, stream
 from gearbox_monitor.baseline import (
     Damaged, load_baseline, load_state, save_baseline, save_state, set_aside)
-from gearbox_monitor.drift.change import COMPONENTS, Tracker
+from gearbox_monitor.drift.change import COMPONENTS, TESTS, Tracker
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model
-from gearbox_monitor.jit import COMPILED, KERNELS
+from gearbox_monitor.jit import CACHE_PROBLEM, COMPILED, KERNELS
 from gearbox_monitor.monitor import Monitor, Sample
 from gearbox_monitor.nodes.black_box import BlackBox
 from gearbox_monitor.nodes.convert import (
@@ -76,7 +76,11 @@ class EstimatorNode(TableNode):
         drift, adaptation = self._state_at_start(values)
         self.monitor = Monitor(model, values, drift)
         self._recall(adaptation)
+        if CACHE_PROBLEM:
+            self.get_logger().warning(CACHE_PROBLEM)
         _warm_up(model, values)
+        for test in TESTS:  # computed once, and not while a sample waits
+            self.monitor.tracker.settings.threshold(test)
         self._gear_ratio = model.gear_ratio
         self._names = {MOTOR: values['motor_joint'], ARM: values['arm_joint']}
         self._starts = 0

@@ -1,0 +1,107 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+CPU time against the number of things: bags of a fleet, candidates of a tuning, windows of a fit.
+
+Each function gives a row's function of a number, on inputs made once; see "benchmark scale".
+"""
+from pathlib import Path
+import time
+
+import numpy as np
+from tqdm import tqdm
+
+from gearbox_monitor.bag.example import NOISE, write_bag
+from gearbox_monitor.benchmarks.fleet import Runs
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import simulate
+from gearbox_monitor.fleet.engine import Serial
+from gearbox_monitor.fleet.paths import find_bags
+from gearbox_monitor.gap.recording import Recording
+from gearbox_monitor.gap.windows import cut, N_MEMORY, Simulator
+from gearbox_monitor.monitor import Samples
+from gearbox_monitor.score import run_score
+
+DT = 1e-3  # s
+SECONDS = {'bags': 20.0, 'candidates': 20.0, 'windows': 0.5}  # length of one
+RECORDED = 20.0  # s that windows are cut from
+# Windows: so many that what a call costs by itself does not show.
+NUMBERS = {'bags': (10, 20, 40), 'candidates': (8, 16, 32, 64),
+           'windows': (512, 1024, 2048, 4096)}
+
+
+def bags(folder, most):
+    """Return a function that replays `n` different bags, one after the other, as a fleet run."""
+    for k in range(most):
+        write_bag(folder / f'bags/{k:03d}', DriveModel(), SECONDS['bags'], k)
+    found, runs = find_bags([str(folder / 'bags')]), Runs(folder)
+
+    def run(n):
+        runs.run(found[:n], Serial())
+    return run
+
+
+def candidates(folder, most):
+    """Return a function that scores `n` tunings of the EKF on one recording, as tune does."""
+    model, t = DriveModel(), DT * np.arange(round(SECONDS['candidates'] / DT))
+    drive = simulate(model, Excitation().torque(t), DT, NOISE, 0)
+    samples = Samples(np.round((1.0 + t) * 1e9).astype(np.int64),
+                      np.column_stack([drive.u, np.full(len(t), np.nan)]), drive.y)
+    tunings = np.geomspace(0.1, 10.0, most)
+
+    def run(n):
+        for q in tunings[:n]:
+            run_score(model, {'arm_load': 'none', 'q_std_tau_k': float(q)}, samples)
+    return run
+
+
+def windows(folder, most):
+    """Return a function that runs the model freely over `n` windows, as a diagnosis does."""
+    model, t = DriveModel(), DT * np.arange(round(RECORDED / DT))
+    drive = simulate(model, Excitation().torque(t), DT, NOISE, 0)
+    recording = Recording(t, drive.u, drive.y, DT)
+    simulator, parts = Simulator(recording, model), cut(recording, SECONDS['windows'])
+    which = np.arange(most) % len(parts)
+
+    def run(n):
+        taken = parts.take(which[:n])
+        simulator.run(taken, model, drive.x[taken.begin], np.zeros((n, N_MEMORY)),
+                      np.zeros((len(t), 3)))
+    return run
+
+
+AXES = {'bags': bags, 'candidates': candidates, 'windows': windows}
+
+
+def cpu_times(folder, numbers, rounds):
+    """
+    Return {axis: {number: CPU s of each round}}; the rounds of all are interleaved.
+
+    folder: an empty one, for files; numbers: {axis: numbers}.
+    """
+    made = {}
+    for axis, many in numbers.items():
+        (Path(folder) / axis).mkdir()
+        made[axis] = AXES[axis](Path(folder) / axis, max(many))
+        made[axis](min(many))  # compiles
+    times = {axis: {n: [] for n in many} for axis, many in numbers.items()}
+    for _ in tqdm(range(rounds), 'numbers', disable=None, leave=False):
+        for axis, many in numbers.items():
+            for n in many:
+                begin = time.process_time()
+                made[axis](n)
+                times[axis][n].append(time.process_time() - begin)
+    return times

@@ -1,0 +1,49 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Start-up: CPU time of a process until the monitor has taken its first step, kernels cached."""
+import os
+import subprocess
+import sys
+
+import numpy as np
+
+CODES = {
+    'import numba': 'import numba',
+    'first step': """
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.monitor import Monitor, Sample
+monitor = Monitor(DriveModel())
+for k in (1, 2):
+    monitor.step(Sample(k * 1_000_000, (0.0, float('nan')), (0.0, 0.0)))
+assert monitor.stamp_ns == 2_000_000
+""",
+}
+
+
+def cpu_seconds(rounds):
+    """Return {name of CODES: median CPU time of a process of its own, s}; rounds interleaved."""
+    times = {name: [] for name in CODES}
+    for k in range(rounds + 1):
+        for name, code in CODES.items():
+            begin = _of_children()
+            subprocess.run([sys.executable, '-c', code], check=True)
+            if k:  # the first one fills the cache
+                times[name].append(_of_children() - begin)
+    return {name: float(np.median(values)) for name, values in times.items()}
+
+
+def _of_children():
+    times = os.times()
+    return times.children_user + times.children_system

@@ -1,0 +1,98 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The benchmark of speed: its Eigen reference is our EKF, and what cannot be measured is told."""
+from contextlib import nullcontext
+import re
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.benchmarks import eigen_reference, replay, speed
+from gearbox_monitor.benchmarks.paper import drive, DT, T0
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.drive.simulate import simulate
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.monitor import Monitor, Samples
+
+
+@pytest.fixture(scope='module')
+def compiled():
+    try:
+        context = eigen_reference.library()
+        found = context.__enter__()
+    except InputError as error:
+        pytest.skip(f'no Eigen reference: {error}')
+    yield found
+    context.__exit__(None, None, None)
+
+
+@pytest.mark.parametrize('name, dt, within', [
+    ('Eigen EKF, exact', DT, 1e-9),
+    ('Eigen EKF', DT, None),  # the usual tangent is far off where a step is long ...
+    ('Eigen EKF', 1e-6, 1e-2),  # ... and right where it is short
+])
+def test_eigen_reference_is_our_filter(compiled, name, dt, within):
+    model, noise, u = drive('A')
+    run = simulate(model, u[:3000], dt, noise, 0)
+    samples = Samples(T0 + round(dt * 1e9) * np.arange(3000),
+                      np.column_stack([run.u, np.full(3000, np.nan)]), run.y)
+    parameters = {'arm_load': 'none', 'smoother_lag': 0.0}
+    ours = Monitor(model, parameters).run(samples)
+    steppers = eigen_reference.steppers(compiled, model, parameters, run.u, run.y, dt)
+    states, nis = steppers[name]()
+    expected = np.column_stack([ours.x1, ours.x2, ours.x3, ours.x4, ours.tau_k])
+    apart = (np.abs(states[1:] - expected) / expected.std(axis=0)).max()
+    if within is None:
+        assert apart > 1.0
+    else:
+        assert apart < within
+        np.testing.assert_allclose(nis[1:], ours.nis, rtol=within, atol=within)
+
+
+def test_eigen_reference_refuses_what_it_does_not_know():
+    model, _, u = drive('A')
+    for changes, dt in (({'arm_load': 'unknown'}, DT), ({'tau_k_stiffness': 1.0}, DT), ({}, 0.01)):
+        with pytest.raises(InputError, match='expected five states'):
+            eigen_reference.steppers(None, model, {'arm_load': 'none', **changes}, u,
+                                     np.zeros((len(u), 2)), dt)
+
+
+@pytest.mark.skipif(not COMPILED, reason='numba is not in use')
+def test_what_cannot_be_measured_is_told(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(speed, 'SAMPLES', 50)
+    monkeypatch.setattr(speed, 'FILTERS', {'EKF': speed.FILTERS['EKF']})
+    monkeypatch.setattr(speed, 'BARS', {name: bar for name, bar in speed.BARS.items()
+                                        if 'Eigen' in name or 'start' in name})
+    monkeypatch.setattr(replay, 'steppers', lambda: nullcontext(({}, {})))
+    monkeypatch.setattr(speed, 'FEW', 3)
+    monkeypatch.setenv(eigen_reference.VARIABLE, str(tmp_path))
+    main(['benchmark', 'speed', '--rounds', '1'])
+    out = capsys.readouterr().out
+    assert f'skipped EKF / Eigen EKF: {tmp_path}: no Eigen/Core there, expected it from' in out
+    assert '  EKF   ' in out and '  Eigen EKF' not in out
+    assert 1.0 < float(re.search(r'  start and first step / import numba +([\d.]+) ', out)[1]) < 20
+    # What was asked for is not skipped.
+    assert main(['benchmark', 'speed', '--eigen', str(tmp_path / 'other')]) == 2
+    assert 'other: no Eigen/Core there' in capsys.readouterr().err
+
+
+def test_too_old_an_eigen_is_told(tmp_path):
+    (tmp_path / 'Eigen').mkdir()
+    (tmp_path / 'Eigen/LU').touch()
+    (tmp_path / 'Eigen/Core').write_text('#define EIGEN_VERSION_AT_LEAST(x, y, z) (x < 3)\n')
+    with pytest.raises(InputError, match=r'expected 3\.3 or newer.*eigen_ekf\.cpp|not found'):
+        with eigen_reference.library(tmp_path):
+            pass
