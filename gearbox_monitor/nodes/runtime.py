@@ -109,6 +109,7 @@ def spin_node(factory, args=None, doc=None):
         if not nodes:
             raise KeyboardInterrupt
     signal.signal(signal.SIGINT, on_interrupt)  # rclpy calls what it finds here at its start
+    sys.unraisablehook = _without_signals
     try:
         _init(args, parser)
         made = factory()
@@ -128,7 +129,6 @@ def spin_node(factory, args=None, doc=None):
             code = _refuse(name, _plain(error))
     finally:
         # A terminal and ros2 launch send SIGINT twice: the second must not interrupt the end.
-        sys.unraisablehook = _without_signals
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         try:
@@ -145,8 +145,13 @@ def spin_node(factory, args=None, doc=None):
 
 
 def _without_signals(unraisable):
-    """Say nothing of a signal that comes just as it is set to be ignored."""
-    if not isinstance(unraisable.exc_value, OSError):
+    """
+    Say nothing of what a signal has broken off.
+
+    OSError: one that comes just as it is set to be ignored. AttributeError: the destructor of an
+    object of rclpy that was half made when the context ended.
+    """
+    if rclpy.ok() or not isinstance(unraisable.exc_value, (OSError, AttributeError)):
         sys.__unraisablehook__(unraisable)
 
 
