@@ -104,10 +104,12 @@ def _gap(data, validated, axis):
         'deviations of the encoder noise, on windows held out of the fit. 1 is the floor: only '
         'noise is left. Bars are logarithmic and begin at 1.')
     rows, closed = [], []
-    parts = [('both encoders', data['gap_before'], data['gap_after'],
+    channels = data.get('channels') or {}
+    parts = [(' and '.join(channels) or 'all', data['gap_before'], data['gap_after'],
               data.get('closed_fraction'), data.get('closed_fraction_ci'))]
-    for name, part in (data.get('channels') or {}).items():
-        parts.append((f'{name} encoder', part['before'], part['after'], part['closed'], None))
+    for name, part in channels.items() if len(channels) > 1 else ():
+        parts.append((name if name == 'torque' else f'{name} encoder', part['before'],
+                      part['after'], part['closed'], None))
     found = data.get('validation')
     if found:
         parts.append(('second recording', found['gap_before'], found['gap_after'],
