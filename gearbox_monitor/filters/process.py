@@ -162,8 +162,14 @@ def noise(z: Array, p: Array, i: int) -> float:
     Constant but for tau_K: what the model of tau_K lacks shows more the faster the drive turns.
     """
     if i == TAU_K:
-        return p[Q0 + TAU_K] + p[Q_TAU_K_SPEED] * z[X3] * z[X3]
+        return tau_k_noise(p[Q0 + TAU_K], p[Q_TAU_K_SPEED], z[X3])
     return p[Q0 + i]
+
+
+@jit_inline
+def tau_k_noise(constant: float, of_speed: float, x3: float) -> float:
+    """Return the spectral density on tau_K: `constant`, and `of_speed` by the speed squared."""
+    return constant + of_speed * x3 * x3
 
 
 @jit
