@@ -26,8 +26,8 @@ from gearbox_monitor import stream
 from gearbox_monitor.filters import ekf_lanes
 from gearbox_monitor.filters.ekf import LOG_TWO_PI
 from gearbox_monitor.filters.ekf_lanes import (
-    BAD, begin, DETERMINANT, drive_of, ERROR_1, ERROR_2, LANES, NIS, NOISE_1, NOISE_2, predict,
-    S11, S22, size, update)
+    BAD, begin, DETERMINANT, drive_of, ERROR_1, ERROR_2, LANES, N_ROWS, NIS, NOISE_1, NOISE_2,
+    predict, S11, S22, update)
 from gearbox_monitor.filters.process import pack
 from gearbox_monitor.jit import COMPILED, jit
 from gearbox_monitor.monitor import Monitor
@@ -98,7 +98,7 @@ def run(packed, states, settings, samples, first):
     if not settings[stream.LOAD_MEASURED]:
         inputs[:, 1] = 0.0
     drive, result = drive_of(packed[0]), np.empty((2, len(packed)))
-    s, c = np.empty(size(len(states))), np.empty(N_CARRIED * LANES)
+    s, c = np.empty(N_ROWS * LANES), np.empty(N_CARRIED * LANES)
     for at in range(0, len(packed), LANES):
         chosen = np.minimum(np.arange(at, at + LANES), len(packed) - 1)
         _run(states, stamps, inputs, y, settings[stream.DELAY], first, packed[chosen], drive, s, c)

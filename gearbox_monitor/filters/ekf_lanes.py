@@ -19,35 +19,30 @@ Model, inputs and measurements are the same for all. The equations are those of 
 filters.process, for drives without the effects that need a branch or a sine in each stage (see
 suited) and samples with both encoders.
 
-states: process.markers; s [size(n)]:
-what the lanes carry, number by number, in each one beside the other; drive: see drive_of.
+states: process.markers; s [N_ROWS * LANES]: what the lanes carry, row by row, in each one beside
+the other; drive: see drive_of.
 """
 from typing import TypeAlias
 
-from gearbox_monitor.arrays import Array, States
+from gearbox_monitor.arrays import Array, Packed, States
 from gearbox_monitor.drive.model import (
     ALPHA, arm_acceleration, CAC, CAV, CL, G, motor_acceleration, motor_friction_slope,
     steady_arm_load, substeps)
 from gearbox_monitor.filters.ekf import inverse, joseph, joseph_element, mahalanobis
 from gearbox_monitor.filters.process import (
-    along, answer, Column, EIGENVALUE, FRICTION_AT, K_P, N_MAX, NUMERIC, P0, Pair, Q0,
-    Q_TAU_K_SPEED, R1, R2, rates, softened_sharpness, STATISTICAL, TAU_ARM, TAU_K,
-    tau_k_noise, X1, X2, X3, X4)
+    along, answer, Column, EIGENVALUE, FRICTION_AT, K_P, NUMERIC, P0, Pair, Q0, Q_TAU_K_SPEED, R1,
+    R2, rates, softened_sharpness, STATISTICAL, TAU_ARM, TAU_K, tau_k_noise, X1, X2, X3, X4)
 from gearbox_monitor.jit import jit, jit_inline
 
 LANES = 16
-# Rows of s: numbers of a lane, then vectors, then matrices [n, n] one behind the other.
+N = 6  # states at most
+# Rows of s: numbers of a lane, then vectors [N], then matrices [N, N].
 (SHARPNESS, NOISE_1, NOISE_2, OF_SPEED, ERROR_1, ERROR_2, S11, S22, NIS, DETERMINANT, BAD,
  N_NUMBERS) = range(12)
-(Z, DENSITY, HALF, GAIN_1, GAIN_2, MATRICES) = range(N_NUMBERS, N_NUMBERS + 6 * N_MAX, N_MAX)
-P, PHI, CROSS, PRIOR, N_MATRICES = range(5)
+Z, DENSITY, HALF, GAIN_1, GAIN_2, MATRICES = range(N_NUMBERS, N_NUMBERS + 6 * N, N)
+P, PHI, CROSS, PRIOR, N_ROWS = range(MATRICES, MATRICES + 5 * N * N, N * N)
 HUGE = 1e300
 Drive: TypeAlias = tuple[tuple[float, ...], tuple[float, ...]]
-
-
-def size(n: int) -> int:
-    """Return the length of s for `n` states."""
-    return (MATRICES + N_MATRICES * n * n) * LANES
 
 
 def suited(p: Array) -> bool:
@@ -58,12 +53,6 @@ def suited(p: Array) -> bool:
 def drive_of(p: Array) -> Drive:
     """Return the packed parameters `p` up to K_P, without the sharpness: each lane has its own."""
     return tuple(p[:ALPHA].tolist()), tuple(p[ALPHA + 1:K_P + 1].tolist())
-
-
-@jit_inline
-def _row(n: int, matrix: int, i: int) -> int:
-    """Return where row `i` of a matrix begins in s."""
-    return (MATRICES + matrix * n * n + i * n) * LANES
 
 
 @jit
@@ -77,12 +66,12 @@ def begin(states: States, p: Array, y1: float, y2: float, s: Array) -> None:
         s[LANES * OF_SPEED + i], s[LANES * SHARPNESS + i] = p[i, Q_TAU_K_SPEED], p[i, ALPHA]
         for j in range(n):
             s[LANES * (DENSITY + j) + i] = p[i, Q0 + j]
-            s[_row(n, P, j) + LANES * j + i] = p[i, P0 + j]
+            s[LANES * (P + N * j) + LANES * j + i] = p[i, P0 + j]
 
 
 @jit_inline
 def _accelerations(loaded: bool | None, x1: float, x3: float, x4: float, tau_k: float, u: float,
-                   load: float, p: tuple[float, ...]) -> Pair:
+                   load: float, p: Packed) -> Pair:
     if loaded is not None:
         load += steady_arm_load(x4, p)
     return motor_acceleration(x1, x3, x4, u, tau_k, p), arm_acceleration(x3, x4, tau_k, load, p)
@@ -90,13 +79,13 @@ def _accelerations(loaded: bool | None, x1: float, x3: float, x4: float, tau_k: 
 
 @jit_inline
 def _rates(loaded: bool | None, m: Column, slope: float, load: float,
-           p: tuple[float, ...]) -> Pair:
+           p: Packed) -> Pair:
     return rates(m, slope, 1.0, 0.0, answer(loaded, (0.0, p[CAV]), load, m), p)
 
 
 @jit_inline
 def _column(n: int, loaded: bool | None, j: int, m1: Column, h: float,
-            slopes: tuple[float, float, float, float], load: float, p: tuple[float, ...],
+            slopes: tuple[float, float, float, float], load: float, p: Packed,
             s: Array, i: int) -> None:
     """Advance column `j` of phi, `m1`, by an RK4 step, and write it; load: answer of the state."""
     r1 = _rates(loaded, m1, slopes[0], load, p)
@@ -109,11 +98,11 @@ def _column(n: int, loaded: bool | None, j: int, m1: Column, h: float,
     moved1 = h / 6.0 * (m1[1] + 2.0 * (m2[1] + m3[1]) + m4[1])
     moved2 = h / 6.0 * (m1[2] + 2.0 * (m2[2] + m3[2]) + m4[2])
     at = LANES * j + i
-    s[_row(n, PHI, X1) + at] = m1[0] + moved1
-    s[_row(n, PHI, X2) + at] = m1[4] + moved2
-    s[_row(n, PHI, X3) + at] = m1[1] + h / 6.0 * (r1[0] + 2.0 * (r2[0] + r3[0]) + r4[0])
-    s[_row(n, PHI, X4) + at] = m1[2] + h / 6.0 * (r1[1] + 2.0 * (r2[1] + r3[1]) + r4[1])
-    s[_row(n, PHI, TAU_K) + at] = m1[3] + p[K_P] * (moved1 - moved2)
+    s[LANES * (PHI + N * X1) + at] = m1[0] + moved1
+    s[LANES * (PHI + N * X2) + at] = m1[4] + moved2
+    s[LANES * (PHI + N * X3) + at] = m1[1] + h / 6.0 * (r1[0] + 2.0 * (r2[0] + r3[0]) + r4[0])
+    s[LANES * (PHI + N * X4) + at] = m1[2] + h / 6.0 * (r1[1] + 2.0 * (r2[1] + r3[1]) + r4[1])
+    s[LANES * (PHI + N * TAU_K) + at] = m1[3] + p[K_P] * (moved1 - moved2)
 
 
 @jit_inline
@@ -123,9 +112,9 @@ def _begun(n: int, first: bool | None, j: int, s: Array, i: int) -> Column:
         return (1.0 if j == X1 else 0.0, 1.0 if j == X3 else 0.0, 1.0 if j == X4 else 0.0,
                 1.0 if j == TAU_K else 0.0, 0.0)
     at = LANES * j + i
-    return (s[_row(n, PHI, X1) + at], s[_row(n, PHI, X3) + at],
-            s[_row(n, PHI, X4) + at], s[_row(n, PHI, TAU_K) + at],
-            s[_row(n, PHI, X2) + at])
+    return (s[LANES * (PHI + N * X1) + at], s[LANES * (PHI + N * X3) + at],
+            s[LANES * (PHI + N * X4) + at], s[LANES * (PHI + N * TAU_K) + at],
+            s[LANES * (PHI + N * X2) + at])
 
 
 @jit
@@ -180,24 +169,24 @@ def _rk4(states: States, first: bool | None, u: float, load: float, h: float,
 @jit_inline
 def _phi_times_P(n: int, k: int, s: Array, i: int) -> None:
     """Write row `k` of phi P, k <= TAU_K."""
-    phi = _row(n, PHI, k) + i
+    phi = LANES * (PHI + N * k) + i
     for j in range(n):
         at = LANES * j + i
-        value = s[phi + LANES * X1] * s[_row(n, P, X1) + at]
+        value = s[phi + LANES * X1] * s[LANES * (P + N * X1) + at]
         if k == X2:
-            value += s[_row(n, P, X2) + at]
-        value += s[phi + LANES * X3] * s[_row(n, P, X3) + at]
-        value += s[phi + LANES * X4] * s[_row(n, P, X4) + at]
-        value += s[phi + LANES * TAU_K] * s[_row(n, P, TAU_K) + at]
+            value += s[LANES * (P + N * X2) + at]
+        value += s[phi + LANES * X3] * s[LANES * (P + N * X3) + at]
+        value += s[phi + LANES * X4] * s[LANES * (P + N * X4) + at]
+        value += s[phi + LANES * TAU_K] * s[LANES * (P + N * TAU_K) + at]
         if n > 5:
-            value += s[phi + LANES * TAU_ARM] * s[_row(n, P, TAU_ARM) + at]
-        s[_row(n, CROSS, k) + at] = value
+            value += s[phi + LANES * TAU_ARM] * s[LANES * (P + N * TAU_ARM) + at]
+        s[LANES * (CROSS + N * k) + at] = value
 
 
 @jit_inline
 def _predicted(n: int, k: int, half_dt: float, s: Array, i: int) -> None:
     """Write row `k` of P_pred, up to its diagonal: (phi P + phi Q h / 2) phi' + Q h / 2."""
-    phi, cross = _row(n, PHI, k) + i, _row(n, CROSS, k) + i
+    phi, cross = LANES * (PHI + N * k) + i, LANES * (CROSS + N * k) + i
     if k < TAU_ARM:
         a1 = s[cross + LANES * X1] + s[phi + LANES * X1] * s[LANES * (HALF + X1) + i]
         a2 = s[cross + LANES * X2]
@@ -211,7 +200,7 @@ def _predicted(n: int, k: int, half_dt: float, s: Array, i: int) -> None:
             a6 = (s[cross + LANES * TAU_ARM]
                   + s[phi + LANES * TAU_ARM] * s[LANES * (HALF + TAU_ARM) + i])
     else:  # a row of the unit matrix
-        before = _row(n, P, TAU_ARM) + i
+        before = LANES * (P + N * TAU_ARM) + i
         a1, a2, a3 = s[before + LANES * X1], s[before + LANES * X2], s[before + LANES * X3]
         a4, a5 = s[before + LANES * X4], s[before + LANES * TAU_K]
         a6 = s[before + LANES * TAU_ARM] + s[LANES * (HALF + TAU_ARM) + i]
@@ -219,7 +208,7 @@ def _predicted(n: int, k: int, half_dt: float, s: Array, i: int) -> None:
         if j == TAU_ARM:
             value = a6
         else:
-            other = _row(n, PHI, j) + i
+            other = LANES * (PHI + N * j) + i
             value = a1 * s[other + LANES * X1]
             if j == X2:
                 value += a2
@@ -233,8 +222,8 @@ def _predicted(n: int, k: int, half_dt: float, s: Array, i: int) -> None:
             if k == TAU_K:
                 density = tau_k_noise(density, s[LANES * OF_SPEED + i], s[LANES * (Z + X3) + i])
             value += half_dt * density
-        s[_row(n, PRIOR, k) + LANES * j + i] = value
-        s[_row(n, PRIOR, j) + LANES * k + i] = value
+        s[LANES * (PRIOR + N * k) + LANES * j + i] = value
+        s[LANES * (PRIOR + N * j) + LANES * k + i] = value
 
 
 @jit
@@ -251,7 +240,7 @@ def predict(states: States, dt: float, u: float, load: float, p: Array,
     if p[STATISTICAL] > 0.0:
         for i in range(LANES):
             s[LANES * SHARPNESS + i] = softened_sharpness(
-                p[ALPHA], s[_row(n, P, X3) + LANES * X3 + i])
+                p[ALPHA], s[LANES * (P + N * X3) + LANES * X3 + i])
     counted = substeps(dt, p[EIGENVALUE])
     h = dt / counted if counted > 1 else dt
     _rk4(states, True, u, load, h, drive, s)
@@ -276,8 +265,8 @@ def predict(states: States, dt: float, u: float, load: float, p: Array,
 @jit_inline
 def _updated(n: int, k: int, s: Array, i: int) -> None:
     """Write row and column `k` of P, Joseph's form; see ekf.update."""
-    prior, first = _row(n, PRIOR, k) + i, _row(n, PRIOR, X1) + i
-    second = _row(n, PRIOR, X2) + i
+    prior, first = LANES * (PRIOR + N * k) + i, LANES * (PRIOR + N * X1) + i
+    second = LANES * (PRIOR + N * X2) + i
     k1, k2 = s[LANES * (GAIN_1 + k) + i], s[LANES * (GAIN_2 + k) + i]
     a, b, w1, w2 = joseph(k, k1, k2, s[prior + LANES * X1], s[prior + LANES * X2], s[first],
                           s[first + LANES * X2], s[second + LANES * X2], s[LANES * NOISE_1 + i],
@@ -286,8 +275,8 @@ def _updated(n: int, k: int, s: Array, i: int) -> None:
         value = joseph_element(k, s[prior + LANES * j], a, b, w1, w2, s[first + LANES * j],
                                s[second + LANES * j], s[LANES * (GAIN_1 + j) + i],
                                s[LANES * (GAIN_2 + j) + i])
-        s[_row(n, P, k) + LANES * j + i] = value
-        s[_row(n, P, j) + LANES * k + i] = value
+        s[LANES * (P + N * k) + LANES * j + i] = value
+        s[LANES * (P + N * j) + LANES * k + i] = value
         if j == k and not 0.0 < value < HUGE:
             s[LANES * BAD + i] = 1.0
 
@@ -301,9 +290,9 @@ def update(states: States, y1: float, y2: float, s: Array) -> None:
     """
     n = len(states)
     for i in range(LANES):
-        s11 = s[_row(n, PRIOR, X1) + i] + s[LANES * NOISE_1 + i]
-        s12 = s[_row(n, PRIOR, X1) + LANES * X2 + i]
-        s22 = s[_row(n, PRIOR, X2) + LANES * X2 + i] + s[LANES * NOISE_2 + i]
+        s11 = s[LANES * (PRIOR + N * X1) + i] + s[LANES * NOISE_1 + i]
+        s12 = s[LANES * (PRIOR + N * X1) + LANES * X2 + i]
+        s22 = s[LANES * (PRIOR + N * X2) + LANES * X2 + i] + s[LANES * NOISE_2 + i]
         determinant = s11 * s22 - s12 * s12
         i11, i12, i22 = inverse(s11, s12, s22, determinant)
         e1, e2 = y1 - s[LANES * (Z + X1) + i], y2 - s[LANES * (Z + X2) + i]
@@ -315,8 +304,8 @@ def update(states: States, y1: float, y2: float, s: Array) -> None:
         s[LANES * ERROR_1 + i], s[LANES * ERROR_2 + i] = e1, e2
         s[LANES * NIS + i], s[LANES * DETERMINANT + i] = nis, determinant
         for k in range(n):
-            c1 = s[_row(n, PRIOR, k) + LANES * X1 + i]
-            c2 = s[_row(n, PRIOR, k) + LANES * X2 + i]
+            c1 = s[LANES * (PRIOR + N * k) + LANES * X1 + i]
+            c2 = s[LANES * (PRIOR + N * k) + LANES * X2 + i]
             k1, k2 = c1 * i11 + c2 * i12, c1 * i12 + c2 * i22
             s[LANES * (GAIN_1 + k) + i], s[LANES * (GAIN_2 + k) + i] = k1, k2
             z = s[LANES * (Z + k) + i] + (k1 * e1 + k2 * e2)
