@@ -152,13 +152,22 @@ def _put_back(z, P, memory, kept):
 
 @jit_inline
 def jumps(error, variance, usual, r, step):
+    """
+    Return whether a position with that prediction `error` (rad) jumps.
+
+    variance: predicted, of the error; usual: see usually; r: of the encoder; step: since a start.
+    """
     limit = max(JUMP_USUAL * max(usual, 2.0 * math.sqrt(r)), JUMP_STATED * math.sqrt(variance))
     return abs(error) > (limit if step > JUMP_SETTLED else UNSETTLED * limit)
 
 
 @jit_inline
 def usually(error, usual):
-    """Return how large errors `usual`-ly get, after another one: about 2.3 of their deviations."""
+    """
+    Return how large errors usually get, after another `error` (rad): about 2.3 deviations.
+
+    usual: as it was before, 0.0 at a start.
+    """
     size = abs(error)
     if not math.isfinite(size):
         return usual

@@ -405,7 +405,8 @@ def motor_friction_load_slope(x3: float, tau_k: float, p: Array) -> float:
 
 
 @jit_inline
-def motor_acceleration(x1: float, x3: float, x4: float, u: float, tau_k: float, p: Packed) -> float:
+def motor_acceleration(x1: float, x3: float, x4: float, u: float, tau_k: float,
+                       p: Packed) -> float:
     """Return x3' (rad/s^2), third of equations (1)."""
     return (u + p[OFFSET] - p[D] * (x3 - x4) - tau_k - p[KR] * x1
             - motor_friction(x3, tau_k, p)) * p[INVERSE_M1]

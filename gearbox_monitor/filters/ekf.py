@@ -147,14 +147,14 @@ def update(states: States, z: Array, P: Array, y1: float, y2: float, p: Array, m
 
 @jit_inline
 def inverse(s11: float, s12: float, s22: float, determinant: float) -> tuple[float, float, float]:
-    """Return the inverse (i11, i12, i22) of a symmetric S with that `determinant`."""
+    """Return the inverse (i11, i12, i22) of S, given by s11, s12, s22 and its `determinant`."""
     scale = 1.0 / determinant
     return s22 * scale, -s12 * scale, s11 * scale
 
 
 @jit_inline
 def mahalanobis(e1: float, e2: float, i11: float, i12: float, i22: float) -> float:
-    """Return e' S^-1 e of e = (e1, e2), with the inverse i of S."""
+    """Return e' S^-1 e of e = (e1, e2), with the inverse of S, given by i11, i12, i22."""
     return e1 * (i11 * e1 + i12 * e2) + e2 * (i12 * e1 + i22 * e2)
 
 
@@ -168,7 +168,8 @@ def joseph(i: int, k1: float, k2: float, c1: float, c2: float, prior11: float, p
     Return what all elements of row `i` of Joseph's update share.
 
     The row (a, b) of the first two columns of I - K H, and (w1, w2) of K R - T H'. k1, k2: row of
-    K; c1, c2: of the first two columns of P; prior11 .. prior22: their first two rows; r1, r2: R.
+    K; c1, c2: of the first two columns of P; prior11, prior12, prior22: their first two rows; r1,
+    r2: R.
     """
     a, b = (1.0 if i == 0 else 0.0) - k1, (1.0 if i == 1 else 0.0) - k2
     t1 = (c1 if i > 1 else -0.0) + a * prior11 + b * prior12
@@ -182,7 +183,7 @@ def joseph_element(i: int, prior: float, a: float, b: float, w1: float, w2: floa
     """
     Return element j of row `i` of the updated P.
 
-    prior: that of P; a .. w2: joseph; above1, above2: of column j of P, the first two rows; k1,
+    prior: that of P; a, b, w1, w2: see joseph; above1, above2: of column j of P, the first two rows; k1,
     k2: row j of K.
     """
     return (prior if i > 1 else -0.0) + a * above1 + b * above2 + w1 * k1 + w2 * k2

@@ -229,7 +229,11 @@ def _predicted(n: int, k: int, half_dt: float, s: Array, i: int) -> None:
 @jit
 def predict(states: States, dt: float, u: float, load: float, p: Array,
             drive: Drive, s: Array) -> None:
-    """Predict z and PRIOR over `dt` s; u, load: motor torque and known arm load (N m)."""
+    """
+    Predict z and PRIOR over `dt` s.
+
+    u, load: motor torque and known arm load (N m); p: packed parameters of any of the lanes.
+    """
     n = len(states)
     half = 0.5 * dt
     for i in range(LANES):
