@@ -183,8 +183,8 @@ def joseph_element(i: int, prior: float, a: float, b: float, w1: float, w2: floa
     """
     Return element j of row `i` of the updated P.
 
-    prior: that of P; a, b, w1, w2: see joseph; above1, above2: of column j of P, the first two rows; k1,
-    k2: row j of K.
+    prior: that of P; a, b, w1, w2: see joseph; above1, above2: of column j of P, the
+    first two rows; k1, k2: row j of K.
     """
     return (prior if i > 1 else -0.0) + a * above1 + b * above2 + w1 * k1 + w2 * k2
 
