@@ -26,3 +26,5 @@ Flags: TypeAlias = npt.NDArray[np.bool_]
 Values: TypeAlias = Mapping[str, Any]
 # What kernels take as `states`, see filters.process.markers.
 States: TypeAlias = tuple[bool | None, ...]
+# Packed parameters as kernels take them, by their place; a lane makes a tuple of its own.
+Packed: TypeAlias = Array | tuple[float, ...]

@@ -256,12 +256,12 @@ class Monitor:
         self.names = state_names(self.drive, p)
         self._packed = pack(self.drive, p)
         self._kind = stream.KINDS[p['filter']]
-        self._settings = np.array([
+        self.settings = np.array([
             round(p['max_gap'] * SECOND), p['effort_delay'],
             round(p['smoother_lag'] * SECOND) if self._smoothed else 0,
             self.drive.arm_load == 'measured'], np.int64)
         n, module = len(self.names), FILTERS[p['filter']]
-        self._states = markers(self._packed, n)
+        self.states = markers(self._packed, n)
         self.warnings = module.warnings(n, p) if hasattr(module, 'warnings') else []
         ignored = not_in_filters(self.drive.effects)
         if ignored:
@@ -276,7 +276,7 @@ class Monitor:
         self._kept = np.zeros(n + n * n + len(self._memory))
         self._clock = np.zeros(stream.N_CLOCK)
         self._efforts = np.zeros((stream.N_EFFORTS, 2))
-        rows = RING if self._settings[stream.LAG] else 2  # few stay in the processor's cache
+        rows = RING if self.settings[stream.LAG] else 2  # few stay in the processor's cache
         self._ring, self._ring_stamps = np.zeros((rows, record_size(n))), np.zeros(rows, np.int64)
         self._vectors = np.zeros((module.N_VECTORS, n))
         self._matrices = np.zeros((max(module.N_MATRICES, 5), n * n))
@@ -529,7 +529,7 @@ class Monitor:
         u = np.ascontiguousarray(samples.u, float)
         y = np.ascontiguousarray(samples.y, float)
         n, start, due = len(stamps), 0, 0
-        room = n + RING if self._settings[stream.LAG] else 0
+        room = n + RING if self.settings[stream.LAG] else 0
         codes, rows = np.empty(n, np.int64), np.empty((n, stream.N_ESTIMATE))
         stamps_s, smoothed = np.empty(room, np.int64), np.empty((room, N_SMOOTHED))
         while start < n:
@@ -552,7 +552,7 @@ class Monitor:
 
     def _run(self, stamps, u, y, codes, rows, stamps_s, smoothed):
         taken, n = stream.run(
-            self._states, stamps, u, y, *self._kind, self._packed, self._settings,
+            self.states, stamps, u, y, *self._kind, self._packed, self.settings,
             self._gate, self.counts, self._clock, self._efforts, self._z, self._P, self._memory,
             self._kept, self._ring, self._ring_stamps, self._vectors, self._matrices, codes, rows,
             stamps_s, smoothed)

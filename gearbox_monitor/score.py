@@ -89,7 +89,7 @@ def score(estimates, name='', diverged=0, burn_in=BURN_IN):
 
 def run_score(model, parameters, samples):
     """Return the Score of a Monitor of `model`, `parameters` on Samples; nothing is smoothed."""
-    monitor = Monitor(model, {**parameters, 'smoother_lag': 0.0})
+    monitor = Monitor(model, parameters, judged=False, smoothed=False)
     with np.errstate(all='ignore'):
         estimates = monitor.run(samples)
     return score(estimates, monitor.parameters['filter'], monitor.counts[stream.DIVERGED])

@@ -151,14 +151,23 @@ def _put_back(z, P, memory, kept):
 
 
 @jit_inline
-def _jumps(error, variance, usual, r, step):
+def jumps(error, variance, usual, r, step):
+    """
+    Return whether a position with that prediction `error` (rad) jumps.
+
+    variance: predicted, of the error; usual: see usually; r: of the encoder; step: since a start.
+    """
     limit = max(JUMP_USUAL * max(usual, 2.0 * math.sqrt(r)), JUMP_STATED * math.sqrt(variance))
     return abs(error) > (limit if step > JUMP_SETTLED else UNSETTLED * limit)
 
 
 @jit_inline
-def _usual(error, usual):
-    """Return how large errors `usual`-ly get, after another one: about 2.3 of their deviations."""
+def usually(error, usual):
+    """
+    Return how large errors usually get, after another `error` (rad): about 2.3 deviations.
+
+    usual: as it was before, 0.0 at a start.
+    """
     size = abs(error)
     if not math.isfinite(size):
         return usual
@@ -325,8 +334,8 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
         good = filter_step(is_ukf, is_srukf, is_aekf, states, z, P, memory, dt, u_acting,
                            load_acting, y1, y2, p, vectors, matrices, record)
         e1, e2 = record[at_innovation], record[at_innovation + 1]
-        if (_jumps(e1, record[at_S], clock[ERROR_MOTOR], p[R1], step)
-                or _jumps(e2, record[at_S + 2], clock[ERROR_ARM], p[R2], step)):
+        if (jumps(e1, record[at_S], clock[ERROR_MOTOR], p[R1], step)
+                or jumps(e2, record[at_S + 2], clock[ERROR_ARM], p[R2], step)):
             # As if it had not come; the belief stays.
             _put_back(z, P, memory, kept)
             codes[k] = POSITION_JUMP
@@ -357,8 +366,8 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
             gate[LAST] = 0
             memory[:] = 0.0  # what was adapted may be why
             return k + 1, n_smoothed
-        clock[ERROR_MOTOR] = _usual(e1, clock[ERROR_MOTOR])
-        clock[ERROR_ARM] = _usual(e2, clock[ERROR_ARM])
+        clock[ERROR_MOTOR] = usually(e1, clock[ERROR_MOTOR])
+        clock[ERROR_ARM] = usually(e2, clock[ERROR_ARM])
         record[-1] = u_acting
         _write_estimate(states, z, P, record, dt, u_acting, load_acting, p, estimates[k])
         # Blocks end where stamps cross a grid, or steps half a ring (no row may be lost, even at

@@ -23,6 +23,7 @@ import math
 import numpy as np
 
 from gearbox_monitor import stream
+from gearbox_monitor.bank import criteria
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters import tuning
 from gearbox_monitor.monitor import Monitor, Samples
@@ -73,12 +74,14 @@ def tune(model, parameters, recordings, reference=None, speeds=True, smoother=Fa
     most = [_liveliest(s, tuning.FINE_SECONDS) for s in recordings]
     base = {**parameters, **SEARCH, **fixed}
 
-    def evaluate(values, coarse):
-        trial = {**base, **_within(values)}
+    def evaluate(trials, coarse):
+        trials = [{**base, **_within(values)} for values in trials]
         if reference is not None:
-            return _reference_criterion(model, trial, some[0] if coarse else most[0], reference)
-        results = [run_score(model, trial, s) for s in (some if coarse else most)]
-        return sum(r.criterion for r in results), any(r.diverged for r in results)
+            return [_reference_criterion(model, trial, some[0] if coarse else most[0], reference)
+                    for trial in trials]
+        by_recording = [criteria(model, trials, s) for s in (some if coarse else most)]
+        return [(sum(criterion for criterion, _ in results),
+                 any(diverged for _, diverged in results)) for results in zip(*by_recording)]
 
     if reference is not None:
         _, found = known_at(samples.stamp_ns, *reference)
@@ -154,7 +157,7 @@ def _within(values):
 
 
 def _run(model, parameters, samples):
-    monitor = Monitor(model, {**parameters, 'smoother_lag': 0.0})
+    monitor = Monitor(model, parameters, judged=False, smoothed=False)
     return monitor.run(samples), int(monitor.counts[stream.DIVERGED])
 
 

@@ -166,9 +166,9 @@ def test_reference_fits_error_and_coverage(bag, tmp_path, capsys):
 
 def test_search_survives_a_filter_that_cannot_run():
     """A criterion of -inf on half of the plane is a penalty, and counted."""
-    def evaluate(values, coarse):
-        x = np.log(values['q_std_tau_k'])
-        return (-np.inf, 1) if x > 1.0 else (-50.0 * x * x, 0)
+    def evaluate(trials, coarse):
+        found = [np.log(values['q_std_tau_k']) for values in trials]
+        return [(-np.inf, 1) if x > 1.0 else (-50.0 * x * x, 0) for x in found]
 
     found = tuning.search(evaluate, {'q_std_tau_k': 2.0})
     assert found.parameters['q_std_tau_k'] == pytest.approx(1.0, rel=0.01)

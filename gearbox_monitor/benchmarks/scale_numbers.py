@@ -24,6 +24,7 @@ import numpy as np
 from tqdm import tqdm
 
 from gearbox_monitor.bag.example import NOISE, write_bag
+from gearbox_monitor.bank import criteria
 from gearbox_monitor.benchmarks.fleet import Runs
 from gearbox_monitor.drive.excitation import Excitation
 from gearbox_monitor.drive.model import DriveModel
@@ -33,13 +34,12 @@ from gearbox_monitor.fleet.paths import find_bags
 from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.gap.windows import cut, N_MEMORY, Simulator
 from gearbox_monitor.monitor import Samples
-from gearbox_monitor.score import run_score
 
 DT = 1e-3  # s
 SECONDS = {'bags': 20.0, 'candidates': 20.0, 'windows': 0.5}  # length of one
 RECORDED = 20.0  # s that windows are cut from
-# Windows: so many that what a call costs by itself does not show.
-NUMBERS = {'bags': (10, 20, 40), 'candidates': (8, 16, 32, 64),
+# Candidates fill the lanes of a bank. Windows: so many that a call by itself does not show.
+NUMBERS = {'bags': (10, 20, 40), 'candidates': (16, 32, 64, 128),
            'windows': (512, 1024, 2048, 4096)}
 
 
@@ -63,8 +63,8 @@ def candidates(folder, most):
     tunings = np.geomspace(0.1, 10.0, most)
 
     def run(n):
-        for q in tunings[:n]:
-            run_score(model, {'arm_load': 'none', 'q_std_tau_k': float(q)}, samples)
+        criteria(model, [{'arm_load': 'none', 'q_std_tau_k': float(q)} for q in tunings[:n]],
+                 samples)
     return run
 
 

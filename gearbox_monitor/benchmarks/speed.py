@@ -20,6 +20,7 @@ numpy, as a user would; they come with "pip install filterpy". An EKF in C++ wit
 where a compiler and Eigen 3.3 or newer are found; the bar is set by the usual tangent
 I + hA + h^2A^2/2, cheaper than the exact one that our EKF takes. Replay: a simulated recording of
 10 minutes (lz4) through the EKF into a Parquet file, per sample; rosbags decodes the same.
+EKFs that differ in Q and R run side by side as in "tune": per step of one filter.
 Start-up: a process of its own each time, kernels cached.
 
 usage examples:
@@ -34,13 +35,14 @@ import numpy as np
 
 from gearbox_monitor.benchmarks import eigen_reference, filterpy_user, replay, startup
 from gearbox_monitor.benchmarks.paper import drive, DT
-from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
+from gearbox_monitor.benchmarks.steps import bank_stepper, cpu_per_step, stepper
 from gearbox_monitor.drive.simulate import simulate
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import expect_folder_of
 from gearbox_monitor.jit import COMPILED
 
 SAMPLES, FEW = 5000, 300  # of our filters, and of filterpy's
+BANKS = {16: SAMPLES, 4096: 500}  # filters that run side by side: samples
 FIXED = {'arm_load': 'none'}
 FILTERS = {
     'EKF': {'filter': 'ekf'},
@@ -53,6 +55,9 @@ FILTERS = {
 }
 # bar: (value from {name: s per step, or of a start}, lowest, highest)
 BARS = {
+    'EKF bank, 16 / EKF': (lambda t: t['EKF bank, 16'] / t['EKF'], 0.0, 0.33),
+    'EKF bank, 4096 and 16, larger / smaller': (
+        lambda t: float(np.exp(abs(np.log(t['EKF bank, 4096'] / t['EKF bank, 16'])))), 0.0, 1.1),
     'EKF / Eigen EKF': (lambda t: t['EKF'] / t['Eigen EKF'], 0.0, 0.9),
     'filterpy EKF / EKF': (lambda t: t['filterpy EKF'] / t['EKF'], 150.0, np.inf),
     'filterpy UKF / UKF': (lambda t: t['filterpy UKF'] / t['UKF'], 150.0, np.inf),
@@ -95,6 +100,10 @@ def evaluate(rounds, eigen=None):
         except InputError as error:
             skipped['Eigen'] = str(error)
         counts.update(dict.fromkeys(rows, SAMPLES))
+        for size, samples in BANKS.items():
+            name = f'EKF bank, {size}'
+            rows[name] = bank_stepper(model, FIXED, run.u[:samples], y[:samples], DT, size)
+            counts[name] = size * samples
         try:
             others = filterpy_user.steppers(model, noise.measurement, run.u[:FEW], y[:FEW], DT)
             counts.update(dict.fromkeys(others, FEW))

@@ -17,10 +17,13 @@ import time
 
 import numpy as np
 
+from gearbox_monitor import bank
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.filters import FILTERS
 from gearbox_monitor.filters.process import markers, pack, state_names
 from gearbox_monitor.filters.record import record_size
 from gearbox_monitor.jit import jit
+from gearbox_monitor.monitor import Monitor, Samples
 from gearbox_monitor.parameters import checked, ESTIMATOR
 from gearbox_monitor.stream import filter_step, KINDS, start
 
@@ -54,6 +57,20 @@ def stepper(model, parameters, u, y, dt):
         start(states, z, P, y[0, 0], y[0, 1], p, record)
         return _loop(*kind, states, z, P, memory, u, y, dt, p.copy(), vectors, matrices,
                      record)
+    return run
+
+
+def bank_stepper(model, parameters, u, y, dt, size):
+    """Return a function that runs `size` EKFs of different Q side by side, over u, y once."""
+    samples = Samples(np.round((1.0 + dt * np.arange(len(u))) * 1e9).astype(np.int64),
+                      np.column_stack([u, np.full(len(u), np.nan)]), y)
+    one = Monitor(model, parameters, judged=False, smoothed=False)
+    packed = np.array([pack(one.drive, {**one.parameters, 'q_std_tau_k': float(q)})
+                       for q in one.parameters['q_std_tau_k'] * np.geomspace(0.2, 5.0, size)])
+
+    def run():
+        if not np.isfinite(bank.run(packed, one.states, one.settings, samples, 1)).all():
+            raise InputError('EKF bank: a filter diverged, expected all to run through')
     return run
 
 

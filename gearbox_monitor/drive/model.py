@@ -34,7 +34,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.arrays import Array, Values
+from gearbox_monitor.arrays import Array, Packed, Values
 from gearbox_monitor.drive.arctan import arctan
 from gearbox_monitor.drive.effects import ADDITIVE, ARM_LOADS, EFFECTS, Parameter, plugins
 from gearbox_monitor.drive.transmission import KINDS
@@ -383,13 +383,13 @@ def substeps(dt: float, eigenvalue: float) -> int:
 
 
 @jit_inline
-def motor_friction(x3: float, tau_k: float, p: Array) -> float:
+def motor_friction(x3: float, tau_k: float, p: Packed) -> float:
     """Return tau_f (N m), the last of equations (1)."""
     return p[CV] * x3 + (p[CC] + p[CL] * abs(tau_k)) * TWO_OVER_PI * arctan(p[ALPHA] * x3)
 
 
 @jit
-def motor_friction_slope(x3: float, tau_k: float, p: Array) -> float:
+def motor_friction_slope(x3: float, tau_k: float, p: Packed) -> float:
     """Return d tau_f / d x3 (N m s/rad)."""
     v = p[ALPHA] * x3
     return p[CV] + (p[CC] + p[CL] * abs(tau_k)) * TWO_OVER_PI * p[ALPHA] / (1.0 + v * v)
@@ -405,20 +405,21 @@ def motor_friction_load_slope(x3: float, tau_k: float, p: Array) -> float:
 
 
 @jit_inline
-def motor_acceleration(x1: float, x3: float, x4: float, u: float, tau_k: float, p: Array) -> float:
+def motor_acceleration(x1: float, x3: float, x4: float, u: float, tau_k: float,
+                       p: Packed) -> float:
     """Return x3' (rad/s^2), third of equations (1)."""
     return (u + p[OFFSET] - p[D] * (x3 - x4) - tau_k - p[KR] * x1
             - motor_friction(x3, tau_k, p)) * p[INVERSE_M1]
 
 
 @jit_inline
-def arm_acceleration(x3: float, x4: float, tau_k: float, tau_arm: float, p: Array) -> float:
+def arm_acceleration(x3: float, x4: float, tau_k: float, tau_arm: float, p: Packed) -> float:
     """Return x4' (rad/s^2), fourth of equations (1), with the load `tau_arm` (N m) on the arm."""
     return (p[D] * (x3 - x4) + tau_k - tau_arm) * p[INVERSE_M2]
 
 
 @jit_inline
-def steady_arm_load(x4: float, p: Array) -> float:
+def steady_arm_load(x4: float, p: Packed) -> float:
     """Return the part of tau_arm (N m) that needs no branch: viscous friction, constant load."""
     return p[CAV] * x4 + p[TL]
 

@@ -112,8 +112,7 @@ def update(states: States, z: Array, P: Array, y1: float, y2: float, p: Array, m
     determinant = 1.0
     if have1 and have2:
         determinant = s11 * s22 - s12 * s12
-        inverse = 1.0 / determinant
-        i11, i12, i22 = s22 * inverse, -s12 * inverse, s11 * inverse
+        i11, i12, i22 = inverse(s11, s12, s22, determinant)
     elif have1:
         determinant = s11
         i11 = 1.0 / determinant
@@ -125,30 +124,69 @@ def update(states: States, z: Array, P: Array, y1: float, y2: float, p: Array, m
     e1 = y1 - z[0] if have1 else 0.0
     e2 = y2 - z[1] if have2 else 0.0
     dof = (1.0 if have1 else 0.0) + (1.0 if have2 else 0.0)
-    nis = e1 * (i11 * e1 + i12 * e2) + e2 * (i12 * e1 + i22 * e2)
+    nis = mahalanobis(e1, e2, i11, i12, i22)
     if not math.isfinite(nis):
         return False
     record[at_scores] = nis
     record[at_scores + 1] = -0.5 * (nis + math.log(determinant) + dof * LOG_TWO_PI)
     record[at_scores + 2] = dof
-    # (I - K H) P (I - K H)' + K R K' = T + (K R - T H') K' with T = (I - K H) P. H picks the first
-    # two states, the rest of I - K H is I.
     for i in range(n):
         c1, c2 = prior[i * n], prior[i * n + 1]
         k1, k2 = c1 * i11 + c2 * i12, c1 * i12 + c2 * i22
         record[at_K + 2 * i], record[at_K + 2 * i + 1] = k1, k2
         z[i] += k1 * e1 + k2 * e2
         record[at_z + i] = z[i]
-        a, b = (1.0 if i == 0 else 0.0) - k1, (1.0 if i == 1 else 0.0) - k2
-        t1 = (c1 if i > 1 else -0.0) + a * prior[0] + b * prior[n]
-        t2 = (c2 if i > 1 else -0.0) + a * prior[1] + b * prior[n + 1]
-        w1, w2 = k1 * r1 - t1, k2 * r2 - t2
+        a, b, w1, w2 = joseph(i, k1, k2, c1, c2, prior[0], prior[1], prior[n + 1], r1, r2)
         for j in range(i + 1):
-            value = ((prior[i * n + j] if i > 1 else -0.0) + a * prior[j] + b * prior[n + j]
-                     + w1 * record[at_K + 2 * j] + w2 * record[at_K + 2 * j + 1])
+            value = joseph_element(i, prior[i * n + j], a, b, w1, w2, prior[j], prior[n + j],
+                                   record[at_K + 2 * j], record[at_K + 2 * j + 1])
             P[i * n + j], P[j * n + i] = value, value
             record[at_P + i * n + j], record[at_P + j * n + i] = value, value
     return True
+
+
+@jit_inline
+def inverse(s11: float, s12: float, s22: float, determinant: float) -> tuple[float, float, float]:
+    """Return the inverse (i11, i12, i22) of S, given by s11, s12, s22 and its `determinant`."""
+    scale = 1.0 / determinant
+    return s22 * scale, -s12 * scale, s11 * scale
+
+
+@jit_inline
+def mahalanobis(e1: float, e2: float, i11: float, i12: float, i22: float) -> float:
+    """Return e' S^-1 e of e = (e1, e2), with the inverse of S, given by i11, i12, i22."""
+    return e1 * (i11 * e1 + i12 * e2) + e2 * (i12 * e1 + i22 * e2)
+
+
+# (I - K H) P (I - K H)' + K R K' = T + (K R - T H') K' with T = (I - K H) P. H picks the first two
+# states, the rest of I - K H is I.
+
+@jit_inline
+def joseph(i: int, k1: float, k2: float, c1: float, c2: float, prior11: float, prior12: float,
+           prior22: float, r1: float, r2: float) -> tuple[float, float, float, float]:
+    """
+    Return what all elements of row `i` of Joseph's update share.
+
+    The row (a, b) of the first two columns of I - K H, and (w1, w2) of K R - T H'. k1, k2: row of
+    K; c1, c2: of the first two columns of P; prior11, prior12, prior22: their first two rows; r1,
+    r2: R.
+    """
+    a, b = (1.0 if i == 0 else 0.0) - k1, (1.0 if i == 1 else 0.0) - k2
+    t1 = (c1 if i > 1 else -0.0) + a * prior11 + b * prior12
+    t2 = (c2 if i > 1 else -0.0) + a * prior12 + b * prior22
+    return a, b, k1 * r1 - t1, k2 * r2 - t2
+
+
+@jit_inline
+def joseph_element(i: int, prior: float, a: float, b: float, w1: float, w2: float, above1: float,
+                   above2: float, k1: float, k2: float) -> float:
+    """
+    Return element j of row `i` of the updated P.
+
+    prior: that of P; a, b, w1, w2: see joseph; above1, above2: of column j of P, the
+    first two rows; k1, k2: row j of K.
+    """
+    return (prior if i > 1 else -0.0) + a * above1 + b * above2 + w1 * k1 + w2 * k2
 
 
 @jit_inline

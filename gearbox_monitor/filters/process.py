@@ -32,7 +32,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.arrays import Array, States, Values
+from gearbox_monitor.arrays import Array, Packed, States, Values
 from gearbox_monitor.drive.model import (
     arm_acceleration, arm_load, arm_load_slopes, CAC, CAV, CC, CL, CV, D, DriveModel,
     fastest_eigenvalue, G, INVERSE_M1, INVERSE_M2, KR, motor_acceleration,
@@ -162,8 +162,14 @@ def noise(z: Array, p: Array, i: int) -> float:
     Constant but for tau_K: what the model of tau_K lacks shows more the faster the drive turns.
     """
     if i == TAU_K:
-        return p[Q0 + TAU_K] + p[Q_TAU_K_SPEED] * z[X3] * z[X3]
+        return tau_k_noise(p[Q0 + TAU_K], p[Q_TAU_K_SPEED], z[X3])
     return p[Q0 + i]
+
+
+@jit_inline
+def tau_k_noise(constant: float, of_speed: float, x3: float) -> float:
+    """Return the spectral density on tau_K: `constant`, and `of_speed` by the speed squared."""
+    return constant + of_speed * x3 * x3
 
 
 @jit
@@ -285,7 +291,7 @@ def answer(loaded: bool | None, arm: Pair, load: float, m: Column) -> float:
 
 
 @jit_inline
-def rates(m: Column, slope: float, share: float, error: float, load: float, p: Array) -> Pair:
+def rates(m: Column, slope: float, share: float, error: float, load: float, p: Packed) -> Pair:
     """
     Return how x3' and x4' of a stage answer to the column `m`, with the answers of error and load.
 
@@ -298,7 +304,7 @@ def rates(m: Column, slope: float, share: float, error: float, load: float, p: A
 
 
 @jit_inline
-def along(start: Column, a: float, m: Column, r: Pair, p: Array) -> Column:
+def along(start: Column, a: float, m: Column, r: Pair, p: Packed) -> Column:
     """Return the column at the next stage, `a` s from `start` with the rates `r` of stage `m`."""
     return (start[0] + a * m[1], start[1] + a * r[0], start[2] + a * r[1],
             start[3] + a * p[K_P] * (m[1] - m[2]), start[4] + a * m[2])

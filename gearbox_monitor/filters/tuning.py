@@ -221,16 +221,16 @@ def first_guess(motion: Motion, free: Sequence[str]) -> dict[str, float]:
     return {name: guess[name] for name in free}
 
 
-def search(evaluate: Callable[[dict[str, float], bool], tuple[float, bool]],
+def search(evaluate: Callable[[list[dict[str, float]], bool], list[tuple[float, bool]]],
            guess: dict[str, float], progress: Callable[[float], None] | None = None,
            likelihood: bool = True) -> Tuned:
     """
     Return the Tuned parameters that maximise `evaluate`.
 
-    evaluate(parameters {name: value}, coarse) -> (criterion, failed): the criterion in units of
-    log-likelihood, -inf or NaN where the filter cannot run; failed: the filter diverged; coarse:
-    a part of the recording will do. guess {name: value > 0}: centre of the search. progress:
-    called with the share done, 0..1. likelihood: the curvature gives standard errors.
+    evaluate([parameters {name: value}], coarse) -> [(criterion, failed)] of each: the criterion in
+    units of log-likelihood, -inf or NaN where the filter cannot run; failed: the filter diverged;
+    coarse: a part of the recording will do. guess {name: value > 0}: centre of the search.
+    progress: called with the share done, 0..1. likelihood: the curvature gives standard errors.
     """
     names = list(guess)
     centre = np.array([guess[name] for name in names])
@@ -249,16 +249,17 @@ def search(evaluate: Callable[[dict[str, float], bool], tuple[float, bool]],
     def values(x: Array) -> dict[str, float]:
         return dict(zip(names, (centre * np.exp(x)).tolist()))
 
-    def cost(x: Array, coarse: bool) -> float:
-        x = np.asarray(x)
-        outside = np.maximum(np.abs(x) - REACH, 0.0).sum()
-        inside = np.clip(x, -REACH, REACH)
-        criterion, failed = evaluate(values(inside), coarse)
-        result.evaluations += 1
-        result.failed += bool(failed)
-        if not math.isfinite(criterion):
-            criterion = DIVERGED
-        return -criterion + 0.5 * float((x / PRIOR) @ (x / PRIOR)) + 1e3 * outside
+    def costs(points: list[Array], coarse: bool) -> list[float]:
+        trials = [values(np.clip(x, -REACH, REACH)) for x in points]
+        found = []
+        for x, (criterion, failed) in zip(points, evaluate(trials, coarse)):
+            outside = np.maximum(np.abs(x) - REACH, 0.0).sum()
+            result.evaluations += 1
+            result.failed += bool(failed)
+            if not math.isfinite(criterion):
+                criterion = DIVERGED
+            found.append(-criterion + 0.5 * float((x / PRIOR) @ (x / PRIOR)) + 1e3 * outside)
+        return found
 
     def descend(x: Array, coarse: bool, shares: tuple[float, float]) -> tuple[Array, float]:
         calls = [0]
@@ -268,9 +269,9 @@ def search(evaluate: Callable[[dict[str, float], bool], tuple[float, bool]],
             if progress:
                 share = 1.0 - 1.0 / (1.0 + 0.15 * calls[0])
                 progress(shares[0] + share * (shares[1] - shares[0]))
-            slope = [(cost(x + d, coarse) - cost(x - d, coarse)) / (2.0 * SLOPE_STEP)
-                     for d in SLOPE_STEP * np.eye(n)]
-            return cost(x, coarse), np.array(slope)
+            steps = SLOPE_STEP * np.eye(n)
+            value, *around = costs([x, *(x + steps), *(x - steps)], coarse)
+            return value, np.subtract(around[:n], around[n:]) / (2.0 * SLOPE_STEP)
 
         done = minimize(with_slope, x, jac=True, method='L-BFGS-B',
                         bounds=[(-REACH, REACH)] * n,
@@ -283,7 +284,7 @@ def search(evaluate: Callable[[dict[str, float], bool], tuple[float, bool]],
     met = [x for x, value in ends if value < lowest + AGREE]
     result.starts, result.met = len(starts), len(met)
     x, value = descend(best, False, (0.45, 0.8))
-    x, value, deviations = _newton(lambda x: cost(x, False), x, value)
+    x, value, deviations = _newton(lambda points: costs(points, False), x, value)
     sharp = deviations < SHARP
     if sharp.any():
         apart = np.abs(np.array(met) - best)[:, sharp]
@@ -297,7 +298,8 @@ def search(evaluate: Callable[[dict[str, float], bool], tuple[float, bool]],
     return result
 
 
-def _newton(cost: Callable[[Array], float], x: Array, value: float) -> tuple[Array, float, Array]:
+def _newton(cost: Callable[[list[Array]], list[float]], x: Array,
+            value: float) -> tuple[Array, float, Array]:
     """
     Fit a paraboloid around `x`; return its minimum, the cost there and standard errors.
 
@@ -308,25 +310,20 @@ def _newton(cost: Callable[[Array], float], x: Array, value: float) -> tuple[Arr
     points: list[Array] = [np.zeros(n)]
     costs = [value]
 
-    def add(d: Array) -> None:
-        points.append(d)
-        costs.append(cost(x + d))
+    def add(steps: list[Array]) -> list[float]:
+        points.extend(steps)
+        costs.extend(cost([x + d for d in steps]))
+        return costs[-len(steps):]
 
+    units = list(np.eye(n))
+    rises = add([sign * 0.1 * unit for unit in units for sign in (1.0, -1.0)])
     for i in range(n):
-        unit = np.eye(n)[i]
-        add(0.1 * unit)
-        add(-0.1 * unit)
-        rise = max(0.5 * (costs[-1] + costs[-2]) - value, 0.02)
+        rise = max(0.5 * (rises[2 * i] + rises[2 * i + 1]) - value, 0.02)
         reach[i] = min(max(0.1 * math.sqrt(4.0 / rise), 0.01), 0.5)
-        add(reach[i] * unit)
-        add(-reach[i] * unit)
-    for i in range(n):
-        for j in range(i):
-            for sign in (1.0, -1.0):
-                d = np.zeros(n)
-                d[i], d[j] = 0.7 * reach[i], sign * 0.7 * reach[j]
-                add(d)
-                add(-d)
+    far = list(np.diag(0.7 * reach))
+    add([sign * d for sign in (1.0, -1.0) for d in (
+        *(r * unit for r, unit in zip(reach, units)),
+        *(far[i] + other * far[j] for i in range(n) for j in range(i) for other in (1.0, -1.0)))])
     scaled, heights = np.array(points) / reach, np.array(costs)
     near = (heights < value + 50.0) & (np.abs(scaled).max(axis=1) < 3.0)
     pairs = [(i, j) for i in range(n) for j in range(i + 1)]
@@ -343,7 +340,7 @@ def _newton(cost: Callable[[Array], float], x: Array, value: float) -> tuple[Arr
         return x, value, unknown
     deviations = reach * np.sqrt(np.diag(np.linalg.inv(hessian)))
     step = reach * np.clip(-np.linalg.solve(hessian, c[1:1 + n]), -1.5, 1.5)
-    there = cost(x + step)
+    there, = cost([x + step])
     if there < value + 1.0:
         return x + step, there, deviations
     return x, value, deviations
