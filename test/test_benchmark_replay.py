@@ -59,7 +59,7 @@ def test_exponents_follow_from_what_was_done(monkeypatch, tmp_path, capsys):
     def count(module, name, size):
         work = getattr(module, name)
         monkeypatch.setattr(module, name, lambda *args: (done.append(size(*args)), work(*args))[1])
-    count(scale_numbers, 'run_score', lambda _, parameters, __: parameters['q_std_tau_k'])
+    count(scale_numbers, 'criteria', lambda _, candidates, __: len(candidates))
     count(scale_numbers.Simulator, 'run', lambda _, windows, *rest: len(windows))
     count(scale_numbers.Runs, 'run', lambda _, bags, engine: len(bags))
     code = main(['benchmark', 'scale', '--of', 'windows', 'candidates', 'bags', '--rounds', '1',
@@ -69,7 +69,7 @@ def test_exponents_follow_from_what_was_done(monkeypatch, tmp_path, capsys):
     assert [(row['axis'], row['number']) for row in data['numbers']] == [
         ('windows', 20), ('windows', 40), ('windows', 80), ('candidates', 2), ('candidates', 3),
         ('bags', 2), ('bags', 3)]
-    assert done == [20, 0.1, 1.0, 2, 20, 40, 80, 0.1, 1.0, 0.1, 1.0, 10.0, 2, 3]
+    assert done == [20, 2, 2, 20, 40, 80, 2, 3, 2, 3]
     cpu = {(row['axis'], row['number']): row['cpu_s'] for row in data['numbers']}
     bar = next(bar for bar in data['bars'] if 'candidates' in bar['bar'])
     assert bar['value'] == pytest.approx(
