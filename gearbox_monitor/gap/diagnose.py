@@ -55,7 +55,7 @@ FINEST = 1e-4        # of the travel: on a real drive, differences below are no 
 LOOSE = 0.2          # of the torque: more that lasts and is not explained is an unknown effect
 QUANTISED = 0.5      # step of a lattice over sigma, from which on rounding matters
 ROUGH = 2.0          # the same, from which on it is no white noise any more
-ROUGH_LACK, ROUGH_MARGIN = 0.2, 250.0  # then: LACK and MARGIN of bursts
+ROUGH_LACK, ROUGH_STRUCTURE, ROUGH_MARGIN = 0.2, 30.0, 250.0  # then: as without, and of bursts
 SHARE = 0.5          # of what bursts explain, from which on one effect is a part of the answer
 ON_FLOOR, QUIET_SHARE = 1.12, 0.35
 TWINS = ('torque_offset', 'coulomb_asymmetry')
@@ -246,7 +246,8 @@ def lacks(search: Search, fitted: Fitted, rough: bool = False) -> bool:
         return bool(fitted.s > LOOSE * np.std(search.recording.u))
     excess, structure = misfit(search, fitted)
     before, _ = misfit(search, search.fitted[''])
-    limit = PAIR_STRUCTURE if len(fitted.candidate.ids) > 1 else STRUCTURE
+    limit = (ROUGH_STRUCTURE if rough else
+             PAIR_STRUCTURE if len(fitted.candidate.ids) > 1 else STRUCTURE)
     return (excess > max(ROUGH_LACK if rough else LACK, LACK_RELATIVE * before)
             or structure > limit + STRUCTURE_RELATIVE * before)
 
