@@ -20,9 +20,9 @@ import pytest
 
 from gearbox_monitor.drive.model import DriveModel, model_from_dict
 from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.gap import close, fit, isolate, residual
+from gearbox_monitor.gap import close, diagnose, fit, isolate, residual
 from gearbox_monitor.gap.recording import Recording
-from gearbox_monitor.gap.search import Search
+from gearbox_monitor.gap.search import Fitted, Search
 
 DT, SIGMA = 0.001, (0.002, 0.002)
 CASES = {
@@ -166,3 +166,35 @@ def test_confusable_lists_what_little_evidence_leaves_open():
     assert d > 100 and table['coulomb_asymmetry'] < 0.05 < table['gravity']
     names = isolate.confusable(search, best, found)
     assert 'coulomb_asymmetry' in names and 'motor_inertia' not in names
+
+
+def test_a_parameter_at_its_bound_is_no_discovery():
+    """Friction that has drifted from the first moment on is plain friction, if hardly worse."""
+    search = Search(record([]), DriveModel(), SIGMA, ['viscous_drift', 'motor_viscous'])
+    search.none()
+    for name in search.ids:
+        candidate = search.starts.candidates(name)[0]
+        point = fit.copied(search.fitted[''].point, candidate.start())
+        search.fitted[name] = Fitted(candidate, point, 0.0)
+    drift, plain = (search.fitted[name] for name in ('viscous_drift', 'motor_viscous'))
+    drift.score = plain.score - 5.0
+    assert diagnose.simpler(search, drift) is drift
+    drift.point.z[:] = -50.0  # of the logarithm of the time constant, too
+    assert drift.candidate.at_bound(drift.point.z)
+    assert diagnose.simpler(search, drift) is plain
+    drift.score = plain.score - 20.0
+    assert diagnose.simpler(search, drift) is drift
+
+
+def test_steps_above_the_noise_of_an_encoder_are_no_unknown_effect():
+    """In slow motion their error lasts: it is not white, and no model explains it."""
+    t = np.arange(6000) * DT
+    wave = np.sin(2 * np.pi * 0.3 * t)
+    found = record([], 6, noise=(0.0045, 0.0045),
+                   u=0.6 * np.sign(wave) * np.minimum(1.0, 4.0 * np.abs(wave)))
+    found.y[:, 0] = 0.04 * np.rint(found.y[:, 0] / 0.04)
+    data = diagnose.diagnose([found], DriveModel(), only=[
+        'motor_encoder_quantisation', 'arm_coulomb', 'torque_offset']).data
+    assert data['effect'] == 'motor_encoder_quantisation', data['misfit']
+    assert data['params']['motor_encoder_quantisation']['q'] == pytest.approx(0.04)
+    assert data['misfit']['structure'] > diagnose.STRUCTURE

@@ -31,7 +31,7 @@ from gearbox_monitor.files import load_parameters
 from gearbox_monitor.filters.smoother import S_TAU_K
 from gearbox_monitor.joiner import Joiner, WAIT
 from gearbox_monitor.monitor import Monitor, Sample, Samples
-from gearbox_monitor.parameters import SETTINGS
+from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
 from gearbox_monitor.signals import joint_values, SIGNALS
 
 T0, MS = 1_700_000_000_000_000_000, 1_000_000
@@ -162,7 +162,7 @@ def test_model_values_change_with_a_restart_and_noise_without():
     assert monitor.snapshot() == before
 
 
-@pytest.mark.parametrize('name', ('ekf', 'ukf'))  # the others share their measurement
+@pytest.mark.parametrize('name', FILTER_NAMES)
 def test_without_an_arm_encoder_the_torque_is_as_good(name):
     """Gravity acts on the arm, which nobody measures; what nobody knows is not published."""
     n, dt = 6000, 2 * MS

@@ -78,15 +78,14 @@ def _accelerations(loaded: bool | None, x1: float, x3: float, x4: float, tau_k: 
 
 
 @jit_inline
-def _rates(loaded: bool | None, m: Column, slope: float, load: float,
-           p: Packed) -> Pair:
+def _rates(loaded: bool | None, m: Column, slope: float, load: float, p: Packed) -> Pair:
     return rates(m, slope, 1.0, 0.0, answer(loaded, (0.0, p[CAV]), load, m), p)
 
 
 @jit_inline
-def _column(n: int, loaded: bool | None, j: int, m1: Column, h: float,
-            slopes: tuple[float, float, float, float], load: float, p: Packed,
-            s: Array, i: int) -> None:
+def _column(loaded: bool | None, j: int, m1: Column, h: float,
+            slopes: tuple[float, float, float, float], load: float, p: Packed, s: Array,
+            i: int) -> None:
     """Advance column `j` of phi, `m1`, by an RK4 step, and write it; load: answer of the state."""
     r1 = _rates(loaded, m1, slopes[0], load, p)
     m2 = along(m1, 0.5 * h, m1, r1, p)
@@ -106,7 +105,7 @@ def _column(n: int, loaded: bool | None, j: int, m1: Column, h: float,
 
 
 @jit_inline
-def _begun(n: int, first: bool | None, j: int, s: Array, i: int) -> Column:
+def _begun(first: bool | None, j: int, s: Array, i: int) -> Column:
     """Return column `j` of phi as it is before a step; first: None, or it is the unit matrix."""
     if first is not None:
         return (1.0 if j == X1 else 0.0, 1.0 if j == X3 else 0.0, 1.0 if j == X4 else 0.0,
@@ -118,8 +117,8 @@ def _begun(n: int, first: bool | None, j: int, s: Array, i: int) -> Column:
 
 
 @jit
-def _rk4(states: States, first: bool | None, u: float, load: float, h: float,
-         drive: Drive, s: Array) -> None:
+def _rk4(states: States, first: bool | None, u: float, load: float, h: float, drive: Drive,
+         s: Array) -> None:
     """
     Advance z and phi by one RK4 step of `h` s; first: None, or phi is taken for the unit matrix.
 
@@ -156,14 +155,12 @@ def _rk4(states: States, first: bool | None, u: float, load: float, h: float,
         s[LANES * (Z + X4) + i] = x4 + sixth * (g1 + 2.0 * (g2 + g3) + g4)
         s[LANES * (Z + TAU_K) + i] = tau_k + p[K_P] * (moved1 - moved2)
         slopes = (slope1, slope2, slope3, slope4)
-        _column(n, loaded, X1, _begun(n, first, X1, s, i), h, slopes, 0.0, p, s, i)
-        _column(n, loaded, X3, _begun(n, first, X3, s, i), h, slopes, 0.0, p, s, i)
-        _column(n, loaded, X4, _begun(n, first, X4, s, i), h, slopes, 0.0, p, s, i)
-        _column(n, loaded, TAU_K, _begun(n, first, TAU_K, s, i), h, slopes, 0.0, p,
-                s, i)
+        _column(loaded, X1, _begun(first, X1, s, i), h, slopes, 0.0, p, s, i)
+        _column(loaded, X3, _begun(first, X3, s, i), h, slopes, 0.0, p, s, i)
+        _column(loaded, X4, _begun(first, X4, s, i), h, slopes, 0.0, p, s, i)
+        _column(loaded, TAU_K, _begun(first, TAU_K, s, i), h, slopes, 0.0, p, s, i)
         if n > 5:
-            _column(n, loaded, TAU_ARM, _begun(n, first, TAU_ARM, s, i), h, slopes,
-                    1.0, p, s, i)
+            _column(loaded, TAU_ARM, _begun(first, TAU_ARM, s, i), h, slopes, 1.0, p, s, i)
 
 
 @jit_inline
@@ -227,8 +224,8 @@ def _predicted(n: int, k: int, half_dt: float, s: Array, i: int) -> None:
 
 
 @jit
-def predict(states: States, dt: float, u: float, load: float, p: Array,
-            drive: Drive, s: Array) -> None:
+def predict(states: States, dt: float, u: float, load: float, p: Array, drive: Drive,
+            s: Array) -> None:
     """
     Predict z and PRIOR over `dt` s.
 
