@@ -20,7 +20,7 @@ import sys
 
 import pytest
 
-from gearbox_monitor.jit import COMPILED, usable_cache
+from gearbox_monitor.jit import COMPILED, fma, usable_cache
 
 ROOT = Path(__file__).parents[1]
 pytestmark = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
@@ -78,3 +78,8 @@ def test_folders_that_others_can_write_into_are_not_ours(blocked, tmp_path):
     # What the user names is theirs to choose, if it can be written.
     assert usable_cache([str(own)], str(shared)) == (str(shared), '')
     assert usable_cache([str(own)], str(blocked)) == (str(own), '')
+
+
+def test_a_fused_product_is_rounded_once():
+    # (1 + e)(1 - e) = 1 - e^2; rounded by itself, the product is 1.
+    assert fma(1.0 + 2.0 ** -30, 1.0 - 2.0 ** -30, -1.0) == -2.0 ** -60

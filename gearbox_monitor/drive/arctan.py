@@ -15,7 +15,7 @@
 """The arc tangent without a call or a branch: a loop over lanes with it fills the vector unit."""
 import math
 
-from gearbox_monitor.jit import jit_inline
+from gearbox_monitor.jit import fma, jit_inline
 
 _EIGHTH, _THREE_EIGHTHS = math.tan(math.pi / 8.0), math.tan(3.0 * math.pi / 8.0)
 _QUARTER_TURN, _HALF_TURN = 0.25 * math.pi, 0.5 * math.pi
@@ -39,12 +39,11 @@ def arctan(x: float) -> float:
     # By pairs: a chain of twelve steps would keep a single run waiting.
     z2 = z * z
     z4 = z2 * z2
-    low = (-0.3333333333333333 + 0.19999999999999804 * z) + z2 * (
-        -0.14285714285659828 + 0.11111111105155447 * z)
-    mid = (-0.09090908753500875 + 0.07692296375032072 * z) + z2 * (
-        -0.06666424885737 + 0.058789289978203436 * z)
-    high = (-0.052304542705439556 + 0.045515932201417086 * z) + z2 * (
-        -0.034570561968958594 + 0.016285756841402314 * z)
-    q = (low + z4 * mid) + (z4 * z4) * high
-    r = offset + (t + t * z * q)
-    return math.copysign(r, x)
+    low = fma(z2, fma(0.11111111105155447, z, -0.14285714285659828),
+              fma(0.19999999999999804, z, -0.3333333333333333))
+    mid = fma(z2, fma(0.058789289978203436, z, -0.06666424885737),
+              fma(0.07692296375032072, z, -0.09090908753500875))
+    high = fma(z2, fma(0.016285756841402314, z, -0.034570561968958594),
+               fma(0.045515932201417086, z, -0.052304542705439556))
+    q = fma(z4, fma(z4, high, mid), low)
+    return math.copysign(offset + fma(t * z, q, t), x)

@@ -50,7 +50,7 @@ from gearbox_monitor.filters.process import (
     SEEN_ON_SPEED, SEEN_SHARE, SEEN_SLOPE, SEEN_SPEED, SEEN_TAU_K, SEEN_TORQUE, SEEN_TWIST_RATE,
     SEEN_X2, SEEN_X3, SEEN_X4, SLOTS, TAU_K, X1, X2, X3, X4)
 from gearbox_monitor.filters.record import places
-from gearbox_monitor.jit import jit, jit_inline
+from gearbox_monitor.jit import fma, jit, jit_inline
 
 MAX_THETA = 6
 FIRST = 200  # samples before the first adaptation
@@ -448,7 +448,7 @@ def _predict(states: States, z: Array, P: Array, s: Array, P_s: Array, count: in
             multiply(states, phi, P, cross)
             for i in range(n):
                 for j in range(n):
-                    product[i * n + j] = cross[i * n + j] + phi[i * n + j] * record[at_z + j]
+                    product[i * n + j] = fma(phi[i * n + j], record[at_z + j], cross[i * n + j])
         else:
             multiply(states, phi, cross, product)
             for i in range(n * n):
@@ -486,10 +486,8 @@ def _times(states: States, product: Array, given: int, flat: Array, out: int) ->
         v0 = v1 = v2 = v3 = 0.0
         for b in range(n):
             v, at = product[a * n + b], given * n + b
-            v0 += v * flat[at]
-            v1 += v * flat[at + n]
-            v2 += v * flat[at + 2 * n]
-            v3 += v * flat[at + 3 * n]
+            v0, v1 = fma(v, flat[at], v0), fma(v, flat[at + n], v1)
+            v2, v3 = fma(v, flat[at + 2 * n], v2), fma(v, flat[at + 3 * n], v3)
         at = out * n + a
         flat[at], flat[at + n], flat[at + 2 * n], flat[at + 3 * n] = v0, v1, v2, v3
 
@@ -531,8 +529,8 @@ def _add_products(states: States, P_i: Array, factor: float, at: int, h: float, 
         for b in range(a + 1):
             total = 0.0
             for q in range(3):
-                total += (flat[(g + q) * n + a] * flat[(w + q) * n + b]
-                          + flat[(w + q) * n + a] * flat[(g + q) * n + b])
+                total = fma(flat[(g + q) * n + a], flat[(w + q) * n + b], total)
+                total = fma(flat[(w + q) * n + a], flat[(g + q) * n + b], total)
             if a == at:
                 total += h / 6.0 * flat[(w + 3) * n + b]
             if b == at:

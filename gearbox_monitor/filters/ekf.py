@@ -30,7 +30,7 @@ from gearbox_monitor.filters.process import (
     EIGENVALUE, noise, NUMERIC, propagate, propagate_numeric, R1, R2,
     softened_sharpness, STATISTICAL, X3, X4)
 from gearbox_monitor.filters.record import places
-from gearbox_monitor.jit import jit_inline
+from gearbox_monitor.jit import fma, jit_inline
 
 LOG_TWO_PI = math.log(2.0 * math.pi)
 N_VECTORS, N_MATRICES = 1, 2
@@ -83,7 +83,7 @@ def predict(states: States, z: Array, P: Array, dt: float, u: float, load: float
     multiply(states, phi, P, cross)
     for i in range(n):
         for j in range(n):
-            product[i * n + j] = cross[i * n + j] + phi[i * n + j] * record[at_z + j]
+            product[i * n + j] = fma(phi[i * n + j], record[at_z + j], cross[i * n + j])
     multiply_symmetric(states, product, phi, P_pred)
     for i in range(n):
         P_pred[i * n + i] += 0.5 * dt * noise(z, p, i)
@@ -186,7 +186,8 @@ def joseph_element(i: int, prior: float, a: float, b: float, w1: float, w2: floa
     prior: that of P; a, b, w1, w2: see joseph; above1, above2: of column j of P, the
     first two rows; k1, k2: row j of K.
     """
-    return (prior if i > 1 else -0.0) + a * above1 + b * above2 + w1 * k1 + w2 * k2
+    rest = fma(b, above2, fma(a, above1, prior if i > 1 else -0.0))
+    return fma(w2, k2, fma(w1, k1, rest))
 
 
 @jit_inline

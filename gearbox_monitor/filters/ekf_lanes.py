@@ -32,7 +32,7 @@ from gearbox_monitor.filters.ekf import inverse, joseph, joseph_element, mahalan
 from gearbox_monitor.filters.process import (
     along, answer, Column, EIGENVALUE, FRICTION_AT, K_P, NUMERIC, P0, Pair, Q0, Q_TAU_K_SPEED, R1,
     R2, rates, softened_sharpness, STATISTICAL, TAU_ARM, TAU_K, tau_k_noise, X1, X2, X3, X4)
-from gearbox_monitor.jit import jit, jit_inline
+from gearbox_monitor.jit import fma, jit, jit_inline
 
 LANES = 16
 N = 6  # states at most
@@ -94,13 +94,13 @@ def _column(loaded: bool | None, j: int, m1: Column, h: float,
     r3 = _rates(loaded, m3, slopes[2], load, p)
     m4 = along(m1, h, m3, r3, p)
     r4 = _rates(loaded, m4, slopes[3], load, p)
-    moved1 = h / 6.0 * (m1[1] + 2.0 * (m2[1] + m3[1]) + m4[1])
-    moved2 = h / 6.0 * (m1[2] + 2.0 * (m2[2] + m3[2]) + m4[2])
+    moved1 = h / 6.0 * fma(2.0, m2[1] + m3[1], m1[1] + m4[1])
+    moved2 = h / 6.0 * fma(2.0, m2[2] + m3[2], m1[2] + m4[2])
     at = LANES * j + i
     s[LANES * (PHI + N * X1) + at] = m1[0] + moved1
     s[LANES * (PHI + N * X2) + at] = m1[4] + moved2
-    s[LANES * (PHI + N * X3) + at] = m1[1] + h / 6.0 * (r1[0] + 2.0 * (r2[0] + r3[0]) + r4[0])
-    s[LANES * (PHI + N * X4) + at] = m1[2] + h / 6.0 * (r1[1] + 2.0 * (r2[1] + r3[1]) + r4[1])
+    s[LANES * (PHI + N * X3) + at] = fma(h / 6.0, fma(2.0, r2[0] + r3[0], r1[0] + r4[0]), m1[1])
+    s[LANES * (PHI + N * X4) + at] = fma(h / 6.0, fma(2.0, r2[1] + r3[1], r1[1] + r4[1]), m1[2])
     s[LANES * (PHI + N * TAU_K) + at] = m1[3] + p[K_P] * (moved1 - moved2)
 
 
@@ -172,11 +172,11 @@ def _phi_times_P(n: int, k: int, s: Array, i: int) -> None:
         value = s[phi + LANES * X1] * s[LANES * (P + N * X1) + at]
         if k == X2:
             value += s[LANES * (P + N * X2) + at]
-        value += s[phi + LANES * X3] * s[LANES * (P + N * X3) + at]
-        value += s[phi + LANES * X4] * s[LANES * (P + N * X4) + at]
-        value += s[phi + LANES * TAU_K] * s[LANES * (P + N * TAU_K) + at]
+        value = fma(s[phi + LANES * X3], s[LANES * (P + N * X3) + at], value)
+        value = fma(s[phi + LANES * X4], s[LANES * (P + N * X4) + at], value)
+        value = fma(s[phi + LANES * TAU_K], s[LANES * (P + N * TAU_K) + at], value)
         if n > 5:
-            value += s[phi + LANES * TAU_ARM] * s[LANES * (P + N * TAU_ARM) + at]
+            value = fma(s[phi + LANES * TAU_ARM], s[LANES * (P + N * TAU_ARM) + at], value)
         s[LANES * (CROSS + N * k) + at] = value
 
 
@@ -185,17 +185,17 @@ def _predicted(n: int, k: int, half_dt: float, s: Array, i: int) -> None:
     """Write row `k` of P_pred, up to its diagonal: (phi P + phi Q h / 2) phi' + Q h / 2."""
     phi, cross = LANES * (PHI + N * k) + i, LANES * (CROSS + N * k) + i
     if k < TAU_ARM:
-        a1 = s[cross + LANES * X1] + s[phi + LANES * X1] * s[LANES * (HALF + X1) + i]
+        a1 = fma(s[phi + LANES * X1], s[LANES * (HALF + X1) + i], s[cross + LANES * X1])
         a2 = s[cross + LANES * X2]
         if k == X2:
             a2 += s[LANES * (HALF + X2) + i]
-        a3 = s[cross + LANES * X3] + s[phi + LANES * X3] * s[LANES * (HALF + X3) + i]
-        a4 = s[cross + LANES * X4] + s[phi + LANES * X4] * s[LANES * (HALF + X4) + i]
-        a5 = s[cross + LANES * TAU_K] + s[phi + LANES * TAU_K] * s[LANES * (HALF + TAU_K) + i]
+        a3 = fma(s[phi + LANES * X3], s[LANES * (HALF + X3) + i], s[cross + LANES * X3])
+        a4 = fma(s[phi + LANES * X4], s[LANES * (HALF + X4) + i], s[cross + LANES * X4])
+        a5 = fma(s[phi + LANES * TAU_K], s[LANES * (HALF + TAU_K) + i], s[cross + LANES * TAU_K])
         a6 = 0.0
         if n > 5:
-            a6 = (s[cross + LANES * TAU_ARM]
-                  + s[phi + LANES * TAU_ARM] * s[LANES * (HALF + TAU_ARM) + i])
+            a6 = fma(s[phi + LANES * TAU_ARM], s[LANES * (HALF + TAU_ARM) + i],
+                     s[cross + LANES * TAU_ARM])
     else:  # a row of the unit matrix
         before = LANES * (P + N * TAU_ARM) + i
         a1, a2, a3 = s[before + LANES * X1], s[before + LANES * X2], s[before + LANES * X3]
@@ -209,11 +209,11 @@ def _predicted(n: int, k: int, half_dt: float, s: Array, i: int) -> None:
             value = a1 * s[other + LANES * X1]
             if j == X2:
                 value += a2
-            value += a3 * s[other + LANES * X3]
-            value += a4 * s[other + LANES * X4]
-            value += a5 * s[other + LANES * TAU_K]
+            value = fma(a3, s[other + LANES * X3], value)
+            value = fma(a4, s[other + LANES * X4], value)
+            value = fma(a5, s[other + LANES * TAU_K], value)
             if n > 5:
-                value += a6 * s[other + LANES * TAU_ARM]
+                value = fma(a6, s[other + LANES * TAU_ARM], value)
         if j == k:
             density = s[LANES * (DENSITY + k) + i]
             if k == TAU_K:

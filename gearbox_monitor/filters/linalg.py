@@ -21,7 +21,7 @@ Compiled, plain loops beat BLAS calls twelvefold at this size; interpreted, nump
 import numpy as np
 
 from gearbox_monitor.arrays import Array, States
-from gearbox_monitor.jit import COMPILED, jit, jit_inline
+from gearbox_monitor.jit import COMPILED, fma, jit, jit_inline
 
 if COMPILED:
     @jit_inline
@@ -37,15 +37,15 @@ if COMPILED:
             s0 = s1 = s2 = s3 = s4 = s5 = s6 = 0.0
             for k in range(n):
                 v, at = a[i * n + k], k * n
-                s0 += v * b[at]
-                s1 += v * b[at + 1]
-                s2 += v * b[at + 2]
-                s3 += v * b[at + 3]
-                s4 += v * b[at + 4]
+                s0 = fma(v, b[at], s0)
+                s1 = fma(v, b[at + 1], s1)
+                s2 = fma(v, b[at + 2], s2)
+                s3 = fma(v, b[at + 3], s3)
+                s4 = fma(v, b[at + 4], s4)
                 if n > 5:
-                    s5 += v * b[at + 5]
+                    s5 = fma(v, b[at + 5], s5)
                 if n > 6:
-                    s6 += v * b[at + 6]
+                    s6 = fma(v, b[at + 6], s6)
             at = i * n
             out[at], out[at + 1], out[at + 2], out[at + 3], out[at + 4] = s0, s1, s2, s3, s4
             if n > 5:
@@ -61,15 +61,15 @@ if COMPILED:
             s0 = s1 = s2 = s3 = s4 = s5 = s6 = 0.0
             for k in range(n):
                 v = a[i * n + k]
-                s0 += v * b[k]
-                s1 += v * b[n + k]
-                s2 += v * b[2 * n + k]
-                s3 += v * b[3 * n + k]
-                s4 += v * b[4 * n + k]
+                s0 = fma(v, b[k], s0)
+                s1 = fma(v, b[n + k], s1)
+                s2 = fma(v, b[2 * n + k], s2)
+                s3 = fma(v, b[3 * n + k], s3)
+                s4 = fma(v, b[4 * n + k], s4)
                 if n > 5:
-                    s5 += v * b[5 * n + k]
+                    s5 = fma(v, b[5 * n + k], s5)
                 if n > 6:
-                    s6 += v * b[6 * n + k]
+                    s6 = fma(v, b[6 * n + k], s6)
             # The compiler drops the sums that no element of the lower triangle needs.
             _mirrored(out, n, i, 0, s0)
             _mirrored(out, n, i, 1, s1)

@@ -38,7 +38,7 @@ from gearbox_monitor.drive.model import (
     fastest_eigenvalue, G, INVERSE_M1, INVERSE_M2, KR, motor_acceleration,
     motor_friction_load_slope, motor_friction_slope, N_PARAMETERS, TL)
 from gearbox_monitor.filters.adaptation import adapted_names, softened_model
-from gearbox_monitor.jit import jit, jit_inline
+from gearbox_monitor.jit import fma, jit, jit_inline
 
 X1, X2, X3, X4, TAU_K, TAU_ARM, TAU_E = range(7)
 N_MAX = 7
@@ -298,16 +298,16 @@ def rates(m: Column, slope: float, share: float, error: float, load: float, p: P
     slope, share: of the friction, on x3 and on tau_K.
     """
     twist_rate = m[1] - m[2]
-    return ((-p[D] * twist_rate - share * m[3] - slope * m[1] - p[KR] * m[0] - error)
-            * p[INVERSE_M1],
-            (p[D] * twist_rate + m[3] - load) * p[INVERSE_M2])
+    on_motor = fma(share, m[3], fma(slope, m[1], fma(p[KR], m[0], error)))
+    return (-p[INVERSE_M1] * fma(p[D], twist_rate, on_motor),
+            p[INVERSE_M2] * fma(p[D], twist_rate, m[3] - load))
 
 
 @jit_inline
 def along(start: Column, a: float, m: Column, r: Pair, p: Packed) -> Column:
     """Return the column at the next stage, `a` s from `start` with the rates `r` of stage `m`."""
-    return (start[0] + a * m[1], start[1] + a * r[0], start[2] + a * r[1],
-            start[3] + a * p[K_P] * (m[1] - m[2]), start[4] + a * m[2])
+    return (fma(a, m[1], start[0]), fma(a, r[0], start[1]), fma(a, r[1], start[2]),
+            fma(a * p[K_P], m[1] - m[2], start[3]), fma(a, m[2], start[4]))
 
 
 @jit_inline
@@ -339,12 +339,12 @@ def _begin(n: int, phi: Array, j: int, first: bool) -> Column:
 def _end(loaded: bool | None, n: int, phi: Array, j: int, h: float, m: Columns, r: Pairs, p: Array,
          seen: Array | None) -> None:
     """Write column `j` of phi behind an RK4 step; m, r: its four stages and their rates."""
-    moved1 = h / 6.0 * (m[0][1] + 2.0 * (m[1][1] + m[2][1]) + m[3][1])
-    moved2 = h / 6.0 * (m[0][2] + 2.0 * (m[1][2] + m[2][2]) + m[3][2])
+    moved1 = h / 6.0 * fma(2.0, m[1][1] + m[2][1], m[0][1] + m[3][1])
+    moved2 = h / 6.0 * fma(2.0, m[1][2] + m[2][2], m[0][2] + m[3][2])
     phi[X1 * n + j] = m[0][0] + moved1
     phi[X2 * n + j] = m[0][4] + moved2
-    phi[X3 * n + j] = m[0][1] + h / 6.0 * (r[0][0] + 2.0 * (r[1][0] + r[2][0]) + r[3][0])
-    phi[X4 * n + j] = m[0][2] + h / 6.0 * (r[0][1] + 2.0 * (r[1][1] + r[2][1]) + r[3][1])
+    phi[X3 * n + j] = fma(h / 6.0, fma(2.0, r[1][0] + r[2][0], r[0][0] + r[3][0]), m[0][1])
+    phi[X4 * n + j] = fma(h / 6.0, fma(2.0, r[1][1] + r[2][1], r[0][1] + r[3][1]), m[0][2])
     phi[TAU_K * n + j] = m[0][3] + p[K_P] * (moved1 - moved2)
     if seen is not None:
         for q in range(4):
