@@ -19,7 +19,7 @@ import re
 import numpy as np
 import pytest
 
-from gearbox_monitor.benchmarks import eigen_reference, replay, speed
+from gearbox_monitor.benchmarks import eigen_reference, free_run, replay, speed
 from gearbox_monitor.benchmarks.paper import drive, DT, T0
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.drive.simulate import simulate
@@ -77,6 +77,7 @@ def test_what_cannot_be_measured_is_told(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(speed, 'BARS', {name: bar for name, bar in speed.BARS.items()
                                         if 'Eigen' in name or 'start' in name})
     monkeypatch.setattr(replay, 'steppers', lambda: nullcontext(({}, {})))
+    monkeypatch.setattr(free_run, 'steppers', lambda: ({}, {}))
     monkeypatch.setattr(speed, 'FEW', 3)
     monkeypatch.setenv(eigen_reference.VARIABLE, str(tmp_path))
     main(['benchmark', 'speed', '--rounds', '1'])
@@ -96,3 +97,14 @@ def test_too_old_an_eigen_is_told(tmp_path):
     with pytest.raises(InputError, match=r'expected 3\.3 or newer.*eigen_ekf\.cpp|not found'):
         with eigen_reference.library(tmp_path):
             pass
+
+
+def test_solvers_that_simulate_is_compared_with_reach_the_same_motion():
+    rows, _ = free_run.steppers()
+    held = np.append(np.repeat(free_run.torque()[:free_run.FEW], 16), 0.0)
+    exact = simulate(free_run.MODEL, held, free_run.DT / 16).x[-1]
+    ours = rows['simulate']().x[free_run.FEW]
+    assert np.abs(ours - exact)[:2].max() < 0.2 * free_run.ERROR
+    for name in free_run.SETTINGS:
+        end = rows[f'solve_ivp {name}']().y[:2, -1]
+        assert np.abs(end - exact[:2]).max() < free_run.ERROR, name

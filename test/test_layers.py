@@ -31,7 +31,7 @@ LAYERS = {
     'filters': 1, 'trust': 1, 'drift': 1,
     'bank': 2, 'check': 2, 'diagnostic_values': 2, 'gap': 2, 'history': 2, 'interval': 2,
     'joiner': 2, 'monitor': 2, 'parameters': 2, 'publishers': 2, 'signals': 2, 'stream': 2,
-    'score': 2, 'silence': 2, 'tuner': 2,
+    'score': 2, 'silence': 2, 'single': 2, 'tuner': 2,
     'files': 3, 'baseline': 3, 'resources': 3,
     'report': 4, 'bag': 4,
     'nodes': 5, 'benchmarks': 5, 'launch': 5, 'fleet': 5,

@@ -21,7 +21,7 @@ where a compiler and Eigen 3.3 or newer are found; the bar is set by the usual t
 I + hA + h^2A^2/2, cheaper than the exact one that our EKF takes. Replay: a simulated recording of
 10 minutes (lz4) through the EKF into a Parquet file, per sample; rosbags decodes the same.
 EKFs that differ in Q and R run side by side as in "tune": per step of one filter.
-Start-up: a process of its own each time, kernels cached.
+Free runs and their slopes: 16 s. Start-up: a process of its own each time, kernels cached.
 
 usage examples:
   gearbox_monitor benchmark speed --json speed.json
@@ -33,9 +33,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor.benchmarks import eigen_reference, filterpy_user, replay, startup
+from gearbox_monitor.benchmarks import eigen_reference, filterpy_user, free_run, replay, startup
 from gearbox_monitor.benchmarks.paper import drive, DT
-from gearbox_monitor.benchmarks.steps import bank_stepper, cpu_per_step, stepper
+from gearbox_monitor.benchmarks.steps import bank_stepper, caller, cpu_per_step, stepper
 from gearbox_monitor.drive.simulate import simulate
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import expect_folder_of
@@ -61,6 +61,8 @@ BARS = {
     'EKF / Eigen EKF': (lambda t: t['EKF'] / t['Eigen EKF'], 0.0, 0.9),
     'filterpy EKF / EKF': (lambda t: t['filterpy EKF'] / t['EKF'], 150.0, np.inf),
     'filterpy UKF / UKF': (lambda t: t['filterpy UKF'] / t['UKF'], 150.0, np.inf),
+    'filterpy EKF / EKF, a call per sample': (
+        lambda t: t['filterpy EKF'] / t['EKF, a call per sample'], 40.0, np.inf),
     'SRUKF / UKF': (lambda t: t['SRUKF'] / t['UKF'], 0.0, 1.5),
     'AEKF with 1 theta / EKF': (lambda t: t['AEKF, 1 theta'] / t['EKF'], 0.0, 2.6),
     'each further theta / EKF': (
@@ -71,6 +73,11 @@ BARS = {
         lambda t: t['rosbags, decoding'] / t['replay, decoding alone'], 25.0, np.inf),
     'start and first step / import numba': (
         lambda t: t['first step'] / t['import numba'], 0.0, 3.0),
+    'best solve_ivp / simulate': (
+        lambda t: min(t[f'solve_ivp {name}'] for name in free_run.SETTINGS) / t['simulate'],
+        100.0, np.inf),
+    'slopes in 7 parameters / free run': (
+        lambda t: t['slopes in 7 parameters'] / t['free run'], 0.0, 2.5),
     'decoding / EKF': (lambda t: t['replay, decoding alone'] / t['EKF'], 0.0, 1.0),
 }
 
@@ -110,8 +117,12 @@ def evaluate(rounds, eigen=None):
             rows.update(others)
         except InputError as error:
             skipped['filterpy'] = str(error)
-        replays, samples = stack.enter_context(replay.steppers())
-        times = cpu_per_step({**rows, **replays}, {**counts, **samples}, rounds)
+        rows['EKF, a call per sample'] = caller(model, {**FIXED, 'filter': 'ekf'}, run.u, y, DT)
+        counts['EKF, a call per sample'] = SAMPLES
+        for more, samples in (free_run.steppers(), stack.enter_context(replay.steppers())):
+            rows.update(more)
+            counts.update(samples)
+        times = cpu_per_step(rows, counts, rounds)
     starts = startup.cpu_seconds(rounds)
     bars = []
     for bar, (value, low, high) in BARS.items():

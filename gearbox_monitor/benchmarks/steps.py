@@ -25,6 +25,7 @@ from gearbox_monitor.filters.record import record_size
 from gearbox_monitor.jit import jit
 from gearbox_monitor.monitor import Monitor, Samples
 from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.single import Filter
 from gearbox_monitor.stream import filter_step, KINDS, start
 
 
@@ -57,6 +58,17 @@ def stepper(model, parameters, u, y, dt):
         start(states, z, P, y[0, 0], y[0, 1], p, record)
         return _loop(*kind, states, z, P, memory, u, y, dt, p.copy(), vectors, matrices,
                      record)
+    return run
+
+
+def caller(model, parameters, u, y, dt):
+    """Return a function that runs a Filter over u [N], y [N, 2], one call per sample."""
+    single, torques, readings = Filter(model, parameters), u.tolist(), y.tolist()
+
+    def run():
+        single.start(*readings[0])
+        for torque, (y1, y2) in zip(torques, readings[1:]):
+            single.step(dt, torque, y1, y2)
     return run
 
 

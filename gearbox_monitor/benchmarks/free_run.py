@@ -1,0 +1,83 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Cost of free runs: one through a recording, its slopes in seven parameters, SciPy's solvers.
+
+The slopes are those that "diagnose" takes: differences between runs of windows of 1 s, side by
+side in lanes. solve_ivp gets the same equations in Python, as a user would write them, and of
+several solvers the cheapest settings that end within ERROR of the exact motion; ours ends nearer.
+"""
+import math
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import Noise, simulate
+from gearbox_monitor.gap.candidate import Starts
+from gearbox_monitor.gap.fit import coordinate_sensitivity, Data, fresh
+from gearbox_monitor.gap.recording import Recording
+from gearbox_monitor.gap.windows import cut, Simulator
+
+DT, SECONDS, FEW = 1e-3, 16, 1000  # FEW samples are enough for solve_ivp
+ERROR = 1e-3                       # rad, after so many
+NOISE = (1e-3, 1e-3)
+MODEL = DriveModel(tolerance=0.015)  # then all seven nominal values are fitted
+SETTINGS = {'RK23': {'method': 'RK23', 'max_step': DT, 'rtol': 1e-3, 'atol': 1e-5},
+            'LSODA': {'method': 'LSODA', 'rtol': 1e-6, 'atol': 1e-8},
+            'RK45': {'method': 'RK45', 'rtol': 1e-8, 'atol': 1e-10}}
+
+
+def torque():
+    """Return the torque of the motor (N m), one value per sample."""
+    return Excitation().torque(np.arange(SECONDS * round(1.0 / DT)) * DT)
+
+
+def steppers():
+    """Return ({row: function}, {row: samples that it runs over})."""
+    u = torque()
+    run = simulate(MODEL, u, DT, Noise(measurement=NOISE))
+    recording = Recording(run.t, run.u, run.y, DT)
+    simulator, whole = Simulator(recording, MODEL), cut(recording, float(SECONDS))
+    data = Data(recording, simulator, cut(recording, 1.0), np.array(NOISE))
+    candidate = Starts(MODEL, recording).none()
+    point = data.evaluate(candidate, fresh(data, candidate))
+    rows = {
+        'simulate': lambda: simulate(MODEL, u, DT),
+        'free run': lambda: simulator.run(whole, MODEL, np.zeros((1, 4)), np.zeros((1, 4))),
+        'slopes in 7 parameters': lambda: coordinate_sensitivity(data, candidate, point)}
+    counts = dict.fromkeys(rows, len(u))
+    for name, settings in SETTINGS.items():
+        rows[f'solve_ivp {name}'] = _solver(u[:FEW], settings)
+        counts[f'solve_ivp {name}'] = FEW
+    return rows, counts
+
+
+def _solver(u, settings):
+    m1, m2 = MODEL.motor_inertia, MODEL.arm_inertia
+    d, cv, cc = MODEL.damping, MODEL.viscous_friction, MODEL.coulomb_friction
+    alpha, kr = MODEL.friction_sharpness, MODEL.position_gain
+    k, b = MODEL.transmission.stiffness, MODEL.transmission.half_gap
+    held, last = u.tolist(), len(u) - 1
+
+    def rates(t, x):
+        twist = x[0] - x[1]
+        coupled = k * (twist - min(max(twist, -b), b)) + d * (x[2] - x[3])
+        friction = cv * x[2] + cc * 2.0 / math.pi * math.atan(alpha * x[2])
+        return (x[2], x[3], (held[min(int(t / DT), last)] - coupled - friction - kr * x[0]) / m1,
+                coupled / m2)
+
+    return lambda: solve_ivp(rates, (0.0, len(u) * DT), np.zeros(4), **settings)

@@ -1,0 +1,71 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A filter by itself gives the numbers of the Monitor, and says when it cannot go on."""
+import math
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import Noise, simulate
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.parameters import FILTER_NAMES
+from gearbox_monitor.single import Filter
+
+DT, N = 1e-3, 600
+LOADED = DriveModel().with_(effects=({'id': 'gravity', 'G': 0.3},))
+
+
+@pytest.mark.parametrize('name,model', [*((name, DriveModel()) for name in FILTER_NAMES),
+                                        ('ekf', LOADED)])
+def test_numbers_are_those_of_the_monitor(name, model):
+    run = simulate(model, Excitation().torque(np.arange(N) * DT), DT,
+                   Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)))
+    y = run.y.copy()
+    y[N // 3:N // 3 + 5, 1] = np.nan
+    parameters = {'filter': name, 'smoother_lag': 0.0}
+    monitor = Monitor(model, parameters)
+    stamps = 10 ** 9 + np.round(np.arange(N) * DT * 1e9).astype(np.int64)
+    expected = monitor.run(Samples(stamps, np.column_stack([run.u, np.full(N, np.nan)]), y))
+    f = Filter(model, parameters)
+    assert f.names == monitor.names
+    f.start(*y[0])
+    for k in range(1, N):
+        assert f.step(DT, run.u[k - 1], *y[k])
+        assert f.tau_k == expected.tau_k[k - 1]
+    assert f.tau_k_std == expected.tau_k_std[-1]
+    np.testing.assert_array_equal(f.innovation, [expected.innovation_motor[-1],
+                                                 expected.innovation_arm[-1]])
+    assert f.nis == expected.nis[-1]
+
+
+def test_a_filter_that_cannot_go_on_says_so_and_begins_anew():
+    f = Filter(DriveModel())
+    assert not f.step(DT, 0.0, 0.0, 0.0) and math.isnan(f.tau_k)  # not started
+    for u in (math.nan, 1e300):
+        f.start(0.0, 0.0)
+        assert f.step(DT, 0.1, 1e-3, 0.0)
+        assert not (f.step(DT, u, 0.0, 0.0) and f.step(DT, u, 0.0, 0.0))
+    f.start(0.0, math.nan)
+    assert f.step(DT, 0.1, 0.0, math.nan) and math.isnan(f.innovation[1])
+
+
+def test_parameters_are_checked():
+    with pytest.raises(InputError, match='r_std_motr: unknown parameter'):
+        Filter(DriveModel(), {'r_std_motr': 1.0})
+    with pytest.raises(InputError, match=r'transmission\.kind: rigid'):
+        Filter(DriveModel().with_(kind='rigid'))
