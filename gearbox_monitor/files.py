@@ -157,9 +157,9 @@ def _lines(path, content, known):
 
 
 def expect_folder_of(path):
-    """Raise InputError where the file `path` cannot be made for want of its directory."""
-    if path and not Path(path).absolute().parent.is_dir():
-        raise InputError(f'{path}: its directory does not exist, expected one that does')
+    """Raise InputError where `path` cannot be made for want of its folder; '-': stdout."""
+    if path and path != '-' and not Path(path).absolute().parent.is_dir():
+        raise InputError(f'{path}: no such folder, expected a new name in an existing one')
 
 
 def load_model(path):

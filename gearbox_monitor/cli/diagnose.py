@@ -53,7 +53,7 @@ from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.drive.effects import library
 from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model, save_model
+from gearbox_monitor.files import expect_folder_of, load_model, save_model
 from gearbox_monitor.gap.diagnose import diagnose
 from gearbox_monitor.gap.given import given
 from gearbox_monitor.jit import COMPILED
@@ -253,9 +253,8 @@ def _targets(args):
     for path in targets.values():
         if path.exists():
             raise InputError(f'{path}: exists, expected a new file')
-    for path, what in ((args.out and Path(args.out), 'directory'), (targets.get('json'), 'file')):
-        if path and not path.absolute().parent.is_dir():
-            raise InputError(f'{path}: no such folder, expected a new {what} in an existing one')
+    expect_folder_of(args.out)
+    expect_folder_of(targets.get('json'))
     if args.out and Path(args.out).exists() and not Path(args.out).is_dir():
         raise InputError(f'{args.out}: is a file, expected a directory')
     return targets

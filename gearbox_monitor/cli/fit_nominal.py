@@ -40,7 +40,7 @@ from tqdm import tqdm
 
 from gearbox_monitor.cli.diagnose import add_inputs, load, plain, shown_by
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model, save_model
+from gearbox_monitor.files import expect_folder_of, load_model, save_model
 from gearbox_monitor.gap.nominal import fit_nominal
 from gearbox_monitor.nodes.processes import cores
 
@@ -69,14 +69,10 @@ def run(args):
         raise InputError(f'--jobs: {args.jobs}, expected a whole number >= 1')
     if not args.windows >= SECONDS:
         raise InputError(f'--windows: {args.windows:g}, expected at least {SECONDS:g} s')
-    for option, name in (('--out', args.out), ('--json', args.json)):
-        if not name or name == '-':
-            continue
-        if not Path(name).absolute().parent.is_dir():
-            raise InputError(f'{option} {name}: its directory does not exist, expected one that '
-                             'does')
-        if option == '--out' and Path(name).exists():
-            raise InputError(f'{option} {name}: exists, expected a new file')
+    expect_folder_of(args.out)
+    expect_folder_of(args.json)
+    if args.out and Path(args.out).exists():
+        raise InputError(f'--out {args.out}: exists, expected a new file')
     model = load_model(args.model)
     paths = [*args.bag, *([args.validate] if args.validate else [])]
     loaded = [load(path, model, args) for path in paths]

@@ -35,7 +35,7 @@ import numpy as np
 from gearbox_monitor.cli.diagnose import add_drive, dump, load, plain
 from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model
+from gearbox_monitor.files import expect_folder_of, load_model
 from gearbox_monitor.gap.close import closed_of, rms
 from gearbox_monitor.gap.overlay import overlay
 from gearbox_monitor.report import overlay_plot
@@ -149,9 +149,8 @@ def _check_targets(args):
     for path in paths:
         if path.exists():
             raise InputError(f'{path}: exists, expected a new file')
-    for path in (args.out, args.json if args.json != '-' else None):
-        if path and not Path(path).absolute().parent.is_dir():
-            raise InputError(f'{path}: no such folder, expected one in an existing folder')
+    expect_folder_of(args.out)
+    expect_folder_of(args.json)
     if args.out and Path(args.out).exists() and not Path(args.out).is_dir():
         raise InputError(f'{args.out}: is a file, expected a directory')
 

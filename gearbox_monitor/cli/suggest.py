@@ -76,7 +76,7 @@ def run(args):
             raise InputError(f'--{option.replace("_", "-")}: {value:g}, expected a number > 0')
     if not 4.0 <= args.seconds <= 120.0:
         raise InputError(f'--seconds: {args.seconds:g}, expected 4 to 120')
-    for name in (args.out, args.csv, None if args.json == '-' else args.json):
+    for name in (args.out, args.csv, args.json):
         expect_folder_of(name)
     model = load_model(args.model)
     effects, pairs, sigma = _question(args)

@@ -50,6 +50,7 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.inputs import add_input_arguments, check_filter, load
 from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import expect_folder_of
 from gearbox_monitor.jit import COMPILED
 from gearbox_monitor.parameters import defaults, ESTIMATOR, SETTINGS
 from gearbox_monitor.tuner import tune
@@ -74,8 +75,7 @@ def run(args):
         check_filter(args.filter)
     if Path(args.out).exists():
         raise InputError(f'{args.out}: exists, expected a new file')
-    if not Path(args.out).resolve().parent.is_dir():
-        raise InputError(f'{args.out}: no such folder, expected a new file in an existing one')
+    expect_folder_of(args.out)
     with open_bag(args.bag) as reader:
         inputs = load(args, reader, args.filter)
         reference = _reference(reader, args.reference) if args.reference else None
