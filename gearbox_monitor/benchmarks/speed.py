@@ -63,7 +63,7 @@ BARS = {
     'filterpy UKF / UKF': (lambda t: t['filterpy UKF'] / t['UKF'], 150.0, np.inf),
     'filterpy EKF / EKF, a call per sample': (
         lambda t: t['filterpy EKF'] / t['EKF, a call per sample'], 40.0, np.inf),
-    'SRUKF / UKF': (lambda t: t['SRUKF'] / t['UKF'], 0.0, 1.5),
+    'filterpy UKF / SRUKF': (lambda t: t['filterpy UKF'] / t['SRUKF'], 150.0, np.inf),
     'AEKF with 1 theta / EKF': (lambda t: t['AEKF, 1 theta'] / t['EKF'], 0.0, 2.6),
     'each further theta / EKF': (
         lambda t: (t['AEKF, 3 theta'] - t['AEKF, 1 theta']) / 2.0 / t['EKF'], 0.0, 1.3),

@@ -425,7 +425,7 @@ def steady_arm_load(x4: float, p: Packed) -> float:
 
 
 @jit
-def arm_load(x2: float, x4: float, p: Array) -> float:
+def arm_load(x2: float, x4: float, p: Packed) -> float:
     """Return tau_arm (N m): viscous and Coulomb friction, gravity and a constant load."""
     torque = steady_arm_load(x4, p)
     # Most drives have neither: this spares two transcendental functions in each stage of a step.

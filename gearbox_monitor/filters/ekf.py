@@ -25,7 +25,7 @@ import math
 
 from gearbox_monitor.arrays import Array, States
 from gearbox_monitor.drive.model import ALPHA, ARM_ALPHA, substeps
-from gearbox_monitor.filters.linalg import multiply, multiply_symmetric
+from gearbox_monitor.filters.linalg import carry
 from gearbox_monitor.filters.process import (
     EIGENVALUE, noise, NUMERIC, propagate, propagate_numeric, R1, R2,
     softened_sharpness, STATISTICAL, X3, X4)
@@ -33,7 +33,7 @@ from gearbox_monitor.filters.record import places
 from gearbox_monitor.jit import fma, jit_inline
 
 LOG_TWO_PI = math.log(2.0 * math.pi)
-N_VECTORS, N_MATRICES = 1, 2
+N_VECTORS, N_MATRICES = 1, 1
 
 
 def memory_size(n: int) -> int:
@@ -65,7 +65,7 @@ def predict(states: States, z: Array, P: Array, dt: float, u: float, load: float
     """Predict z and the record's P_pred and C over `dt` s; P stays. Arguments as of step."""
     n = len(states)
     at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
-    phi, product = matrices[0], matrices[1]
+    phi = matrices[0]
     cross, P_pred = record[at_cross:at_cross + n * n], record[at_P:at_P + n * n]
     for i in range(n):  # the first half
         record[at_z + i] = 0.5 * dt * noise(z, p, i)
@@ -80,11 +80,7 @@ def predict(states: States, z: Array, P: Array, dt: float, u: float, load: float
         propagate(states, z, phi, u, load, dt, counted, p)
     if p[STATISTICAL] > 0.0:
         p[ALPHA], p[ARM_ALPHA] = motor, arm
-    multiply(states, phi, P, cross)
-    for i in range(n):
-        for j in range(n):
-            product[i * n + j] = fma(phi[i * n + j], record[at_z + j], cross[i * n + j])
-    multiply_symmetric(states, product, phi, P_pred)
+    carry(states, phi, P, record[at_z:at_z + n], cross, P_pred)
     for i in range(n):
         P_pred[i * n + i] += 0.5 * dt * noise(z, p, i)
         record[at_z + i] = z[i]

@@ -80,6 +80,54 @@ if COMPILED:
             _mirrored(out, n, i, 6, s6)
 
     @jit_inline
+    def carry(states: States, phi: Array, P: Array, half: Array, cross: Array,
+              out: Array) -> None:
+        """
+        Write phi P into `cross` and (phi P + phi diag(half)) phi' into `out`; half [n].
+
+        Row by row: what a row needs stays in registers. Where states holds None, the second column
+        of phi is that of the unit matrix (see markers).
+        """
+        n = len(states)
+        for i in range(n):
+            s0 = s1 = s2 = s3 = s4 = s5 = s6 = 0.0
+            for k in range(n):
+                v, at = phi[i * n + k], k * n
+                if states[0] is not None or k != 1 or i == 1:
+                    s0 = fma(v, P[at], s0)
+                    s1 = fma(v, P[at + 1], s1)
+                    s2 = fma(v, P[at + 2], s2)
+                    s3 = fma(v, P[at + 3], s3)
+                    s4 = fma(v, P[at + 4], s4)
+                    if n > 5:
+                        s5 = fma(v, P[at + 5], s5)
+                    if n > 6:
+                        s6 = fma(v, P[at + 6], s6)
+            at = i * n
+            cross[at], cross[at + 1], cross[at + 2], cross[at + 3] = s0, s1, s2, s3
+            cross[at + 4] = s4
+            s0, s1 = fma(phi[at], half[0], s0), fma(phi[at + 1], half[1], s1)
+            s2, s3 = fma(phi[at + 2], half[2], s2), fma(phi[at + 3], half[3], s3)
+            s4 = fma(phi[at + 4], half[4], s4)
+            if n > 5:
+                cross[at + 5] = s5
+                s5 = fma(phi[at + 5], half[5], s5)
+            if n > 6:
+                cross[at + 6] = s6
+                s6 = fma(phi[at + 6], half[6], s6)
+            for j in range(n):
+                at = j * n
+                value = s0 * phi[at]
+                if states[0] is not None or j == 1:
+                    value = fma(s1, phi[at + 1], value)
+                value = fma(s4, phi[at + 4], fma(s3, phi[at + 3], fma(s2, phi[at + 2], value)))
+                if n > 5:
+                    value = fma(s5, phi[at + 5], value)
+                if n > 6:
+                    value = fma(s6, phi[at + 6], value)
+                _mirrored(out, n, i, j, value)
+
+    @jit_inline
     def _mirrored(out: Array, n: int, i: int, j: int, value: float) -> None:
         if j <= i:
             out[i * n + j] = value
@@ -137,6 +185,14 @@ else:
     def multiply(states: States, a: Array, b: Array, out: Array) -> None:
         """Write a b into `out`; all [n * n], row by row."""
         np.matmul(_square(a), _square(b), out=_square(out))
+
+    def carry(states: States, phi: Array, P: Array, half: Array, cross: Array,
+              out: Array) -> None:
+        """Write phi P into `cross` and (phi P + phi diag(half)) phi' into `out`; half [n]."""
+        phi = _square(phi)
+        _square(cross)[:] = phi @ _square(P)
+        out[:] = ((_square(cross) + phi * half) @ phi.T).ravel()
+        _symmetrise(out)
 
     def multiply_symmetric(states: States, a: Array, b: Array, out: Array) -> None:
         """Write a b' into `out`, where that is known to be symmetric; all [n * n]."""

@@ -38,10 +38,11 @@ from gearbox_monitor.drive.model import (
     fastest_eigenvalue, G, INVERSE_M1, INVERSE_M2, KR, motor_acceleration,
     motor_friction_load_slope, motor_friction_slope, N_PARAMETERS, TL)
 from gearbox_monitor.filters.adaptation import adapted_names, softened_model
-from gearbox_monitor.jit import fma, jit, jit_inline
+from gearbox_monitor.jit import COMPILED, fma, jit, jit_inline
 
 X1, X2, X3, X4, TAU_K, TAU_ARM, TAU_E = range(7)
 N_MAX = 7
+BESIDE = 16  # states that advance_beside takes: at least 2 N_MAX + 1, constant for the compiler
 
 # Places in the packed array of a filter, behind the drive's parameters.
 (K_P, FRICTION_TIME, LOAD_AT, FRICTION_AT, EIGENVALUE, R1, R2, TAU_K_MODEL_STD, Q_TAU_K_SPEED,
@@ -224,44 +225,72 @@ def advance(states: States, z: Array, u: float, load: float, dt: float, n_subste
 
     states: see markers.
     """
-    loaded = states[0]
     h = dt / n_substeps
-    half, sixth = 0.5 * h, h / 6.0
-    x1, x2, x3, x4, tau_k = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
+    for _ in range(n_substeps):
+        _advance_one(states, z, 1, 0, u, load, h, p, p)
+
+
+@jit
+def advance_beside(states: States, z: Array, u: float, load: float, dt: float, n_substeps: int,
+                   p: Array) -> None:
+    """
+    Do as advance with BESIDE states side by side in the vector unit: z [n * BESIDE], by rows.
+
+    Only the first 2 n + 1 count.
+    """
+    h = dt / n_substeps
+    # Of numbers the compiler knows that writing a state does not change them.
+    drive = (p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12],
+             p[13], p[14], p[15], p[16], p[17], p[18], p[K_P])
+    for _ in range(n_substeps):
+        for i in range(BESIDE if COMPILED else 2 * len(states) + 1):
+            _advance_one(states, z, BESIDE, i, u, load, h, p, drive)
+
+
+@jit_inline
+def _advance_one(states: States, z: Array, width: int, i: int, u: float, load: float, h: float,
+                 p: Array, drive: Packed) -> None:
+    """Advance state `i` of `width` in z by an RK4 step; drive: p up to K_P."""
     e1 = e2 = e3 = e4 = e = 0.0
     if len(states) > 5:
         if p[LOAD_AT] > 0.0:
-            load += z[int(p[LOAD_AT])]
+            load += z[int(p[LOAD_AT]) * width + i]
         if p[FRICTION_AT] > 0.0:
-            e = z[int(p[FRICTION_AT])]
-    for _ in range(n_substeps):
-        if len(states) > 5 and p[FRICTION_AT] > 0.0:
-            e1, e2, e3, e4, e = decay(e, half, h, p)
-        f1, g1 = _accelerations(loaded, x1, x2, x3, x4, tau_k, u - e1, load, p)
-        b3, b4 = x3 + half * f1, x4 + half * g1
-        f2, g2 = _accelerations(loaded, x1 + half * x3, x2 + half * x4, b3, b4,
-                                tau_k + half * p[K_P] * (x3 - x4), u - e2, load, p)
-        c3, c4 = x3 + half * f2, x4 + half * g2
-        f3, g3 = _accelerations(loaded, x1 + half * b3, x2 + half * b4, c3, c4,
-                                tau_k + half * p[K_P] * (b3 - b4), u - e3, load, p)
-        d3, d4 = x3 + h * f3, x4 + h * g3
-        f4, g4 = _accelerations(loaded, x1 + h * c3, x2 + h * c4, d3, d4,
-                                tau_k + h * p[K_P] * (c3 - c4), u - e4, load, p)
-        moved1 = sixth * (x3 + 2.0 * (b3 + c3) + d3)
-        moved2 = sixth * (x4 + 2.0 * (b4 + c4) + d4)
-        x1 += moved1
-        x2 += moved2
-        x3 += sixth * (f1 + 2.0 * (f2 + f3) + f4)
-        x4 += sixth * (g1 + 2.0 * (g2 + g3) + g4)
-        tau_k += p[K_P] * (moved1 - moved2)
-    z[X1], z[X2], z[X3], z[X4], z[TAU_K] = x1, x2, x3, x4, tau_k
-    if len(states) > 5 and p[FRICTION_AT] > 0.0:
-        z[int(p[FRICTION_AT])] = e
+            at = int(p[FRICTION_AT]) * width + i
+            e1, e2, e3, e4, e = decay(z[at], 0.5 * h, h, p)
+            z[at] = e
+    x = (z[X1 * width + i], z[X2 * width + i], z[X3 * width + i], z[X4 * width + i],
+         z[TAU_K * width + i])
+    x = _advanced(states[0], x, (e1, e2, e3, e4), u, load, h, drive)
+    z[X1 * width + i], z[X2 * width + i], z[X3 * width + i] = x[0], x[1], x[2]
+    z[X4 * width + i], z[TAU_K * width + i] = x[3], x[4]
+
+
+@jit_inline
+def _advanced(loaded: bool | None, x: Column, error: Four, u: float, load: float, h: float,
+              p: Packed) -> Column:
+    """Return x = (x1, x2, x3, x4, tau_K) after an RK4 step; error: of friction, by stage."""
+    x1, x2, x3, x4, tau_k = x
+    half, sixth = 0.5 * h, h / 6.0
+    f1, g1 = _accelerations(loaded, x1, x2, x3, x4, tau_k, u - error[0], load, p)
+    b3, b4 = x3 + half * f1, x4 + half * g1
+    f2, g2 = _accelerations(loaded, x1 + half * x3, x2 + half * x4, b3, b4,
+                            tau_k + half * p[K_P] * (x3 - x4), u - error[1], load, p)
+    c3, c4 = x3 + half * f2, x4 + half * g2
+    f3, g3 = _accelerations(loaded, x1 + half * b3, x2 + half * b4, c3, c4,
+                            tau_k + half * p[K_P] * (b3 - b4), u - error[2], load, p)
+    d3, d4 = x3 + h * f3, x4 + h * g3
+    f4, g4 = _accelerations(loaded, x1 + h * c3, x2 + h * c4, d3, d4,
+                            tau_k + h * p[K_P] * (c3 - c4), u - error[3], load, p)
+    moved1 = sixth * (x3 + 2.0 * (b3 + c3) + d3)
+    moved2 = sixth * (x4 + 2.0 * (b4 + c4) + d4)
+    return (x1 + moved1, x2 + moved2, x3 + sixth * (f1 + 2.0 * (f2 + f3) + f4),
+            x4 + sixth * (g1 + 2.0 * (g2 + g3) + g4), tau_k + p[K_P] * (moved1 - moved2))
 
 
 @jit_inline
 def _accelerations(loaded: bool | None, x1: float, x2: float, x3: float, x4: float, tau_k: float,
-                   u: float, load: float, p: Array) -> Pair:
+                   u: float, load: float, p: Packed) -> Pair:
     if loaded is not None:
         load += arm_load(x2, x4, p)
     return motor_acceleration(x1, x3, x4, u, tau_k, p), arm_acceleration(x3, x4, tau_k, load, p)

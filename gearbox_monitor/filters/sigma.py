@@ -35,9 +35,10 @@ import math
 from gearbox_monitor.arrays import Array, States, Values
 from gearbox_monitor.drive.model import substeps
 from gearbox_monitor.filters.process import (
-    advance, EIGENVALUE, UKF_ALPHA, UKF_BETA, UKF_KAPPA)
+    advance_beside, BESIDE, EIGENVALUE, UKF_ALPHA, UKF_BETA, UKF_KAPPA)
 from gearbox_monitor.jit import jit
 
+N_POINTS = 4  # matrices [n, n] that hold the points
 # A centre weight below this makes the mean an extrapolation rather than an average.
 NEGATIVE_WEIGHT = -10.0
 
@@ -77,35 +78,39 @@ def cholesky(states: States, a: Array, out: Array) -> bool:
 
 @jit
 def transform(states: States, z: Array, factor: Array, dt: float, u: float, load: float, p: Array,
-              bends: Array, rows: Array) -> None:
+              bends: Array, rows: Array, points: Array) -> None:
     """
     Carry belief z [n] with the lower `factor` [n * n] of its covariance through the drive.
 
     z becomes the predicted mean; rows [>= 2 n, n]: written in their first 2n so that rows' rows is
-    the predicted covariance without process noise, pair differences first. bends [n]: scratch.
+    the predicted covariance without process noise, pair differences first. bends [n], points
+    [N_POINTS, n * n]: scratch.
     """
     n = len(states)
+    beside = points.reshape(N_POINTS * n * n)[:n * BESIDE]
     counted = substeps(dt, p[EIGENVALUE])
     alpha2 = p[UKF_ALPHA] * p[UKF_ALPHA]
     spread = math.sqrt(alpha2 * (n + p[UKF_KAPPA]))
     root = 1.0 / spread
     weight = root * root
     shared = (1.0 - math.sqrt(1.0 + (p[UKF_BETA] - alpha2) * n * weight)) / n
-    for i in range(n):
-        for j in range(n):
-            rows[n + i, j] = z[j] - spread * factor[j * n + i]
-            rows[i, j] = z[j] + spread * factor[j * n + i]
-        bends[i] = 0.0
-    advance(states, z, u, load, dt, counted, p)
-    for i in range(n):
-        plus, minus = rows[i], rows[n + i]
-        advance(states, plus, u, load, dt, counted, p)
-        advance(states, minus, u, load, dt, counted, p)
-        for j in range(n):
-            ahead, behind = plus[j] - z[j], minus[j] - z[j]
+    for j in range(n):  # centre, n points ahead, n behind, and idle ones
+        at = j * BESIDE
+        for i in range(BESIDE):
+            beside[at + i] = z[j]
+        for i in range(n):
+            beside[at + 1 + i] = z[j] + spread * factor[j * n + i]
+            beside[at + 1 + n + i] = z[j] - spread * factor[j * n + i]
+    advance_beside(states, beside, u, load, dt, counted, p)
+    for j in range(n):
+        at = j * BESIDE
+        z[j] = beside[at]
+        bends[j] = 0.0
+        for i in range(n):
+            ahead, behind = beside[at + 1 + i] - z[j], beside[at + 1 + n + i] - z[j]
             bend = 0.5 * (ahead + behind)
-            plus[j] = 0.5 * root * (ahead - behind)
-            minus[j] = bend
+            rows[i, j] = 0.5 * root * (ahead - behind)
+            rows[n + i, j] = bend
             bends[j] += bend
     for j in range(n):
         z[j] += weight * bends[j]

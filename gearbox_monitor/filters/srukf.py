@@ -29,11 +29,11 @@ from gearbox_monitor.filters import sigma
 from gearbox_monitor.filters.ekf import healthy, LOG_TWO_PI
 from gearbox_monitor.filters.process import noise, R1, R2, SINGLE
 from gearbox_monitor.filters.record import places
-from gearbox_monitor.filters.sigma import cholesky, cross_covariance, transform
+from gearbox_monitor.filters.sigma import cholesky, cross_covariance, N_POINTS, transform
 from gearbox_monitor.jit import jit
 
 # In float32, the first ones are used as single precision; the last never is.
-N_VECTORS, N_MATRICES = 2, 7
+N_VECTORS, N_MATRICES = 2, 7 + N_POINTS
 warnings = sigma.warnings
 
 
@@ -49,10 +49,10 @@ def step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float,
     n = len(states)
     last = matrices[N_MATRICES - 1]
     if p[SINGLE] > 0.0:
-        single = matrices[:4].reshape(4 * n * n).view(np.float32)
+        single = matrices[:5].reshape(5 * n * n).view(np.float32)
         return _step(states, z, P, memory, dt, u, load, y1, y2, p,
                      vectors.reshape(2 * n).view(np.float32)[:2 * n].reshape(2, n),
-                     single[:6 * n * n].reshape(6, n * n), last, record)
+                     single.reshape(6 + N_POINTS, n * n), last, record)
     return _step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, last, record)
 
 
@@ -79,7 +79,7 @@ def _step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float
     triangularise(rows[:2 * n], n, 0, n)
     _lower(states, rows, factor)
     # Through the drive, and the second half
-    transform(states, mean, factor, dt, u, load, p, vectors[1], rows)
+    transform(states, mean, factor, dt, u, load, p, vectors[1], rows, matrices[6:6 + N_POINTS])
     cross_covariance(states, rows, factor, P, slope, record, at_cross)
     _noise(states, rows[2 * n:], mean, dt, p)
     triangularise(rows, n, 2 * n, 2 * n)

@@ -23,10 +23,10 @@ from gearbox_monitor.filters import sigma
 from gearbox_monitor.filters.ekf import healthy, update
 from gearbox_monitor.filters.process import noise
 from gearbox_monitor.filters.record import places
-from gearbox_monitor.filters.sigma import cholesky, cross_covariance, transform
+from gearbox_monitor.filters.sigma import cholesky, cross_covariance, N_POINTS, transform
 from gearbox_monitor.jit import jit
 
-N_VECTORS, N_MATRICES = 1, 4
+N_VECTORS, N_MATRICES = 1, 4 + N_POINTS
 warnings = sigma.warnings
 
 
@@ -56,7 +56,7 @@ def predict(states: States, z: Array, P: Array, dt: float, u: float, load: float
         slope[i * n + i] += 0.5 * dt * noise(z, p, i)
     if not cholesky(states, slope, factor):
         return False
-    transform(states, z, factor, dt, u, load, p, vectors[0], rows)
+    transform(states, z, factor, dt, u, load, p, vectors[0], rows, matrices[4:])
     cross_covariance(states, rows, factor, P, slope, record, at_cross)
     for i in range(n):
         record[at_z + i] = z[i]
