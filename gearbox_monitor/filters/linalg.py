@@ -18,10 +18,14 @@ Products of small matrices for kernels.
 Matrices [n * n], row by row. states: process.markers, a tuple of length n.
 Compiled, plain loops beat BLAS calls twelvefold at this size; interpreted, numpy beats loops.
 """
+from typing import TypeAlias
+
 import numpy as np
 
 from gearbox_monitor.arrays import Array, States
 from gearbox_monitor.jit import COMPILED, fma, jit, jit_inline
+
+Seven: TypeAlias = tuple[float, float, float, float, float, float, float]
 
 if COMPILED:
     @jit_inline
@@ -29,14 +33,30 @@ if COMPILED:
         """
         Write a b into `out`; all [n * n], row by row.
 
-        states: a tuple of n; its length is what the compiler unrolls the loops for. Sums
-        stand in variables: the compiler cannot know that `out` is neither `a` nor `b`.
+        states: a tuple of n; its length is what the compiler unrolls the loops for.
         """
         n = len(states)
         for i in range(n):
-            s0 = s1 = s2 = s3 = s4 = s5 = s6 = 0.0
-            for k in range(n):
-                v, at = a[i * n + k], k * n
+            s0, s1, s2, s3, s4, s5, s6 = _row(n, -1, a, i, b)
+            at = i * n
+            out[at], out[at + 1], out[at + 2], out[at + 3], out[at + 4] = s0, s1, s2, s3, s4
+            if n > 5:
+                out[at + 5] = s5
+            if n > 6:
+                out[at + 6] = s6
+
+    @jit_inline
+    def _row(n: int, unit: int, a: Array, i: int, b: Array) -> Seven:
+        """
+        Return row `i` of a b, zeros behind it; column `unit` of `a` is that of the unit matrix.
+
+        Sums stand in variables: the compiler cannot know that what is written to is neither `a`
+        nor `b`.
+        """
+        s0 = s1 = s2 = s3 = s4 = s5 = s6 = 0.0
+        for k in range(n):
+            v, at = a[i * n + k], k * n
+            if k != unit or i == unit:
                 s0 = fma(v, b[at], s0)
                 s1 = fma(v, b[at + 1], s1)
                 s2 = fma(v, b[at + 2], s2)
@@ -46,12 +66,7 @@ if COMPILED:
                     s5 = fma(v, b[at + 5], s5)
                 if n > 6:
                     s6 = fma(v, b[at + 6], s6)
-            at = i * n
-            out[at], out[at + 1], out[at + 2], out[at + 3], out[at + 4] = s0, s1, s2, s3, s4
-            if n > 5:
-                out[at + 5] = s5
-            if n > 6:
-                out[at + 6] = s6
+        return s0, s1, s2, s3, s4, s5, s6
 
     @jit_inline
     def multiply_symmetric(states: States, a: Array, b: Array, out: Array) -> None:
@@ -90,19 +105,7 @@ if COMPILED:
         """
         n = len(states)
         for i in range(n):
-            s0 = s1 = s2 = s3 = s4 = s5 = s6 = 0.0
-            for k in range(n):
-                v, at = phi[i * n + k], k * n
-                if states[0] is not None or k != 1 or i == 1:
-                    s0 = fma(v, P[at], s0)
-                    s1 = fma(v, P[at + 1], s1)
-                    s2 = fma(v, P[at + 2], s2)
-                    s3 = fma(v, P[at + 3], s3)
-                    s4 = fma(v, P[at + 4], s4)
-                    if n > 5:
-                        s5 = fma(v, P[at + 5], s5)
-                    if n > 6:
-                        s6 = fma(v, P[at + 6], s6)
+            s0, s1, s2, s3, s4, s5, s6 = _row(n, 1 if states[0] is None else -1, phi, i, P)
             at = i * n
             cross[at], cross[at + 1], cross[at + 2], cross[at + 3] = s0, s1, s2, s3
             cross[at + 4] = s4
