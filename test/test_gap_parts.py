@@ -184,6 +184,9 @@ def test_a_parameter_at_its_bound_is_no_discovery():
     assert diagnose.simpler(search, drift) is plain
     drift.score = plain.score - 20.0
     assert diagnose.simpler(search, drift) is drift
+    drift.score = plain.score - 5.0
+    plain.point.residual = plain.point.residual + 1.0  # as good, but another motion: no limit
+    assert diagnose.simpler(search, drift) is drift
 
 
 def test_steps_above_the_noise_of_an_encoder_are_no_unknown_effect():

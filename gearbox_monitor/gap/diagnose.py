@@ -35,13 +35,17 @@ from gearbox_monitor.gap import close, isolate, lasting, noise, residual
 from gearbox_monitor.gap.candidate import (
     Candidate, NUISANCES, nuisances_of, PHASED, replaced_value, with_effects, ZERO)
 from gearbox_monitor.gap.driven import driven
+from gearbox_monitor.gap.fit import Data
 from gearbox_monitor.gap.pairs import find_pairs, forward_gains
 from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.gap.search import Fitted, Search
+from gearbox_monitor.gap.windows import Simulator
 
 MARGIN = 25.0        # gain in BIC of one effect over none: covers the search over some 35
 OWN_MARGIN = 16.0    # gain in -2 log L where the effect is a value that may scatter anyway
+FINER = 4            # times as many steps, where long ones are suspected
 BOUND_MARGIN = 10.0  # gain in BIC that a parameter at its bound must bring
+ALIKE = 1e-3         # share of the gain by which models are apart that move the drive alike
 PAIR_MARGIN = 40.0   # gain in BIC of a second effect
 PAIR_HINT = 60.0     # linearised gain of a second effect from which on pairs are fitted
 LACK = 0.08          # excess of chi2 that is no matter of the noise level
@@ -298,22 +302,50 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
             pair = search.fitted[pair.name] = search.polish(search.grown(pair), [pair.point])
         if best.score - pair.score > PAIR_MARGIN and (lack(best) or not lack(pair)):
             best = pair
+    if lack(best):
+        best = finer(search, best, lack)
     return best, 'unknown' if lack(best) else 'effect'
+
+
+def finer(search: Search, best: Fitted, lack: Callable[[Fitted], bool]) -> Fitted:
+    """
+    Return `best` on shorter steps, with which `search` then goes on, where it lacks but these.
+
+    Steps are as long as the nominal drive allows; with the effect it may be a faster one, and the
+    readings so good that the edges of its gap show.
+    """
+    if search.noisy or search.recording.motor is not None:
+        return best
+    kept = search.simulator, search.long, search.fitted['']
+    _, long, none = kept
+    search.simulator = Simulator(search.recording, search.model, finer=FINER)
+    search.long = Data(search.recording, search.simulator, long.windows, long.sigma, long.train,
+                       long.weighing)
+    search.fitted[''] = search.anew(none)
+    found = search.anew(best)
+    if lack(found):
+        search.simulator, search.long, search.fitted[''] = kept
+        return best
+    search.fitted[found.name] = found
+    return found
 
 
 def simpler(search: Search, best: Fitted) -> Fitted:
     """
     Return an effect of fewer parameters instead of `best` that is at a bound and hardly better.
 
-    viscous_drift that has drifted from the first moment on is motor_viscous.
+    Only where both move the drive alike, as in the limit: viscous_drift that has drifted from the
+    first moment on is motor_viscous.
     """
     if not best.candidate.at_bound(best.point.z):
         return best
+    alike = max(2.0 * BOUND_MARGIN, ALIKE * gain(search, best))
     for name in search.ranked()[1:]:
         other = search.fitted[name]
         if other.score - best.score > BOUND_MARGIN:
             break
-        if other.candidate.n_effect < best.candidate.n_effect:
+        apart = ((other.point.residual - best.point.residual)[search.long.train] ** 2).sum()
+        if other.candidate.n_effect < best.candidate.n_effect and apart < alike:
             return other
     return best
 

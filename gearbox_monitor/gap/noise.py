@@ -19,6 +19,7 @@ residual [W, L, C]: in sigmas; quantum: step of an encoder, rad.
 """
 import numpy as np
 from scipy.fft import dct
+from scipy.special import ndtri
 
 from gearbox_monitor.arrays import Array, Flags
 
@@ -26,7 +27,8 @@ from gearbox_monitor.arrays import Array, Flags
 # smooth over five samples leaves none.
 DIFFERENCE_GAIN = np.sqrt(70.0)
 MAD_TO_SIGMA = 1.0 / 0.6744897501960817  # of a normal distribution
-COARSE = 0.1  # share of differences of more than one step, below which a lattice is coarse
+COARSE = 2.5  # steps in the median difference, below which a lattice shows little of the noise
+FEW = 0.1     # share of differences of more than a step to and fro
 MOTION = 60.0  # Hz, above which motion has hardly anything
 
 
@@ -61,9 +63,14 @@ def noise_level(y: Array, quantum: float = 0.0) -> float:
     if len(y) < 5:
         return 0.0
     differences = np.abs(np.diff(y, 4))
-    spread = np.median(differences) * MAD_TO_SIGMA
+    middle = np.median(differences)
+    spread = middle * MAD_TO_SIGMA
     most = 8.0 * quantum  # of one step to and fro
-    if np.mean(differences > most) < COARSE:  # the median would jump by whole steps
+    if middle > COARSE * quantum > 0.0:
+        # The median jumps by whole steps: how many differences are within it tells the rest.
+        edge = (round(middle / quantum) + 0.5) * quantum
+        spread = edge / ndtri(0.5 + 0.5 * np.mean(differences < edge))
+    elif np.mean(differences > most) < FEW:
         spread = np.sqrt(np.mean(np.minimum(differences, most) ** 2))
     # Slow motion on a coarse lattice: most differences are 0 and say nothing.
     return float(max(spread / DIFFERENCE_GAIN, quantum / np.sqrt(12.0)))

@@ -269,7 +269,7 @@ def _alone(search: Search, pair: Fitted, i: int) -> Fitted:
     start = len(alone.coordinates) - len(own)
     for k, c in enumerate(own):
         point.z[start + k] = values[c.name]
-    point.states = pair.point.states.copy()
+    point.states, point.memory = pair.point.states.copy(), pair.point.memory.copy()
     return Fitted(alone, point)
 
 

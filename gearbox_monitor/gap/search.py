@@ -338,6 +338,13 @@ class Search:
             fitting.fit(self.long, candidate, point, 6)
         return min(self.as_fitted(candidate, point), fitted, key=lambda f: f.score)
 
+    def anew(self, fitted: Fitted) -> Fitted:
+        """Return `fitted` refitted from where it is: long windows run otherwise than before."""
+        point = self.long.evaluate(fitted.candidate, fitting.copied(fitted.point))
+        fitting.fit(self.long, fitted.candidate, point, 4, robust=True)
+        fitting.fit(self.long, fitted.candidate, point, 6)
+        return self.as_fitted(fitted.candidate, point)
+
     def cross(self, names: Sequence[str] | None = None) -> None:
         """Give the best fits and none each other's window states, and fit them again."""
         names = names or ['', *self.ranked()[:KEEP_REFINED]]

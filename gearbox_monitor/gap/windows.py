@@ -115,17 +115,18 @@ class Simulator:
     Free runs over a Recording for any model.
 
     u [N] N m, dt s. extra: torques (N m) [N, 3] from outside on motor, arm, in the transmission.
-    coarse: with larger steps.
+    coarse: with larger steps; finer: with so many times as many.
     """
 
     begins_known = False  # whether states where windows begin are those of the readings
     stretch = 1.0         # of the steps of finite differences
     fit: Callable[..., Any] | None = None  # in place of gap.fit.fit
 
-    def __init__(self, recording: Recording, model: DriveModel, coarse: bool = False) -> None:
+    def __init__(self, recording: Recording, model: DriveModel, coarse: bool = False,
+                 finer: int = 1) -> None:
         self.u, self.dt = np.ascontiguousarray(recording.u), recording.dt
         # One number of steps for all candidates: otherwise a difference in accuracy is evidence.
-        self.n = max(1, math.ceil(self.dt * fastest_eigenvalue(model) / (
+        self.n = finer * max(1, math.ceil(self.dt * fastest_eigenvalue(model) / (
             COARSE_EIGENVALUE if coarse else STEP_EIGENVALUE)))
         self.extra = np.zeros((len(self.u), 3))
         if recording.arm_torque is not None:
