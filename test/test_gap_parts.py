@@ -20,7 +20,7 @@ import pytest
 
 from gearbox_monitor.drive.model import DriveModel, model_from_dict
 from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.gap import close, diagnose, fit, isolate, residual
+from gearbox_monitor.gap import close, diagnose, fit, isolate, noise, pairs, residual, windows
 from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.gap.search import Fitted, Search
 
@@ -34,7 +34,7 @@ CASES = {
 }
 
 
-def record(effects, seconds=5, seed=1, noise=SIGMA, u=None):
+def record(effects, seconds=5, seed=1, std=SIGMA, u=None):
     """Return a Recording of the paper's drive with `effects` under a sum of sines."""
     t = np.arange(round(seconds / DT)) * DT
     if u is None:
@@ -42,7 +42,7 @@ def record(effects, seconds=5, seed=1, noise=SIGMA, u=None):
         u = sum(a * np.sin(2 * np.pi * f * t + p)
                 for a, f, p in zip((0.6, 0.4, 0.3), (0.45, 1.1, 2.3), phase))
     model = model_from_dict({'effects': effects}, 'test')
-    path = simulate(model, u, DT, Noise(measurement=noise), seed)
+    path = simulate(model, u, DT, Noise(measurement=std), seed)
     return Recording(t, u, path.y, DT)
 
 
@@ -175,6 +175,7 @@ def test_a_parameter_at_its_bound_is_no_discovery():
     for name in search.ids:
         candidate = search.starts.candidates(name)[0]
         point = fit.copied(search.fitted[''].point, candidate.start())
+        point.residual = search.fitted[''].point.residual
         search.fitted[name] = Fitted(candidate, point, 0.0)
     drift, plain = (search.fitted[name] for name in ('viscous_drift', 'motor_viscous'))
     drift.score = plain.score - 5.0
@@ -189,11 +190,51 @@ def test_a_parameter_at_its_bound_is_no_discovery():
     assert diagnose.simpler(search, drift) is drift
 
 
+@pytest.mark.parametrize('finer, verdict', [(1, 'unknown'), (4, 'effect')])
+def test_steps_too_long_for_the_readings_are_no_unknown_effect(monkeypatch, finer, verdict):
+    monkeypatch.setattr(windows, 'STEP_EIGENVALUE', 2.7)  # hardly stable
+    monkeypatch.setattr(diagnose, 'FINER', finer)
+    u = 2.0 * record([], seed=3).u
+    model = model_from_dict({'effects': [{'id': 'transmission_damping', 'D': 0.0108}]}, 'test')
+    y = simulate(model, np.repeat(u, 16), DT / 16).y[::16]
+    y += 2e-4 * np.random.default_rng(3).standard_normal(y.shape)
+    data = diagnose.diagnose([Recording(np.arange(len(u)) * DT, u, y, DT)], DriveModel(),
+                             only=['transmission_damping', 'torque_gain']).data
+    assert data['verdict'] == verdict
+    assert data['effect'] == ('transmission_damping' if verdict == 'effect' else None)
+
+
+def test_an_effect_taken_from_a_pair_keeps_its_memory():
+    """Without it, bristles begin anew in each window, and no fit comes from there to its own."""
+    search = Search(record([]), DriveModel(), SIGMA, ['lugre', 'motor_coulomb'])
+    search.none()
+    parts = [(c, c.start()) for c in (search.starts.candidates(n)[0] for n in search.ids)]
+    joint = search.starts.joint(parts)
+    point = fit.copied(search.fitted[''].point, joint.start())
+    point.memory[:] = np.random.default_rng(0).standard_normal(point.memory.shape)
+    alone = pairs._alone(search, Fitted(joint, point), 0)
+    assert alone.name == 'lugre'
+    np.testing.assert_array_equal(alone.point.memory, point.memory)
+    np.testing.assert_array_equal(alone.point.states, point.states)
+
+
+@pytest.mark.parametrize('step', [0.05, 0.5, 1.0, 2.0])
+def test_noise_on_a_lattice_is_that_of_encoder_and_rounding(step):
+    """The step is in standard deviations of the noise; motion crosses many of them."""
+    t = np.arange(12_000) * DT
+    y = 3.0 * np.sin(8.0 * t) + 0.01 * np.random.default_rng(1).standard_normal(len(t))
+    quantum = 0.01 * step
+    levels, found = noise.noise_levels(np.column_stack([quantum * np.rint(y / quantum), y]))
+    assert levels[0] == pytest.approx(0.01 * np.sqrt(1.0 + step ** 2 / 12.0), rel=0.04)
+    assert levels[1] == pytest.approx(0.01, rel=0.04)
+    assert found == pytest.approx([quantum, 0.0])
+
+
 def test_steps_above_the_noise_of_an_encoder_are_no_unknown_effect():
     """In slow motion their error lasts: it is not white, and no model explains it."""
     t = np.arange(6000) * DT
     wave = np.sin(2 * np.pi * 0.3 * t)
-    found = record([], 6, noise=(0.0045, 0.0045),
+    found = record([], 6, std=(0.0045, 0.0045),
                    u=0.6 * np.sign(wave) * np.minimum(1.0, 4.0 * np.abs(wave)))
     found.y[:, 0] = 0.04 * np.rint(found.y[:, 0] / 0.04)
     data = diagnose.diagnose([found], DriveModel(), only=[

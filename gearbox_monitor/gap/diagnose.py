@@ -288,7 +288,7 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
     if lack(best) and not search.noisy:
         search.settle(singles[:2])
         best = search.fitted[search.ranked()[0]]
-    best = simpler(search, best)
+    best = finer(search, simpler(search, best), lack)
     hints = forward_gains(search, best)
     if lack(best) or max((g for g, _ in hints.values()), default=0.0) > PAIR_HINT:
         pairs = find_pairs(search, singles[:2])
@@ -302,8 +302,7 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
             pair = search.fitted[pair.name] = search.polish(search.grown(pair), [pair.point])
         if best.score - pair.score > PAIR_MARGIN and (lack(best) or not lack(pair)):
             best = pair
-    if lack(best):
-        best = finer(search, best, lack)
+    best = finer(search, best, lack)
     return best, 'unknown' if lack(best) else 'effect'
 
 
@@ -314,7 +313,7 @@ def finer(search: Search, best: Fitted, lack: Callable[[Fitted], bool]) -> Fitte
     Steps are as long as the nominal drive allows; with the effect it may be a faster one, and the
     readings so good that the edges of its gap show.
     """
-    if search.noisy or search.recording.motor is not None:
+    if not lack(best) or search.noisy or search.recording.motor is not None:
         return best
     kept = search.simulator, search.long, search.fitted['']
     _, long, none = kept
