@@ -97,12 +97,12 @@ def fit_states(runs, y, sigma, states, iterations=6, chosen=None):
             states[better], found[better], chi2[better] = (
                 trial[better], tried[better], new[better])
             damping = np.where(better, damping * 0.1, damping * 30.0)
-            if better.all() or (before - chi2 < 0.1).all():
+            if better.all() or (chi2 > before - 0.1).all():
                 break
         if carry and runs.memory.any():
             found = runs.run(states, chosen, keep=True)
             chi2 = _chi2(y, found, sigma)
-        if np.all(before - chi2 < 0.05):
+        if np.all(chi2 > before - 0.05):
             break
     return states, chi2, found
 
