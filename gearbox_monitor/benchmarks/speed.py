@@ -64,9 +64,9 @@ BARS = {
     'filterpy EKF / EKF, a call per sample': (
         lambda t: t['filterpy EKF'] / t['EKF, a call per sample'], 40.0, np.inf),
     'filterpy UKF / SRUKF': (lambda t: t['filterpy UKF'] / t['SRUKF'], 150.0, np.inf),
-    'AEKF with 1 theta / EKF': (lambda t: t['AEKF, 1 theta'] / t['EKF'], 0.0, 2.6),
-    'each further theta / EKF': (
-        lambda t: (t['AEKF, 3 theta'] - t['AEKF, 1 theta']) / 2.0 / t['EKF'], 0.0, 1.3),
+    'AEKF with 1 theta / Eigen EKF': (lambda t: t['AEKF, 1 theta'] / t['Eigen EKF'], 0.0, 2.6),
+    'each further theta / Eigen EKF': (
+        lambda t: (t['AEKF, 3 theta'] - t['AEKF, 1 theta']) / 2.0 / t['Eigen EKF'], 0.0, 1.3),
     'replay, estimates only, x real time': (
         lambda t: 1.0 / replay.RATE / t['replay, estimates only'], 1500.0, np.inf),
     'rosbags / decoding': (
