@@ -170,7 +170,7 @@ def test_publishes_the_simulation_bit_for_bit(plants):
 
 
 def test_process_noise_and_duration(plants):
-    process = plants.start(seed=3, duration=2.5)
+    process = plants.start(seed=3, duration=2.5, wait_for_subscribers=2)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 0, errors
     plants.rest()

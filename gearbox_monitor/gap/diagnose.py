@@ -311,7 +311,7 @@ def finer(search: Search, best: Fitted, lack: Callable[[Fitted], bool]) -> Fitte
     Return `best` on shorter steps, with which `search` then goes on, where it lacks but these.
 
     Steps are as long as the nominal drive allows; with the effect it may be a faster one, and the
-    readings so good that the edges of its gap show.
+    readings so good that the edges of its gap show. lack: as of decide.
     """
     if not lack(best) or search.noisy or search.recording.motor is not None:
         return best
