@@ -254,7 +254,7 @@ def _targets(args):
         if path.exists():
             raise InputError(f'{path}: exists, expected a new file')
     expect_folder_of(args.out)
-    expect_folder_of(targets.get('json'))
+    expect_folder_of(args.json)
     if args.out and Path(args.out).exists() and not Path(args.out).is_dir():
         raise InputError(f'{args.out}: is a file, expected a directory')
     return targets

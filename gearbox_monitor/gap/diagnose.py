@@ -315,15 +315,17 @@ def finer(search: Search, best: Fitted, lack: Callable[[Fitted], bool]) -> Fitte
     """
     if not lack(best) or search.noisy or search.recording.motor is not None:
         return best
-    kept = search.simulator, search.long, search.fitted['']
-    _, long, none = kept
-    search.simulator = Simulator(search.recording, search.model, finer=FINER)
-    search.long = Data(search.recording, search.simulator, long.windows, long.sigma, long.train,
+    shorter = Simulator(search.recording, search.model, finer=FINER)
+    if search.simulator.n == shorter.n:  # taken already
+        return best
+    simulator, long, none = search.simulator, search.long, search.fitted['']
+    search.simulator = shorter
+    search.long = Data(search.recording, shorter, long.windows, long.sigma, long.train,
                        long.weighing)
     search.fitted[''] = search.anew(none)
     found = search.anew(best)
     if lack(found):
-        search.simulator, search.long, search.fitted[''] = kept
+        search.simulator, search.long, search.fitted[''] = simulator, long, none
         return best
     search.fitted[found.name] = found
     return found
