@@ -20,6 +20,7 @@ import subprocess
 import sys
 import time
 
+from processes import put_down
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
@@ -83,11 +84,8 @@ class Graph:
         return errors
 
     def close(self):
-        """Kill what is left and leave the domain."""
-        for process in self.processes:
-            if process.poll() is None:
-                process.kill()
-            process.communicate()
+        """End what is left and leave the domain."""
+        put_down(self.processes)
         self.executor.shutdown()
         self.node.destroy_node()
         rclpy.shutdown(context=self.context)

@@ -25,7 +25,8 @@ import pytest
 import yaml
 
 rclpy = pytest.importorskip('rclpy')
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402, I100, I202
+from processes import put_down  # noqa: E402, I100, I202
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
 from rcl_interfaces.srv import SetParameters  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
@@ -106,9 +107,7 @@ def plants(monkeypatch, tmp_path):
     executor.add_node(node)
     plants = Plants(node, executor, tmp_path)
     yield plants
-    for process in plants.started:
-        process.kill()
-        process.communicate()
+    put_down(plants.started)
     executor.shutdown()
     node.destroy_node()
     rclpy.shutdown(context=context)

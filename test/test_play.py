@@ -24,7 +24,8 @@ import numpy as np
 import pytest
 
 rclpy = pytest.importorskip('rclpy')
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402, I100, I202
+from processes import put_down  # noqa: E402, I100, I202
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
@@ -107,9 +108,7 @@ def play(tmp_path):
         return process
 
     yield start
-    for process in started:
-        process.kill()
-        process.communicate()
+    put_down(started)
 
 
 def test_publishes_the_inputs_as_recorded(bag, listener, play):

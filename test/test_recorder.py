@@ -27,6 +27,7 @@ import pytest
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402, I100, I202
 from geometry_msgs.msg import PolygonStamped  # noqa: E402
+from processes import put_down  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
@@ -56,7 +57,7 @@ def node(monkeypatch):
 
 @pytest.fixture
 def recorder(tmp_path):
-    """Start recorders with (topics, **parameters); kill what is left of them at the end."""
+    """Start recorders with (topics, **parameters); end what is left of them."""
     started = []
 
     def start(topics=('joint_states',), output=tmp_path / 'bag', **kwargs):
@@ -75,10 +76,7 @@ def recorder(tmp_path):
         return process
 
     yield start
-    for process in started:
-        if process.poll() is None:
-            process.kill()
-        process.communicate()
+    put_down(started)
 
 
 def wait_for(condition, what, seconds=20):
