@@ -159,8 +159,9 @@ def samples_of(states, model):
 
     model: DriveModel whose gear_ratio and torque_constant refer them to the arm side.
     """
-    ours = states.named.any(axis=1)  # others may publish on the same topic
-    ours = slice(None) if ours.all() else ours
+    ours = slice(None)
+    if not states.named.all():  # others may publish on the same topic
+        ours = states.named.any(axis=1)
     position, effort = states.position[ours], states.effort[ours]
     u, y = np.empty((len(position), 2)), np.empty((len(position), 2))
     np.multiply(effort[:, 0], model.effort_scale, u[:, 0])

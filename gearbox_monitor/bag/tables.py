@@ -120,8 +120,8 @@ class ParquetTable(Table):
         # Noise does not repeat: a dictionary of values only costs time; but the bytes that hold
         # sign and exponent resemble each other.
         self._writer = parquet.ParquetWriter(
-            self._part, self._schema, compression='zstd', compression_level=1,
-            use_dictionary=False, write_statistics=['stamp_ns'], column_encoding={
+            self._part, self._schema, compression='lz4', use_dictionary=False,
+            write_statistics=['stamp_ns'], column_encoding={
                 'stamp_ns': 'DELTA_BINARY_PACKED', **dict.fromkeys(
                     self._names, 'BYTE_STREAM_SPLIT')})
 
