@@ -39,6 +39,7 @@ from gearbox_monitor.drive.simulate import Noise, simulate
 RATE = 1000.0  # Hz
 TOPIC, JOINTS = '/joint_states', ('motor', 'arm')
 FIRST_NS, STEP_NS = 1_700_000_000_000_000_000, 1_000_000
+KNOWN = {'arm_load': 'none'}  # the EKF of 5 states, as in the other rows
 AT_ONCE = 100_000  # messages encoded at once
 SECONDS, FEW = 600.0, 10.0  # length of the recording, and of that which rosbags decodes
 
@@ -60,14 +61,14 @@ def write_recording(path, seconds, compression='lz4'):
                 writer.write(TOPIC, stamp, raw)
 
 
-def replayed(bag, whole):
+def replayed(bag, whole, parameters=None):
     """
     Replay `bag` into a Parquet file that is thrown away; return the samples.
 
-    whole: with smoother, trust and drift.
+    whole: with smoother, trust and drift. parameters: other than the default ones.
     """
     with tempfile.TemporaryDirectory() as folder, open_bag(bag) as reader:
-        player = Player(reader, judged=whole, smoothed=whole)
+        player = Player(reader, None, parameters, judged=whole, smoothed=whole)
         told, table = Summary(player), ParquetTable(Path(folder) / 'out.parquet', player)
         player.run([told, table])
         table.close()
@@ -102,11 +103,13 @@ def steppers():
         write_recording(bag, SECONDS)
         write_recording(short, FEW)
         with AnyReader([short]) as reader:
-            yield ({'replay, estimates only': lambda: replayed(bag, False),
+            yield ({'replay, estimates only': lambda: replayed(bag, False, KNOWN),
+                    '... unknown load': lambda: replayed(bag, False),
                     'replay, everything': lambda: replayed(bag, True),
                     'replay, decoding alone': lambda: decoded(bag),
                     'rosbags, decoding': lambda: decoded_by_rosbags(reader)},
                    {'replay, estimates only': SECONDS * RATE,
+                    '... unknown load': SECONDS * RATE,
                     'replay, everything': SECONDS * RATE,
                     'replay, decoding alone': SECONDS * RATE, 'rosbags, decoding': FEW * RATE})
 

@@ -31,7 +31,7 @@ from gearbox_monitor.arrays import Array
 from gearbox_monitor.drive.effects import EFFECTS, library
 from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.gap import close, isolate, lasting, noise, residual
+from gearbox_monitor.gap import close, colour, isolate, lasting, noise, residual
 from gearbox_monitor.gap.candidate import (
     Candidate, NUISANCES, nuisances_of, PHASED, replaced_value, with_effects, ZERO)
 from gearbox_monitor.gap.driven import driven
@@ -123,16 +123,28 @@ def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
         raise InputError('effects: none is left that this drive and its encoders show, expected '
                          'at least one')
     sigma, quantum = noise_floor(recording, model)
-    search = Search(recording, model, sigma, ids, jobs, progress)
+
+    def searched(sigma: Array, phi: Array | None = None) -> Search:
+        search = Search(recording, model, sigma, ids, jobs, progress, phi)
+        search.none()
+        search.refine(search.screen())
+        return search
+    search = searched(sigma)
+    best = min(search.fitted.values(), key=lambda f: f.score)
+    if (recording.motor is None and (quantum <= QUANTISED * sigma).all()
+            and lacks(search, best)):  # where one effect leaves white noise, it is white
+        lasts = colour.measure(search, best)
+        if lasts is not None:
+            search = searched(*lasts)
+            colour.settle(search)
+            sigma = search.long.sigma
     rough = bool((quantum > ROUGH * sigma).any())
-    none = search.none()
-    search.refine(search.screen())
     best, kind = decide(search, rough)
     lattices = [name for i, name in enumerate(('motor_encoder_quantisation',
                                                'arm_encoder_quantisation'))
                 if name in ids and quantum[i] > QUANTISED * sigma[i]
                 and search.long.weighing is None]
-    return report(search, none, best, kind, lattices, quantum, validate, seed)
+    return report(search, best, kind, lattices, quantum, validate, seed)
 
 
 def noise_floor(recording: Recording, model: DriveModel) -> tuple[Array, Array]:
@@ -321,7 +333,7 @@ def finer(search: Search, best: Fitted, lack: Callable[[Fitted], bool]) -> Fitte
     simulator, long, none = search.simulator, search.long, search.fitted['']
     search.simulator = shorter
     search.long = Data(search.recording, shorter, long.windows, long.sigma, long.train,
-                       long.weighing)
+                       long.weighing, long.colour)
     search.fitted[''] = search.anew(none)
     found = search.anew(best)
     if lack(found):
@@ -385,17 +397,22 @@ def location_of(name: str) -> str:
     return library()[name].location
 
 
-def report(search: Search, none: Fitted, best: Fitted, kind: str, lattices: list[str],
-           quantum: Array, validate: Recording | None, seed: int) -> Verdict:
+def report(search: Search, best: Fitted, kind: str, lattices: list[str], quantum: Array,
+           validate: Recording | None, seed: int) -> Verdict:
     """Return the Verdict with all evidence."""
     ids = list(best.candidate.ids)
-    weighed, weighed_best = search, best
+    weighed, weighed_best, phi = search, best, search.long.colour
     if search.long.weighing is not None:
         search = lasting.plain(search)
-        none = search.fitted['']
-        best = search.fitted[best.name] if ids else none
-    sharpen_sigma(search, best)
-    places = residual.places(search, none, search.jobs)
+        best = search.fitted[best.name if ids else '']
+    if phi is None:
+        sharpen_sigma(search, best)
+    places = residual.places(search, search.fitted[''], search.jobs)
+    excess, structure = misfit(search, best)
+    if phi is not None:
+        search = lasting.plain(search)
+        best = search.fitted[best.name if ids else '']
+    none = search.fitted['']
     if kind == 'none' and lattices:
         kind, ids = 'effect', lattices[:2]
     elif kind == 'effect' and lattices and len(ids) == 1:
@@ -416,12 +433,14 @@ def report(search: Search, none: Fitted, best: Fitted, kind: str, lattices: list
             model = with_effects(model or search.model, [
                 *(model or search.model).effects, {'id': name, **params[name]}])
     closure = close.closure(search, none, best if best.candidate.ids else None, seed)
+    if phi is not None and closure['standard_errors']:
+        closure['standard_errors'], closure['condition'] = close.standard_errors(
+            weighed, weighed_best)
     if kind == 'effect' and any(i in UNREPEATABLE for i in ids):
         closure.update(closed_fraction=None, closed_fraction_ci=None)
     ranked = weighed.ranked() + [n for size in (2,) for n in weighed.ranked(size)]
     ranked = sorted(ranked, key=lambda n: weighed.fitted[n].score)
     order = list(dict.fromkeys([*named, *(i for n in ranked for i in n.split('+'))]))
-    excess, structure = misfit(search, best)
     values = {}
     for name in NUISANCES:
         value = next((replaced_value(search.model, i) for i in EFFECTS if EFFECTS[i].replaces and
@@ -429,6 +448,7 @@ def report(search: Search, none: Fitted, best: Fitted, kind: str, lattices: list
         values[name] = float(value * (1.0 + nuisances.get(name, 0.0)))
     if ZERO in nuisances:
         values[ZERO] = float(nuisances[ZERO])
+    times = noise_times(search, phi)
     data = {
         'verdict': kind,
         'effect': '+'.join(named) if named else None,
@@ -440,6 +460,7 @@ def report(search: Search, none: Fitted, best: Fitted, kind: str, lattices: list
         **closure,
         'sigma': [float(s) if i in search.long.channels else None
                   for i, s in enumerate(search.long.sigma)],
+        'noise_time': times,
         'nominal': values,
         'process_torque': float(best.s),
         # With torque noise only those fitted with it can be compared; the others stand behind.
@@ -447,7 +468,7 @@ def report(search: Search, none: Fitted, best: Fitted, kind: str, lattices: list
                   if not search.noisy or weighed.fitted[n].white is not None},
         'misfit': {'excess': excess, 'structure': structure},
         'where': places,
-        'warnings': warnings(search, best, kind, nuisances),
+        'warnings': warnings(search, best, kind, nuisances, times),
     }
     if nuisances:
         data['nominal_shift'] = shifts(best.candidate, nuisances)
@@ -457,15 +478,23 @@ def report(search: Search, none: Fitted, best: Fitted, kind: str, lattices: list
     return Verdict(data, model, weighed)
 
 
+def noise_times(search: Search, phi: Array | None) -> list[float | None]:
+    """Return over which time (s) the noise of each encoder is correlated, None: it is white."""
+    return [float(-search.recording.dt / np.log(p)) if p > 0.0 else None
+            for p in (np.zeros(2) if phi is None else phi)]
+
+
 def shifts(candidate: Candidate, nuisances: Mapping[str, float]) -> dict[str, float]:
     """Return {name: shift in standard deviations} of the values estimated along."""
     spread = {c.name: c.prior for c in candidate.coordinates if c.owner < 0}
     return {name: float(value / spread[name]) for name, value in nuisances.items()}
 
 
-def warnings(search: Search, best: Fitted, kind: str, nuisances: Mapping[str, float]) -> list[str]:
-    """Return sentences about what weakens the verdict."""
-    out = []
+def warnings(search: Search, best: Fitted, kind: str, nuisances: Mapping[str, float],
+             times: Sequence[float | None]) -> list[str]:
+    """Return sentences about what weakens the verdict; times [2]: see noise_times."""
+    out = [f'the noise of the {name} encoder lasts {1e3 * time:.2g} ms, as if it were filtered: '
+           'it is judged with that' for name, time in zip(('motor', 'arm'), times) if time]
     bound = best.candidate.at_bound(best.point.z)
     if bound and kind != 'none':
         out.append(f'{", ".join(bound)}: at the bound of what is possible')

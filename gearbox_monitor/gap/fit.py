@@ -22,9 +22,10 @@ data: Data, what is fitted; simulator: runs it; candidate: Candidate, point: Poi
 DriveModel; states, memory [W, 4]: of drive and effects where windows begin; carry: what they
 become one window later; index [M]: numbers of windows; extra: free-form signals. residual [W, 2L]:
 in sigmas; chi2 [W]: its squares. train [W]: windows whose fit moves coordinates; weight [W]:
-theirs; robust: windows that stand out weigh less; weighing, whiten: noise that is not white, see
-gap.lasting and gap.process_noise. half_gap: rad, on which states are tried elsewhere. iterations:
-at most; which: coordinates; stretch: factor on their steps; z [P]: coordinates.
+theirs; robust: windows that stand out weigh less; weighing, colour, whiten: noise that is not
+white, see gap.lasting, gap.colour (phi [2]) and gap.process_noise. half_gap: rad, on which states
+are tried elsewhere. iterations: at most; which: coordinates; stretch: factor on their steps; z
+[P]: coordinates.
 """
 from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -35,6 +36,7 @@ import numpy as np
 from gearbox_monitor.arrays import Array, Flags, Integers
 from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.gap.candidate import Candidate
+from gearbox_monitor.gap.noise import whitened
 from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.gap.windows import N_MEMORY, Simulator, Windows
 
@@ -73,8 +75,9 @@ class Data:
     """Readings of `windows` in units of sigma, and which windows may move the coordinates."""
 
     def __init__(self, recording: Recording, simulator: Simulator, windows: Windows, sigma: Array,
-                 train: Flags | None = None, weighing: 'Weighing | None' = None) -> None:
-        self.weighing = weighing
+                 train: Flags | None = None, weighing: 'Weighing | None' = None,
+                 colour: Array | None = None) -> None:
+        self.weighing, self.colour = weighing, colour
         self.recording, self.simulator, self.windows = recording, simulator, windows
         self.channels = list(recording.channels)
         self.sigma = np.asarray(sigma, float)
@@ -107,15 +110,24 @@ class Data:
         measured = self.y if index is None else self.y[index]
         r = (measured - y[:, :, self.channels]) / self.sigma[self.channels]
         # A run that diverges is as bad as can be, and still a number.
-        r = np.clip(np.nan_to_num(r, nan=WORST), -WORST, WORST)
+        r = self.white(np.clip(np.nan_to_num(r, nan=WORST), -WORST, WORST), self.channels)
         if self.weighing is not None:
             r = self.weighing(r, self)
         return r.reshape(len(y), -1), carry
+
+    def white(self, residual: Array, channels: list[int]) -> Array:
+        """Return `residual` [W, L, C], in sigmas of the encoders `channels`, with white noise."""
+        return residual if self.colour is None else whitened(residual, self.colour[channels])
 
     def plain(self) -> 'Data':
         """Return the Data whose residuals count in standard deviations of the noise."""
         if self.weighing is None:
             return self
+        return Data(self.recording, self.simulator, self.windows, self.sigma, self.train,
+                    colour=self.colour)
+
+    def uncoloured(self) -> 'Data':
+        """Return the Data whose residuals are the distances of the readings, in sigmas."""
         return Data(self.recording, self.simulator, self.windows, self.sigma, self.train)
 
     def evaluate(self, candidate: Candidate, point: Point) -> Point:
@@ -210,7 +222,7 @@ def shortened(data: Data, share: float) -> Data:
     length = max(round(share * w.length), 8)
     return Data(data.recording, data.simulator,
                 Windows(w.first, length, w.begin, w.first + length), data.sigma, data.train,
-                data.weighing)
+                data.weighing, data.colour)
 
 
 def grown_states(data: Data, model: DriveModel, memory: Array, index: Integers, half_gap: float,

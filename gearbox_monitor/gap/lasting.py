@@ -150,10 +150,10 @@ def _left(search: 'Search', fitted: 'Fitted') -> Array:
 
 def plain(search: 'Search') -> 'Search':
     """Return `search` with residuals in standard deviations of the noise, as they are reported."""
-    if search.long.weighing is None:
+    if search.long.weighing is None and search.long.colour is None:
         return search
     out = copy.copy(search)
-    out.long, out.short = search.long.plain(), search.short.plain()
+    out.long, out.short = search.long.uncoloured(), search.short.uncoloured()
     out.fitted = {
         name: replace(f, point=out.long.evaluate(f.candidate, fitting.copied(f.point)), white=None)
         for name, f in search.fitted.items()}

@@ -15,7 +15,8 @@
 """
 Noise of an encoder, its spectrum, and the lattice of its readings.
 
-residual [W, L, C]: in sigmas; quantum: step of an encoder, rad.
+residual [W, L, C]: in sigmas; phi [C]: correlation of neighbouring readings; quantum: step of an
+encoder, rad.
 """
 import numpy as np
 from scipy.fft import dct
@@ -56,6 +57,13 @@ def spectrum(residual: Array, dt: float) -> tuple[Array, Array, Flags]:
     power = dct(residual, axis=1, norm='ortho') ** 2
     at = np.arange(length) * 0.5 / (length * dt)
     return power, at, at > MOTION if at[-1] > 2.0 * MOTION else at >= 0.0
+
+
+def whitened(residual: Array, phi: Array) -> Array:
+    """Return `residual` [W, L, C] with the noise of the C encoders made white, as large."""
+    out = residual.copy()
+    out[:, 1:] = (residual[:, 1:] - phi * residual[:, :-1]) / np.sqrt(1.0 - phi * phi)
+    return out
 
 
 def noise_level(y: Array, quantum: float = 0.0) -> float:

@@ -124,8 +124,9 @@ class FreeFit:
         if not self.torque:
             out, _ = data.residual(self.model, states, self.memory)
             sensor = SENSORS.index(self.place)
-            offset = signal @ self.basis[self.lead:].T / data.sigma[sensor]
-            out[:, data.channels.index(sensor)::len(data.channels)] -= offset
+            offset = (signal @ self.basis[self.lead:].T / data.sigma[sensor])[:, :, None]
+            out[:, data.channels.index(sensor)::len(data.channels)] -= data.white(
+                offset, [sensor])[:, :, 0]
             return out
         out = np.empty((len(windows), data.size))
         column = TORQUES.index(self.place)
@@ -152,8 +153,8 @@ class FreeFit:
         else:
             J[:, :, :count] = 0.0
             sensor, channels = SENSORS.index(self.place), self.data.channels
-            J[:, channels.index(sensor)::len(channels), :count] = (
-                self.basis[self.lead:] / self.data.sigma[sensor])
+            J[:, channels.index(sensor)::len(channels), :count] = self.data.white(
+                self.basis[None, self.lead:] / self.data.sigma[sensor], [sensor])
         for i, step in enumerate(fitting.STATE_STEPS):
             moved = states.copy()
             moved[:, i] += step
@@ -223,7 +224,7 @@ def free_forms(search: 'Search', fitted: 'Fitted', jobs: int = 1,
     long, point = search.long, fitted.point
     model = fitted.candidate.model(point.z)
     short = fitting.Data(search.recording, search.simulator, cut(search.recording, SHORT),
-                         long.sigma)
+                         long.sigma, colour=long.colour)
     memory = np.zeros((len(short.windows), N_MEMORY))
     states = short.raw_states()
     if search.short_none is not None:

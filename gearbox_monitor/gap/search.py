@@ -116,22 +116,25 @@ class Search:
     All fits of one Recording under one DriveModel.
 
     sigma [2] rad; only, exclude: ids; jobs: threads; progress(done, total, text) is called as it
-    goes on.
+    goes on; colour [2]: see gap.colour.
     """
 
     def __init__(self, recording: Recording, model: DriveModel, sigma: Array, ids: Iterable[str],
-                 jobs: int = 1, progress: Callable[..., object] | None = None) -> None:
+                 jobs: int = 1, progress: Callable[..., object] | None = None,
+                 colour: Array | None = None) -> None:
         self.recording, self.model, self.ids = recording, model, list(ids)
         self.simulator = simulator(recording, model)
         self.starts = Starts(model, recording)
         windows = cut(recording, LONG)
         train, last = held_out(recording, windows)
         weighing = lasting.weighing(recording, model, sigma)
-        self.long = fitting.Data(recording, self.simulator, windows, sigma, train, weighing)
+        self.long = fitting.Data(recording, self.simulator, windows, sigma, train, weighing,
+                                 colour)
         # Where the motor's motion is put in, long windows hold no contact of the gap, either.
         length = SHORT if recording.motor is None else LONG
         self.short = fitting.Data(recording, simulator(recording, model, coarse=True),
-                                  cut(recording, length, last), sigma, weighing=weighing)
+                                  cut(recording, length, last), sigma, weighing=weighing,
+                                  colour=colour)
         self.jobs, self._progress = jobs, progress or (lambda *_: None)
         self._pool = ThreadPoolExecutor(jobs)
         self._done, self._total = 0, 1

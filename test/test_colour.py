@@ -1,0 +1,86 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Noise of encoders that lasts from reading to reading: measured, made white, judged by."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from gearbox_monitor.drive.excitation import Excitation
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.simulate import simulate
+from gearbox_monitor.gap.colour import measured
+from gearbox_monitor.gap.diagnose import diagnose
+from gearbox_monitor.gap.noise import whitened
+from gearbox_monitor.gap.recording import Recording
+
+DT, PHI = 1e-3, np.exp(-1e-3 / 5e-3)
+WEAK = {'id': 'arm_coulomb', 'Cac': 0.05}
+
+
+def noise(phi, *shape, seed=0):
+    """Return noise of standard deviation 1 along the axis 1 of `shape`."""
+    white = np.random.default_rng(seed).standard_normal(shape)
+    white[:, 1:] *= np.sqrt(1.0 - phi * phi)
+    return lfilter([1.0], [1.0, -phi], white, axis=1)
+
+
+def test_made_white():
+    r = whitened(np.concatenate([noise(0.8, 200, 500, 1), noise(0.0, 200, 500, 1)], axis=2),
+                 np.array([0.8, 0.0]))
+    for lag, expected in ((0, 1.0), (1, 0.0), (3, 0.0)):
+        found = (r[:, lag:] * r[:, :500 - lag]).mean(axis=(0, 1))
+        np.testing.assert_allclose(found, expected, atol=5.0 / np.sqrt(200 * 500))
+
+
+@pytest.mark.parametrize('lowest, spread', [(60.0, 0.05), (20.0, 0.03)])
+def test_measured_where_motion_has_nothing(lowest, spread):
+    r = np.concatenate([2.0 * noise(PHI, 12, 1000, 1), noise(0.0, 12, 1000, 1, seed=1)], axis=2)
+    slow = np.sin(np.arange(1000) * DT * 2.0 * np.pi * 2.0)
+    (phi, white), (size, one) = measured(r + 30.0 * slow[:, None], DT, lowest)
+    assert phi == pytest.approx(PHI, abs=2.0 * spread) and (white, one) == (0.0, 1.0)
+    # Only what goes with phi is known well: what is measured is the power above `lowest`.
+    assert 2.0 * size ** 2 * (1.0 - phi) / (1.0 + phi) == pytest.approx(
+        8.0 * (1.0 - PHI) / (1.0 + PHI), rel=0.1)
+
+
+def test_what_motion_leaves_is_no_such_noise():
+    """Impacts bend a position: power that falls with the fourth power of frequency."""
+    r = noise(0.0, 12, 1000, 1)
+    assert measured(r, DT) is None
+    bent = np.cumsum(np.cumsum((np.random.default_rng(1).random(r.shape) < 0.01) * 0.3, 1), 1)
+    bent -= np.linspace(0.0, 1.0, 1000)[:, None] * bent[:, -1:]
+    assert measured(r + 0.3 * bent, DT) is None
+    assert measured(noise(PHI, 12, 200, 1), 5e-3) is None  # 100 Hz tell nothing
+
+
+@pytest.mark.parametrize('effects', [(), (WEAK,)])
+def test_verdicts_as_with_white_noise(effects):
+    model = DriveModel()
+    t = np.arange(10_000) * DT
+    u = Excitation('multisine', (4.0, 2.0, 1.0), (0.5, 1.3, 3.2)).torque(t)
+    y = simulate(replace(model, effects=effects), u, DT).x[:, :2]
+    y = y + 0.004 * noise(PHI, 1, len(t), 2, seed=2)[0]
+    data = diagnose([Recording(t, u, y, DT)], model,
+                    only=['arm_coulomb', 'motor_viscous']).data
+    assert data['effect'] == ('arm_coulomb' if effects else None)
+    assert data['verdict'] == ('effect' if effects else 'none')
+    assert data['noise_time'] == pytest.approx([5e-3, 5e-3], rel=0.25)
+    assert data['sigma'] == pytest.approx([4e-3, 4e-3], rel=0.15)
+    assert any('lasts' in warning for warning in data['warnings'])
+    if effects:
+        assert data['params']['arm_coulomb']['Cac'] == pytest.approx(0.05, rel=0.15)
+        assert data['standard_errors']['arm_coulomb']['Cac'] < 0.01
