@@ -210,6 +210,24 @@ def test_gains_are_those_of_fits_that_compare(tmp_path, capsys):
     assert 'gravity' in singles and len(singles) < len(ids)
 
 
+@pytest.mark.parametrize('follows', [False, True])
+def test_bursts_that_follow_the_torque_are_no_disturbance(folder, tmp_path, capsys, follows):
+    """The same torque on the arm, at times of its own or whenever the command is near its peak."""
+    _, u, _ = record(seconds=10.0)
+    edges = np.flatnonzero(np.diff(u > 0.8 * u.max(), prepend=False, append=False))
+    begins, lengths = edges[::2], np.diff(edges)[::2]
+    assert len(begins) == 4
+    if not follows:
+        begins = (begins + 430) % 9500
+    bursts = [{'id': 'disturbance', 't0': 1e-3 * begin, 'duration': 1e-3 * length,
+               'amplitude': 0.5} for begin, length in zip(begins, lengths)]
+    path = write_csv(tmp_path / 'bursts.csv', *record(tuple(bursts), seconds=10.0))
+    assert call(folder, path, '--only', 'disturbance', 'motor_viscous', '--json', '-') == 1
+    data = json.loads(capsys.readouterr().out)
+    assert data['verdict'] == ('unknown' if follows else 'effect')
+    assert data['effect'] == (None if follows else 'disturbance')
+
+
 def test_an_unknown_encoder_zero_is_no_gap(folder, tmp_path, capsys):
     t, u, y = record()
     path = write_csv(tmp_path / 'shifted.csv', t, u, y + (0.0, 0.03))

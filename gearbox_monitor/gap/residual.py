@@ -22,7 +22,7 @@ two such signals: only at the right place does one explain both.
 search: Search, data: fit.Data, model: DriveModel, fitted: Fitted, start: Point to begin at, states
 [W, 4]: of its windows; dt: s; iterations: at most; jobs: threads.
 """
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 import math
@@ -33,7 +33,7 @@ from scipy.signal import savgol_filter
 
 from gearbox_monitor.arrays import Array, Integers
 from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.gap import fit as fitting
+from gearbox_monitor.gap import fit as fitting, maps
 from gearbox_monitor.gap.windows import cut, N_MEMORY, Windows
 
 if TYPE_CHECKING:
@@ -248,6 +248,16 @@ def free_forms(search: 'Search', fitted: 'Fitted', jobs: int = 1,
         return _best(fit.solve(started, series[peaks]), fit.solve(point.states))
     with ThreadPoolExecutor(jobs) as pool:
         return dict(zip(places, pool.map(one, places)))
+
+
+def laws(search: 'Search', free: FreeForm, moved: Mapping[str, Array]) -> dict[str, maps.Law]:
+    """Return {name: Law} of a FreeForm of the long windows over `moved` {name: values [W, L]}."""
+    basis = triangles(search.long.windows.length, 0, search.recording.dt)
+    out = {}
+    for name, value in moved.items():
+        edges = maps.edges_about_zero(value) if 'speed' in name else maps.edges_of(value)
+        out[name] = maps.law(value, free.signal, free.precision, basis, edges)
+    return out
 
 
 def _take_over(windows: Windows, states: Array, others: Windows, into: Array) -> None:

@@ -30,7 +30,6 @@ COMPARED = 10  # effects in the table of what can be told apart
 QUANTITIES = {'speed': 'speed of the motor (rad/s)', 'angle': 'angle of the arm (rad)',
               'twist': 'twist, motor - arm (rad)', 'time': 'time (s)'}  # and units, rotary
 PLANE_BINS = 20
-LAW_BINS = 24
 
 
 @dataclass(frozen=True)
@@ -121,14 +120,8 @@ def shown_windows(laid, held_out=True):
 def missing_signal(search, place, moved, jobs=1):
     """Return the Missing signal at `place` on top of the model without effect."""
     free = residual.free_forms(search, search.fitted[''], jobs, (place,))[place]
-    windows, dt = search.long.windows, search.recording.dt
-    basis = residual.triangles(windows.length, 0, dt)
-    laws = {}
-    for name, value in moved.items():
-        edges = (maps.edges_about_zero if name == 'speed' else maps.edges_of)(value, LAW_BINS)
-        laws[name] = maps.law(value, free.signal, free.precision, basis, edges)
     unit = 'N m' if place in residual.TORQUES else 'rad'
-    return Missing(place, on_axis(unit, search.model.axis), laws)
+    return Missing(place, on_axis(unit, search.model.axis), residual.laws(search, free, moved))
 
 
 def compared(search, data):
