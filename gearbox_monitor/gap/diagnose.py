@@ -19,7 +19,8 @@ search: the Search with all fits; none, best: Fitted without effect, and the one
 kind: 'effect', 'none' or 'unknown'; candidate: its Candidate, nuisances: {name: relative change}.
 recordings: of one drive; validate: one more, to judge by. only, exclude: ids of effects. lattices:
 ids of quantisation; quantum [2]: steps of the encoders, rad. residual [W, L, C]: in sigmas.
-phi [2]: see gap.colour. seed: of the bootstrap.
+phi [2]: see gap.colour. free: what a free torque on the arm would have to be. seed: of the
+bootstrap.
 """
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
