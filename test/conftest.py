@@ -14,6 +14,7 @@
 
 """What all tests share: no ROS traffic beyond this machine, no files outside temporary folders."""
 import fcntl
+import gc
 import importlib.util
 import os
 import shutil
@@ -36,6 +37,13 @@ def pytest_configure(config):
         # A process that crashes would otherwise be replaced and meet the same test for ever.
         if config.option.maxworkerrestart is None:
             config.option.maxworkerrestart = '0'
+
+
+def pytest_collection_finish():
+    """Let the garbage collector pass over what lives as long as the tests: a tenth of the time."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 50)
 
 
 @pytest.hookimpl(optionalhook=True)
