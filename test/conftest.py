@@ -43,7 +43,7 @@ def pytest_collection_finish():
     """Let the garbage collector pass over what lives as long as the tests: a tenth of the time."""
     gc.collect()
     gc.freeze()
-    gc.set_threshold(50_000, 20, 50)
+    gc.set_threshold(5_000, 10, 20)
 
 
 @pytest.hookimpl(optionalhook=True)
