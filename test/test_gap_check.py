@@ -196,6 +196,8 @@ def test_missing_motion_is_named():
     noise = SIGMA * rng.standard_normal((len(t), 2))
     code, text = fatal(t, 0.1 * np.sin(t), noise)
     assert code == 'unexcited' and 'the motor travels' in text and '10 times' in text
+    code, text = fatal(t, 0.0 * t, noise)  # nothing to tell units from
+    assert code == 'unexcited' and 'the motor travels' in text
     u = 1.0 + 0.1 * np.sin(2 * np.pi * t)
     model = replace(MODEL, position_gain=0.0, effects=({'id': 'arm_viscous', 'Cav': 0.1},))
     y = simulate(model, u, 1e-3).x[:, :2] + noise

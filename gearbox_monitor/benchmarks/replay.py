@@ -104,12 +104,12 @@ def steppers():
         write_recording(short, FEW)
         with AnyReader([short]) as reader:
             yield ({'replay, estimates only': lambda: replayed(bag, False, KNOWN),
-                    '... unknown load': lambda: replayed(bag, False),
+                    'replay, unknown load': lambda: replayed(bag, False),
                     'replay, everything': lambda: replayed(bag, True),
                     'replay, decoding alone': lambda: decoded(bag),
                     'rosbags, decoding': lambda: decoded_by_rosbags(reader)},
                    {'replay, estimates only': SECONDS * RATE,
-                    '... unknown load': SECONDS * RATE,
+                    'replay, unknown load': SECONDS * RATE,
                     'replay, everything': SECONDS * RATE,
                     'replay, decoding alone': SECONDS * RATE, 'rosbags, decoding': FEW * RATE})
 

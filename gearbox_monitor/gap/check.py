@@ -80,6 +80,9 @@ def _problems(recording: Recording, model: DriveModel) -> list[Problem]:
     if 'wraps' in fatal or (np.ptp(recording.y, axis=0) == 0.0).any():
         return problems
     smooth = Smooth(recording, sigma)
+    still = _still(recording, smooth, sigma)
+    if still and not fatal:  # noise tells nothing of channels, signs and units
+        return problems + still
     rigid = model.transmission.kind == 'rigid'
     wrong = [] if rigid else _wiring(smooth, model)
     if fatal:
@@ -89,7 +92,7 @@ def _problems(recording: Recording, model: DriveModel) -> list[Problem]:
     problems += wrong
     if any(p.fatal for p in wrong):
         return problems
-    return problems + _torque_limits(recording) + _motion(recording, smooth, model, sigma)
+    return problems + _torque_limits(recording) + _motion(recording, smooth, model)
 
 
 def _rate_and_length(r: Recording) -> list[Problem]:
@@ -411,8 +414,8 @@ def _unit_text(model: DriveModel, what: str, factor: float) -> str:
 
 
 # --- motion -------------------------------------------------------------------------------------
-def _motion(r: Recording, smooth: Smooth, model: DriveModel, sigma: Array) -> list[Problem]:
-    problems = []
+def _still(r: Recording, smooth: Smooth, sigma: Array) -> list[Problem]:
+    """Find a drive that stands still, or a torque that never changes."""
     for i, name in enumerate(('motor', 'arm')):
         travel = np.ptp(smooth.p[:, i])
         if travel < MIN_TRAVEL * sigma[i]:
@@ -422,6 +425,11 @@ def _motion(r: Recording, smooth: Smooth, model: DriveModel, sigma: Array) -> li
     if np.ptp(r.u) == 0.0:
         return [Problem('unexcited', f'the torque u is {r.u[0]:.4g} N m throughout: expected a '
                         'torque that changes', True)]
+    return []
+
+
+def _motion(r: Recording, smooth: Smooth, model: DriveModel) -> list[Problem]:
+    problems = []
     windows = (smooth.k * r.dt).astype(int)
     n = int(r.duration + 1e-9)
     moving = sum(np.ptp(smooth.p[windows == w, 0]) > MIN_TRAVEL * smooth.noise[0]

@@ -417,16 +417,14 @@ def report(search: Search, best: Fitted, kind: str, lattices: list[str], quantum
     """Return the Verdict with all evidence."""
     ids = list(best.candidate.ids)
     weighed, weighed_best, phi = search, best, search.long.colour
-    if search.long.weighing is not None:
-        search = lasting.plain(search)
+    search = lasting.plain(search)
+    if search is not weighed:
         best = search.fitted[best.name if ids else '']
     if phi is None:
         sharpen_sigma(search, best)
-    places = residual.places(search, search.fitted[''], search.jobs)
-    excess, structure = misfit(search, best)
-    if phi is not None:
-        search = lasting.plain(search)
-        best = search.fitted[best.name if ids else '']
+    judging, left = (search, best) if phi is None else (weighed, weighed_best)
+    places = residual.places(judging, judging.fitted[''], judging.jobs)
+    excess, structure = misfit(judging, left)
     none = search.fitted['']
     if kind == 'none' and lattices:
         kind, ids = 'effect', lattices[:2]
