@@ -242,3 +242,20 @@ def test_steps_above_the_noise_of_an_encoder_are_no_unknown_effect():
     assert data['effect'] == 'motor_encoder_quantisation', data['misfit']
     assert data['params']['motor_encoder_quantisation']['q'] == pytest.approx(0.04)
     assert data['misfit']['structure'] > diagnose.STRUCTURE
+
+
+def test_bursts_hardly_above_the_noise_are_found():
+    """Two of 44 ms in 6 s; worth 100 in chi2 each."""
+    bursts = [{'id': 'disturbance', 't0': t0, 'duration': 0.044, 'amplitude': amplitude}
+              for t0, amplitude in ((1.62, -0.008), (4.9, 0.0096))]
+    data = diagnose.diagnose([record(bursts, 6)], DriveModel(),
+                             only=['disturbance', 'motor_viscous']).data
+    assert data['effect'] == 'disturbance' and data['gains']['disturbance'] < 250.0
+
+
+def test_the_order_of_a_small_periodic_effect_is_found():
+    search = Search(record([{'id': 'cogging', 'A': 0.001, 'N': 36, 'phi': -1.8}], 6),
+                    DriveModel(), SIGMA, ['cogging'])
+    search.none()
+    search.find_orders()
+    assert search.found_orders('cogging')[0] == 36

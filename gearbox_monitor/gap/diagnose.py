@@ -32,7 +32,8 @@ from gearbox_monitor.arrays import Array
 from gearbox_monitor.drive.effects import EFFECTS, library
 from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.gap import close, colour, isolate, lasting, maps, noise, residual
+from gearbox_monitor.gap import close, colour, isolate, lasting, noise, residual
+from gearbox_monitor.gap.bursts import found_bursts
 from gearbox_monitor.gap.candidate import (
     Candidate, NUISANCES, nuisances_of, PHASED, replaced_value, with_effects, ZERO)
 from gearbox_monitor.gap.driven import driven
@@ -62,8 +63,6 @@ QUANTISED = 0.5      # step of a lattice over sigma, from which on rounding matt
 ROUGH = 2.0          # the same, from which on it is no white noise any more
 ROUGH_LACK, ROUGH_STRUCTURE, ROUGH_MARGIN = 0.2, 30.0, 250.0  # then: as without, and of bursts
 SHARE = 0.5          # of what bursts explain, from which on one effect is a part of the answer
-ON_FLOOR, QUIET_SHARE = 1.12, 0.35
-FORETOLD = 0.4       # of bursts: they come at times of their own, not with speed or torque
 TWINS = ('torque_offset', 'coulomb_asymmetry')
 ARM_TWINS = ('arm_viscous', 'arm_coulomb', 'arm_inertia', 'load_torque')
 UNREPEATABLE = ('disturbance', 'motor_encoder_quantisation', 'arm_encoder_quantisation')
@@ -284,7 +283,7 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
     if not singles:
         return none, 'unknown' if lack(none) else 'none'
     best = search.fitted[singles[0]]
-    burst = disturbance(search) if 'disturbance' in search.ids else None
+    burst = found_bursts(search) if 'disturbance' in search.ids else None
     margin = (ROUGH_MARGIN if rough else MARGIN) + max(0.0, everywhere(search, best))
     if burst is not None and gain(search, burst) > margin and not lack(burst):
         search.fitted['disturbance'] = burst
@@ -370,38 +369,6 @@ def everywhere(search: Search, fitted: Fitted) -> float:
     n = search.long.size * len(search.long.windows)
     return float((search.fitted[''].point.chi2 - fitted.point.chi2).sum()
                  - fitted.candidate.n_effect * np.log(n))
-
-
-def disturbance(search: Search) -> Fitted | None:
-    """Return a Fitted for bursts on the arm, None where the recording does not look like it."""
-    none = search.fitted['']
-    length = search.long.size
-    quiet = none.point.chi2 < ON_FLOOR * length
-    if not QUIET_SHARE <= quiet.mean() < 1.0:
-        return None
-    free = residual.free_forms(search, none, search.jobs, places=('arm_side',))['arm_side']
-    cost = free.chi2 + free.unknowns * np.log(length)
-    use = (cost < none.point.chi2) & ~quiet
-    if not use.any() or foretold(search, free) > FORETOLD:
-        return None
-    point = replace(none.point, chi2=np.where(use, free.chi2, none.point.chi2),
-                    residual=np.where(use[:, None], free.residual, none.point.residual))
-    # Bursts are not repeated: those in held-out windows are evidence like the others.
-    score = none.score - float(np.where(use, none.point.chi2 - cost, 0.0).sum())
-    return Fitted(replace(none.candidate, ids=('disturbance',)), point, score)
-
-
-def foretold(search: Search, free: residual.FreeForm) -> float:
-    """Return the largest share of a FreeForm that is a function of what the drive does."""
-    recording, windows = search.recording, search.long.windows
-    at = windows.first[:, None] + np.arange(windows.length)
-    positions = recording.positions
-    moved = {**maps.motion(positions, recording.dt, recording.cuts), 'torque': recording.u,
-             'speed of the arm': maps.motion(
-                 positions[:, ::-1], recording.dt, recording.cuts)['speed']}
-    del moved['time']
-    laws = residual.laws(search, free, {name: value[at] for name, value in moved.items()})
-    return max(law.explained for law in laws.values())
 
 
 # ---------------------------------------------------------------------- report

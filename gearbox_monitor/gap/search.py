@@ -456,11 +456,18 @@ class Search:
         return out
 
     def find_orders(self, keep: int = 3) -> None:
-        """Find the orders N of the periodic effects with the largest linearised gains."""
+        """
+        Find the orders N of the periodic effects with the largest linearised gains.
+
+        Long windows show the smallest ones; where the model is far off, only short ones follow.
+        """
         periodic = [i for i in PERIODIC if i in self.ids]
-        gain = self.gains(self.short, self.fitted[''].candidate, self.short_none, periodic, ORDERS)
+        none = self.fitted['']
+        found = [self.gains(data, none.candidate, point, periodic, ORDERS)
+                 for data, point in ((self.long, none.point), (self.short, self.short_none))]
         for name in periodic:
-            self._orders[name] = sorted(ORDERS, key=lambda n: -gain[name, n])[:keep]
+            best = [sorted(ORDERS, key=lambda n: -gain[name, n])[:keep] for gain in found]
+            self._orders[name] = list(dict.fromkeys(best[0] + best[1]))
 
 
 def _gain(S: Array, g: Array, known: int) -> float:

@@ -1,0 +1,100 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Bursts of torque on the arm at times of their own: contacts, which repeat in no window.
+
+search: Search with the fit of none; free: FreeForm on the arm.
+"""
+from dataclasses import replace
+
+import numpy as np
+
+from gearbox_monitor.arrays import Array
+from gearbox_monitor.gap import maps, residual
+from gearbox_monitor.gap.search import Fitted, Search
+
+ON_FLOOR = 1.12      # chi2 per reading of a window in which nothing is missing
+ELSEWHERE = 50.0     # chi2 by which a torque at another place may be better; true ones: up to 10
+QUIET_SHARE = 0.35   # of the windows have no burst, at least
+FORETOLD = 0.4       # share of bursts: they come at times of their own, not with speed or torque
+
+
+def found_bursts(search: Search) -> Fitted | None:
+    """Return a Fitted for bursts on the arm, None where the recording does not look like it."""
+    none = search.fitted['']
+    length = search.long.size
+    quiet = none.point.chi2 < ON_FLOOR * length
+    if quiet.mean() < QUIET_SHARE:
+        return None
+    free = residual.free_forms(search, none, search.jobs, places=('arm_side',))['arm_side']
+    chi2, cost, without = one_run(free, np.log(length))
+    # What the free signal has found for states of a window is no merit of its burst.
+    worth = np.minimum(none.point.chi2, without) - chi2 - cost
+    use = worth > 0.0
+    if (not use.any() or (~use).mean() < QUIET_SHARE or foretold(search, free) > FORETOLD
+            or elsewhere(search, free) > ELSEWHERE):
+        return None
+    point = replace(none.point, chi2=np.where(use, chi2, none.point.chi2),
+                    residual=np.where(use[:, None], free.residual, none.point.residual))
+    # Bursts are not repeated: those in held-out windows are evidence like the others.
+    score = none.score - float(worth[use].sum())
+    return Fitted(replace(none.candidate, ids=('disturbance',)), point, score)
+
+
+def one_run(free: residual.FreeForm, price: float) -> tuple[Array, Array, Array]:
+    """
+    Return (chi2 [W], cost [W], chi2 [W] without) of one run of a FreeForm's values in each window.
+
+    The run that is worth most, with 0 outside it; price: of a value. Where it lies are two more
+    numbers to find.
+    """
+    values = free.signal.shape[1]
+    b = np.einsum('wij,wj->wi', free.precision, free.signal)
+    without = free.chi2 + np.einsum('wi,wi->w', b, free.signal)
+    chi2, cost = without.copy(), np.zeros(len(without))
+    place = 2.0 * np.log(values * (values + 1) / 2)
+    for size in range(1, values + 1):
+        for first in range(values + 1 - size):
+            run = slice(first, first + size)
+            gain = np.einsum('wi,wi->w', b[:, run], np.linalg.solve(
+                free.precision[:, run, run] + 1e-9 * np.eye(size) * np.trace(
+                    free.precision, axis1=1, axis2=2)[:, None, None] / values,
+                b[:, run, None])[:, :, 0])
+            better = without - gain + price * size + place < chi2 + cost
+            chi2 = np.where(better, without - gain, chi2)
+            cost = np.where(better, price * size + place, cost)
+    return chi2, cost, without
+
+
+def foretold(search: Search, free: residual.FreeForm) -> float:
+    """Return the largest share of a FreeForm that is a function of what the drive does."""
+    recording, windows = search.recording, search.long.windows
+    at = windows.first[:, None] + np.arange(windows.length)
+    positions = recording.positions
+    moved = {**maps.motion(positions, recording.dt, recording.cuts), 'torque': recording.u,
+             'speed of the arm': maps.motion(
+                 positions[:, ::-1], recording.dt, recording.cuts)['speed']}
+    del moved['time']
+    laws = residual.laws(search, free, {name: value[at] for name, value in moved.items()})
+    return max(law.explained for law in laws.values())
+
+
+def elsewhere(search: Search, free: residual.FreeForm) -> float:
+    """Return by how much chi2 a free torque at another place explains more than a FreeForm."""
+    others = [place for place in residual.visible_places(search)
+              if place in residual.TORQUES and place != free.place]
+    found = residual.free_forms(search, search.fitted[''], search.jobs, others)
+    left = min((residual.left_over(f) for f in found.values()), default=np.inf)
+    return float(residual.left_over(free) - left) * free.residual.size
