@@ -22,6 +22,7 @@ from gearbox_monitor.drive.model import DriveModel, model_from_dict
 from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.gap import close, diagnose, fit, isolate, noise, pairs, residual, windows
 from gearbox_monitor.gap.recording import Recording
+from gearbox_monitor.gap.remainder import remainder
 from gearbox_monitor.gap.search import Fitted, Search
 
 DT, SIGMA = 0.001, (0.002, 0.002)
@@ -259,3 +260,19 @@ def test_the_order_of_a_small_periodic_effect_is_found():
     search.none()
     search.find_orders()
     assert search.found_orders('cogging')[0] == 36
+
+
+@pytest.mark.parametrize('name, values, place, over', [
+    ('stribeck', {'Cs': 0.003, 'vs': 0.5}, 'motor_side', 'speed of the motor'),
+    ('torque_gain', {'g': 0.002}, 'motor_side', 'torque'),
+    ('arm_coulomb', {'Cac': 0.0005}, 'arm_side', 'speed of the arm'),
+    ('gravity', {'G': 0.002}, 'arm_side', 'angle of the arm'),
+    ('backlash_gap', {'b': 0.1005}, 'transmission', 'twist'),
+    ('arm_encoder_eccentricity', {'A': 0.001, 'phi': 0.7}, 'arm_sensor', 'angle of the arm')])
+def test_what_is_left_is_a_function_of_the_motion(name, values, place, over):
+    """Of effects that raise chi2 by a few percent."""
+    search = Search(record([{'id': name, **values}]), DriveModel(), SIGMA, [name])
+    none = search.none()
+    found = remainder(search, none)
+    assert (found.place, found.over) == (place, over) and found.gain > 3.0 * diagnose.REMAINDER
+    assert remainder(search, fitted_from(search, name, values)).gain < 30.0

@@ -23,7 +23,7 @@ phi [2]: see gap.colour. free: what a free torque on the arm would have to be. s
 bootstrap.
 """
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -40,6 +40,7 @@ from gearbox_monitor.gap.driven import driven
 from gearbox_monitor.gap.fit import Data
 from gearbox_monitor.gap.pairs import find_pairs, forward_gains
 from gearbox_monitor.gap.recording import Recording
+from gearbox_monitor.gap.remainder import Remainder, remainder
 from gearbox_monitor.gap.search import Fitted, Search
 from gearbox_monitor.gap.windows import Simulator
 
@@ -56,6 +57,8 @@ STRUCTURE = 3.8      # standard deviations of the residual in a frequency band (
 PAIR_STRUCTURE = 2.5  # the same for pairs, which imitate what is in no library
 STRUCTURE_RELATIVE = 0.04  # of the gap, as LACK_RELATIVE
 BANDS = (0.0, 3.0, 8.0, 20.0, noise.MOTION)  # Hz
+REMAINDER = 40.0     # gain in chi2 of a free function of the motion; by chance: at most 29 of 300
+REMAINDER_RELATIVE = 5e-5  # of what the fit gains: integration is not more accurate
 MAX_SHARPENING = 0.15  # correction of sigma that is believed
 FINEST = 1e-4        # of the travel: on a real drive, differences below are no gap
 LOOSE = 0.2          # of the torque: more that lasts and is not explained is an unknown effect
@@ -269,14 +272,28 @@ def lacks(search: Search, fitted: Fitted, rough: bool = False) -> bool:
             or structure > limit + STRUCTURE_RELATIVE * before)
 
 
+def follows(search: Search, fitted: Fitted) -> Remainder | None:
+    """Return what `fitted` leaves as a function of the motion, None where that is chance."""
+    if search.noisy or search.recording.motor is not None:
+        return None  # not white
+    before = (search.fitted[''].point.chi2 - fitted.point.chi2).sum()
+    found = remainder(search, fitted)
+    return found if found.gain > REMAINDER + REMAINDER_RELATIVE * max(0.0, before) else None
+
+
 def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
     """
     Return (Fitted, 'effect' | 'none' | 'unknown'): what explains the recording best.
 
     rough: an encoder has steps above its noise.
     """
+    known: dict[int, tuple[Fitted, bool]] = {}
+
     def lack(fitted: Fitted) -> bool:
-        return lacks(search, fitted, rough)
+        if id(fitted) not in known:
+            known[id(fitted)] = fitted, lacks(search, fitted, rough) or (
+                not rough and follows(search, fitted) is not None)
+        return known[id(fitted)][1]
 
     none = search.fitted['']
     singles = search.ranked()
@@ -299,6 +316,7 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
     if not convincing(search, best):
         return none, 'unknown' if lack(none) else 'none'
     if lack(best) and not search.noisy:
+        search.fitted[best.name] = search.polish(search.grown(best), [best.point])
         search.settle(singles[:2])
         best = search.fitted[search.ranked()[0]]
     best = finer(search, simpler(search, best), lack)
@@ -392,6 +410,7 @@ def report(search: Search, best: Fitted, kind: str, lattices: list[str], quantum
     judging, left = (search, best) if phi is None else (weighed, weighed_best)
     places = residual.places(judging, judging.fitted[''], judging.jobs)
     excess, structure = misfit(judging, left)
+    law = follows(judging, left)
     none = search.fitted['']
     if kind == 'none' and lattices:
         kind, ids = 'effect', lattices[:2]
@@ -446,7 +465,8 @@ def report(search: Search, best: Fitted, kind: str, lattices: list[str], quantum
         # With torque noise only those fitted with it can be compared; the others stand behind.
         'gains': {n: round(gain(weighed, weighed.fitted[n]), 1) for n in ranked
                   if not search.noisy or weighed.fitted[n].white is not None},
-        'misfit': {'excess': excess, 'structure': structure},
+        'misfit': {'excess': excess, 'structure': structure,
+                   'follows': None if law is None else asdict(law)},
         'where': places,
         'warnings': warnings(search, best, kind, nuisances, times),
     }

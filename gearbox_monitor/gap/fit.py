@@ -405,6 +405,19 @@ def damped_solve(S: Array, g: Array, damping: float) -> Array:
     return scale * np.linalg.solve(scaled, scale * g)
 
 
+def gained(S: Array, g: Array, known: int) -> float:
+    """
+    Return the gain in chi2 of the coordinates from number `known` on, the first ones free as well.
+
+    S [P, P], g [P]: see normal_equations.
+    """
+    if len(g) == known:
+        return 0.0
+    total = damped_solve(S, g, 1e-9) @ g
+    before = damped_solve(S[:known, :known], g[:known], 1e-9) @ g[:known] if known else 0.0
+    return float(total - before)
+
+
 def fit(data: Data, candidate: Candidate, point: Point, iterations: int = 4, robust: bool = False,
         refresh: Container[int] = (0, 1, 3), whiten: Callable[[Array], Array] | None = None,
         tolerance: float = 0.05) -> Point:

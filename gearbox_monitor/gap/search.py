@@ -443,7 +443,7 @@ class Search:
                 [s.Jz, np.stack(residuals, axis=2)], axis=2))
             S, g, _, _ = fitting.normal_equations(joint, point.residual, weight)
             S[np.diag_indices(len(prior))] += prior
-            return key, _gain(S, g, len(prior))
+            return key, fitting.gained(S, g, len(prior))
         jobs = []
         for name in ids:
             if name in base.ids or name in NOT_FITTED:
@@ -468,12 +468,3 @@ class Search:
         for name in periodic:
             best = [sorted(ORDERS, key=lambda n: -gain[name, n])[:keep] for gain in found]
             self._orders[name] = list(dict.fromkeys(best[0] + best[1]))
-
-
-def _gain(S: Array, g: Array, known: int) -> float:
-    """Return the gain in chi2 of the coordinates from `known` on, the first ones free as well."""
-    if len(g) == known:
-        return 0.0
-    total = fitting.damped_solve(S, g, 1e-9) @ g
-    before = fitting.damped_solve(S[:known, :known], g[:known], 1e-9) @ g[:known] if known else 0.0
-    return float(total - before)

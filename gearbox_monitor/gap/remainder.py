@@ -1,0 +1,128 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+
+"""
+What a fit leaves over as a function of the motion: a law that no effect of the library is.
+
+Noise is no function of anything. Where the residual becomes smaller by more than chance with a
+free function of speed, angle, twist or torque, the model lacks something, however little it is.
+
+search: Search; fitted: Fitted on its long windows.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from gearbox_monitor.arrays import Array
+from gearbox_monitor.gap import fit as fitting, maps, residual
+from gearbox_monitor.gap.search import Fitted, Search
+
+VALUES = 6       # of a free function, interpolated linearly
+TAIL = 1.0       # percent of the samples beyond the outermost value, on either end
+PROBE = 1e-2     # of the torque's standard deviation
+SMOOTHING = 0.02  # s, of rates
+LAWS = (('motor_side', 'speed of the motor'), ('motor_side', 'angle of the motor'),
+        ('motor_side', 'torque'), ('motor_side', 'rate of the torque'),
+        ('arm_side', 'speed of the arm'), ('arm_side', 'angle of the arm'),
+        ('transmission', 'twist'), ('transmission', 'rate of the twist'),
+        ('transmission', 'speed of the motor'), ('transmission', 'angle of the arm'),
+        ('motor_sensor', 'angle of the motor'), ('arm_sensor', 'angle of the arm'))
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """A free function at `place` of the quantity `over` lowers chi2 by `gain`, by chance by 6."""
+
+    place: str
+    over: str
+    gain: float
+
+
+def remainder(search: Search, fitted: Fitted) -> Remainder:
+    """Return the Remainder of largest gain that `fitted` allows, its own parameters refitted."""
+    data, point = search.long, fitted.point
+    candidate = fitted.candidate
+    weight = fitting.weights(data, point.chi2, True)
+    own = fitting.sensitivity(data, candidate, point)
+    _, prior = candidate.prior(point.z)
+    known = len(prior)
+    moved = _motion(search)
+    visible = residual.visible_places(search)
+
+    def gain(place: str, over: str) -> float:
+        if place in residual.SENSORS:
+            columns = _sensor_columns(search, fitted, place)
+        else:
+            columns = _torque_columns(search, fitted, place, moved[over],
+                                      signed='speed' in over or 'rate' in over)
+        joint = fitting.Sensitivity(own.Jx, np.concatenate([own.Jz, columns], axis=2))
+        S, g, _, _ = fitting.normal_equations(joint, point.residual, weight)
+        S[np.diag_indices(known)] += prior
+        return fitting.gained(S, g, known)
+    found = [Remainder(place, over, gain(place, over)) for place, over in LAWS if place in visible]
+    return max(found, key=lambda r: r.gain)
+
+
+def _motion(search: Search) -> dict[str, Array]:
+    """Return {quantity: values [N]} of the recording."""
+    recording = search.recording
+    dt = recording.dt
+    motor, arm = (maps.motion(recording.positions[:, order], dt, recording.cuts)
+                  for order in ([0, 1], [1, 0]))
+    width = max(3, 2 * round(0.5 * SMOOTHING / dt) + 1)
+    return {'speed of the motor': motor['speed'], 'speed of the arm': arm['speed'],
+            'angle of the motor': arm['angle'], 'angle of the arm': motor['angle'],
+            'twist': motor['twist'], 'rate of the twist': motor['speed'] - arm['speed'],
+            'torque': recording.u,
+            'rate of the torque': savgol_filter(recording.u, width, 2, deriv=1, delta=dt)}
+
+
+def _hats(x: Array, signed: bool) -> Array:
+    """Return x [...] as weights [..., VALUES]; signed: values are closest about 0."""
+    if signed:
+        share = np.linspace(-1.0, 1.0, VALUES)
+        knots = np.percentile(np.abs(x), 100.0 - TAIL) * np.sign(share) * np.abs(share) ** 1.5
+    else:
+        knots = np.percentile(x, np.linspace(TAIL, 100.0 - TAIL, VALUES))
+    knots = knots + np.arange(VALUES) * (1e-9 * np.ptp(knots) + 1e-12)  # they must rise
+    return np.stack([np.interp(x, knots, row) for row in np.eye(VALUES)], axis=-1)
+
+
+def _torque_columns(search: Search, fitted: Fitted, place: str, x: Array, signed: bool) -> Array:
+    """Return d(-residual)/d(values) [W, C L, VALUES] of a torque that is a function of x [N]."""
+    data, point = search.long, fitted.point
+    model = fitted.candidate.model(point.z)
+    step = PROBE * max(float(np.std(search.recording.u)), 1e-9)
+    out = []
+    for column in _hats(x, signed).T:
+        extra = data.simulator.extra.copy()
+        extra[:, residual.TORQUES.index(place)] += step * column
+        r, _ = data.residual(model, point.states, point.memory, extra=extra)
+        out.append((point.residual - r) / step)
+    return np.stack(out, axis=2)
+
+
+def _sensor_columns(search: Search, fitted: Fitted, place: str) -> Array:
+    """Return d(-residual)/d(values) [W, C L, VALUES] of an offset that is one of the angle."""
+    data, point = search.long, fitted.point
+    sensor = residual.SENSORS.index(place)
+    at = data.channels.index(sensor)
+    # Where the model says that it is: the reading's own noise would be part of both.
+    r, _ = data.uncoloured().residual(fitted.candidate.model(point.z), point.states, point.memory)
+    angle = data.y[:, :, at] - data.parted(r)[:, :, at] * data.sigma[sensor]
+    out = np.zeros((*point.residual.shape, VALUES))
+    out[:, at::len(data.channels)] = data.white(_hats(angle, False) / data.sigma[sensor], [sensor])
+    return out
