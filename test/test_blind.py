@@ -315,6 +315,18 @@ def test_oracle_meets_the_bars_and_others_do_not(labelled):
 
 
 @compiled
+def test_a_value_that_may_scatter_has_the_evidence_of_its_tolerance():
+    """Without the effect the value moves itself: at most (change / tolerance)^2 is lost."""
+    spec = {'set': 'stress', 'class': 'single', 'ids': ['motor_viscous'], 'options': {}}
+    recording, label = generate.make(spec, [7, 0])
+    effect, = label['effects']
+    far = abs(effect['Cv'] / label['told']['Cv'] - 1.0) / recording['tolerance']
+    assert far >= generate.PARAMETER_TOLERANCES and 25.0 <= label['d'] <= far ** 2
+    assert label['truth']['Cv'] == label['told']['Cv']
+    assert label['truth']['m1'] != label['told']['m1']
+
+
+@compiled
 def test_what_the_real_diagnosis_says(labelled):
     """A small sample of the benchmark; the whole of it is run by command."""
     folder, labels, _, _ = labelled

@@ -55,6 +55,7 @@ LACK = 0.08          # excess of chi2 that is no matter of the noise level
 LACK_RELATIVE = 2e-4  # of the gap: integration is not more accurate
 STRUCTURE = 3.8      # standard deviations of the residual in a frequency band (skewed: chi2)
 PAIR_STRUCTURE = 2.5  # the same for pairs, which imitate what is in no library
+NOISY_STRUCTURE = 6.0  # where torque noise was taken out, to first order
 STRUCTURE_RELATIVE = 0.04  # of the gap, as LACK_RELATIVE
 BANDS = (0.0, 3.0, 8.0, 20.0, noise.MOTION)  # Hz
 REMAINDER = 40.0     # gain in chi2 of a free function of the motion; by chance: at most 29 of 300
@@ -267,6 +268,7 @@ def lacks(search: Search, fitted: Fitted, rough: bool = False) -> bool:
     excess, structure = misfit(search, fitted)
     before, _ = misfit(search, search.fitted[''])
     limit = (ROUGH_STRUCTURE if rough else
+             NOISY_STRUCTURE if search.noisy else
              PAIR_STRUCTURE if len(fitted.candidate.ids) > 1 else STRUCTURE)
     return (excess > max(ROUGH_LACK if rough else LACK, LACK_RELATIVE * before)
             or structure > limit + STRUCTURE_RELATIVE * before)
@@ -313,6 +315,9 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
             return burst, 'effect'
         del search.fitted['disturbance']
         return pair, 'effect'
+    if convincing(search, best):
+        search.challenge(best)
+        none = search.fitted['']
     if not convincing(search, best):
         return none, 'unknown' if lack(none) else 'none'
     if lack(best) and not search.noisy:

@@ -378,20 +378,35 @@ class Search:
         if self.long.weighing is not None:
             lasting.measure(self, names)
             return
-        tried = levels(self.model, self.recording.u)
-
-        def one(name: str) -> Fitted:
-            f = self.fitted[name]
-            point, deviance, s, white = whitened(self.long, f.candidate, f.point, tried)
-            score = deviance + f.candidate.n_effect * math.log(self.long.n_train)
-            return Fitted(f.candidate, point, score, s, white)
-        found = dict(zip(names, self.map(one, names, 'torque noise')))
+        found = dict(zip(names, self.map(
+            lambda n: self._whitened(self.fitted[n].candidate, self.fitted[n].point), names,
+            'torque noise')))
         worst = max(f.score for f in found.values())
         plain = max(self.fitted[n].score for n in names)
         for name, fitted in self.fitted.items():
             if fitted.white is None and name not in found:
                 fitted.score = worst + max(fitted.score - plain, 1.0)
         self.fitted.update(found)
+
+    def _whitened(self, candidate: Candidate, point: fitting.Point) -> Fitted:
+        point, deviance, s, white = whitened(self.long, candidate, point,
+                                             levels(self.model, self.recording.u))
+        return Fitted(candidate, point,
+                      deviance + candidate.n_effect * math.log(self.long.n_train), s, white)
+
+    def challenge(self, fitted: Fitted) -> None:
+        """Fit none from where `fitted` is: what it found for nominal values is no merit of it."""
+        if not self.noisy or self.long.weighing is not None:
+            return
+        none = self.fitted['']
+        known = {c.name: v for c, v in zip(fitted.candidate.coordinates, fitted.point.z)
+                 if c.owner < 0}
+        z = np.array([known.get(c.name, v)
+                      for c, v in zip(none.candidate.coordinates, none.point.z)])
+        point = self.long.evaluate(none.candidate, fitting.copied(fitted.point, z))
+        fitting.rescue(self.long, none.candidate, point, [none.point], half_gap=self.half_gap)
+        found = self._whitened(none.candidate, point)
+        self.fitted[''] = min(found, none, key=lambda f: f.score)
 
     def ranked(self, size: int = 1) -> list[str]:
         """Return the names of candidates with `size` effects, best first."""

@@ -25,14 +25,13 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from gearbox_monitor.benchmarks.blind import draw, evidence, imitate, motions, plant
+from gearbox_monitor.benchmarks.blind import draw, evidence, motions, plant, stress
 
 DT = 1e-3
 LEAST, MOST = 250.0, 1e6    # wanted evidence d
 STRESS = {'scatter': 0.015, 'torque': 0.01}
-SCATTERED = ('m1', 'm2', 'D', 'Cv', 'Cc', 'K', 'b')
-VISIBLE = 60.0              # least d under scatter, nominal values free within their tolerance
 PARAMETER_TOLERANCES = 5.0  # smallest change of a nominal value under scatter
+LARGER = (1.3, 5.0)         # factors by which an effect is made larger that scatter hides
 CORRELATION = 0.005         # s, of coloured noise
 JITTER = 1e-4               # s rms, of stamps
 MAX_TRAVEL = 60.0           # rad
@@ -137,16 +136,19 @@ def make(spec, seed):
         torque *= random.uniform()
     # Drawn once: motions that are often redrawn would become rare.
     kind = str(random.choice(motions.KINDS))
+    replaced = {draw.REPLACES[i] for i in spec['ids'] if i in draw.REPLACES}
     for _ in range(TRIES):
         told = draw.nominal(random)
         truth = dict(told)
-        for name in SCATTERED if scatter else ():
-            truth[name] *= 1.0 + scatter * float(np.clip(random.standard_normal(), -3, 3))
+        for name in stress.SCATTERED if scatter else ():
+            shift = scatter * float(np.clip(random.standard_normal(), -3, 3))
+            if name not in replaced:  # its change is the effect
+                truth[name] *= 1.0 + shift
         duration = float(random.uniform(10.0, 14.0))
         n = int(duration / DT)
         motion = motions.draw(kind, random, n, DT)
         seeds = [int(s) for s in random.integers(2 ** 31, size=2)]
-        x, y, u, sane = _runs(truth, [], motion, torque, seeds[0])
+        x, _, u, sane = _runs(truth, [], motion, torque, seeds[0])
         if sane and _moves(x, truth):
             break
     else:
@@ -165,33 +167,48 @@ def make(spec, seed):
     white = _noise(np.random.default_rng(seeds[1]), n, np.ones(2), options.get('coloured')
                    and CORRELATION)
     invisible = any(i in draw.QUANTISATION for i in ids)
-    for sizing in range(SIZINGS):
+
+    def sized(sizes):
+        """Return (recording, effects, states where runs begin), None where it cannot be."""
         effects = [draw.effect(i, s, f, truth, scene) for i, s, f in zip(ids, sizes, forms)]
         x, y, u, sane = _runs(truth, effects, motion, torque, seeds[0])
         if not sane or (ids and not _moves(x, {'b': 0.0})):
+            return None
+        recording = {'u': u, 'y': plant.quantise(y + white * sigma, effects), 'dt': DT, 'x': x}
+        starts = evidence.cut(n)
+        return recording, effects, x[np.maximum(starts - plant.lead_of(effects, DT), 0)]
+
+    def larger(sizes, factors):
+        """Return sizes changed by factors, within what is drawn."""
+        out = []
+        for size, factor, name in zip(sizes, factors, ids):
+            least, most = draw.SIZES[name]
+            if scatter and name in draw.REPLACES:
+                least = max(least, PARAMETER_TOLERANCES * scatter * 1.1)
+            out.append(float(np.clip(size * factor, least, most)))
+        return out
+
+    def evidences(found, careful=False):
+        recording, effects, known = found
+        return [evidence_of(recording, truth, effects, truth,
+                            [e for k, e in enumerate(effects) if k != j], sigma, known, careful)
+                for j in range(len(ids))]
+    d = each = None
+    low, high = (0.0, LEAST) if spec['class'] == 'small' else (LEAST, 4.0 * MOST)
+    for sizing in range(SIZINGS):
+        found = sized(sizes)
+        if found is None:
             sizes = [0.6 * s for s in sizes]
             continue
-        measured = plant.quantise(y + white * sigma, effects)
-        recording = {'u': u, 'y': measured, 'dt': DT}
         if not ids or invisible:
-            d, each = None, None
             break
-        starts = evidence.cut(n)
-        known = x[np.maximum(starts - plant.lead_of(effects, DT), 0)]
-        each = [evidence_of(recording, truth, effects, told if len(ids) == 1 else truth,
-                            [e for k, e in enumerate(effects) if k != j], sigma, known)
-                for j in range(len(ids))]
-        low, high = (0.0, LEAST) if spec['class'] == 'small' else (LEAST, 4.0 * MOST)
+        each = evidences(found)
         wished = all(0.2 < value / wish < 5.0 for value, wish in zip(each, wanted))
         if wished and all(low <= value <= high for value in each):
             break
         previous = list(sizes)
-        for j, name in enumerate(ids):
-            factor = np.sqrt(wanted[j] / max(each[j], 1.0))
-            least, most = draw.SIZES[name]
-            if scatter and name in draw.REPLACES:
-                least = max(least, PARAMETER_TOLERANCES * scatter * 1.1)
-            sizes[j] = float(np.clip(sizes[j] * np.clip(factor, 0.1, 10.0), least, most))
+        sizes = larger(sizes, [np.clip(np.sqrt(wish / max(value, 1.0)), 0.1, 10.0)
+                               for value, wish in zip(each, wanted)])
         if np.allclose(previous, sizes, rtol=1e-3):
             if all(low <= value <= high for value in each):
                 break
@@ -199,22 +216,16 @@ def make(spec, seed):
     else:
         raise NotDrawn('evidence')
     if each:  # again, with care for windows that stuck
-        each = [evidence_of(recording, truth, effects, told if len(ids) == 1 else truth,
-                            [e for k, e in enumerate(effects) if k != j], sigma, known, True)
-                for j in range(len(ids))]
-        d = each[0] if len(ids) == 1 else \
-            evidence_of(recording, truth, effects, told, [], sigma, known, True)
+        each = evidences(found, True)
         if not all(low <= value <= high for value in each):
             raise NotDrawn('evidence')
-    profiled = None
-    if scatter and ids and not invisible:
-        rival, states, _ = evidence.fit_windows(told, [], recording, sigma, others=(known,))
-        right, *_ = evidence.fit_windows(truth, effects, recording, sigma, states=known)
-        profiled = float(min(imitate.nuisance_fit(recording, told, scatter, sigma, states),
-                             rival.sum()) - right.sum())
-        # A changed nominal value has (change / tolerance)^2 at most, which the bound above gives.
-        if profiled < VISIBLE and not set(ids) & set(draw.REPLACES):
-            raise NotDrawn('hidden by scatter')
+        if scatter:
+            each, found = _under_scatter(found, sized, larger, sizes, ids, told, truth, sigma,
+                                         scatter)
+        d = each[0] if len(ids) == 1 else evidence_of(
+            found[0], truth, found[1], truth, [], sigma, found[2], True)
+    recording, effects, _ = found
+    x = recording.pop('x')
     t = np.arange(n) * DT
     if options.get('jitter'):
         t = t + JITTER * np.clip(random.standard_normal(n), -4, 4)
@@ -223,10 +234,32 @@ def make(spec, seed):
         'options': options, 'exclude': ids if spec['class'] == 'loo' else [],
         'truth': truth, 'told': told, 'sigma': [float(s) for s in sigma], 'noise': share,
         'kind': kind, 'seeds': seeds, 'torque': torque, 'samples': n, 'd': d, 'd_each': each,
-        'd_profiled': profiled,
         'places': [plant.place_of(i) for i in ids], 'scatter': scatter,
         'states': x[evidence.cut(n)].tolist()}
     return {**recording, 't': t, 'told': told, 'tolerance': scatter}, label
+
+
+def _under_scatter(found, sized, larger, sizes, ids, told, truth, sigma, scatter):
+    """
+    Return (d of each effect, found) where nominal values scatter and torque noise acts.
+
+    Effects that these hide are made larger. found, sized, larger, sizes: see make().
+    """
+    # A changed nominal value has (change / tolerance)^2 at most.
+    least = [PARAMETER_TOLERANCES ** 2 if i in draw.REPLACES else LEAST for i in ids]
+    for _ in range(SIZINGS):
+        recording, effects, known = found
+        likelihood = stress.Likelihood(recording, told, truth, effects, sigma, known, scatter)
+        each = likelihood.evidence(truth, effects, known)
+        if all(value >= low for value, low in zip(each, least)):
+            return each, found
+        previous = list(sizes)
+        sizes = larger(sizes, [1.0 if value >= low else float(np.clip(
+            np.sqrt(1.5 * low / max(value, 1.0)), *LARGER)) for value, low in zip(each, least)])
+        found = None if sizes == previous else sized(sizes)
+        if found is None:
+            break
+    raise NotDrawn('hidden by scatter')
 
 
 def model_file(told, tolerance):

@@ -329,13 +329,3 @@ def best_imitator(label, recording):
     left = polished[0][0] - true.sum()
     near = [name for chi2, name in polished if chi2 - true.sum() <= left + 25.0]
     return {'left': float(left), 'evidence': float(none.sum() - true.sum()), 'imitators': near}
-
-
-def nuisance_fit(recording, told, tolerance, sigma, states):
-    """Return chi2 plus prior of the nominal model with its values free within a tolerance."""
-    table = [(i, [(key, told[key], 2e-3 * told[key], 0.3 * told[key], 3.0 * told[key])], None)
-             for i, key in draw.REPLACES.items()]
-    means = np.array([told[key] for key in draw.REPLACES.values()])
-    candidate = Candidate(table, told, (means, tolerance * means))
-    fitter = Fitter(recording, sigma)
-    return fitter.fit(candidate, states[:len(fitter.starts)], 8)[0]
