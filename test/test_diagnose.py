@@ -228,6 +228,16 @@ def test_bursts_that_follow_the_torque_are_no_disturbance(folder, tmp_path, caps
     assert data['effect'] == (None if follows else 'disturbance')
 
 
+def test_an_unknown_effect_is_told_by_what_it_follows(folder, tmp_path, capsys):
+    path = write_csv(tmp_path / 'heavy.csv', *record(({'id': 'gravity', 'G': 0.0015},)))
+    report = tmp_path / 'verdict.json'
+    assert call(folder, path, '--only', 'arm_viscous', 'torque_gain', '--json', str(report)) == 1
+    shown = ' '.join(capsys.readouterr().out.split())
+    assert 'what is left is a function of the angle of the arm; record again' in shown
+    left = json.loads(report.read_text())['misfit']['follows']
+    assert (left['place'], left['over']) == ('arm_side', 'angle of the arm')
+
+
 def test_an_unknown_encoder_zero_is_no_gap(folder, tmp_path, capsys):
     t, u, y = record()
     path = write_csv(tmp_path / 'shifted.csv', t, u, y + (0.0, 0.03))

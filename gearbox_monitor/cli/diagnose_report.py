@@ -135,12 +135,7 @@ def _where(data):
         lines.append(f'{"" if lines else "where":<{LABEL}s}{shown:<18s}a free signal there '
                      f'explains {100 * part["explained"]:5.1f} %')
     words = dense_regions(found.get('region') or {})
-    if words:
-        lines += _entry('gap sits at', ', '.join(words))
-    follows = (data.get('misfit') or {}).get('follows')
-    if follows and data['verdict'] == 'unknown':
-        lines += _entry('left over', f'what is left is a function of the {follows["over"]}')
-    return lines
+    return lines + (_entry('gap sits at', ', '.join(words)) if words else [])
 
 
 def _nominal(data, model):

@@ -169,8 +169,10 @@ def next_steps(data, closed_written, validated, axis='rotary'):
         return ['nothing: simulate with the model as it is. An effect too small for this motion '
                 'and noise stays unseen']
     if data['verdict'] == 'unknown':
-        return ['look at the place named; record again with other motion, to see whether it is '
-                'the same; add an effect of your own (docs/effects.md) and diagnose again']
+        follows = (data.get('misfit') or {}).get('follows')
+        law = f': what is left is a function of the {follows["over"]}' if follows else ''
+        return [f'look at the place named{law}; record again with other motion, to see whether it '
+                'is the same; add an effect of your own (docs/effects.md) and diagnose again']
     rivals = set(data.get('confusable') or ())
     for pair, motion in SEPARATES:
         if pair & ids and (pair - ids) & rivals and not pair <= ids:
