@@ -237,13 +237,13 @@ def sharpen_sigma(search: Search, best: Fitted) -> None:
         fitted.point.chi2 = (fitted.point.residual ** 2).sum(axis=1)
 
 
-def misfit(search: Search, fitted: Fitted) -> tuple[float, float]:
+def misfit(search: Search, fitted: Fitted, spared: int = 0) -> tuple[float, float]:
     """
     Return (excess, structure) of what `fitted` leaves on the training windows.
 
     excess: chi2 per reading - 1. structure: by how many standard deviations the most conspicuous
     frequency band exceeds white noise of the power above BANDS; it does not depend on how well
-    sigma is known.
+    sigma is known. spared: how many of the worst windows do not count.
     """
     train = search.long.train
     r = fitted.point.residual if fitted.white is None else fitted.white
@@ -255,7 +255,8 @@ def misfit(search: Search, fitted: Fitted) -> tuple[float, float]:
         # Without the worst window: one that found no good start is no unknown effect.
         ratio = np.sort(inside.mean(axis=(1, 2)))[:max(1, len(inside) - 1)].mean()
         structure = max(structure, (ratio - 1.0) / np.sqrt(2.0 / inside.size))
-    return float((r ** 2).mean() - 1.0), float(structure)
+    chi2 = np.sort((r ** 2).mean(axis=(1, 2)))
+    return float(chi2[:max(1, len(chi2) - spared)].mean() - 1.0), float(structure)
 
 
 def lacks(search: Search, fitted: Fitted, rough: bool = False) -> bool:
@@ -265,7 +266,8 @@ def lacks(search: Search, fitted: Fitted, rough: bool = False) -> bool:
         if fitted.left is not None:
             return bool((fitted.left > LOOSE * lasting.scales(search.recording)).any())
         return bool(fitted.s > LOOSE * np.std(search.recording.u))
-    excess, structure = misfit(search, fitted)
+    # A hard burst throws the arm to where a free signal does not find it.
+    excess, structure = misfit(search, fitted, int('disturbance' in fitted.candidate.ids))
     before, _ = misfit(search, search.fitted[''])
     limit = (ROUGH_STRUCTURE if rough else
              NOISY_STRUCTURE if search.noisy else
@@ -278,6 +280,8 @@ def follows(search: Search, fitted: Fitted) -> Remainder | None:
     """Return what `fitted` leaves as a function of the motion, None where that is chance."""
     if search.noisy or search.recording.motor is not None:
         return None  # not white
+    if 'disturbance' in fitted.candidate.ids:
+        return None  # a free signal, of which the motion has been asked
     before = (search.fitted[''].point.chi2 - fitted.point.chi2).sum()
     found = remainder(search, fitted)
     return found if found.gain > REMAINDER + REMAINDER_RELATIVE * max(0.0, before) else None
@@ -336,6 +340,9 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
         if pairs and lack(pair) and not search.noisy:
             # Where many windows are astray, they hold the values back that would free them.
             pair = search.fitted[pair.name] = search.polish(search.grown(pair), [pair.point])
+        if best.score - pair.score > PAIR_MARGIN and not search.noisy:
+            # What the pair has found for windows is no merit of its second effect.
+            best = search.fitted[best.name] = search.polish(search.grown(best), [pair.point])
         if best.score - pair.score > PAIR_MARGIN and (lack(best) or not lack(pair)):
             best = pair
     best = finer(search, best, lack)

@@ -32,12 +32,13 @@ from gearbox_monitor.gap.search import Fitted, Search
 
 # Proposals: by the linearised gain of a second effect over whole windows and over their beginnings
 # (where a model that is far off still follows the readings), and of both over none.
-TOP_FORWARD, TOP_BEGUN, TOP_SCREENED = 3, 5, 4
+TOP_FORWARD, TOP_BEGUN, TOP_SCREENED, TOP_SINGLE = 3, 5, 4, 3
 TOP_ORDERS = 4  # where the motor is driven: what is made small is jagged, a gain tells no order
 # The same on the other side: the torque of a motor whose motion is put in shows their sum.
 SIDES = {'motor_coulomb': 'arm_coulomb', 'motor_viscous': 'arm_viscous',
          'arm_coulomb': 'motor_coulomb', 'arm_viscous': 'motor_viscous'}
 EXCHANGED = 3
+SETTLED = 4
 RACE = ((0.25, 6), (0.5, 4), (1.0, 3))  # share of the windows fitted, pairs that go on from there
 Gain: TypeAlias = tuple[float, int | None]
 Started: TypeAlias = tuple[Candidate, fitting.Point]
@@ -67,7 +68,9 @@ def find_pairs(search: Search, firsts: Sequence[str]) -> list[str]:
     a linearised search over all of them. Many start on the beginnings of the windows, few arrive
     at whole ones.
     """
-    chosen = _raced(search, _proposed(search, firsts))
+    chosen = [*_raced(search, _proposed(search, firsts)), *_joined(search)]
+    chosen = sorted({*chosen} & {*search.fitted},
+                    key=lambda n: search.fitted[n].score)[:SETTLED]
     if not chosen:
         return []
     search.settle(chosen)
@@ -98,8 +101,29 @@ def _raced(search: Search, racing: list[Started]) -> list[str]:
             orders = tuple(sorted(joint.orders.values()))
             best.setdefault((_key(joint.ids), orders), (joint, point))
         racing = sorted(best.values(), key=lambda r: search.score(data, *r))[:kept]
+    return _kept(search, [search.as_fitted(*r) for r in racing])
+
+
+def _joined(search: Search) -> list[str]:
+    """
+    Fit pairs of the best single effects from where they are; returns names.
+
+    What shows in few windows, and late in them, does not count in a race over their beginnings.
+    """
+    def joined(names: tuple[str, str]) -> Fitted:
+        one, other = (search.fitted[name] for name in names)
+        joint = search.starts.joint([(f.candidate, f.point.z) for f in (one, other)])
+        point = fitting.copied(one.point, _with_nuisances(search, joint, one.point))
+        return search.polish(search.as_fitted(joint, search.long.evaluate(joint, point)),
+                             [one.point, other.point])
+    jobs = list(combinations(search.ranked()[:TOP_SINGLE], 2))
+    return _kept(search, search.map(joined, jobs, 'pairs'))
+
+
+def _kept(search: Search, pairs: Iterable[Fitted]) -> list[str]:
+    """Let `pairs` join search.fitted where they are better than the same pair; their names."""
     names = []
-    for fitted in (search.as_fitted(*r) for r in racing):
+    for fitted in pairs:
         known = [search.fitted.pop(n) for n in search.ranked(2)
                  if _key(search.fitted[n].candidate.ids) == _key(fitted.candidate.ids)]
         fitted = min([*known, fitted], key=lambda f: f.score)

@@ -313,8 +313,9 @@ class Search:
         long = max(parts, key=_long_gain).long
         trials = [long, self.as_fitted(candidate, self.to_long(candidate, short.short)),
                   self.grown(long)]
-        none = [self.fitted[''].point]
-        return self.polish(min(trials, key=lambda f: f.score), none)
+        none = self.fitted[''].point
+        return self.polish(max(trials, key=lambda f: self.promise(
+            self.long, f.candidate, f.point, none)), [none])
 
     def to_long(self, candidate: Candidate, short_point: fitting.Point) -> fitting.Point:
         """Return the Point of the long windows that begins where one of the short ones ended."""
