@@ -306,19 +306,9 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
     if not singles:
         return none, 'unknown' if lack(none) else 'none'
     best = search.fitted[singles[0]]
-    burst = found_bursts(search) if 'disturbance' in search.ids else None
-    margin = (ROUGH_MARGIN if rough else MARGIN) + max(0.0, everywhere(search, best))
-    if burst is not None and gain(search, burst) > margin and not lack(burst):
-        search.fitted['disturbance'] = burst
-        if everywhere(search, best) < SHARE * gain(search, burst):
-            return burst, 'effect'
-        # One effect explains most of the bursts: two may explain them all, with less freedom.
-        pairs = find_pairs(search, singles[:2])
-        pair = search.fitted[pairs[0]] if pairs else best
-        if lack(pair) or everywhere(search, pair) < gain(search, burst):
-            return burst, 'effect'
-        del search.fitted['disturbance']
-        return pair, 'effect'
+    explained = by_bursts(search, best, singles, rough, lack)
+    if explained is not None:
+        return explained, 'effect'
     if convincing(search, best):
         search.challenge(best)
         none = search.fitted['']
@@ -331,22 +321,55 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
     best = finer(search, simpler(search, best), lack)
     hints = forward_gains(search, best)
     if lack(best) or max((g for g, _ in hints.values()), default=0.0) > PAIR_HINT:
-        pairs = find_pairs(search, singles[:2])
-        careful = pairs[:2] if search.long.weighing is None else pairs
-        search.whiten([search.ranked()[0], *careful] if pairs else [])
-        pairs = sorted(pairs, key=lambda n: search.fitted[n].score)
-        best = search.fitted[search.ranked()[0]]
-        pair = search.fitted[pairs[0]] if pairs else best
-        if pairs and lack(pair) and not search.noisy:
-            # Where many windows are astray, they hold the values back that would free them.
-            pair = search.fitted[pair.name] = search.polish(search.grown(pair), [pair.point])
-        if best.score - pair.score > PAIR_MARGIN and not search.noisy:
-            # What the pair has found for windows is no merit of its second effect.
-            best = search.fitted[best.name] = search.polish(search.grown(best), [pair.point])
-        if best.score - pair.score > PAIR_MARGIN and (lack(best) or not lack(pair)):
-            best = pair
+        best = paired(search, singles, lack)
     best = finer(search, best, lack)
     return best, 'unknown' if lack(best) else 'effect'
+
+
+def by_bursts(search: Search, best: Fitted, singles: Sequence[str], rough: bool,
+              lack: Callable[[Fitted], bool]) -> Fitted | None:
+    """
+    Return the Fitted of bursts, or of a pair that explains them, None where there are none.
+
+    best: of `singles`, names of effects; rough, lack: as of decide.
+    """
+    burst = found_bursts(search) if 'disturbance' in search.ids else None
+    margin = (ROUGH_MARGIN if rough else MARGIN) + max(0.0, everywhere(search, best))
+    if burst is None or gain(search, burst) <= margin or lack(burst):
+        return None
+    search.fitted['disturbance'] = burst
+    if everywhere(search, best) < SHARE * gain(search, burst):
+        return burst
+    # One effect explains most of the bursts: two may explain them all, with less freedom.
+    pairs = find_pairs(search, singles[:2])
+    pair = search.fitted[pairs[0]] if pairs else best
+    if lack(pair) or everywhere(search, pair) < gain(search, burst):
+        return burst
+    del search.fitted['disturbance']
+    return pair
+
+
+def paired(search: Search, singles: Sequence[str], lack: Callable[[Fitted], bool]) -> Fitted:
+    """
+    Return the best Fitted of one effect or two.
+
+    singles: names of the best effects that a second one is added to; lack: as of decide.
+    """
+    pairs = find_pairs(search, singles[:2])
+    careful = pairs[:2] if search.long.weighing is None else pairs
+    search.whiten([search.ranked()[0], *careful] if pairs else [])
+    pairs = sorted(pairs, key=lambda n: search.fitted[n].score)
+    best = search.fitted[search.ranked()[0]]
+    pair = search.fitted[pairs[0]] if pairs else best
+    if pairs and lack(pair) and not search.noisy:
+        # Where many windows are astray, they hold the values back that would free them.
+        pair = search.fitted[pair.name] = search.polish(search.grown(pair), [pair.point])
+    if best.score - pair.score > PAIR_MARGIN and not search.noisy:
+        # What the pair has found for windows is no merit of its second effect.
+        best = search.fitted[best.name] = search.polish(search.grown(best), [pair.point])
+    if best.score - pair.score > PAIR_MARGIN and (lack(best) or not lack(pair)):
+        return pair
+    return best
 
 
 def finer(search: Search, best: Fitted, lack: Callable[[Fitted], bool]) -> Fitted:
