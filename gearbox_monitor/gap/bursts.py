@@ -21,8 +21,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearbox_monitor.arrays import Array
-from gearbox_monitor.gap import maps, residual
+from gearbox_monitor.arrays import Array, Flags
+from gearbox_monitor.gap import fit as fitting, maps, residual
 from gearbox_monitor.gap.search import Fitted, Search
 
 ON_FLOOR = 1.12      # chi2 per reading of a window in which nothing is missing
@@ -35,17 +35,25 @@ def found_bursts(search: Search) -> Fitted | None:
     """Return a Fitted for bursts on the arm, None where the recording does not look like it."""
     none = search.fitted['']
     length = search.long.size
-    quiet = none.point.chi2 < ON_FLOOR * length
-    if quiet.mean() < QUIET_SHARE:
+    if (none.point.chi2 < ON_FLOOR * length).mean() < QUIET_SHARE:
         return None
     free = residual.free_forms(search, none, search.jobs, places=('arm_side',))['arm_side']
-    chi2, cost, without = one_run(free, np.log(length))
-    # What the free signal has found for states of a window is no merit of its burst.
-    worth = np.minimum(none.point.chi2, without) - chi2 - cost
-    use = worth > 0.0
+    price = float(np.log(length))
+    runs, cost = best_runs(free, price)
+    if not runs.any():
+        return None
+    worth, chi2 = _worth(search.long, none, free, runs, cost, price)
+    use = runs.any(axis=1) & (worth > 0.0)
     if (not use.any() or (~use).mean() < QUIET_SHARE or foretold(search, free) > FORETOLD
             or elsewhere(search, free) > ELSEWHERE):
         return None
+    shorter = search.on_shorter_steps()
+    if shorter is not None:  # impacts in steps too long are little bursts
+        again, _ = _worth(shorter, none, free, runs, cost, price)
+        worth = np.where(use, np.minimum(worth, again), 0.0)
+        use &= worth > 0.0
+        if not use.any():
+            return None
     point = replace(none.point, chi2=np.where(use, chi2, none.point.chi2),
                     residual=np.where(use[:, None], free.residual, none.point.residual))
     # Bursts are not repeated: those in held-out windows are evidence like the others.
@@ -53,29 +61,50 @@ def found_bursts(search: Search) -> Fitted | None:
     return Fitted(replace(none.candidate, ids=('disturbance',)), point, score)
 
 
-def one_run(free: residual.FreeForm, price: float) -> tuple[Array, Array, Array]:
+def _worth(data: fitting.Data, none: Fitted, free: residual.FreeForm, runs: Flags, cost: Array,
+           price: float) -> tuple[Array, Array]:
     """
-    Return (chi2 [W], cost [W], chi2 [W] without) of one run of a FreeForm's values in each window.
+    Return (gain in chi2 less its cost [W], chi2 [W]) of a free signal.
 
-    The run that is worth most, with 0 outside it; price: of a value. Where it lies are two more
-    numbers to find.
+    In `runs` [W, H] alone at their `cost` [W] or, where hard bursts want it, anywhere at the price
+    of each value. Against none, from the same states as well: what these are worth is no merit of
+    a burst.
     """
-    values = free.signal.shape[1]
+    fit = residual.FreeFit(data, none.candidate.model(none.point.z), free.place, none.point)
+    burst = fit.solve(free.states, free.signal * runs, held=~runs)
+    every = fit.solve(free.states, free.signal)
+    quiet = fit.solve(free.states, held=np.ones_like(runs))
+    start = fit.solve(none.point.states, held=np.ones_like(runs))
+    price_of_all = price * every.unknowns
+    without = np.minimum(quiet.chi2, start.chi2)
+    less = burst.chi2 + cost < every.chi2 + price_of_all
+    chi2 = np.where(less, burst.chi2, every.chi2)
+    return without - chi2 - np.where(less, cost, price_of_all), chi2
+
+
+def best_runs(free: residual.FreeForm, price: float) -> tuple[Flags, Array]:
+    """
+    Return (values [W, H] that a burst needs, its cost [W]), to first order, none where none pays.
+
+    One run of a FreeForm's values in each window, 0 outside it; price: of a value. Where it lies
+    are two more numbers to find.
+    """
+    windows, values = free.signal.shape
     b = np.einsum('wij,wj->wi', free.precision, free.signal)
-    without = free.chi2 + np.einsum('wi,wi->w', b, free.signal)
-    chi2, cost = without.copy(), np.zeros(len(without))
+    weak = 1e-9 * np.trace(free.precision, axis1=1, axis2=2)[:, None, None] / values
     place = 2.0 * np.log(values * (values + 1) / 2)
+    runs, cost, best = np.zeros((windows, values), bool), np.zeros(windows), np.zeros(windows)
     for size in range(1, values + 1):
         for first in range(values + 1 - size):
             run = slice(first, first + size)
             gain = np.einsum('wi,wi->w', b[:, run], np.linalg.solve(
-                free.precision[:, run, run] + 1e-9 * np.eye(size) * np.trace(
-                    free.precision, axis1=1, axis2=2)[:, None, None] / values,
-                b[:, run, None])[:, :, 0])
-            better = without - gain + price * size + place < chi2 + cost
-            chi2 = np.where(better, without - gain, chi2)
-            cost = np.where(better, price * size + place, cost)
-    return chi2, cost, without
+                free.precision[:, run, run] + weak * np.eye(size), b[:, run, None])[:, :, 0])
+            better = gain - price * size - place > best
+            best[better] = (gain - price * size - place)[better]
+            cost[better] = price * size + place
+            runs[better] = False
+            runs[better, run] = True
+    return runs, cost
 
 
 def foretold(search: Search, free: residual.FreeForm) -> float:

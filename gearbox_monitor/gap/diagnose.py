@@ -37,16 +37,13 @@ from gearbox_monitor.gap.bursts import found_bursts
 from gearbox_monitor.gap.candidate import (
     Candidate, NUISANCES, nuisances_of, PHASED, replaced_value, with_effects, ZERO)
 from gearbox_monitor.gap.driven import driven
-from gearbox_monitor.gap.fit import Data
 from gearbox_monitor.gap.pairs import find_pairs, forward_gains
 from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.gap.remainder import Remainder, remainder
 from gearbox_monitor.gap.search import Fitted, Search
-from gearbox_monitor.gap.windows import Simulator
 
 MARGIN = 25.0        # gain in BIC of one effect over none: covers the search over some 35
 OWN_MARGIN = 16.0    # gain in -2 log L where the effect is a value that may scatter anyway
-FINER = 4            # times as many steps, where long ones are suspected
 BOUND_MARGIN = 10.0  # gain in BIC that a parameter at its bound must bring
 ALIKE = 1e-3         # share of the gain by which models are apart that move the drive alike
 PAIR_MARGIN = 40.0   # gain in BIC of a second effect
@@ -381,13 +378,11 @@ def finer(search: Search, best: Fitted, lack: Callable[[Fitted], bool]) -> Fitte
     """
     if not lack(best) or search.noisy or search.recording.motor is not None:
         return best
-    shorter = Simulator(search.recording, search.model, finer=FINER)
-    if search.simulator.n == shorter.n:  # taken already
+    shorter = search.on_shorter_steps()
+    if shorter is None:
         return best
     simulator, long, none = search.simulator, search.long, search.fitted['']
-    search.simulator = shorter
-    search.long = Data(search.recording, shorter, long.windows, long.sigma, long.train,
-                       long.weighing, long.colour)
+    search.simulator, search.long = shorter.simulator, shorter
     search.fitted[''] = search.anew(none)
     found = search.anew(best)
     if lack(found):

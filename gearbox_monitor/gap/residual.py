@@ -31,7 +31,7 @@ from typing import Any, TYPE_CHECKING
 import numpy as np
 from scipy.signal import savgol_filter
 
-from gearbox_monitor.arrays import Array, Integers
+from gearbox_monitor.arrays import Array, Flags, Integers
 from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.gap import fit as fitting, maps
 from gearbox_monitor.gap.windows import cut, N_MEMORY, Windows
@@ -161,9 +161,13 @@ class FreeFit:
             J[:, :, count + i] = (residual - self.residual(signal, moved)) / step
         return J
 
-    def solve(self, states: Array, signal: Array | None = None,
-              iterations: int = ITERATIONS) -> FreeForm:
-        """Return the FreeForm, by Levenberg-Marquardt with a damping for each window."""
+    def solve(self, states: Array, signal: Array | None = None, iterations: int = ITERATIONS,
+              held: Flags | None = None) -> FreeForm:
+        """
+        Return the FreeForm, by Levenberg-Marquardt with a damping for each window.
+
+        held [W, H]: values of the signal that stay as they are.
+        """
         count = self.basis.shape[1]
         states = states.copy()
         signal = np.zeros((len(states), count)) if signal is None else signal.copy()
@@ -180,11 +184,13 @@ class FreeFit:
         for _ in range(iterations):
             if stale:
                 J = self.sensitivity(signal, states, residual)
+                if held is not None:
+                    J[:, :, :count] *= ~held[:, None, :]
                 A = _gram(J)
                 diagonal = np.einsum('wii->wi', A)
                 A = A + np.diag(ridge)
             g = np.einsum('wl,wlj->wj', residual, J)
-            g[:, :count] -= ridge[0] * signal
+            g[:, :count] -= ridge[0] * signal if held is None else ridge[0] * signal * ~held
             gain = np.zeros(len(states))
             for _ in range(4):
                 damped = A.copy()

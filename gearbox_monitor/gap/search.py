@@ -39,7 +39,7 @@ from gearbox_monitor.gap.candidate import (
 from gearbox_monitor.gap.driven import simulator
 from gearbox_monitor.gap.process_noise import levels, whitened
 from gearbox_monitor.gap.recording import Recording
-from gearbox_monitor.gap.windows import cut, Windows
+from gearbox_monitor.gap.windows import cut, Simulator, Windows
 
 SHORT, LONG = 0.25, 1.0  # s
 HELD_OUT = 0.3
@@ -47,6 +47,7 @@ KEEP_SCREENED, KEEP_REFINED = 6, 4
 SETTLING, STILL = 4, 5.0  # further rounds at most; gain in BIC below which a fit stands still
 STRAY = 50.0  # chi2 by which a window may be worse than without effect before it counts as lost
 JAGGED_PROBE = 0.3  # of the scale, where what is made small is jagged (gap.jagged)
+FINER = 4     # times as many steps, where long ones are suspected
 FAR = 2.5     # tolerances from which on a nominal value is tried as an effect of its own
 Item = TypeVar('Item')
 Found = TypeVar('Found')
@@ -341,6 +342,15 @@ class Search:
             fitting.fit(self.long, candidate, point, 4, robust=True)
             fitting.fit(self.long, candidate, point, 6)
         return min(self.as_fitted(candidate, point), fitted, key=lambda f: f.score)
+
+    def on_shorter_steps(self) -> fitting.Data | None:
+        """Return the long windows run on steps as short as need be, None: they are already."""
+        shorter = Simulator(self.recording, self.model, finer=FINER)
+        if self.simulator.n == shorter.n:
+            return None
+        long = self.long
+        return fitting.Data(self.recording, shorter, long.windows, long.sigma, long.train,
+                            long.weighing, long.colour)
 
     def anew(self, fitted: Fitted) -> Fitted:
         """Return `fitted` refitted from where it is: long windows run otherwise than before."""
