@@ -194,7 +194,7 @@ def test_a_parameter_at_its_bound_is_no_discovery():
 @pytest.mark.parametrize('finer, verdict', [(1, 'unknown'), (4, 'effect')])
 def test_steps_too_long_for_the_readings_are_no_unknown_effect(monkeypatch, finer, verdict):
     monkeypatch.setattr(windows, 'STEP_EIGENVALUE', 2.7)  # hardly stable
-    monkeypatch.setattr(diagnose, 'FINER', finer)
+    monkeypatch.setattr('gearbox_monitor.gap.search.FINER', finer)
     u = 2.0 * record([], seed=3).u
     model = model_from_dict({'effects': [{'id': 'transmission_damping', 'D': 0.0108}]}, 'test')
     y = simulate(model, np.repeat(u, 16), DT / 16).y[::16]
