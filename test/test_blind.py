@@ -25,7 +25,7 @@ from scipy import integrate, signal
 import yaml
 
 from gearbox_monitor.benchmarks import blind
-from gearbox_monitor.benchmarks.blind import evidence, generate, plant, runner, score
+from gearbox_monitor.benchmarks.blind import evidence, generate, plant, runner, score, sizing
 from gearbox_monitor.drive.effects import EFFECTS
 from gearbox_monitor.jit import COMPILED
 
@@ -321,7 +321,7 @@ def test_a_value_that_may_scatter_has_the_evidence_of_its_tolerance():
     recording, label = generate.make(spec, [7, 0])
     effect, = label['effects']
     far = abs(effect['Cv'] / label['told']['Cv'] - 1.0) / recording['tolerance']
-    assert far >= generate.PARAMETER_TOLERANCES and 25.0 <= label['d'] <= far ** 2
+    assert far >= sizing.PARAMETER_TOLERANCES and 25.0 <= label['d'] <= far ** 2
     assert label['truth']['Cv'] == label['told']['Cv']
     assert label['truth']['m1'] != label['told']['m1']
 

@@ -12,7 +12,6 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """
 What a fit leaves over as a function of the motion: a law that no effect of the library is.
 

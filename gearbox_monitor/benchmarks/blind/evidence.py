@@ -147,6 +147,19 @@ def fit_windows(nominal, effects, recording, sigma, starts=None, states=None, re
     return chi2, states, found
 
 
+def evidence_of(recording, nominal, effects, rivals, sigma, states, careful):
+    """
+    Return d: 2 Delta log likelihood of a model with `effects` over that with `rivals`.
+
+    states [W, 4]: where runs begin in truth; careful: start windows again that stick.
+    """
+    right, *_ = fit_windows(nominal, effects, recording, sigma, states=states, rescue=False,
+                            iterations=3)
+    wrong, *_ = fit_windows(nominal, rivals, recording, sigma, states=states, rescue=careful,
+                            iterations=6 if careful else 4)
+    return float(np.minimum(wrong, 1e9).sum() - right.sum())
+
+
 def gap(chi2, length=LENGTH):
     """Return sqrt of the mean square error in sigmas over windows, samples, both channels."""
     return float(np.sqrt(np.mean(chi2) / (2 * length)))

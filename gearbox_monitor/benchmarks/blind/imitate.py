@@ -83,9 +83,9 @@ def wave_effect(name, sine, cosine, n):
 class Candidate:
     """A set of ids with starting values; `build` makes the model of a parameter vector."""
 
-    def __init__(self, parts, told, prior=None):
+    def __init__(self, parts, told):
         """Keep parts: [(id, [(name, start, step, low, high)], fixed parameters)]."""
-        self.parts, self.told, self.prior = parts, told, prior
+        self.parts, self.told = parts, told
         rows = [row for _, table, _ in parts for row in table]
         self.start, self.step, self.low, self.high = (
             np.array([row[i] for row in rows], float) for i in (1, 2, 3, 4))
@@ -111,7 +111,7 @@ class Candidate:
             parts.append((name, [(row[0], float(theta[k + i]), *row[2:])
                                  for i, row in enumerate(table)], fixed))
             k += len(table)
-        return Candidate(parts, self.told, self.prior)
+        return Candidate(parts, self.told)
 
 
 def candidates(names, told, recording, waves=True):
@@ -135,7 +135,7 @@ def candidates(names, told, recording, waves=True):
 class Fitter:
     """Fits on one recording; starts from the states of the nominal model."""
 
-    def __init__(self, recording, sigma, length=None):
+    def __init__(self, recording, sigma):
         self.recording, self.sigma = recording, np.asarray(sigma, float)
         self.starts = evidence.cut(len(recording['u']))
         self.measured = evidence.pieces(recording['y'], self.starts)
@@ -159,17 +159,12 @@ class Fitter:
         return np.nan_to_num(columns.reshape(len(states), -1, 4))
 
     def fit(self, candidate, states, iterations=10):
-        """Return (chi2 with prior, theta, states) from the start of `candidate`."""
+        """Return (chi2, theta, states) from the start of `candidate`."""
         lead = LEAD if any('encoder_delay' in i for i in candidate.ids) else 0
         theta, states = candidate.start.copy(), self.back(states, lead)
         runs = self.runs(candidate.build(theta), lead)
         states, chi2, found = evidence.fit_states(runs, self.measured, self.sigma, states, 3)
-
-        def penalty(values):
-            if candidate.prior is None:
-                return 0.0
-            return float((((values - candidate.prior[0]) / candidate.prior[1]) ** 2).sum())
-        cost, damping = chi2.sum() + penalty(theta), 1e-3
+        cost, damping = chi2.sum(), 1e-3
         for _ in range(iterations):
             memory = runs.memory.copy()
             jx = self.states_columns(runs, states, found)
@@ -197,9 +192,6 @@ class Fitter:
             pull = np.einsum('wni,wn->wi', jt, residual)[:, :, None] - np.einsum(
                 'wki,wkj->wij', b, inverse_g)
             normal, pull = (weight * normal).sum(axis=0), (weight * pull).sum(axis=0)[:, 0]
-            if candidate.prior is not None:
-                normal = normal + np.diag(1.0 / candidate.prior[1] ** 2)
-                pull = pull - (theta - candidate.prior[0]) / candidate.prior[1] ** 2
             size = np.sqrt(np.diag(normal)) + 1e-12
             improved = False
             for _ in range(5):
@@ -214,7 +206,7 @@ class Fitter:
                 new_states, new_chi2, new_found = evidence.fit_states(
                     fresh, self.measured, self.sigma, np.where(
                         np.isfinite(moved), moved, states), 1)
-                new = new_chi2.sum() + penalty(trial)
+                new = new_chi2.sum()
                 if new < cost:
                     gained, cost, theta, states = cost - new, new, trial, new_states
                     chi2, found, runs, improved = new_chi2, new_found, fresh, True

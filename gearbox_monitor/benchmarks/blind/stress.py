@@ -12,7 +12,6 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """
 How visible an effect is where nominal values scatter and torque noise acts.
 
@@ -37,37 +36,39 @@ class Likelihood:
     """
     Of models of one recording, in sensor noise and in torque noise of a size that nobody knows.
 
-    recording: dict of u [N], y [N, 2], dt. told: nominal values, of tolerance `scatter`. The
-    torque noise is linearised about the model `truth` with `effects`, from states `known` [W, 4]
-    where its runs begin.
+    scene: Scene; found: Found, what was recorded in it; sigma [2]: noise of the encoders, rad.
+    The torque noise is linearised about the truth.
     """
 
-    def __init__(self, recording, told, truth, effects, sigma, known, scatter):
-        self.recording, self.told, self.sigma, self.scatter = recording, told, sigma, scatter
-        self.starts = evidence.cut(len(recording['u']))
-        self.measured = evidence.pieces(recording['y'], self.starts)
-        runs, found, states = self._settled(truth, effects, known)
+    def __init__(self, scene, found, sigma):
+        """Keep what the arguments of the class say, and what torque noise does."""
+        self.recording, self.told, self.scatter = found.recording, scene.told, scene.scatter
+        self.truth, self.effects, self.known = scene.truth, found.effects, found.known
+        self.sigma = np.asarray(sigma)
+        self.starts = evidence.cut(len(self.recording['u']))
+        self.measured = evidence.pieces(self.recording['y'], self.starts)
+        runs, predicted, states = self._settled(self.truth, self.effects, self.known)
         corners = np.arange(0, evidence.LENGTH + SPACING, SPACING)[:, None]
         shapes = np.maximum(0.0, 1.0 - np.abs(np.arange(evidence.LENGTH) - corners) / SPACING)
-        self.hats = np.stack([self._scaled(self._pushed(runs, states, shape) - found) / PUSH
+        self.hats = np.stack([self._scaled(self._pushed(runs, states, shape) - predicted) / PUSH
                               for shape in shapes], axis=2) / np.sqrt(SPACING)
 
-    def evidence(self, truth, effects, known):
+    def evidence(self):
         """Return [d of each effect]: 2 Delta log likelihood of the truth over what lacks it."""
-        right = self._best(truth, effects, known, 0)
+        right = self._best(self.truth, self.effects, 0)
         out = []
-        for k, own in enumerate(effects):
-            start = dict(truth)
+        for k, own in enumerate(self.effects):
+            start = dict(self.truth)
             if own['id'] in draw.REPLACES:
                 key = draw.REPLACES[own['id']]
                 start[key] = own[key]
-            others = [e for j, e in enumerate(effects) if j != k]
-            out.append(float(self._best(start, others, known, ITERATIONS) - right))
+            others = [e for j, e in enumerate(self.effects) if j != k]
+            out.append(float(self._best(start, others, ITERATIONS) - right))
         return out
 
-    def _best(self, nominal, effects, known, iterations):
+    def _best(self, nominal, effects, iterations):
         """Return the least -2 log likelihood with `effects` over torque noise, values, states."""
-        start, costs = (self._shifts(nominal), known), []
+        start, costs = (self._shifts(nominal), self.known), []
         for level in LEVELS:
             self._make_noisy(level)
             cost, start = self._fitted(effects, *start, iterations)
