@@ -68,7 +68,9 @@ def find_pairs(search: Search, firsts: Sequence[str]) -> list[str]:
     a linearised search over all of them. Many start on the beginnings of the windows, few arrive
     at whole ones.
     """
-    chosen = [*_raced(search, _proposed(search, firsts)), *_joined(search)]
+    gains = {first: _gains(search, search.long, search.fitted[first].candidate,
+                           search.fitted[first].point) for first in firsts}
+    chosen = [*_raced(search, _proposed(search, gains)), *_joined(search, gains)]
     chosen = sorted({*chosen} & {*search.fitted},
                     key=lambda n: search.fitted[n].score)[:SETTLED]
     if not chosen:
@@ -104,19 +106,27 @@ def _raced(search: Search, racing: list[Started]) -> list[str]:
     return _kept(search, [search.as_fitted(*r) for r in racing])
 
 
-def _joined(search: Search) -> list[str]:
+def _joined(search: Search, gains: dict[str, dict[str, list[Gain]]]) -> list[str]:
     """
-    Fit pairs of the best single effects from where they are; returns names.
+    Fit pairs on whole windows at once; returns names.
 
-    What shows in few windows, and late in them, does not count in a race over their beginnings.
+    Of the best single effects from where they are, and of each first one with what it lacks most
+    (`gains`). What shows in few windows, and late in them, does not count in a race over their
+    beginnings.
     """
-    def joined(names: tuple[str, str]) -> Fitted:
-        one, other = (search.fitted[name] for name in names)
-        joint = search.starts.joint([(f.candidate, f.point.z) for f in (one, other)])
+    def joined(pair: tuple[Fitted, Candidate, Array, list[fitting.Point]]) -> Fitted:
+        one, second, z, others = pair
+        joint = search.starts.joint([(one.candidate, one.point.z), (second, z)])
         point = fitting.copied(one.point, _with_nuisances(search, joint, one.point))
         return search.polish(search.as_fitted(joint, search.long.evaluate(joint, point)),
-                             [one.point, other.point])
-    jobs = list(combinations(search.ranked()[:TOP_SINGLE], 2))
+                             [one.point, *others])
+    best = [search.fitted[name] for name in search.ranked()[:TOP_SINGLE]]
+    jobs = [(one, other.candidate, other.point.z, [other.point])
+            for one, other in combinations(best, 2)]
+    for first, some in gains.items():
+        for name in sorted(some, key=lambda n: -some[n][0][0])[:1]:
+            jobs += [(search.fitted[first], second, second.start(), [])
+                     for second in search.starts.candidates(name, some[name][0][1])]
     return _kept(search, search.map(joined, jobs, 'pairs'))
 
 
@@ -132,16 +142,20 @@ def _kept(search: Search, pairs: Iterable[Fitted]) -> list[str]:
     return names
 
 
-def _proposed(search: Search, firsts: Sequence[str]) -> list[Started]:
-    """Return [(Candidate, Point at its start on the beginnings of the windows)] of pairs."""
+def _proposed(search: Search, forward: dict[str, dict[str, list[Gain]]]) -> list[Started]:
+    """
+    Return [(Candidate, Point at its start on the beginnings of the windows)] of pairs.
+
+    forward: {first effect: gains of a second one over whole windows}.
+    """
     data = fitting.shortened(search.long, RACE[0][0])
     driven = search.recording.motor is not None
     orders = TOP_ORDERS if driven else 1
     jobs = []
-    for first in firsts:
+    for first, whole in forward.items():
         fitted = search.fitted[first]
         base, point = fitted.candidate, _begun(search, data, fitted)
-        for gains, top in ((_gains(search, search.long, base, fitted.point), TOP_FORWARD),
+        for gains, top in ((whole, TOP_FORWARD),
                            (_gains(search, data, base, point), TOP_BEGUN)):
             names = sorted(gains, key=lambda n: -gains[n][0][0])[:top]
             if driven:
