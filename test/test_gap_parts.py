@@ -20,7 +20,8 @@ import pytest
 
 from gearbox_monitor.drive.model import DriveModel, model_from_dict
 from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.gap import close, diagnose, fit, isolate, noise, pairs, residual, windows
+from gearbox_monitor.gap import (
+    close, decide, diagnose, fit, isolate, misfit, noise, pairs, residual, windows)
 from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.gap.remainder import remainder
 from gearbox_monitor.gap.search import Fitted, Search
@@ -180,15 +181,15 @@ def test_a_parameter_at_its_bound_is_no_discovery():
         search.fitted[name] = Fitted(candidate, point, 0.0)
     drift, plain = (search.fitted[name] for name in ('viscous_drift', 'motor_viscous'))
     drift.score = plain.score - 5.0
-    assert diagnose.simpler(search, drift) is drift
+    assert decide.simpler(search, drift) is drift
     drift.point.z[:] = -50.0  # of the logarithm of the time constant, too
     assert drift.candidate.at_bound(drift.point.z)
-    assert diagnose.simpler(search, drift) is plain
+    assert decide.simpler(search, drift) is plain
     drift.score = plain.score - 20.0
-    assert diagnose.simpler(search, drift) is drift
+    assert decide.simpler(search, drift) is drift
     drift.score = plain.score - 5.0
     plain.point.residual = plain.point.residual + 1.0  # as good, but another motion: no limit
-    assert diagnose.simpler(search, drift) is drift
+    assert decide.simpler(search, drift) is drift
 
 
 @pytest.mark.parametrize('finer, verdict', [(1, 'unknown'), (4, 'effect')])
@@ -242,7 +243,7 @@ def test_steps_above_the_noise_of_an_encoder_are_no_unknown_effect():
         'motor_encoder_quantisation', 'arm_coulomb', 'torque_offset']).data
     assert data['effect'] == 'motor_encoder_quantisation', data['misfit']
     assert data['params']['motor_encoder_quantisation']['q'] == pytest.approx(0.04)
-    assert data['misfit']['structure'] > diagnose.STRUCTURE
+    assert data['misfit']['structure'] > misfit.STRUCTURE
 
 
 def test_bursts_hardly_above_the_noise_are_found():
@@ -274,5 +275,5 @@ def test_what_is_left_is_a_function_of_the_motion(name, values, place, over):
     search = Search(record([{'id': name, **values}]), DriveModel(), SIGMA, [name])
     none = search.none()
     found = remainder(search, none)
-    assert (found.place, found.over) == (place, over) and found.gain > 3.0 * diagnose.REMAINDER
+    assert (found.place, found.over) == (place, over) and found.gain > 3.0 * misfit.REMAINDER
     assert remainder(search, fitted_from(search, name, values)).gain < 30.0

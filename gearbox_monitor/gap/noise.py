@@ -15,14 +15,16 @@
 """
 Noise of an encoder, its spectrum, and the lattice of its readings.
 
-residual [W, L, C]: in sigmas; phi [C]: correlation of neighbouring readings; quantum: step of an
-encoder, rad.
+recording: Recording; residual [W, L, C]: in sigmas; phi [C]: correlation of neighbouring
+readings; quantum: step of an encoder, rad.
 """
 import numpy as np
 from scipy.fft import dct
 from scipy.special import ndtri
 
 from gearbox_monitor.arrays import Array, Flags
+from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.gap.recording import Recording
 
 # The fourth difference of white noise has 1 + 16 + 36 + 16 + 1 times its variance; motion that is
 # smooth over five samples leaves none.
@@ -31,6 +33,7 @@ MAD_TO_SIGMA = 1.0 / 0.6744897501960817  # of a normal distribution
 COARSE = 2.5  # steps in the median difference, below which a lattice shows little of the noise
 FEW = 0.1     # share of differences of more than a step to and fro
 MOTION = 60.0  # Hz, above which motion has hardly anything
+FINEST = 1e-4  # of the travel: on a real drive, differences below are no gap
 
 
 def noise_levels(y: Array) -> tuple[Array, Array]:
@@ -104,3 +107,15 @@ def lattice(y: Array) -> float:
     off = np.abs(values - values[0] - quantum * place)
     # Values on no lattice stand off it by a quarter step on average.
     return float(quantum) if len(values) > 2 and off.max() < 0.05 * quantum else 0.0
+
+
+def noise_floor(recording: Recording, model: DriveModel) -> tuple[Array, Array]:
+    """
+    Return (sigma [2], quantum [2]) of a Recording, rad; sigma not below what matters.
+
+    model: DriveModel; one with lasting process torque is that of a real drive.
+    """
+    sigma, quantum = noise_levels(recording.y)
+    if model.process_torque_time > 0.0:
+        sigma = np.maximum(sigma, FINEST * np.ptp(recording.y, axis=0))
+    return sigma, quantum

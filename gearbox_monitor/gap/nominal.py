@@ -36,10 +36,10 @@ from gearbox_monitor.gap import close, fit as fitting
 from gearbox_monitor.gap.candidate import (
     BY_EFFECT, Candidate, Coordinate, NOT_FITTED, NUISANCES, offered, PERIODIC, PHASED,
     Starts, ZERO)
-from gearbox_monitor.gap.diagnose import joined, noise_floor
 from gearbox_monitor.gap.driven import driven
+from gearbox_monitor.gap.noise import noise_floor
 from gearbox_monitor.gap.process_noise import left_of
-from gearbox_monitor.gap.recording import Recording
+from gearbox_monitor.gap.recording import joined, Recording
 from gearbox_monitor.gap.search import Fitted, Search
 from gearbox_monitor.gap.windows import cut
 

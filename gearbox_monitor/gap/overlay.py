@@ -27,8 +27,8 @@ import numpy as np
 from gearbox_monitor.arrays import Array, Flags
 from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.gap.close import cross, free_run, gap_of, windowed
-from gearbox_monitor.gap.diagnose import noise_floor
 from gearbox_monitor.gap.driven import driven
+from gearbox_monitor.gap.noise import noise_floor
 from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.gap.search import held_out
 from gearbox_monitor.gap.windows import Windows

@@ -18,10 +18,10 @@ A recording as the diagnosis takes it: torque and both positions on a uniform gr
 What a real recording does to its stamps (jitter, single lost samples, gaps) is repaired here where
 that is harmless, told in a notice, and refused where it is not.
 
-name: of the recording, for messages.
+name: of the recording, for messages; recordings: of one drive.
 """
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -325,3 +325,24 @@ def _mend_spikes(value: Array) -> int:
             value[k] = fit[-1]
             count += 1
     return count
+
+
+def joined(recordings: Sequence[Recording]) -> Recording:
+    """Return one Recording of several of one drive. Raises InputError when rates differ."""
+    first = recordings[0]
+    if len(recordings) == 1:
+        return first
+    for other in recordings[1:]:
+        if abs(other.dt / first.dt - 1.0) > 1e-3:
+            raise InputError(f'{other.name}: {1 / other.dt:g} Hz, expected {1 / first.dt:g} Hz as '
+                             f'{first.name}')
+        if (other.arm_torque is None) != (first.arm_torque is None):
+            raise InputError(f'{other.name}: arm torque: expected in all recordings or in none')
+    sizes = [len(r.u) for r in recordings]
+    return replace(
+        first, t=np.arange(sum(sizes)) * first.dt,
+        u=np.concatenate([r.u for r in recordings]), y=np.concatenate([r.y for r in recordings]),
+        arm_torque=None if first.arm_torque is None else np.concatenate(
+            [r.arm_torque for r in recordings]),
+        motor=None if first.motor is None else np.concatenate([r.motor for r in recordings]),
+        name=', '.join(r.name for r in recordings), cuts=tuple(np.cumsum([0, *sizes[:-1]])))

@@ -21,9 +21,9 @@ import numpy as np
 from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.gap import isolate, maps, residual
 from gearbox_monitor.gap.candidate import NOT_FITTED
-from gearbox_monitor.gap.diagnose import joined
 from gearbox_monitor.gap.driven import driven
 from gearbox_monitor.gap.overlay import overlay
+from gearbox_monitor.gap.recording import joined
 from gearbox_monitor.report.words import ids_of
 
 COMPARED = 10  # effects in the table of what can be told apart

@@ -1,0 +1,193 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Which effect: none, one, two or one that is unknown.
+
+search: Search with none and the single effects fitted; best: Fitted; singles: names of single
+effects, best first; rough: an encoder has steps above its noise; lack: function that says whether
+a Fitted leaves more than noise.
+"""
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from gearbox_monitor.drive.effects import EFFECTS
+from gearbox_monitor.gap.bursts import found_bursts
+from gearbox_monitor.gap.candidate import nuisances_of, ZERO
+from gearbox_monitor.gap.misfit import follows, lacks
+from gearbox_monitor.gap.pairs import find_pairs, forward_gains
+from gearbox_monitor.gap.search import Fitted, Search
+
+MARGIN = 25.0        # gain in BIC of one effect over none: covers the search over some 35
+ROUGH_MARGIN = 250.0  # the same of bursts, where an encoder has steps above its noise
+OWN_MARGIN = 16.0    # gain in -2 log L where the effect is a value that may scatter anyway
+BOUND_MARGIN = 10.0  # gain in BIC that a parameter at its bound must bring
+ALIKE = 1e-3         # share of the gain by which models are apart that move the drive alike
+PAIR_MARGIN = 40.0   # gain in BIC of a second effect
+PAIR_HINT = 60.0     # linearised gain of a second effect from which on pairs are fitted
+SHARE = 0.5          # of what bursts explain, from which on one effect is a part of the answer
+
+
+def gain(search: Search, fitted: Fitted) -> float:
+    """Return by how much `fitted` beats none, in BIC."""
+    return search.fitted[''].score - fitted.score
+
+
+def convincing(search: Search, fitted: Fitted) -> bool:
+    """Return whether `fitted` (one effect) beats none by more than the search itself explains."""
+    names = {EFFECTS[i].parameters[0].name for i in fitted.candidate.ids
+             if i in EFFECTS and EFFECTS[i].replaces}
+    if 'encoder_offset' in fitted.candidate.ids:
+        names.add(ZERO)
+    if names & set(nuisances_of(search.model)):
+        # Under scatter none may move this value, too: what counts is how far beyond the tolerance.
+        penalty = fitted.candidate.n_effect * np.log(search.long.n_train)
+        return gain(search, fitted) + penalty > OWN_MARGIN
+    return gain(search, fitted) > MARGIN
+
+
+def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
+    """
+    Return (Fitted, 'effect' | 'none' | 'unknown'): what explains the recording best.
+
+    rough: an encoder has steps above its noise.
+    """
+    known: dict[int, tuple[Fitted, bool]] = {}
+
+    def lack(fitted: Fitted) -> bool:
+        if id(fitted) not in known:
+            known[id(fitted)] = fitted, lacks(search, fitted, rough) or (
+                not rough and follows(search, fitted) is not None)
+        return known[id(fitted)][1]
+
+    none = search.fitted['']
+    singles = search.ranked()
+    if not singles:
+        return none, 'unknown' if lack(none) else 'none'
+    best = search.fitted[singles[0]]
+    explained = by_bursts(search, best, singles, rough, lack)
+    if explained is not None:
+        return explained, 'effect'
+    if convincing(search, best):
+        search.challenge(best)
+        none = search.fitted['']
+    if not convincing(search, best):
+        return none, 'unknown' if lack(none) else 'none'
+    if lack(best) and not search.noisy:
+        search.fitted[best.name] = search.polish(search.grown(best), [best.point])
+        search.settle(singles[:2])
+        best = search.fitted[search.ranked()[0]]
+    best = finer(search, simpler(search, best), lack)
+    hints = forward_gains(search, best)
+    if lack(best) or max((g for g, _ in hints.values()), default=0.0) > PAIR_HINT:
+        best = paired(search, singles, lack)
+    best = finer(search, best, lack)
+    return best, 'unknown' if lack(best) else 'effect'
+
+
+def by_bursts(search: Search, best: Fitted, singles: Sequence[str], rough: bool,
+              lack: Callable[[Fitted], bool]) -> Fitted | None:
+    """
+    Return the Fitted of bursts, or of a pair that explains them, None where there are none.
+
+    best: of `singles`, names of effects; rough, lack: as of decide.
+    """
+    burst = found_bursts(search) if 'disturbance' in search.ids else None
+    margin = (ROUGH_MARGIN if rough else MARGIN) + max(0.0, everywhere(search, best))
+    if burst is None or gain(search, burst) <= margin or lack(burst):
+        return None
+    search.fitted['disturbance'] = burst
+    if everywhere(search, best) < SHARE * gain(search, burst):
+        return burst
+    # One effect explains most of the bursts: two may explain them all, with less freedom.
+    pairs = find_pairs(search, singles[:2])
+    pair = search.fitted[pairs[0]] if pairs else best
+    if lack(pair) or everywhere(search, pair) < gain(search, burst):
+        return burst
+    del search.fitted['disturbance']
+    return pair
+
+
+def paired(search: Search, singles: Sequence[str], lack: Callable[[Fitted], bool]) -> Fitted:
+    """
+    Return the best Fitted of one effect or two.
+
+    singles: names of the best effects that a second one is added to; lack: as of decide.
+    """
+    pairs = find_pairs(search, singles[:2])
+    careful = pairs[:2] if search.long.weighing is None else pairs
+    search.whiten([search.ranked()[0], *careful] if pairs else [])
+    pairs = sorted(pairs, key=lambda n: search.fitted[n].score)
+    best = search.fitted[search.ranked()[0]]
+    pair = search.fitted[pairs[0]] if pairs else best
+    if pairs and lack(pair) and not search.noisy:
+        # Where many windows are astray, they hold the values back that would free them.
+        pair = search.fitted[pair.name] = search.polish(search.grown(pair), [pair.point])
+    if best.score - pair.score > PAIR_MARGIN and not search.noisy:
+        # What the pair has found for windows is no merit of its second effect.
+        best = search.fitted[best.name] = search.polish(search.grown(best), [pair.point])
+    if best.score - pair.score > PAIR_MARGIN and (lack(best) or not lack(pair)):
+        return pair
+    return best
+
+
+def finer(search: Search, best: Fitted, lack: Callable[[Fitted], bool]) -> Fitted:
+    """
+    Return `best` on shorter steps, with which `search` then goes on, where it lacks but these.
+
+    Steps are as long as the nominal drive allows; with the effect it may be a faster one, and the
+    readings so good that the edges of its gap show. lack: as of decide.
+    """
+    if not lack(best) or search.noisy or search.recording.motor is not None:
+        return best
+    shorter = search.on_shorter_steps()
+    if shorter is None:
+        return best
+    simulator, long, none = search.simulator, search.long, search.fitted['']
+    search.simulator, search.long = shorter.simulator, shorter
+    search.fitted[''] = search.anew(none)
+    found = search.anew(best)
+    if lack(found):
+        search.simulator, search.long, search.fitted[''] = simulator, long, none
+        return best
+    search.fitted[found.name] = found
+    return found
+
+
+def simpler(search: Search, best: Fitted) -> Fitted:
+    """
+    Return an effect of fewer parameters instead of `best` that is at a bound and hardly better.
+
+    Only where both move the drive alike, as in the limit: viscous_drift that has drifted from the
+    first moment on is motor_viscous.
+    """
+    if not best.candidate.at_bound(best.point.z):
+        return best
+    alike = max(2.0 * BOUND_MARGIN, ALIKE * gain(search, best))
+    for name in search.ranked()[1:]:
+        other = search.fitted[name]
+        if other.score - best.score > BOUND_MARGIN:
+            break
+        apart = ((other.point.residual - best.point.residual)[search.long.train] ** 2).sum()
+        if other.candidate.n_effect < best.candidate.n_effect and apart < alike:
+            return other
+    return best
+
+
+def everywhere(search: Search, fitted: Fitted) -> float:
+    """Return by how much `fitted` beats none in BIC on all windows, held-out ones included."""
+    n = search.long.size * len(search.long.windows)
+    return float((search.fitted[''].point.chi2 - fitted.point.chi2).sum()
+                 - fitted.candidate.n_effect * np.log(n))
