@@ -246,6 +246,17 @@ def test_steps_above_the_noise_of_an_encoder_are_no_unknown_effect():
     assert data['misfit']['structure'] > misfit.STRUCTURE
 
 
+def test_an_effect_that_shows_in_held_out_windows_alone_is_found():
+    u = record([], 8).u * np.where(np.arange(8000) < 6000, 1.0, 2.0)
+    limit = 1.1 * np.abs(u[:6000]).max()
+    assert limit < np.abs(u).max()
+    data = diagnose.diagnose([record([{'id': 'saturation', 'umax': limit}], u=u, seconds=8)],
+                             DriveModel(), only=['saturation', 'motor_viscous']).data
+    assert data['effect'] == 'saturation'
+    assert data['params']['saturation']['umax'] == pytest.approx(limit, rel=0.01)
+    assert 'held out alone' in ' '.join(data['warnings'])
+
+
 def test_bursts_hardly_above_the_noise_are_found():
     """Two of 44 ms in 6 s; worth 100 in chi2 each."""
     bursts = [{'id': 'disturbance', 't0': t0, 'duration': 0.044, 'amplitude': amplitude}

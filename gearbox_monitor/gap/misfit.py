@@ -20,7 +20,8 @@ search: Search; fitted: one of its Fitted, on the long windows; residual [W, L, 
 import numpy as np
 
 from gearbox_monitor.arrays import Array
-from gearbox_monitor.gap import lasting, noise
+from gearbox_monitor.gap import close, lasting, noise
+from gearbox_monitor.gap.candidate import NOT_FITTED
 from gearbox_monitor.gap.remainder import Remainder, remainder
 from gearbox_monitor.gap.search import Fitted, Search
 
@@ -86,6 +87,21 @@ def misfit(search: Search, fitted: Fitted, spared: int = 0) -> tuple[float, floa
         structure = max(structure, (ratio - 1.0) / np.sqrt(2.0 / inside.size))
     chi2 = np.sort((r ** 2).mean(axis=(1, 2)))
     return float(chi2[:max(1, len(chi2) - spared)].mean() - 1.0), float(structure)
+
+
+def unforeseen(search: Search, fitted: Fitted) -> float:
+    """
+    Return by how much chi2 per reading of the held-out windows exceeds that of the others.
+
+    0 where noise of the torque, what lasts or bursts make windows differ.
+    """
+    train = search.long.train
+    if (train.all() or search.noisy or search.recording.motor is not None
+            or search.model.process_torque_time > 0.0
+            or set(fitted.candidate.ids) & set(NOT_FITTED)):
+        return 0.0
+    chi2 = close.settled(search, fitted, []).point.chi2 / search.long.size
+    return float(chi2[~train].mean() - chi2[train].mean())
 
 
 def lacks(search: Search, fitted: Fitted, rough: bool = False) -> bool:
