@@ -80,6 +80,12 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
     explained = by_bursts(search, best, singles, rough, lack)
     if explained is not None:
         return explained, 'effect'
+    if (not convincing(search, best) and lack(none) and not search.noisy
+            and search.long.weighing is None):
+        search.rejoin()
+        search.settle(['', search.ranked()[0]])
+        none, singles = search.fitted[''], search.ranked()
+        best = search.fitted[singles[0]]
     if convincing(search, best):
         search.challenge(best)
         none = search.fitted['']

@@ -367,6 +367,13 @@ class Search:
         found = self.map(lambda f: self.polish(f, every), jobs, 'comparing')
         self.fitted.update(zip(names, found))
 
+    def rejoin(self) -> None:
+        """Polish what fits worse than none from where none is: every candidate holds it."""
+        none = self.fitted['']
+        jobs = [f for f in map(self.fitted.__getitem__, self.ranked()) if f.score > none.score]
+        for found in self.map(lambda f: self.polish(f, [none.point]), jobs, 'comparing'):
+            self.fitted[found.name] = found
+
     def settle(self, names: Sequence[str]) -> None:
         """Polish the fits `names` until they stand still: what they leave is to be judged."""
         for _ in range(SETTLING):
