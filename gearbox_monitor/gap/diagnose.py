@@ -15,7 +15,8 @@
 """
 The diagnosis: where the gap between recording and model lies, which effect, how far it goes.
 
-recordings: of one drive; validate: one more, to judge by. only, exclude: ids of effects.
+recordings: of one drive; validate: one more, to judge by. only, exclude: ids of effects. search:
+Search with the fits.
 """
 from collections.abc import Callable, Sequence
 
