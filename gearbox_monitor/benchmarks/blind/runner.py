@@ -148,7 +148,7 @@ def text(data):
     for name, why in data['failures'].items():
         lines.append(f'{name}: {why}'[:80])
     if data['not_drawn']:
-        lines.append(f'{len(data["not_drawn"])} recordings could not be drawn: '
+        lines.append(f'could not be drawn: {len(data["not_drawn"])}, '
                      + ', '.join('+'.join(ids) or 'none' for ids in data['not_drawn']))
     times = [r['seconds'] for r in data['rows'] if r['seconds'] is not None]
     if times:

@@ -180,9 +180,10 @@ class Bars:
         self.rows = []
 
     def add(self, bar, value, low=-np.inf, high=np.inf, interval=None, count=''):
-        """Judge `value`; None: nothing to judge it by, which misses the bar."""
+        """Judge `value`; None: nothing to judge it by, which misses the bar; no limits: told."""
         expected = (f'{low:.3g} .. {high:.3g}' if np.isfinite([low, high]).all() else
-                    f'<= {high:.3g}' if np.isfinite(high) else f'>= {low:.3g}')
+                    f'<= {high:.3g}' if np.isfinite(high) else
+                    f'>= {low:.3g}' if np.isfinite(low) else '')
         self.rows.append({'bar': bar, 'value': value, 'interval': interval, 'count': count,
                           'expected': expected,
                           'met': value is not None and bool(low <= value <= high)})
@@ -410,6 +411,8 @@ def text(data):
         lines += [f'Ids in `confusable`, mean over single effects: {data["confusable"]:.1f}', '']
     for bar in data['bars']:
         value = '-' if bar['value'] is None else f'{bar["value"]:.3f}'
-        lines.append(f'{"met   " if bar["met"] else "MISSED"} {bar["bar"]:<31}{value:>8} '
-                     f'{_between(bar["interval"]):<14} {bar["count"]:>7} {bar["expected"]}')
+        met = 'MISSED' if not bar['met'] else 'met' if bar['expected'] else ''
+        line = (f'{met:<6} {bar["bar"]:<31}{value:>8} '
+                f'{_between(bar["interval"]):<14} {bar["count"]:>7} {bar["expected"]}')
+        lines.append(line.rstrip())
     return '\n'.join(lines)
