@@ -27,7 +27,7 @@ from gearbox_monitor.drive.effects import EFFECTS
 from gearbox_monitor.gap.bursts import found_bursts
 from gearbox_monitor.gap.candidate import nuisances_of, ZERO
 from gearbox_monitor.gap.misfit import follows, lacks
-from gearbox_monitor.gap.pairs import find_pairs, forward_gains
+from gearbox_monitor.gap.pairs import find_pairs, forward_gains, SETTLED
 from gearbox_monitor.gap.search import Fitted, Search
 
 MARGIN = 25.0        # gain in BIC of one effect over none: covers the search over some 35
@@ -35,6 +35,7 @@ ROUGH_MARGIN = 250.0  # the same of bursts, where an encoder has steps above its
 OWN_MARGIN = 16.0    # gain in -2 log L where the effect is a value that may scatter anyway
 BOUND_MARGIN = 10.0  # gain in BIC that a parameter at its bound must bring
 ALIKE = 1e-3         # share of the gain by which models are apart that move the drive alike
+NEAR = 40.0          # difference in BIC that settling may turn round
 PAIR_MARGIN = 40.0   # gain in BIC of a second effect
 PAIR_HINT = 60.0     # linearised gain of a second effect from which on pairs are fitted
 SHARE = 0.5          # of what bursts explain, from which on one effect is a part of the answer
@@ -80,8 +81,7 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
     explained = by_bursts(search, best, singles, rough, lack)
     if explained is not None:
         return explained, 'effect'
-    if (not convincing(search, best) and lack(none) and not search.noisy
-            and search.long.weighing is None):
+    if not convincing(search, best) and lack(none) and not search.noisy:
         search.rejoin()
         search.settle(['', search.ranked()[0]])
         none, singles = search.fitted[''], search.ranked()
@@ -91,9 +91,13 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
         none = search.fitted['']
     if not convincing(search, best):
         return none, 'unknown' if lack(none) else 'none'
-    if lack(best) and not search.noisy:
-        search.fitted[best.name] = search.polish(search.grown(best), [best.point])
-        search.settle(singles[:2])
+    if not search.noisy:
+        near = [n for n in singles if search.fitted[n].score - best.score < NEAR]
+        if lack(best):
+            search.fitted[best.name] = search.polish(search.grown(best), [best.point])
+            near = singles[:2]
+        if len(near) > 1:
+            search.settle(near[:SETTLED])
         best = search.fitted[search.ranked()[0]]
     best = finer(search, simpler(search, best), lack)
     hints = forward_gains(search, best)
