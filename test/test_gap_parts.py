@@ -276,7 +276,7 @@ def test_the_order_of_a_small_periodic_effect_is_found():
 
 @pytest.mark.parametrize('name, values, place, over', [
     ('stribeck', {'Cs': 0.003, 'vs': 0.5}, 'motor_side', 'speed of the motor'),
-    ('torque_gain', {'g': 0.002}, 'motor_side', 'torque'),
+    ('torque_gain', {'g': 0.002}, 'actuator', 'torque'),
     ('arm_coulomb', {'Cac': 0.0005}, 'arm_side', 'speed of the arm'),
     ('gravity', {'G': 0.002}, 'arm_side', 'angle of the arm'),
     ('backlash_gap', {'b': 0.1005}, 'transmission', 'twist'),

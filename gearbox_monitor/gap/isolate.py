@@ -201,9 +201,9 @@ def confusable(search: Search, best: Fitted, found: Separations | None = None) -
     if single:
         out += [n for n in careful if search.fitted[n].score < best.score + limit
                 and (best.white is None or search.fitted[n].white is not None)]
-    elif search.long.weighing is not None:  # pairs that have one effect in common with `best`
+    else:  # pairs that have one effect in common with `best`
         near = [f.candidate.ids for f in search.fitted.values() if len(f.candidate.ids) == 2
-                and f.white is not None and f.score < best.score + limit]
+                and (best.white is None or f.white is not None) and f.score < best.score + limit]
         out += [i for ids in near if set(ids) & set(best.candidate.ids) for i in ids]
     out += [TWINS[i] for i in best.candidate.ids if i in TWINS and TWINS[i] in search.ids]
     return list(dict.fromkeys(i for i in out if i not in best.candidate.ids))

@@ -34,7 +34,7 @@ TAIL = 1.0       # percent of the samples beyond the outermost value, on either 
 PROBE = 1e-2     # of the torque's standard deviation
 SMOOTHING = 0.02  # s, of rates
 LAWS = (('motor_side', 'speed of the motor'), ('motor_side', 'angle of the motor'),
-        ('motor_side', 'torque'), ('motor_side', 'rate of the torque'),
+        ('actuator', 'torque'), ('actuator', 'rate of the torque'),
         ('arm_side', 'speed of the arm'), ('arm_side', 'angle of the arm'),
         ('transmission', 'twist'), ('transmission', 'rate of the twist'),
         ('transmission', 'speed of the motor'), ('transmission', 'angle of the arm'),
@@ -71,7 +71,8 @@ def remainder(search: Search, fitted: Fitted) -> Remainder:
         S, g, _, _ = fitting.normal_equations(joint, point.residual, weight)
         S[np.diag_indices(known)] += prior
         return fitting.gained(S, g, known)
-    found = [Remainder(place, over, gain(place, over)) for place, over in LAWS if place in visible]
+    found = [Remainder(place, over, gain(residual.signal_of(place), over))
+             for place, over in LAWS if residual.signal_of(place) in visible]
     return max(found, key=lambda r: r.gain)
 
 

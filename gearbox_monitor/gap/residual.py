@@ -429,6 +429,11 @@ def places(search: 'Search', fitted: 'Fitted', jobs: int = 1) -> dict[str, Any]:
             'region': region(search, fitted, found[order[0]])}
 
 
+def signal_of(place: str) -> str:
+    """Return the place at which a free signal stands for `place`."""
+    return 'motor_side' if place == 'actuator' else place
+
+
 def left_over(free: FreeForm) -> float:
     """Return chi2 per reading that is left, geometric mean of windows: one stuck counts less."""
     size = free.residual.shape[1]

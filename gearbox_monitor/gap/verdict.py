@@ -35,8 +35,10 @@ from gearbox_monitor.gap.candidate import (
 from gearbox_monitor.gap.decide import gain, MARGIN
 from gearbox_monitor.gap.misfit import follows, misfit, sharpen_sigma
 from gearbox_monitor.gap.recording import Recording
+from gearbox_monitor.gap.remainder import Remainder
 from gearbox_monitor.gap.search import Fitted, Search
 
+TIE = 1.01  # ratio of chi2 that free signals leave at places that they do not tell apart
 UNREPEATABLE = ('disturbance', 'motor_encoder_quantisation', 'arm_encoder_quantisation')
 
 
@@ -84,6 +86,7 @@ def report(search: Search, best: Fitted, kind: str, lattices: list[str], quantum
     named = ids if kind == 'effect' else []
     locations = [location_of(i) for i in named]
     if kind == 'unknown':
+        places['location'] = unknown_place(places, law)
         locations = [places['location']]
     model = None
     nuisances, given = best.candidate.values(best.point.z)
@@ -134,6 +137,20 @@ def report(search: Search, best: Fitted, kind: str, lattices: list[str], quantum
         data['validation'] = close.validate(validate, search.model, model or search.model,
                                             search.long.sigma)
     return Verdict(data, model, weighed)
+
+
+def unknown_place(places: Mapping[str, Any], law: Remainder | None) -> str:
+    """
+    Return the location of an unknown effect.
+
+    places: of residual.places; law: what the best fit leaves as a function of the motion, which
+    decides between places where free signals explain as much, and what moves the motor.
+    """
+    if law is None:
+        return str(places['location'])
+    left = {place: found['left'] for place, found in places['places'].items()}
+    tied = left[residual.signal_of(law.place)] < TIE * min(left.values())
+    return law.place if tied else str(places['location'])
 
 
 def co_estimated(model: DriveModel, nuisances: Mapping[str, float]) -> dict[str, float]:
