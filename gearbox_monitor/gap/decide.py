@@ -114,7 +114,11 @@ def by_bursts(search: Search, best: Fitted, singles: Sequence[str], rough: bool,
 
     best: of `singles`, names of effects; rough, lack: as of decide.
     """
-    burst = found_bursts(search) if 'disturbance' in search.ids else None
+    if 'disturbance' not in search.ids:
+        return None
+    if search.long.weighing is None and search.fitted[''].s > 0.0:
+        return None  # torque noise on the motor is bursts, too
+    burst = found_bursts(search)
     margin = (ROUGH_MARGIN if rough else MARGIN) + max(0.0, everywhere(search, best))
     if burst is None or gain(search, burst) <= margin or lack(burst):
         return None

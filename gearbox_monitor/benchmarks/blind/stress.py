@@ -28,6 +28,8 @@ SCATTERED = ('m1', 'm2', 'D', 'Cv', 'Cc', 'K', 'b')
 STEP = 2e-3         # of a nominal value
 PUSH = 1e-3         # N m
 ITERATIONS = 6
+SETTLING = 6        # iterations of the states, at most
+FAR = 2.5            # times the median chi2, from which on a window counts less
 LEVELS = (1e-3, 3e-3, 0.01, 0.03, 0.1)  # N m rms per sample
 SHARES = (1.0, 0.5, 0.2, 0.05)  # of a step, until one is better
 
@@ -84,26 +86,39 @@ class Likelihood:
         self.complexity = float(np.linalg.slogdet(inner)[1].sum())
 
     def _fitted(self, effects, shifts, states, iterations):
-        """Return (-2 log likelihood, (shifts, states)) by Gauss-Newton in the nominal values."""
-        def at(shifts, states):
-            nominal = {**self.told, **{key: self.told[key] * (1.0 + shift) for key, shift in zip(
-                SCATTERED, shifts)}}
+        """
+        Return (-2 log likelihood, (shifts, states)) by Gauss-Newton in the nominal values.
+
+        Windows that are far off count less, first, and are then started elsewhere.
+        """
+        def nominal_of(shifts):
+            return {**self.told, **{key: self.told[key] * (1.0 + shift)
+                                    for key, shift in zip(SCATTERED, shifts)}}
+
+        def at(shifts, states, robust):
+            nominal = nominal_of(shifts)
             runs, found, states = self._settled(nominal, effects, states)
-            chi2, S, g = self._normal(nominal, effects, runs, found, states)
+            chi2, S, g = self._normal(nominal, effects, runs, found, states, robust)
             weight = self.scatter ** -2
             return (chi2 + weight * shifts @ shifts, S + weight * np.eye(len(shifts)),
                     g - weight * shifts, states)
-        now = at(shifts, states)
-        for _ in range(iterations):
-            step, gained = np.linalg.solve(now[1], now[2]), 0.0
-            for share in SHARES:
-                trial = at(shifts + share * step, now[3])
-                if trial[0] < now[0]:
-                    gained, shifts, now = now[0] - trial[0], shifts + share * step, trial
+        for robust in (True, False):
+            now = at(shifts, states, robust)
+            for _ in range(iterations):
+                step, gained = np.linalg.solve(now[1], now[2]), 0.0
+                for share in SHARES:
+                    trial = at(shifts + share * step, now[3], robust)
+                    if trial[0] < now[0]:
+                        gained, shifts, now = now[0] - trial[0], shifts + share * step, trial
+                        break
+                if gained < 0.5:
                     break
-            if gained < 0.5:
-                break
-        return now[0], (shifts, now[3])
+            states = now[3]
+            if robust and iterations:
+                _, states, _ = evidence.fit_windows(
+                    nominal_of(shifts), effects, self.recording, self.sigma, states=states,
+                    iterations=SETTLING, others=(self.known,))
+        return now[0], (shifts, states)
 
     def _shifts(self, nominal):
         return np.array([nominal[key] / self.told[key] - 1.0 for key in SCATTERED])
@@ -111,7 +126,7 @@ class Likelihood:
     def _settled(self, nominal, effects, states):
         runs = plant.Windows(nominal, effects, self.recording['u'], self.recording['dt'],
                              self.starts, evidence.LENGTH, evidence.SUBSTEPS)
-        states, _, found = evidence.fit_states(runs, self.measured, self.sigma, states, 3)
+        states, _, found = evidence.fit_states(runs, self.measured, self.sigma, states, SETTLING)
         return runs, found, states
 
     def _pushed(self, runs, states, shape):
@@ -131,7 +146,7 @@ class Likelihood:
         hats, inverse = self.noise
         return b - hats @ (inverse @ (hats.transpose(0, 2, 1) @ b))
 
-    def _normal(self, nominal, effects, runs, found, states):
+    def _normal(self, nominal, effects, runs, found, states, robust):
         """Return (chi2, S [P, P], g [P]) in the nominal values, the states profiled out."""
         columns = []
         for i, step in enumerate(evidence.STEPS):
@@ -150,6 +165,10 @@ class Likelihood:
         scale = 1.0 / np.sqrt(np.einsum('wii->wi', product[:, :4, :4]) + 1e-12)
         inner = product[:, :4, :4] * scale[:, :, None] * scale[:, None, :] + 1e-9 * np.eye(4)
         cross = product[:, :4, 4:] * scale[:, :, None]
-        left = (product[:, 4:, 4:] - cross.transpose(0, 2, 1) @ np.linalg.solve(
-            inner, cross)).sum(axis=0)
-        return left[-1, -1], left[:-1, :-1], left[:-1, -1]
+        left = product[:, 4:, 4:] - cross.transpose(0, 2, 1) @ np.linalg.solve(inner, cross)
+        chi2 = left[:, -1, -1]
+        # Windows that sit in the wrong contact must not decide.
+        limit = FAR * np.median(chi2) if robust else chi2.max()
+        cost = np.minimum(chi2, limit) + limit * np.log(np.maximum(chi2 / limit, 1.0))
+        left = (np.minimum(1.0, limit / chi2)[:, None, None] * left).sum(axis=0)
+        return cost.sum(), left[:-1, :-1], left[:-1, -1]
