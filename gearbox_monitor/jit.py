@@ -151,10 +151,35 @@ if COMPILED:
 
     _fused: Any = intrinsic(_typed)
 
+    def _on_bits(shift: int, name: str) -> Any:
+        """Return the intrinsic (a, t) -> bits of a, `name` (add, xor) those of t << `shift`."""
+        def typed(context: Any, a: Any, t: Any) -> Any:
+            def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+                integer = context.get_value_type(numba.int64)
+                of_a, of_t = (builder.bitcast(v, integer) for v in arguments)
+                moved = builder.shl(of_t, integer(shift))
+                return builder.bitcast(getattr(builder, name)(of_a, moved), arguments[0].type)
+            number = numba.float64
+            return number(number, number), build
+        return intrinsic(typed)
+
+    _powered: Any = _on_bits(52, 'add')
+    _flipped: Any = _on_bits(63, 'xor')
+
     @jit_inline
     def fma(a: float, b: float, c: float) -> float:
         """Return a b + c of float64, rounded once: one instruction, half as many in a product."""
         return _fused(a, b, c)
+
+    @jit_inline
+    def times_power(a: float, t: float) -> float:
+        """Return a 2^k, normal numbers both, where t is k + 1.5 2^52: its lowest bits hold k."""
+        return _powered(a, t)
+
+    @jit_inline
+    def signed(a: float, t: float) -> float:
+        """Return (-1)^k a, where t is k + 1.5 2^52."""
+        return _flipped(a, t)
 else:
     def fma(a: float, b: float, c: float) -> float:
         """Return a b + c; interpreted, it is rounded twice."""

@@ -29,10 +29,10 @@ import math
 from typing import Any
 
 from gearbox_monitor.arrays import Array, Integers
-from gearbox_monitor.drive.arctan import arctan
 from gearbox_monitor.drive.effects import (
     BRANCH_H, DELAY1, ECC1_A, ECC1_PHI, elastic_torque, GAIN, reading, RIPPLE_A, RIPPLE_N,
     RIPPLE_PHI, TH, Three, Torques)
+from gearbox_monitor.drive.elementary import arctan
 from gearbox_monitor.drive.model import (
     ARM_ALPHA, CAC, CAV, D, DriveModel, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S, KIND,
     motor_acceleration, STIFFNESS, TWO_OVER_PI, WIDTH)

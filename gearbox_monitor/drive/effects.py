@@ -22,7 +22,7 @@ into it (model.DriveModel.folded) and has no equation here.
 
 Arguments of the equations: t s; x1, x2 rad and x3, x4 rad/s of motor and arm; u N m; h, dt s;
 e: pack(effects); cv, cc, alpha: friction of the model; kind, stiffness, half_gap, width, k_s: as
-of transmission_torque; w, z, s: memories.
+of transmission_torque; w, z, s: memories; side: of friction_side.
 
 Other packages add effects by the entry point group ``gearbox_monitor.effects``: each entry is an
 Effect with `torques`, see docs/plugins.md.
@@ -37,7 +37,7 @@ from typing import TypeAlias
 import numpy as np
 
 from gearbox_monitor.arrays import Array, Values
-from gearbox_monitor.drive.arctan import arctan
+from gearbox_monitor.drive.elementary import arctan, exponential, sine
 from gearbox_monitor.drive.transmission import dead_zone, transmission_torque
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.jit import jit, jit_anew, jit_inline
@@ -267,17 +267,23 @@ def not_in_filters(effects: Sequence[Values]) -> list[str]:
 @jit_inline
 def relaxed(memory: float, target: float, rate: float, h: float) -> float:
     """Return a memory after `h` s of memory' = rate (target - memory), rate in 1/s."""
-    return target + (memory - target) * math.exp(-rate * h)
+    return target + (memory - target) * exponential(-rate * h)
 
 
 @jit_inline
-def bristle(z: float, x3: float, h: float, cc: float, e: Array) -> tuple[float, float]:
-    """Return (z, g): deflection (rad) of LuGre's bristles after `h` s at speed x3."""
-    v = x3 / e[LUGRE_VS]
-    g = cc + e[LUGRE_CS] * math.exp(-v * v)
+def bristle(z: float, x3: float, h: float, cc: float, e: Array) -> float:
+    """Return z, the deflection (rad) of LuGre's bristles, after `h` s at speed x3."""
+    g = lugre_level(x3, cc, e)
     if x3 == 0.0 or g <= 0.0:
-        return z, g
-    return relaxed(z, math.copysign(g / e[SIGMA0], x3), e[SIGMA0] * abs(x3) / g, h), g
+        return z
+    return relaxed(z, math.copysign(g / e[SIGMA0], x3), e[SIGMA0] * abs(x3) / g, h)
+
+
+@jit_inline
+def lugre_level(x3: float, cc: float, e: Array) -> float:
+    """Return g (N m), LuGre's friction in steady sliding at speed x3."""
+    v = x3 / e[LUGRE_VS]
+    return cc + e[LUGRE_CS] * exponential(-v * v)
 
 
 @jit_inline
@@ -287,23 +293,60 @@ def loop_memory(z: float, rate: float, width: float, h: float) -> float:
 
 
 @jit_inline
+def friction_side(x3: float, alpha: float) -> float:
+    """Return the sign of x3 as Coulomb friction has it: smooth around standstill."""
+    return TWO_OVER_PI * arctan(alpha * x3)
+
+
+@jit_inline
+def stribeck(x3: float, side: float, e: Array) -> float:
+    """Return the torque (N m) of stribeck, `side` of friction_side."""
+    v = x3 / e[VS]
+    return e[CS] * exponential(-v * v) * side
+
+
+@jit_inline
+def lugre(x3: float, z: float, side: float, cc: float, e: Array) -> float:
+    """Return what lugre with bristles at `z` adds to Coulomb friction `cc` (N m)."""
+    g = lugre_level(x3, cc, e)
+    slip = abs(x3) * z / g if g > 0.0 else 0.0
+    return e[SIGMA0] * z + e[SIGMA1] * (x3 - e[SIGMA0] * slip) - cc * side
+
+
+@jit_inline
+def viscous_drift(x3: float, t: float, cv: float, e: Array) -> float:
+    """Return what viscous_drift adds to the friction (N m) at time `t`."""
+    return cv * e[DRIFT_R] * (1.0 - exponential(-t / e[DRIFT_T])) * x3
+
+
+@jit_inline
 def friction_effects(x3: float, z: float, t: float, cv: float, cc: float, alpha: float,
                      e: Array) -> float:
     """Return what stribeck, lugre, asymmetry and drift add to tau_f (N m)."""
     torque = 0.0
     if e[CS] != 0.0 or e[SIGMA0] != 0.0 or e[CA] != 0.0:
-        s = TWO_OVER_PI * arctan(alpha * x3)
+        side = friction_side(x3, alpha)
         if e[CS] != 0.0:
-            v = x3 / e[VS]
-            torque += e[CS] * math.exp(-v * v) * s
+            torque += stribeck(x3, side, e)
         if e[SIGMA0] != 0.0:
-            _, g = bristle(z, x3, 0.0, cc, e)
-            slip = abs(x3) * z / g if g > 0.0 else 0.0
-            torque += e[SIGMA0] * z + e[SIGMA1] * (x3 - e[SIGMA0] * slip) - cc * s
-        torque += e[CA] * abs(s)
+            torque += lugre(x3, z, side, cc, e)
+        torque += e[CA] * abs(side)
     if e[DRIFT_R] != 0.0:
-        torque += cv * e[DRIFT_R] * (1.0 - math.exp(-t / e[DRIFT_T])) * x3
+        torque += viscous_drift(x3, t, cv, e)
     return torque
+
+
+@jit_inline
+def mesh_error(x1: float, e: Array) -> float:
+    """Return the twist (rad) that mesh_error adds."""
+    return e[MESH_A] * sine(e[MESH_N] * x1 + e[MESH_PHI])
+
+
+@jit_inline
+def hardening(twist: float, half_gap: float, e: Array) -> float:
+    """Return the torque (N m) that hardening adds at `twist` (rad)."""
+    out = dead_zone(twist, half_gap)
+    return e[K3] * out * out * out
 
 
 @jit_inline
@@ -316,23 +359,34 @@ def elastic_torque(x1: float, x2: float, w: float, z: float, s: float, kind: int
     """
     twist = x1 - x2
     if e[MESH_A] != 0.0:
-        twist += e[MESH_A] * math.sin(e[MESH_N] * x1 + e[MESH_PHI])
+        twist += mesh_error(x1, e)
     if e[BRANCH_H] != 0.0:
         twist -= e[BRANCH_H] * s
     tau_k, _ = transmission_torque(twist, w, kind, stiffness, half_gap, width, k_s)
     if e[K3] != 0.0:
-        out = dead_zone(twist, half_gap)
-        tau_k += e[K3] * out * out * out
+        tau_k += hardening(twist, half_gap, e)
     return tau_k + e[TH] * z, twist
+
+
+@jit_inline
+def ripple(x1: float, e: Array) -> float:
+    """Return the factor of torque_ripple on the torque."""
+    return 1.0 + e[RIPPLE_A] * sine(e[RIPPLE_N] * x1 + e[RIPPLE_PHI])
+
+
+@jit_inline
+def cogging(x1: float, e: Array) -> float:
+    """Return the torque (N m) that cogging adds."""
+    return e[COG_A] * sine(e[COG_N] * x1 + e[COG_PHI])
 
 
 @jit_inline
 def motor_torque(x1: float, u: float, e: Array) -> float:
     """Return u_act (N m) with ripple and, added, cogging; what acts on u alone is in actuator."""
     if e[RIPPLE_A] != 0.0:
-        u *= 1.0 + e[RIPPLE_A] * math.sin(e[RIPPLE_N] * x1 + e[RIPPLE_PHI])
+        u *= ripple(x1, e)
     if e[COG_A] != 0.0:
-        u += e[COG_A] * math.sin(e[COG_N] * x1 + e[COG_PHI])
+        u += cogging(x1, e)
     return u
 
 

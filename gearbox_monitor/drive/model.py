@@ -35,8 +35,8 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.arrays import Array, Packed, Values
-from gearbox_monitor.drive.arctan import arctan
 from gearbox_monitor.drive.effects import ADDITIVE, ARM_LOADS, EFFECTS, Parameter, plugins
+from gearbox_monitor.drive.elementary import arctan, sine
 from gearbox_monitor.drive.transmission import KINDS
 from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError, Problems, unknown
@@ -430,10 +430,22 @@ def arm_load(x2: float, x4: float, p: Packed) -> float:
     torque = steady_arm_load(x4, p)
     # Most drives have neither: this spares two transcendental functions in each stage of a step.
     if p[CAC] != 0.0:
-        torque += p[CAC] * TWO_OVER_PI * arctan(p[ARM_ALPHA] * x4)
+        torque += arm_friction(x4, p)
     if p[G] != 0.0:
-        torque += p[G] * math.sin(x2)
+        torque += gravity(x2, p)
     return torque
+
+
+@jit_inline
+def arm_friction(x4: float, p: Packed) -> float:
+    """Return the arm's Coulomb friction (N m)."""
+    return p[CAC] * TWO_OVER_PI * arctan(p[ARM_ALPHA] * x4)
+
+
+@jit_inline
+def gravity(x2: float, p: Packed) -> float:
+    """Return the load (N m) of the arm's weight."""
+    return p[G] * sine(x2)
 
 
 @jit

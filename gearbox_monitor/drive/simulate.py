@@ -116,7 +116,7 @@ def _memories(x3: float, x4: float, z: float, loop: float, branch: float, h: flo
               e: Array) -> Three:
     """Return the memories of lugre, bouc_wen and branch after `h` s at these speeds."""
     if e[SIGMA0] != 0.0:
-        z, _ = bristle(z, x3, h, p[CC], e)
+        z = bristle(z, x3, h, p[CC], e)
     if e[TH] != 0.0:
         loop = loop_memory(loop, x3 - x4, e[DH], h)
     if e[BRANCH_H] != 0.0:

@@ -15,34 +15,42 @@
 """
 Free runs of many windows side by side: lanes of a vector unit instead of one after the other.
 
-The equations are those of drive.simulate, bit for bit, for models with a dead zone and without the
-effects that have an equation of their own: the most of all runs of a diagnosis.
+The equations are those of drive.simulate, bit for bit, for models with a dead zone and without a
+plug-in: the most of all runs of a diagnosis. Effects with an equation of their own take a step in
+which each of their terms is a loop over the lanes.
 
 p, e, plugin: model, effects and plug-in, packed; begin, first [W]: samples where runs and their
 windows begin; n: steps in a sample of dt seconds; carry_at [W]: samples whose states are kept;
-states, memory [W, 4]: where runs begin; u [N]: torque; extra: free-form signals.
+states, memory [W, 4]: where runs begin; u [N]: torque; extra: free-form signals; s: the lanes.
 """
 from collections.abc import Sized
 
 from gearbox_monitor.arrays import Array, Integers
 from gearbox_monitor.drive.effects import (
-    BRANCH_H, CA, COG_A, CS, DRIFT_R, K3, MESH_A, reading, RIPPLE_A, SIGMA0, TH)
+    BRANCH_DS, BRANCH_H, bristle, CA, COG_A, cogging, CS, DH, DRIFT_R, friction_side, hardening,
+    K3, loop_memory, lugre, MESH_A, mesh_error, reading, ripple, RIPPLE_A, SIGMA0, stribeck, TH,
+    viscous_drift)
 from gearbox_monitor.drive.model import (
-    arm_acceleration, CAC, G, HALF_GAP, KIND, motor_acceleration, steady_arm_load, STIFFNESS)
+    ALPHA, arm_acceleration, arm_friction, CAC, CC, CV, G, gravity, HALF_GAP, KIND,
+    motor_acceleration, steady_arm_load, STIFFNESS)
 from gearbox_monitor.drive.transmission import DEAD_ZONE, dead_zone
 from gearbox_monitor.jit import COMPILED, jit, jit_inline
 
 LANES = 16
 FEWEST = 3  # windows from which on lanes are faster than one run after the other
-OWN_EQUATIONS = [CS, SIGMA0, CA, DRIFT_R, COG_A, K3, TH, BRANCH_H, MESH_A, RIPPLE_A]
-X1, X2, X3, X4, U, ON_MOTOR, ON_ARM, WITHIN = (LANES * i for i in range(8))
-N_LANE_STATE = 8 * LANES
+OWN_EQUATIONS = (CS, SIGMA0, CA, DRIFT_R, COG_A, K3, TH, BRANCH_H, MESH_A, RIPPLE_A)
+# State: motion, memories of lugre, bouc_wen and branch, time. Then torques from outside.
+(X1, X2, X3, X4, Z, LOOP, BRANCH, T, U, ON_MOTOR, ON_ARM, WITHIN,
+ # A stage of a step with effects: where it is, what comes out, sums over stages, parts of torques.
+ Y1, Y2, Y3, Y4, YZ, YLOOP, YBRANCH, RATE3, RATE4, SUM1, SUM2, SUM3, SUM4, TWIST, TAU_K, LOAD,
+ MOTOR, FRICTION, SIDE) = (LANES * i for i in range(31))
+PARTS = 31
+N_LANE_STATE = PARTS * LANES
 
 
-def suited(windows: Sized, p: Array, e: Array, plugin: object) -> bool:
-    """Return whether `runs` gives what these windows and the packed model and effects ask for."""
-    return (COMPILED and len(windows) >= FEWEST and plugin is None and p[KIND] == DEAD_ZONE
-            and p[G] == 0.0 and p[CAC] == 0.0 and not e[OWN_EQUATIONS].any())
+def suited(windows: Sized, p: Array, plugin: object) -> bool:
+    """Return whether `runs` gives what these windows and the packed model ask for."""
+    return bool(COMPILED and len(windows) >= FEWEST and plugin is None and p[KIND] == DEAD_ZONE)
 
 
 @jit_inline
@@ -74,6 +82,121 @@ def _step(s: Array, h: float, p: Array) -> None:
 
 
 @jit
+def _rates(s: Array, late: float, p: Array, e: Array) -> None:
+    """Fill in the accelerations of a stage, `late` s after the step's begin."""
+    n = len(s) // PARTS  # LANES, which known to the compiler makes it unroll loops lane by lane
+    for i in range(n):
+        s[TWIST + i] = s[Y1 + i] - s[Y2 + i]
+        s[FRICTION + i] = 0.0
+        s[MOTOR + i] = s[U + i]
+        s[LOAD + i] = steady_arm_load(s[Y4 + i], p)
+    if e[MESH_A] != 0.0:
+        for i in range(n):
+            s[TWIST + i] += mesh_error(s[Y1 + i], e)
+    if e[BRANCH_H] != 0.0:
+        for i in range(n):
+            s[TWIST + i] -= e[BRANCH_H] * s[YBRANCH + i]
+    for i in range(n):
+        s[TAU_K + i] = p[STIFFNESS] * dead_zone(s[TWIST + i], p[HALF_GAP])
+    if e[K3] != 0.0:
+        for i in range(n):
+            s[TAU_K + i] += hardening(s[TWIST + i], p[HALF_GAP], e)
+    if e[TH] != 0.0:
+        for i in range(n):
+            s[TAU_K + i] += e[TH] * s[YLOOP + i]
+    if e[RIPPLE_A] != 0.0:
+        for i in range(n):
+            s[MOTOR + i] *= ripple(s[Y1 + i], e)
+    if e[COG_A] != 0.0:
+        for i in range(n):
+            s[MOTOR + i] += cogging(s[Y1 + i], e)
+    if e[CS] != 0.0 or e[SIGMA0] != 0.0 or e[CA] != 0.0:
+        for i in range(n):
+            s[SIDE + i] = friction_side(s[Y3 + i], p[ALPHA])
+        if e[CS] != 0.0:
+            for i in range(n):
+                s[FRICTION + i] += stribeck(s[Y3 + i], s[SIDE + i], e)
+        if e[SIGMA0] != 0.0:
+            for i in range(n):
+                s[FRICTION + i] += lugre(s[Y3 + i], s[YZ + i], s[SIDE + i], p[CC], e)
+        for i in range(n):
+            s[FRICTION + i] += e[CA] * abs(s[SIDE + i])
+    if e[DRIFT_R] != 0.0:
+        for i in range(n):
+            s[FRICTION + i] += viscous_drift(s[Y3 + i], s[T + i] + late, p[CV], e)
+    if p[CAC] != 0.0:
+        for i in range(n):
+            s[LOAD + i] += arm_friction(s[Y4 + i], p)
+    if p[G] != 0.0:
+        for i in range(n):
+            s[LOAD + i] += gravity(s[Y2 + i], p)
+    for i in range(n):
+        u, tau_k = s[U + i], s[TAU_K + i] + s[WITHIN + i]
+        motor = s[MOTOR + i] - u - s[FRICTION + i]
+        s[RATE3 + i] = motor_acceleration(s[Y1 + i], s[Y3 + i], s[Y4 + i],
+                                          u + motor + s[ON_MOTOR + i], tau_k, p)
+        s[RATE4 + i] = arm_acceleration(s[Y3 + i], s[Y4 + i], tau_k, s[LOAD + i] - s[ON_ARM + i],
+                                        p)
+
+
+@jit
+def _remember(s: Array, x3: int, x4: int, h: float, p: Array, e: Array) -> None:
+    """Fill in the memories of a stage: `h` s after the step's begin at the speeds s[x3], s[x4]."""
+    n = len(s) // PARTS
+    if e[SIGMA0] != 0.0:
+        for i in range(n):
+            s[YZ + i] = bristle(s[Z + i], s[x3 + i], h, p[CC], e)
+    if e[TH] != 0.0:
+        for i in range(n):
+            s[YLOOP + i] = loop_memory(s[LOOP + i], s[x3 + i] - s[x4 + i], e[DH], h)
+    if e[BRANCH_H] != 0.0:
+        for i in range(n):
+            s[YBRANCH + i] = loop_memory(s[BRANCH + i], s[x3 + i] - s[x4 + i], e[BRANCH_DS], h)
+
+
+@jit
+def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
+    """Advance the LANES states in s [N_LANE_STATE] by one RK4 step of `h` s, as _step does."""
+    n = len(s) // PARTS
+    half = 0.5 * h
+    for i in range(n):
+        s[Y1 + i], s[Y2 + i], s[Y3 + i], s[Y4 + i] = s[X1 + i], s[X2 + i], s[X3 + i], s[X4 + i]
+        s[YZ + i], s[YLOOP + i], s[YBRANCH + i] = s[Z + i], s[LOOP + i], s[BRANCH + i]
+    for stage in range(4):
+        late = 0.0 if stage == 0 else (half if stage < 3 else h)
+        _rates(s, late, p, e)
+        if stage == 0:
+            for i in range(n):
+                s[SUM1 + i], s[SUM2 + i] = s[Y3 + i], s[Y4 + i]
+                s[SUM3 + i], s[SUM4 + i] = s[RATE3 + i], s[RATE4 + i]
+        else:
+            factor = 1.0 if stage == 3 else 2.0
+            for i in range(n):
+                s[SUM1 + i] += factor * s[Y3 + i]
+                s[SUM2 + i] += factor * s[Y4 + i]
+                s[SUM3 + i] += factor * s[RATE3 + i]
+                s[SUM4 + i] += factor * s[RATE4 + i]
+        if stage < 3:
+            ahead = half if stage < 2 else h
+            _remember(s, Y3, Y4, ahead, p, e)
+            for i in range(n):
+                s[Y1 + i] = s[X1 + i] + ahead * s[Y3 + i]
+                s[Y2 + i] = s[X2 + i] + ahead * s[Y4 + i]
+                s[Y3 + i] = s[X3 + i] + ahead * s[RATE3 + i]
+                s[Y4 + i] = s[X4 + i] + ahead * s[RATE4 + i]
+    for i in range(n):
+        s[SUM1 + i], s[SUM2 + i] = s[SUM1 + i] / 6.0, s[SUM2 + i] / 6.0
+        s[X1 + i] += h * s[SUM1 + i]
+        s[X2 + i] += h * s[SUM2 + i]
+        s[X3 + i] += h / 6.0 * s[SUM3 + i]
+        s[X4 + i] += h / 6.0 * s[SUM4 + i]
+        s[T + i] += h
+    _remember(s, SUM1, SUM2, h, p, e)
+    for i in range(n):
+        s[Z + i], s[LOOP + i], s[BRANCH + i] = s[YZ + i], s[YLOOP + i], s[YBRANCH + i]
+
+
+@jit
 def runs(begin: Integers, first: Integers, length: int, carry_at: Integers, states: Array,
          memory: Array, dt: float, n: int, u: Array, extra: Array, p: Array, e: Array, s: Array,
          path: Array, y: Array, carry: Array) -> None:
@@ -83,21 +206,29 @@ def runs(begin: Integers, first: Integers, length: int, carry_at: Integers, stat
     s [N_LANE_STATE], path [LANES, longest lead + length, 4]: room to work in.
     """
     h, last = dt / n, len(begin) - 1
+    plain = p[CAC] == 0.0 and p[G] == 0.0
+    for i in OWN_EQUATIONS:
+        plain = plain and e[i] == 0.0
     for group in range(0, len(begin), LANES):
         longest = 0
         for i in range(LANES):
             w = min(group + i, last)
             longest = max(longest, first[w] - begin[w])
             for j in range(4):
-                s[LANES * j + i] = states[w, j]
+                s[X1 + LANES * j + i] = states[w, j]
+            for j in range(3):
+                s[Z + LANES * j + i] = memory[w, 1 + j]
         for k in range(longest + length + 1):
             for i in range(LANES):
                 w = min(group + i, last)
                 at = begin[w] + k
                 if at == carry_at[w]:
                     for j in range(4):
-                        carry[w, j] = s[LANES * j + i]
-                        carry[w, 4 + j] = memory[w, j]
+                        carry[w, j] = s[X1 + LANES * j + i]
+                    carry[w, 4] = memory[w, 0]
+                    for j in range(3):
+                        carry[w, 5 + j] = s[Z + LANES * j + i]
+                s[T + i] = at * dt
                 at = min(at, len(u) - 1)
                 for j in range(3):
                     s[ON_MOTOR + LANES * j + i] = extra[at, j]
@@ -105,11 +236,14 @@ def runs(begin: Integers, first: Integers, length: int, carry_at: Integers, stat
                 break
             for i in range(LANES):
                 for j in range(4):
-                    path[i, k, j] = s[LANES * j + i]
+                    path[i, k, j] = s[X1 + LANES * j + i]
             for part in range(n):
                 for i in range(LANES):
                     s[U + i] = u[min(begin[min(group + i, last)] + k, len(u) - 1), part]
-                _step(s, h, p)
+                if plain:
+                    _step(s, h, p)
+                else:
+                    _step_with_effects(s, h, p, e)
         for w in range(group, min(group + LANES, last + 1)):
             rows, late = path[w - group], first[w] - begin[w]
             for k in range(length):

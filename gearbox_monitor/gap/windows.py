@@ -169,7 +169,7 @@ class Simulator:
         y, carry = np.empty((w, windows.length, 2)), np.empty((w, N_STATE))
         p, extra = model.pack(), self.extra if extra is None else extra
         self.passes += w * windows.length / max(1, len(self.u))
-        if lanes.suited(windows, p, e, plugin):
+        if lanes.suited(windows, p, plugin):
             lanes.runs(windows.begin, windows.first, windows.length, windows.carry_at, states,
                        memory, self.dt, self.n, self.acting(e), extra, p, e,
                        np.empty(lanes.N_LANE_STATE),
