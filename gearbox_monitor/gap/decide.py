@@ -48,15 +48,26 @@ def gain(search: Search, fitted: Fitted) -> float:
 
 def convincing(search: Search, fitted: Fitted) -> bool:
     """Return whether `fitted` (one effect) beats none by more than the search itself explains."""
-    names = {EFFECTS[i].parameters[0].name for i in fitted.candidate.ids
-             if i in EFFECTS and EFFECTS[i].replaces}
-    if 'encoder_offset' in fitted.candidate.ids:
-        names.add(ZERO)
-    if names & set(nuisances_of(search.model)):
-        # Under scatter none may move this value, too: what counts is how far beyond the tolerance.
-        penalty = fitted.candidate.n_effect * np.log(search.long.n_train)
-        return gain(search, fitted) + penalty > OWN_MARGIN
+    if scatters(search, fitted.candidate.ids[0]):
+        return gain(search, fitted) > own_margin(search)
     return gain(search, fitted) > MARGIN
+
+
+def scatters(search: Search, name: str) -> bool:
+    """Return whether the effect `name` is a value that may scatter anyway."""
+    effect = EFFECTS.get(name)
+    value = ZERO if name == 'encoder_offset' else (
+        effect.parameters[0].name if effect and effect.replaces else None)
+    return value in nuisances_of(search.model)
+
+
+def own_margin(search: Search) -> float:
+    """
+    Return the gain in BIC of an effect that is a value which may scatter anyway.
+
+    A fit without it may move this value, too: what counts is how far beyond the tolerance.
+    """
+    return OWN_MARGIN - float(np.log(search.long.n_train))
 
 
 def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
@@ -73,6 +84,7 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
                 not rough and follows(search, fitted) is not None)
         return known[id(fitted)][1]
 
+    search.exempt('')
     none = search.fitted['']
     singles = search.ranked()
     if not singles:
@@ -88,7 +100,9 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
         best = search.fitted[singles[0]]
     if convincing(search, best):
         search.challenge(best)
-        none = search.fitted['']
+        search.exempt('')
+        none, singles = search.fitted[''], search.ranked()
+        best = search.fitted[singles[0]]
     if not convincing(search, best):
         return none, 'unknown' if lack(none) else 'none'
     if not search.noisy:
@@ -101,7 +115,8 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
         best = search.fitted[search.ranked()[0]]
     best = finer(search, simpler(search, best), lack)
     hints = forward_gains(search, best)
-    if lack(best) or max((g for g, _ in hints.values()), default=0.0) > PAIR_HINT:
+    if (lack(best) or max((g for g, _ in hints.values()), default=0.0) > PAIR_HINT
+            or search.long.weighing is None and search.far(best, search.ids)):
         best = paired(search, singles, lack)
     best = finer(search, best, lack)
     return best, 'unknown' if lack(best) else 'effect'
@@ -140,21 +155,37 @@ def paired(search: Search, singles: Sequence[str], lack: Callable[[Fitted], bool
 
     singles: names of the best effects that a second one is added to; lack: as of decide.
     """
+    white = search.long.weighing is None
+    before = {n: f for n, f in search.fitted.items() if white and f.white is not None}
     pairs = find_pairs(search, singles[:2])
-    careful = pairs[:2] if search.long.weighing is None else pairs
-    search.whiten([search.ranked()[0], *careful] if pairs else [])
-    pairs = sorted(pairs, key=lambda n: search.fitted[n].score)
+    careful = pairs[:2] if white else pairs
+    search.whiten(list(dict.fromkeys([*before, search.ranked()[0], *careful])) if pairs else [])
+    for name, fitted in before.items():  # a fit without torque noise has another scale
+        search.fitted[name] = min(fitted, search.fitted[name], key=lambda f: f.score)
     best = search.fitted[search.ranked()[0]]
-    pair = search.fitted[pairs[0]] if pairs else best
-    if pairs and lack(pair) and not search.noisy:
-        # Where many windows are astray, they hold the values back that would free them.
-        pair = search.fitted[pair.name] = search.polish(search.grown(pair), [pair.point])
-    if best.score - pair.score > PAIR_MARGIN and not search.noisy:
-        # What the pair has found for windows is no merit of its second effect.
-        best = search.fitted[best.name] = search.polish(search.grown(best), [pair.point])
-    if best.score - pair.score > PAIR_MARGIN and (lack(best) or not lack(pair)):
-        return pair
-    return best
+    pairs += search.exempt(best.name)
+    pairs = sorted({*pairs} & {*search.fitted}, key=lambda n: search.fitted[n].score)
+    if not pairs:
+        return best
+    pair = search.fitted[pairs[0]]
+    if search.noisy:
+        pair = next((p for p in map(search.fitted.__getitem__, pairs) if worth(search, best, p)),
+                    pair)
+    else:
+        if lack(pair):
+            # Where many windows are astray, they hold the values back that would free them.
+            pair = search.fitted[pair.name] = search.polish(search.grown(pair), [pair.point])
+        if worth(search, best, pair):
+            # What the pair has found for windows is no merit of its second effect.
+            best = search.fitted[best.name] = search.polish(search.grown(best), [pair.point])
+    return pair if worth(search, best, pair) and (lack(best) or not lack(pair)) else best
+
+
+def worth(search: Search, best: Fitted, pair: Fitted) -> bool:
+    """Return whether `pair` beats `best` (one effect) by the price of its second one."""
+    more = [i for i in pair.candidate.ids if i not in best.candidate.ids]
+    own = len(more) == 1 and scatters(search, more[0])
+    return best.score - pair.score > (own_margin(search) if own else PAIR_MARGIN)
 
 
 def finer(search: Search, best: Fitted, lack: Callable[[Fitted], bool]) -> Fitted:

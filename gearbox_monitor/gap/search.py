@@ -291,7 +291,7 @@ class Search:
             return sorted(gains, key=gains.__getitem__, reverse=True)[:KEEP_SCREENED]
         for name, parts in by_id.items():
             self.fitted[name] = min((p.long for p in parts), key=lambda f: f.score)
-        chosen = dict.fromkeys(best(_long_gain) + best(_short_gain) + self._far(by_id))
+        chosen = dict.fromkeys(best(_long_gain) + best(_short_gain) + self.far(none, by_id))
         jobs = [(name, by_id[name]) for name in chosen]
         for name, found in zip(chosen, self.map(self._refine_one, jobs, 'refining')):
             self.fitted[name] = min(found, self.fitted[name], key=lambda f: f.score)
@@ -299,11 +299,10 @@ class Search:
             self.cross()
         self.whiten(['', *self.ranked()[:KEEP_REFINED]])
 
-    def _far(self, ids: Iterable[str]) -> list[str]:
-        """Return those of `ids` whose value none has moved far beyond its tolerance."""
-        none = self.fitted['']
-        far = {c.name for c, z in zip(none.candidate.coordinates, none.point.z)
-               if abs(z) > FAR * c.prior}
+    def far(self, fitted: Fitted, ids: Iterable[str]) -> list[str]:
+        """Return those of `ids` whose value `fitted` has moved far beyond its tolerance."""
+        far = {c.name for c, z in zip(fitted.candidate.coordinates, fitted.point.z)
+               if c.owner < 0 and abs(z) > FAR * c.prior}
         return [i for i in ids if i in EFFECTS and EFFECTS[i].replaces
                 and EFFECTS[i].parameters[0].name in far]
 
@@ -411,6 +410,38 @@ class Search:
                                              levels(self.model, self.recording.u))
         return Fitted(candidate, point,
                       deviance + candidate.n_effect * math.log(self.long.n_train), s, white)
+
+    def exempt(self, name: str) -> list[str]:
+        """
+        Fit `name` with each value that is far beyond its tolerance as an effect instead.
+
+        They join `fitted` where they are better; returns their names. From where `name` is: that
+        the value is another one is known already, and what it is as well.
+        """
+        if not self.noisy or self.long.weighing is not None:
+            return []
+        base = self.fitted[name]
+        names = []
+        for second in self.far(base, self.ids):
+            alone = self.starts.candidates(second)[0]
+            c = EFFECTS[second].parameters[0].name
+            known = {k.name: v for k, v in zip(base.candidate.coordinates, base.point.z)
+                     if k.owner < 0}
+            value = (replaced_value(self.model, second) or 0.0) * (1.0 + known[c])
+            moved = np.where([k.owner < 0 for k in alone.coordinates], 0.0, value)
+            joint = self.starts.joint([(base.candidate, base.point.z), (alone, moved)])
+            z = np.array([known[k.name] if k.owner < 0 else v
+                          for k, v in zip(joint.coordinates, joint.start())])
+            point = self.long.evaluate(joint, fitting.copied(base.point, z))
+            found = self._whitened(joint, point)
+            rivals = [f for f in self.fitted.values()
+                      if sorted(f.candidate.ids) == sorted(joint.ids)]
+            for rival in rivals:
+                del self.fitted[rival.name]
+            found = min([found, *rivals], key=lambda f: f.score)
+            self.fitted[found.name] = found
+            names.append(found.name)
+        return names
 
     def challenge(self, fitted: Fitted) -> None:
         """Fit none from where `fitted` is: what it found for nominal values is no merit of it."""
