@@ -21,9 +21,9 @@ import pytest
 from gearbox_monitor.drive.model import DriveModel, model_from_dict
 from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.gap import (
-    close, decide, diagnose, fit, isolate, misfit, noise, pairs, residual, windows)
+    close, decide, diagnose, fit, isolate, misfit, noise, pairs, residual, verdict, windows)
 from gearbox_monitor.gap.recording import Recording
-from gearbox_monitor.gap.remainder import remainder
+from gearbox_monitor.gap.remainder import Remainder, remainder
 from gearbox_monitor.gap.search import Fitted, Search
 
 DT, SIGMA = 0.001, (0.002, 0.002)
@@ -288,3 +288,50 @@ def test_what_is_left_is_a_function_of_the_motion(name, values, place, over):
     found = remainder(search, none)
     assert (found.place, found.over) == (place, over) and found.gain > 3.0 * misfit.REMAINDER
     assert remainder(search, fitted_from(search, name, values)).gain < 30.0
+
+
+def scattered(effects, torque_noise=0.005, seconds=8, seed=3):
+    """Return (Recording, DriveModel told) of a drive with torque noise, nominal within 1.5 %."""
+    told = model_from_dict({'tolerance': 0.015}, 'test')
+    scatter = np.random.default_rng(seed).normal(0.0, 0.015, 3)
+    own = model_from_dict({'effects': [
+        {'id': i, p: v * (1.0 + f)} for (i, p, v), f in zip((
+            ('arm_inertia', 'm2', told.arm_inertia),
+            ('motor_coulomb', 'Cc', told.coulomb_friction),
+            ('stiffness', 'K', told.transmission.stiffness)), scatter)
+        if i not in {e['id'] for e in effects}] + effects}, 'test')
+    r = record([], seconds, seed)
+    noise = np.random.default_rng(seed + 1).normal(0.0, torque_noise, len(r.u))
+    path = simulate(own, r.u + noise, DT, Noise(measurement=SIGMA), seed)
+    return Recording(r.t, r.u, path.y, DT), told
+
+
+@pytest.mark.parametrize('effects, expected', [
+    ([], None),
+    ([{'id': 'motor_viscous', 'Cv': 0.088}], 'motor_viscous'),
+    ([{'id': 'load_torque', 'TL': 0.05}, {'id': 'backlash_gap', 'b': 0.113}],
+     'load_torque+backlash_gap'),
+])
+def test_a_value_far_beyond_its_tolerance_is_an_effect(effects, expected):
+    recording, told = scattered(effects)
+    found = diagnose.diagnose([recording], told, only=[
+        'motor_viscous', 'backlash_gap', 'load_torque', 'torque_gain', 'disturbance'], jobs=2).data
+    assert found['verdict'] == ('effect' if expected else 'none')
+    assert sorted((found['effect'] or '').split('+')) == sorted((expected or '').split('+'))
+    for effect in effects:
+        for parameter, value in effect.items():
+            if parameter != 'id':
+                assert found['params'][effect['id']][parameter] == pytest.approx(value, rel=0.05)
+    assert all(abs(shift) < 4.0 for shift in found['nominal_shift'].values())
+
+
+@pytest.mark.parametrize('law, left, expected', [
+    (None, {}, 'arm_side'),
+    ('actuator', {'motor_side': 1.005, 'arm_side': 1.0}, 'actuator'),
+    ('actuator', {'motor_side': 1.02, 'arm_side': 1.0}, 'arm_side'),
+    ('transmission', {'transmission': 1.0, 'arm_side': 1.0}, 'transmission'),
+])
+def test_what_is_left_decides_between_places_that_explain_as_much(law, left, expected):
+    places = {'location': 'arm_side', 'places': {p: {'left': v} for p, v in left.items()}}
+    law = law and Remainder(law, 'speed', 100.0)
+    assert verdict.unknown_place(places, law) == expected

@@ -61,8 +61,7 @@ def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
 
     def searched(sigma: Array, phi: Array | None = None) -> Search:
         search = Search(recording, model, sigma, ids, jobs, progress, phi)
-        search.none()
-        search.refine(search.screen())
+        search.none_and_singles()
         return search
     search = searched(sigma)
     best = min(search.fitted.values(), key=lambda f: f.score)
@@ -95,8 +94,7 @@ def decided_on_all(search: Search) -> tuple[Fitted, str]:
     train = search.long.train.copy()
     search.long.train[:] = True
     search.fitted.clear()
-    search.none()
-    search.refine(search.screen())
+    search.none_and_singles()
     found = decide(search)
     search.long.train[:] = train
     return found

@@ -216,6 +216,11 @@ class Search:
 
     # ------------------------------------------------------------------ single effects
 
+    def none_and_singles(self) -> None:
+        """Fit the model without effects and with each single one."""
+        self.none()
+        self.refine(self.screen())
+
     def screen(self) -> dict[str, list[Screened]]:
         """Fit all single effects roughly; keeps the best of each id in `fitted`."""
         ids = [i for i in self.ids if i not in NOT_FITTED]
