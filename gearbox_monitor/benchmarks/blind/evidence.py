@@ -65,6 +65,11 @@ def _chi2(y, found, sigma):
     return np.where(np.isfinite(chi2), chi2, np.inf)
 
 
+def _finite(array):
+    """Return `array` as numbers whose squares can be summed: runs from far off diverge."""
+    return np.clip(np.nan_to_num(array), -1e100, 1e100)
+
+
 def fit_states(runs, y, sigma, states, iterations=6, chosen=None):
     """Return (states, chi2 [W], predictions): Levenberg-Marquardt, each window on its own."""
     states, carry = np.array(states, float), chosen is None
@@ -80,8 +85,8 @@ def fit_states(runs, y, sigma, states, iterations=6, chosen=None):
             moved[:, i] += step
             jacobian[:, :, i] = ((runs.run(moved, chosen) - found) / step / sigma).reshape(
                 len(states), -1)
-        residual = np.nan_to_num(((y - found) / sigma).reshape(len(states), -1))
-        jacobian = np.nan_to_num(jacobian)
+        residual = _finite(((y - found) / sigma).reshape(len(states), -1))
+        jacobian = _finite(jacobian)
         normal = np.einsum('wni,wnj->wij', jacobian, jacobian)
         pull = np.einsum('wni,wn->wi', jacobian, residual)
         scale = np.sqrt(np.einsum('wii->wi', normal)) + 1e-12
