@@ -39,12 +39,12 @@ from gearbox_monitor.jit import COMPILED, jit, jit_inline
 LANES = 16
 FEWEST = 3  # windows from which on lanes are faster than one run after the other
 OWN_EQUATIONS = (CS, SIGMA0, CA, DRIFT_R, COG_A, K3, TH, BRANCH_H, MESH_A, RIPPLE_A)
+PARTS = 31
 # State: motion, memories of lugre, bouc_wen and branch, time. Then torques from outside.
 (X1, X2, X3, X4, Z, LOOP, BRANCH, T, U, ON_MOTOR, ON_ARM, WITHIN,
  # A stage of a step with effects: where it is, what comes out, sums over stages, parts of torques.
  Y1, Y2, Y3, Y4, YZ, YLOOP, YBRANCH, RATE3, RATE4, SUM1, SUM2, SUM3, SUM4, TWIST, TAU_K, LOAD,
- MOTOR, FRICTION, SIDE) = (LANES * i for i in range(31))
-PARTS = 31
+ MOTOR, FRICTION, SIDE) = (LANES * i for i in range(PARTS))
 N_LANE_STATE = PARTS * LANES
 
 
@@ -84,53 +84,53 @@ def _step(s: Array, h: float, p: Array) -> None:
 @jit
 def _rates(s: Array, late: float, p: Array, e: Array) -> None:
     """Fill in the accelerations of a stage, `late` s after the step's begin."""
-    n = len(s) // PARTS  # LANES, which known to the compiler makes it unroll loops lane by lane
-    for i in range(n):
+    lanes = len(s) // PARTS  # LANES: known to the compiler, it would unroll loops lane by lane
+    for i in range(lanes):
         s[TWIST + i] = s[Y1 + i] - s[Y2 + i]
         s[FRICTION + i] = 0.0
         s[MOTOR + i] = s[U + i]
         s[LOAD + i] = steady_arm_load(s[Y4 + i], p)
     if e[MESH_A] != 0.0:
-        for i in range(n):
+        for i in range(lanes):
             s[TWIST + i] += mesh_error(s[Y1 + i], e)
     if e[BRANCH_H] != 0.0:
-        for i in range(n):
+        for i in range(lanes):
             s[TWIST + i] -= e[BRANCH_H] * s[YBRANCH + i]
-    for i in range(n):
+    for i in range(lanes):
         s[TAU_K + i] = p[STIFFNESS] * dead_zone(s[TWIST + i], p[HALF_GAP])
     if e[K3] != 0.0:
-        for i in range(n):
+        for i in range(lanes):
             s[TAU_K + i] += hardening(s[TWIST + i], p[HALF_GAP], e)
     if e[TH] != 0.0:
-        for i in range(n):
+        for i in range(lanes):
             s[TAU_K + i] += e[TH] * s[YLOOP + i]
     if e[RIPPLE_A] != 0.0:
-        for i in range(n):
+        for i in range(lanes):
             s[MOTOR + i] *= ripple(s[Y1 + i], e)
     if e[COG_A] != 0.0:
-        for i in range(n):
+        for i in range(lanes):
             s[MOTOR + i] += cogging(s[Y1 + i], e)
     if e[CS] != 0.0 or e[SIGMA0] != 0.0 or e[CA] != 0.0:
-        for i in range(n):
+        for i in range(lanes):
             s[SIDE + i] = friction_side(s[Y3 + i], p[ALPHA])
         if e[CS] != 0.0:
-            for i in range(n):
+            for i in range(lanes):
                 s[FRICTION + i] += stribeck(s[Y3 + i], s[SIDE + i], e)
         if e[SIGMA0] != 0.0:
-            for i in range(n):
+            for i in range(lanes):
                 s[FRICTION + i] += lugre(s[Y3 + i], s[YZ + i], s[SIDE + i], p[CC], e)
-        for i in range(n):
+        for i in range(lanes):
             s[FRICTION + i] += e[CA] * abs(s[SIDE + i])
     if e[DRIFT_R] != 0.0:
-        for i in range(n):
+        for i in range(lanes):
             s[FRICTION + i] += viscous_drift(s[Y3 + i], s[T + i] + late, p[CV], e)
     if p[CAC] != 0.0:
-        for i in range(n):
+        for i in range(lanes):
             s[LOAD + i] += arm_friction(s[Y4 + i], p)
     if p[G] != 0.0:
-        for i in range(n):
+        for i in range(lanes):
             s[LOAD + i] += gravity(s[Y2 + i], p)
-    for i in range(n):
+    for i in range(lanes):
         u, tau_k = s[U + i], s[TAU_K + i] + s[WITHIN + i]
         motor = s[MOTOR + i] - u - s[FRICTION + i]
         s[RATE3 + i] = motor_acceleration(s[Y1 + i], s[Y3 + i], s[Y4 + i],
@@ -142,36 +142,36 @@ def _rates(s: Array, late: float, p: Array, e: Array) -> None:
 @jit
 def _remember(s: Array, x3: int, x4: int, h: float, p: Array, e: Array) -> None:
     """Fill in the memories of a stage: `h` s after the step's begin at the speeds s[x3], s[x4]."""
-    n = len(s) // PARTS
+    lanes = len(s) // PARTS
     if e[SIGMA0] != 0.0:
-        for i in range(n):
+        for i in range(lanes):
             s[YZ + i] = bristle(s[Z + i], s[x3 + i], h, p[CC], e)
     if e[TH] != 0.0:
-        for i in range(n):
+        for i in range(lanes):
             s[YLOOP + i] = loop_memory(s[LOOP + i], s[x3 + i] - s[x4 + i], e[DH], h)
     if e[BRANCH_H] != 0.0:
-        for i in range(n):
+        for i in range(lanes):
             s[YBRANCH + i] = loop_memory(s[BRANCH + i], s[x3 + i] - s[x4 + i], e[BRANCH_DS], h)
 
 
 @jit
 def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
     """Advance the LANES states in s [N_LANE_STATE] by one RK4 step of `h` s, as _step does."""
-    n = len(s) // PARTS
+    lanes = len(s) // PARTS
     half = 0.5 * h
-    for i in range(n):
+    for i in range(lanes):
         s[Y1 + i], s[Y2 + i], s[Y3 + i], s[Y4 + i] = s[X1 + i], s[X2 + i], s[X3 + i], s[X4 + i]
         s[YZ + i], s[YLOOP + i], s[YBRANCH + i] = s[Z + i], s[LOOP + i], s[BRANCH + i]
     for stage in range(4):
         late = 0.0 if stage == 0 else (half if stage < 3 else h)
         _rates(s, late, p, e)
         if stage == 0:
-            for i in range(n):
+            for i in range(lanes):
                 s[SUM1 + i], s[SUM2 + i] = s[Y3 + i], s[Y4 + i]
                 s[SUM3 + i], s[SUM4 + i] = s[RATE3 + i], s[RATE4 + i]
         else:
             factor = 1.0 if stage == 3 else 2.0
-            for i in range(n):
+            for i in range(lanes):
                 s[SUM1 + i] += factor * s[Y3 + i]
                 s[SUM2 + i] += factor * s[Y4 + i]
                 s[SUM3 + i] += factor * s[RATE3 + i]
@@ -179,12 +179,12 @@ def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
         if stage < 3:
             ahead = half if stage < 2 else h
             _remember(s, Y3, Y4, ahead, p, e)
-            for i in range(n):
+            for i in range(lanes):
                 s[Y1 + i] = s[X1 + i] + ahead * s[Y3 + i]
                 s[Y2 + i] = s[X2 + i] + ahead * s[Y4 + i]
                 s[Y3 + i] = s[X3 + i] + ahead * s[RATE3 + i]
                 s[Y4 + i] = s[X4 + i] + ahead * s[RATE4 + i]
-    for i in range(n):
+    for i in range(lanes):
         s[SUM1 + i], s[SUM2 + i] = s[SUM1 + i] / 6.0, s[SUM2 + i] / 6.0
         s[X1 + i] += h * s[SUM1 + i]
         s[X2 + i] += h * s[SUM2 + i]
@@ -192,7 +192,7 @@ def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
         s[X4 + i] += h / 6.0 * s[SUM4 + i]
         s[T + i] += h
     _remember(s, SUM1, SUM2, h, p, e)
-    for i in range(n):
+    for i in range(lanes):
         s[Z + i], s[LOOP + i], s[BRANCH + i] = s[YZ + i], s[YLOOP + i], s[YBRANCH + i]
 
 
