@@ -19,6 +19,7 @@ import re
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.importer import load_mapping, read_recording
@@ -155,6 +156,14 @@ def test_gear_ratio_of_the_model_file_is_recognised(sound):
     t, u, y = sound
     code, text = fatal(t, u, y * [35.0, 1.0], replace(MODEL, gear_ratio=35.0))
     assert code == 'units' and 'the gear ratio is applied twice or on the wrong side' in text
+
+
+def test_noise_that_lasts_is_no_wrong_model():
+    t, u, y = record('square')
+    noise = np.random.default_rng(2).standard_normal(y.shape)
+    noise = lfilter([1.0], [1.0, -0.9], noise, axis=0) * 0.02
+    assert not [p for p in found(t, u, y + noise) if p.fatal]
+    assert fatal(t, u, (y + noise) * [1.0, -1.0])[0] == 'sign'
 
 
 def test_unrelated_signals_are_refused(sound):

@@ -85,6 +85,9 @@ def _problems(recording: Recording, model: DriveModel) -> list[Problem]:
         return problems + still
     rigid = model.transmission.kind == 'rigid'
     wrong = [] if rigid else _wiring(smooth, model)
+    for wider in HALF_WIDTHS:  # noise that lasts is more than its high frequencies tell
+        if wrong and wrong[0].code == 'implausible':
+            wrong = _wiring(Smooth(recording, sigma, wider), model)
     if fatal:
         # In wrong units, a coarse encoder that stands still looks frozen or clipped.
         looks = quantum.any() and any(p.code == 'units' for p in wrong)
@@ -236,12 +239,12 @@ class Smooth:
     Torque and positions smoothed alike, with the positions' derivatives, every few samples.
 
     u [M] N m; p, v, a [M, 2] rad, rad/s, rad/s^2; k [M] samples they stand at; noise [2] rad, what
-    is left of the noise in p. As wide as the noise asks for.
+    is left of the noise in p. As wide as the noise asks for, and half the width `least` s.
     """
 
-    def __init__(self, recording: Recording, sigma: Array) -> None:
+    def __init__(self, recording: Recording, sigma: Array, least: float = 0.0) -> None:
         r = recording
-        for half_width in HALF_WIDTHS:
+        for half_width in (w for w in HALF_WIDTHS if w >= least):
             n = max(3, int(round(half_width / r.dt)))
             kernels = _kernels(n, r.dt)
             a = np.column_stack([np.convolve(y - y[0], kernels[2], 'valid') for y in r.y.T])
