@@ -50,6 +50,8 @@ RIVAL = 6.0  # chi2 by which another fit of a window is better, from which on it
 ROUGH, KEPT_STARTS = 2, 3  # iterations from all starts; how many go on
 SHARES = (0.1, 0.2, 0.4, 0.7, 1.0)  # of the windows, on which states are found step by step
 STUCK = 1.15   # times the median chi2: windows above are tried from elsewhere
+LOOPS = {'hysteresis_bouc_wen': 2, 'hysteresis_branch': 3}  # where their memory stands
+MEMORIES = (-1.0, -0.5, 0.0, 0.5, 1.0)  # it goes from -1 to 1
 UNSET: Any = None  # of a Point that was not evaluated yet
 Reduced: TypeAlias = tuple[Array, Array, Array, Array]
 
@@ -281,7 +283,7 @@ def rescue(data: Data, candidate: Candidate, point: Point, others: Sequence[Poin
     behind = np.zeros(len(stuck), bool)
     for other in others:
         behind |= other.chi2 < point.chi2 - RIVAL
-    better = 0
+    better = _try_memories(data, candidate, point)
     for windows, anywhere in ((np.flatnonzero(stuck), True),
                               (np.flatnonzero(behind & ~stuck), False)):
         if not len(windows):
@@ -297,6 +299,24 @@ def rescue(data: Data, candidate: Candidate, point: Point, others: Sequence[Poin
     if better:
         data.evaluate(candidate, point)
     return better
+
+
+def _try_memories(data: Data, candidate: Candidate, point: Point) -> int:
+    """
+    Try other memories of a hysteresis where windows begin; return how many became better.
+
+    What a fit that was still far off handed over may hold a window back for ever.
+    """
+    places = [LOOPS[name] for name in candidate.ids if name in LOOPS]
+    every, better = np.arange(len(point.states)), np.zeros(len(point.states), bool)
+    for value in MEMORIES if places else ():
+        memory = point.memory.copy()
+        memory[:, places] = value
+        states, chi2 = solve_states(data, candidate.model(point.z), point.states, memory, every)
+        use = chi2 < point.chi2 - RIVAL
+        point.states[use], point.memory[use], point.chi2[use] = states[use], memory[use], chi2[use]
+        better |= use
+    return int(better.sum())
 
 
 def _rival_states(others: Sequence[Point], windows: Integers) -> list[Array]:

@@ -128,5 +128,6 @@ def follows(search: Search, fitted: Fitted) -> Remainder | None:
     if 'disturbance' in fitted.candidate.ids:
         return None  # a free signal, of which the motion has been asked
     before = (search.fitted[''].point.chi2 - fitted.point.chi2).sum()
-    found = remainder(search, fitted)
+    # A motion that the fit misses is better taken from the readings.
+    found = remainder(search, fitted, modelled=not lacks(search, fitted))
     return found if found.gain > REMAINDER + REMAINDER_RELATIVE * max(0.0, before) else None

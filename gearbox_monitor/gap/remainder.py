@@ -50,15 +50,21 @@ class Remainder:
     gain: float
 
 
-def remainder(search: Search, fitted: Fitted) -> Remainder:
-    """Return the Remainder of largest gain that `fitted` allows, its own parameters refitted."""
+def remainder(search: Search, fitted: Fitted, modelled: bool = False) -> Remainder:
+    """
+    Return the Remainder of largest gain that `fitted` allows, its own parameters refitted.
+
+    modelled: of the motion that the model has, not of that which was read: noise of the readings
+    is part of what is left as well, so that it follows from their rates.
+    """
     data, point = search.long, fitted.point
     candidate = fitted.candidate
     weight = fitting.weights(data, point.chi2, True)
     own = fitting.sensitivity(data, candidate, point)
     _, prior = candidate.prior(point.z)
     known = len(prior)
-    moved = _motion(search)
+    moved = _motion(search, _modelled(search, fitted) if modelled else
+                    search.recording.positions)
     visible = residual.visible_places(search)
 
     def gain(place: str, over: str) -> float:
@@ -76,11 +82,27 @@ def remainder(search: Search, fitted: Fitted) -> Remainder:
     return max(found, key=lambda r: r.gain)
 
 
-def _motion(search: Search) -> dict[str, Array]:
-    """Return {quantity: values [N]} of the recording."""
+def _modelled(search: Search, fitted: Fitted) -> Array:
+    """Return positions [N, 2] as `fitted` has them; where there is no window, those read."""
+    data, positions = search.long, search.recording.positions.copy()
+    y = _readings(data, fitted)
+    for first, rows in zip(data.windows.first, y):
+        positions[first:first + len(rows), data.channels] = rows
+    return positions
+
+
+def _readings(data: fitting.Data, fitted: Fitted) -> Array:
+    """Return what the encoders would read without noise [W, L, C]."""
+    point = fitted.point
+    r, _ = data.uncoloured().residual(fitted.candidate.model(point.z), point.states, point.memory)
+    return data.y - data.parted(r) * data.sigma[data.channels]
+
+
+def _motion(search: Search, positions: Array) -> dict[str, Array]:
+    """Return {quantity: values [N]} of the `positions` [N, 2]."""
     recording = search.recording
     dt = recording.dt
-    motor, arm = (maps.motion(recording.positions[:, order], dt, recording.cuts)
+    motor, arm = (maps.motion(positions[:, order], dt, recording.cuts)
                   for order in ([0, 1], [1, 0]))
     width = max(3, 2 * round(0.5 * SMOOTHING / dt) + 1)
     return {'speed of the motor': motor['speed'], 'speed of the arm': arm['speed'],
@@ -121,8 +143,7 @@ def _sensor_columns(search: Search, fitted: Fitted, place: str) -> Array:
     sensor = residual.SENSORS.index(place)
     at = data.channels.index(sensor)
     # Where the model says that it is: the reading's own noise would be part of both.
-    r, _ = data.uncoloured().residual(fitted.candidate.model(point.z), point.states, point.memory)
-    angle = data.y[:, :, at] - data.parted(r)[:, :, at] * data.sigma[sensor]
+    angle = _readings(data, fitted)[:, :, at]
     out = np.zeros((*point.residual.shape, VALUES))
     out[:, at::len(data.channels)] = data.white(_hats(angle, False) / data.sigma[sensor], [sensor])
     return out
