@@ -290,6 +290,41 @@ def test_what_is_left_is_a_function_of_the_motion(name, values, place, over):
     assert remainder(search, fitted_from(search, name, values)).gain < 30.0
 
 
+def test_noise_of_the_readings_is_no_law():
+    random = np.random.default_rng(1)
+    u = np.concatenate([np.full(random.integers(150, 1000), 2.1 * (-1) ** k) for k in range(40)])
+    model = model_from_dict({
+        'damping': 0.2588, 'motor_inertia': 0.004656, 'arm_inertia': 0.02905,
+        'viscous_friction': 0.0756, 'coulomb_friction': 0.293,
+        'transmission': {'kind': 'dead_zone', 'stiffness': 17.25, 'half_gap': 0.048}}, 'test')
+    u, std = u[:12000], (0.048, 0.048)
+    path = simulate(model, u, DT, Noise(measurement=std), 1)
+    search = Search(Recording(DT * np.arange(len(u)), u, path.y, DT), model, std, ['stribeck'])
+    none = search.none()
+    read = remainder(search, none)
+    assert read.over == 'rate of the twist' and read.gain > misfit.REMAINDER
+    assert remainder(search, none, modelled=True).gain < 20.0
+    assert misfit.follows(search, none) is None
+
+
+def test_a_memory_that_is_stuck_is_freed():
+    effect = {'h': 0.012, 'ds': 0.05}
+    search = Search(record([{'id': 'hysteresis_branch', **effect}]), DriveModel(), SIGMA,
+                    ['hysteresis_branch'])
+    search.none()
+    right = fitted_from(search, 'hysteresis_branch', effect)
+    every = np.arange(len(right.point.states))
+    stuck = fit.copied(right.point)
+    stuck.memory[:, 3] = -np.sign(right.point.memory[:, 3])
+    stuck.states, _ = fit.solve_states(search.long, right.candidate.model(stuck.z), stuck.states,
+                                       stuck.memory, every)
+    search.long.evaluate(right.candidate, stuck)
+    assert stuck.chi2.sum() > right.point.chi2.sum() + 100.0
+    fit.rescue(search.long, right.candidate, stuck)
+    fit.fit(search.long, right.candidate, stuck, 4)
+    assert stuck.chi2.sum() < right.point.chi2.sum() + 5.0
+
+
 def scattered(effects, torque_noise=0.005, seconds=8, seed=3):
     """Return (Recording, DriveModel told) of a drive with torque noise, nominal within 1.5 %."""
     told = model_from_dict({'tolerance': 0.015}, 'test')
