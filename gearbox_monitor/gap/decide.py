@@ -85,34 +85,18 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
         return known[id(fitted)][1]
 
     search.exempt('')
-    none = search.fitted['']
     singles = search.ranked()
-    if not singles:
+    if singles:
+        explained = by_bursts(search, search.fitted[singles[0]], singles, rough, lack)
+        if explained is not None:
+            return explained, 'effect'
+    found = convinced(search, lack) if singles else None
+    if found is None:
+        none = search.fitted['']
         return none, 'unknown' if lack(none) else 'none'
-    best = search.fitted[singles[0]]
-    explained = by_bursts(search, best, singles, rough, lack)
-    if explained is not None:
-        return explained, 'effect'
-    if not convincing(search, best) and lack(none) and not search.noisy:
-        search.rejoin()
-        search.settle(['', search.ranked()[0]])
-        none, singles = search.fitted[''], search.ranked()
-        best = search.fitted[singles[0]]
-    if convincing(search, best):
-        search.challenge(best)
-        search.exempt('')
-        none, singles = search.fitted[''], search.ranked()
-        best = search.fitted[singles[0]]
-    if not convincing(search, best):
-        return none, 'unknown' if lack(none) else 'none'
+    best, singles = found, search.ranked()
     if not search.noisy:
-        near = [n for n in singles if search.fitted[n].score - best.score < NEAR]
-        if lack(best):
-            search.fitted[best.name] = search.polish(search.grown(best), [best.point])
-            near = singles[:2]
-        if len(near) > 1:
-            search.settle(near[:SETTLED])
-        best = search.fitted[search.ranked()[0]]
+        best = settled(search, best, lack)
     best = finer(search, simpler(search, best), lack)
     hints = forward_gains(search, best)
     if (lack(best) or max((g for g, _ in hints.values()), default=0.0) > PAIR_HINT
@@ -120,6 +104,32 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
         best = paired(search, singles, lack)
     best = finer(search, best, lack)
     return best, 'unknown' if lack(best) else 'effect'
+
+
+def convinced(search: Search, lack: Callable[[Fitted], bool]) -> Fitted | None:
+    """Return the best Fitted of one effect, None where it does not convince; lack: of decide."""
+    best = search.fitted[search.ranked()[0]]
+    if not convincing(search, best) and not search.noisy and lack(search.fitted['']):
+        search.rejoin()
+        search.settle(['', search.ranked()[0]])
+        best = search.fitted[search.ranked()[0]]
+    if convincing(search, best):
+        search.challenge(best)
+        search.exempt('')
+        best = search.fitted[search.ranked()[0]]
+    return best if convincing(search, best) else None
+
+
+def settled(search: Search, best: Fitted, lack: Callable[[Fitted], bool]) -> Fitted:
+    """Return the best Fitted of one effect once those near `best` stand still; lack: of decide."""
+    singles = search.ranked()
+    near = [n for n in singles if search.fitted[n].score - best.score < NEAR]
+    if lack(best):
+        search.fitted[best.name] = search.polish(search.grown(best), [best.point])
+        near = singles[:2]
+    if len(near) > 1:
+        search.settle(near[:SETTLED])
+    return search.fitted[search.ranked()[0]]
 
 
 def by_bursts(search: Search, best: Fitted, singles: Sequence[str], rough: bool,
