@@ -158,8 +158,9 @@ def test_gear_ratio_of_the_model_file_is_recognised(sound):
     assert code == 'units' and 'the gear ratio is applied twice or on the wrong side' in text
 
 
-def test_noise_that_lasts_is_no_wrong_model():
-    t, u, y = record('square')
+@pytest.mark.parametrize('motion', ['square', 'multisine'])
+def test_noise_that_lasts_is_no_wrong_model(motion):
+    t, u, y = record(motion)
     noise = np.random.default_rng(2).standard_normal(y.shape)
     noise = lfilter([1.0], [1.0, -0.9], noise, axis=0) * 0.02
     assert not [p for p in found(t, u, y + noise) if p.fatal]

@@ -84,10 +84,7 @@ def _problems(recording: Recording, model: DriveModel) -> list[Problem]:
     if still and not fatal:  # noise tells nothing of channels, signs and units
         return problems + still
     rigid = model.transmission.kind == 'rigid'
-    wrong = [] if rigid else _wiring(smooth, model)
-    for wider in HALF_WIDTHS:  # noise that lasts is more than its high frequencies tell
-        if wrong and wrong[0].code == 'implausible':
-            wrong = _wiring(Smooth(recording, sigma, wider), model)
+    wrong = [] if rigid else _wrong(recording, sigma, smooth, model)
     if fatal:
         # In wrong units, a coarse encoder that stands still looks frozen or clipped.
         looks = quantum.any() and any(p.code == 'units' for p in wrong)
@@ -251,6 +248,7 @@ class Smooth:
             gain = np.sqrt((kernels[2] ** 2).sum())
             if (sigma * gain <= 0.15 * a.std(axis=0)).all() or half_width == HALF_WIDTHS[-1]:
                 break
+        self.half_width = half_width
         every = slice(None, None, max(1, n // 3))
         self.k = np.arange(n, len(r.u) - n)[every]
         self.a = a[every]
@@ -278,6 +276,18 @@ def _kernels(n: int, dt: float) -> tuple[Array, Array, Array]:
 
 
 # --- channels, signs and units ------------------------------------------------------------------
+def _wrong(recording: Recording, sigma: Array, smooth: Smooth, model: DriveModel) -> list[Problem]:
+    """Find what _wiring does where it is still there when more is smoothed away."""
+    wrong = _wiring(smooth, model)
+    # Noise that lasts is more than its high frequencies tell. Much wider hides what is wrong, too.
+    wider = [w for w in HALF_WIDTHS if w > smooth.half_width]
+    vague = bool(wrong) and wrong[0].code == 'implausible'
+    for width in wider if vague else wider[:1]:
+        again = _wiring(Smooth(recording, sigma, width), model) if wrong else []
+        wrong = again if vague or not again else wrong
+    return wrong
+
+
 def _wiring(smooth: Smooth, model: DriveModel) -> list[Problem]:
     """Find the change of channels, signs or units without which the model says nothing."""
     given = misfit(smooth, model)
