@@ -22,6 +22,7 @@ from gearbox_monitor.drive.model import DriveModel, model_from_dict
 from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.gap import (
     close, decide, diagnose, fit, isolate, misfit, noise, pairs, residual, verdict, windows)
+from gearbox_monitor.gap.bursts import found_bursts
 from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.gap.remainder import Remainder, remainder
 from gearbox_monitor.gap.search import Fitted, Search
@@ -264,6 +265,20 @@ def test_bursts_hardly_above_the_noise_are_found():
     data = diagnose.diagnose([record(bursts, 6)], DriveModel(),
                              only=['disturbance', 'motor_viscous']).data
     assert data['effect'] == 'disturbance' and data['gains']['disturbance'] < 250.0
+
+
+@pytest.mark.parametrize('steady', [False, True])
+def test_a_load_that_swings_all_the_time_is_no_bursts(steady):
+    """So weak that most windows look as if nothing were missing. Or stronger, and but twice."""
+    t = 0.02 * np.arange(400)
+    amplitude = (1.0 if steady else 6.0) * 0.0035 * np.sin(2 * np.pi * 3.0 * t)
+    here = np.full(len(t), True) if steady else np.abs(t % 4.0 - 2.0) < 0.1
+    loads = [{'id': 'disturbance', 't0': t0, 'duration': 0.02, 'amplitude': a}
+             for t0, a in zip(t[here], amplitude[here])]
+    search = Search(record(loads, 8), DriveModel(), SIGMA, ['disturbance'])
+    search.none()
+    found = found_bursts(search)
+    assert (found is None) == steady
 
 
 def test_the_order_of_a_small_periodic_effect_is_found():

@@ -29,6 +29,7 @@ ON_FLOOR = 1.12      # chi2 per reading of a window in which nothing is missing
 ELSEWHERE = 50.0     # chi2 by which a torque at another place may be better; true ones: up to 10
 QUIET_SHARE = 0.35   # of the windows have no burst, at least
 FORETOLD = 0.4       # share of bursts: they come at times of their own, not with speed or torque
+STEADY = 0.6         # share of bursts that a steady oscillation may explain; of true ones: 0.3
 
 
 def found_bursts(search: Search) -> Fitted | None:
@@ -45,7 +46,7 @@ def found_bursts(search: Search) -> Fitted | None:
     worth, chi2 = _worth(search.long, none, free, runs, cost, price)
     use = runs.any(axis=1) & (worth > 0.0)
     if (not use.any() or (~use).mean() < QUIET_SHARE or foretold(search, free) > FORETOLD
-            or elsewhere(search, free) > ELSEWHERE):
+            or steady(search, free) > STEADY or elsewhere(search, free) > ELSEWHERE):
         return None
     shorter = search.on_shorter_steps()
     if shorter is not None:  # impacts in steps too long are little bursts
@@ -118,6 +119,23 @@ def foretold(search: Search, free: residual.FreeForm) -> float:
     del moved['time']
     laws = residual.laws(search, free, {name: value[at] for name, value in moved.items()})
     return max(law.explained for law in laws.values())
+
+
+def steady(search: Search, free: residual.FreeForm) -> float:
+    """Return the largest share of a FreeForm, beyond noise, that one sine over time explains."""
+    first = search.long.windows.first[:, None] * search.recording.dt
+    t = first + np.arange(free.signal.shape[1]) * residual.SPACING
+    finest = 0.25 / np.ptp(t)
+    pulls = np.einsum('whk,wk->wh', free.precision, free.signal)
+    gain = 0.0
+    for frequency in np.arange(finest, 0.5 / residual.SPACING, finest):
+        wave = np.exp(2j * np.pi * frequency * t)
+        columns = np.stack([wave.real, wave.imag], axis=2)
+        gram = np.einsum('whc,whd->cd', columns, free.precision @ columns)
+        pull = np.einsum('whc,wh->c', columns, pulls)
+        gain = max(gain, float(pull @ np.linalg.lstsq(gram, pull, rcond=None)[0]))
+    beyond = float((pulls * free.signal).sum()) - free.signal.size
+    return gain / beyond if beyond > 0.0 else 0.0
 
 
 def elsewhere(search: Search, free: residual.FreeForm) -> float:

@@ -281,10 +281,10 @@ def _wrong(recording: Recording, sigma: Array, smooth: Smooth, model: DriveModel
     wrong = _wiring(smooth, model)
     # Noise that lasts is more than its high frequencies tell. Much wider hides what is wrong, too.
     wider = [w for w in HALF_WIDTHS if w > smooth.half_width]
-    vague = bool(wrong) and wrong[0].code == 'implausible'
-    for width in wider if vague else wider[:1]:
-        again = _wiring(Smooth(recording, sigma, width), model) if wrong else []
-        wrong = again if vague or not again else wrong
+    if wrong and wrong[0].code != 'implausible':
+        return wrong if not wider or _wiring(Smooth(recording, sigma, wider[0]), model) else []
+    for width in wider:
+        wrong = wrong and _wiring(Smooth(recording, sigma, width), model)
     return wrong
 
 

@@ -279,11 +279,11 @@ def rescue(data: Data, candidate: Candidate, point: Point, others: Sequence[Poin
     """
     if data.simulator.begins_known:
         return 0
+    better = _try_memories(data, candidate, point)
     stuck = point.chi2 > max(STUCK * float(np.median(point.chi2)), 1.12 * data.size)
     behind = np.zeros(len(stuck), bool)
     for other in others:
         behind |= other.chi2 < point.chi2 - RIVAL
-    better = _try_memories(data, candidate, point)
     for windows, anywhere in ((np.flatnonzero(stuck), True),
                               (np.flatnonzero(behind & ~stuck), False)):
         if not len(windows):
