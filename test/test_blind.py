@@ -25,7 +25,8 @@ from scipy import integrate, signal
 import yaml
 
 from gearbox_monitor.benchmarks import blind
-from gearbox_monitor.benchmarks.blind import evidence, generate, plant, runner, score, sizing
+from gearbox_monitor.benchmarks.blind import (
+    evidence, generate, motions, plant, runner, score, sizing)
 from gearbox_monitor.drive.effects import EFFECTS
 from gearbox_monitor.jit import COMPILED
 
@@ -327,6 +328,21 @@ def test_a_value_that_may_scatter_has_the_evidence_of_its_tolerance():
 
 
 @compiled
+def test_states_of_windows_are_found_where_impacts_follow_each_other():
+    """A model that hardly differs fits all of a window, from states that are not near."""
+    nominal = {**plant.NOMINAL, 'm1': 0.0083, 'm2': 0.0231, 'D': 0.0075, 'Cv': 0.1081,
+               'Cc': 0.2061, 'K': 49.37, 'b': 0.089}
+    random = np.random.default_rng(1)
+    u, control, reference = motions.draw('tri_sine', random, 6000, DT)
+    x, y, u = plant.simulate(nominal, [{'id': 'hysteresis_bouc_wen', 'Th': 0.01, 'dh': 0.028}], u,
+                             DT, control=control, reference=reference)
+    sigma = 0.012 * x[:, :2].std(axis=0)
+    recording = {'u': u, 'y': y + sigma * random.standard_normal(y.shape), 'dt': DT}
+    chi2, *_ = evidence.fit_windows(nominal, [], recording, sigma, states=x[evidence.cut(6000)])
+    assert (chi2 < 2 * evidence.LENGTH + 500.0).all()
+
+
+@compiled
 def test_what_the_real_diagnosis_says(labelled):
     """A small sample of the benchmark; the whole of it is run by command."""
     folder, labels, _, _ = labelled
@@ -385,6 +401,17 @@ def test_labels_are_out_of_reach_while_diagnosing(tmp_path, monkeypatch):
     assert sorted(v['args'] for v in verdicts) == [[], ['--exclude', 'gravity']]
     assert (tmp_path / 'kept' / 'labels.json').exists()  # after the verdicts
     assert not {bar['bar']: bar['met'] for bar in data['bars']}['left out, no imitator: unknown']
+
+
+def test_a_slow_diagnosis_is_timed_alone(tmp_path, monkeypatch):
+    orders = [{'name': name, 'exclude': []} for name in ('one', 'two')]
+    for order in orders:
+        (tmp_path / order['name']).mkdir()
+    monkeypatch.setattr(score, 'MAX_SECONDS', 0.0)
+    command = [sys.executable, '-c', "open('begun', 'a').write('once ')"]
+    for jobs, times in ((1, 1), (2, 3)):  # alone already, then shared and again
+        runner.diagnose_all(tmp_path, orders, jobs, lambda done, total: None, command)
+        assert (tmp_path / 'two' / 'begun').read_text().split() == times * ['once']
 
 
 def test_a_diagnosis_that_fails_is_missing(tmp_path):

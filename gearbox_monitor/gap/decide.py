@@ -85,12 +85,11 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
         return known[id(fitted)][1]
 
     search.exempt('')
-    singles = search.ranked()
-    if singles:
-        explained = by_bursts(search, search.fitted[singles[0]], singles, rough, lack)
-        if explained is not None:
-            return explained, 'effect'
-    found = convinced(search, lack) if singles else None
+    known_effects = bool(search.ranked())
+    explained = by_bursts(search, rough, lack) if known_effects else None
+    if explained is not None:
+        return explained, 'effect'
+    found = convinced(search, lack) if known_effects else None
     if found is None:
         none = search.fitted['']
         return none, 'unknown' if lack(none) else 'none'
@@ -132,21 +131,26 @@ def settled(search: Search, best: Fitted, lack: Callable[[Fitted], bool]) -> Fit
     return search.fitted[search.ranked()[0]]
 
 
-def by_bursts(search: Search, best: Fitted, singles: Sequence[str], rough: bool,
-              lack: Callable[[Fitted], bool]) -> Fitted | None:
+def by_bursts(search: Search, rough: bool, lack: Callable[[Fitted], bool]) -> Fitted | None:
     """
     Return the Fitted of bursts, or of a pair that explains them, None where there are none.
 
-    best: of `singles`, names of effects; rough, lack: as of decide.
+    rough, lack: as of decide.
     """
     if 'disturbance' not in search.ids:
         return None
     if search.long.weighing is None and search.fitted[''].s > 0.0:
         return None  # torque noise on the motor is bursts, too
     burst = found_bursts(search)
-    margin = (ROUGH_MARGIN if rough else MARGIN) + max(0.0, everywhere(search, best))
-    if burst is None or gain(search, burst) <= margin or lack(burst):
+    if burst is None or not _more(search, burst, rough) or lack(burst):
         return None
+    # The very windows that look like bursts may be those in which an effect is stuck.
+    search.rejoin()
+    search.settle(['', *search.ranked()[:SETTLED]])
+    if not _more(search, burst, rough):
+        return None
+    singles = search.ranked()
+    best = search.fitted[singles[0]]
     search.fitted['disturbance'] = burst
     if everywhere(search, best) < SHARE * gain(search, burst):
         return burst
@@ -157,6 +161,12 @@ def by_bursts(search: Search, best: Fitted, singles: Sequence[str], rough: bool,
         return burst
     del search.fitted['disturbance']
     return pair
+
+
+def _more(search: Search, burst: Fitted, rough: bool) -> bool:
+    """Return whether bursts explain more than one effect does everywhere; rough: of decide."""
+    known = everywhere(search, search.fitted[search.ranked()[0]])
+    return gain(search, burst) > (ROUGH_MARGIN if rough else MARGIN) + max(0.0, known)
 
 
 def paired(search: Search, singles: Sequence[str], lack: Callable[[Fitted], bool]) -> Fitted:

@@ -28,6 +28,8 @@ NO_GAP = 1.02       # below, there is nothing to close
 SUBSTEPS = 5
 STEPS = np.array([2e-5, 2e-5, 2e-4, 2e-4])  # rad, rad/s, of the sensitivities
 RESCUE = 1.25       # over the median chi2: start the window again
+BEGINNINGS = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0)  # shares of a window: where impacts follow each
+#                     other, states that fit all of it are found from those that fit its beginning
 # Changes of a start: motor position, arm position, motor speed, arm speed.
 RESTARTS = np.array([[0, 0, 0, -1.5], [0, 0, 0, 1.5], [0, 0, 0, -4.0], [0, 0, 0, 4.0],
                      [0, -0.04, 0, 0], [0, 0.04, 0, 0], [0, 0, -1.5, 0], [0, 0, 1.5, 0]], float)
@@ -128,6 +130,9 @@ def fit_windows(nominal, effects, recording, sigma, starts=None, states=None, re
     states, chi2, found = fit_states(runs, measured, sigma, guess, iterations)
     if not rescue:
         return chi2, states, found
+    again, value, predicted = _grown(runs, nominal, recording, sigma, starts, guess)
+    better = value < chi2
+    states[better], chi2[better], found[better] = again[better], value[better], predicted[better]
     for _ in range(2):
         poor = np.flatnonzero(chi2 > RESCUE * np.median(chi2))
         poor = poor if len(poor) else np.array([], int)
@@ -150,6 +155,19 @@ def fit_windows(nominal, effects, recording, sigma, starts=None, states=None, re
         if runs.memory.any():
             states, chi2, found = fit_states(runs, measured, sigma, states, 3)
     return chi2, states, found
+
+
+def _grown(runs, nominal, recording, sigma, starts, states):
+    """Return (states, chi2, predictions) of `runs` fitted on longer and longer beginnings."""
+    every = np.arange(len(starts))
+    for share in BEGINNINGS:
+        length = round(share * LENGTH)
+        part = Windows(nominal, runs.effects, recording['u'], recording['dt'], starts, length,
+                       runs.substeps)
+        part.memory = runs.memory
+        states, chi2, found = fit_states(part, pieces(recording['y'], starts, length), sigma,
+                                         states, chosen=every)
+    return states, chi2, found
 
 
 def evidence_of(recording, nominal, effects, rivals, sigma, states, careful):

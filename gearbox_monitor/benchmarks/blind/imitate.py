@@ -273,11 +273,11 @@ def _best(many, gains, count):
     return chosen
 
 
-def best_imitator(label, recording):
+def best_imitator(label, recording, reported=None):
     """
     Return what the best other single id and pair leave of the evidence of a label's effect.
 
-    left: 2 log likelihood by which the truth stays ahead of the best imitator; imitators: ids
+    reported: (nominal, effects) that a verdict describes, which may be the best one. left: 2 log likelihood by which the truth stays ahead of the best imitator; imitators: ids
     (or id+id) that leave least, best first.
     """
     sigma, told = np.array(label['sigma']), label['told']
@@ -317,6 +317,9 @@ def best_imitator(label, recording):
     for cost, candidate, found in fits[:3]:
         chi2 = fitter.polish(candidate, candidate.start, (found, known))
         polished.append((min(cost, chi2), '+'.join(candidate.ids)))
+    if reported is not None:
+        chi2, *_ = evidence.fit_windows(*reported, recording, sigma, others=(known,))
+        polished.append((float(chi2.sum()), '+'.join(e['id'] for e in reported[1])))
     polished.sort()
     left = polished[0][0] - true.sum()
     near = [name for chi2, name in polished if chi2 - true.sum() <= left + 25.0]

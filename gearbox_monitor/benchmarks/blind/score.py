@@ -103,6 +103,14 @@ def reported_model(label, verdict):
     return nominal, effects
 
 
+def _simulated(label, verdict):
+    """Return reported_model() of a verdict of effects that repeat, else None."""
+    if (verdict or {}).get('verdict') != 'effect' or set(
+            verdict['effect'].split('+')) & NO_CLOSURE:
+        return None
+    return reported_model(label, verdict)
+
+
 def _held_out_chi2(nominal, effects, recording, sigma, label, true=False):
     starts = evidence.cut(len(recording['u']))
     test = evidence.held_out(len(starts))
@@ -259,8 +267,8 @@ def score(labels, verdicts, read, seconds=None, fresh=True, progress=lambda done
     Return all figures as plain data.
 
     labels: {name: label}; verdicts: {name: verdict or None}; read(name): the recording;
-    seconds: {name: s}; imitator(label, recording): what the best imitator leaves (left out and
-    outside effects), None: not asked.
+    seconds: {name: s}; imitator(label, recording, model reported or None): what the best imitator
+    leaves (left out and outside effects), None: not asked.
     """
     rows = []
     for name, label in labels.items():
@@ -276,7 +284,7 @@ def score(labels, verdicts, read, seconds=None, fresh=True, progress=lambda done
         row['sigma_off'] = _sigma_off(label, verdict)
         row['left'] = None
         if label['class'] in ('loo', 'outside') and imitator is not None:
-            found = imitator(label, recording)
+            found = imitator(label, recording, _simulated(label, verdict))
             row['left'], row['imitators'] = found['left'], found['imitators']
         rows.append(row)
         progress(len(rows), len(labels))
