@@ -375,13 +375,22 @@ def test_a_value_far_beyond_its_tolerance_is_an_effect(effects, expected):
     assert all(abs(shift) < 4.0 for shift in found['nominal_shift'].values())
 
 
-@pytest.mark.parametrize('law, left, expected', [
-    (None, {}, 'arm_side'),
-    ('actuator', {'motor_side': 1.005, 'arm_side': 1.0}, 'actuator'),
-    ('actuator', {'motor_side': 1.02, 'arm_side': 1.0}, 'arm_side'),
-    ('transmission', {'transmission': 1.0, 'arm_side': 1.0}, 'transmission'),
+def test_what_explains_nearly_all_of_the_gap_is_where_the_unknown_is(searches):
+    search, none, right = searches['torque_gain']
+    assert verdict.nearly_known(search, right) == 'actuator'
+    assert verdict.nearly_known(search, none) is None
+    half = search.long.evaluate(right.candidate, fit.copied(right.point, 0.5 * right.point.z))
+    assert verdict.nearly_known(search, Fitted(right.candidate, half)) is None
+
+
+@pytest.mark.parametrize('law, left, rest, expected', [
+    (None, {'arm_side': 1.0}, 1.0, 'arm_side'),
+    ('actuator', {'motor_side': 1.005, 'arm_side': 1.0}, 1.05, 'actuator'),
+    ('actuator', {'motor_side': 1.005, 'arm_side': 1.0}, 1.2, 'arm_side'),
+    ('actuator', {'motor_side': 1.02, 'arm_side': 1.0}, 1.05, 'arm_side'),
+    ('transmission', {'transmission': 1.0, 'arm_side': 1.0}, 1.0, 'transmission'),
 ])
-def test_what_is_left_decides_between_places_that_explain_as_much(law, left, expected):
+def test_what_is_left_decides_between_places_that_explain_as_much(law, left, rest, expected):
     places = {'location': 'arm_side', 'places': {p: {'left': v} for p, v in left.items()}}
     law = law and Remainder(law, 'speed', 100.0)
-    assert verdict.unknown_place(places, law) == expected
+    assert verdict.unknown_place(places, law, rest) == expected

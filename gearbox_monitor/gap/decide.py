@@ -27,7 +27,7 @@ from gearbox_monitor.drive.effects import EFFECTS
 from gearbox_monitor.gap.bursts import found_bursts
 from gearbox_monitor.gap.candidate import nuisances_of, ZERO
 from gearbox_monitor.gap.misfit import follows, lacks
-from gearbox_monitor.gap.pairs import find_pairs, forward_gains, SETTLED
+from gearbox_monitor.gap.pairs import find_pairs, forward_gains, reordered, SETTLED
 from gearbox_monitor.gap.search import Fitted, Search
 
 MARGIN = 25.0        # gain in BIC of one effect over none: covers the search over some 35
@@ -195,6 +195,8 @@ def paired(search: Search, singles: Sequence[str], lack: Callable[[Fitted], bool
         if lack(pair):
             # Where many windows are astray, they hold the values back that would free them.
             pair = search.fitted[pair.name] = search.polish(search.grown(pair), [pair.point])
+            if lack(pair):
+                pair = reordered(search, pair)
         if worth(search, best, pair):
             # What the pair has found for windows is no merit of its second effect.
             best = search.fitted[best.name] = search.polish(search.grown(best), [pair.point])

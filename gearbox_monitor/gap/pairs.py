@@ -38,6 +38,7 @@ TOP_ORDERS = 4  # where the motor is driven: what is made small is jagged, a gai
 SIDES = {'motor_coulomb': 'arm_coulomb', 'motor_viscous': 'arm_viscous',
          'arm_coulomb': 'motor_coulomb', 'arm_viscous': 'motor_viscous'}
 EXCHANGED = 3
+BEGUN = 3  # steps of a fit by which orders are compared
 SETTLED = 4
 RACE = ((0.25, 6), (0.5, 4), (1.0, 3))  # share of the windows fitted, pairs that go on from there
 Gain: TypeAlias = tuple[float, int | None]
@@ -83,6 +84,36 @@ def find_pairs(search: Search, firsts: Sequence[str]) -> list[str]:
                     key=lambda n: search.fitted[n].score)
     _backward(search, search.fitted[chosen[0]])
     return chosen
+
+
+def reordered(search: Search, pair: Fitted) -> Fitted:
+    """
+    Return `pair` with the order of its periodic effect that fits best, of all orders.
+
+    Impacts make more of a small wave than its derivative tells: each order is fitted.
+    """
+    def begun(job: tuple[Fitted, Candidate]) -> Fitted:
+        base, joint = job
+        point = fitting.copied(base.point, _with_nuisances(search, joint, base.point))
+        search.long.evaluate(joint, point)
+        return search.as_fitted(joint, fitting.fit(search.long, joint, point, BEGUN, robust=True))
+
+    def finished(fitted: Fitted) -> Fitted:
+        fitted = search.polish(fitted, [pair.point])
+        return search.polish(search.grown(fitted), [fitted.point])
+    jobs = []
+    for i, name in enumerate(pair.candidate.ids):
+        base = search.fitted[pair.candidate.ids[1 - i]]
+        for order in ORDERS if name in PERIODIC else ():
+            jobs += [(base, search.starts.joint([(base.candidate, base.point.z), (c, c.start())]))
+                     for c in search.starts.candidates(name, order)]
+    begun_ones = sorted(search.map(begun, jobs, 'orders'), key=lambda f: f.score)
+    found = search.map(finished, begun_ones[:EXCHANGED], 'orders')
+    best = min([pair, *found], key=lambda f: f.score)
+    if best is not pair:
+        search.fitted.pop(pair.name)
+        search.fitted[best.name] = best
+    return best
 
 
 def _raced(search: Search, racing: list[Started]) -> list[str]:

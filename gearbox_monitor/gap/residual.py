@@ -39,6 +39,7 @@ from gearbox_monitor.gap.windows import cut, N_MEMORY, Windows
 if TYPE_CHECKING:
     from gearbox_monitor.gap.search import Fitted, Search
 
+COMMANDED = 0.1     # share of a free torque that the command explains, at least, to be its cause
 SPACING = 0.04      # s between the peaks of the triangles
 SHORT = 0.25        # s
 ITERATIONS = 4
@@ -422,7 +423,7 @@ def places(search: 'Search', fitted: 'Fitted', jobs: int = 1) -> dict[str, Any]:
         table[place] = {'left': left, 'explained': float(np.clip(share, 0.0, 1.0))}
     order = sorted(table, key=lambda p: table[p]['left'])
     laws = command_or_motion(search, found['motor_side'])
-    actuator = order[0] == 'motor_side' and laws['command'] > laws['motion']
+    actuator = order[0] == 'motor_side' and laws['command'] > max(laws['motion'], COMMANDED)
     return {'place': order[0], 'location': 'actuator' if actuator else order[0], 'places': table,
             'margin': table[order[1]]['left'] / table[order[0]]['left'] if order[1:] else 1.0,
             'actuator': laws,

@@ -39,6 +39,8 @@ from gearbox_monitor.gap.remainder import Remainder
 from gearbox_monitor.gap.search import Fitted, Search
 
 TIE = 1.01  # ratio of chi2 that free signals leave at places that they do not tell apart
+AS_MUCH = 1.1  # times what a free signal leaves, a law leaves where it tells as much
+NEARLY = 0.85  # share of the gap in chi2: what explains it acts where the effect does
 UNREPEATABLE = ('disturbance', 'motor_encoder_quantisation', 'arm_encoder_quantisation')
 
 
@@ -86,7 +88,9 @@ def report(search: Search, best: Fitted, kind: str, lattices: list[str], quantum
     named = ids if kind == 'effect' else []
     locations = [location_of(i) for i in named]
     if kind == 'unknown':
-        places['location'] = unknown_place(places, law)
+        train = int(judging.long.train.sum()) * judging.long.size
+        rest = 1.0 + excess - (law.gain if law else 0.0) / train
+        places['location'] = nearly_known(judging, left) or unknown_place(places, law, rest)
         locations = [places['location']]
     model = None
     nuisances, given = best.candidate.values(best.point.z)
@@ -139,18 +143,31 @@ def report(search: Search, best: Fitted, kind: str, lattices: list[str], quantum
     return Verdict(data, model, weighed)
 
 
-def unknown_place(places: Mapping[str, Any], law: Remainder | None) -> str:
+def unknown_place(places: Mapping[str, Any], law: Remainder | None, rest: float) -> str:
     """
-    Return the location of an unknown effect.
+    Return the location of an unknown effect for which no known one nearly stands.
 
-    places: of residual.places; law: what the best fit leaves as a function of the motion, which
-    decides between places where free signals explain as much, and what moves the motor.
+    places: of residual.places. law: what the best fit leaves as a function of the motion; it
+    decides between places where free signals explain as much, and what moves the motor, if with
+    it about as little is left (rest: chi2 per reading) as with them.
     """
-    if law is None:
-        return str(places['location'])
     left = {place: found['left'] for place, found in places['places'].items()}
-    tied = left[residual.signal_of(law.place)] < TIE * min(left.values())
-    return law.place if tied else str(places['location'])
+    least = min(left.values())
+    if (law is not None and rest < AS_MUCH * least
+            and left[residual.signal_of(law.place)] < TIE * least):
+        return law.place
+    return str(places['location'])
+
+
+def nearly_known(search: Search, best: Fitted) -> str | None:
+    """Return the location of the effects of `best` that explain nearly all of the gap, or None."""
+    classes = {location_of(i) for i in best.candidate.ids}
+    none = float(search.fitted[''].point.chi2.sum())
+    gap = none - search.long.size * len(search.long.windows)
+    explained = none - float(best.point.chi2.sum())
+    if search.noisy or len(classes) != 1 or explained < NEARLY * gap:
+        return None
+    return classes.pop()
 
 
 def co_estimated(model: DriveModel, nuisances: Mapping[str, float]) -> dict[str, float]:

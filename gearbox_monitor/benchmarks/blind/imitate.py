@@ -277,8 +277,9 @@ def best_imitator(label, recording, reported=None):
     """
     Return what the best other single id and pair leave of the evidence of a label's effect.
 
-    reported: (nominal, effects) that a verdict describes, which may be the best one. left: 2 log likelihood by which the truth stays ahead of the best imitator; imitators: ids
-    (or id+id) that leave least, best first.
+    reported: (nominal, effects) that a verdict describes, which may be the best one. left: 2 log
+    likelihood by which the truth stays ahead of the best imitator; imitators: ids (or id+id) that
+    leave least, best first.
     """
     sigma, told = np.array(label['sigma']), label['told']
     quantised = [e for e in label['effects'] if e['id'] in draw.QUANTISATION]
