@@ -245,6 +245,9 @@ def test_steps_above_the_noise_of_an_encoder_are_no_unknown_effect():
     assert data['effect'] == 'motor_encoder_quantisation', data['misfit']
     assert data['params']['motor_encoder_quantisation']['q'] == pytest.approx(0.04)
     assert data['misfit']['structure'] > misfit.STRUCTURE
+    data = diagnose.diagnose([found], DriveModel(), only=['arm_coulomb', 'torque_offset'],
+                             exclude=['motor_encoder_quantisation']).data
+    assert data['verdict'] == 'unknown' and data['location'] == 'motor_sensor', data['warnings']
 
 
 def test_an_effect_that_shows_in_held_out_windows_alone_is_found():

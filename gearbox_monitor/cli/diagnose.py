@@ -97,7 +97,7 @@ def add_arguments(parser):
     parser.add_argument('--json', metavar='FILE',
                         help='write the verdict as JSON; - prints it, and nothing else')
     parser.add_argument('--exclude', metavar='ID', nargs='+', default=[],
-                        help='effects that are not tried')
+                        help='effects that are not tried: what only they explain is unknown')
     parser.add_argument('--only', metavar='ID', nargs='+', help='effects that are tried, no other')
     parser.add_argument('--seed', metavar='N', type=int, default=0,
                         help='of the intervals (default: 0); same seed, same answer')

@@ -79,9 +79,14 @@ def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
         best, kind = decided_on_all(search)
     lattices = [name for i, name in enumerate(('motor_encoder_quantisation',
                                                'arm_encoder_quantisation'))
-                if name in ids and quantum[i] > QUANTISED * sigma[i]
-                and search.long.weighing is None]
-    verdict = report(search, best, kind, lattices, quantum, validate, seed)
+                if quantum[i] > QUANTISED * sigma[i] and search.long.weighing is None]
+    excluded = next((name for name in lattices if name in exclude), None)
+    steps = excluded if kind == 'none' else None
+    verdict = report(search, best, 'unknown' if steps else kind,
+                     [name for name in lattices if name in ids], quantum, validate, seed)
+    if steps:
+        verdict.data['location'] = verdict.data['where']['location'] = location_of(steps)
+        verdict.data['warnings'].append(f'readings stand on steps: {steps}, which is excluded')
     if late:
         verdict.data['warnings'].append(
             'what the model lacks shows in the windows held out alone: all windows were fitted, '
