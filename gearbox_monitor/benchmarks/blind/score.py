@@ -295,7 +295,8 @@ def score(labels, verdicts, read, seconds=None, fresh=True, progress=lambda done
     _main_bars(bars, stress, True)
     loo = [r for r in rows if r['class'] == 'loo']
     # Without a computed imitator all count as not imitable: the harder reading.
-    clear = [r for r in loo if r['left'] is None or r['left'] > IMITABLE]
+    clear = [r for r in loo if (r['left'] is None or r['left'] > IMITABLE)
+             and not {*r['ids']} & {*TWINS, *TWINS.values()}]
     bars.share('left out, no imitator: unknown', [r['unknown'] for r in clear], 0.90)
     bars.share('left out, no imitator: place', [r['located'] for r in clear], 0.80)
     imitable = [r for r in loo if r not in clear]
