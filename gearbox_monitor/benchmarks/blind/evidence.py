@@ -85,8 +85,9 @@ def fit_states(runs, y, sigma, states, iterations=6, chosen=None):
         for i, step in enumerate(STEPS):
             moved = states.copy()
             moved[:, i] += step
-            jacobian[:, :, i] = ((runs.run(moved, chosen) - found) / step / sigma).reshape(
-                len(states), -1)
+            with np.errstate(invalid='ignore'):  # runs from far off diverge
+                change = runs.run(moved, chosen) - found
+            jacobian[:, :, i] = (change / step / sigma).reshape(len(states), -1)
         residual = _finite(((y - found) / sigma).reshape(len(states), -1))
         jacobian = _finite(jacobian)
         normal = np.einsum('wni,wnj->wij', jacobian, jacobian)
