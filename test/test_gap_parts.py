@@ -292,6 +292,22 @@ def test_the_order_of_a_small_periodic_effect_is_found():
     assert search.found_orders('cogging')[0] == 36
 
 
+def test_of_a_pair_all_orders_are_fitted():
+    search = Search(record([{'id': 'hardening', 'K3': 400.0},
+                            {'id': 'cogging', 'A': 0.02, 'N': 28, 'phi': 0.5}], 6),
+                    DriveModel(), SIGMA, ['hardening', 'cogging'])
+    search.none_and_singles()
+    base, wrong = search.fitted['hardening'], search.starts.candidates('cogging', 7)[0]
+    joint = search.starts.joint([(base.candidate, base.point.z), (wrong, wrong.start())])
+    point = search.long.evaluate(joint, fit.copied(base.point, joint.start()))
+    pair = search.polish(search.as_fitted(joint, point))
+    search.fitted = {'': search.fitted[''], 'hardening': base,
+                     'cogging': search.fitted['cogging'], pair.name: pair}
+    found = pairs.reordered(search, pair)
+    assert found.candidate.orders == {1: 28} and search.fitted[found.name] is found
+    assert found.score < pair.score - 100.0
+
+
 @pytest.mark.parametrize('name, values, place, over', [
     ('stribeck', {'Cs': 0.003, 'vs': 0.5}, 'motor_side', 'speed of the motor'),
     ('torque_gain', {'g': 0.002}, 'actuator', 'torque'),

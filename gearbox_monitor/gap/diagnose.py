@@ -80,8 +80,7 @@ def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
     lattices = [name for i, name in enumerate(('motor_encoder_quantisation',
                                                'arm_encoder_quantisation'))
                 if quantum[i] > QUANTISED * sigma[i] and search.long.weighing is None]
-    excluded = next((name for name in lattices if name in exclude), None)
-    steps = excluded if kind == 'none' else None
+    steps = next((name for name in lattices if kind == 'none' and name in exclude), None)
     verdict = report(search, best, 'unknown' if steps else kind,
                      [name for name in lattices if name in ids], quantum, validate, seed)
     if steps:

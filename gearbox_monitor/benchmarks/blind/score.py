@@ -171,7 +171,7 @@ def closures(label, verdict, recording, fresh=True):
     out['before'], out['true'] = before, evidence.closed(before, after)
     out['reported'], out['interval'] = verdict.get('closed_fraction'), verdict.get(
         'closed_fraction_ci')
-    model = reported_model(label, verdict) if verdict.get('verdict') == 'effect' else None
+    model = _simulated(label, verdict)
     if model is not None and out['reported'] is not None:
         again = evidence.gap(_held_out_chi2(*model, recording, sigma, label))
         out['recomputed'] = evidence.closed(before, again)
