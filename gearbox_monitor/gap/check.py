@@ -43,6 +43,7 @@ AT_LIMIT = 0.02             # share of samples on the extreme torque worth a wor
 LOOSE = (0.33, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0)  # parts of the half gap that are tried
 SWINGS = np.array([0.0, 0.25, 0.4, 0.45])  # half gaps in parts of the twist's swing
 OWN_PLAY = 0.05  # of the travel
+LASTING = 0.5   # share of what is unexplained that smoothing leaves where it is no noise
 HALF_WIDTHS = (0.015, 0.03, 0.06, 0.12)  # s, of the smoothing
 # A channel, sign or unit is called wrong where putting it right takes the misfit from above the
 # first number down to the second part of it and below the third. Sound recordings with effects as
@@ -281,8 +282,10 @@ def _wrong(recording: Recording, sigma: Array, smooth: Smooth, model: DriveModel
     wrong = _wiring(smooth, model)
     # Noise that lasts is more than its high frequencies tell. Much wider hides what is wrong, too.
     wider = [w for w in HALF_WIDTHS if w > smooth.half_width]
-    if wrong and wrong[0].code != 'implausible':
-        return wrong if not wider or _wiring(Smooth(recording, sigma, wider[0]), model) else []
+    if wrong and wider and wrong[0].code != 'implausible':
+        wide = Smooth(recording, sigma, wider[0])
+        lasts = misfit(wide, model) > LASTING * misfit(smooth, model) or _wiring(wide, model)
+        return wrong if lasts else []
     for width in wider:
         wrong = wrong and _wiring(Smooth(recording, sigma, width), model)
     return wrong
