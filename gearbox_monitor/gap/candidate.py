@@ -42,6 +42,7 @@ PHASED = (*PERIODIC, 'motor_encoder_eccentricity', 'arm_encoder_eccentricity')
 ORDERS = range(1, 41)
 TWIST = (2.0, 98.0)  # percentiles between which the twist swings
 GAPS = (0.2, 0.45)   # of that swing, half gaps to start from
+FARTHEST = 10.0      # times the twist: a loop that is longer never closes, and is any constant
 # Where the motor's motion is put in, its torque shows friction of both sides as one: what is the
 # arm's leaves the motor's.
 SHIFTS, SHIFTED = {'arm_coulomb': 'Cc', 'arm_viscous': 'Cv'}, 1.0
@@ -324,6 +325,7 @@ class Starts:
         torque, speed, friction = 0.1 * self.torque, self.speed, self.friction
         elastic = self.model.transmission.stiffness * self.twist
         lossy = 0.0 if self.swing else -inf  # of a real drive, no loop gains energy
+        farthest = FARTHEST * self.twist
         table = {
             'stribeck': [[one('Cs', 0.3 * friction, friction, 0.0),
                           log('vs', f * speed, 1e-3, 1e3)] for f in (0.03, 0.15, 0.6)],
@@ -341,10 +343,10 @@ class Starts:
             'load_torque': [[one('TL', 0.0, torque)]],
             'hardening': [[one('K3', 0.0, torque / self.twist ** 3)]],
             'hysteresis_bouc_wen': [[one('Th', 0.0, 0.1 * elastic, lossy),
-                                     log('dh', f * self.twist, 1e-5, 1e2)]
+                                     log('dh', f * self.twist, 1e-5, farthest)]
                                     for f in (0.03, 0.2, 1.0)],
             'hysteresis_branch': [[one('h', 0.0, 0.1 * self.twist, -inf, -lossy),
-                                   log('ds', f * self.twist, 1e-5, 1e2)]
+                                   log('ds', f * self.twist, 1e-5, farthest)]
                                   for f in (0.03, 0.2, 1.0)],
             'torque_gain': [[one('g', 0.0, 0.1, -0.95)]],
             'torque_offset': [[one('u0', 0.0, torque)]],

@@ -26,7 +26,7 @@ import numpy as np
 from gearbox_monitor.drive.effects import EFFECTS
 from gearbox_monitor.gap.bursts import found_bursts
 from gearbox_monitor.gap.candidate import nuisances_of, ZERO
-from gearbox_monitor.gap.misfit import follows, lacks
+from gearbox_monitor.gap.misfit import incomplete
 from gearbox_monitor.gap.pairs import find_pairs, forward_gains, reordered, SETTLED
 from gearbox_monitor.gap.search import Fitted, Search
 
@@ -80,8 +80,7 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
 
     def lack(fitted: Fitted) -> bool:
         if id(fitted) not in known:
-            known[id(fitted)] = fitted, lacks(search, fitted, rough) or (
-                not rough and follows(search, fitted) is not None)
+            known[id(fitted)] = fitted, incomplete(search, fitted, rough)
         return known[id(fitted)][1]
 
     search.exempt('')

@@ -28,7 +28,7 @@ from gearbox_monitor.gap import colour
 from gearbox_monitor.gap.candidate import PHASED
 from gearbox_monitor.gap.decide import decide
 from gearbox_monitor.gap.driven import driven
-from gearbox_monitor.gap.misfit import lacks, unforeseen
+from gearbox_monitor.gap.misfit import incomplete, lacks, on_all
 from gearbox_monitor.gap.noise import noise_floor
 from gearbox_monitor.gap.recording import joined, Recording
 from gearbox_monitor.gap.search import Fitted, Search
@@ -36,7 +36,6 @@ from gearbox_monitor.gap.verdict import location_of, report, Verdict
 
 QUANTISED = 0.5      # step of a lattice over sigma, from which on rounding matters
 ROUGH = 2.0          # the same, from which on it is no white noise any more
-SURPRISE = 0.2       # chi2 per reading that unseen windows have more; by chance up to .15
 ARM_TWINS = ('arm_viscous', 'arm_coulomb', 'arm_inertia', 'load_torque')
 
 
@@ -74,7 +73,7 @@ def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
             sigma = search.long.sigma
     rough = bool((quantum > ROUGH * sigma).any())
     best, kind = decide(search, rough)
-    late = kind != 'unknown' and not rough and unforeseen(search, best) > SURPRISE
+    late = kind != 'unknown' and not rough and incomplete(*on_all(search, best))
     if late:
         best, kind = decided_on_all(search)
     lattices = [name for i, name in enumerate(('motor_encoder_quantisation',
@@ -88,8 +87,8 @@ def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
         verdict.data['warnings'].append(f'readings stand on steps: {steps}, which is excluded')
     if late:
         verdict.data['warnings'].append(
-            'what the model lacks shows in the windows held out alone: all windows were fitted, '
-            'so gap_after is not that of unseen ones; judge by a second recording')
+            'what the model lacks shows clearly with the windows held out alone: all windows were '
+            'fitted, so gap_after is not that of unseen ones; judge by a second recording')
     return verdict
 
 

@@ -17,6 +17,8 @@ What a fit leaves of a recording beyond noise.
 
 search: Search; fitted: one of its Fitted, on the long windows; residual [W, L, C]: in sigmas.
 """
+from copy import copy
+
 import numpy as np
 
 from gearbox_monitor.arrays import Array
@@ -33,7 +35,7 @@ NOISY_STRUCTURE = 6.0  # where torque noise was taken out, to first order
 ROUGH_LACK, ROUGH_STRUCTURE = 0.2, 30.0  # where an encoder has steps above its noise
 STRUCTURE_RELATIVE = 0.04  # of the gap, as LACK_RELATIVE
 BANDS = (0.0, 3.0, 8.0, 20.0, noise.MOTION)  # Hz
-REMAINDER = 40.0     # gain in chi2 of a free function of the motion; by chance: at most 29 of 300
+REMAINDER = 33.0     # gain in chi2 of a free function of the motion; by chance: at most 29 of 300
 REMAINDER_RELATIVE = 5e-5  # of what the fit gains: integration is not more accurate
 MAX_SHARPENING = 0.15  # correction of sigma that is believed
 LOOSE = 0.2          # of the torque: more that lasts and is not explained is an unknown effect
@@ -69,7 +71,7 @@ def sharpen_sigma(search: Search, best: Fitted) -> None:
 
 def misfit(search: Search, fitted: Fitted, spared: int = 0) -> tuple[float, float]:
     """
-    Return (excess, structure) of what `fitted` leaves on the training windows.
+    Return (excess, structure) of what `fitted` leaves on the windows that are not held out.
 
     excess: chi2 per reading - 1. structure: by how many standard deviations the most conspicuous
     frequency band exceeds white noise of the power above BANDS; it does not depend on how well
@@ -89,19 +91,19 @@ def misfit(search: Search, fitted: Fitted, spared: int = 0) -> tuple[float, floa
     return float(chi2[:max(1, len(chi2) - spared)].mean() - 1.0), float(structure)
 
 
-def unforeseen(search: Search, fitted: Fitted) -> float:
+def on_all(search: Search, fitted: Fitted) -> tuple[Search, Fitted]:
     """
-    Return by how much chi2 per reading of the held-out windows exceeds that of the others.
+    Return (search, fitted) with no window held out: what is missing may show in those more.
 
-    0 where noise of the torque, what lasts or bursts make windows differ.
+    The same where noise of the torque, what lasts or bursts make windows differ.
     """
-    train = search.long.train
-    if (train.all() or search.noisy or search.recording.motor is not None
+    if (search.long.train.all() or search.noisy or search.recording.motor is not None
             or search.model.process_torque_time > 0.0
             or set(fitted.candidate.ids) & set(NOT_FITTED)):
-        return 0.0
-    chi2 = close.settled(search, fitted, []).point.chi2 / search.long.size
-    return float(chi2[~train].mean() - chi2[train].mean())
+        return search, fitted
+    whole, whole.long = copy(search), copy(search.long)
+    whole.long.train = np.ones_like(search.long.train)
+    return whole, close.settled(search, fitted, [])
 
 
 def lacks(search: Search, fitted: Fitted, rough: bool = False) -> bool:
@@ -131,3 +133,9 @@ def follows(search: Search, fitted: Fitted) -> Remainder | None:
     # A motion that the fit misses is better taken from the readings.
     found = remainder(search, fitted, modelled=not lacks(search, fitted))
     return found if found.gain > REMAINDER + REMAINDER_RELATIVE * max(0.0, before) else None
+
+
+def incomplete(search: Search, fitted: Fitted, rough: bool = False) -> bool:
+    """Return whether `fitted` leaves more than noise, or a law of the motion; rough: of lacks."""
+    return lacks(search, fitted, rough) or (
+        not rough and follows(search, fitted) is not None)

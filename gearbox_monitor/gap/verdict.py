@@ -33,7 +33,7 @@ from gearbox_monitor.gap import close, isolate, lasting, residual
 from gearbox_monitor.gap.candidate import (
     Candidate, NUISANCES, replaced_value, with_effects, ZERO)
 from gearbox_monitor.gap.decide import gain, MARGIN
-from gearbox_monitor.gap.misfit import follows, misfit, sharpen_sigma
+from gearbox_monitor.gap.misfit import follows, misfit, on_all, sharpen_sigma
 from gearbox_monitor.gap.recording import Recording
 from gearbox_monitor.gap.remainder import Remainder
 from gearbox_monitor.gap.search import Fitted, Search
@@ -78,8 +78,9 @@ def report(search: Search, best: Fitted, kind: str, lattices: list[str], quantum
         sharpen_sigma(search, best)
     judging, left = (search, best) if phi is None else (weighed, weighed_best)
     places = residual.places(judging, judging.fitted[''], judging.jobs)
-    excess, structure = misfit(judging, left)
-    law = follows(judging, left)
+    whole, left_on_all = on_all(judging, left)
+    excess, structure = misfit(whole, left_on_all)
+    law = follows(whole, left_on_all)
     none = search.fitted['']
     if kind == 'none' and lattices:
         kind, ids = 'effect', lattices[:2]
@@ -88,8 +89,8 @@ def report(search: Search, best: Fitted, kind: str, lattices: list[str], quantum
     named = ids if kind == 'effect' else []
     locations = [location_of(i) for i in named]
     if kind == 'unknown':
-        train = int(judging.long.train.sum()) * judging.long.size
-        rest = 1.0 + excess - (law.gain if law else 0.0) / train
+        judged = int(whole.long.train.sum()) * whole.long.size
+        rest = 1.0 + excess - (law.gain if law else 0.0) / judged
         places['location'] = nearly_known(judging, left) or unknown_place(places, law, rest)
         locations = [places['location']]
     model = None
