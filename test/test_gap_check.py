@@ -24,7 +24,7 @@ from scipy.signal import lfilter
 from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
+from gearbox_monitor.drive.model import DriveModel, Transmission
 from gearbox_monitor.drive.simulate import simulate
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import load_model
@@ -150,6 +150,21 @@ def test_swapped_channels_are_named(motion):
     t, u, y = record(motion)
     code, text = fatal(t, u, y[:, ::-1])
     assert code == 'swapped' and 'motor and arm positions are swapped' in text
+
+
+def test_swapped_channels_are_named_where_smoothing_hides_how_well_the_other_way_fits():
+    """So noisy, with so wide a gap that positions are smoothed over a good part of a swing."""
+    model = DriveModel(
+        motor_inertia=0.006041, arm_inertia=0.03086, damping=0.008718, viscous_friction=0.1137,
+        coulomb_friction=0.2796, position_gain=0.01627,
+        transmission=Transmission('dead_zone', stiffness=53.47, half_gap=0.2636))
+    t = np.arange(10_000) / 1000
+    u = 3.0 * MOTIONS['chirp'].torque(t)
+    harder = replace(model, effects=({'id': 'hardening', 'K3': 3287.0},))
+    y = simulate(harder, u, 1e-3).x[:, :2]
+    y += 0.04 * np.random.default_rng(1).standard_normal(y.shape)
+    assert fatal(t, u, y[:, ::-1], model)[0] == 'swapped'
+    assert not [p for p in found(t, u, y, model) if p.fatal]
 
 
 def test_gear_ratio_of_the_model_file_is_recognised(sound):
