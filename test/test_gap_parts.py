@@ -261,6 +261,19 @@ def test_an_effect_that_shows_in_held_out_windows_alone_is_found():
     assert 'held out' in ' '.join(data['warnings'])
 
 
+def test_what_training_windows_let_pass_is_judged_on_all():
+    """A weight that none of the candidates is, hardly above the noise."""
+    found = record([{'id': 'gravity', 'G': 0.0003}], seed=3)
+    search = Search(found, DriveModel(), SIGMA, ['motor_viscous'])
+    none = search.none()
+    assert not misfit.incomplete(search, none)
+    law = misfit.follows(*misfit.on_all(search, none))
+    assert law.place == 'arm_side' and law.gain > 2.0 * misfit.REMAINDER
+    data = diagnose.diagnose([found], DriveModel(), only=['motor_viscous']).data
+    assert data['verdict'] == 'unknown' and data['location'] == 'arm_side', data['misfit']
+    assert data['misfit']['follows']['over'] == 'angle of the arm'
+
+
 def test_bursts_hardly_above_the_noise_are_found():
     """Two of 44 ms in 6 s; worth 100 in chi2 each."""
     bursts = [{'id': 'disturbance', 't0': t0, 'duration': 0.044, 'amplitude': amplitude}
