@@ -233,9 +233,9 @@ def test_an_unknown_effect_is_told_by_what_it_follows(folder, tmp_path, capsys):
     report = tmp_path / 'verdict.json'
     assert call(folder, path, '--only', 'arm_viscous', 'torque_gain', '--json', str(report)) == 1
     shown = ' '.join(capsys.readouterr().out.split())
-    assert 'what is left is a function of the angle of the arm; record again' in shown
+    assert 'what is left is a function of the angle of the arm in its turn; record again' in shown
     left = json.loads(report.read_text())['misfit']['follows']
-    assert (left['place'], left['over']) == ('arm_side', 'angle of the arm')
+    assert (left['place'], left['over']) == ('arm_side', 'angle of the arm in its turn')
 
 
 def test_an_unknown_encoder_zero_is_no_gap(folder, tmp_path, capsys):

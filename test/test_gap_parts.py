@@ -271,7 +271,7 @@ def test_what_training_windows_let_pass_is_judged_on_all():
     assert law.place == 'arm_side' and law.gain > 2.0 * misfit.REMAINDER
     data = diagnose.diagnose([found], DriveModel(), only=['motor_viscous']).data
     assert data['verdict'] == 'unknown' and data['location'] == 'arm_side', data['misfit']
-    assert data['misfit']['follows']['over'] == 'angle of the arm'
+    assert data['misfit']['follows']['over'] == 'angle of the arm in its turn'
 
 
 def test_bursts_hardly_above_the_noise_are_found():
@@ -325,9 +325,10 @@ def test_of_a_pair_all_orders_are_fitted():
     ('stribeck', {'Cs': 0.003, 'vs': 0.5}, 'motor_side', 'speed of the motor'),
     ('torque_gain', {'g': 0.002}, 'actuator', 'torque'),
     ('arm_coulomb', {'Cac': 0.0005}, 'arm_side', 'speed of the arm'),
-    ('gravity', {'G': 0.002}, 'arm_side', 'angle of the arm'),
+    ('gravity', {'G': 0.002}, 'arm_side', 'angle of the arm in its turn'),
     ('backlash_gap', {'b': 0.1005}, 'transmission', 'twist'),
-    ('arm_encoder_eccentricity', {'A': 0.001, 'phi': 0.7}, 'arm_sensor', 'angle of the arm')])
+    ('arm_encoder_eccentricity', {'A': 0.001, 'phi': 0.7}, 'arm_sensor',
+     'angle of the arm in its turn')])
 def test_what_is_left_is_a_function_of_the_motion(name, values, place, over):
     """Of effects that raise chi2 by a few percent."""
     search = Search(record([{'id': name, **values}]), DriveModel(), SIGMA, [name])

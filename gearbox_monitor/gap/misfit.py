@@ -35,8 +35,8 @@ NOISY_STRUCTURE = 6.0  # where torque noise was taken out, to first order
 ROUGH_LACK, ROUGH_STRUCTURE = 0.2, 30.0  # where an encoder has steps above its noise
 STRUCTURE_RELATIVE = 0.04  # of the gap, as LACK_RELATIVE
 BANDS = (0.0, 3.0, 8.0, 20.0, noise.MOTION)  # Hz
-REMAINDER = 33.0     # gain in chi2 of a free function of the motion; by chance: at most 29 of 300
-REMAINDER_RELATIVE = 5e-5  # of what the fit gains: integration is not more accurate
+REMAINDER = 30.0     # gain in chi2 of a free function of the motion; by chance: 29 at most of 300
+REMAINDER_RELATIVE = 1e-4  # of what the fit gains: integration is not more accurate
 MAX_SHARPENING = 0.15  # correction of sigma that is believed
 LOOSE = 0.2          # of the torque: more that lasts and is not explained is an unknown effect
 

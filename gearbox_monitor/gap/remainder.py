@@ -39,6 +39,13 @@ LAWS = (('motor_side', 'speed of the motor'), ('motor_side', 'angle of the motor
         ('transmission', 'twist'), ('transmission', 'rate of the twist'),
         ('transmission', 'speed of the motor'), ('transmission', 'angle of the arm'),
         ('motor_sensor', 'angle of the motor'), ('arm_sensor', 'angle of the arm'))
+# What repeats with every turn is too fine for VALUES over many of them: as many of a wave.
+TURNS = (('motor_side', 'angle of the motor in its turn'),
+         ('arm_side', 'angle of the arm in its turn'),
+         ('transmission', 'angle of the motor in its turn'),
+         ('transmission', 'angle of the arm in its turn'),
+         ('motor_sensor', 'angle of the motor in its turn'),
+         ('arm_sensor', 'angle of the arm in its turn'))
 
 
 @dataclass(frozen=True)
@@ -69,16 +76,16 @@ def remainder(search: Search, fitted: Fitted, modelled: bool = False) -> Remaind
 
     def gain(place: str, over: str) -> float:
         if place in residual.SENSORS:
-            columns = _sensor_columns(search, fitted, place)
+            columns = _sensor_columns(search, fitted, place, over)
         else:
-            columns = _torque_columns(search, fitted, place, moved[over],
-                                      signed='speed' in over or 'rate' in over)
+            columns = _torque_columns(search, fitted, place, moved[over], over)
         joint = fitting.Sensitivity(own.Jx, np.concatenate([own.Jz, columns], axis=2))
         S, g, _, _ = fitting.normal_equations(joint, point.residual, weight)
         S[np.diag_indices(known)] += prior
         return fitting.gained(S, g, known)
     found = [Remainder(place, over, gain(residual.signal_of(place), over))
-             for place, over in LAWS if residual.signal_of(place) in visible]
+             for place, over in (LAWS if search.model.axis == 'prismatic' else LAWS + TURNS)
+             if residual.signal_of(place) in visible]
     return max(found, key=lambda r: r.gain)
 
 
@@ -107,14 +114,19 @@ def _motion(search: Search, positions: Array) -> dict[str, Array]:
     width = max(3, 2 * round(0.5 * SMOOTHING / dt) + 1)
     return {'speed of the motor': motor['speed'], 'speed of the arm': arm['speed'],
             'angle of the motor': arm['angle'], 'angle of the arm': motor['angle'],
+            'angle of the motor in its turn': arm['angle'],
+            'angle of the arm in its turn': motor['angle'],
             'twist': motor['twist'], 'rate of the twist': motor['speed'] - arm['speed'],
             'torque': recording.u,
             'rate of the torque': savgol_filter(recording.u, width, 2, deriv=1, delta=dt)}
 
 
-def _hats(x: Array, signed: bool) -> Array:
-    """Return x [...] as weights [..., VALUES]; signed: values are closest about 0."""
-    if signed:
+def _values(x: Array, over: str) -> Array:
+    """Return x [...] as weights [..., VALUES] of a free function of the quantity `over`."""
+    if over.endswith('turn'):
+        waves = x[..., None] * np.arange(1, VALUES // 2 + 1)
+        return np.concatenate([np.sin(waves), np.cos(waves)], axis=-1)
+    if 'speed' in over or 'rate' in over:  # values are closest about 0
         share = np.linspace(-1.0, 1.0, VALUES)
         knots = np.percentile(np.abs(x), 100.0 - TAIL) * np.sign(share) * np.abs(share) ** 1.5
     else:
@@ -123,13 +135,13 @@ def _hats(x: Array, signed: bool) -> Array:
     return np.stack([np.interp(x, knots, row) for row in np.eye(VALUES)], axis=-1)
 
 
-def _torque_columns(search: Search, fitted: Fitted, place: str, x: Array, signed: bool) -> Array:
+def _torque_columns(search: Search, fitted: Fitted, place: str, x: Array, over: str) -> Array:
     """Return d(-residual)/d(values) [W, C L, VALUES] of a torque that is a function of x [N]."""
     data, point = search.long, fitted.point
     model = fitted.candidate.model(point.z)
     step = PROBE * max(float(np.std(search.recording.u)), 1e-9)
     out = []
-    for column in _hats(x, signed).T:
+    for column in _values(x, over).T:
         extra = data.simulator.extra.copy()
         extra[:, residual.TORQUES.index(place)] += step * column
         r, _ = data.residual(model, point.states, point.memory, extra=extra)
@@ -137,7 +149,7 @@ def _torque_columns(search: Search, fitted: Fitted, place: str, x: Array, signed
     return np.stack(out, axis=2)
 
 
-def _sensor_columns(search: Search, fitted: Fitted, place: str) -> Array:
+def _sensor_columns(search: Search, fitted: Fitted, place: str, over: str) -> Array:
     """Return d(-residual)/d(values) [W, C L, VALUES] of an offset that is one of the angle."""
     data, point = search.long, fitted.point
     sensor = residual.SENSORS.index(place)
@@ -145,5 +157,6 @@ def _sensor_columns(search: Search, fitted: Fitted, place: str) -> Array:
     # Where the model says that it is: the reading's own noise would be part of both.
     angle = _readings(data, fitted)[:, :, at]
     out = np.zeros((*point.residual.shape, VALUES))
-    out[:, at::len(data.channels)] = data.white(_hats(angle, False) / data.sigma[sensor], [sensor])
+    offsets = _values(angle, over) / data.sigma[sensor]
+    out[:, at::len(data.channels)] = data.white(offsets, [sensor])
     return out
