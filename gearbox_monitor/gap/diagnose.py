@@ -87,8 +87,8 @@ def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
         verdict.data['warnings'].append(f'readings stand on steps: {steps}, which is excluded')
     if late:
         verdict.data['warnings'].append(
-            'what the model lacks shows clearly with the windows held out alone: all windows were '
-            'fitted, so gap_after is not that of unseen ones; judge by a second recording')
+            'what the model lacks shows with the windows held out alone: all windows were fitted, '
+            'so gap_after is not that of unseen ones; judge by a second recording')
     return verdict
 
 
