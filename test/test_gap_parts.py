@@ -305,20 +305,28 @@ def test_the_order_of_a_small_periodic_effect_is_found():
     assert search.found_orders('cogging')[0] == 36
 
 
-def test_of_a_pair_all_orders_are_fitted():
-    search = Search(record([{'id': 'hardening', 'K3': 400.0},
-                            {'id': 'cogging', 'A': 0.02, 'N': 28, 'phi': 0.5}], 6),
-                    DriveModel(), SIGMA, ['hardening', 'cogging'])
+@pytest.mark.parametrize('effect, order, astray', [
+    ({'id': 'cogging', 'A': 0.02, 'N': 28, 'phi': 0.5}, 7, (0.0, 0.0)),
+    ({'id': 'viscous_drift', 'r': 0.2, 'T': 1.5}, None, (3.0, np.log(90.0)))])
+def test_an_effect_of_a_pair_starts_again(effect, order, astray):
+    """With another order, or from the end of a valley: in 6 s a long drift is a line."""
+    name = effect['id']
+    search = Search(record([{'id': 'hardening', 'K3': 400.0}, effect], 6),
+                    DriveModel(), SIGMA, ['hardening', name])
     search.none_and_singles()
-    base, wrong = search.fitted['hardening'], search.starts.candidates('cogging', 7)[0]
-    joint = search.starts.joint([(base.candidate, base.point.z), (wrong, wrong.start())])
+    base, wrong = search.fitted['hardening'], search.starts.candidates(name, order)[0]
+    joint = search.starts.joint([(base.candidate, base.point.z), (wrong, np.array(astray))])
     point = search.long.evaluate(joint, fit.copied(base.point, joint.start()))
     pair = search.polish(search.as_fitted(joint, point))
     search.fitted = {'': search.fitted[''], 'hardening': base,
-                     'cogging': search.fitted['cogging'], pair.name: pair}
-    found = pairs.reordered(search, pair)
-    assert found.candidate.orders == {1: 28} and search.fitted[found.name] is found
-    assert found.score < pair.score - 100.0
+                     name: search.fitted[name], pair.name: pair}
+    found = pairs.restarted(search, pair)
+    assert found.score < pair.score - 100.0 and search.fitted[found.name] is found
+    if order:
+        assert found.candidate.orders == {1: effect['N']}
+    else:
+        values = found.candidate.values(found.point.z)[1][found.candidate.ids.index(name)]
+        assert values['T'] == pytest.approx(effect['T'], rel=0.2)
 
 
 @pytest.mark.parametrize('name, values, place, over', [

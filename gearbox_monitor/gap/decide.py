@@ -27,7 +27,7 @@ from gearbox_monitor.drive.effects import EFFECTS
 from gearbox_monitor.gap.bursts import found_bursts
 from gearbox_monitor.gap.candidate import nuisances_of, ZERO
 from gearbox_monitor.gap.misfit import incomplete
-from gearbox_monitor.gap.pairs import find_pairs, forward_gains, reordered, SETTLED
+from gearbox_monitor.gap.pairs import find_pairs, forward_gains, restarted, SETTLED
 from gearbox_monitor.gap.search import Fitted, Search
 
 MARGIN = 25.0        # gain in BIC of one effect over none: covers the search over some 35
@@ -38,6 +38,7 @@ ALIKE = 1e-3         # share of the gain by which models are apart that move the
 NEAR = 40.0          # difference in BIC that settling may turn round
 PAIR_MARGIN = 40.0   # gain in BIC of a second effect
 PAIR_HINT = 60.0     # linearised gain of a second effect from which on pairs are fitted
+RESTARTED = 2        # pairs whose effects start again where the best of them lacks
 SHARE = 0.5          # of what bursts explain, from which on one effect is a part of the answer
 
 
@@ -90,7 +91,7 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
         return explained, 'effect'
     found = convinced(search, lack) if known_effects else None
     if found is None:
-        none = search.fitted['']
+        none = finer(search, search.fitted[''], lack)
         return none, 'unknown' if lack(none) else 'none'
     best, singles = found, search.ranked()
     if not search.noisy:
@@ -194,8 +195,9 @@ def paired(search: Search, singles: Sequence[str], lack: Callable[[Fitted], bool
         if lack(pair):
             # Where many windows are astray, they hold the values back that would free them.
             pair = search.fitted[pair.name] = search.polish(search.grown(pair), [pair.point])
-            if lack(pair):
-                pair = reordered(search, pair)
+            for name in pairs[:RESTARTED]:
+                if lack(pair):
+                    pair = min(restarted(search, search.fitted[name]), pair, key=lambda f: f.score)
         if worth(search, best, pair):
             # What the pair has found for windows is no merit of its second effect.
             best = search.fitted[best.name] = search.polish(search.grown(best), [pair.point])
@@ -223,12 +225,14 @@ def finer(search: Search, best: Fitted, lack: Callable[[Fitted], bool]) -> Fitte
         return best
     simulator, long, none = search.simulator, search.long, search.fitted['']
     search.simulator, search.long = shorter.simulator, shorter
-    search.fitted[''] = search.anew(none)
-    found = search.anew(best)
+    found = search.fitted[''] = search.anew(none)
+    if best.candidate.ids:
+        found = search.anew(best)
     if lack(found):
         search.simulator, search.long, search.fitted[''] = simulator, long, none
         return best
-    search.fitted[found.name] = found
+    if best.candidate.ids:
+        search.fitted[found.name] = found
     return found
 
 

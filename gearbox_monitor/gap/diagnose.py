@@ -26,7 +26,7 @@ from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.gap import colour
 from gearbox_monitor.gap.candidate import PHASED
-from gearbox_monitor.gap.decide import decide
+from gearbox_monitor.gap.decide import decide, finer
 from gearbox_monitor.gap.driven import driven
 from gearbox_monitor.gap.misfit import incomplete, lacks, on_all
 from gearbox_monitor.gap.noise import noise_floor
@@ -73,7 +73,12 @@ def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
             sigma = search.long.sigma
     rough = bool((quantum > ROUGH * sigma).any())
     best, kind = decide(search, rough)
-    late = kind != 'unknown' and not rough and incomplete(*on_all(search, best))
+    late = False
+    if kind != 'unknown' and not rough:
+        def lack(fitted: Fitted) -> bool:
+            return incomplete(*on_all(search, fitted))
+        best = finer(search, best, lack)
+        late = lack(best)
     if late:
         best, kind = decided_on_all(search)
     lattices = [name for i, name in enumerate(('motor_encoder_quantisation',

@@ -38,7 +38,7 @@ TOP_ORDERS = 4  # where the motor is driven: what is made small is jagged, a gai
 SIDES = {'motor_coulomb': 'arm_coulomb', 'motor_viscous': 'arm_viscous',
          'arm_coulomb': 'motor_coulomb', 'arm_viscous': 'motor_viscous'}
 EXCHANGED = 3
-BEGUN = 3  # steps of a fit by which orders are compared
+BEGUN = 3  # steps of a fit by which starts and orders are compared
 SETTLED = 4
 RACE = ((0.25, 6), (0.5, 4), (1.0, 3))  # share of the windows fitted, pairs that go on from there
 Gain: TypeAlias = tuple[float, int | None]
@@ -86,15 +86,17 @@ def find_pairs(search: Search, firsts: Sequence[str]) -> list[str]:
     return chosen
 
 
-def reordered(search: Search, pair: Fitted) -> Fitted:
+def restarted(search: Search, pair: Fitted) -> Fitted:
     """
-    Return `pair` with the order of its periodic effect that fits best, of all orders.
+    Return `pair` as it fits best once one of its effects has started again.
 
-    Impacts make more of a small wave than its derivative tells: each order is fitted.
+    Impacts make more of a small wave than its derivative tells: each order is fitted, beside the
+    other effect as it is alone. Of another effect the pair may have found a local optimum, or
+    follow a valley without end: each start is fitted, beside the other effect as the pair has it.
     """
-    def begun(job: tuple[Fitted, Candidate]) -> Fitted:
-        base, joint = job
-        point = fitting.copied(base.point, _with_nuisances(search, joint, base.point))
+    def begun(job: tuple[fitting.Point, Candidate]) -> Fitted:
+        start, joint = job
+        point = fitting.copied(start, _with_nuisances(search, joint, start))
         search.long.evaluate(joint, point)
         return search.as_fitted(joint, fitting.fit(search.long, joint, point, BEGUN, robust=True))
 
@@ -103,12 +105,16 @@ def reordered(search: Search, pair: Fitted) -> Fitted:
         return search.polish(search.grown(fitted), [fitted.point])
     jobs = []
     for i, name in enumerate(pair.candidate.ids):
-        base = search.fitted[pair.candidate.ids[1 - i]]
-        for order in ORDERS if name in PERIODIC else ():
-            jobs += [(base, search.starts.joint([(base.candidate, base.point.z), (c, c.start())]))
+        alone = search.fitted[pair.candidate.ids[1 - i]]
+        base, z = alone.point, alone.point.z
+        if name not in PERIODIC:
+            base = pair.point
+            z = np.array([v for c, v in zip(pair.candidate.coordinates, base.z) if c.owner != i])
+        for order in ORDERS if name in PERIODIC else (None,):
+            jobs += [(base, search.starts.joint([(alone.candidate, z), (c, c.start())]))
                      for c in search.starts.candidates(name, order)]
-    begun_ones = sorted(search.map(begun, jobs, 'orders'), key=lambda f: f.score)
-    found = search.map(finished, begun_ones[:EXCHANGED], 'orders')
+    begun_ones = sorted(search.map(begun, jobs, 'starts'), key=lambda f: f.score)
+    found = search.map(finished, begun_ones[:EXCHANGED], 'starts')
     best = min([pair, *found], key=lambda f: f.score)
     if best is not pair:
         search.fitted.pop(pair.name)
