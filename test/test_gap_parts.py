@@ -193,12 +193,16 @@ def test_a_parameter_at_its_bound_is_no_discovery():
     assert decide.simpler(search, drift) is drift
 
 
-@pytest.mark.parametrize('finer, verdict', [(1, 'unknown'), (4, 'effect')])
-def test_steps_too_long_for_the_readings_are_no_unknown_effect(monkeypatch, finer, verdict):
+@pytest.mark.parametrize('effects, finer, verdict', [
+    ([{'id': 'transmission_damping', 'D': 0.0108}], 1, 'unknown'),
+    ([{'id': 'transmission_damping', 'D': 0.0108}], 4, 'effect'),
+    ([], 1, 'unknown'), ([], 4, 'none')])
+def test_steps_too_long_for_the_readings_are_no_unknown_effect(
+        monkeypatch, effects, finer, verdict):
     monkeypatch.setattr(windows, 'STEP_EIGENVALUE', 2.7)  # hardly stable
     monkeypatch.setattr('gearbox_monitor.gap.search.FINER', finer)
     u = 2.0 * record([], seed=3).u
-    model = model_from_dict({'effects': [{'id': 'transmission_damping', 'D': 0.0108}]}, 'test')
+    model = model_from_dict({'effects': effects}, 'test')
     y = simulate(model, np.repeat(u, 16), DT / 16).y[::16]
     y += 2e-4 * np.random.default_rng(3).standard_normal(y.shape)
     data = diagnose.diagnose([Recording(np.arange(len(u)) * DT, u, y, DT)], DriveModel(),
