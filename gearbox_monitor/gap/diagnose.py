@@ -73,12 +73,13 @@ def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
             sigma = search.long.sigma
     rough = bool((quantum > ROUGH * sigma).any())
     best, kind = decide(search, rough)
-    late = False
-    if kind != 'unknown' and not rough:
-        def lack(fitted: Fitted) -> bool:
-            return incomplete(*on_all(search, fitted))
+
+    def lack(fitted: Fitted) -> bool:
+        return incomplete(*on_all(search, fitted))
+    judged = kind != 'unknown' and not rough
+    if judged:
         best = finer(search, best, lack)
-        late = lack(best)
+    late = judged and lack(best)
     if late:
         best, kind = decided_on_all(search)
     lattices = [name for i, name in enumerate(('motor_encoder_quantisation',
