@@ -29,7 +29,8 @@ setup(
         ('share/' + package_name + '/config', sorted(glob('config/*.*'))),
         ('share/' + package_name + '/config/import', sorted(glob('config/import/*.yaml'))),
         ('share/' + package_name + '/config/security', ['config/security/policy.xml']),
-        ('share/' + package_name + '/launch', sorted(glob('gearbox_monitor/launch/*.launch.py'))),
+        ('share/' + package_name + '/launch',
+         sorted(glob('gearbox_monitor/ros/launch/*.launch.py'))),
     ],
     python_requires='>=3.11',
     # What pip can bring. ROS packages are not named here: on an apt-installed Jazzy they have
@@ -76,9 +77,9 @@ setup(
     entry_points={
         'console_scripts': [
             'gearbox_monitor = gearbox_monitor.cli.main:main',
-            'plant_node = gearbox_monitor.nodes.plant_node:main',
-            'estimator_node = gearbox_monitor.nodes.estimator_node:main',
-            'recorder_node = gearbox_monitor.nodes.recorder_node:main',
+            'plant_node = gearbox_monitor.ros.plant_node:main',
+            'estimator_node = gearbox_monitor.ros.estimator_node:main',
+            'recorder_node = gearbox_monitor.ros.recorder_node:main',
         ],
     },
 )

@@ -19,9 +19,9 @@ import sys
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from gearbox_monitor.drift import watched  # noqa: E402, I100, I202
-from gearbox_monitor.monitor import CONDITIONS  # noqa: E402
-from gearbox_monitor.trust.level import DEBOUNCE  # noqa: E402
+from gearbox_monitor.monitoring.backlash import conditions  # noqa: E402
+from gearbox_monitor.monitoring.checks.level import DEBOUNCE  # noqa: E402
+from gearbox_monitor.monitoring.monitor import CONDITIONS  # noqa: E402
 
 PAGE = ROOT / 'docs/conditions.md'
 HEAD = """\
@@ -59,9 +59,9 @@ def table(component, conditions):
 
 def page():
     """Return the text of the page."""
-    conditions = [*CONDITIONS, *watched.CONDITIONS]
-    tables = [table(component, [c for c in conditions if c.component == component])
-              for component in DEBOUNCE if any(c.component == component for c in conditions)]
+    rows = [*CONDITIONS, *conditions.CONDITIONS]
+    tables = [table(component, [c for c in rows if c.component == component])
+              for component in DEBOUNCE if any(c.component == component for c in rows)]
     return HEAD + '\n' + '\n\n'.join(tables) + '\n'
 
 

@@ -21,14 +21,14 @@ import textwrap
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from gearbox_monitor.drive.effects import EFFECTS, IN_FILTERS, LOCATIONS  # noqa: E402, I202
+from gearbox_monitor.plant.effects import EFFECTS, IN_FILTERS, LOCATIONS  # noqa: E402
 from gearbox_monitor.report.words import MEANINGS  # noqa: E402
 
 PAGE = ROOT / 'docs/effects.md'
 HEAD = """\
 # Effects
 
-Written by `docs/make_effects.py` from `gearbox_monitor/drive/effects.py`; change it there. What a
+Written by `docs/make_effects.py` from `gearbox_monitor/plant/effects.py`; change it there. What a
 drive does that the plain model does not. [`gearbox_monitor diagnose`](diagnose.md) finds them. The
 simulated plant can have them, several at once: by the key `effects` of the model file, or while it
 runs by `ros2 param set /plant effects '["stribeck Cs=0.1 vs=0.2"]'`.

@@ -19,18 +19,17 @@ import sys
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from gearbox_monitor import stream  # noqa: E402, I100, I202
-from gearbox_monitor.diagnostic_values import VALUES  # noqa: E402
-from gearbox_monitor.filters import smoother  # noqa: E402
-from gearbox_monitor.signals import SIGNALS  # noqa: E402
+from gearbox_monitor.estimation import rts_smoother, sample_loop  # noqa: E402
+from gearbox_monitor.interfaces.diagnostic_keys import VALUES  # noqa: E402
+from gearbox_monitor.interfaces.signals import SIGNALS  # noqa: E402
 
 PAGE = ROOT / 'docs/messages.md'
 HEAD = """\
 # Messages, field by field
 
-Written by `docs/make_messages.py` from `gearbox_monitor/signals.py` and
-`gearbox_monitor/diagnostic_values.py`; change it there. What each topic is for, and the services:
-[topics](topics.md).
+Written by `docs/make_messages.py` from `gearbox_monitor/interfaces/signals.py` and
+`gearbox_monitor/interfaces/diagnostic_keys.py`; change it there. What each topic is for, and the
+services: [topics](topics.md).
 
 ## Estimates
 
@@ -46,7 +45,7 @@ DIAGNOSTICS = """
 Each DiagnosticStatus is called `estimator: COMPONENT`. Values are texts, as ROS wants it; a value
 that is not known is left out. When a component leaves OK: [conditions](conditions.md).
 """
-E, S = stream, smoother
+E, S = sample_loop, rts_smoother
 COLUMNS = {
     False: {
         E.E_X1: 'motor position', E.E_X2: 'arm position', E.E_X3: 'motor speed',

@@ -21,7 +21,7 @@ import yaml
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from gearbox_monitor.parameters import (  # noqa: E402, I100, I202
+from gearbox_monitor.parameters import (  # noqa: E402
     AT_ONCE, ESTIMATOR, MODEL, PLANT, RECORDER, RESTART)
 
 PAGE = ROOT / 'docs/parameters.md'

@@ -21,9 +21,9 @@ rate can change without retuning.
 from dataclasses import dataclass
 import math
 
-from gearbox_monitor.drive.excitation import KINDS as EXCITATIONS
 from gearbox_monitor.errors import InputError, Problems, unknown
-from gearbox_monitor.publishers import FOLLOW_FIRST, POLICIES
+from gearbox_monitor.plant.excitation import KINDS as EXCITATIONS
+from gearbox_monitor.ros.publishers import FOLLOW_FIRST, POLICIES
 
 # When a change takes effect: at once; with a restart of the filter; or never while it runs.
 AT_ONCE, RESTART, FIXED = 'at once', 'restart', 'fixed'

@@ -22,7 +22,7 @@ import tempfile
 
 import pytest
 
-from gearbox_monitor.nodes.middleware import remove_cut_ports
+from gearbox_monitor.ros.middleware import remove_cut_ports
 
 
 def pytest_configure(config):

@@ -41,8 +41,8 @@ class Graph:
         self.executor.add_node(self.node)
 
     def start(self, module, *arguments, **parameters):
-        """Start the node `module` of gearbox_monitor.nodes as a process."""
-        command = [sys.executable, '-m', f'gearbox_monitor.nodes.{module}', '--ros-args',
+        """Start the node `module` of gearbox_monitor.ros as a process."""
+        command = [sys.executable, '-m', f'gearbox_monitor.ros.{module}', '--ros-args',
                    *arguments]
         for name, value in parameters.items():
             command += ['-p', f'{name}:={value}']

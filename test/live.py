@@ -17,12 +17,12 @@ import numpy as np
 from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.faults import Faults, FaultyPlant
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise
-from gearbox_monitor.monitor import Monitor, Samples
-from gearbox_monitor.signals import signal_values, SIGNALS
+from gearbox_monitor.interfaces.signals import signal_values, SIGNALS
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Faults, FaultyPlant
+from gearbox_monitor.plant.simulate import Noise
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'

@@ -18,18 +18,18 @@ import json
 import numpy as np
 import pytest
 
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.filters import aekf, ekf
-from gearbox_monitor.filters.adaptation import ADAPTABLE
-from gearbox_monitor.filters.process import ADAPT_AT, markers, P0, pack, state_names
-from gearbox_monitor.filters.record import record_size
-from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.estimation import aekf, ekf
+from gearbox_monitor.estimation.adaptation import ADAPTABLE
+from gearbox_monitor.estimation.process_model import ADAPT_AT, markers, P0, pack, state_names
+from gearbox_monitor.estimation.sample_loop import START
+from gearbox_monitor.estimation.step_record import record_size
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import checked, ESTIMATOR
-from gearbox_monitor.stream import START
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 # With hysteresis, and the noise of two percent.
 CASE_A = DriveModel().with_(kind='play', stiffness=5.0, half_gap=0.3, hysteresis_width=0.3)

@@ -18,13 +18,13 @@ import json
 import numpy as np
 import pytest
 
-from gearbox_monitor import stream
 from gearbox_monitor.benchmarks.fault_cases import CASES
 from gearbox_monitor.benchmarks.fault_runs import run_case
 from gearbox_monitor.benchmarks.fault_stream import healthy, MOTOR, wrapped, zeroed
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.monitor import Monitor, Sample, Samples, SnapshotError
-from gearbox_monitor.trust.level import Level
+from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.monitoring.checks.level import Level
+from gearbox_monitor.monitoring.monitor import Monitor, Sample, Samples, SnapshotError
+from gearbox_monitor.plant.drive import DriveModel
 
 ONE_OF_EACH = (
     '0.5 s lost every 2 s', '20 ms late by 50 ms, every second', 'stall of 10 s, all lost',
@@ -56,7 +56,7 @@ def test_step_by_step_equals_run_when_positions_jump():
     stepped = [single.step(Sample(int(s), tuple(u), tuple(y)))
                for s, u, y in zip(samples.stamp_ns, samples.u, samples.y)]
     np.testing.assert_array_equal([e.row for e in stepped if e is not None], rows)
-    assert whole.counts[stream.POSITION_JUMP] >= 3 and whole.counts[stream.START] > 1
+    assert whole.counts[sample_loop.POSITION_JUMP] >= 3 and whole.counts[sample_loop.START] > 1
     assert single.snapshot() == whole.snapshot() and repr(single.findings) == repr(whole.findings)
 
 
@@ -68,7 +68,8 @@ def test_a_spike_is_refused_and_changes_nothing_else():
     found = monitor.run(Samples(base.stamp_ns, base.u, y))
     expected = Monitor(DriveModel()).run(Samples(*(
         np.delete(a, 2000, axis=0) for a in (base.stamp_ns, base.u, base.y))))
-    assert monitor.counts[stream.POSITION_JUMP] == 1 and monitor.counts[stream.START] == 1
+    assert monitor.counts[sample_loop.POSITION_JUMP] == 1
+    assert monitor.counts[sample_loop.START] == 1
     np.testing.assert_array_equal(found.rows, expected.rows)
 
 
@@ -80,8 +81,8 @@ def test_nothing_is_ok_until_it_is_judged_again():
     assert not any(monitor.findings[name].level for name in judged)
     for k in range(10300, 14000):  # 0.3 s are missing
         monitor.step(Sample(int(base.stamp_ns[k]), tuple(base.u[k]), tuple(base.y[k])))
-        started = monitor.counts[stream.START] > 1
-        young = base.stamp_ns[k] < base.stamp_ns[10302] + 3 * stream.SECOND
+        started = monitor.counts[sample_loop.START] > 1
+        young = base.stamp_ns[k] < base.stamp_ns[10302] + 3 * sample_loop.SECOND
         if started and young:
             assert all(monitor.findings[name].level > Level.OK for name in judged)
     assert started and not any(monitor.findings[name].level for name in judged)

@@ -16,14 +16,14 @@
 import numpy as np
 import pytest
 
-from gearbox_monitor import bank
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.filters.process import pack
-from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.monitor import Monitor, Samples
-from gearbox_monitor.score import run_score
+from gearbox_monitor.estimation import batch_score
+from gearbox_monitor.estimation.process_model import pack
+from gearbox_monitor.estimation.score import run_score
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 DT = 1e-3
 NAMES = ('r_std_motor', 'r_std_arm', 'q_std_tau_k', 'q_std_motor_speed', 'q_std_arm_speed',
@@ -52,8 +52,9 @@ def candidates(w=19, **parameters):
 def compared(monkeypatch, model, trials, samples):
     """Return (criteria together, criteria alone, how many the bank left to single runs)."""
     alone, left = [run_score(model, trial, samples) for trial in trials], []
-    monkeypatch.setattr(bank, 'run_score', lambda *args: left.append(args) or run_score(*args))
-    found = bank.criteria(model, trials, samples)
+    monkeypatch.setattr(batch_score, 'run_score',
+                        lambda *args: left.append(args) or run_score(*args))
+    found = batch_score.criteria(model, trials, samples)
     return found, [(one.criterion, one.diverged) for one in alone], len(left)
 
 
@@ -116,8 +117,8 @@ def test_filters_that_lanes_can_run(suited, effects, one, all_of_them):
     monitors = [Monitor(MODEL.with_(effects=effects), trial, judged=False, smoothed=False)
                 for trial in trials]
     packed = np.array([pack(monitor.drive, monitor.parameters) for monitor in monitors])
-    assert bank.suited([monitor.parameters for monitor in monitors], packed,
-                       monitors[0].settings, recorded(900)) == suited
+    assert batch_score.suited([monitor.parameters for monitor in monitors], packed,
+                              monitors[0].settings, recorded(900)) == suited
 
 
 @pytest.mark.skipif(not COMPILED, reason='interpreted, filters run one after the other')
@@ -125,7 +126,7 @@ def test_sums_are_those_of_the_estimates():
     samples, trials = recorded(900), candidates(3)
     monitors = [Monitor(MODEL, trial, judged=False, smoothed=False) for trial in trials]
     packed = np.array([pack(one.drive, one.parameters) for one in monitors])
-    sums = bank.run(packed, monitors[0].states, monitors[0].settings, samples, 200)
+    sums = batch_score.run(packed, monitors[0].states, monitors[0].settings, samples, 200)
     for (loglik, nis), one in zip(sums.T, monitors):
         estimates = one.run(samples)  # begin at the second sample
         assert loglik == pytest.approx(estimates.loglik[199:].sum(), rel=1e-9)

@@ -21,7 +21,7 @@ import pytest
 from gearbox_monitor.benchmarks import real, real_fit
 from gearbox_monitor.benchmarks.static_compensation import fit_static
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.kernels.jit import COMPILED
 
 DATA = Path(__file__).resolve().parents[2] / 'shared' / 'data' / 'davinci_backend'
 BURN_IN = 1000

@@ -20,7 +20,7 @@ import pytest
 
 from gearbox_monitor.benchmarks import replay, scale, scale_numbers
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.kernels.jit import COMPILED
 
 compiled = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
 

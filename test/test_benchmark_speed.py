@@ -22,10 +22,10 @@ import pytest
 from gearbox_monitor.benchmarks import eigen_reference, free_run, replay, speed
 from gearbox_monitor.benchmarks.paper import drive, DT, T0
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.drive.simulate import simulate
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.plant.simulate import simulate
 
 
 @pytest.fixture(scope='module')

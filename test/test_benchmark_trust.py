@@ -20,11 +20,11 @@ import pytest
 
 from gearbox_monitor.benchmarks import intervals, trust, trust_drift, trust_runs
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.drift.features import Backlash
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise
-from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.trust.level import Finding, Level
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.backlash.features import Backlash
+from gearbox_monitor.monitoring.checks.level import Finding, Level
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.simulate import Noise
 
 compiled = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
 

@@ -35,12 +35,12 @@ from gearbox_monitor.bag.inputs import find_input  # noqa: E402
 from gearbox_monitor.bag.paired import write_paired  # noqa: E402
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.bag.replay import read_snapshots, replay  # noqa: E402
-from gearbox_monitor.drive.excitation import Excitation  # noqa: E402
-from gearbox_monitor.drive.model import DriveModel  # noqa: E402
-from gearbox_monitor.drive.simulate import Noise, simulate  # noqa: E402
-from gearbox_monitor.files import load_parameters  # noqa: E402
-from gearbox_monitor.nodes.convert import to_time  # noqa: E402
+from gearbox_monitor.files.yaml_files import load_parameters  # noqa: E402
 from gearbox_monitor.parameters import checked, SETTINGS  # noqa: E402
+from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
+from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
+from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
+from gearbox_monitor.ros.convert import to_time  # noqa: E402
 
 pytestmark = pytest.mark.ros
 T0 = 1_700_000_000_000_000_000

@@ -22,15 +22,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearbox_monitor.baseline import load_baseline, load_state, save_baseline, save_state
-from gearbox_monitor.drift import forecast, scan
-from gearbox_monitor.drift.change import Settings, Tracker
-from gearbox_monitor.drift.features import Backlash, lost_motion_of, NotExcited
-from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TWIST, S_X4
+from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TWIST, S_X4
+from gearbox_monitor.files.baselines import load_baseline, load_state, save_baseline, save_state
+from gearbox_monitor.monitoring.backlash import forecast, scan
+from gearbox_monitor.monitoring.backlash.change import Settings, Tracker
+from gearbox_monitor.monitoring.backlash.features import Backlash, lost_motion_of, NotExcited
+from gearbox_monitor.monitoring.checks.level import Level
 from gearbox_monitor.parameters import checked, ESTIMATOR
-from gearbox_monitor.trust.level import Level
+from gearbox_monitor.plant.drive import DriveModel
 
 WINDOW = 10 * 10 ** 9
 REAL = Path(__file__).resolve().parents[2] / 'shared' / 'data' / 'davinci_backend'

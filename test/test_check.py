@@ -21,17 +21,17 @@ import yaml
 
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.write import BagWriter
-from gearbox_monitor.check import parts, stamps
-from gearbox_monitor.check.examine import examine
-from gearbox_monitor.check.line import BAD, OK, PURPOSES, WARN
 from gearbox_monitor.cli import check
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.monitor import Samples
+from gearbox_monitor.monitoring.monitor import Samples
 from gearbox_monitor.parameters import defaults, ESTIMATOR
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.quality import parts, stamps
+from gearbox_monitor.quality.examine import examine
+from gearbox_monitor.quality.line import BAD, OK, PURPOSES, WARN
 
 MODEL = DriveModel()
 PARAMETERS = {**defaults(ESTIMATOR), 'drift_window': 5.0}

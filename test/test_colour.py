@@ -19,13 +19,13 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import simulate
-from gearbox_monitor.gap.colour import measured
-from gearbox_monitor.gap.diagnose import diagnose
-from gearbox_monitor.gap.noise import whitened
-from gearbox_monitor.gap.recording import Recording
+from gearbox_monitor.identification.coloured_noise import measured
+from gearbox_monitor.identification.diagnose import diagnose
+from gearbox_monitor.identification.noise import whitened
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import simulate
 
 DT, PHI = 1e-3, np.exp(-1e-3 / 5e-3)
 WEAK = {'id': 'arm_coulomb', 'Cac': 0.05}

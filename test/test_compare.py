@@ -22,7 +22,7 @@ from test_tune import DRIVE, params, samples_of, simulated, write
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.monitor import Monitor
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import FILTER_NAMES
 
 TUNED = {'r_std_motor': 0.0658, 'r_std_arm': 0.0833, 'q_std_tau_k': 9.2}

@@ -20,14 +20,14 @@ import numpy as np
 import pytest
 import yaml
 
-from gearbox_monitor import stream
-from gearbox_monitor.diagnostic_values import VALUES
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.monitor import COMPONENTS, CONDITIONS, Monitor, Samples
-from gearbox_monitor.trust import innovation, usable
-from gearbox_monitor.trust.level import DEBOUNCE, Level
+from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.interfaces.diagnostic_keys import VALUES
+from gearbox_monitor.monitoring.checks import innovation, usability
+from gearbox_monitor.monitoring.checks.level import DEBOUNCE, Level
+from gearbox_monitor.monitoring.monitor import COMPONENTS, CONDITIONS, Monitor, Samples
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 ROOT = Path(__file__).parents[1]
 
@@ -56,7 +56,7 @@ def test_every_condition_names_values_that_are_published(monitor):
     for c in CONDITIONS:
         assert c.level > Level.OK and c.says and c.when and c.window and c.advice
         values = monitor.findings[c.component].values
-        if c in (usable.OTHERS, usable.LOST):  # the node publishes them
+        if c in (usability.OTHERS, usability.LOST):  # the node publishes them
             values = {**values, **dict.fromkeys(v.key for v in VALUES if v.component == 'input')}
         for key in (*c.value, *c.threshold):
             assert key in values or key == 'adapted_...', key
@@ -71,18 +71,18 @@ def test_every_threshold_is_in_a_condition(monitor):
 
 
 def test_every_refused_sample_has_a_condition():
-    counters = [name for c in usable.REFUSED for name in c.value]
-    others = {stream.REASONS[stream.START]}
-    assert sorted(counters) == sorted(set(stream.REASONS.values()) - others)
+    counters = [name for c in usability.REFUSED for name in c.value]
+    others = {sample_loop.REASONS[sample_loop.START]}
+    assert sorted(counters) == sorted(set(sample_loop.REASONS.values()) - others)
 
 
 @pytest.mark.parametrize('new, level, word', [
     ({}, Level.OK, 'samples/s'), ({'zero stamps': 2}, Level.WARN, '2 zero stamps: stamp each'),
     ({'missing arm positions': 3, 'missing efforts': 1}, Level.WARN, 'encoders')])
 def test_input(new, level, word):
-    finding = usable.check(new, 5, {'rate_hz': 5.0})
+    finding = usability.check(new, 5, {'rate_hz': 5.0})
     assert finding.level == level and word in finding.message
-    assert usable.check(new, 0, {'rate_hz': 0.0}).level == Level.ERROR
+    assert usability.check(new, 0, {'rate_hz': 0.0}).level == Level.ERROR
 
 
 def test_thresholds_in_words_are_those_in_force():

@@ -25,11 +25,11 @@ from gearbox_monitor.bag.read import McapReader
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli import diagnose as command
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.drive.effects import EFFECTS, LOCATIONS
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel, Transmission
-from gearbox_monitor.drive.simulate import simulate
-from gearbox_monitor.files import load_model
+from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.plant.drive import DriveModel, Transmission
+from gearbox_monitor.plant.effects import EFFECTS, LOCATIONS
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.report.words import MEANINGS, PLACES
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'

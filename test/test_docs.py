@@ -24,15 +24,15 @@ import numpy as np
 import pytest
 import yaml
 
-from gearbox_monitor import signals
 from gearbox_monitor.cli.main import _parse, COMMANDS
-from gearbox_monitor.diagnostic_values import VALUES
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.filters.adaptation import ADAPTABLE
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.estimation.adaptation import ADAPTABLE
+from gearbox_monitor.interfaces import signals
+from gearbox_monitor.interfaces.diagnostic_keys import VALUES
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import checked, defaults, ESTIMATOR, PLANT
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]

@@ -24,11 +24,11 @@ from types import ModuleType
 
 import pytest
 
-from gearbox_monitor import trust
 from gearbox_monitor.bag.example import write_bag
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.files import load_model
+from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.monitoring import checks
+from gearbox_monitor.plant.drive import DriveModel
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / 'docs'
@@ -174,7 +174,7 @@ def test_filter_of_the_page(tmp_path):
     gated, use, *_ = blocks(DOCS / 'extend.md', 'python')
     (tmp_path / 'gated.py').write_text(gated)
     (tmp_path / 'use.py').write_text(
-        'import gated, gearbox_monitor.filters\ngearbox_monitor.filters.gated = gated\n'
+        'import gated, gearbox_monitor.estimation\ngearbox_monitor.estimation.gated = gated\n'
         + use)
     done = subprocess.run(
         [sys.executable, 'use.py'], cwd=tmp_path, capture_output=True, text=True, check=False,
@@ -186,8 +186,8 @@ def test_filter_of_the_page(tmp_path):
 
 def test_indicator_of_the_page(monkeypatch, capsys):
     *_, load, use = blocks(DOCS / 'extend.md', 'python')
-    made = module(monkeypatch, 'gearbox_monitor.trust.load', load)
-    monkeypatch.setattr(trust, 'load', made, raising=False)
+    made = module(monkeypatch, 'gearbox_monitor.monitoring.checks.load', load)
+    monkeypatch.setattr(checks, 'load', made, raising=False)
     exec(compile(use, 'extend.md', 'exec'), {})
     levels = [line.split()[1] for line in capsys.readouterr().out.splitlines()]
     assert levels == ['OK'] * 7 + ['WARN'] * 4 or levels == ['OK'] * 8 + ['WARN'] * 3

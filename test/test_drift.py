@@ -19,13 +19,13 @@ import json
 import numpy as np
 import pytest
 
-from gearbox_monitor.drift import features
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, Plant
-from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST
-from gearbox_monitor.monitor import Monitor, Samples
-from gearbox_monitor.trust.level import Level
+from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST
+from gearbox_monitor.monitoring.backlash import features
+from gearbox_monitor.monitoring.checks.level import Level
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, Plant
 
 
 CASE_B = DriveModel().with_(stiffness=5.0, half_gap=0.6)

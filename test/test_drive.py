@@ -20,15 +20,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import (
-    DriveModel, fastest_eigenvalue, substeps, Transmission)
-from gearbox_monitor.drive.simulate import Noise, Plant, simulate
-from gearbox_monitor.drive.transmission import (
-    DEAD_ZONE, PASSIVE_PLAY, PLAY, transmission_torque)
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model
-from gearbox_monitor.resources import config_path
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue, substeps, Transmission
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, Plant, simulate
+from gearbox_monitor.plant.transmission import DEAD_ZONE, PASSIVE_PLAY, PLAY, transmission_torque
 
 
 FREE = {'damping': 0.0, 'viscous_friction': 0.0, 'coulomb_friction': 0.0, 'position_gain': 0.0}

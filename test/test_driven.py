@@ -25,15 +25,15 @@ import yaml
 
 from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import model_from_dict
-from gearbox_monitor.drive.simulate import simulate
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model
-from gearbox_monitor.gap.driven import DrivenSimulator
-from gearbox_monitor.gap.recording import Recording
-from gearbox_monitor.gap.windows import Windows
-from gearbox_monitor.resources import config_path
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.torque_domain import DrivenSimulator
+from gearbox_monitor.identification.windows import Windows
+from gearbox_monitor.plant.drive import model_from_dict
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import simulate
 
 DATA = Path(__file__).resolve().parents[2] / 'shared' / 'data' / 'davinci_backend'
 DT = 1e-3

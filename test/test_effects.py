@@ -25,17 +25,17 @@ import pytest
 import yaml
 
 from gearbox_monitor.benchmarks.blind import plant as own
-from gearbox_monitor.drive import effects
-from gearbox_monitor.drive.effects import EFFECTS
-from gearbox_monitor.drive.faults import Faults, FaultyPlant
-from gearbox_monitor.drive.model import model_from_dict
-from gearbox_monitor.drive.simulate import Noise, Plant
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model
-from gearbox_monitor.gap.recording import Recording
-from gearbox_monitor.gap.search import Search
-from gearbox_monitor.gap.windows import cut, Simulator
-from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.windows import cut, Simulator
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.plant import effects
+from gearbox_monitor.plant.drive import model_from_dict
+from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.faults import Faults, FaultyPlant
+from gearbox_monitor.plant.simulate import Noise, Plant
 
 compiled = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 PAGE = Path(__file__).parents[1] / 'docs/plugins.md'
@@ -392,7 +392,7 @@ def test_effects_of_a_plant_that_runs(graph):
     from rcl_interfaces.srv import SetParameters
     from rclpy.qos import QoSProfile
     from sensor_msgs.msg import JointState
-    from gearbox_monitor.drive.excitation import Excitation
+    from gearbox_monitor.plant.excitation import Excitation
     states, truth = [], []
     for topic, rows in (('joint_states', states), ('plant/transmission_state', truth)):
         graph.node.create_subscription(JointState, topic, rows.append, QoSProfile(depth=10000))

@@ -35,15 +35,15 @@ from std_srvs.srv import Trigger  # noqa: E402
 
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.bag.replay import replay  # noqa: E402
-from gearbox_monitor.baseline import save_state  # noqa: E402
-from gearbox_monitor.drift.change import Settings, Tracker  # noqa: E402
-from gearbox_monitor.drift.features import Backlash  # noqa: E402
-from gearbox_monitor.drive.excitation import Excitation  # noqa: E402
-from gearbox_monitor.drive.model import DriveModel  # noqa: E402
-from gearbox_monitor.drive.simulate import Noise, simulate  # noqa: E402
-from gearbox_monitor.nodes.convert import to_time  # noqa: E402
+from gearbox_monitor.files.baselines import save_state  # noqa: E402
+from gearbox_monitor.interfaces.signals import SIGNALS  # noqa: E402
+from gearbox_monitor.monitoring.backlash.change import Settings, Tracker  # noqa: E402
+from gearbox_monitor.monitoring.backlash.features import Backlash  # noqa: E402
 from gearbox_monitor.parameters import checked, ESTIMATOR  # noqa: E402
-from gearbox_monitor.signals import SIGNALS  # noqa: E402
+from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
+from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
+from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
+from gearbox_monitor.ros.convert import to_time  # noqa: E402
 
 pytestmark = pytest.mark.ros
 T0 = 1_700_000_000_000_000_000
@@ -353,7 +353,7 @@ def test_parameters_are_described_and_checked(graph):
     (['baseline_file:=/'], '/: Is a directory'),
 ])
 def test_bad_parameters_end_with_one_line(tmp_path, parameters, told):
-    command = [sys.executable, '-m', 'gearbox_monitor.nodes.estimator_node', '--ros-args']
+    command = [sys.executable, '-m', 'gearbox_monitor.ros.estimator_node', '--ros-args']
     for parameter in parameters:
         command += ['-p', parameter]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True,

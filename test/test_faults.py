@@ -18,10 +18,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.faults import EncoderFault, Faults, FaultyPlant
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, Plant
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import EncoderFault, Faults, FaultyPlant
+from gearbox_monitor.plant.simulate import Noise, Plant
 
 DT, N, START = 1e-3, 2000, 0.7
 AT = 700

@@ -24,17 +24,18 @@ import oracle
 import pytest
 from scipy import stats
 
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel, substeps
-from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.filters import ekf
-from gearbox_monitor.filters.process import (
+from gearbox_monitor.estimation import ekf
+from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, markers, P0, pack, propagate, Q0, state_names)
-from gearbox_monitor.filters.record import correction, predicted, record_size, updated
-from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, smooth
-from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.estimation.rts_smoother import (
+    N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, smooth)
+from gearbox_monitor.estimation.step_record import correction, predicted, record_size, updated
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import defaults, ESTIMATOR
+from gearbox_monitor.plant.drive import DriveModel, substeps
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 
 PARAMETERS = defaults(ESTIMATOR)
@@ -347,9 +348,9 @@ def test_process_noise_is_a_spectral_density():
 COMPARE = """
 import sys
 import numpy as np
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
 assert not COMPILED
 data = np.load(sys.argv[1])
 monitor = Monitor(DriveModel(), {'friction_error_std': 0.1})

@@ -21,10 +21,10 @@ import pytest
 import yaml
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel, Transmission
-from gearbox_monitor.drive.simulate import simulate
-from gearbox_monitor.files import load_model
+from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.plant.drive import DriveModel, Transmission
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import simulate
 
 TRUE = DriveModel(torque_offset=0.1, position_gain=0.0)
 WRONG = replace(TRUE, torque_offset=0.0, motor_inertia=0.008, arm_inertia=0.015,

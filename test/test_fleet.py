@@ -38,18 +38,18 @@ from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.benchmarks import fleet as benchmark
 from gearbox_monitor.benchmarks.fleet_setup import below, dask_cluster
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.drift.features import Backlash
-from gearbox_monitor.drift.windows import Windows
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.fleet import engine, job
 from gearbox_monitor.fleet.job import analyse
 from gearbox_monitor.fleet.paths import content_hash
 from gearbox_monitor.fleet.table import Table
 from gearbox_monitor.fleet.trend import gearboxes
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.monitoring.backlash.features import Backlash
+from gearbox_monitor.monitoring.backlash.loop_windows import Windows
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 ROOT = Path(__file__).parents[1]
 DAY = 86400

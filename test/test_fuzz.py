@@ -17,11 +17,11 @@ from pathlib import Path
 
 import pytest
 
-from gearbox_monitor.baseline import Damaged, load_baseline, load_state
 from gearbox_monitor.benchmarks import fuzz, fuzz_targets
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model, load_parameters, load_yaml
+from gearbox_monitor.files.baselines import Damaged, load_baseline, load_state
+from gearbox_monitor.files.yaml_files import load_model, load_parameters, load_yaml
 from gearbox_monitor.parameters import ESTIMATOR
 
 NUMBERS = {'drive.yaml': 40, 'estimator.yaml': 20, 'data.csv': 150, 'data.bin': 100,

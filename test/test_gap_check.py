@@ -23,15 +23,15 @@ from scipy.signal import lfilter
 
 from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.importer import load_mapping, read_recording
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel, Transmission
-from gearbox_monitor.drive.simulate import simulate
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model
-from gearbox_monitor.gap.check import check
-from gearbox_monitor.gap.noise import noise_levels
-from gearbox_monitor.gap.recording import prepare
-from gearbox_monitor.resources import config_path
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.identification.noise import noise_levels
+from gearbox_monitor.identification.recording import prepare
+from gearbox_monitor.plant.drive import DriveModel, Transmission
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import simulate
+from gearbox_monitor.quality.input_checks import check
 
 DATA = Path(__file__).resolve().parents[2] / 'shared' / 'data' / 'davinci_backend'
 MODEL = DriveModel()

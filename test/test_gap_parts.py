@@ -18,14 +18,15 @@ import json
 import numpy as np
 import pytest
 
-from gearbox_monitor.drive.model import DriveModel, model_from_dict
-from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.gap import (
-    close, decide, diagnose, fit, isolate, misfit, noise, pairs, residual, verdict, windows)
-from gearbox_monitor.gap.bursts import found_bursts
-from gearbox_monitor.gap.recording import Recording
-from gearbox_monitor.gap.remainder import Remainder, remainder
-from gearbox_monitor.gap.search import Fitted, Search
+from gearbox_monitor.identification import (
+    adequacy, closed_model, diagnose, fit, isolability, localisation, noise, pairs, selection,
+    verdict, windows)
+from gearbox_monitor.identification.bursts import found_bursts
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.remainder import Remainder, remainder
+from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.plant.drive import DriveModel, model_from_dict
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 DT, SIGMA = 0.001, (0.002, 0.002)
 CASES = {
@@ -81,7 +82,7 @@ def fitted_from(search, name, values):
 @pytest.mark.parametrize('name', CASES)
 def test_a_free_signal_finds_the_place(searches, name):
     search, none, _ = searches[name]
-    found = residual.places(search, none)
+    found = localisation.places(search, none)
     location = CASES[name][1]
     assert found['location'] == location, found['places']
     assert found['place'] == ('motor_side' if location == 'actuator' else location)
@@ -97,7 +98,7 @@ def test_a_free_signal_finds_the_place(searches, name):
 @pytest.mark.parametrize('name', CASES)
 def test_the_true_effect_closes_the_gap(searches, name):
     search, none, fitted = searches[name]
-    found = close.closure(search, none, fitted, seed=3)
+    found = closed_model.closure(search, none, fitted, seed=3)
     assert found['gap_before'] > 1.05
     assert found['gap_after'] == pytest.approx(1.0, abs=0.03)
     assert found['closed_fraction'] == pytest.approx(1.0, abs=0.15)
@@ -108,13 +109,13 @@ def test_the_true_effect_closes_the_gap(searches, name):
     for parameter, value in truth.items():
         error = found['standard_errors'][name][parameter]
         assert abs(given[parameter] - value) < 4.5 * error, parameter
-    assert found == close.closure(search, none, fitted, seed=3)
+    assert found == closed_model.closure(search, none, fitted, seed=3)
     json.dumps(found, allow_nan=False)
 
 
 def test_without_an_effect_there_is_nothing_to_close():
     search = Search(record([]), DriveModel(), SIGMA, [])
-    found = close.closure(search, search.none(), None)
+    found = closed_model.closure(search, search.none(), None)
     assert found['closed_fraction'] is None and found['closed_fraction_ci'] is None
     assert found['gap_before'] == pytest.approx(1.0, abs=0.03)
 
@@ -124,14 +125,14 @@ def test_a_wrong_effect_does_not_close_the_gap(searches):
     wrong = search.starts.candidates('motor_viscous')[0]
     point = search.at_none(wrong, none.point)
     search.long.evaluate(wrong, point)
-    found = close.closure(search, none, search.as_fitted(wrong, point))
+    found = closed_model.closure(search, none, search.as_fitted(wrong, point))
     assert found['closed_fraction'] < 0.1 and found['closed_fraction_ci'][1] < 0.3
 
 
 def test_validation_on_a_second_recording():
     effect = {'id': 'arm_coulomb', 'Cac': 0.05}
-    found = close.validate(record([effect], seed=9), DriveModel(),
-                           model_from_dict({'effects': [effect]}, 'test'), SIGMA)
+    found = closed_model.validate(record([effect], seed=9), DriveModel(),
+                                  model_from_dict({'effects': [effect]}, 'test'), SIGMA)
     assert found['gap_after'] == pytest.approx(1.0, abs=0.03) and found['gap_before'] > 1.3
     before, after = found['free_run']['before'], found['free_run']['after']
     assert after['motor'] < 0.2 * before['motor'] and after['arm'] < 0.2 * before['arm']
@@ -147,7 +148,7 @@ def test_one_speed_cannot_tell_viscous_from_coulomb_friction():
     for u in (slow, levels):
         search = Search(record([], 4, u=u), DriveModel(), SIGMA, ids)
         search.none()
-        names, s2 = isolate.matrix(search)
+        names, s2 = isolability.matrix(search)
         assert np.diag(s2) == pytest.approx(0.0, abs=1e-6)
         found.append({(a, b): s2[i, j] for i, a in enumerate(names)
                       for j, b in enumerate(names)})
@@ -164,10 +165,10 @@ def test_confusable_lists_what_little_evidence_leaves_open():
     search.none()
     search.refine(search.screen())
     best = search.fitted['torque_offset']
-    found = isolate.separations(search, best)
+    found = isolability.separations(search, best)
     d, table = found['torque_offset']
     assert d > 100 and table['coulomb_asymmetry'] < 0.05 < table['gravity']
-    names = isolate.confusable(search, best, found)
+    names = isolability.confusable(search, best, found)
     assert 'coulomb_asymmetry' in names and 'motor_inertia' not in names
 
 
@@ -182,15 +183,15 @@ def test_a_parameter_at_its_bound_is_no_discovery():
         search.fitted[name] = Fitted(candidate, point, 0.0)
     drift, plain = (search.fitted[name] for name in ('viscous_drift', 'motor_viscous'))
     drift.score = plain.score - 5.0
-    assert decide.simpler(search, drift) is drift
+    assert selection.simpler(search, drift) is drift
     drift.point.z[:] = -50.0  # of the logarithm of the time constant, too
     assert drift.candidate.at_bound(drift.point.z)
-    assert decide.simpler(search, drift) is plain
+    assert selection.simpler(search, drift) is plain
     drift.score = plain.score - 20.0
-    assert decide.simpler(search, drift) is drift
+    assert selection.simpler(search, drift) is drift
     drift.score = plain.score - 5.0
     plain.point.residual = plain.point.residual + 1.0  # as good, but another motion: no limit
-    assert decide.simpler(search, drift) is drift
+    assert selection.simpler(search, drift) is drift
 
 
 @pytest.mark.parametrize('effects, finer, verdict', [
@@ -200,7 +201,7 @@ def test_a_parameter_at_its_bound_is_no_discovery():
 def test_steps_too_long_for_the_readings_are_no_unknown_effect(
         monkeypatch, effects, finer, verdict):
     monkeypatch.setattr(windows, 'STEP_EIGENVALUE', 2.7)  # hardly stable
-    monkeypatch.setattr('gearbox_monitor.gap.search.FINER', finer)
+    monkeypatch.setattr('gearbox_monitor.identification.search.FINER', finer)
     u = 2.0 * record([], seed=3).u
     model = model_from_dict({'effects': effects}, 'test')
     y = simulate(model, np.repeat(u, 16), DT / 16).y[::16]
@@ -248,7 +249,7 @@ def test_steps_above_the_noise_of_an_encoder_are_no_unknown_effect():
         'motor_encoder_quantisation', 'arm_coulomb', 'torque_offset']).data
     assert data['effect'] == 'motor_encoder_quantisation', data['misfit']
     assert data['params']['motor_encoder_quantisation']['q'] == pytest.approx(0.04)
-    assert data['misfit']['structure'] > misfit.STRUCTURE
+    assert data['misfit']['structure'] > adequacy.STRUCTURE
     data = diagnose.diagnose([found], DriveModel(), only=['arm_coulomb', 'torque_offset'],
                              exclude=['motor_encoder_quantisation']).data
     assert data['verdict'] == 'unknown' and data['location'] == 'motor_sensor', data['warnings']
@@ -270,9 +271,9 @@ def test_what_training_windows_let_pass_is_judged_on_all():
     found = record([{'id': 'gravity', 'G': 0.0003}], seed=3)
     search = Search(found, DriveModel(), SIGMA, ['motor_viscous'])
     none = search.none()
-    assert not misfit.incomplete(search, none)
-    law = misfit.follows(*misfit.on_all(search, none))
-    assert law.place == 'arm_side' and law.gain > 2.0 * misfit.REMAINDER
+    assert not adequacy.incomplete(search, none)
+    law = adequacy.follows(*adequacy.on_all(search, none))
+    assert law.place == 'arm_side' and law.gain > 2.0 * adequacy.REMAINDER
     data = diagnose.diagnose([found], DriveModel(), only=['motor_viscous']).data
     assert data['verdict'] == 'unknown' and data['location'] == 'arm_side', data['misfit']
     assert data['misfit']['follows']['over'] == 'angle of the arm in its turn'
@@ -346,7 +347,7 @@ def test_what_is_left_is_a_function_of_the_motion(name, values, place, over):
     search = Search(record([{'id': name, **values}]), DriveModel(), SIGMA, [name])
     none = search.none()
     found = remainder(search, none)
-    assert (found.place, found.over) == (place, over) and found.gain > 3.0 * misfit.REMAINDER
+    assert (found.place, found.over) == (place, over) and found.gain > 3.0 * adequacy.REMAINDER
     assert remainder(search, fitted_from(search, name, values)).gain < 30.0
 
 
@@ -362,9 +363,9 @@ def test_noise_of_the_readings_is_no_law():
     search = Search(Recording(DT * np.arange(len(u)), u, path.y, DT), model, std, ['stribeck'])
     none = search.none()
     read = remainder(search, none)
-    assert read.over == 'rate of the twist' and read.gain > misfit.REMAINDER
+    assert read.over == 'rate of the twist' and read.gain > adequacy.REMAINDER
     assert remainder(search, none, modelled=True).gain < 20.0
-    assert misfit.follows(search, none) is None
+    assert adequacy.follows(search, none) is None
 
 
 def test_a_memory_that_is_stuck_is_freed():

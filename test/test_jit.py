@@ -20,11 +20,11 @@ import sys
 
 import pytest
 
-from gearbox_monitor.jit import COMPILED, fma, usable_cache
+from gearbox_monitor.kernels.jit import COMPILED, fma, usable_cache
 
 ROOT = Path(__file__).parents[1]
 pytestmark = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
-STEP = ('from gearbox_monitor.drive import elementary\n'
+STEP = ('from gearbox_monitor.plant import elementary\n'
         'from gearbox_monitor import jit\n'
         'assert elementary.arctan(1.0) > 0.7\n'
         'hits = sum(elementary.arctan.stats.cache_hits.values())\n'

@@ -22,13 +22,13 @@ import pytest
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.record_file import RecordFile
 from gearbox_monitor.bag.replay import read_recording
-from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model
-from gearbox_monitor.nodes.after_error import AfterError
-from gearbox_monitor.nodes.keep import About, command, keep
-from gearbox_monitor.nodes.ring import MAX_RATE, Ring, SECOND, stretch
+from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import defaults, ESTIMATOR
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.ros.after_error import AfterError
+from gearbox_monitor.ros.keep import About, command, keep
+from gearbox_monitor.ros.ring import MAX_RATE, Ring, SECOND, stretch
 
 T0 = 1_700_000_000 * SECOND
 PERIOD = 2_000_000

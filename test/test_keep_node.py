@@ -26,12 +26,12 @@ from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
-from gearbox_monitor.baseline import save_state  # noqa: E402
 from gearbox_monitor.cli.main import main  # noqa: E402
-from gearbox_monitor.drift.change import Settings, Tracker  # noqa: E402
-from gearbox_monitor.drift.features import Backlash  # noqa: E402
-from gearbox_monitor.drive.model import DriveModel  # noqa: E402
+from gearbox_monitor.files.baselines import save_state  # noqa: E402
+from gearbox_monitor.monitoring.backlash.change import Settings, Tracker  # noqa: E402
+from gearbox_monitor.monitoring.backlash.features import Backlash  # noqa: E402
 from gearbox_monitor.parameters import checked, ESTIMATOR  # noqa: E402
+from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 
 pytestmark = pytest.mark.ros
 EFFECT = '["torque_offset u0=0.6"]'

@@ -18,14 +18,14 @@ import math
 import numpy as np
 import pytest
 
-from gearbox_monitor.drive.elementary import arctan, exponential, sine
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import model_from_dict
-from gearbox_monitor.drive.simulate import Noise, Plant
-from gearbox_monitor.gap import lanes
-from gearbox_monitor.gap.recording import Recording
-from gearbox_monitor.gap.windows import cut, N_MEMORY, Simulator
-from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.windows import cut, N_MEMORY, Simulator
+from gearbox_monitor.kernels.elementary import arctan, exponential, sine
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.plant import batch
+from gearbox_monitor.plant.drive import model_from_dict
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, Plant
 
 DT = 2e-3
 OWN_EQUATIONS = [
@@ -88,10 +88,10 @@ def test_side_by_side_and_one_by_one_are_the_same_bits(effects, monkeypatch):
     memory = random.standard_normal((len(windows), N_MEMORY))
     extra = 0.05 * random.standard_normal((len(u), 3))
     used = []
-    monkeypatch.setattr(lanes, 'suited', lambda *args, of=lanes.suited: (
+    monkeypatch.setattr(batch, 'suited', lambda *args, of=batch.suited: (
         used.append(of(*args)) or used[-1]))
     together = simulator.run(windows, model, states, memory, extra)
-    monkeypatch.setattr(lanes, 'suited', lambda *_: False)
+    monkeypatch.setattr(batch, 'suited', lambda *_: False)
     alone = simulator.run(windows, model, states, memory, extra)
     assert used == [True]
     for one, other in zip(together, alone):

@@ -21,7 +21,7 @@ import pytest
 import setuptools
 
 ROOT = Path(__file__).parents[1]
-FILES = sorted((ROOT / 'gearbox_monitor/launch').glob('*.launch.py'))
+FILES = sorted((ROOT / 'gearbox_monitor/ros/launch').glob('*.launch.py'))
 # One gearbox each.
 SINGLE = {'monitor.launch.py', 'replay.launch.py'}
 NAMES = {*SINGLE, 'robot.launch.py'}
@@ -47,7 +47,7 @@ def test_compile(path):
 def _load(name):
     pytest.importorskip('launch')
     pytest.importorskip('launch_ros')
-    path = ROOT / 'gearbox_monitor/launch' / name
+    path = ROOT / 'gearbox_monitor/ros/launch' / name
     spec = importlib.util.spec_from_file_location('launched', path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

@@ -23,8 +23,8 @@ import yaml
 
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.monitor import Monitor
+from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report import life
 from gearbox_monitor.report.sources import Facts
 from gearbox_monitor.report.timeline import Envelope, loop_of, Timeline

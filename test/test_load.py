@@ -21,9 +21,9 @@ import pytest
 pytest.importorskip('rclpy')
 from gearbox_monitor.benchmarks import load, restart, soak  # noqa: E402
 from gearbox_monitor.cli.main import main  # noqa: E402
-from gearbox_monitor.jit import COMPILED  # noqa: E402
-from gearbox_monitor.nodes.lost import Lost  # noqa: E402
-from gearbox_monitor.nodes.source import FEW  # noqa: E402
+from gearbox_monitor.kernels.jit import COMPILED  # noqa: E402
+from gearbox_monitor.ros.lost import Lost  # noqa: E402
+from gearbox_monitor.ros.source import FEW  # noqa: E402
 
 pytestmark = pytest.mark.ros
 compiled = pytest.mark.skipif(not COMPILED, reason='numba is not in use')

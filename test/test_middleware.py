@@ -22,8 +22,8 @@ import time
 
 import pytest
 
-from gearbox_monitor.nodes.domain import own_domain
-from gearbox_monitor.nodes.middleware import MEMORY, remove_cut_ports
+from gearbox_monitor.ros.domain import own_domain
+from gearbox_monitor.ros.middleware import MEMORY, remove_cut_ports
 
 ROOT = Path(__file__).parents[1]
 
@@ -48,7 +48,7 @@ def test_a_node_starts_beside_a_cut_port(tmp_path):
         port.write_bytes(b'')
         os.utime(port, (time.time() - 60,) * 2)
         process = subprocess.Popen(
-            [sys.executable, '-m', 'gearbox_monitor.nodes.plant_node'], cwd=tmp_path, text=True,
+            [sys.executable, '-m', 'gearbox_monitor.ros.plant_node'], cwd=tmp_path, text=True,
             stderr=subprocess.PIPE,
             env={**os.environ, 'PYTHONPATH': str(ROOT), 'ROS_DOMAIN_ID': str(domain)})
         try:

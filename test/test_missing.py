@@ -16,12 +16,12 @@
 import numpy as np
 import pytest
 
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.monitor import Monitor, Sample, Samples
-from gearbox_monitor.trust import innovation, missing
-from gearbox_monitor.trust.level import Level
+from gearbox_monitor.monitoring.checks import innovation, model_mismatch
+from gearbox_monitor.monitoring.checks.level import Level
+from gearbox_monitor.monitoring.monitor import Monitor, Sample, Samples
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 SECOND = 1_000_000_000
 DT = 2e-3
@@ -91,7 +91,7 @@ def test_step_by_step_is_the_same():
 
 
 def test_seconds_are_those_of_the_window():
-    systematic = missing.Systematic()
+    systematic = model_mismatch.Systematic()
     for k in range(100):
         systematic.add(k * SECOND, k % 2 == 0)
     assert systematic.seconds(99 * SECOND, 10.0) == 5

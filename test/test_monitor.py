@@ -23,16 +23,16 @@ import sys
 import numpy as np
 import pytest
 
-from gearbox_monitor import stream
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.filters.smoother import S_TAU_K
-from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.monitor import COMPONENTS, Monitor, Sample, Samples
+from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.rts_smoother import S_TAU_K
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.checks.level import Level
+from gearbox_monitor.monitoring.monitor import COMPONENTS, Monitor, Sample, Samples
 from gearbox_monitor.parameters import FILTER_NAMES
-from gearbox_monitor.trust.level import Level
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 
 MODEL = DriveModel()
@@ -41,10 +41,10 @@ START = 1_700_000_000_000_000_000
 MS = 1_000_000
 SECOND = 1_000_000_000
 # Columns that are NaN where something is absent; all others are always finite.
-ABSENT = {stream.E_TAU_ARM, stream.E_TAU_E, stream.E_STD + 5, stream.E_STD + 6,
-          stream.E_INNOVATION_MOTOR, stream.E_INNOVATION_ARM, stream.E_WHITE_1, stream.E_WHITE_2,
-          stream.E_LOAD}
-ALWAYS = [c for c in range(stream.N_ESTIMATE) if c not in ABSENT]
+ABSENT = {sample_loop.E_TAU_ARM, sample_loop.E_TAU_E, sample_loop.E_STD + 5, sample_loop.E_STD + 6,
+          sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_ARM, sample_loop.E_WHITE_1,
+          sample_loop.E_WHITE_2, sample_loop.E_LOAD}
+ALWAYS = [c for c in range(sample_loop.N_ESTIMATE) if c not in ABSENT]
 
 
 def drive(seconds, dt=1e-3, model=MODEL, seed=1, measured=False):
@@ -126,7 +126,7 @@ def test_step_by_step_equals_run(seed):
     for k in range(len(samples.stamp_ns)):
         estimate = single.step(one(samples, k))
         if estimate is None:
-            assert expected.codes[k] != stream.ESTIMATE
+            assert expected.codes[k] != sample_loop.ESTIMATE
             continue
         rows.append(estimate.row)
         stamps.append(estimate.stamp_ns)
@@ -158,14 +158,14 @@ def test_nothing_non_finite_and_nothing_lost(seed):
         rows = estimates.rows
         assert np.isfinite(rows[:, ALWAYS]).all() and not np.isinf(rows).any()
         assert np.isfinite(estimates.smoothed).all()
-        assert len(rows) == (estimates.codes == stream.ESTIMATE).sum()
-        seen = part.y[estimates.codes == stream.ESTIMATE]
-        same(np.isfinite(rows[:, [stream.E_INNOVATION_MOTOR, stream.E_INNOVATION_ARM]]),
-             np.abs(seen) <= stream.HUGE)
+        assert len(rows) == (estimates.codes == sample_loop.ESTIMATE).sum()
+        seen = part.y[estimates.codes == sample_loop.ESTIMATE]
+        same(np.isfinite(rows[:, [sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_ARM]]),
+             np.abs(seen) <= sample_loop.HUGE)
         for finding in monitor.findings.values():
             for name, value in finding.values.items():
                 assert not isinstance(value, float) or np.isfinite(value), name
-    assert monitor.counts[:stream.NON_FINITE].sum() == monitor.input_count == 7000
+    assert monitor.counts[:sample_loop.NON_FINITE].sum() == monitor.input_count == 7000
     # A new time is taken up after two samples; one second later the torque is right again.
     assert len(rows) >= 3997
     assert rms(estimates.nis[1000:]) < 4.0
@@ -268,49 +268,50 @@ def spoil(name):
     expected, drop = {}, None
     if name == 'nan motor':
         y[k:k + 1500, 0] = np.nan
-        expected = {stream.MOTOR_MISSING: 1500}
+        expected = {sample_loop.MOTOR_MISSING: 1500}
     elif name == 'nan arm':
         y[k:k + 1500, 1] = np.nan
-        expected = {stream.ARM_MISSING: 1500}
+        expected = {sample_loop.ARM_MISSING: 1500}
     elif name == 'inf':
         y[k:k + 1500, 0] = np.inf
-        expected = {stream.NON_FINITE: 1500, stream.MOTOR_MISSING: 1500}
+        expected = {sample_loop.NON_FINITE: 1500, sample_loop.MOTOR_MISSING: 1500}
     elif name == 'both missing short':
         y[k:k + 200] = np.nan
-        expected = {stream.MOTOR_MISSING: 200, stream.ARM_MISSING: 200}
+        expected = {sample_loop.MOTOR_MISSING: 200, sample_loop.ARM_MISSING: 200}
     elif name == 'both missing long':
         y[k:k + 1500] = np.nan
-        expected = {stream.NO_MEASUREMENT: 1250, stream.START: 2}
+        expected = {sample_loop.NO_MEASUREMENT: 1250, sample_loop.START: 2}
     elif name == 'effort short':
         u[k:k + 200] = np.nan
-        expected = {stream.EFFORT_HELD: 200}
+        expected = {sample_loop.EFFORT_HELD: 200}
     elif name == 'effort long':
         u[k:k + 1500] = np.nan
-        expected = {stream.NO_EFFORT: 1250, stream.EFFORT_HELD: 1500, stream.START: 2}
+        expected = {sample_loop.NO_EFFORT: 1250, sample_loop.EFFORT_HELD: 1500,
+                    sample_loop.START: 2}
     elif name == 'zero':
         stamps[k:k + 200] = 0
-        expected = {stream.ZERO_STAMP: 200}
+        expected = {sample_loop.ZERO_STAMP: 200}
     elif name == 'duplicate':
         stamps[k:k + 200] = stamps[k - 1]
-        expected = {stream.DUPLICATE: 200}
+        expected = {sample_loop.DUPLICATE: 200}
     elif name == 'backward':
         stamps[k:k + 1500:2] -= 5 * SECOND
-        expected = {stream.BACKWARD: 750}
+        expected = {sample_loop.BACKWARD: 750}
     elif name == 'jump single':
         stamps[k:k + 1500:300] += 3600 * SECOND
-        expected = {stream.JUMP: 5}
+        expected = {sample_loop.JUMP: 5}
     elif name == 'jump for good':
         stamps[k:] += 3600 * SECOND
-        expected = {stream.JUMP: 2, stream.START: 2}
+        expected = {sample_loop.JUMP: 2, sample_loop.START: 2}
     elif name == 'set back for good':
         stamps[k:] -= 3600 * SECOND
-        expected = {stream.BACKWARD: 2, stream.START: 2}
+        expected = {sample_loop.BACKWARD: 2, sample_loop.START: 2}
     elif name == 'dropout short':
         drop = slice(k, k + 100)
-        expected = {stream.SAMPLES_MISSED: 100}
+        expected = {sample_loop.SAMPLES_MISSED: 100}
     elif name == 'dropout long':
         drop = slice(k, k + 2000)
-        expected = {stream.JUMP: 2, stream.START: 2}
+        expected = {sample_loop.JUMP: 2, sample_loop.START: 2}
     elif name == 'tenth of the rate':
         drop = [i for i in range(k, 6000) if i % 10]
     if drop is not None:
@@ -333,18 +334,18 @@ def test_bad_stream(name):
     estimates = monitor.run(samples)
     assert np.isfinite(estimates.rows[:, ALWAYS]).all() and not np.isinf(estimates.rows).any()
     for reason, count in expected.items():
-        assert monitor.counts[reason] == pytest.approx(count, abs=2), stream.REASONS[reason]
-    unexpected = set(stream.REASONS) - set(expected) - {
-        stream.START, stream.EFFORT_HELD, stream.MOTOR_MISSING, stream.ARM_MISSING,
-        stream.SAMPLES_MISSED}
+        assert monitor.counts[reason] == pytest.approx(count, abs=2), sample_loop.REASONS[reason]
+    unexpected = set(sample_loop.REASONS) - set(expected) - {
+        sample_loop.START, sample_loop.EFFORT_HELD, sample_loop.MOTOR_MISSING,
+        sample_loop.ARM_MISSING, sample_loop.SAMPLES_MISSED}
     assert not monitor.counts[list(unexpected)].any()
-    assert monitor.counts[:stream.NON_FINITE].sum() == len(samples.stamp_ns)
+    assert monitor.counts[:sample_loop.NON_FINITE].sum() == len(samples.stamp_ns)
     # Seen while it lasts, with its reason in words; good again at the end.
     bad = [finding for finding in raw if finding.level > Level.OK]
     assert bad and raw[-1].level == Level.OK
     reasons = ' '.join(finding.message for finding in bad)
     for reason in expected:
-        assert reason == stream.START or stream.REASONS[reason] in reasons
+        assert reason == sample_loop.START or sample_loop.REASONS[reason] in reasons
     # A second of good data later the prediction errors are those of before.
     nis = estimates.nis
     assert nis[-2500:].mean() == pytest.approx(2.0, abs=0.25)
@@ -353,8 +354,8 @@ def test_bad_stream(name):
 def test_all_refused_is_counted():
     samples, _ = drive(2.0)
     for stamps, u, reason in (
-            (np.zeros(2000, np.int64), samples.u, stream.ZERO_STAMP),
-            (samples.stamp_ns, np.full((2000, 2), np.nan), stream.NO_EFFORT)):
+            (np.zeros(2000, np.int64), samples.u, sample_loop.ZERO_STAMP),
+            (samples.stamp_ns, np.full((2000, 2), np.nan), sample_loop.NO_EFFORT)):
         monitor = Monitor(MODEL)
         estimates = monitor.run(Samples(stamps, u, samples.y))
         assert not len(estimates.rows) and monitor.counts[reason] == 2000
@@ -364,7 +365,7 @@ def test_all_refused_is_counted():
 def test_empty_and_before_the_first():
     monitor = Monitor(MODEL)
     estimates = monitor.run(Samples(np.empty(0, np.int64), np.empty((0, 2)), np.empty((0, 2))))
-    assert estimates.rows.shape == (0, stream.N_ESTIMATE) and len(estimates.codes) == 0
+    assert estimates.rows.shape == (0, sample_loop.N_ESTIMATE) and len(estimates.codes) == 0
     assert set(monitor.findings) == set(COMPONENTS)
     assert all(f.level == Level.WARN for f in monitor.findings.values())
     assert monitor.stamp_ns == 0 and monitor.period == 0.0
@@ -412,7 +413,7 @@ def test_measured_arm_load():
     # Without the load's measurement there is no estimate; it is said, not guessed.
     samples, _ = drive(1.0)
     monitor = Monitor(MODEL, {'arm_load': 'measured'})
-    assert not len(monitor.run(samples).rows) and monitor.counts[stream.NO_EFFORT] == 1000
+    assert not len(monitor.run(samples).rows) and monitor.counts[sample_loop.NO_EFFORT] == 1000
 
 
 def test_loads_that_the_model_has():
@@ -467,8 +468,8 @@ def test_loads_of_the_model_act_besides_the_measured_one():
 RUN = """
 import json, sys
 import numpy as np
-from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
 assert not COMPILED
 data = np.load(sys.argv[1])
 monitor = Monitor.restore(json.loads(sys.argv[3]))

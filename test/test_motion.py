@@ -21,15 +21,15 @@ import pytest
 import yaml
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import simulate
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.gap import fit as fitting, motion as motions
-from gearbox_monitor.gap.isolate import LIMIT
-from gearbox_monitor.gap.motion import DT, Limits, separations, suggest
-from gearbox_monitor.gap.recording import Recording
-from gearbox_monitor.gap.search import Search
+from gearbox_monitor.identification import experiment_design as motions, fit as fitting
+from gearbox_monitor.identification.experiment_design import DT, Limits, separations, suggest
+from gearbox_monitor.identification.isolability import LIMIT
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.search import Search
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import simulate
 
 MODEL = DriveModel()
 SIGMA = np.array([0.005, 0.005])

@@ -139,7 +139,7 @@ def installed(tmp_path_factory):
 def test_everything_is_installed(installed):
     prefix, library = installed
     share = prefix / 'share/gearbox_monitor'
-    for folder, where in (('config', 'config'), ('gearbox_monitor/launch', 'launch')):
+    for folder, where in (('config', 'config'), ('gearbox_monitor/ros/launch', 'launch')):
         expected = {p.relative_to(ROOT / folder) for p in (ROOT / folder).rglob('*')
                     if p.is_file() and '__pycache__' not in p.parts}
         assert expected == {p.relative_to(share / where) for p in (share / where).rglob('*')
@@ -155,7 +155,7 @@ def test_everything_is_installed(installed):
 def test_installed_copy_finds_its_own_configuration(installed, tmp_path):
     prefix, library = installed
     env = {**os.environ, 'PYTHONPATH': str(library), 'AMENT_PREFIX_PATH': '/nowhere'}
-    code = ('from gearbox_monitor.resources import config_path\n'
+    code = ('from gearbox_monitor.files.resources import config_path\n'
             'print(config_path("drive.yaml"), config_path("import/emps.yaml"))')
     result = subprocess.run([sys.executable, '-c', code], cwd=tmp_path, env=env, check=True,
                             capture_output=True, text=True)
@@ -165,6 +165,6 @@ def test_installed_copy_finds_its_own_configuration(installed, tmp_path):
 
 def test_missing_configuration_is_one_line(tmp_path):
     from gearbox_monitor.errors import InputError
-    from gearbox_monitor.resources import config_path
+    from gearbox_monitor.files.resources import config_path
     with pytest.raises(InputError, match='^nothing.yaml: not found, expected in .*config$'):
         config_path('nothing.yaml')

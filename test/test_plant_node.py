@@ -34,11 +34,11 @@ from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Float64MultiArray  # noqa: E402
 
-from gearbox_monitor.drive.excitation import Excitation  # noqa: E402
-from gearbox_monitor.drive.simulate import Noise, Plant, simulate  # noqa: E402
-from gearbox_monitor.files import load_model  # noqa: E402
+from gearbox_monitor.files.resources import config_path  # noqa: E402
+from gearbox_monitor.files.yaml_files import load_model  # noqa: E402
 from gearbox_monitor.parameters import defaults, PLANT, PLANT_MODEL  # noqa: E402
-from gearbox_monitor.resources import config_path  # noqa: E402
+from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
+from gearbox_monitor.plant.simulate import Noise, Plant, simulate  # noqa: E402
 
 pytestmark = pytest.mark.ros
 ROOT = Path(__file__).parents[1]
@@ -58,7 +58,7 @@ class Plants:
         node.create_subscription(Clock, '/clock', self.clock.append, qos)
 
     def start(self, **parameters):
-        command = [sys.executable, '-m', 'gearbox_monitor.nodes.plant_node', '--ros-args']
+        command = [sys.executable, '-m', 'gearbox_monitor.ros.plant_node', '--ros-args']
         for name, value in parameters.items():
             command += ['-p', f'{name}:={value}']
         env = {**os.environ, 'PYTHONPATH': str(ROOT), 'ROS_DOMAIN_ID': str(DOMAIN),

@@ -18,15 +18,15 @@ import itertools
 import numpy as np
 import pytest
 
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel, motor_friction, substeps
-from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.filters import FILTERS
-from gearbox_monitor.filters.process import (
+from gearbox_monitor.estimation.filter_registry import FILTERS
+from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, noise, pack, propagate, state_names, TAU_K)
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.plant.drive import DriveModel, motor_friction, substeps
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 LOADED = DriveModel().with_(effects=[{'id': 'load_friction', 'Cl': 0.2}])
 OPTIONS = [dict(zip(('arm_load', 'tau_k_stiffness', 'q_std_tau_k_speed', 'friction_error_std'), v))

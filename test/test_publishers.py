@@ -16,7 +16,7 @@
 import numpy as np
 import pytest
 
-from gearbox_monitor.publishers import Publishers, REACH, SECOND, SILENT
+from gearbox_monitor.ros.publishers import Publishers, REACH, SECOND, SILENT
 
 T0 = 1_700_000_000 * SECOND
 MS = SECOND // 1000

@@ -24,7 +24,7 @@ import shutil
 import pytest
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.files import load_model
+from gearbox_monitor.files.yaml_files import load_model
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT.parent / 'shared' / 'data'

@@ -35,7 +35,7 @@ from std_msgs.msg import String  # noqa: E402
 
 from gearbox_monitor.bag.cdr import encode_joint_states  # noqa: E402
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
-from gearbox_monitor.nodes.definition import message_definition  # noqa: E402
+from gearbox_monitor.ros.definition import message_definition  # noqa: E402
 
 pytestmark = pytest.mark.ros
 ROOT = Path(__file__).parents[1]
@@ -63,7 +63,7 @@ def recorder(tmp_path):
     def start(topics=('joint_states',), output=tmp_path / 'bag', **kwargs):
         parameters = {'output': output, 'topics': f'[{",".join(topics)}]',
                       **kwargs.pop('parameters', {})}
-        command = [sys.executable, '-m', 'gearbox_monitor.nodes.recorder_node', '--ros-args']
+        command = [sys.executable, '-m', 'gearbox_monitor.ros.recorder_node', '--ros-args']
         for name, value in parameters.items():
             command += ['-p', f'{name}:={value}']
         # Written under a limit of file size, compiled modules would be cut without a word.

@@ -34,8 +34,8 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recover import recover
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.plant.drive import DriveModel
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 BASE_NS = 1_700_000_000_000_000_000

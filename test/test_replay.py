@@ -25,10 +25,10 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import replay
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 T0 = 1_700_000_000_000_000_000

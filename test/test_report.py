@@ -25,13 +25,14 @@ import pytest
 import yaml
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import simulate
-from gearbox_monitor.gap import check, maps
-from gearbox_monitor.gap.given import given
-from gearbox_monitor.gap.overlay import near, smoothed
-from gearbox_monitor.gap.residual import triangles
+from gearbox_monitor.identification import basis_functions
+from gearbox_monitor.identification.inputs import given
+from gearbox_monitor.identification.localisation import triangles
+from gearbox_monitor.identification.overlay import near, smoothed
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import simulate
+from gearbox_monitor.quality import input_checks
 from gearbox_monitor.report import page
 from gearbox_monitor.report.suggestion import suggestion, UNEXCITED
 
@@ -126,7 +127,7 @@ def test_the_command_asks_what_the_verdict_left_open(folder):
     for twins in ({**data, 'params': {'torque_offset': {}}, 'confusable': ['coulomb_asymmetry']},
                   {'warnings': ['sound']}):
         assert suggestion(twins, [recording], 'd.yaml', 'out') == []
-    told = inspect.getsource(check)
+    told = inspect.getsource(input_checks)
     assert all(words in told for words, _ in UNEXCITED)
 
 
@@ -204,12 +205,14 @@ def test_ticks_and_thinning():
 def test_binned_over_a_motion():
     x = np.linspace(0.0, 1.0, 1000)
     value = np.stack([np.where(x > 0.5, 3.0, 1.0), np.where(x > 0.5, 3.0, 1.0)], axis=1)
-    found = maps.binned(x, value, np.linspace(0.0, 1.0, 11))
+    found = basis_functions.binned(x, value, np.linspace(0.0, 1.0, 11))
     assert found.count.sum() == 1000
     assert found.rms == pytest.approx(np.where(np.arange(10) < 5, 1.0, 3.0))
-    few = maps.binned(np.append(x, 9.9), np.append(value[:, 0], 1.0), np.linspace(0.0, 10.0, 11))
+    few = basis_functions.binned(np.append(x, 9.9), np.append(value[:, 0], 1.0),
+                                 np.linspace(0.0, 10.0, 11))
     assert np.isnan(few.rms[1:]).all() and np.isfinite(few.rms[0])
-    plane = maps.plane(x, x, value, np.array([0.0, 0.5, 1.0]), np.array([0.0, 0.5, 1.0]))
+    plane = basis_functions.plane(x, x, value, np.array([0.0, 0.5, 1.0]),
+                                  np.array([0.0, 0.5, 1.0]))
     assert plane[[0, 1], [0, 1]] == pytest.approx([1.0, 3.0])
     assert np.isnan(plane[[0, 1], [1, 0]]).all()
 
@@ -218,7 +221,7 @@ def test_motion_is_smoothed_within_each_recording():
     dt = 1e-3
     t = np.arange(2000) * dt
     one = np.stack([2.0 * t, 2.0 * t - 0.1], axis=1)
-    found = maps.motion(np.concatenate([one, one]), dt, (0, 2000))
+    found = basis_functions.motion(np.concatenate([one, one]), dt, (0, 2000))
     assert found['speed'] == pytest.approx(2.0) and found['twist'] == pytest.approx(0.1)
     assert found['time'][-1] == pytest.approx(3.999)
 
@@ -234,17 +237,17 @@ def test_a_law_is_found_in_a_free_signal():
     at = np.minimum(np.rint(np.arange(basis.shape[1]) * 40).astype(int), length - 1)
     signal = truth[:, at] + 0.02 * random.standard_normal((windows, len(at)))
     precision = np.tile(np.eye(len(at)) / 0.02 ** 2, (windows, 1, 1))
-    law = maps.law(speed, signal, precision, basis, np.linspace(-1.0, 1.0, 11))
+    law = basis_functions.law(speed, signal, precision, basis, np.linspace(-1.0, 1.0, 11))
     fast = np.abs(law.centers) > 0.6
     assert law.value[fast] == pytest.approx(-0.3 * np.sign(law.centers[fast]), abs=0.06)
     assert law.explained > 0.8 and np.nanmax(law.error) < 0.1
-    other = maps.law(random.random(speed.shape), signal, precision, basis,
-                     np.linspace(0.0, 1.0, 11))
+    other = basis_functions.law(random.random(speed.shape), signal, precision, basis,
+                                np.linspace(0.0, 1.0, 11))
     assert other.explained < 0.05
 
 
 def test_edges_about_zero_are_closest_there():
-    edges = maps.edges_about_zero(np.linspace(-3.0, 3.0, 1000), 16)
+    edges = basis_functions.edges_about_zero(np.linspace(-3.0, 3.0, 1000), 16)
     assert np.diff(edges).argmin() in (7, 8) and edges[-1] == pytest.approx(3.0, rel=0.02)
 
 

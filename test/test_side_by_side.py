@@ -23,16 +23,16 @@ from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.inputs import DIAGNOSTIC_ARRAY, find_input, JOINT_STATE
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.write import BagWriter
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_parameters
-from gearbox_monitor.filters.smoother import S_TAU_K
-from gearbox_monitor.joiner import Joiner, WAIT
-from gearbox_monitor.monitor import Monitor, Sample, Samples
+from gearbox_monitor.estimation.rts_smoother import S_TAU_K
+from gearbox_monitor.files.yaml_files import load_parameters
+from gearbox_monitor.interfaces.joiner import Joiner, WAIT
+from gearbox_monitor.interfaces.signals import joint_values, SIGNALS
+from gearbox_monitor.monitoring.monitor import Monitor, Sample, Samples
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
-from gearbox_monitor.signals import joint_values, SIGNALS
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 T0, MS = 1_700_000_000_000_000_000, 1_000_000
 

@@ -24,17 +24,18 @@ import oracle
 import pytest
 from test_filter import CASE_B, data, linear, monitored, prior, rms, setup, TUNED, VARIANTS
 
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import ALPHA, CAC, DriveModel, substeps
-from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.filters import ekf, FILTERS, srukf, ukf
-from gearbox_monitor.filters.process import (
+from gearbox_monitor.estimation import ekf, srukf, ukf
+from gearbox_monitor.estimation.filter_registry import FILTERS
+from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, markers, propagate, propagate_numeric, Q0, softened_sharpness, X1, X2, X3)
-from gearbox_monitor.filters.record import correction, predicted, record_size, updated
-from gearbox_monitor.filters.srukf import triangularise
-from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.estimation.srukf import triangularise
+from gearbox_monitor.estimation.step_record import correction, predicted, record_size, updated
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import FILTER_NAMES
+from gearbox_monitor.plant.drive import ALPHA, CAC, DriveModel, substeps
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 CASE_A = DriveModel().with_(kind='play', stiffness=5.0, half_gap=0.3, hysteresis_width=0.3)
 TUNED_A = {**TUNED, 'r_std_motor': 0.0658, 'r_std_arm': 0.0833,
@@ -320,9 +321,9 @@ def test_goes_on_bit_for_bit_from_a_snapshot(settings):
 COMPARE = """
 import sys
 import numpy as np
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
 assert not COMPILED
 data = np.load(sys.argv[1])
 samples = Samples(data['stamps'], data['u'], data['y'])

@@ -18,13 +18,13 @@ import math
 import numpy as np
 import pytest
 
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.estimation.filter import Filter
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import FILTER_NAMES
-from gearbox_monitor.single import Filter
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 DT, N = 1e-3, 600
 LOADED = DriveModel().with_(effects=({'id': 'gravity', 'G': 0.3},))

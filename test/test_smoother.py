@@ -17,15 +17,15 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from gearbox_monitor import interval
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.filters.smoother import (
+from gearbox_monitor.estimation import interval_smoother
+from gearbox_monitor.estimation.interval_smoother import smooth_interval
+from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_STD, S_TWIST, smoother_parameters)
-from gearbox_monitor.interval import smooth_interval
-from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 # Torque curve, encoder noise (rad), standard deviation of the states.
 CASES = {
@@ -103,7 +103,7 @@ def test_blocks_do_not_show(monkeypatch):
     model, parameters, samples, _, _ = case('A', seconds=0.4)
     whole = smooth_interval(model, parameters, samples).rows
     for block in (1, 77, 399):
-        monkeypatch.setattr(interval, 'BLOCK', block)
+        monkeypatch.setattr(interval_smoother, 'BLOCK', block)
         np.testing.assert_array_equal(smooth_interval(model, parameters, samples).rows, whole)
     # With a lag beyond its length the fixed-lag smoother sees the same future.
     live = Monitor(model, {**parameters, 'smoother_lag': 0.1}).run(samples)

@@ -28,11 +28,11 @@ from rclpy.serialization import serialize_message  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
-from gearbox_monitor.drive.excitation import Excitation  # noqa: E402
-from gearbox_monitor.drive.model import DriveModel  # noqa: E402
-from gearbox_monitor.drive.simulate import Noise, simulate  # noqa: E402
-from gearbox_monitor.monitor import Monitor, Samples  # noqa: E402
-from gearbox_monitor.nodes.convert import to_time  # noqa: E402
+from gearbox_monitor.monitoring.monitor import Monitor, Samples  # noqa: E402
+from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
+from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
+from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
+from gearbox_monitor.ros.convert import to_time  # noqa: E402
 
 pytestmark = pytest.mark.ros
 T0 = 1_700_000_000_000_000_000

@@ -34,12 +34,12 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import Player, replay
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.monitor import Monitor, Sample
-from gearbox_monitor.signals import ARM, joint_values, MOTOR, SIGNALS
+from gearbox_monitor.interfaces.signals import ARM, joint_values, MOTOR, SIGNALS
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.monitor import Monitor, Sample
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 JOINT_STATE, DIAGNOSTIC_ARRAY = 'sensor_msgs/msg/JointState', 'diagnostic_msgs/msg/DiagnosticArray'

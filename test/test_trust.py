@@ -20,15 +20,14 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from gearbox_monitor import stream
 from gearbox_monitor.benchmarks import paper
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.filters import process
-from gearbox_monitor.monitor import Monitor, Samples
-from gearbox_monitor.trust import covariance, innovation, observability
-from gearbox_monitor.trust.level import Finding, Level
+from gearbox_monitor.estimation import process_model, sample_loop
+from gearbox_monitor.monitoring.checks import covariance, innovation, observability
+from gearbox_monitor.monitoring.checks.level import Finding, Level
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 
 START = 10 ** 18
@@ -67,7 +66,7 @@ def share(rows, packed, seen, n=5):
     states = np.zeros((len(rows), n))
     states[:, :5] = rows[:, :5]
     return observability.information_share(
-        states, rows[:, stream.E_DT], np.tile(seen, (len(rows), 1)), packed)
+        states, rows[:, sample_loop.E_DT], np.tile(seen, (len(rows), 1)), packed)
 
 
 # Published medians while moving, for windows of so many milliseconds.
@@ -107,11 +106,11 @@ def test_gramian_against_the_exact_tangent(moving, effects):
     for states in (rows[2000:2100, :5], np.zeros((100, 5))):
         phi, z, product, gramian = np.empty((5, 5)), np.empty(5), np.eye(5), np.zeros((5, 5))
         for state in states:
-            information = np.diag(1.0 / packed[[process.R1, process.R2]])
+            information = np.diag(1.0 / packed[[process_model.R1, process_model.R2]])
             gramian += product[:2].T @ information @ product[:2]
             z[:] = state
-            process.propagate(process.markers(packed, 5), z, phi.reshape(-1), 0.0, 0.0, 1e-3, 8,
-                              packed)
+            process_model.propagate(process_model.markers(packed, 5), z, phi.reshape(-1), 0.0, 0.0,
+                                    1e-3, 8, packed)
             product = phi @ product
         scale = np.array([1.0, 1.0, 20.0, 20.0, 3.6])
         exact = np.sqrt(np.diag(np.linalg.inv(scale[:, None] * gramian * scale + np.eye(5))))
@@ -129,8 +128,8 @@ def judge(shares, tau_arm=None):
 
 def test_standstill_hides_the_speed_not_the_torque(moving):
     _, packed = moving
-    rows = np.zeros((100, stream.N_ESTIMATE))
-    rows[:, stream.E_DT] = 1e-3
+    rows = np.zeros((100, sample_loop.N_ESTIMATE))
+    rows[:, sample_loop.E_DT] = 1e-3
     both, arm_lost, motor_lost = (share(rows, packed, s) for s in (BOTH, ARM_LOST, MOTOR_LOST))
     assert both[4] == pytest.approx(0.142, rel=0.05) and both[2] > 0.95
     assert arm_lost[4] == pytest.approx(0.722, rel=0.05)
@@ -194,7 +193,7 @@ def test_scaled_condition_with_the_spread_of_the_motion():
     packed = Monitor(CASE_B, REFERENCE)._packed
     for speed, seen, expected in ((1.0, BOTH, 0.28), (1.0, MOTOR_LOST, 1.4e-3)):
         a = np.empty((5, 5))
-        process.tangent(np.array([0, 0, speed, speed, 0.0]), np.eye(5), packed, a)
+        process_model.tangent(np.array([0, 0, speed, speed, 0.0]), np.eye(5), packed, a)
         jacobian = np.vstack([a[:4], np.eye(5)[:2] * np.array(seen)[:, None]])
         jacobian *= np.append(state, np.sqrt(np.mean(run.tau_k ** 2)))
         jacobian /= np.append(rate, state[:2])[:, None]
@@ -274,10 +273,10 @@ def case_rows(case, fault, seconds=20.0):
 def test_share_of_windows_that_any_test_flags(case, fault, low, high):
     """37 windows of 0.5 s each; the bounds leave room for one or two by chance."""
     rows = case_rows(case, fault)
-    windows = rows[:len(rows) // 500 * 500].reshape(-1, 500, stream.N_ESTIMATE)
+    windows = rows[:len(rows) // 500 * 500].reshape(-1, 500, sample_loop.N_ESTIMATE)
     flagged = np.mean([any(innovation.flags(
-        w[:, [stream.E_WHITE_1, stream.E_WHITE_2]], w[:, stream.E_NIS],
-        w[:, stream.E_DOF]).values()) for w in windows])
+        w[:, [sample_loop.E_WHITE_1, sample_loop.E_WHITE_2]], w[:, sample_loop.E_NIS],
+        w[:, sample_loop.E_DOF]).values()) for w in windows])
     assert low <= flagged <= high
 
 

@@ -23,13 +23,13 @@ from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.filters import tuning
-from gearbox_monitor.monitor import Monitor, Samples
-from gearbox_monitor.score import run_score, score, torque_errors
-from gearbox_monitor.tuner import tuned
+from gearbox_monitor.estimation import noise_search
+from gearbox_monitor.estimation.score import run_score, score, torque_errors
+from gearbox_monitor.estimation.tune import tuned
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 T0 = 1_700_000_000_000_000_000
@@ -79,22 +79,22 @@ def bag(tmp_path_factory):
 
 def test_noise_from_fourth_differences_is_model_free():
     y = simulated(1).y
-    assert tuning.noise_of(y[:, 0]) == pytest.approx(R[0], rel=0.04)
+    assert noise_search.noise_of(y[:, 0]) == pytest.approx(R[0], rel=0.04)
     grid = np.round(np.cumsum(np.full(5000, 0.001)) / 0.05) * 0.05  # slow, on a coarse grid
-    assert tuning.noise_of(grid) == pytest.approx(0.05 / np.sqrt(12.0))
+    assert noise_search.noise_of(grid) == pytest.approx(0.05 / np.sqrt(12.0))
 
 
 def test_rest_is_found_where_it_is_and_only_there():
     moving, resting = simulated(2), simulated(2, rest=1500)
     stamps = samples_of(moving).stamp_ns
-    assert tuning.at_rest(stamps, moving.y) is None
+    assert noise_search.at_rest(stamps, moving.y) is None
     spiky = resting.y.copy()
     spiky[700, 0] += 30.0 * R[0]
-    noise, seconds = tuning.at_rest(stamps, spiky)
+    noise, seconds = noise_search.at_rest(stamps, spiky)
     assert noise == pytest.approx(R, rel=0.06)
     assert 0.6 <= seconds <= 1.6
     drifting = resting.y + np.linspace(0.0, 60.0, len(stamps))[:, None]  # 10 rad/s
-    assert tuning.at_rest(stamps, drifting) is None
+    assert noise_search.at_rest(stamps, drifting) is None
 
 
 def test_one_command_writes_what_replay_loads(bag, tmp_path, capsys, monkeypatch):
@@ -170,7 +170,7 @@ def test_search_survives_a_filter_that_cannot_run():
         found = [np.log(values['q_std_tau_k']) for values in trials]
         return [(-np.inf, 1) if x > 1.0 else (-50.0 * x * x, 0) for x in found]
 
-    found = tuning.search(evaluate, {'q_std_tau_k': 2.0})
+    found = noise_search.search(evaluate, {'q_std_tau_k': 2.0})
     assert found.parameters['q_std_tau_k'] == pytest.approx(1.0, rel=0.01)
     assert found.failed > 0
 
@@ -179,7 +179,7 @@ def test_a_filter_that_cannot_run_scores_worst():
     drive = simulated(1, 1500)
     samples = samples_of(drive)
     broken = Samples(samples.stamp_ns, samples.u, np.full_like(samples.y, np.nan))
-    assert run_score(DRIVE, {'arm_load': 'none'}, broken).criterion == tuning.DIVERGED
+    assert run_score(DRIVE, {'arm_load': 'none'}, broken).criterion == noise_search.DIVERGED
 
 
 @pytest.mark.parametrize('options, words', [

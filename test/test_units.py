@@ -18,9 +18,9 @@ import re
 import pytest
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.drive.effects import EFFECTS
-from gearbox_monitor.drive.units import on_axis
-from gearbox_monitor.gap import motion
+from gearbox_monitor.identification import experiment_design
+from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.units import on_axis
 
 ROTARY = re.compile(r'\b[mk]?(rad|N m|kg m\^2|arcmin)\b')
 MODEL = 'axis: prismatic\neffects: [{id: load_torque, TL: 0.8}]\n'
@@ -43,8 +43,8 @@ def test_every_unit_of_the_library_has_a_prismatic_one():
 
 
 def test_no_command_says_rad_of_a_prismatic_axis(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(motion, 'KINDS', motion.KINDS[::8])
-    monkeypatch.setattr(motion, 'CHANGES', 0)
+    monkeypatch.setattr(experiment_design, 'KINDS', experiment_design.KINDS[::8])
+    monkeypatch.setattr(experiment_design, 'CHANGES', 0)
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'true.yaml').write_text(MODEL)
     (tmp_path / 'drive.yaml').write_text('axis: prismatic\n')

@@ -19,7 +19,7 @@ import struct
 import numpy as np
 
 from gearbox_monitor.bag.records import word
-from gearbox_monitor.jit import jit
+from gearbox_monitor.kernels.jit import jit
 
 FIELDS = ('position', 'velocity', 'effort')
 LITTLE_ENDIAN = b'\x00\x01\x00\x00'

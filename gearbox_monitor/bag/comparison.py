@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearbox_monitor.bag.pairing import Pairing, WAIT
-from gearbox_monitor.signals import ARM, MOTOR, signal_values, SIGNALS
+from gearbox_monitor.interfaces.signals import ARM, MOTOR, signal_values, SIGNALS
 
 CLOSE = 1e-9  # relative, absolute below 1
 NEVER = np.iinfo(np.int64).max

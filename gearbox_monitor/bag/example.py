@@ -17,9 +17,9 @@ import numpy as np
 
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.write import BagWriter
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.simulate import Noise, Plant
-from gearbox_monitor.signals import ARM, MOTOR, PLANT_TRANSMISSION_STATE, TRANSMISSION
+from gearbox_monitor.interfaces.signals import ARM, MOTOR, PLANT_TRANSMISSION_STATE, TRANSMISSION
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, Plant
 
 NOISE = Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3))
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 import json
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.signals import JOINT_STATES, PAIRED_JOINT_STATES, SNAPSHOT
+from gearbox_monitor.interfaces.signals import JOINT_STATES, PAIRED_JOINT_STATES, SNAPSHOT
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 DIAGNOSTIC_ARRAY = 'diagnostic_msgs/msg/DiagnosticArray'

@@ -20,8 +20,8 @@ from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.inputs import DIAGNOSTIC_ARRAY, find_topic, JOINT_STATE
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.joiner import Joiner
-from gearbox_monitor.signals import PAIRED_JOINT_STATES
+from gearbox_monitor.interfaces.joiner import Joiner
+from gearbox_monitor.interfaces.signals import PAIRED_JOINT_STATES
 
 COPIED = (JOINT_STATE, DIAGNOSTIC_ARRAY)
 NOTHING = (np.nan, np.nan)

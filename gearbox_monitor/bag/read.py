@@ -26,8 +26,7 @@ from rosbags.typesys import get_types_from_idl, get_types_from_msg, get_typestor
 from gearbox_monitor.bag import metadata
 from gearbox_monitor.bag.cdr import Decoder, JointStates
 from gearbox_monitor.bag.mcap_file import McapFile
-from gearbox_monitor.bag.records import (
-    Block, block_of, CHANNELS, find_messages, MESSAGE_HEAD)
+from gearbox_monitor.bag.records import Block, block_of, CHANNELS, find_messages, MESSAGE_HEAD
 from gearbox_monitor.errors import InputError
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'

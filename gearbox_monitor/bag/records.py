@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.jit import COMPILED, jit, jit_inline
+from gearbox_monitor.kernels.jit import COMPILED, jit, jit_inline
 
 MESSAGE = 5  # opcode
 RECORD_HEAD = 9  # opcode, length

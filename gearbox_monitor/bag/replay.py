@@ -29,13 +29,13 @@ from gearbox_monitor.bag.inputs import find_input, snapshot_of
 from gearbox_monitor.bag.pairing import match
 from gearbox_monitor.bag.records import Block
 from gearbox_monitor.bag.summary import BURN_IN, Summary, truth_topic
-from gearbox_monitor.drive.model import DriveModel, model_from_dict
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.filters.smoother import N_SMOOTHED, S_TAU_K, smoother_parameters
-from gearbox_monitor.interval import smooth_interval
-from gearbox_monitor.jit import KERNELS
-from gearbox_monitor.monitor import Estimates, Monitor, Samples, SnapshotError
+from gearbox_monitor.estimation.interval_smoother import smooth_interval
+from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TAU_K, smoother_parameters
+from gearbox_monitor.kernels.jit import KERNELS
+from gearbox_monitor.monitoring.monitor import Estimates, Monitor, Samples, SnapshotError
 from gearbox_monitor.parameters import ESTIMATOR
+from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 
 _NOTHING = Samples(np.empty(0, np.int64), *np.empty((2, 0, 2)))
 KEEP_GOING = ('period', 'baseline')  # snapshots that do not touch the state

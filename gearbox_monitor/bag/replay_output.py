@@ -24,11 +24,10 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.inputs import DIAGNOSTIC_ARRAY, JOINT_STATE
 from gearbox_monitor.bag.write import BagWriter
-from gearbox_monitor.jit import KERNELS
-from gearbox_monitor.monitor import Monitor
-from gearbox_monitor.signals import (
-    ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, signal_values, SIGNALS, SNAPSHOT,
-    TRANSMISSION)
+from gearbox_monitor.interfaces.signals import (
+    ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, signal_values, SIGNALS, SNAPSHOT, TRANSMISSION)
+from gearbox_monitor.kernels.jit import KERNELS
+from gearbox_monitor.monitoring.monitor import Monitor
 
 RECENT = 10_000_000_000  # ns of log time in which the sample of a smoothed value is looked for
 

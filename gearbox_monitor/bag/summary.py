@@ -18,8 +18,8 @@ from dataclasses import asdict
 import numpy as np
 
 from gearbox_monitor.bag.pairing import Pairing
-from gearbox_monitor.filters.smoother import S_TAU_K
-from gearbox_monitor.stream import REASONS
+from gearbox_monitor.estimation.rts_smoother import S_TAU_K
+from gearbox_monitor.estimation.sample_loop import REASONS
 
 BURN_IN = 1_000_000_000  # ns at the start that do not count
 

@@ -21,8 +21,8 @@ import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.filters.smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
-from gearbox_monitor.jit import KERNELS
+from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
+from gearbox_monitor.kernels.jit import KERNELS
 
 COLUMNS = ('x1', 'x2', 'x3', 'x4', 'tau_k', 'tau_k_std', 'innovation_motor', 'innovation_arm',
            'nis')

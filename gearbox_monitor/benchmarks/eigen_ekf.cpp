@@ -15,7 +15,7 @@
 
 // The EKF of this package as a C++ programmer writes it with Eigen: the reference for speed.
 //
-// State x1, x2, x3, x4, tau_K; equations of gearbox_monitor/drive/model.py without a load on the
+// State x1, x2, x3, x4, tau_K; equations of gearbox_monitor/plant/drive.py without a load on the
 // arm; one RK4 step per sample; process noise in halves before and after; update with both
 // positions in Joseph's form; NIS. Matrices of fixed size, no structure used by hand.
 #include <cmath>

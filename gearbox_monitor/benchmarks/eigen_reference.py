@@ -31,11 +31,12 @@ import tempfile
 
 import numpy as np
 
-from gearbox_monitor.drive.model import (
-    ALPHA, CAC, CAV, CC, CL, CV, D, G, INVERSE_M1, INVERSE_M2, KR, OFFSET, substeps, TL)
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.filters.process import EIGENVALUE, K_P, P0, pack, Q0, R1, R2, state_names
+from gearbox_monitor.estimation.process_model import (
+    EIGENVALUE, K_P, P0, pack, Q0, R1, R2, state_names)
 from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.plant.drive import (
+    ALPHA, CAC, CAV, CC, CL, CV, D, G, INVERSE_M1, INVERSE_M2, KR, OFFSET, substeps, TL)
 
 SOURCE = Path(__file__).with_name('eigen_ekf.cpp')
 VARIABLE = 'EIGEN3_INCLUDE_DIR'

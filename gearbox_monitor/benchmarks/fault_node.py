@@ -33,7 +33,7 @@ from gearbox_monitor.bag.replay import Player
 from gearbox_monitor.bag.summary import Summary
 from gearbox_monitor.benchmarks.fault_runs import OK_AGAIN, TRUST
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.trust.level import Level
+from gearbox_monitor.monitoring.checks.level import Level
 
 AWAY = 3.0  # s without a source
 TOLD = 3.0  # s: diagnostics come every second
@@ -53,7 +53,7 @@ class Nodes:
 
     def __init__(self, folder, domain, environment=None):
         try:
-            from gearbox_monitor.nodes.watcher import Watcher
+            from gearbox_monitor.ros.watcher import Watcher
         except ImportError as error:
             raise InputError(f'--node: rclpy: {error}; expected a sourced ROS 2 or an '
                              "installation with pip install 'gearbox_monitor[ros]'") from None

@@ -18,12 +18,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from gearbox_monitor import stream
 from gearbox_monitor.benchmarks.fault_stream import healthy, SECOND, SECONDS, START
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.monitor import COMPONENTS, Monitor, Samples
-from gearbox_monitor.silence import Silence
-from gearbox_monitor.trust.level import Level
+from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.monitoring.checks.level import Level
+from gearbox_monitor.monitoring.monitor import COMPONENTS, Monitor, Samples
+from gearbox_monitor.monitoring.staleness import Silence
+from gearbox_monitor.plant.drive import DriveModel
 
 TRUST = (*COMPONENTS[:4], 'input')  # what speaks of the estimates of now
 WRONG = 6.0  # stated standard deviations off the truth; in a healthy run none is
@@ -31,10 +31,10 @@ SETTLED = 5.0  # s after the first start: then all has been judged
 GOOD_AGAIN, OK_AGAIN = 1.0, 12.0  # s
 COST = 30  # samples that one event may cost beside those it spoils
 # Absent states, and innovations of what was not measured, are NaN in a row; these never are.
-ALWAYS = [c for c in range(stream.N_ESTIMATE) if c not in (
-    stream.E_TAU_ARM, stream.E_TAU_E, stream.E_STD + 5, stream.E_STD + 6,
-    stream.E_INNOVATION_MOTOR, stream.E_INNOVATION_ARM, stream.E_WHITE_1, stream.E_WHITE_2,
-    stream.E_LOAD)]
+ALWAYS = [c for c in range(sample_loop.N_ESTIMATE) if c not in (
+    sample_loop.E_TAU_ARM, sample_loop.E_TAU_E, sample_loop.E_STD + 5, sample_loop.E_STD + 6,
+    sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_ARM, sample_loop.E_WHITE_1,
+    sample_loop.E_WHITE_2, sample_loop.E_LOAD)]
 BARS = (FINITE, UNDER_OK, TOLD, GOOD, OK, LOST, BITS, QUIET) = (
     'only finite numbers', 'no wrong estimate under OK', 'told in time, and until the end',
     'good estimates soon after', 'levels OK soon after', 'few samples lost beside the spoilt',
@@ -75,7 +75,7 @@ def watch(messages, load):
         part = slice(begin, end)
         found = monitor.run(Samples(messages.stamp_ns[part], messages.u[part], messages.y[part]))
         rows.append(found.rows)
-        number.append(messages.number[part][found.codes == stream.ESTIMATE])
+        number.append(messages.number[part][found.codes == sample_loop.ESTIMATE])
         tick.append(np.full(len(found.rows), k))
         said = silence.findings(monitor, (k + 2) * SECOND)
         level = max(said[name].level for name in TRUST)
@@ -139,10 +139,10 @@ def _moved(messages, base):
 def _wrong(watched, truth, at, moved):
     """Return bool [M]: tau_K or twist is WRONG."""
     k, rows = watched.number, watched.rows
-    torque = (rows[:, stream.E_TAU_K] - truth.tau_k[k]) / rows[:, stream.E_STD + 4]
-    twist = rows[:, stream.E_TWIST] - (truth.x[k, 0] - truth.x[k, 1]) - np.broadcast_to(
+    torque = (rows[:, sample_loop.E_TAU_K] - truth.tau_k[k]) / rows[:, sample_loop.E_STD + 4]
+    twist = rows[:, sample_loop.E_TWIST] - (truth.x[k, 0] - truth.x[k, 1]) - np.broadcast_to(
         moved, len(truth.x))[k]
-    twist = twist / rows[:, stream.E_TWIST_STD]
+    twist = twist / rows[:, sample_loop.E_TWIST_STD]
     return ~((np.abs(torque) < WRONG) & (np.abs(twist) < WRONG)) & (at > 1.0)
 
 

@@ -36,9 +36,9 @@ from gearbox_monitor.benchmarks import fault_node
 from gearbox_monitor.benchmarks.fault_cases import CASES
 from gearbox_monitor.benchmarks.fault_runs import BARS, run_case
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import expect_folder_of
-from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.monitor import JUDGED
+from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.monitor import JUDGED
 
 LOADS = ('none', 'unknown')
 

@@ -22,13 +22,13 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.drive.model import substeps
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.filters.process import (
+from gearbox_monitor.estimation.process_model import (
     advance, EIGENVALUE, markers, noise, P0, pack, propagate, R1, R2, state_names, TAU_K,
     TAU_K_MODEL_STD)
-from gearbox_monitor.filters.smoother import N_SMOOTHED
+from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.plant.drive import substeps
 
 NAMES = ('filterpy_ekf', 'filterpy_ukf')
 

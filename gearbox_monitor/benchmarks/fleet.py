@@ -38,10 +38,10 @@ from tqdm import tqdm
 
 from gearbox_monitor.bag.example import write_bag
 from gearbox_monitor.benchmarks.fleet_setup import cpu_seconds, dask_cluster
-from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import expect_folder_of
+from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.fleet.engine import Cluster, Pool, Serial
+from gearbox_monitor.plant.drive import DriveModel
 
 WORKERS = 2
 PARTS = (0.125, 0.25, 0.5, 1.0)  # of the bags, for the exponent

@@ -24,13 +24,13 @@ import math
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.gap.candidate import Starts
-from gearbox_monitor.gap.fit import coordinate_sensitivity, Data, fresh
-from gearbox_monitor.gap.recording import Recording
-from gearbox_monitor.gap.windows import cut, Simulator
+from gearbox_monitor.identification.candidates import Starts
+from gearbox_monitor.identification.fit import coordinate_sensitivity, Data, fresh
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.windows import cut, Simulator
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 DT, SECONDS, FEW = 1e-3, 16, 1000  # FEW samples are enough for solve_ivp
 ERROR = 1e-3                       # rad, after so many

@@ -26,19 +26,19 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import Player
 from gearbox_monitor.bag.summary import Summary
 from gearbox_monitor.bag.write import BagWriter
-from gearbox_monitor.baseline import load_baseline, load_state, save_baseline, save_state
 from gearbox_monitor.benchmarks.fuzz_damage import damaged_bytes, damaged_mcap, damaged_text
 from gearbox_monitor.benchmarks.trust_runs import T0
-from gearbox_monitor.drift.change import Settings, Tracker
-from gearbox_monitor.drift.features import Backlash
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model, load_parameters
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.files.baselines import load_baseline, load_state, save_baseline, save_state
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.yaml_files import load_model, load_parameters
+from gearbox_monitor.monitoring.backlash.change import Settings, Tracker
+from gearbox_monitor.monitoring.backlash.features import Backlash
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import ESTIMATOR
-from gearbox_monitor.resources import config_path
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 JOINT_STATE, DIAGNOSTICS = 'sensor_msgs/msg/JointState', 'diagnostic_msgs/msg/DiagnosticArray'
 TOPIC, JOINTS, SNAPSHOT = '/joint_states', ('motor', 'arm'), '/estimator/snapshot'

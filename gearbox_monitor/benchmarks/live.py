@@ -23,12 +23,12 @@ import tempfile
 import time
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.nodes.domain import own_domain
-from gearbox_monitor.nodes.processes import Child, ChildFailed
+from gearbox_monitor.ros.domain import own_domain
+from gearbox_monitor.ros.processes import Child, ChildFailed
 
 PATIENCE = 120.0  # s, for a start that compiles
 TICKS = os.sysconf('SC_CLK_TCK')
-NODES = 'gearbox_monitor.nodes'
+NODES = 'gearbox_monitor.ros'
 
 
 @dataclass(frozen=True)

@@ -34,8 +34,8 @@ import numpy as np
 from tqdm import tqdm
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import expect_folder_of
-from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.kernels.jit import COMPILED
 
 RATES, NUMBERS = (100.0, 500.0, 1000.0, 2000.0, 4000.0), (1, 2, 4, 8)
 SECONDS, PAST = 10.0, 20_000.0
@@ -96,7 +96,7 @@ class _Estimators:
         self.nodes, self.layout, self.number = nodes, layout, number
 
     def __enter__(self):
-        from gearbox_monitor.nodes.source import Source
+        from gearbox_monitor.ros.source import Source
         cores = sorted(os.sched_getaffinity(0))
         self._cores = cores
         names = [f'g{k}' for k in range(self.number)]
@@ -166,7 +166,7 @@ class _Estimators:
 
 def bars(rows, over):
     """Return the verdicts: dicts with bar, value, expected and met."""
-    from gearbox_monitor.nodes.inputs import DEPTH
+    from gearbox_monitor.ros.inputs import DEPTH
     found = []
 
     def add(name, value, expected, met):
@@ -221,7 +221,7 @@ def text(data):
 def check_ros(name):
     """Raise InputError where the benchmark `name` cannot run nodes."""
     try:
-        import gearbox_monitor.nodes.source  # noqa: F401
+        import gearbox_monitor.ros.source  # noqa: F401
     except ImportError as error:
         raise InputError(f'benchmark {name}: rclpy: {error}; expected a sourced ROS 2 or an '
                          "installation with pip install 'gearbox_monitor[ros]'") from None

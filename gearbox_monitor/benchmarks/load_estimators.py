@@ -19,8 +19,8 @@ Several estimators in one process, in a namespace each: what the load benchmark 
 """
 import sys
 
-from gearbox_monitor.nodes.estimator_node import EstimatorNode
-from gearbox_monitor.nodes.runtime import spin_node
+from gearbox_monitor.ros.estimator_node import EstimatorNode
+from gearbox_monitor.ros.runtime import spin_node
 
 
 def main():

@@ -29,13 +29,13 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from gearbox_monitor.drive.effects import EFFECTS
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel, Transmission
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import expect_folder_of
-from gearbox_monitor.gap.isolate import LIMIT
-from gearbox_monitor.gap.motion import DT, separations, suggest
+from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.identification.experiment_design import DT, separations, suggest
+from gearbox_monitor.identification.isolability import LIMIT
+from gearbox_monitor.plant.drive import DriveModel, Transmission
+from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.excitation import Excitation
 
 PAIRS = (('actuator_lag', 'actuator_delay'), ('motor_viscous', 'motor_coulomb'),
          ('arm_viscous', 'arm_coulomb'), ('motor_viscous', 'arm_viscous'),

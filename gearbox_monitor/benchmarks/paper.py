@@ -33,18 +33,18 @@ import numpy as np
 
 from gearbox_monitor.benchmarks import paper_adaptive
 from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import expect_folder_of
-from gearbox_monitor.filters.smoother import S_TAU_K, smoother_parameters
-from gearbox_monitor.interval import smooth_interval
-from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.estimation.interval_smoother import smooth_interval
+from gearbox_monitor.estimation.rts_smoother import S_TAU_K, smoother_parameters
+from gearbox_monitor.estimation.tune import tuned as tune
+from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.report import plots
-from gearbox_monitor.tuner import tuned as tune
 
 DT, SECONDS, BURN_IN = 1e-3, 20.0, 0.5
 T0 = 1_000_000_000

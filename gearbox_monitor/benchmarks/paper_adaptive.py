@@ -19,9 +19,9 @@ The adaptive filter from wrong starts, on the drives of "benchmark paper".
 """
 import numpy as np
 
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.simulate import simulate
-from gearbox_monitor.monitor import Monitor
+from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import simulate
 
 SETTLED = (20.0, 40.0)  # s
 NOISIER = 4.0

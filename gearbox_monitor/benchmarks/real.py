@@ -42,7 +42,7 @@ from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.benchmarks import real_fit
 from gearbox_monitor.benchmarks.static_compensation import fit_static
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.kernels.jit import COMPILED
 
 NAMES = [f'{x}{y}' for x in range(5) for y in range(4)]
 SPLITS = {

@@ -26,14 +26,14 @@ import os
 import numpy as np
 from scipy.optimize import brentq, least_squares
 
-from gearbox_monitor.drive.model import model_from_dict
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.filters import ekf
-from gearbox_monitor.filters.process import markers, P0, pack, state_names, TAU_K, X1, X2
-from gearbox_monitor.filters.record import record_size
-from gearbox_monitor.jit import jit
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.estimation import ekf
+from gearbox_monitor.estimation.process_model import markers, P0, pack, state_names, TAU_K, X1, X2
+from gearbox_monitor.estimation.step_record import record_size
+from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.plant.drive import model_from_dict
 
 # Parameters that the fit moves: start and scale, relative where the parameter is positive (and
 # moved in its logarithm), absolute where it may have either sign.

@@ -41,7 +41,7 @@ from tqdm import tqdm
 from gearbox_monitor.benchmarks import recorder_accidents as accidents
 from gearbox_monitor.benchmarks.recorder_bench import Bench
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import expect_folder_of
+from gearbox_monitor.files.yaml_files import expect_folder_of
 
 SPLIT = 0.5  # s, a file of the bags that are split
 

@@ -23,7 +23,7 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recover import recover
 from gearbox_monitor.benchmarks.fault_node import Nodes
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE
+from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE
 
 TOPICS = (f'/{JOINT_STATES}', f'/{PLANT_TRANSMISSION_STATE}')
 FAST_DDS = 'rmw_fastrtps_cpp'
@@ -68,7 +68,7 @@ class Bench:
         self._count, self._plant = 0, None
         self._nodes = Nodes(folder, domain, _environment(folder))
         try:
-            from gearbox_monitor.nodes.witness import stamp_ns, Witness
+            from gearbox_monitor.ros.witness import stamp_ns, Witness
             self._stamp_ns = stamp_ns
             self.witness = Witness(TOPICS, domain)
             self.plant(1000.0)

@@ -32,9 +32,9 @@ from gearbox_monitor.bag.summary import Summary
 from gearbox_monitor.bag.tables import ParquetTable
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.benchmarks.memory import peak_bytes
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 RATE = 1000.0  # Hz
 TOPIC, JOINTS = '/joint_states', ('motor', 'arm')

@@ -35,11 +35,11 @@ import time
 
 from tqdm import tqdm
 
-from gearbox_monitor.baseline import load_state
 from gearbox_monitor.benchmarks.load import check_ros
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import expect_folder_of
-from gearbox_monitor.monitor import Monitor
+from gearbox_monitor.files.baselines import load_state
+from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.monitoring.monitor import Monitor
 
 TIMES = 50
 BETWEEN, AT_WORK = (0.0, 1.0), (0.5, 6.0)  # s, drawn: from one start to the next; then to the end
@@ -84,7 +84,7 @@ class Restarts:
 
     def once(self):
         """Start all, stop all; return the row of figures."""
-        from gearbox_monitor.nodes.watcher import Watcher
+        from gearbox_monitor.ros.watcher import Watcher
         draw, watcher = self.random, Watcher('restarts', self.nodes.domain)
         kept, seen = self._state(), []
         early = draw.random() < EARLY
@@ -127,7 +127,7 @@ class Restarts:
                           'baseline_file': str(self.baseline)},
             'recorder': {'output': str(self.nodes.folder / f'bag_{self.bags}')}}[name]
         self.bags += name == 'recorder'
-        return self.nodes.start(name, f'gearbox_monitor.nodes.{name}_node', parameters)
+        return self.nodes.start(name, f'gearbox_monitor.ros.{name}_node', parameters)
 
     def _stop(self, child, found, early):
         """Stop one node; a terminal's signal only where Python has begun to look for it."""

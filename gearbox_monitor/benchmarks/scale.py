@@ -36,8 +36,8 @@ from tqdm import tqdm
 from gearbox_monitor.benchmarks import scale_numbers
 from gearbox_monitor.benchmarks.replay import in_a_process, write_recording
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import expect_folder_of
-from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.kernels.jit import COMPILED
 
 MINUTES = (10.0, 20.0, 60.0)
 WARM = 12.0  # s of the recording that is replayed before: long enough for a drift window

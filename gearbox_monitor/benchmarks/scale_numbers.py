@@ -24,16 +24,16 @@ import numpy as np
 from tqdm import tqdm
 
 from gearbox_monitor.bag.example import NOISE, write_bag
-from gearbox_monitor.bank import criteria
 from gearbox_monitor.benchmarks.fleet import Runs
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import simulate
+from gearbox_monitor.estimation.batch_score import criteria
 from gearbox_monitor.fleet.engine import Serial
 from gearbox_monitor.fleet.paths import find_bags
-from gearbox_monitor.gap.recording import Recording
-from gearbox_monitor.gap.windows import cut, N_MEMORY, Simulator
-from gearbox_monitor.monitor import Samples
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.windows import cut, N_MEMORY, Simulator
+from gearbox_monitor.monitoring.monitor import Samples
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import simulate
 
 DT = 1e-3  # s
 SECONDS = {'bags': 20.0, 'candidates': 20.0, 'windows': 0.5}  # length of one

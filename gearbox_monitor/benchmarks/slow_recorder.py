@@ -31,7 +31,7 @@ def _slow(function, seconds):
 
 def main():
     """Run the recorder."""
-    from gearbox_monitor.nodes.recorder_node import main as record
+    from gearbox_monitor.ros.recorder_node import main as record
     RecordFile.write = _slow(RecordFile.write, WRITE)
     os.fdatasync = _slow(os.fdatasync, SYNC)
     return record()

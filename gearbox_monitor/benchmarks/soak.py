@@ -34,7 +34,7 @@ from tqdm import tqdm
 
 from gearbox_monitor.benchmarks.load import check_ros
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import expect_folder_of
+from gearbox_monitor.files.yaml_files import expect_folder_of
 
 WINDOW = 500         # samples that may wait for their estimate: a quarter of the node's queue
 LEAD = 2.0           # s of samples before the measurement
@@ -60,8 +60,7 @@ def add_arguments(parser):
 def evaluate(seconds, rate, real_time, every=1.0):
     """Return all figures of a run of `seconds` of stamps as plain data."""
     from gearbox_monitor.benchmarks.live import live, usage
-    from gearbox_monitor.nodes.source import (
-        NOTHING_SAID, parameters_of, slowness, Source)
+    from gearbox_monitor.ros.source import NOTHING_SAID, parameters_of, slowness, Source
     slow = slowness(rate)
     parameters = parameters_of(slow)
     rows, count = [], round(seconds * rate)

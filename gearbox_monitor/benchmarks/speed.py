@@ -37,10 +37,10 @@ import numpy as np
 from gearbox_monitor.benchmarks import eigen_reference, filterpy_user, free_run, replay, startup
 from gearbox_monitor.benchmarks.paper import drive, DT
 from gearbox_monitor.benchmarks.steps import bank_stepper, caller, cpu_per_step, stepper
-from gearbox_monitor.drive.simulate import simulate
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import expect_folder_of
-from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.plant.simulate import simulate
 
 SAMPLES, FEW = 5000, 300  # of our filters, and of filterpy's
 BANKS = {16: SAMPLES, 4096: 500}  # filters that run side by side: samples

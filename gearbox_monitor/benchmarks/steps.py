@@ -17,16 +17,16 @@ import time
 
 import numpy as np
 
-from gearbox_monitor import bank
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.filters import FILTERS
-from gearbox_monitor.filters.process import markers, pack, state_names
-from gearbox_monitor.filters.record import record_size
-from gearbox_monitor.jit import jit
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.estimation import batch_score
+from gearbox_monitor.estimation.filter import Filter
+from gearbox_monitor.estimation.filter_registry import FILTERS
+from gearbox_monitor.estimation.process_model import markers, pack, state_names
+from gearbox_monitor.estimation.sample_loop import filter_step, KINDS, start
+from gearbox_monitor.estimation.step_record import record_size
+from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import checked, ESTIMATOR
-from gearbox_monitor.single import Filter
-from gearbox_monitor.stream import filter_step, KINDS, start
 
 
 @jit
@@ -81,7 +81,7 @@ def bank_stepper(model, parameters, u, y, dt, size):
                        for q in one.parameters['q_std_tau_k'] * np.geomspace(0.2, 5.0, size)])
 
     def run():
-        if not np.isfinite(bank.run(packed, one.states, one.settings, samples, 1)).all():
+        if not np.isfinite(batch_score.run(packed, one.states, one.settings, samples, 1)).all():
             raise InputError('EKF bank: a filter diverged, expected all to run through')
     return run
 

@@ -35,11 +35,11 @@ import numpy as np
 from gearbox_monitor.benchmarks import (
     intervals, paper, trust_cost, trust_drift, trust_real, trust_runs)
 from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
-from gearbox_monitor.drive.simulate import simulate
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import expect_folder_of
-from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.monitor import Monitor
+from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.plant.simulate import simulate
 
 CASES = ('A', 'B')
 HEALTHY_SEED, LEARNING_SEED, FAULT_SEED, DELAY_SEED, DRAW_SEED = 1, 50, 100, 1000, 7

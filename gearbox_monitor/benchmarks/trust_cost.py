@@ -19,8 +19,8 @@ import numpy as np
 
 from gearbox_monitor.benchmarks import paper
 from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
-from gearbox_monitor.drive.simulate import simulate
-from gearbox_monitor.monitor import Monitor
+from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.plant.simulate import simulate
 
 ROUNDS = 9
 

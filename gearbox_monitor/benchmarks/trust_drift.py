@@ -19,11 +19,11 @@ from dataclasses import replace
 import numpy as np
 
 from gearbox_monitor.benchmarks.trust_runs import T0, watch
-from gearbox_monitor.drift import change
-from gearbox_monitor.drift.features import Backlash
-from gearbox_monitor.drive.faults import Faults
+from gearbox_monitor.monitoring.backlash import change
+from gearbox_monitor.monitoring.backlash.features import Backlash
+from gearbox_monitor.monitoring.checks.level import Level
 from gearbox_monitor.parameters import checked, ESTIMATOR
-from gearbox_monitor.trust.level import Level
+from gearbox_monitor.plant.faults import Faults
 
 SMOOTHED = {'smoother_lag': 0.1}
 PERIOD = 10.0       # s of a drift window

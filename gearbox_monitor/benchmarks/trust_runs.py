@@ -22,18 +22,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor import stream
 from gearbox_monitor.benchmarks import paper
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.faults import EncoderFault, Faults, FaultyPlant
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import Noise, simulate
-from gearbox_monitor.filters.process import pack, TAU_K
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.process_model import pack, TAU_K
+from gearbox_monitor.estimation.tune import tuned
+from gearbox_monitor.monitoring.checks import covariance, innovation, observability
+from gearbox_monitor.monitoring.checks.level import Level
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import defaults, PLANT
-from gearbox_monitor.trust import covariance, innovation, observability
-from gearbox_monitor.trust.level import Level
-from gearbox_monitor.tuner import tuned
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import EncoderFault, Faults, FaultyPlant
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 DT, DT_NS, T0 = paper.DT, round(paper.DT * 1e9), paper.T0
 WINDOW = 500        # samples that one judgement by itself is made of
@@ -212,19 +212,21 @@ def _judged(rows, monitor, end):
     """Return the tests of windows of WINDOW estimates each, as {name: [W]}, up to `end` s."""
     count = len(rows) // WINDOW
     rows = rows[len(rows) - count * WINDOW:].reshape(count, WINDOW, -1)
-    found = [innovation.flags(w[:, [stream.E_WHITE_1, stream.E_WHITE_2]], w[:, stream.E_NIS],
-                              w[:, stream.E_DOF]) for w in rows]
+    white = [sample_loop.E_WHITE_1, sample_loop.E_WHITE_2]
+    found = [innovation.flags(w[:, white], w[:, sample_loop.E_NIS], w[:, sample_loop.E_DOF])
+             for w in rows]
     packed, names = pack(monitor.drive, monitor.parameters), monitor.names
-    columns = [{'tau_arm': stream.E_TAU_ARM, 'tau_e': stream.E_TAU_E}.get(name, i)
+    columns = [{'tau_arm': sample_loop.E_TAU_ARM, 'tau_e': sample_loop.E_TAU_E}.get(name, i)
                for i, name in enumerate(names)]
     last = rows[:, -round(observability.WINDOW / DT):]
     share = [observability.information_share(
-        w[:, columns], w[:, stream.E_DT],
-        np.isfinite(w[:, [stream.E_INNOVATION_MOTOR, stream.E_INNOVATION_ARM]]), packed)[TAU_K]
+        w[:, columns], w[:, sample_loop.E_DT],
+        np.isfinite(w[:, [sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_ARM]]),
+        packed)[TAU_K]
         for w in last]
     return {
         'began': end - np.arange(count, 0, -1) * WINDOW * DT,
         **{name: np.array([bool(f[name]) for f in found], bool)
            for name in ('mean', 'whiteness', 'nis')},
         'observability': ~(np.asarray(share) <= observability.UNTRUSTED),
-        'std': np.median(rows[:, :, stream.E_STD + TAU_K], axis=1)}
+        'std': np.median(rows[:, :, sample_loop.E_STD + TAU_K], axis=1)}

@@ -41,11 +41,12 @@ from scipy.stats import norm
 
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import replay
-from gearbox_monitor.drift.windows import combine, reason_of, separable_of, Windows
-from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model, load_parameters, save_model
+from gearbox_monitor.files.yaml_files import load_model, load_parameters, save_model
+from gearbox_monitor.monitoring.backlash.loop_windows import (
+    combine, reason_of, separable_of, Windows)
 from gearbox_monitor.parameters import SETTINGS
+from gearbox_monitor.plant.units import on_axis
 
 UNITS = {'': 1.0, 'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
          'arcmin': math.radians(1.0) / 60.0}

@@ -39,14 +39,14 @@ from tqdm import tqdm
 from gearbox_monitor.bag.inputs import find_input
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import read_snapshots, sample_parts
-from gearbox_monitor.check.examine import examine, Examined
-from gearbox_monitor.check.line import BAD, OK, PURPOSES, WARN
-from gearbox_monitor.check.parts import joined, SAMPLES, WINDOWS
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model, load_parameters
+from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.parameters import checked, ESTIMATOR, SETTINGS, with_values
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.quality.examine import examine, Examined
+from gearbox_monitor.quality.line import BAD, OK, PURPOSES, WARN
+from gearbox_monitor.quality.parts import joined, SAMPLES, WINDOWS
 
 WIDTH = 80
 INDENT = 24  # of the figures

@@ -41,17 +41,17 @@ import time
 import numpy as np
 from tqdm import tqdm
 
-from gearbox_monitor import stream
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import truth
 from gearbox_monitor.benchmarks import filterpy_reference
 from gearbox_monitor.cli.inputs import add_input_arguments, check_filter, load
-from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.score import known_at, score, settled, torque_errors, WHITE_LIMIT
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import FILTER_NAMES
+from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report import compare_plot, plots
-from gearbox_monitor.score import known_at, score, settled, torque_errors, WHITE_LIMIT
 
 WARM_UP = 200  # samples that a filter takes before it is timed: kernels are compiled by then
 REPEATS = 3    # runs of which the fastest counts
@@ -146,7 +146,7 @@ def run_filter(name, model, parameters, samples):
         timed.run(samples)
         cpu.append(time.process_time() - begin)
     return Result(name, estimates, min(cpu) / len(samples.stamp_ns),
-                  int(monitor.counts[stream.DIVERGED]), tuple(monitor.divergence_notes()))
+                  int(monitor.counts[sample_loop.DIVERGED]), tuple(monitor.divergence_notes()))
 
 
 def row(result, results, known):

@@ -36,8 +36,8 @@ import sys
 import time
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.nodes.domain import own_domain
-from gearbox_monitor.nodes.processes import Child, ChildFailed, Interrupt
+from gearbox_monitor.ros.domain import own_domain
+from gearbox_monitor.ros.processes import Child, ChildFailed, Interrupt
 
 # Heavy modules are imported where they are used, after Ctrl-C has been taken care of.
 
@@ -171,7 +171,7 @@ class Demo:
 
     def start(self, name, module, **parameters):
         self.check_interrupt()
-        self.children.append(Child(name, f'gearbox_monitor.nodes.{module}', parameters,
+        self.children.append(Child(name, f'gearbox_monitor.ros.{module}', parameters,
                                    self.out / f'{name}.log', os.environ))
 
     def stop(self):
@@ -182,7 +182,7 @@ class Demo:
 
     def watcher(self, domain):
         try:
-            from gearbox_monitor.nodes.watcher import Watcher
+            from gearbox_monitor.ros.watcher import Watcher
         except ImportError as error:
             raise InputError(f'rclpy: {error}; expected a sourced ROS 2 or an installation with '
                              "pip install 'gearbox_monitor[ros]'") from None

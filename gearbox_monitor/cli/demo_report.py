@@ -17,10 +17,10 @@ import numpy as np
 
 from gearbox_monitor.bag.inputs import DIAGNOSTIC_ARRAY
 from gearbox_monitor.bag.replay import replay
-from gearbox_monitor.filters.smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
+from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
+from gearbox_monitor.interfaces.signals import DIAGNOSTICS, DRIFT_ALERTS, PLANT_TRANSMISSION_STATE
+from gearbox_monitor.monitoring.checks.level import Level
 from gearbox_monitor.report import plots
-from gearbox_monitor.signals import DIAGNOSTICS, DRIFT_ALERTS, PLANT_TRANSMISSION_STATE
-from gearbox_monitor.trust.level import Level
 
 SECOND = 1e9
 

@@ -50,18 +50,18 @@ from gearbox_monitor.bag.inputs import find_input
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import read_recording
 from gearbox_monitor.cli.diagnose_report import text
-from gearbox_monitor.drive.effects import library
-from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import expect_folder_of, load_model, save_model
-from gearbox_monitor.gap.diagnose import diagnose
-from gearbox_monitor.gap.given import given
-from gearbox_monitor.jit import COMPILED
-from gearbox_monitor.nodes.processes import cores
+from gearbox_monitor.files.yaml_files import expect_folder_of, load_model, save_model
+from gearbox_monitor.identification.diagnose import diagnose
+from gearbox_monitor.identification.inputs import given
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.plant.effects import library
+from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report import diagnosis, overlay_plot
 from gearbox_monitor.report.evidence import gather
 from gearbox_monitor.report.suggestion import suggestion
 from gearbox_monitor.report.words import headline
+from gearbox_monitor.ros.processes import cores
 
 DRAWN = ('report.html', 'overlay.png', 'where.png', 'ranking.png')
 CSV = ('.csv', '.tsv', '.txt', '.csv.gz', '.tsv.gz', '.txt.gz')

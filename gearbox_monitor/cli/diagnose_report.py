@@ -15,8 +15,8 @@
 """The verdict of a diagnosis in words: what was found, where, how sure, what to do next."""
 import textwrap
 
-from gearbox_monitor.drive.effects import library
-from gearbox_monitor.drive.units import on_axis
+from gearbox_monitor.plant.effects import library
+from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.words import (
     dense_regions, headline, ids_of, meaning, next_steps, number, percent, PLACES, SUGGESTED,
     undefined, unit_of)

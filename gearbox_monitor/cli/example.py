@@ -30,10 +30,10 @@ import math
 from pathlib import Path
 
 from gearbox_monitor.bag.example import NOISE, write_bag
-from gearbox_monitor.drive.simulate import Noise
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model
-from gearbox_monitor.resources import config_path
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.plant.simulate import Noise
 
 
 def add_arguments(parser):

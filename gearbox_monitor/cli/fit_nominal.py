@@ -40,9 +40,9 @@ from tqdm import tqdm
 
 from gearbox_monitor.cli.diagnose import add_inputs, load, plain, shown_by
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import expect_folder_of, load_model, save_model
-from gearbox_monitor.gap.nominal import fit_nominal
-from gearbox_monitor.nodes.processes import cores
+from gearbox_monitor.files.yaml_files import expect_folder_of, load_model, save_model
+from gearbox_monitor.identification.nominal import fit_nominal
+from gearbox_monitor.ros.processes import cores
 
 SECONDS = 1.0
 

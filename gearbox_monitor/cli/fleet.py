@@ -46,9 +46,9 @@ import sys
 from tqdm import tqdm
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model, load_parameters
-from gearbox_monitor.nodes.processes import cores, Interrupt
+from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.parameters import SETTINGS
+from gearbox_monitor.ros.processes import cores, Interrupt
 
 SHOWN = 10  # gearboxes, and bags that failed, on the terminal
 
@@ -81,9 +81,9 @@ def run(args):
     """Run the command; returns the exit code."""
     _check(args)
     try:
-        from gearbox_monitor.fleet.table import Table
-        from gearbox_monitor.fleet.paths import find_bags  # noqa: I100, what may be missing first
+        from gearbox_monitor.fleet.paths import find_bags
         from gearbox_monitor.fleet.run import Run
+        from gearbox_monitor.fleet.table import Table
     except ModuleNotFoundError as error:
         raise InputError(f'{error.name} is not installed, expected it: pip install pyarrow '
                          'fsspec') from None
@@ -143,7 +143,7 @@ def _engine(args, left):
 def _settings(args):
     """Return the job.Settings of the options."""
     from gearbox_monitor.fleet.job import Settings
-    from gearbox_monitor.gap.diagnose import chosen_ids
+    from gearbox_monitor.identification.diagnose import chosen_ids
     parameters = (load_parameters(args.params, 'estimator', SETTINGS, args.topic)
                   if args.params else {})
     model_file = args.model or parameters.pop('model', '')

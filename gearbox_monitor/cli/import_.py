@@ -36,7 +36,7 @@ import json
 from pathlib import Path
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_parameters
+from gearbox_monitor.files.yaml_files import load_parameters
 from gearbox_monitor.parameters import checked, SETTINGS
 
 

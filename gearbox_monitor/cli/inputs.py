@@ -17,11 +17,11 @@ from dataclasses import dataclass
 
 from gearbox_monitor.bag.inputs import find_input
 from gearbox_monitor.bag.replay import read_recording, read_snapshots, Recording
-from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model, load_parameters
+from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.parameters import (
     checked, defaults, ESTIMATOR, FILTER_NAMES, MODEL, SETTINGS, with_values)
+from gearbox_monitor.plant.drive import DriveModel
 
 
 @dataclass(frozen=True)

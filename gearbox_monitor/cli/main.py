@@ -54,7 +54,8 @@ def main(argv=None):
     named = next((word for word in argv if not word.startswith('-')), None)
     try:
         args = _parse(argv, named)
-        kernels = sys.modules.get('gearbox_monitor.jit')  # of a command that uses none: absent
+        # Of a command that uses no kernel: absent.
+        kernels = sys.modules.get('gearbox_monitor.kernels.jit')
         if kernels and kernels.CACHE_PROBLEM:
             print(f'gearbox_monitor {named}: {kernels.CACHE_PROBLEM}', file=sys.stderr)
         return args.run(args) or 0

@@ -46,7 +46,7 @@ def add_arguments(parser):
 
 def run(args):
     try:
-        from gearbox_monitor.nodes.play import play
+        from gearbox_monitor.ros.play import play
     except ImportError as error:
         raise InputError(f'rclpy: not installed here ({error}), expected a sourced ROS 2 or '
                          'this package installed with the extra [ros]') from None

@@ -43,10 +43,10 @@ from gearbox_monitor.bag.replay import interval_error, Kept, Player, smoothed
 from gearbox_monitor.bag.replay_output import BagOutput
 from gearbox_monitor.bag.summary import Summary
 from gearbox_monitor.bag.tables import CsvTable, ParquetTable
-from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model, load_parameters
+from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
+from gearbox_monitor.plant.units import on_axis
 
 TABLES = {'.csv': CsvTable, '.parquet': ParquetTable}
 

@@ -40,7 +40,7 @@ from tqdm import tqdm
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.inputs import check_filter
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import load_model, load_parameters
+from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
 from gearbox_monitor.report.life import figures, headline, report
 from gearbox_monitor.report.sources import Source

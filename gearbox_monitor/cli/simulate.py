@@ -33,11 +33,11 @@ import textwrap
 import numpy as np
 
 from gearbox_monitor.cli.diagnose import add_drive, dump, load, plain
-from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import expect_folder_of, load_model
-from gearbox_monitor.gap.close import closed_of, rms
-from gearbox_monitor.gap.overlay import overlay
+from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
+from gearbox_monitor.identification.closed_model import closed_of, rms
+from gearbox_monitor.identification.overlay import overlay
+from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report import overlay_plot
 from gearbox_monitor.report.evidence import shown_windows
 from gearbox_monitor.report.words import number, percent, unit_of

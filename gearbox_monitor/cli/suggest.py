@@ -37,12 +37,12 @@ import numpy as np
 from tqdm import tqdm
 import yaml
 
-from gearbox_monitor.drive.effects import library
-from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import expect_folder_of, load_model
-from gearbox_monitor.gap.isolate import LIMIT
-from gearbox_monitor.gap.motion import Limits, suggest
+from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
+from gearbox_monitor.identification.experiment_design import Limits, suggest
+from gearbox_monitor.identification.isolability import LIMIT
+from gearbox_monitor.plant.effects import library
+from gearbox_monitor.plant.units import on_axis
 
 SHOWN = 3
 NOISE = 1e-3  # rad, where no recording says otherwise

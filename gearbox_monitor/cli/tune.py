@@ -48,12 +48,12 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag.inputs import JOINT_STATE
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.inputs import add_input_arguments, check_filter, load
-from gearbox_monitor.drive.units import on_axis
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import expect_folder_of
-from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.estimation.tune import tune
+from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.parameters import defaults, ESTIMATOR, SETTINGS
-from gearbox_monitor.tuner import tune
+from gearbox_monitor.plant.units import on_axis
 
 
 def add_arguments(parser):

@@ -32,16 +32,17 @@ import numpy as np
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import Player, samples_of
-from gearbox_monitor.drift.features import Backlash
-from gearbox_monitor.drift.windows import combine, reason_of, separable_of, Windows
-from gearbox_monitor.drive.model import DriveModel
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.fleet.paths import content_hash, fetched
-from gearbox_monitor.gap.diagnose import diagnose
-from gearbox_monitor.gap.given import given
-from gearbox_monitor.jit import KERNELS
-from gearbox_monitor.monitor import Samples
+from gearbox_monitor.identification.diagnose import diagnose
+from gearbox_monitor.identification.inputs import given
+from gearbox_monitor.kernels.jit import KERNELS
+from gearbox_monitor.monitoring.backlash.features import Backlash
+from gearbox_monitor.monitoring.backlash.loop_windows import (
+    combine, reason_of, separable_of, Windows)
+from gearbox_monitor.monitoring.monitor import Samples
 from gearbox_monitor.parameters import defaults, ESTIMATOR
+from gearbox_monitor.plant.drive import DriveModel
 
 FORMAT = 1  # of the tables
 DIAGNOSED = 14_000_000_000  # ns of a bag that are diagnosed

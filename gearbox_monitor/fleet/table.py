@@ -32,8 +32,8 @@ from urllib.parse import quote
 import pyarrow as pa
 from pyarrow import parquet
 
-from gearbox_monitor.drift.features import Backlash, NotExcited
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
 
 FEATURES, BAGS, JOURNAL, PAGE = 'features', 'bags.parquet', 'bags.journal', 'fleet.html'
 LOCK, PARTS = '.lock', '.parts'

@@ -22,7 +22,7 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.drift.forecast import History, Trend
+from gearbox_monitor.monitoring.backlash.forecast import History, Trend
 
 ENDS, SHARE = 5, 8  # at most so many bags at either end are compared, one in so many
 SCATTER = 4  # bags from which on their scatter is known

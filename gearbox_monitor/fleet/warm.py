@@ -20,12 +20,12 @@ the place of a killed one. Importing this module does it.
 """
 import numpy as np
 
-from gearbox_monitor.drift.windows import Windows
-from gearbox_monitor.drive.excitation import Excitation
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.drive.simulate import simulate
 import gearbox_monitor.fleet.job  # noqa: F401, what workers run
-from gearbox_monitor.monitor import Monitor, Samples
+from gearbox_monitor.monitoring.backlash.loop_windows import Windows
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import simulate
 
 PERIOD = 2e-3  # s
 SECONDS = 13.0  # a window of the Monitor's own (drift_window) and what it waits for

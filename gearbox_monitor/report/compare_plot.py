@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from matplotlib.figure import Figure
 import numpy as np
 
-from gearbox_monitor.drive.units import on_axis
+from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.plots import BLACK, BLUE, Curve, draw_loops, GREEN, ORANGE, RED, SKY
 
 COLORS = (BLUE, ORANGE, GREEN, RED, SKY, '#CC79A7', '#F0E442')

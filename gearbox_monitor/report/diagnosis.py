@@ -17,10 +17,10 @@ from html import escape
 import json
 import re
 
-from gearbox_monitor.drive.effects import library
-from gearbox_monitor.drive.units import on_axis
-from gearbox_monitor.gap.isolate import LIMIT
-from gearbox_monitor.gap.overlay import near, smoothed
+from gearbox_monitor.identification.isolability import LIMIT
+from gearbox_monitor.identification.overlay import near, smoothed
+from gearbox_monitor.plant.effects import library
+from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report import page
 from gearbox_monitor.report.evidence import explained_by
 from gearbox_monitor.report.words import (

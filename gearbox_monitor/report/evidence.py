@@ -18,12 +18,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.drive.units import on_axis
-from gearbox_monitor.gap import isolate, maps, residual
-from gearbox_monitor.gap.candidate import NOT_FITTED
-from gearbox_monitor.gap.driven import driven
-from gearbox_monitor.gap.overlay import overlay
-from gearbox_monitor.gap.recording import joined
+from gearbox_monitor.identification import basis_functions, isolability, localisation
+from gearbox_monitor.identification.candidates import NOT_FITTED
+from gearbox_monitor.identification.overlay import overlay
+from gearbox_monitor.identification.recording import joined
+from gearbox_monitor.identification.torque_domain import driven
+from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.words import ids_of
 
 COMPARED = 10  # effects in the table of what can be told apart
@@ -75,25 +75,25 @@ def gather(verdict, recordings, model, jobs=1):
     if verdict.model is not None:
         models[closed_name(data)] = verdict.model
     laid = overlay(recording, models, data['sigma'])
-    moved = maps.motion(recording.positions, recording.dt, recording.cuts)
+    moved = basis_functions.motion(recording.positions, recording.dt, recording.cuts)
     index = laid.windows.first[:, None] + np.arange(laid.windows.length)
     moved = {name: value[index] for name, value in moved.items()
              if name != 'twist' or model.transmission.kind != 'rigid'}
     left = [laid.residual(run) for run in laid.runs]
-    edges = {name: maps.edges_of(value) for name, value in moved.items()}
-    over = {name: [maps.binned(value, r, edges[name]) for r in left]
+    edges = {name: basis_functions.edges_of(value) for name, value in moved.items()}
+    over = {name: [basis_functions.binned(value, r, edges[name]) for r in left]
             for name, value in moved.items()}
     one, other = 'speed', 'twist' if 'twist' in moved else 'angle'
-    columns, rows = (maps.edges_of(moved[name], PLANE_BINS) for name in (one, other))
+    columns, rows = (basis_functions.edges_of(moved[name], PLANE_BINS) for name in (one, other))
     planes = (one, other, columns, rows,
-              [maps.plane(moved[one], moved[other], r, columns, rows) for r in left])
+              [basis_functions.plane(moved[one], moved[other], r, columns, rows) for r in left])
     missing = None
     if data['verdict'] != 'none':
         missing = missing_signal(search, data['where']['place'], moved, jobs)
     name = '+'.join(i for i in ids_of(data) if i not in NOT_FITTED)
     separations = {}
     if name in search.fitted and name:
-        separations = isolate.separations(search, search.fitted[name])
+        separations = isolability.separations(search, search.fitted[name])
     labels = {name: on_axis(QUANTITIES[name], model.axis) for name in moved}
     return Evidence(model.axis, labels, laid, shown_windows(laid), over, planes, missing,
                     compared(search, data), separations)
@@ -119,9 +119,9 @@ def shown_windows(laid, held_out=True):
 
 def missing_signal(search, place, moved, jobs=1):
     """Return the Missing signal at `place` on top of the model without effect."""
-    free = residual.free_forms(search, search.fitted[''], jobs, (place,))[place]
-    unit = 'N m' if place in residual.TORQUES else 'rad'
-    return Missing(place, on_axis(unit, search.model.axis), residual.laws(search, free, moved))
+    free = localisation.free_forms(search, search.fitted[''], jobs, (place,))[place]
+    unit = 'N m' if place in localisation.TORQUES else 'rad'
+    return Missing(place, on_axis(unit, search.model.axis), localisation.laws(search, free, moved))
 
 
 def compared(search, data):
@@ -133,7 +133,7 @@ def compared(search, data):
         return None
     fewer = copy.copy(search)
     fewer.ids = known[:COMPARED]
-    ids, s2 = isolate.matrix(fewer)
+    ids, s2 = isolability.matrix(fewer)
     return list(ids), s2
 
 

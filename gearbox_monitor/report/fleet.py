@@ -17,7 +17,7 @@ from html import escape
 
 import numpy as np
 
-from gearbox_monitor.drift.forecast import span, when
+from gearbox_monitor.monitoring.backlash.forecast import span, when
 from gearbox_monitor.report import page
 
 RANKED = 30   # gearboxes with a bar

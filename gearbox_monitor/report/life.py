@@ -18,13 +18,13 @@ import json
 
 import numpy as np
 
-from gearbox_monitor.drift.forecast import when
-from gearbox_monitor.drive.units import on_axis
+from gearbox_monitor.monitoring.backlash.forecast import when
+from gearbox_monitor.monitoring.checks.innovation import NIS_HIGH, NIS_LOW
 from gearbox_monitor.parameters import defaults, ESTIMATOR
+from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report import page
 from gearbox_monitor.report.timeline import LEVELS
 from gearbox_monitor.report.words import number
-from gearbox_monitor.trust.innovation import NIS_HIGH, NIS_LOW
 
 JUDGED = ('observability', 'prediction error', 'covariance', 'model', 'input')
 WORN = ('backlash', 'friction')

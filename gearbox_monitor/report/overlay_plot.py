@@ -16,7 +16,7 @@
 from matplotlib.figure import Figure
 import numpy as np
 
-from gearbox_monitor.gap.overlay import near, smoothed
+from gearbox_monitor.identification.overlay import near, smoothed
 from gearbox_monitor.report.evidence import explained_by
 from gearbox_monitor.report.plots import BLACK, BLUE, GREEN, GREY, RED
 from gearbox_monitor.report.words import behind, PLACES, unit_of

@@ -23,7 +23,7 @@ from dataclasses import dataclass, field
 from matplotlib.figure import Figure
 import numpy as np
 
-from gearbox_monitor.drive.units import on_axis
+from gearbox_monitor.plant.units import on_axis
 
 BLUE, ORANGE, GREEN, RED, SKY = '#0072B2', '#E69F00', '#009E73', '#D55E00', '#56B4E9'
 BLACK, GREY = '#000000', '#777777'

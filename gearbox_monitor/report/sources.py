@@ -26,14 +26,14 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag.inputs import DIAGNOSTIC_ARRAY, find_input
 from gearbox_monitor.bag.pairing import Pairing
 from gearbox_monitor.bag.replay import read_snapshots, samples_of
-from gearbox_monitor.drive.model import DriveModel
-from gearbox_monitor.filters.smoother import S_TAU_K, S_TWIST, S_TWIST_RATE, S_TWIST_STD
-from gearbox_monitor.jit import KERNELS
-from gearbox_monitor.monitor import Monitor, Samples, SECOND
+from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TWIST, S_TWIST_RATE, S_TWIST_STD
+from gearbox_monitor.estimation.sample_loop import REASONS
+from gearbox_monitor.interfaces.signals import ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, TRANSMISSION
+from gearbox_monitor.kernels.jit import KERNELS
+from gearbox_monitor.monitoring.monitor import Monitor, Samples, SECOND
 from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.timeline import Timeline
-from gearbox_monitor.signals import ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, TRANSMISSION
-from gearbox_monitor.stream import REASONS
 
 STATE, STATE_STD, SMOOTHED = (
     'transmission_state', 'transmission_state_stddev', 'transmission_state_smoothed')

@@ -18,10 +18,10 @@ import shlex
 
 import numpy as np
 
-from gearbox_monitor.drive.effects import library
-from gearbox_monitor.gap.check import Smooth
-from gearbox_monitor.gap.isolate import TWINS
-from gearbox_monitor.gap.noise import noise_levels
+from gearbox_monitor.identification.isolability import TWINS
+from gearbox_monitor.identification.noise import noise_levels
+from gearbox_monitor.plant.effects import library
+from gearbox_monitor.quality.input_checks import Smooth
 
 # What the check of a recording says that its motion lacks, and effects that then look alike.
 UNEXCITED = (('never crosses the gap', ('backlash_gap', 'encoder_offset')),

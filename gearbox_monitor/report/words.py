@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """Words for a verdict, shared by the terminal and the page: effects, places, what to do next."""
-from gearbox_monitor.drive.units import on_axis
+from gearbox_monitor.plant.units import on_axis
 
 NEAR_FLOOR = 1.5  # gap that may be noise of the encoders
 DENSE = 1.5  # share of the gap over share of the time, from which on it is told

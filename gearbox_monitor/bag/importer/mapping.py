@@ -25,8 +25,8 @@ from pathlib import Path
 import yaml
 
 from gearbox_monitor.errors import InputError, Problems, unknown
-from gearbox_monitor.files import load_yaml
-from gearbox_monitor.resources import config_path
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.yaml_files import load_yaml
 
 FORMATS = ('text', 'mat', 'json')
 KINDS = ('rotary', 'prismatic')

@@ -29,7 +29,7 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.jit import jit
+from gearbox_monitor.kernels.jit import jit
 
 NOMINAL = {'m1': 0.006442, 'm2': 0.023454, 'D': 0.01, 'Cv': 0.1, 'Cc': 0.27, 'alpha': 100.0,
            'Kr': 0.01, 'K': 25.0, 'b': 0.1}

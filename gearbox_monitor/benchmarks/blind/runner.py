@@ -26,7 +26,7 @@ import numpy as np
 
 from gearbox_monitor.benchmarks.blind import generate, imitate, score
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.jit import COMPILED
+from gearbox_monitor.kernels.jit import COMPILED
 
 SETS = ('main', 'stress', 'loo', 'all')
 TIMEOUT = 300.0  # s, of one diagnosis

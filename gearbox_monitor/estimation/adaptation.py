@@ -1,0 +1,60 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What the adaptive filter may adapt, and the refusals, each with its reason.
+
+All of it is adapted as a logarithm: standard deviations, friction and stiffness stay positive.
+model: DriveModel. parameters: those of the estimator, by name.
+"""
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.types import Values
+from gearbox_monitor.plant.drive import DriveModel
+
+# Parameters of the estimator, and fields of the model.
+NOISE = ('q_std_tau_k', 'r_std_motor', 'r_std_arm')
+MODEL = ('viscous_friction', 'coulomb_friction')
+ADAPTABLE = NOISE + MODEL + ('tau_k_stiffness',)
+REFUSED = {
+    'damping': 'it cannot be told from tau_K: the random walk of tau_K lags, and a damping of '
+               'many times the truth makes up for that',
+}
+
+
+def softened_model(model: DriveModel, parameters: Values) -> DriveModel:
+    """
+    Return the DriveModel that the adaptive filter computes with.
+
+    A sharp friction step is far narrower than the speed is known to: with it the likelihood is
+    rough and its gradient, though exact, leads nowhere.
+    """
+    sharpness = min(model.friction_sharpness, parameters['adapt_friction_sharpness'])
+    return model.with_(friction_sharpness=sharpness)
+
+
+def adapted_names(model: DriveModel, parameters: Values) -> list[str]:
+    """Return the names to adapt, in order; raises InputError where that is not possible."""
+    names = [name for name in parameters['adapt'] if name]  # [''] is how ROS writes "none"
+    for name in names:
+        where = f'parameters: adapt: {name!r}'
+        if name not in ADAPTABLE:
+            reason = f' ({REFUSED[name]})' if name in REFUSED else ''
+            raise InputError(f'{where}{reason}, expected some of {", ".join(ADAPTABLE)}')
+        if names.count(name) > 1:
+            raise InputError(f'{where}: named twice, expected once')
+        value = getattr(model, name) if name in MODEL else parameters[name]
+        if not value > 0.0:
+            raise InputError(f'{where}: adapted as a logarithm, but starts at {value:g}; expected '
+                             'a start > 0')
+    return names

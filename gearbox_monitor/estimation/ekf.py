@@ -1,0 +1,196 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Extended Kalman filter with the exact tangent of the RK4 step and Joseph's update.
+
+Optional: the tangent by forward differences (`ekf_jacobian: numeric`), and the friction linearised
+over the present uncertainty of the motor speed (`friction_linearisation: statistical`).
+
+Process noise enters in halves before and after the propagation (Strang), the trapezoid rule for
+the integral of Phi Q Phi'; it needs no Phi, so every filter can share it.
+"""
+import math
+
+from gearbox_monitor.estimation.process_model import (
+    EIGENVALUE, noise, NUMERIC, propagate, propagate_numeric, R1, R2, softened_sharpness,
+    STATISTICAL, X3, X4)
+from gearbox_monitor.estimation.step_record import places
+from gearbox_monitor.kernels.jit import fma, jit_inline
+from gearbox_monitor.kernels.linalg import carry
+from gearbox_monitor.kernels.types import Array, States
+from gearbox_monitor.plant.drive import ALPHA, ARM_ALPHA, substeps
+
+LOG_TWO_PI = math.log(2.0 * math.pi)
+N_VECTORS, N_MATRICES = 1, 1
+
+
+def memory_size(n: int) -> int:
+    """Return how many numbers the filter carries besides z [n] and P [n * n]."""
+    return 0
+
+
+@jit_inline
+def step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float, load: float,
+         y1: float, y2: float, p: Array, vectors: Array, matrices: Array, record: Array) -> bool:
+    """
+    Predict over `dt` s and update with y = (y1, y2); a NaN was not measured.
+
+    states: process.markers. z [n], P [n * n]: belief,
+    changed in place. memory [memory_size(n)]: what else the filter carries; all zero at a start
+    and after a change of parameters, then to be made from z, P and p. u, load: motor torque and
+    known arm load (N m), held over the step. p: process.pack. vectors [N_VECTORS, n], matrices
+    [N_MATRICES, n * n]: scratch. record: row of record.record_size(n), written. Returns False when
+    the result is not finite or P has lost its positive diagonal (z, P are then unusable).
+    """
+    predict(states, z, P, dt, u, load, p, vectors, matrices, record)
+    return (update(states, z, P, y1, y2, p, matrices, record)
+            and healthy(states, z, P))
+
+
+@jit_inline
+def predict(states: States, z: Array, P: Array, dt: float, u: float, load: float, p: Array,
+            vectors: Array, matrices: Array, record: Array) -> None:
+    """Predict z and the record's P_pred and C over `dt` s; P stays. Arguments as of step."""
+    n = len(states)
+    at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
+    phi = matrices[0]
+    cross, P_pred = record[at_cross:at_cross + n * n], record[at_P:at_P + n * n]
+    for i in range(n):  # the first half
+        record[at_z + i] = 0.5 * dt * noise(z, p, i)
+    counted = substeps(dt, p[EIGENVALUE])
+    motor, arm = p[ALPHA], p[ARM_ALPHA]
+    if p[STATISTICAL] > 0.0:  # until the end of the propagation
+        p[ALPHA] = softened_sharpness(motor, P[X3 * n + X3])
+        p[ARM_ALPHA] = softened_sharpness(arm, P[X4 * n + X4])
+    if p[NUMERIC] > 0.0:
+        propagate_numeric(states, z, phi, u, load, dt, counted, p, vectors[0])
+    else:
+        propagate(states, z, phi, u, load, dt, counted, p)
+    if p[STATISTICAL] > 0.0:
+        p[ALPHA], p[ARM_ALPHA] = motor, arm
+    carry(states, phi, P, record[at_z:at_z + n], cross, P_pred)
+    for i in range(n):
+        P_pred[i * n + i] += 0.5 * dt * noise(z, p, i)
+        record[at_z + i] = z[i]
+
+
+@jit_inline
+def update(states: States, z: Array, P: Array, y1: float, y2: float, p: Array, matrices: Array,
+           record: Array) -> bool:
+    """
+    Update z with y, and P from the record's P_pred; arguments as of step.
+
+    False when S is not positive or the NIS overflows.
+    """
+    n = len(states)
+    _, at_prior, _, at_z, at_P, at_innovation, at_S, at_K, at_scores = places(n)
+    prior = record[at_prior:at_prior + n * n]
+    r1, r2 = p[R1], p[R2]
+    have1, have2 = math.isfinite(y1), math.isfinite(y2)
+    s11, s12, s22 = prior[0] + r1, prior[1], prior[n + 1] + r2
+    record[at_S], record[at_S + 1], record[at_S + 2] = s11, s12, s22
+    record[at_innovation] = y1 - z[0] if have1 else math.nan
+    record[at_innovation + 1] = y2 - z[1] if have2 else math.nan
+    # Inverse of S over what was measured; zero elsewhere makes the gain's column zero.
+    i11 = i12 = i22 = 0.0
+    determinant = 1.0
+    if have1 and have2:
+        determinant = s11 * s22 - s12 * s12
+        i11, i12, i22 = inverse(s11, s12, s22, determinant)
+    elif have1:
+        determinant = s11
+        i11 = 1.0 / determinant
+    elif have2:
+        determinant = s22
+        i22 = 1.0 / determinant
+    if not determinant > 0.0:
+        return False
+    e1 = y1 - z[0] if have1 else 0.0
+    e2 = y2 - z[1] if have2 else 0.0
+    dof = (1.0 if have1 else 0.0) + (1.0 if have2 else 0.0)
+    nis = mahalanobis(e1, e2, i11, i12, i22)
+    if not math.isfinite(nis):
+        return False
+    record[at_scores] = nis
+    record[at_scores + 1] = -0.5 * (nis + math.log(determinant) + dof * LOG_TWO_PI)
+    record[at_scores + 2] = dof
+    for i in range(n):
+        c1, c2 = prior[i * n], prior[i * n + 1]
+        k1, k2 = c1 * i11 + c2 * i12, c1 * i12 + c2 * i22
+        record[at_K + 2 * i], record[at_K + 2 * i + 1] = k1, k2
+        z[i] += k1 * e1 + k2 * e2
+        record[at_z + i] = z[i]
+        a, b, w1, w2 = joseph(i, k1, k2, c1, c2, prior[0], prior[1], prior[n + 1], r1, r2)
+        for j in range(i + 1):
+            value = joseph_element(i, prior[i * n + j], a, b, w1, w2, prior[j], prior[n + j],
+                                   record[at_K + 2 * j], record[at_K + 2 * j + 1])
+            P[i * n + j], P[j * n + i] = value, value
+            record[at_P + i * n + j], record[at_P + j * n + i] = value, value
+    return True
+
+
+@jit_inline
+def inverse(s11: float, s12: float, s22: float, determinant: float) -> tuple[float, float, float]:
+    """Return the inverse (i11, i12, i22) of S, given by s11, s12, s22 and its `determinant`."""
+    scale = 1.0 / determinant
+    return s22 * scale, -s12 * scale, s11 * scale
+
+
+@jit_inline
+def mahalanobis(e1: float, e2: float, i11: float, i12: float, i22: float) -> float:
+    """Return e' S^-1 e of e = (e1, e2), with the inverse of S, given by i11, i12, i22."""
+    return e1 * (i11 * e1 + i12 * e2) + e2 * (i12 * e1 + i22 * e2)
+
+
+# (I - K H) P (I - K H)' + K R K' = T + (K R - T H') K' with T = (I - K H) P. H picks the first two
+# states, the rest of I - K H is I.
+
+@jit_inline
+def joseph(i: int, k1: float, k2: float, c1: float, c2: float, prior11: float, prior12: float,
+           prior22: float, r1: float, r2: float) -> tuple[float, float, float, float]:
+    """
+    Return what all elements of row `i` of Joseph's update share.
+
+    The row (a, b) of the first two columns of I - K H, and (w1, w2) of K R - T H'. k1, k2: row of
+    K; c1, c2: of the first two columns of P; prior11, prior12, prior22: their first two rows; r1,
+    r2: R.
+    """
+    a, b = (1.0 if i == 0 else 0.0) - k1, (1.0 if i == 1 else 0.0) - k2
+    t1 = (c1 if i > 1 else -0.0) + a * prior11 + b * prior12
+    t2 = (c2 if i > 1 else -0.0) + a * prior12 + b * prior22
+    return a, b, k1 * r1 - t1, k2 * r2 - t2
+
+
+@jit_inline
+def joseph_element(i: int, prior: float, a: float, b: float, w1: float, w2: float, above1: float,
+                   above2: float, k1: float, k2: float) -> float:
+    """
+    Return element j of row `i` of the updated P.
+
+    prior: that of P; a, b, w1, w2: see joseph; above1, above2: of column j of P, the
+    first two rows; k1, k2: row j of K.
+    """
+    rest = fma(b, above2, fma(a, above1, prior if i > 1 else -0.0))
+    return fma(w2, k2, fma(w1, k1, rest))
+
+
+@jit_inline
+def healthy(states: States, z: Array, P: Array) -> bool:
+    """Return True when z is finite and P has a finite, positive diagonal; see ekf.step."""
+    n = len(states)
+    for i in range(n):
+        if not (math.isfinite(z[i]) and P[i * n + i] > 0.0 and math.isfinite(P[i * n + i])):
+            return False
+    return True

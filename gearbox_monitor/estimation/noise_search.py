@@ -1,0 +1,356 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Find R and Q of a filter from a recording, without any truth.
+
+R comes from a stretch in which both shafts stand still, when there is one. What is left is found
+by maximising the log-likelihood of the innovations over the logarithms of the parameters. The
+search starts from numbers taken from the recording, never from the parameters in force: so the
+result does not depend on them. Those numbers also carry a weak prior (a factor of 30 costs half a
+unit of log-likelihood), which decides only what the recording leaves open.
+"""
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+import math
+
+import numpy as np
+from scipy.optimize import minimize
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.types import Array, Integers
+
+# Fourth differences of white noise have 1 + 16 + 36 + 16 + 1 = 70 times its variance.
+FOURTH_DIFFERENCE = math.sqrt(70.0)
+MAD = 1.482602218505602  # makes a median absolute deviation a standard deviation
+BURN_IN = 0.5            # s after a start that do not count
+MIN_SECONDS, MIN_SAMPLES = 5.0, 1000
+STILL_SECONDS, STILL_SAMPLES = 0.5, 200
+COARSE_SECONDS = 6.0     # the starts are compared on so much of the recording
+FINE_SECONDS = 20.0      # ... and the rest of the search is done on so much
+EXCITED = 5.0            # motion in units of the encoder noise
+PRIOR = math.log(30.0)
+REACH = math.log(1e4)    # the search stays within this factor of its first guess
+AGREE = 5.0              # log-likelihood by which starts may differ and still have met
+SLOPE_STEP = 0.03         # of the logarithms, for slopes
+SHARP = 0.05             # a parameter is well determined below this relative error
+DIVERGED = -1e9          # what a filter gets that cannot run at all
+
+R_NAMES = ('r_std_motor', 'r_std_arm')
+SPEED_NAMES = ('q_std_motor_speed', 'q_std_arm_speed')
+
+
+@dataclass(frozen=True)
+class Motion:
+    """
+    What a recording says about itself.
+
+    noise: standard deviations [2] of the encoders (rad); seconds: usable length; speed: rms [2]
+    of motor and arm (rad/s); torque: rms of the motor torque without its mean (N m); rest: noise
+    [2] while standing still, or None; rest_seconds: how long that was.
+    """
+
+    noise: tuple[float, ...]
+    seconds: float
+    speed: tuple[float, ...]
+    torque: float
+    rest: tuple[float, ...] | None
+    rest_seconds: float
+
+
+@dataclass
+class Tuned:
+    """
+    What a search found.
+
+    parameters {name: value}; error {name: relative standard error} where the curvature gives it;
+    value: of the criterion; evaluations, failed: how many filter runs, and how many diverged;
+    starts, met: how many starts there were, and how many ended at the same optimum, within
+    `spread` (relative, largest over the parameters that are well determined).
+    """
+
+    parameters: dict[str, float]
+    value: float
+    error: dict[str, float] = field(default_factory=dict)
+    evaluations: int = 0
+    failed: int = 0
+    starts: int = 0
+    met: int = 0
+    spread: float = 0.0
+
+
+def noise_of(y: Array) -> float:
+    """Return the standard deviation of white noise on the smooth signal `y` [N], model-free."""
+    y = y[np.isfinite(y)]
+    if len(y) < 10:
+        return math.nan
+    robust = MAD * float(np.median(np.abs(np.diff(y, 4)))) / FOURTH_DIFFERENCE
+    return max(robust, step_of(y) / math.sqrt(12.0))
+
+
+def step_of(y: Array) -> float:
+    """Return the step of the grid that `y` [N] lies on, 0.0 when it lies on none."""
+    levels = np.unique(y)
+    if len(levels) < 2 or len(levels) > 0.5 * len(y):
+        return 0.0
+    apart = np.diff(levels)
+    return float(apart[apart > 1e-9 * (levels[-1] - levels[0])].min())
+
+
+def at_rest(stamps: Integers, y: Array) -> tuple[tuple[float, ...], float] | None:
+    """
+    Return (noise [2], seconds) of the longest stretch in which both shafts stand still, or None.
+
+    stamps int64 [N] ns, y [N, 2] rad. Means of short blocks stay within what the encoder noise
+    explains, from one block to the next and over the stretch.
+    """
+    period = float(np.median(np.diff(stamps))) * 1e-9
+    size = max(20, round(0.05 / period))
+    count = len(y) // size
+    if count < 3:
+        return None
+    blocks = y[:count * size].reshape(count, size, 2)
+    seen = np.all(np.isfinite(blocks), axis=(1, 2))
+    with np.errstate(invalid='ignore'):
+        means = blocks.mean(axis=1)
+    sigma = np.array([noise_of(y[:, 0]), noise_of(y[:, 1])])
+    if not np.isfinite(sigma).all():
+        return None
+    allowed = 4.0 * np.maximum(sigma, 1e-12) * math.sqrt(2.0 / size)
+    best, begin = (0, 0), 0
+    for end in range(count + 1):
+        still = end < count and seen[end]
+        if still and end > begin:
+            still = bool((np.abs(means[end] - means[end - 1]) < allowed).all() and
+                         (np.abs(means[end] - np.median(means[begin:end], axis=0))
+                          < allowed).all())
+        if not still:
+            best = max(best, (end - begin, -begin))
+            begin = end if end < count and seen[end] else end + 1
+    length, begin = best[0], -best[1]
+    seconds = length * size * period
+    if seconds < STILL_SECONDS or length * size < STILL_SAMPLES:
+        return None
+    rest = y[begin * size:(begin + length) * size]
+    return tuple(_clipped_std(rest[:, c], sigma[c]) for c in range(2)), seconds
+
+
+def _clipped_std(y: Array, floor: float) -> float:
+    """Return the standard deviation of `y` [N] without outliers, no less than a grid gives."""
+    away = y - np.median(y)
+    width = max(MAD * float(np.median(np.abs(away))), floor)
+    std = float(np.std(away[np.abs(away) <= 5.0 * width]))
+    return max(std, step_of(y) / math.sqrt(12.0), 1e-9)
+
+
+def describe(stamps: Integers, u: Array, y: Array) -> Motion:
+    """
+    Return the Motion of a recording: stamps int64 [N] ns, u [N] N m, y [N, 2] rad.
+
+    Raises InputError when it is too short to tune on, or nothing moves in it.
+    """
+    forward = np.concatenate([[True], np.diff(stamps) > 0]) if len(stamps) else np.zeros(0, bool)
+    good = forward & np.isfinite(u) & np.isfinite(y).any(axis=1)
+    stamps, u, y = stamps[good], u[good], y[good]
+    seconds = float(np.minimum(np.diff(stamps), 10 ** 8).sum()) * 1e-9 if len(stamps) > 1 else 0.0
+    if len(stamps) < MIN_SAMPLES or seconds < MIN_SECONDS:
+        raise InputError(f'{len(stamps)} usable samples in {seconds:.2f} s, too short to tune; '
+                         f'expected at least {MIN_SECONDS:g} s and {MIN_SAMPLES} samples')
+    for c, name in enumerate(('motor', 'arm')):
+        if np.isfinite(y[:, c]).mean() < 0.5:
+            raise InputError(f'{name} position missing in more than half of the samples, '
+                             'expected both encoders')
+    noise = np.array([noise_of(y[:, c]) for c in range(2)])
+    size = max(1, round(0.02 * len(stamps) / seconds))
+    count = len(stamps) // size
+    means = np.nanmean(_filled(y)[:count * size].reshape(count, size, 2), axis=1)
+    times = stamps[:count * size:size] * 1e-9
+    motion = means.std(axis=0)
+    if not (motion[0] > EXCITED * noise[0] and motion[0] > 0.0):
+        raise InputError(
+            f'no excitation: the motor moves by {motion[0]:.3g} rad rms with encoder noise of '
+            f'{noise[0]:.3g} rad, expected at least {EXCITED:g} times as much')
+    speed = np.diff(means, axis=0) / np.diff(times)[:, None]
+    rest = at_rest(stamps, y)
+    return Motion(tuple(np.maximum(noise, 1e-9).tolist()), seconds,
+                  tuple(np.sqrt((speed ** 2).mean(axis=0)).tolist()), float(np.std(u)),
+                  rest and rest[0], rest[1] if rest else 0.0)
+
+
+def _filled(y: Array) -> Array:
+    """Return `y` [N, 2] with gaps bridged, for rough figures only."""
+    y, at = y.copy(), np.arange(len(y))
+    for c in range(2):
+        seen = np.isfinite(y[:, c])
+        y[:, c] = np.interp(at, at[seen], y[seen, c])
+    return y
+
+
+def liveliest(stamps: Integers, y: Array, seconds: float) -> slice:
+    """Return the slice of `stamps` [N] of about `seconds` s in which `y` [N, 2] moves most."""
+    n = len(stamps)
+    span = float(stamps[-1] - stamps[0]) * 1e-9
+    length = n if span <= 1.25 * seconds else max(MIN_SAMPLES, int(n * seconds / span))
+    if length >= n:
+        return slice(0, n)
+    travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(_filled(y), axis=0)).sum(axis=1))])
+    starts = np.arange(0, n - length, max(1, length // 8))
+    begin = int(starts[np.argmax(travel[starts + length] - travel[starts])])
+    return slice(begin, begin + length)
+
+
+def first_guess(motion: Motion, free: Sequence[str]) -> dict[str, float]:
+    """Return {name: value} for the parameters `free`, from the Motion `motion` alone."""
+    torque = motion.torque if motion.torque > 0.0 else 1.0
+    speed = [max(v, 1e-3) for v in motion.speed]
+    guess = {
+        'r_std_motor': motion.noise[0], 'r_std_arm': motion.noise[1],
+        'q_std_motor_speed': 0.02 * speed[0], 'q_std_arm_speed': 0.02 * speed[1],
+        'q_std_tau_k': 3.0 * torque, 'q_std_tau_arm': torque}
+    return {name: guess[name] for name in free}
+
+
+def search(evaluate: Callable[[list[dict[str, float]], bool], list[tuple[float, bool]]],
+           guess: dict[str, float], progress: Callable[[float], None] | None = None,
+           likelihood: bool = True) -> Tuned:
+    """
+    Return the Tuned parameters that maximise `evaluate`.
+
+    evaluate([parameters {name: value}], coarse) -> [(criterion, failed)] of each: the criterion in
+    units of log-likelihood, -inf or NaN where the filter cannot run; failed: the filter diverged;
+    coarse: a part of the recording will do. guess {name: value > 0}: centre of the search.
+    progress: called with the share done, 0..1. likelihood: the curvature gives standard errors.
+    """
+    names = list(guess)
+    centre = np.array([guess[name] for name in names])
+    result = Tuned({}, 0.0)
+    n = len(names)
+    starts = [np.zeros(n)]
+    for factor in (10.0, 0.1):
+        start = np.zeros(n)
+        for i, name in enumerate(names):
+            if name == 'q_std_tau_k':
+                start[i] = math.log(factor)
+            elif name in SPEED_NAMES:
+                start[i] = -math.log(factor)
+        starts.append(start)
+
+    def values(x: Array) -> dict[str, float]:
+        return dict(zip(names, (centre * np.exp(x)).tolist()))
+
+    def costs(points: list[Array], coarse: bool) -> list[float]:
+        trials = [values(np.clip(x, -REACH, REACH)) for x in points]
+        found = []
+        for x, (criterion, failed) in zip(points, evaluate(trials, coarse)):
+            outside = np.maximum(np.abs(x) - REACH, 0.0).sum()
+            result.evaluations += 1
+            result.failed += bool(failed)
+            if not math.isfinite(criterion):
+                criterion = DIVERGED
+            found.append(-criterion + 0.5 * float((x / PRIOR) @ (x / PRIOR)) + 1e3 * outside)
+        return found
+
+    def descend(x: Array, coarse: bool, shares: tuple[float, float]) -> tuple[Array, float]:
+        calls = [0]
+
+        def with_slope(x: Array) -> tuple[float, Array]:
+            calls[0] += 1
+            if progress:
+                share = 1.0 - 1.0 / (1.0 + 0.15 * calls[0])
+                progress(shares[0] + share * (shares[1] - shares[0]))
+            steps = SLOPE_STEP * np.eye(n)
+            value, *around = costs([x, *(x + steps), *(x - steps)], coarse)
+            return value, np.subtract(around[:n], around[n:]) / (2.0 * SLOPE_STEP)
+
+        done = minimize(with_slope, x, jac=True, method='L-BFGS-B',
+                        bounds=[(-REACH, REACH)] * n,
+                        options={'maxfun': 30 if coarse else 20,
+                                 'ftol': 5e-6 if coarse else 5e-7})
+        return done.x, float(done.fun)
+
+    ends = [descend(start, True, (0.15 * k, 0.15 * k + 0.15)) for k, start in enumerate(starts)]
+    best, lowest = min(ends, key=lambda end: end[1])
+    met = [x for x, value in ends if value < lowest + AGREE]
+    result.starts, result.met = len(starts), len(met)
+    x, value = descend(best, False, (0.45, 0.8))
+    x, value, deviations = _newton(lambda points: costs(points, False), x, value)
+    sharp = deviations < SHARP
+    if sharp.any():
+        apart = np.abs(np.array(met) - best)[:, sharp]
+        result.spread = float(np.expm1(apart.max()))
+    result.parameters, result.value = values(x), -float(value)
+    if likelihood:
+        result.error = {name: float(d) for name, d in zip(names, deviations)
+                        if math.isfinite(d)}
+    if progress:
+        progress(1.0)
+    return result
+
+
+def _newton(cost: Callable[[list[Array]], list[float]], x: Array,
+            value: float) -> tuple[Array, float, Array]:
+    """
+    Fit a paraboloid around `x`; return its minimum, the cost there and standard errors.
+
+    A fit over points some units of cost away sees through roughness on smaller scales.
+    """
+    n = len(x)
+    reach = np.empty(n)
+    points: list[Array] = [np.zeros(n)]
+    costs = [value]
+
+    def add(steps: list[Array]) -> list[float]:
+        points.extend(steps)
+        costs.extend(cost([x + d for d in steps]))
+        return costs[-len(steps):]
+
+    units = list(np.eye(n))
+    rises = add([sign * 0.1 * unit for unit in units for sign in (1.0, -1.0)])
+    for i in range(n):
+        rise = max(0.5 * (rises[2 * i] + rises[2 * i + 1]) - value, 0.02)
+        reach[i] = min(max(0.1 * math.sqrt(4.0 / rise), 0.01), 0.5)
+    far = list(np.diag(0.7 * reach))
+    add([sign * d for sign in (1.0, -1.0) for d in (
+        *(r * unit for r, unit in zip(reach, units)),
+        *(far[i] + other * far[j] for i in range(n) for j in range(i) for other in (1.0, -1.0)))])
+    scaled, heights = np.array(points) / reach, np.array(costs)
+    near = (heights < value + 50.0) & (np.abs(scaled).max(axis=1) < 3.0)
+    pairs = [(i, j) for i in range(n) for j in range(i + 1)]
+    columns = [np.ones(len(scaled)), *scaled.T, *(scaled[:, i] * scaled[:, j] for i, j in pairs)]
+    unknown = np.full(n, math.nan)
+    if near.sum() < len(columns):
+        return x, value, unknown
+    c = np.linalg.lstsq(np.column_stack(columns)[near], heights[near], rcond=None)[0]
+    hessian = np.zeros((n, n))
+    for (i, j), a in zip(pairs, c[1 + n:]):
+        hessian[i, j] += a
+        hessian[j, i] += a
+    if not np.linalg.eigvalsh(hessian).min() > 1e-3:
+        return x, value, unknown
+    deviations = reach * np.sqrt(np.diag(np.linalg.inv(hessian)))
+    step = reach * np.clip(-np.linalg.solve(hessian, c[1:1 + n]), -1.5, 1.5)
+    there, = cost([x + step])
+    if there < value + 1.0:
+        return x + step, there, deviations
+    return x, value, deviations
+
+
+def widened(error: Array, variance: Array, share: float = 0.682689) -> float:
+    """
+    Return what must be added (in quadrature) to the deviations so that they cover `share`.
+
+    error [N], variance [N] stated. 0.0 when they cover it already.
+    """
+    # |e| <= sqrt(v + m^2)  <=>  e^2 - v <= m^2
+    return math.sqrt(max(float(np.quantile(error ** 2 - variance, share)), 0.0))

@@ -1,0 +1,558 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The process model that every filter shares: the drive's equations with unknown torques as states.
+
+State z = [x1, x2, x3, x4, tau_K, (tau_arm), (tau_e)]:
+    equations (1) with tau_K as a state (the paper's equations (2), (3)),
+    tau_K'   = k_p (x3 - x4) + w      k_p = 0 is the paper's random walk
+    tau_arm' = w                      load on the arm, present with arm_load "unknown"; the loads
+                                      that the model has as effects add to it
+    tau_e'   = -tau_e / T + w         error of the friction model, present with a standard
+                                      deviation > 0; Ornstein-Uhlenbeck, so Q = 2 std^2 / T
+Measurements y = [x1, x2] + noise.
+
+Arguments: states: markers, z [n], p: pack, u (N m): motor torque, dt, h: s.
+"""
+from collections.abc import Sequence
+import math
+from typing import TypeAlias
+
+import numpy as np
+
+from gearbox_monitor.estimation.adaptation import adapted_names, softened_model
+from gearbox_monitor.kernels.jit import COMPILED, fma, jit, jit_inline
+from gearbox_monitor.kernels.types import Array, Packed, States, Values
+from gearbox_monitor.plant.drive import (
+    arm_acceleration, arm_load, arm_load_slopes, CAC, CAV, CC, CL, CV, D, DriveModel,
+    fastest_eigenvalue, G, INVERSE_M1, INVERSE_M2, KR, motor_acceleration,
+    motor_friction_load_slope, motor_friction_slope, N_PARAMETERS, TL)
+
+X1, X2, X3, X4, TAU_K, TAU_ARM, TAU_E = range(7)
+N_MAX = 7
+BESIDE = 16  # states that advance_beside takes: at least 2 N_MAX + 1, constant for the compiler
+
+# Places in the packed array of a filter, behind the drive's parameters.
+(K_P, FRICTION_TIME, LOAD_AT, FRICTION_AT, EIGENVALUE, R1, R2, TAU_K_MODEL_STD, Q_TAU_K_SPEED,
+ NUMERIC, STATISTICAL, UKF_ALPHA, UKF_BETA, UKF_KAPPA, SINGLE, ADAPT_START, ADAPT_RATE,
+ ADAPT_FORGETTING, ADAPT_COUNT, ADAPT_AT) = range(N_PARAMETERS, N_PARAMETERS + 20)
+Q0 = ADAPT_AT + 6
+P0 = Q0 + N_MAX
+N_PACKED = P0 + N_MAX
+
+# Where the adaptive filter finds what it may adapt; of standard deviations stands the square.
+SLOTS = {'q_std_tau_k': Q0 + TAU_K, 'r_std_motor': R1, 'r_std_arm': R2, 'viscous_friction': CV,
+         'coulomb_friction': CC, 'tau_k_stiffness': K_P}
+
+# Rows of what the stages of an RK4 step saw (see rk4), four of each: x3, x3 - x4 (with k_p) and
+# tau_K (with friction that depends on it) of every column of the tangent; then one row each, by
+# stage. Rows that only a load on the arm wants are counted from the end of the array, out of the
+# way of the others: four of x2, four of x4, then by stage.
+(SEEN_SPEED, SEEN_TWIST_RATE, SEEN_TORQUE) = (0, 4, 8)
+(SEEN_X3, SEEN_X4, SEEN_TAU_K, SEEN_SLOPE, SEEN_SHARE, N_SEEN) = range(12, 18)
+N_SEEN_OF_LOAD = 11
+(SEEN_ARM_POSITION, SEEN_ARM_SPEED) = (-11, -7)
+(SEEN_X2, SEEN_ON_POSITION, SEEN_ON_SPEED) = (-3, -2, -1)
+
+# What a stage answers: of (x1, x3, x4, tau_K, x2), and rates of (x3, x4); then of four stages.
+Column: TypeAlias = tuple[float, float, float, float, float]
+Columns: TypeAlias = tuple[Column, Column, Column, Column]
+Pair: TypeAlias = tuple[float, float]
+Pairs: TypeAlias = tuple[Pair, Pair, Pair, Pair]
+Four: TypeAlias = tuple[float, float, float, float]
+
+DIFFERENCE = 1e-6  # step of forward differences, relative above 1
+
+
+def state_names(model: DriveModel, parameters: Values) -> list[str]:
+    """Return which of z's names form the state vector of a DriveModel `model`; see pack."""
+    names = ['x1', 'x2', 'x3', 'x4', 'tau_k']
+    if model.arm_load == 'unknown':
+        names.append('tau_arm')
+    if parameters['friction_error_std'] > 0.0:
+        names.append('tau_e')
+    return names
+
+
+def pack(model: DriveModel, parameters: Values) -> Array:
+    """
+    Return the float64 array [N_PACKED] that filter kernels take.
+
+    model: DriveModel. parameters: mapping with the filter names of parameters.ESTIMATOR.
+    """
+    adaptive = parameters['filter'] == 'aekf'
+    if adaptive:
+        model = softened_model(model, parameters)
+    names = state_names(model, parameters)
+    p = np.zeros(N_PACKED)
+    p[:N_PARAMETERS] = model.pack()
+    p[K_P] = parameters['tau_k_stiffness']
+    p[FRICTION_TIME] = parameters['friction_error_time']
+    p[LOAD_AT] = names.index('tau_arm') if 'tau_arm' in names else -1
+    p[FRICTION_AT] = names.index('tau_e') if 'tau_e' in names else -1
+    stiffness = max(model.transmission.stiffness, p[K_P])
+    p[EIGENVALUE] = fastest_eigenvalue(model.with_(stiffness=stiffness))
+    if 'tau_e' in names:
+        p[EIGENVALUE] = max(p[EIGENVALUE], 1.0 / p[FRICTION_TIME])
+    p[R1] = parameters['r_std_motor'] ** 2
+    p[R2] = parameters['r_std_arm'] ** 2
+    p[TAU_K_MODEL_STD] = parameters['tau_k_model_std']
+    p[Q_TAU_K_SPEED] = parameters['q_std_tau_k_speed'] ** 2
+    p[NUMERIC] = parameters['ekf_jacobian'] == 'numeric'
+    p[STATISTICAL] = parameters['friction_linearisation'] == 'statistical'
+    p[UKF_ALPHA], p[UKF_BETA] = parameters['ukf_alpha'], parameters['ukf_beta']
+    p[UKF_KAPPA] = parameters['ukf_kappa']
+    p[SINGLE] = parameters['srukf_precision'] == 'float32'
+    if adaptive:
+        p[NUMERIC] = p[STATISTICAL] = 0.0
+        adapted = adapted_names(model, parameters)
+        p[ADAPT_COUNT] = len(adapted)
+        p[ADAPT_AT:ADAPT_AT + len(adapted)] = [SLOTS[name] for name in adapted]
+        p[ADAPT_START] = parameters['adapt_forgetting_start']
+        p[ADAPT_RATE] = parameters['adapt_forgetting_rate']
+        p[ADAPT_FORGETTING] = parameters['adapt_forgetting']
+    std = {
+        'x1': 'q_std_motor_position', 'x2': 'q_std_arm_position', 'x3': 'q_std_motor_speed',
+        'x4': 'q_std_arm_speed', 'tau_k': 'q_std_tau_k', 'tau_arm': 'q_std_tau_arm'}
+    for i, name in enumerate(names):
+        if name == 'tau_e':
+            variance = parameters['friction_error_std'] ** 2
+            p[Q0 + i], p[P0 + i] = 2.0 * variance / p[FRICTION_TIME], variance
+        else:
+            p[Q0 + i] = parameters[std[name]] ** 2
+    p[P0 + X1], p[P0 + X2] = p[R1], p[R2]
+    p[P0 + X3] = p[P0 + X4] = parameters['p0_std_speed'] ** 2
+    p[P0 + TAU_K] = parameters['p0_std_torque'] ** 2
+    if 'tau_arm' in names:
+        p[P0 + TAU_ARM] = parameters['p0_std_torque'] ** 2
+    return p
+
+
+def markers(p: Array, n: int) -> States:
+    """
+    Return what kernels take as `states` of a filter with `n` states and p: process.pack.
+
+    A tuple: its length is what the compiler unrolls loops for, and None in it leaves out what only
+    a load on the arm wants. Then a filter without one costs what it did, to the last bit.
+    """
+    return (True if _has_load(p) else None,) * n
+
+
+@jit_inline
+def _has_load(p: Array) -> bool:
+    return p[CAV] != 0.0 or p[CAC] != 0.0 or p[G] != 0.0 or p[TL] != 0.0
+
+
+@jit_inline
+def noise(z: Array, p: Array, i: int) -> float:
+    """
+    Return the spectral density of the process noise on state `i` at `z` [n].
+
+    Constant but for tau_K: what the model of tau_K lacks shows more the faster the drive turns.
+    """
+    if i == TAU_K:
+        return tau_k_noise(p[Q0 + TAU_K], p[Q_TAU_K_SPEED], z[X3])
+    return p[Q0 + i]
+
+
+@jit_inline
+def tau_k_noise(constant: float, of_speed: float, x3: float) -> float:
+    """Return the spectral density on tau_K: `constant`, and `of_speed` by the speed squared."""
+    return constant + of_speed * x3 * x3
+
+
+@jit
+def tangent(z: Array, m: Array, p: Array, out: Array) -> None:
+    """Write A(z) m into `out`, A = d z' / d z [n, n] and `m` [n, n]."""
+    slope, share = _slopes(z[X3], z[TAU_K], p)
+    loaded, arm = _has_load(p), arm_load_slopes(z[X2], z[X4], p)
+    load_at, friction_at = int(p[LOAD_AT]), int(p[FRICTION_AT])
+    for j in range(m.shape[1]):
+        load = error = 0.0
+        if load_at > 0:
+            load = m[load_at, j]
+            out[load_at, j] = 0.0
+        if friction_at > 0:
+            error = m[friction_at, j]
+            out[friction_at, j] = -error / p[FRICTION_TIME]
+        column = (m[X1, j], m[X3, j], m[X4, j], m[TAU_K, j], m[X2, j])
+        if loaded:
+            load = answer(True, arm, load, column)
+        out[X3, j], out[X4, j] = rates(column, slope, share, error, load, p)
+        out[X1, j], out[X2, j] = m[X3, j], m[X4, j]
+        out[TAU_K, j] = p[K_P] * (m[X3, j] - m[X4, j])
+
+
+@jit
+def softened_sharpness(sharpness: float, variance: float) -> float:
+    """
+    Return the `sharpness` (s/rad) of a friction linearised over a speed of that variance.
+
+    At standstill its slope is then that of the mean friction, E[sign(x3)] for a sharp one, instead
+    of a slope 1 / alpha wide (0.01 rad/s) that the speed is never known to.
+    """
+    return 1.0 / math.sqrt(1.0 / (sharpness * sharpness) + variance / (0.5 * math.pi))
+
+
+@jit_inline
+def decay(error: float, half: float, h: float, p: Array) -> Column:
+    """Return the friction error at the four stages of an RK4 step of h = 2 half, and behind it."""
+    rate = -1.0 / p[FRICTION_TIME]
+    second = error + half * rate * error
+    third = error + half * rate * second
+    fourth = error + h * rate * third
+    return error, second, third, fourth, (
+        error + h / 6.0 * rate * (error + 2.0 * (second + third) + fourth))
+
+
+@jit
+def advance(states: States, z: Array, u: float, load: float, dt: float, n_substeps: int,
+            p: Array) -> None:
+    """
+    Advance `z` [n] by `dt` s in `n_substeps` of RK4; u and the measured load (N m) are held.
+
+    states: see markers.
+    """
+    h = dt / n_substeps
+    for _ in range(n_substeps):
+        _advance_one(states, z, 1, 0, u, load, h, p, p)
+
+
+@jit
+def advance_beside(states: States, z: Array, u: float, load: float, dt: float, n_substeps: int,
+                   p: Array) -> None:
+    """
+    Do as advance with BESIDE states side by side in the vector unit: z [n * BESIDE], by rows.
+
+    Only the first 2 n + 1 count.
+    """
+    h = dt / n_substeps
+    # Of numbers the compiler knows that writing a state does not change them.
+    drive = (p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12],
+             p[13], p[14], p[15], p[16], p[17], p[18], p[K_P])
+    for _ in range(n_substeps):
+        for i in range(BESIDE if COMPILED else 2 * len(states) + 1):
+            _advance_one(states, z, BESIDE, i, u, load, h, p, drive)
+
+
+@jit_inline
+def _advance_one(states: States, z: Array, width: int, i: int, u: float, load: float, h: float,
+                 p: Array, drive: Packed) -> None:
+    """Advance state `i` of `width` in z by an RK4 step; drive: p up to K_P."""
+    e1 = e2 = e3 = e4 = e = 0.0
+    if len(states) > 5:
+        if p[LOAD_AT] > 0.0:
+            load += z[int(p[LOAD_AT]) * width + i]
+        if p[FRICTION_AT] > 0.0:
+            at = int(p[FRICTION_AT]) * width + i
+            e1, e2, e3, e4, e = decay(z[at], 0.5 * h, h, p)
+            z[at] = e
+    x = (z[X1 * width + i], z[X2 * width + i], z[X3 * width + i], z[X4 * width + i],
+         z[TAU_K * width + i])
+    x = _advanced(states[0], x, (e1, e2, e3, e4), u, load, h, drive)
+    z[X1 * width + i], z[X2 * width + i], z[X3 * width + i] = x[0], x[1], x[2]
+    z[X4 * width + i], z[TAU_K * width + i] = x[3], x[4]
+
+
+@jit_inline
+def _advanced(loaded: bool | None, x: Column, error: Four, u: float, load: float, h: float,
+              p: Packed) -> Column:
+    """Return x = (x1, x2, x3, x4, tau_K) after an RK4 step; error: of friction, by stage."""
+    x1, x2, x3, x4, tau_k = x
+    half, sixth = 0.5 * h, h / 6.0
+    f1, g1 = _accelerations(loaded, x1, x2, x3, x4, tau_k, u - error[0], load, p)
+    b3, b4 = x3 + half * f1, x4 + half * g1
+    f2, g2 = _accelerations(loaded, x1 + half * x3, x2 + half * x4, b3, b4,
+                            tau_k + half * p[K_P] * (x3 - x4), u - error[1], load, p)
+    c3, c4 = x3 + half * f2, x4 + half * g2
+    f3, g3 = _accelerations(loaded, x1 + half * b3, x2 + half * b4, c3, c4,
+                            tau_k + half * p[K_P] * (b3 - b4), u - error[2], load, p)
+    d3, d4 = x3 + h * f3, x4 + h * g3
+    f4, g4 = _accelerations(loaded, x1 + h * c3, x2 + h * c4, d3, d4,
+                            tau_k + h * p[K_P] * (c3 - c4), u - error[3], load, p)
+    moved1 = sixth * (x3 + 2.0 * (b3 + c3) + d3)
+    moved2 = sixth * (x4 + 2.0 * (b4 + c4) + d4)
+    return (x1 + moved1, x2 + moved2, x3 + sixth * (f1 + 2.0 * (f2 + f3) + f4),
+            x4 + sixth * (g1 + 2.0 * (g2 + g3) + g4), tau_k + p[K_P] * (moved1 - moved2))
+
+
+@jit_inline
+def _accelerations(loaded: bool | None, x1: float, x2: float, x3: float, x4: float, tau_k: float,
+                   u: float, load: float, p: Packed) -> Pair:
+    if loaded is not None:
+        load += arm_load(x2, x4, p)
+    return motor_acceleration(x1, x3, x4, u, tau_k, p), arm_acceleration(x3, x4, tau_k, load, p)
+
+
+# The tangent, column by column: m = (m1, m3, m4, m_tau, m2), how x1, x3, x4, tau_K and x2 of a
+# stage answer to one state at the start. No other row depends on anything but these, and without a
+# load on the arm nothing depends on m2.
+
+@jit_inline
+def _load_slopes(loaded: bool | None, x2: float, x4: float, p: Array) -> Pair:
+    if loaded is None:
+        return 0.0, 0.0
+    return arm_load_slopes(x2, x4, p)
+
+
+@jit_inline
+def answer(loaded: bool | None, arm: Pair, load: float, m: Column) -> float:
+    """
+    Return how the load of a stage answers to the column `m`.
+
+    loaded: None without a load on the arm; arm: arm_load_slopes; load: answer of the state.
+    """
+    if loaded is None:
+        return load
+    return load + arm[0] * m[4] + arm[1] * m[2]
+
+
+@jit_inline
+def rates(m: Column, slope: float, share: float, error: float, load: float, p: Packed) -> Pair:
+    """
+    Return how x3' and x4' of a stage answer to the column `m`, with the answers of error and load.
+
+    slope, share: of the friction, on x3 and on tau_K.
+    """
+    twist_rate = m[1] - m[2]
+    on_motor = fma(share, m[3], fma(slope, m[1], fma(p[KR], m[0], error)))
+    return (-p[INVERSE_M1] * fma(p[D], twist_rate, on_motor),
+            p[INVERSE_M2] * fma(p[D], twist_rate, m[3] - load))
+
+
+@jit_inline
+def along(start: Column, a: float, m: Column, r: Pair, p: Packed) -> Column:
+    """Return the column at the next stage, `a` s from `start` with the rates `r` of stage `m`."""
+    return (fma(a, m[1], start[0]), fma(a, r[0], start[1]), fma(a, r[1], start[2]),
+            fma(a * p[K_P], m[1] - m[2], start[3]), fma(a, m[2], start[4]))
+
+
+@jit_inline
+def _four_rates(loaded: bool | None, m: Columns, slope: float, share: float, arm: Pair,
+                p: Array) -> Pairs:
+    return (rates(m[0], slope, share, 0.0, answer(loaded, arm, 0.0, m[0]), p),
+            rates(m[1], slope, share, 0.0, answer(loaded, arm, 0.0, m[1]), p),
+            rates(m[2], slope, share, 0.0, answer(loaded, arm, 0.0, m[2]), p),
+            rates(m[3], slope, share, 0.0, answer(loaded, arm, 0.0, m[3]), p))
+
+
+@jit_inline
+def _four_along(start: Columns, a: float, m: Columns, r: Pairs, p: Array) -> Columns:
+    return (along(start[0], a, m[0], r[0], p), along(start[1], a, m[1], r[1], p),
+            along(start[2], a, m[2], r[2], p), along(start[3], a, m[3], r[3], p))
+
+
+@jit_inline
+def _begin(n: int, phi: Array, j: int, first: bool) -> Column:
+    """Return column `j` at the start of an RK4 step."""
+    if first:
+        return (1.0 if j == X1 else 0.0, 1.0 if j == X3 else 0.0, 1.0 if j == X4 else 0.0,
+                1.0 if j == TAU_K else 0.0, 1.0 if j == X2 else 0.0)
+    return (phi[X1 * n + j], phi[X3 * n + j], phi[X4 * n + j], phi[TAU_K * n + j],
+            phi[X2 * n + j])
+
+
+@jit_inline
+def _end(loaded: bool | None, n: int, phi: Array, j: int, h: float, m: Columns, r: Pairs, p: Array,
+         seen: Array | None) -> None:
+    """Write column `j` of phi behind an RK4 step; m, r: its four stages and their rates."""
+    moved1 = h / 6.0 * fma(2.0, m[1][1] + m[2][1], m[0][1] + m[3][1])
+    moved2 = h / 6.0 * fma(2.0, m[1][2] + m[2][2], m[0][2] + m[3][2])
+    phi[X1 * n + j] = m[0][0] + moved1
+    phi[X2 * n + j] = m[0][4] + moved2
+    phi[X3 * n + j] = fma(h / 6.0, fma(2.0, r[1][0] + r[2][0], r[0][0] + r[3][0]), m[0][1])
+    phi[X4 * n + j] = fma(h / 6.0, fma(2.0, r[1][1] + r[2][1], r[0][1] + r[3][1]), m[0][2])
+    phi[TAU_K * n + j] = m[0][3] + p[K_P] * (moved1 - moved2)
+    if seen is not None:
+        for q in range(4):
+            seen[SEEN_SPEED + q, j] = m[q][1]
+        if p[K_P] > 0.0:
+            for q in range(4):
+                seen[SEEN_TWIST_RATE + q, j] = m[q][1] - m[q][2]
+        if p[CL] > 0.0:
+            for q in range(4):
+                seen[SEEN_TORQUE + q, j] = m[q][3]
+        if loaded is not None:
+            for q in range(4):
+                seen[SEEN_ARM_POSITION + q, j], seen[SEEN_ARM_SPEED + q, j] = m[q][4], m[q][2]
+
+
+@jit_inline
+def _column(loaded: bool | None, n: int, phi: Array, j: int, first: bool, h: float, slopes: Four,
+            shares: Four, arms: Sequence[Pair], errors: Four, load: float, p: Array,
+            seen: Array | None) -> None:
+    """Advance column `j` of phi by an RK4 step; slopes .. errors: of its four stages."""
+    m1 = _begin(n, phi, j, first)
+    r1 = rates(m1, slopes[0], shares[0], errors[0], answer(loaded, arms[0], load, m1), p)
+    m2 = along(m1, 0.5 * h, m1, r1, p)
+    r2 = rates(m2, slopes[1], shares[1], errors[1], answer(loaded, arms[1], load, m2), p)
+    m3 = along(m1, 0.5 * h, m2, r2, p)
+    r3 = rates(m3, slopes[2], shares[2], errors[2], answer(loaded, arms[2], load, m3), p)
+    m4 = along(m1, h, m3, r3, p)
+    r4 = rates(m4, slopes[3], shares[3], errors[3], answer(loaded, arms[3], load, m4), p)
+    _end(loaded, n, phi, j, h, (m1, m2, m3, m4), (r1, r2, r3, r4), p, seen)
+
+
+@jit_inline
+def _column_of_x2(loaded: bool | None, n: int, phi: Array, first: bool, h: float, slopes: Four,
+                  shares: Four, arms: Sequence[Pair], p: Array, seen: Array | None) -> None:
+    if loaded is not None:
+        _column(loaded, n, phi, X2, first, h, slopes, shares, arms, (0.0, 0.0, 0.0, 0.0), 0.0, p,
+                seen)
+    else:  # nothing depends on x2
+        if first:
+            for i in range(n):
+                phi[i * n + X2] = 1.0 if i == X2 else 0.0
+        if seen is not None:
+            for q in range(12):
+                seen[q, X2] = 0.0
+
+
+@jit_inline
+def _slopes(x3: float, tau_k: float, p: Array) -> Pair:
+    return motor_friction_slope(x3, tau_k, p), 1.0 + motor_friction_load_slope(x3, tau_k, p)
+
+
+@jit_inline
+def rk4(states: States, z: Array, phi: Array, first: bool, u: float, load: float, h: float,
+        p: Array, seen: Array | None) -> None:
+    """
+    Advance `z` [n] and `phi` [n * n] by one RK4 step of `h` s; phi by the step's exact tangent.
+
+    first: phi is not read, but taken for the unit matrix. seen: None, or an array [>= N_SEEN +
+    N_SEEN_OF_LOAD, n] into which is written what the stages saw: rows SEEN_*. The columns of four
+    states go along with the stages, and fill the time in which one arctangent waits for the one
+    before.
+    """
+    n, loaded = len(states), states[0]
+    half, sixth = 0.5 * h, h / 6.0
+    x1, x2, x3, x4, tau_k = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
+    error = (0.0, 0.0, 0.0, 0.0, 0.0)
+    if n > 5:
+        if p[LOAD_AT] > 0.0:
+            load += z[int(p[LOAD_AT])]
+        if p[FRICTION_AT] > 0.0:
+            error = decay(z[int(p[FRICTION_AT])], half, h, p)
+    m1 = (_begin(n, phi, X1, first), _begin(n, phi, X3, first), _begin(n, phi, X4, first),
+          _begin(n, phi, TAU_K, first))
+    # Stage by stage: the state y, its rates (f, g), the columns m and their rates r.
+    slope1, share1 = _slopes(x3, tau_k, p)
+    arm1 = _load_slopes(loaded, x2, x4, p)
+    f1, g1 = _accelerations(loaded, x1, x2, x3, x4, tau_k, u - error[0], load, p)
+    r1 = _four_rates(loaded, m1, slope1, share1, arm1, p)
+    y2, y3, y4 = x2 + half * x4, x3 + half * f1, x4 + half * g1
+    tau_y = tau_k + half * p[K_P] * (x3 - x4)
+    slope2, share2 = _slopes(y3, tau_y, p)
+    arm2 = _load_slopes(loaded, y2, y4, p)
+    f2, g2 = _accelerations(loaded, x1 + half * x3, y2, y3, y4, tau_y, u - error[1], load, p)
+    m2 = _four_along(m1, half, m1, r1, p)
+    r2 = _four_rates(loaded, m2, slope2, share2, arm2, p)
+    v2, v3, v4 = x2 + half * y4, x3 + half * f2, x4 + half * g2
+    tau_v = tau_k + half * p[K_P] * (y3 - y4)
+    slope3, share3 = _slopes(v3, tau_v, p)
+    arm3 = _load_slopes(loaded, v2, v4, p)
+    f3, g3 = _accelerations(loaded, x1 + half * y3, v2, v3, v4, tau_v, u - error[2], load, p)
+    m3 = _four_along(m1, half, m2, r2, p)
+    r3 = _four_rates(loaded, m3, slope3, share3, arm3, p)
+    w2, w3, w4 = x2 + h * v4, x3 + h * f3, x4 + h * g3
+    tau_w = tau_k + h * p[K_P] * (v3 - v4)
+    slope4, share4 = _slopes(w3, tau_w, p)
+    arm4 = _load_slopes(loaded, w2, w4, p)
+    f4, g4 = _accelerations(loaded, x1 + h * v3, w2, w3, w4, tau_w, u - error[3], load, p)
+    m4 = _four_along(m1, h, m3, r3, p)
+    r4 = _four_rates(loaded, m4, slope4, share4, arm4, p)
+    moved1 = sixth * (x3 + 2.0 * (y3 + v3) + w3)
+    moved2 = sixth * (x4 + 2.0 * (y4 + v4) + w4)
+    z[X1], z[X2] = x1 + moved1, x2 + moved2
+    z[X3] = x3 + sixth * (f1 + 2.0 * (f2 + f3) + f4)
+    z[X4] = x4 + sixth * (g1 + 2.0 * (g2 + g3) + g4)
+    z[TAU_K] = tau_k + p[K_P] * (moved1 - moved2)
+    _end(loaded, n, phi, X1, h, (m1[0], m2[0], m3[0], m4[0]), (r1[0], r2[0], r3[0], r4[0]), p,
+         seen)
+    _end(loaded, n, phi, X3, h, (m1[1], m2[1], m3[1], m4[1]), (r1[1], r2[1], r3[1], r4[1]), p,
+         seen)
+    _end(loaded, n, phi, X4, h, (m1[2], m2[2], m3[2], m4[2]), (r1[2], r2[2], r3[2], r4[2]), p,
+         seen)
+    _end(loaded, n, phi, TAU_K, h, (m1[3], m2[3], m3[3], m4[3]), (r1[3], r2[3], r3[3], r4[3]), p,
+         seen)
+    slopes, shares = (slope1, slope2, slope3, slope4), (share1, share2, share3, share4)
+    arms = (arm1, arm2, arm3, arm4)
+    _column_of_x2(loaded, n, phi, first, h, slopes, shares, arms, p, seen)
+    if n > 5:
+        if first:
+            for i in range(5, n):
+                for j in range(n):
+                    phi[i * n + j] = 1.0 if i == j else 0.0
+        none = (0.0, 0.0, 0.0, 0.0)
+        if p[LOAD_AT] > 0.0:
+            _column(loaded, n, phi, int(p[LOAD_AT]), first, h, slopes, shares, arms, none, 1.0, p,
+                    seen)
+        if p[FRICTION_AT] > 0.0:
+            i = int(p[FRICTION_AT])
+            z[i] = error[4]
+            fades = decay(phi[i * n + i], half, h, p)
+            _column(loaded, n, phi, i, first, h, slopes, shares, arms, fades[:4], 0.0, p, seen)
+            phi[i * n + i] = fades[4]
+    if seen is not None:
+        for q, value in enumerate((x3, y3, v3, w3)):
+            seen[SEEN_X3, q] = value
+        for q, value in enumerate((x4, y4, v4, w4)):
+            seen[SEEN_X4, q] = value
+        for q, value in enumerate((tau_k, tau_y, tau_v, tau_w)):
+            seen[SEEN_TAU_K, q] = value
+        for q in range(4):
+            seen[SEEN_SLOPE, q], seen[SEEN_SHARE, q] = slopes[q], shares[q]
+        if loaded is not None:
+            for q, value in enumerate((x2, y2, v2, w2)):
+                seen[SEEN_X2, q] = value
+            for q in range(4):
+                seen[SEEN_ON_POSITION, q], seen[SEEN_ON_SPEED, q] = arms[q]
+
+
+@jit_inline
+def propagate(states: States, z: Array, phi: Array, u: float, load: float, dt: float,
+              n_substeps: int, p: Array) -> None:
+    """
+    Advance `z` [n] by `dt` s in `n_substeps` of RK4; write the exact tangent of that into `phi`.
+
+    The tangent differentiates the RK4 step itself: at the friction's fastest eigenvalue the usual
+    I + hA is far from it. u (N m) is held. states: as of advance.
+    """
+    h = dt / n_substeps if n_substeps > 1 else dt
+    rk4(states, z, phi, True, u, load, h, p, None)
+    for _ in range(1, n_substeps):
+        rk4(states, z, phi, False, u, load, h, p, None)
+
+
+@jit
+def propagate_numeric(states: States, z: Array, phi: Array, u: float, load: float, dt: float,
+                      n_substeps: int, p: Array, start: Array) -> None:
+    """Do as propagate, but `phi` by forward differences of the map; start [n]: scratch."""
+    n = len(states)
+    for i in range(n):
+        start[i] = z[i]
+    advance(states, z, u, load, dt, n_substeps, p)
+    for j in range(n):
+        moved = phi[j * n:(j + 1) * n]  # column j, transposed below
+        for i in range(n):
+            moved[i] = start[i]
+        moved[j] += DIFFERENCE * max(1.0, abs(start[j]))
+        step = moved[j] - start[j]  # what the sum has kept of it
+        advance(states, moved, u, load, dt, n_substeps, p)
+        for i in range(n):
+            moved[i] = (moved[i] - z[i]) / step
+    for i in range(n):
+        for j in range(i):
+            phi[i * n + j], phi[j * n + i] = phi[j * n + i], phi[i * n + j]

@@ -1,0 +1,390 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The loop over samples: check the stamp, step the filter, smooth. One kernel, live and offline.
+
+Time comes only from the stamps. What is refused is counted under its reason, never lost silently.
+"""
+import math
+
+from gearbox_monitor.estimation import aekf, ekf, srukf, ukf
+from gearbox_monitor.estimation.process_model import (
+    FRICTION_AT, LOAD_AT, P0, R1, R2, TAU_K, TAU_K_MODEL_STD, X1, X2, X3, X4)
+from gearbox_monitor.estimation.rts_smoother import smooth
+from gearbox_monitor.estimation.step_record import places
+from gearbox_monitor.kernels.jit import jit, jit_inline
+
+# What became of a sample.
+(ESTIMATE, START, ZERO_STAMP, DUPLICATE, BACKWARD, JUMP, NO_EFFORT, NO_MEASUREMENT, DIVERGED,
+ POSITION_JUMP,
+ # ... and what was noticed beside it.
+ NON_FINITE, MOTOR_MISSING, ARM_MISSING, EFFORT_HELD, SAMPLES_MISSED, N_COUNTS) = range(16)
+REASONS = {
+    ZERO_STAMP: 'zero stamps', DUPLICATE: 'repeated stamps', BACKWARD: 'backward stamps',
+    JUMP: 'stamps after a jump', NO_EFFORT: 'samples without effort',
+    NO_MEASUREMENT: 'samples without measurement', DIVERGED: 'filter restarts after divergence',
+    POSITION_JUMP: 'positions that jump',
+    NON_FINITE: 'values that are infinite or beyond 1e9', MOTOR_MISSING: 'missing motor positions',
+    ARM_MISSING: 'missing arm positions', EFFORT_HELD: 'missing efforts',
+    SAMPLES_MISSED: 'samples missed (by stamps)', START: 'starts',
+}
+
+# Integers that a stream carries from sample to sample; estimates depend on those before
+# EVALUATE_AT.
+# STARTED is the stamp since when estimates are as good as stated.
+(LAST, PENDING_STAMP, PENDING_COUNT, LAST_EFFORT, LAST_MEASUREMENT, STEPS, STARTED, JUMPS,
+ EVALUATE_AT, SMOOTH_NEXT, INPUTS, N_GATE) = range(12)
+# Numbers that a stream carries: usual distance of stamps (s), and how large the prediction errors
+# of motor and arm usually get (rad).
+PERIOD, ERROR_MOTOR, ERROR_ARM, N_CLOCK = range(4)
+SECOND = 1_000_000_000
+NEVER = -1  # at EVALUATE_AT: no evaluation is due
+# Places in the settings.
+MAX_GAP, DELAY, LAG, LOAD_MEASURED = range(4)
+# A jump of the clock, or of a position, is believed when this many samples follow it consistently.
+CONFIRM = 3
+# Stamps so little before the last one (ns) are late messages, unless so many come in a row.
+LATE, LATE_CONFIRM = SECOND // 4, 25
+# What is beyond, in rad or N m, is no measurement.
+HUGE = 1e9
+# Longer without samples, torque or positions (ns, and in usual distances of samples), prediction
+# misses by more than its stated deviation says: what follows is not judged.
+BRIDGED, BRIDGED_PERIODS = 30_000_000, 2.5
+# A position jumps that is farther from its prediction than all of: so many times what is usual,
+# or twice the stated noise; so many predicted standard deviations. For so many samples after a
+# start what is usual is not known: then it must be ten times as far.
+JUMP_USUAL, JUMP_STATED, JUMP_SETTLED, UNSETTLED = 10.0, 6.0, 100, 10.0
+N_EFFORTS = 64
+
+# Columns of an estimate row. Absent states are NaN.
+(E_X1, E_X2, E_X3, E_X4, E_TAU_K, E_TAU_ARM, E_TAU_E, E_STD) = range(8)
+E_TWIST = E_STD + 7
+(E_TWIST_RATE, E_TWIST_STD, E_TWIST_RATE_STD, E_INNOVATION_MOTOR, E_INNOVATION_ARM,
+ E_INNOVATION_STD_MOTOR, E_INNOVATION_STD_ARM, E_WHITE_1, E_WHITE_2, E_NIS, E_LOGLIK, E_DOF,
+ E_DT, E_U, E_LOAD, E_INNOVATION_COVARIANCE, N_ESTIMATE) = range(E_TWIST + 1, E_TWIST + 18)
+
+# Filter -> markers for filter_step. What is None there is not even compiled: a start would take
+# several times as long otherwise.
+KINDS = {'ekf': (None, None, None), 'ukf': (1, None, None), 'srukf': (None, 1, None),
+         'aekf': (None, None, 1)}
+
+
+@jit_inline
+def filter_step(is_ukf, is_srukf, is_aekf, states, z, P, memory, dt, u, load, y1, y2, p, vectors,
+                matrices, record):
+    """Step the filter whose is_ukf, is_srukf, is_aekf is not None, or the EKF; see ekf.step."""
+    if is_ukf is not None:
+        return ukf.step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices,
+                        record)
+    if is_srukf is not None:
+        return srukf.step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices,
+                          record)
+    if is_aekf is not None:
+        return aekf.step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices,
+                         record)
+    return ekf.step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record)
+
+
+@jit
+def _gate(stamp, gate, max_gap):
+    """Return what to do with a sample stamped `stamp` (ns): ESTIMATE, START or a refusal."""
+    if stamp <= 0:
+        return ZERO_STAMP
+    last = gate[LAST]
+    if last == 0:
+        return START
+    ahead = stamp - last
+    if ahead == 0:
+        return DUPLICATE
+    if 0 < ahead <= max_gap:
+        gate[PENDING_COUNT] = 0
+        return ESTIMATE
+    beyond = stamp - gate[PENDING_STAMP]
+    if gate[PENDING_COUNT] > 0 and 0 < beyond <= max_gap:
+        gate[PENDING_COUNT] += 1
+    else:
+        gate[PENDING_COUNT] = 1
+    gate[PENDING_STAMP] = stamp
+    if gate[PENDING_COUNT] >= (LATE_CONFIRM if -LATE < ahead < 0 else CONFIRM):
+        return START
+    return BACKWARD if ahead < 0 else JUMP
+
+
+@jit
+def _due(stamp, gate):
+    at = gate[EVALUATE_AT]
+    return at != NEVER and (at == 0 or stamp >= at or stamp < at - SECOND)
+
+
+@jit_inline
+def _keep(z, P, memory, kept):
+    n, m = z.shape[0], P.shape[0]
+    for i in range(n):
+        kept[i] = z[i]
+    for i in range(m):
+        kept[n + i] = P[i]
+    for i in range(memory.shape[0]):
+        kept[n + m + i] = memory[i]
+
+
+@jit_inline
+def _put_back(z, P, memory, kept):
+    n, m = z.shape[0], P.shape[0]
+    for i in range(n):
+        z[i] = kept[i]
+    for i in range(m):
+        P[i] = kept[n + i]
+    for i in range(memory.shape[0]):
+        memory[i] = kept[n + m + i]
+
+
+@jit_inline
+def jumps(error, variance, usual, r, step):
+    """
+    Return whether a position with that prediction `error` (rad) jumps.
+
+    variance: predicted, of the error; usual: see usually; r: of the encoder; step: since a start.
+    """
+    limit = max(JUMP_USUAL * max(usual, 2.0 * math.sqrt(r)), JUMP_STATED * math.sqrt(variance))
+    return abs(error) > (limit if step > JUMP_SETTLED else UNSETTLED * limit)
+
+
+@jit_inline
+def usually(error, usual):
+    """
+    Return how large errors usually get, after another `error` (rad): about 2.3 deviations.
+
+    usual: as it was before, 0.0 at a start.
+    """
+    size = abs(error)
+    if not math.isfinite(size):
+        return usual
+    if usual == 0.0:
+        return size
+    return usual + 0.25 * (size - usual) if size > usual else 0.999 * usual
+
+
+@jit
+def start(states, z, P, y1, y2, p, record):
+    """Set the belief z, P from the first readings; arguments as of ekf.step."""
+    n = len(states)
+    have1, have2 = math.isfinite(y1), math.isfinite(y2)
+    for i in range(n):
+        z[i] = 0.0
+        for j in range(n):
+            P[i * n + j] = p[P0 + i] if i == j else 0.0
+    z[X1] = y1 if have1 else y2
+    z[X2] = y2 if have2 else y1
+    # A joint that was not measured can be a few turns away.
+    if not have1:
+        P[X1 * n + X1] = 100.0
+    if not have2:
+        P[X2 * n + X2] = 100.0
+    _, _, _, at_z, at_P, _, _, _, _ = places(n)
+    for i in range(n):
+        record[at_z + i] = z[i]
+    for i in range(n * n):
+        record[at_P + i] = P[i]
+
+
+@jit
+def _write_estimate(states, z, P, record, dt, u, load, p, row):
+    n = len(states)
+    for i in range(7):
+        row[i] = math.nan
+        row[E_STD + i] = math.nan
+    for i in range(5):
+        row[i] = z[i]
+        row[E_STD + i] = math.sqrt(P[i * n + i])
+    row[E_STD + TAU_K] = math.sqrt(P[TAU_K * n + TAU_K] + p[TAU_K_MODEL_STD] ** 2)
+    if p[LOAD_AT] > 0.0:
+        i = int(p[LOAD_AT])
+        row[E_TAU_ARM], row[E_STD + E_TAU_ARM] = z[i], math.sqrt(P[i * n + i])
+    if p[FRICTION_AT] > 0.0:
+        i = int(p[FRICTION_AT])
+        row[E_TAU_E], row[E_STD + E_TAU_E] = z[i], math.sqrt(P[i * n + i])
+    row[E_TWIST] = z[X1] - z[X2]
+    row[E_TWIST_RATE] = z[X3] - z[X4]
+    row[E_TWIST_STD] = math.sqrt(max(P[X1 * n + X1] + P[X2 * n + X2] - 2.0 * P[X1 * n + X2], 0.0))
+    row[E_TWIST_RATE_STD] = math.sqrt(
+        max(P[X3 * n + X3] + P[X4 * n + X4] - 2.0 * P[X3 * n + X4], 0.0))
+    _, _, _, _, _, at_innovation, at_S, _, at_scores = places(n)
+    e1, e2 = record[at_innovation], record[at_innovation + 1]
+    s11, s12, s22 = record[at_S], record[at_S + 1], record[at_S + 2]
+    row[E_INNOVATION_MOTOR], row[E_INNOVATION_ARM] = e1, e2
+    row[E_INNOVATION_COVARIANCE] = s12
+    row[E_INNOVATION_STD_MOTOR], row[E_INNOVATION_STD_ARM] = math.sqrt(s11), math.sqrt(s22)
+    # Whitened by the Cholesky factor of S; with one measurement, by its own deviation.
+    have1, have2 = math.isfinite(e1), math.isfinite(e2)
+    row[E_WHITE_1] = e1 / math.sqrt(s11) if have1 else math.nan
+    row[E_WHITE_2] = math.nan
+    if have1 and have2:
+        row[E_WHITE_2] = (e2 - s12 / math.sqrt(s11) * row[E_WHITE_1]) / math.sqrt(
+            (s11 * s22 - s12 * s12) / s11)
+    elif have2:
+        row[E_WHITE_2] = e2 / math.sqrt(s22)
+    row[E_NIS], row[E_LOGLIK] = record[at_scores], record[at_scores + 1]
+    row[E_DOF] = record[at_scores + 2]
+    row[E_DT], row[E_U], row[E_LOAD] = dt, u, load
+
+
+@jit
+def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings, gate, counts,
+        clock, efforts, z, P, memory, kept, ring, ring_stamps, vectors, matrices, codes,
+        estimates, smoothed_stamps, smoothed):
+    """
+    Take up to N samples; returns (how many were taken, rows written to `smoothed`).
+
+    Stops behind each start and each sample that a long gap was bridged to; behind the sample in
+    time, accepted or incomplete, with which an evaluation is due: the first one, the first at or
+    after gate[EVALUATE_AT], and one from before the second that leads up to it (a new time); and
+    behind one at which the filter diverged, z and P as they then are.
+
+    stamps int64 [N] ns; inputs [N, 2] motor torque and known load on the arm (N m); outputs [N, 2]
+    motor and arm position (rad); NaN = not measured. is_ukf, is_srukf, is_aekf: see KINDS. states,
+    p, vectors, matrices: see ekf.step. settings int64 [max_gap ns, effort_delay, smoother_lag ns,
+    load is measured 0/1]. Carried from call to call, changed in place: gate int64 [N_GATE], counts
+    int64 [N_COUNTS], clock [N_CLOCK], efforts [N_EFFORTS], belief z [n], P [n * n] and memory of
+    the filter, ring of step records with ring_stamps. kept [n + n * n + memory]: scratch. Written:
+    codes int64 [N], estimates [N,
+    N_ESTIMATE] (rows whose code is ESTIMATE), smoothed_stamps and smoothed (rows as many as
+    samples plus the ring's length).
+    """
+    max_gap, delay, lag = settings[MAX_GAP], settings[DELAY], settings[LAG]
+    rows = ring.shape[0]
+    _, _, _, _, _, at_innovation, at_S, _, _ = places(len(states))
+    n_smoothed = 0
+    for k in range(stamps.shape[0]):
+        stamp = stamps[k]
+        gate[INPUTS] += 1
+        u, load, y1, y2 = inputs[k, 0], inputs[k, 1], outputs[k, 0], outputs[k, 1]
+        if abs(u) > HUGE or abs(load) > HUGE or abs(y1) > HUGE or abs(y2) > HUGE:
+            counts[NON_FINITE] += 1
+            u, load = u if abs(u) <= HUGE else math.nan, load if abs(load) <= HUGE else math.nan
+            y1, y2 = y1 if abs(y1) <= HUGE else math.nan, y2 if abs(y2) <= HUGE else math.nan
+        have_y = math.isfinite(y1) or math.isfinite(y2)
+        code = _gate(stamp, gate, max_gap)
+        if code == ESTIMATE or code == START:
+            if code == START:
+                gate[LAST_MEASUREMENT], gate[LAST_EFFORT] = stamp, stamp
+            if not math.isfinite(y1):
+                counts[MOTOR_MISSING] += 1
+            if not math.isfinite(y2):
+                counts[ARM_MISSING] += 1
+            have_u = math.isfinite(u) and (settings[LOAD_MEASURED] == 0 or math.isfinite(load))
+            if not have_u:
+                counts[EFFORT_HELD] += 1
+                if code == START or stamp - gate[LAST_EFFORT] > max_gap:
+                    code = NO_EFFORT
+            elif not have_y and (code == START or stamp - gate[LAST_MEASUREMENT] > max_gap):
+                code = NO_MEASUREMENT
+            if code == NO_EFFORT or code == NO_MEASUREMENT:
+                gate[LAST] = 0  # start anew with the next complete sample
+                gate[PENDING_COUNT] = 0
+        counts[code] += 1
+        codes[k] = code
+        if code != ESTIMATE and code != START:
+            if (code == NO_EFFORT or code == NO_MEASUREMENT) and _due(stamp, gate):
+                return k + 1, n_smoothed
+            continue
+        if have_u:
+            gate[LAST_EFFORT] = stamp
+        if have_y:
+            gate[LAST_MEASUREMENT] = stamp
+        if code == START:
+            gate[LAST], gate[STEPS], gate[PENDING_COUNT] = stamp, 0, 0
+            gate[SMOOTH_NEXT], gate[JUMPS] = 0, 0
+            clock[:] = 0.0
+            for i in range(N_EFFORTS):
+                efforts[i, 0], efforts[i, 1] = u, load
+            gate[STARTED] = stamp
+            start(states, z, P, y1, y2, p, ring[0])
+            ring[0, -1] = u
+            if is_aekf is not None:
+                aekf.resume(memory)
+            else:
+                memory[:] = 0.0
+            ring_stamps[0] = stamp
+            return k + 1, n_smoothed
+        last = gate[LAST]
+        dt = (stamp - last) * 1e-9
+        step = gate[STEPS] + 1
+        now, before = step % N_EFFORTS, (step - 1) % N_EFFORTS
+        efforts[now, 0] = u if math.isfinite(u) else efforts[before, 0]
+        efforts[now, 1] = load if math.isfinite(load) else efforts[before, 1]
+        acting = (step - 1 - delay) % N_EFFORTS
+        u_acting = efforts[acting, 0]
+        load_acting = efforts[acting, 1] if settings[LOAD_MEASURED] == 1 else 0.0
+        record = ring[step % rows]
+        record[at_innovation], record[at_innovation + 1] = 0.0, 0.0
+        record[at_S], record[at_S + 2] = 0.0, 0.0
+        _keep(z, P, memory, kept)
+        good = filter_step(is_ukf, is_srukf, is_aekf, states, z, P, memory, dt, u_acting,
+                           load_acting, y1, y2, p, vectors, matrices, record)
+        e1, e2 = record[at_innovation], record[at_innovation + 1]
+        if (jumps(e1, record[at_S], clock[ERROR_MOTOR], p[R1], step)
+                or jumps(e2, record[at_S + 2], clock[ERROR_ARM], p[R2], step)):
+            # As if it had not come; the belief stays.
+            _put_back(z, P, memory, kept)
+            codes[k] = POSITION_JUMP
+            counts[ESTIMATE] -= 1
+            counts[POSITION_JUMP] += 1
+            gate[JUMPS] += 1
+            if gate[JUMPS] >= CONFIRM:
+                gate[LAST] = 0  # start anew with the next complete sample
+                gate[PENDING_COUNT] = 0
+            continue
+        gate[LAST], gate[STEPS], gate[JUMPS] = stamp, step, 0
+        # Follow the usual period robustly, so that a dropout does not move it.
+        if clock[PERIOD] == 0.0:
+            clock[PERIOD] = dt
+        else:
+            if dt > 1.7 * clock[PERIOD]:
+                counts[SAMPLES_MISSED] += int(dt / clock[PERIOD] + 0.5) - 1
+            clock[PERIOD] *= 1.02 if dt > clock[PERIOD] else 1.0 / 1.02
+        bridged = stamp - min(last, gate[LAST_EFFORT], gate[LAST_MEASUREMENT])
+        in_doubt = bridged > BRIDGED and bridged > BRIDGED_PERIODS * SECOND * clock[PERIOD]
+        if in_doubt:
+            gate[STARTED] = stamp
+        ring_stamps[step % rows] = stamp
+        if not good:
+            codes[k] = DIVERGED
+            counts[ESTIMATE] -= 1
+            counts[DIVERGED] += 1
+            gate[LAST] = 0
+            memory[:] = 0.0  # what was adapted may be why
+            return k + 1, n_smoothed
+        clock[ERROR_MOTOR] = usually(e1, clock[ERROR_MOTOR])
+        clock[ERROR_ARM] = usually(e2, clock[ERROR_ARM])
+        record[-1] = u_acting
+        _write_estimate(states, z, P, record, dt, u_acting, load_acting, p, estimates[k])
+        # Blocks end where stamps cross a grid, or steps half a ring (no row may be lost, even at
+        # the price of a shorter lag): this depends on no history, so replay cuts the same blocks.
+        half = step % (rows // 2) == 0
+        if lag > 0 and (half or stamp * 2 // lag != last * 2 // lag):
+            oldest = gate[SMOOTH_NEXT]
+            keep = max(oldest - 1, step - rows // 2) if half else oldest - 1
+            while keep < step and ring_stamps[(keep + 1) % rows] <= stamp - lag:
+                keep += 1
+            if keep >= oldest:
+                smooth(states, ring, step, oldest, keep, p[TAU_K_MODEL_STD] ** 2, vectors[0],
+                       matrices, smoothed[n_smoothed:])
+                for i in range(oldest, keep + 1):
+                    smoothed_stamps[n_smoothed] = ring_stamps[i % rows]
+                    n_smoothed += 1
+                gate[SMOOTH_NEXT] = keep + 1
+        if in_doubt or _due(stamp, gate):
+            return k + 1, n_smoothed
+    return stamps.shape[0], n_smoothed

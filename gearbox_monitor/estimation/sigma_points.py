@@ -1,0 +1,144 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What UKF and SRUKF share: sigma points, and the scaled unscented transform in factored form.
+
+The points are z and z +- L_i / sqrt(W), L_i the columns of a factor of P, W = 1 / (alpha^2 (n +
+kappa)); each weighs W / 2, and the centre 1 - n W for the mean and 2 - n W - alpha^2 + beta for
+the covariance. With what a pair gives as a difference, d_i = (f+ - f-) / 2, and as a bend,
+s_i = (f+ + f-) / 2 - f(z), the textbook's sums are, without approximation,
+
+    mean        f(z) + m,   m = W sum s_i
+    covariance  W sum d_i d_i' + W sum s_i s_i' + (beta - alpha^2) m m'
+              = W sum d_i d_i' + W sum b_i b_i',   b_i = s_i - g sum s_j
+
+with g n = 1 - sqrt(1 + (beta - alpha^2) n W): a sum of squares for all beta, kappa >= 0. So no
+weight is negative, nothing is ever subtracted from a factor, and large weights do not cancel.
+
+Arguments: parameters: those of the estimator; states: process.markers; p: process.pack; dt s;
+u, load N m, see ekf.step.
+"""
+import math
+
+from gearbox_monitor.estimation.process_model import (
+    advance_beside, BESIDE, EIGENVALUE, UKF_ALPHA, UKF_BETA, UKF_KAPPA)
+from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.types import Array, States, Values
+from gearbox_monitor.plant.drive import substeps
+
+N_POINTS = 4  # matrices [n, n] that hold the points
+# A centre weight below this makes the mean an extrapolation rather than an average.
+NEGATIVE_WEIGHT = -10.0
+
+
+def warnings(n: int, parameters: Values) -> list[str]:
+    """Return what to tell the user about the weights of `n` states, a list of str."""
+    alpha, kappa = parameters['ukf_alpha'], parameters['ukf_kappa']
+    centre = 1.0 - n / (alpha ** 2 * (n + kappa))
+    if centre >= NEGATIVE_WEIGHT:
+        return []
+    return [f'ukf_alpha {alpha:g} gives the central sigma point the weight {centre:.3g}: the '
+            'points are closer together than the belief is wide, and friction near standstill is '
+            'extrapolated; 1 is advised (docs/sigma_points.md)']
+
+
+@jit
+def cholesky(states: States, a: Array, out: Array) -> bool:
+    """Write the lower Cholesky factor of `a` [n * n] into `out`; False when there is none."""
+    n = len(states)
+    for j in range(n):
+        s = a[j * n + j]
+        for k in range(j):
+            s -= out[j * n + k] * out[j * n + k]
+        if not s > 0.0:
+            return False
+        root = math.sqrt(s)
+        out[j * n + j] = root
+        inverse = 1.0 / root
+        for i in range(j + 1, n):
+            s = a[i * n + j]
+            for k in range(j):
+                s -= out[i * n + k] * out[j * n + k]
+            out[i * n + j] = s * inverse
+            out[j * n + i] = 0.0
+    return True
+
+
+@jit
+def transform(states: States, z: Array, factor: Array, dt: float, u: float, load: float, p: Array,
+              bends: Array, rows: Array, points: Array) -> None:
+    """
+    Carry belief z [n] with the lower `factor` [n * n] of its covariance through the drive.
+
+    z becomes the predicted mean; rows [>= 2 n, n]: written in their first 2n so that rows' rows is
+    the predicted covariance without process noise, pair differences first. bends [n], points
+    [N_POINTS, n * n]: scratch.
+    """
+    n = len(states)
+    beside = points.reshape(N_POINTS * n * n)[:n * BESIDE]
+    counted = substeps(dt, p[EIGENVALUE])
+    alpha2 = p[UKF_ALPHA] * p[UKF_ALPHA]
+    spread = math.sqrt(alpha2 * (n + p[UKF_KAPPA]))
+    root = 1.0 / spread
+    weight = root * root
+    shared = (1.0 - math.sqrt(1.0 + (p[UKF_BETA] - alpha2) * n * weight)) / n
+    for j in range(n):  # centre, n points ahead, n behind, and idle ones
+        at = j * BESIDE
+        for i in range(BESIDE):
+            beside[at + i] = z[j]
+        for i in range(n):
+            beside[at + 1 + i] = z[j] + spread * factor[j * n + i]
+            beside[at + 1 + n + i] = z[j] - spread * factor[j * n + i]
+    advance_beside(states, beside, u, load, dt, counted, p)
+    for j in range(n):
+        at = j * BESIDE
+        z[j] = beside[at]
+        bends[j] = 0.0
+        for i in range(n):
+            ahead, behind = beside[at + 1 + i] - z[j], beside[at + 1 + n + i] - z[j]
+            bend = 0.5 * (ahead + behind)
+            rows[i, j] = 0.5 * root * (ahead - behind)
+            rows[n + i, j] = bend
+            bends[j] += bend
+    for j in range(n):
+        z[j] += weight * bends[j]
+        for i in range(n):
+            rows[n + i, j] = root * (rows[n + i, j] - shared * bends[j])
+
+
+@jit
+def cross_covariance(states: States, rows: Array, factor: Array, P: Array, slope: Array,
+                     out: Array, at: int) -> None:
+    """
+    Write cov(z predicted, z before) [n, n] into `out` from place `at` on.
+
+    rows, factor: as of transform; P [n * n]: covariance before any process noise, `factor` that of
+    P with the first half of it: hence by the slope of the statistical linearisation, left in
+    `slope` [n * n].
+    """
+    n = len(states)
+    for j in range(n - 1, -1, -1):  # slope factor = (pair differences)'
+        inverse = 1.0 / factor[j * n + j]
+        for r in range(n):
+            s = rows[j, r]
+            for k in range(j + 1, n):
+                s -= slope[r * n + k] * factor[k * n + j]
+            slope[r * n + j] = s * inverse
+    for i in range(n):
+        for j in range(n):
+            s = 0.0
+            for k in range(n):
+                s += slope[i * n + k] * P[k * n + j]
+            out[at + i * n + j] = s

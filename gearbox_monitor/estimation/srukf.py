@@ -1,0 +1,227 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Square-root unscented Kalman filter: the factor L of P = L L' is carried, P is never factored.
+
+Time and measurement update are in array form (QR by Householder reflections), without Cholesky
+downdates: what those subtract is where float32, or a very small R, breaks a filter. It estimates
+exactly what the UKF does. `srukf_precision: float32` keeps mean, sigma points and factor in single
+precision, as a small controller would.
+"""
+import math
+
+import numpy as np
+
+from gearbox_monitor.estimation import sigma_points
+from gearbox_monitor.estimation.ekf import healthy, LOG_TWO_PI
+from gearbox_monitor.estimation.process_model import noise, R1, R2, SINGLE
+from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_POINTS, transform
+from gearbox_monitor.estimation.step_record import places
+from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.types import Array, States
+
+# In float32, the first ones are used as single precision; the last never is.
+N_VECTORS, N_MATRICES = 2, 7 + N_POINTS
+warnings = sigma_points.warnings
+
+
+def memory_size(n: int) -> int:
+    """Return how many numbers the filter carries besides z [n] and P [n * n]: the factor."""
+    return n * n
+
+
+@jit
+def step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float, load: float,
+         y1: float, y2: float, p: Array, vectors: Array, matrices: Array, record: Array) -> bool:
+    """Predict over `dt` s and update with y = (y1, y2); see ekf.step. memory: L, row by row."""
+    n = len(states)
+    last = matrices[N_MATRICES - 1]
+    if p[SINGLE] > 0.0:
+        single = matrices[:5].reshape(5 * n * n).view(np.float32)
+        return _step(states, z, P, memory, dt, u, load, y1, y2, p,
+                     vectors.reshape(2 * n).view(np.float32)[:2 * n].reshape(2, n),
+                     single.reshape(6 + N_POINTS, n * n), last, record)
+    return _step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, last, record)
+
+
+@jit
+def _step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float, load: float,
+          y1: float, y2: float, p: Array, vectors: Array, matrices: Array, slope: Array,
+          record: Array) -> bool:
+    """Do the step in the precision of `vectors` and `matrices`."""
+    n = len(states)
+    at_z, at_P, at_cross, at_z_out, at_P_out, _, _, _, _ = places(n)
+    mean, factor = vectors[0], matrices[0]
+    if memory[0] == 0.0:
+        if not cholesky(states, P, factor):
+            return False
+    else:
+        for i in range(n * n):
+            factor[i] = memory[i]
+    for i in range(n):
+        mean[i] = z[i]
+    # First half of the process noise: [L'; sqrt(Q / 2)] -> upper triangle
+    rows = matrices[1:4].reshape(3 * n, n)
+    _upper(states, factor, rows)
+    _noise(states, rows[n:], mean, dt, p)
+    triangularise(rows[:2 * n], n, 0, n)
+    _lower(states, rows, factor)
+    # Through the drive, and the second half
+    transform(states, mean, factor, dt, u, load, p, vectors[1], rows, matrices[6:6 + N_POINTS])
+    cross_covariance(states, rows, factor, P, slope, record, at_cross)
+    _noise(states, rows[2 * n:], mean, dt, p)
+    triangularise(rows, n, 2 * n, 2 * n)
+    _lower(states, rows, factor)
+    _square(states, factor, record, at_P)
+    for i in range(n):
+        record[at_z + i] = mean[i]
+    array = matrices[4:6].reshape(2 * n * n)[:4 * (n + 2)].reshape(4, n + 2)
+    if not _update(states, mean, factor, y1, y2, p, array, record):
+        return False
+    _square(states, factor, P, 0)
+    for i in range(n):
+        z[i] = mean[i]
+        record[at_z_out + i] = z[i]
+    for i in range(n * n):
+        record[at_P_out + i] = P[i]
+        memory[i] = factor[i]
+    return healthy(states, z, P)
+
+
+@jit
+def _update(states: States, mean: Array, factor: Array, y1: float, y2: float, p: Array,
+            array: Array, record: Array) -> bool:
+    """
+    Update with what was measured: [[sqrt R, 0], [(H L)', L']] -> [[Sy', Kbar'], [0, L+']].
+
+    H picks the first two states, so only the first two rows of L' take part: array [4, n + 2].
+    The predicted covariance stands in the record. False when the NIS overflows.
+    """
+    n = len(states)
+    _, at_P, _, _, _, at_innovation, at_S, at_K, at_scores = places(n)
+    have1, have2 = math.isfinite(y1), math.isfinite(y2)
+    e1, e2 = y1 - mean[0] if have1 else math.nan, y2 - mean[1] if have2 else math.nan
+    record[at_innovation], record[at_innovation + 1] = e1, e2
+    record[at_S], record[at_S + 1] = record[at_P] + p[R1], record[at_P + 1]
+    record[at_S + 2] = record[at_P + n + 1] + p[R2]
+    # A measurement that is missing has a unit variance of its own and no part in the state.
+    array[0, 0], array[0, 1] = math.sqrt(p[R1]) if have1 else 1.0, 0.0
+    array[1, 0], array[1, 1] = 0.0, math.sqrt(p[R2]) if have2 else 1.0
+    for i in range(2):
+        array[2 + i, 0] = factor[i] if have1 else 0.0
+        array[2 + i, 1] = factor[n + i] if have2 else 0.0
+        for j in range(n):
+            array[i, 2 + j] = 0.0
+            array[2 + i, 2 + j] = factor[j * n + i]
+    m = array.shape[0]
+    triangularise(array, m - 1, m, m)
+    s11, s21, s22 = array[0, 0], array[0, 1], array[1, 1]
+    white1 = e1 / s11 if have1 else 0.0
+    white2 = (e2 - s21 * white1) / s22 if have2 else 0.0
+    nis = white1 * white1 + white2 * white2
+    if not math.isfinite(nis):
+        return False
+    dof = (1.0 if have1 else 0.0) + (1.0 if have2 else 0.0)
+    record[at_scores] = nis
+    record[at_scores + 1] = (-0.5 * (nis + dof * LOG_TWO_PI) - math.log(abs(s11))
+                             - math.log(abs(s22)))
+    record[at_scores + 2] = dof
+    for i in range(n):
+        mean[i] += array[0, 2 + i] * white1 + array[1, 2 + i] * white2
+        k2 = array[1, 2 + i] / s22
+        record[at_K + 2 * i], record[at_K + 2 * i + 1] = (array[0, 2 + i] - k2 * s21) / s11, k2
+        factor[i * n] = array[2, 2 + i]
+        if i > 0:
+            factor[i * n + 1] = array[3, 2 + i]
+    return True
+
+
+@jit
+def triangularise(a: Array, columns: int, dense: int, tail: int) -> None:
+    """
+    Make the first `columns` columns of `a` [m, n] upper triangular by Householder reflections.
+
+    Below the diagonal, column j may hold numbers in rows < dense and in rows tail .. tail + j (a
+    diagonal block). What then stands below the diagonal is left over and means nothing.
+    """
+    m, n = a.shape
+    for j in range(columns):
+        top, end = max(j + 1, dense), min(tail + j + 1, m)
+        pivot = a[j, j]
+        s = pivot * pivot
+        for i in range(j + 1, top):
+            s += a[i, j] * a[i, j]
+        for i in range(tail, end):
+            s += a[i, j] * a[i, j]
+        norm = math.sqrt(s)
+        if not norm > abs(pivot):  # nothing below
+            continue
+        if pivot > 0.0:
+            norm = -norm
+        head = pivot - norm
+        scale = head * norm
+        for c in range(j + 1, n):
+            t = head * a[j, c]
+            for i in range(j + 1, top):
+                t += a[i, j] * a[i, c]
+            for i in range(tail, end):
+                t += a[i, j] * a[i, c]
+            t /= scale
+            a[j, c] += t * head
+            for i in range(j + 1, top):
+                a[i, c] += t * a[i, j]
+            for i in range(tail, end):
+                a[i, c] += t * a[i, j]
+        a[j, j] = norm
+
+
+@jit
+def _upper(states: States, lower: Array, out: Array) -> None:
+    """Write the transpose of the triangle `lower` [n * n] into the first rows of `out`."""
+    n = len(states)
+    for i in range(n):
+        for j in range(n):
+            out[i, j] = lower[j * n + i]
+
+
+@jit
+def _lower(states: States, upper: Array, out: Array) -> None:
+    """Write the transpose of the triangle that `upper` starts with into `out` [n * n]."""
+    n = len(states)
+    for i in range(n):
+        for j in range(n):
+            out[i * n + j] = upper[j, i] if j <= i else 0.0
+
+
+@jit
+def _noise(states: States, rows: Array, z: Array, dt: float, p: Array) -> None:
+    """Write the root of half the process noise of `dt` s at `z` [n] into rows[:n]."""
+    n = len(states)
+    for i in range(n):
+        for j in range(n):
+            rows[i, j] = 0.0
+        rows[i, i] = math.sqrt(0.5 * dt * noise(z, p, i))
+
+
+@jit
+def _square(states: States, factor: Array, out: Array, at: int) -> None:
+    """Write L L' [n, n] into `out` from place `at` on."""
+    n = len(states)
+    for i in range(n):
+        for j in range(i + 1):
+            s = 0.0
+            for k in range(j + 1):
+                s += factor[i * n + k] * factor[j * n + k]
+            out[at + i * n + j], out[at + j * n + i] = s, s

@@ -1,0 +1,62 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The step record: what every filter writes at every step, and all that trust and smoother read.
+
+One float64 row: z_pred [n], P_pred [n, n], C [n, n], z [n], P [n, n], innovation [2], S (s11,
+s12, s22), K [n, 2], nis, loglik, dof. C = cov(z_k+1 predicted, z_k), for an EKF Phi P. An absent
+measurement has an innovation of NaN and a zero column of K; dof counts the measurements used.
+Behind it the stream notes the motor torque that acted over the step.
+"""
+from gearbox_monitor.kernels.jit import jit, jit_inline
+from gearbox_monitor.kernels.types import Array
+
+
+@jit
+def record_size(n: int) -> int:
+    """Return the length of a step record of a filter with `n` states."""
+    return 4 * n + 3 * n * n + 9
+
+
+@jit_inline
+def places(n: int) -> tuple[int, int, int, int, int, int, int, int, int]:
+    """
+    Return where z_pred, P_pred, C, z, P, innovation, S, K and (nis, loglik, dof) stand.
+
+    For kernels, which index the record itself.
+    """
+    m = n * n
+    begin = 2 * n + 3 * m
+    return (0, n, n + m, n + 2 * m, 2 * n + 2 * m, begin, begin + 2, begin + 5, begin + 5 + 2 * n)
+
+
+def predicted(record: Array, n: int) -> tuple[Array, Array, Array]:
+    """Return views (z_pred [n], P_pred [n, n], C [n, n])."""
+    m = n * n
+    return (record[:n], record[n:n + m].reshape(n, n), record[n + m:n + 2 * m].reshape(n, n))
+
+
+def updated(record: Array, n: int) -> tuple[Array, Array]:
+    """Return views (z [n], P [n, n])."""
+    start = n + 2 * n * n
+    return record[start:start + n], record[start + n:start + n + n * n].reshape(n, n)
+
+
+def correction(record: Array, n: int) -> tuple[Array, Array, Array, Array]:
+    """Return views (innovation [2], S [3] as s11, s12, s22, K [n, 2], [nis, loglik, dof])."""
+    start = 2 * n + 3 * n * n
+    return (record[start:start + 2], record[start + 2:start + 5],
+            record[start + 5:start + 5 + 2 * n].reshape(n, 2),
+            record[start + 5 + 2 * n:start + 8 + 2 * n])

@@ -1,0 +1,68 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Unscented Kalman filter, scaled; by default alpha = 1, beta = 2, kappa = 0.
+
+The measurement is linear in the state, so redrawing the points before it gives exactly the linear
+update, which is the EKF's (in Joseph's form).
+"""
+from gearbox_monitor.estimation import sigma_points
+from gearbox_monitor.estimation.ekf import healthy, update
+from gearbox_monitor.estimation.process_model import noise
+from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_POINTS, transform
+from gearbox_monitor.estimation.step_record import places
+from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.types import Array, States
+
+N_VECTORS, N_MATRICES = 1, 4 + N_POINTS
+warnings = sigma_points.warnings
+
+
+def memory_size(n: int) -> int:
+    """Return how many numbers the filter carries besides z [n] and P [n * n]."""
+    return 0
+
+
+@jit
+def step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float, load: float,
+         y1: float, y2: float, p: Array, vectors: Array, matrices: Array, record: Array) -> bool:
+    """Predict over `dt` s and update with y = (y1, y2); see ekf.step."""
+    return (predict(states, z, P, dt, u, load, p, vectors, matrices, record)
+            and update(states, z, P, y1, y2, p, matrices, record) and healthy(states, z, P))
+
+
+@jit
+def predict(states: States, z: Array, P: Array, dt: float, u: float, load: float, p: Array,
+            vectors: Array, matrices: Array, record: Array) -> bool:
+    """Predict as ekf.predict does. False when P is not positive definite."""
+    n = len(states)
+    at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
+    factor, slope, rows = matrices[0], matrices[1], matrices[2:4].reshape(2 * n, n)
+    for i in range(n):
+        for j in range(n):
+            slope[i * n + j] = P[i * n + j]
+        slope[i * n + i] += 0.5 * dt * noise(z, p, i)
+    if not cholesky(states, slope, factor):
+        return False
+    transform(states, z, factor, dt, u, load, p, vectors[0], rows, matrices[4:])
+    cross_covariance(states, rows, factor, P, slope, record, at_cross)
+    for i in range(n):
+        record[at_z + i] = z[i]
+        for j in range(i + 1):
+            s = 0.5 * dt * noise(z, p, i) if i == j else 0.0
+            for k in range(2 * n):
+                s += rows[k, i] * rows[k, j]
+            record[at_P + i * n + j], record[at_P + j * n + i] = s, s
+    return True

@@ -1,0 +1,181 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The files of drift: the baseline (what was healthy) and the state (what goes on after a restart).
+
+Both are written whole or not at all. What is damaged is set aside and reported, and drift begins
+anew. So is a state of another version or gearbox; a baseline like that is an error: it is not what
+was meant, and it is whole.
+"""
+import json
+import math
+import os
+from pathlib import Path
+import time
+
+import yaml
+
+from gearbox_monitor import __version__
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.yaml_files import load_yaml
+from gearbox_monitor.monitoring.backlash.change import Settings, Tracker
+
+FORMAT = 2
+STATE_FORMATS = 2, 3  # that can be read; the last one, with the adaptation, is written
+
+
+class Damaged(InputError):
+    """A file of drift is not what this package has written."""
+
+
+def load_baseline(path, gearbox_serial=''):
+    """
+    Return the baselines in the file `path`, as change.Tracker takes them.
+
+    Raises Damaged, and InputError where the file cannot be read, is of another version or names
+    another gearbox than `gearbox_serial`.
+    """
+    if not os.access(path, os.R_OK):
+        load_yaml(path)  # says why
+    try:
+        data = load_yaml(path).content
+    except InputError as error:
+        raise Damaged(*error.args) from None
+    if not isinstance(data, dict) or 'baseline' not in data:
+        raise Damaged(f'{path}: {str(data)[:60]!r}, expected a block "baseline"')
+    if data.get('format') != FORMAT:
+        raise InputError(f'{path}: format: {data.get("format")!r}, expected {FORMAT}: it was '
+                         'written by another version; save the baseline anew')
+    serial = data.get('gearbox_serial')
+    if gearbox_serial and serial != gearbox_serial:
+        raise InputError(f'{path}: gearbox_serial: {serial!r}, expected {gearbox_serial!r}')
+    points = data['baseline']
+    if not isinstance(points, list):
+        raise Damaged(f'{path}: baseline: {str(points)[:60]!r}, expected a list of operating '
+                      'points')
+    for k, point in enumerate(points):
+        _check_point(point, f'{path}: baseline[{k}]')
+    try:
+        return Tracker(Settings(), points).baseline_points()
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise Damaged(f'{path}: baseline: {error!r}, expected what ~/save_baseline '
+                      'writes') from None
+
+
+def _check_point(point, source):
+    if not isinstance(point, dict) or not isinstance(point.get('features'), dict):
+        raise Damaged(f'{source}: {str(point)[:60]!r}, expected an operating point with '
+                      'features')
+    for name in ('angle', 'speed', 'load', 'scale'):
+        _check_number(point.get(name), f'{source}.{name}', -math.inf)
+    if point.get('temperature') is not None:
+        _check_number(point['temperature'], f'{source}.temperature', -math.inf)
+    for name, feature in point['features'].items():
+        for key in ('windows', 'mean', 'std', 'stated_std'):
+            value = feature.get(key) if isinstance(feature, dict) else None
+            _check_number(value, f'{source}.{name}.{key}', 0.0 if key != 'mean' else -math.inf)
+
+
+def _check_number(value, source, low):
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or \
+            not math.isfinite(value) or value < low:
+        raise Damaged(f'{source}: {value!r}, expected a number'
+                      + (f' >= {low:g}' if low > -math.inf else ''))
+
+
+def save_baseline(path, points, gearbox_serial, parameters):
+    """
+    Write baselines (Tracker.baseline_points) to `path`, whole or not at all. Raises InputError.
+
+    `parameters` in force are written beside them, for who wonders later.
+    """
+    text = '# What was healthy, per operating point; written by ~/save_baseline.\n' + \
+        yaml.safe_dump({
+            'format': FORMAT, 'gearbox_monitor': __version__, 'gearbox_serial': gearbox_serial,
+            'date': _now(), 'baseline': points, 'parameters': parameters}, sort_keys=False)
+    _write(Path(path), text)
+
+
+def save_state(path, tracker, gearbox_serial, adaptation=None):
+    """
+    Write the state of a Tracker, and `adaptation` (Monitor.learnt), to `path`.
+
+    Whole or not at all. Raises InputError.
+    """
+    _write(Path(path), json.dumps({
+        'format': STATE_FORMATS[-1], 'gearbox_monitor': __version__,
+        'gearbox_serial': gearbox_serial, 'date': _now(), 'drift': tracker.to_dict(),
+        'adaptation': adaptation or {}}))
+
+
+def load_state(path, gearbox_serial):
+    """
+    Return (state or None, what is to be reported or '') of the state file `path`.
+
+    The state: {'drift': what Tracker takes, 'adaptation': what Monitor.recall takes or {}}.
+    There may be no file yet. One that is damaged, of another version or of another gearbox is
+    renamed to PATH.corrupt-DATE. Raises InputError where it cannot be read or renamed.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding='utf-8', errors='replace')
+    except FileNotFoundError:
+        return None, ''
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a readable file') from None
+    try:
+        data = json.loads(text)
+        if data['format'] not in STATE_FORMATS:
+            raise ValueError(f'format {data["format"]!r}, expected {STATE_FORMATS[-1]}')
+        if data['gearbox_serial'] != gearbox_serial:
+            raise ValueError(f'gearbox_serial {data["gearbox_serial"]!r}, expected '
+                             f'{gearbox_serial!r}')
+        Tracker(Settings(), data['drift']).findings()
+        adaptation = data['adaptation'] if data['format'] > STATE_FORMATS[0] else {}
+        if not isinstance(adaptation, dict):
+            raise ValueError(f'adaptation {str(adaptation)[:60]!r}, expected a block')
+        return {'drift': data['drift'], 'adaptation': adaptation}, ''
+    except (KeyError, ValueError, TypeError, IndexError, AttributeError, OverflowError,
+            RecursionError) as error:
+        reason = f'no {error}' if isinstance(error, KeyError) else str(error)
+    return None, f'{path}: {reason}: {set_aside(path)}'
+
+
+def set_aside(path):
+    """Rename `path` to PATH.corrupt-DATE; returns what to report. Raises InputError."""
+    path = Path(path)
+    aside = path.with_name(f'{path.name}.corrupt-{time.strftime("%Y%m%d-%H%M%S")}')
+    try:
+        os.replace(path, aside)
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a file that can be renamed') \
+            from None
+    return f'set aside as {aside.name}; drift begins anew'
+
+
+def _now():
+    return time.strftime('%Y-%m-%dT%H:%M:%S%z')
+
+
+def _write(path, text):
+    temporary = path.with_name(path.name + '.tmp')
+    try:
+        with open(temporary, 'w', encoding='utf-8') as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a writable file') from None

@@ -1,0 +1,228 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Read the YAML files of a user: model of the drive, parameters of a node."""
+import contextlib
+from dataclasses import dataclass, field
+from pathlib import Path
+import re
+
+import yaml
+
+from gearbox_monitor.errors import InputError, Problems
+from gearbox_monitor.parameters import checked
+from gearbox_monitor.plant.drive import model_from_dict
+
+MAX_BYTES = 64 << 20  # of a file: baselines of a thousand operating points are a tenth of it
+MAX_NODES = 500_000  # values that a file stands for: aliases can make a line into billions
+
+
+# Parameters that every node has.
+OF_ROS = ('qos_overrides', 'start_type_description_service', 'use_sim_time')
+
+
+class _Loader(yaml.SafeLoader):
+    """
+    Safe loader that takes 1e-3 for a number, as YAML 1.2 does and ROS parameter files do.
+
+    A key that stands twice is an error. lines: {id of a mapping: {key: line}}.
+    """
+
+    def __init__(self, text):
+        super().__init__(text)
+        self.lines = {}
+
+    def construct_mapping(self, node, deep=False):
+        given = [key for key, _ in node.value]
+        result = super().construct_mapping(node, deep)
+        lines = {}
+        for key in given:
+            if key.tag == 'tag:yaml.org,2002:merge':
+                continue
+            name, line = self.construct_object(key), key.start_mark.line + 1
+            if name in lines:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f'key {name!r} stands in line {lines[name]}, too', key.start_mark)
+            lines[name] = line
+        self.lines[id(node)] = lines
+        return result
+
+    def construct_yaml_map(self, node):
+        data = {}
+        yield data
+        data.update(self.construct_mapping(node))
+        self.lines[id(data)] = self.lines.pop(id(node), {})
+
+
+_Loader.add_constructor('tag:yaml.org,2002:map', _Loader.construct_yaml_map)
+_Loader.add_implicit_resolver(
+    'tag:yaml.org,2002:float',
+    re.compile(r'[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$'), list('-+.0123456789'))
+
+
+@dataclass(frozen=True)
+class Yaml:
+    """The `content` of a YAML file, its `text`, and where keys stand: {dotted key: line}."""
+
+    path: str
+    content: object
+    text: str
+    lines: dict = field(default_factory=dict)
+
+    @contextlib.contextmanager
+    def located(self, within=''):
+        """Put the line into each InputError of this file; keys are looked up `within` a block."""
+        try:
+            yield
+        except InputError as error:
+            raise type(error)(*(self._located(text, within) for text in error.args)) from None
+
+    def _located(self, problem, within):
+        head, _, rest = problem.partition(': ')
+        key = rest.partition(': ')[0]
+        if head != str(self.path) or not key:
+            return problem
+        while key:  # what is missing is looked for where it should stand
+            for name, line in self.lines.items():
+                if name.startswith(within) and (name == key or name.endswith('.' + key)):
+                    return f'{head}: line {line}: {rest}'
+            key = key.rpartition('.')[0]
+        return problem
+
+
+def load_yaml(path):
+    """Return the Yaml of the file `path`; raises InputError with file and line."""
+    try:
+        with open(path, encoding='utf-8') as file:
+            text = file.read(MAX_BYTES + 1)
+        if len(text) > MAX_BYTES:
+            raise InputError(f'{path}: more than {MAX_BYTES >> 20} MB, expected a smaller file')
+        loader = _Loader(text)
+        try:
+            content = loader.get_single_data()
+        finally:
+            loader.dispose()
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a readable YAML file') from None
+    except RecursionError:
+        raise InputError(f'{path}: nested too deeply, expected YAML') from None
+    except (yaml.YAMLError, ValueError, OverflowError) as error:
+        if isinstance(error, InputError):
+            raise
+        where = getattr(error, 'problem_mark', None)
+        line = f' line {where.line + 1}:' if where else ''
+        problem = getattr(error, 'problem', None) or (
+            'not text' if isinstance(error, (UnicodeDecodeError, yaml.reader.ReaderError))
+            else str(error))
+        raise InputError(f'{path}:{line} {problem}, expected YAML') from None
+    return Yaml(path, content, text, _lines(path, content, loader.lines))
+
+
+def _lines(path, content, known):
+    """Return {dotted key: line} of all mappings in `content`, which must not be too large."""
+    found, left, count = {}, [('', content)], 0
+    while left:
+        prefix, value = left.pop()
+        count += 1
+        if count > MAX_NODES:
+            raise InputError(f'{path}: stands for more than {MAX_NODES} values, expected fewer '
+                             '(an alias that contains itself, or aliases of aliases)')
+        if isinstance(value, dict):
+            here = known.get(id(value), {})
+            for key, inner in value.items():
+                name = f'{prefix}{key}'
+                if key in here:
+                    found.setdefault(name, here[key])
+                left.append((name + '.', inner))
+        elif isinstance(value, (list, tuple, set)):
+            for item in value:  # named by their id, as effects are
+                name = prefix
+                if isinstance(item, dict) and 'id' in item:
+                    name = f'{prefix}{item["id"]}'
+                    found.setdefault(name, min(known.get(id(item), {}).values(), default=1))
+                    name += '.'
+                left.append((name, item))
+    return found
+
+
+def expect_folder_of(path):
+    """Raise InputError where `path` cannot be made for want of its folder; '-': stdout."""
+    if path and path != '-' and not Path(path).absolute().parent.is_dir():
+        raise InputError(f'{path}: no such folder, expected a new name in an existing one')
+
+
+def load_model(path):
+    """Return the DriveModel of the model file `path`. Raises InputError."""
+    data = load_yaml(path)
+    with data.located():
+        return model_from_dict({} if data.content is None else data.content, str(path))
+
+
+def save_model(path, model, comment):
+    """
+    Write the DriveModel `model` to the new file `path`, under `comment` (lines). See load_model.
+
+    Raises InputError where `path` exists or cannot be written.
+    """
+    lines = [f'# {line}'.rstrip() for line in comment]
+    text = '\n'.join(lines) + '\n' + yaml.safe_dump(
+        model.to_dict(), sort_keys=False, default_flow_style=None)
+    try:
+        with open(path, 'x', encoding='utf-8') as file:
+            file.write(text)
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
+
+
+def load_parameters(path, node, table, of=''):
+    """
+    Return the parameters of `table` that the ROS parameter file `path` gives to `node`.
+
+    Takes the blocks ``/**``, ``/**/node`` and `node` (with or without a namespace), in this order.
+    of: a topic or node; where there are several namespaces its own is meant. Raises InputError.
+    """
+    given = load_yaml(path)
+    data, problems = given.content, Problems()
+    if not isinstance(data, dict):
+        raise InputError(f'{path}: {str(data)[:40]!r}, expected "{node}: ros__parameters: ..."')
+    blocks = [block for block in data if isinstance(block, str)]
+    names, values, several = {row.name for row in table}, {}, [
+        block.rsplit('/', 1)[0] or '/' for block in blocks
+        if re.fullmatch(rf'/([^*]*/)?{node}', block)]
+    for block in sorted(blocks, key=lambda name: ('/**' not in name, '/**/' in name)):
+        if block.rsplit('/', 1)[-1] not in ('**', node):
+            continue
+        if len(several) > 1 and '/**' not in block:
+            wanted = '/' + of.rpartition('/')[0].strip('/')
+            if wanted not in several:
+                raise InputError(
+                    f'{path}: blocks for {node} in {", ".join(several)}, expected to know whose: '
+                    f'choose it with --topic {several[0]}/{node}')
+            if (block.rsplit('/', 1)[0] or '/') != wanted:
+                continue
+        inner = None
+        with problems, given.located():
+            inner = data[block].get('ros__parameters') if isinstance(data[block], dict) else None
+            if not isinstance(inner, dict):
+                raise InputError(f'{path}: {block}: expected a block ros__parameters')
+        if not isinstance(inner, dict):
+            continue
+        # /** addresses every node: what this one does not have belongs to another.
+        ours = {k: v for k, v in inner.items() if k in names
+                or block.rsplit('/', 1)[-1] == node and str(k).partition('.')[0] not in OF_ROS}
+        with problems, given.located(block + '.'):
+            checked(table, ours, path)
+        values.update(ours)
+    problems.raise_all()
+    return values

@@ -1,0 +1,141 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What a fit leaves of a recording beyond noise.
+
+search: Search; fitted: one of its Fitted, on the long windows; residual [W, L, C]: in sigmas.
+"""
+from copy import copy
+
+import numpy as np
+
+from gearbox_monitor.identification import closed_model, model_error, noise
+from gearbox_monitor.identification.candidates import NOT_FITTED
+from gearbox_monitor.identification.remainder import Remainder, remainder
+from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.kernels.types import Array
+
+LACK = 0.08          # excess of chi2 that is no matter of the noise level
+LACK_RELATIVE = 2e-4  # of the gap: integration is not more accurate
+STRUCTURE = 3.8      # standard deviations of the residual in a frequency band (skewed: chi2)
+PAIR_STRUCTURE = 2.5  # the same for pairs, which imitate what is in no library
+NOISY_STRUCTURE = 6.0  # where torque noise was taken out, to first order
+ROUGH_LACK, ROUGH_STRUCTURE = 0.2, 30.0  # where an encoder has steps above its noise
+STRUCTURE_RELATIVE = 0.04  # of the gap, as LACK_RELATIVE
+BANDS = (0.0, 3.0, 8.0, 20.0, noise.MOTION)  # Hz
+REMAINDER = 30.0     # gain in chi2 of a free function of the motion; by chance: 29 at most of 300
+REMAINDER_RELATIVE = 1e-4  # of what the fit gains: integration is not more accurate
+MAX_SHARPENING = 0.15  # correction of sigma that is believed
+LOOSE = 0.2          # of the torque: more that lasts and is not explained is an unknown effect
+
+
+def spectrum(search: Search, residual: Array) -> tuple[Array, Array, Array]:
+    """
+    Return (power [W, L, C], frequencies [L] Hz, white [C]) of residuals [W, L, C].
+
+    white: mean power above the frequencies of motion.
+    """
+    power, at, high = noise.spectrum(residual, search.recording.dt)
+    return power, at, power[:, high].mean(axis=(0, 1))
+
+
+def sharpen_sigma(search: Search, best: Fitted) -> None:
+    """Measure sigma anew in what `best` leaves at high frequencies; residuals follow it."""
+    length = search.long.windows.length
+    _, _, white = spectrum(search, search.long.parted(best.point.residual))
+    factor = np.sqrt(white)
+    if not (np.abs(factor - 1.0) < MAX_SHARPENING).all():
+        return
+    sigma = search.long.sigma.copy()
+    sigma[search.long.channels] *= factor
+    search.long.sigma = sigma
+    for fitted in {id(f): f for f in (search.fitted[''], best)}.values():
+        for name in ('residual', 'white'):
+            owner = fitted.point if name == 'residual' else fitted
+            if getattr(owner, name) is not None:
+                setattr(owner, name, getattr(owner, name) / np.tile(factor, length))
+        fitted.point.chi2 = (fitted.point.residual ** 2).sum(axis=1)
+
+
+def misfit(search: Search, fitted: Fitted, spared: int = 0) -> tuple[float, float]:
+    """
+    Return (excess, structure) of what `fitted` leaves on the windows that are not held out.
+
+    excess: chi2 per reading - 1. structure: by how many standard deviations the most conspicuous
+    frequency band exceeds white noise of the power above BANDS; it does not depend on how well
+    sigma is known. spared: how many of the worst windows do not count.
+    """
+    train = search.long.train
+    r = fitted.point.residual if fitted.white is None else fitted.white
+    r = search.long.parted(r[train])
+    power, at, white = spectrum(search, r)
+    structure = -np.inf
+    for low, high in zip(BANDS, BANDS[1:]):
+        inside = power[:, (at > low) & (at <= high)] / white
+        # Without the worst window: one that found no good start is no unknown effect.
+        ratio = np.sort(inside.mean(axis=(1, 2)))[:max(1, len(inside) - 1)].mean()
+        structure = max(structure, (ratio - 1.0) / np.sqrt(2.0 / inside.size))
+    chi2 = np.sort((r ** 2).mean(axis=(1, 2)))
+    return float(chi2[:max(1, len(chi2) - spared)].mean() - 1.0), float(structure)
+
+
+def on_all(search: Search, fitted: Fitted) -> tuple[Search, Fitted]:
+    """
+    Return (search, fitted) with no window held out: what is missing may show in those more.
+
+    The same where noise of the torque, what lasts or bursts make windows differ.
+    """
+    if (search.long.train.all() or search.noisy or search.recording.motor is not None
+            or search.model.process_torque_time > 0.0
+            or set(fitted.candidate.ids) & set(NOT_FITTED)):
+        return search, fitted
+    whole, whole.long = copy(search), copy(search.long)
+    whole.long.train = np.ones_like(search.long.train)
+    return whole, closed_model.settled(search, fitted, [])
+
+
+def lacks(search: Search, fitted: Fitted, rough: bool = False) -> bool:
+    """Return whether `fitted` leaves more than noise; rough: an encoder has steps above noise."""
+    if search.model.process_torque_time > 0.0:
+        # No model of a real drive explains everything: the torque that is left tells.
+        if fitted.left is not None:
+            return bool((fitted.left > LOOSE * model_error.scales(search.recording)).any())
+        return bool(fitted.s > LOOSE * np.std(search.recording.u))
+    # A hard burst throws the arm to where a free signal does not find it.
+    excess, structure = misfit(search, fitted, int('disturbance' in fitted.candidate.ids))
+    before, _ = misfit(search, search.fitted[''])
+    limit = (ROUGH_STRUCTURE if rough else
+             NOISY_STRUCTURE if search.noisy else
+             PAIR_STRUCTURE if len(fitted.candidate.ids) > 1 else STRUCTURE)
+    return (excess > max(ROUGH_LACK if rough else LACK, LACK_RELATIVE * before)
+            or structure > limit + STRUCTURE_RELATIVE * before)
+
+
+def follows(search: Search, fitted: Fitted) -> Remainder | None:
+    """Return what `fitted` leaves as a function of the motion, None where that is chance."""
+    if search.noisy or search.recording.motor is not None:
+        return None  # not white
+    if 'disturbance' in fitted.candidate.ids:
+        return None  # a free signal, of which the motion has been asked
+    before = (search.fitted[''].point.chi2 - fitted.point.chi2).sum()
+    # A motion that the fit misses is better taken from the readings.
+    found = remainder(search, fitted, modelled=not lacks(search, fitted))
+    return found if found.gain > REMAINDER + REMAINDER_RELATIVE * max(0.0, before) else None
+
+
+def incomplete(search: Search, fitted: Fitted, rough: bool = False) -> bool:
+    """Return whether `fitted` leaves more than noise, or a law of the motion; rough: of lacks."""
+    return lacks(search, fitted, rough) or (
+        not rough and follows(search, fitted) is not None)

@@ -1,0 +1,190 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Where in the motion a residual sits: binned over speed, angle, twist and time.
+
+Arrays in, arrays out. Nothing here knows models.
+
+x, y: values of the axes; x_edges, y_edges, edges: of their bins.
+"""
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from gearbox_monitor.kernels.types import Array, Integers
+
+BINS = 24
+TAIL = 0.5        # percent of the samples on either end that share the outermost bins
+FEWEST = 0.002    # share of the samples below which a bin says nothing
+SMOOTHING = 0.01  # s, half width
+FOLDS = 5
+STIFFNESSES = (1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0)  # how hard a Law bends
+VAGUE = 4.0       # times the median error, from which on a bin of a Law says nothing
+
+
+@dataclass(frozen=True)
+class Map:
+    """
+    A quantity over a motion variable: edges [B + 1], count [B], mean [B], rms [B].
+
+    NaN in bins with too few samples.
+    """
+
+    edges: Array
+    count: Integers
+    mean: Array
+    rms: Array
+
+
+@dataclass(frozen=True)
+class Law:
+    """
+    A signal as a function of a motion variable: edges [B + 1], value [B], standard error [B].
+
+    NaN in bins of which the signal says little. explained: share of the signal beyond noise that
+    the law explains in windows it was not fitted to.
+    """
+
+    edges: Array
+    value: Array
+    error: Array
+    explained: float
+
+    @property
+    def centers(self) -> Array:
+        """Return the middles of the bins [B]."""
+        return 0.5 * (self.edges[1:] + self.edges[:-1])
+
+
+def motion(y: Array, dt: float, cuts: Sequence[int] = (0,)) -> dict[str, Array]:
+    """
+    Return {'speed', 'angle', 'twist', 'time': [N]} of readings y [N, 2] rad, dt s apart.
+
+    speed of the motor (rad/s), angle of the arm (rad), twist: motor - arm (rad), smoothed over
+    20 ms; time (s). cuts: first samples of recordings that were joined.
+    """
+    smooth, speed = np.array(y, float), np.zeros(len(y))
+    half = max(2, round(SMOOTHING / dt))
+    for begin, end in zip(cuts, (*cuts[1:], len(y))):
+        width = min(2 * half + 1, (end - begin - 1) // 2 * 2 + 1)
+        if width > 2:
+            smooth[begin:end] = savgol_filter(y[begin:end], width, 2, axis=0)
+            speed[begin:end] = savgol_filter(y[begin:end, 0], width, 2, deriv=1, delta=dt)
+    return {'speed': speed, 'angle': smooth[:, 1], 'twist': smooth[:, 0] - smooth[:, 1],
+            'time': np.arange(len(y)) * dt}
+
+
+def edges_of(x: Array, bins: int = BINS) -> Array:
+    """Return edges [bins + 1], evenly spaced over all of x but its tails."""
+    low, high = np.percentile(x, [TAIL, 100.0 - TAIL])
+    if not high > low:
+        low, high = low - 0.5, low + 0.5
+    return np.linspace(low, high, bins + 1)
+
+
+def edges_about_zero(x: Array, bins: int = BINS) -> Array:
+    """Return edges [bins + 1] over x that are closest about 0, where friction changes."""
+    top = float(np.percentile(np.abs(x), 100.0 - TAIL)) or 0.5
+    share = np.linspace(-1.0, 1.0, bins + 1)
+    return top * np.sign(share) * share ** 2
+
+
+def binned(x: Array, value: Array, edges: Array) -> Map:
+    """
+    Return the Map of `value` [...] over x [...], or of value [..., C]: channels together.
+
+    What lies beyond the edges counts in the outermost bins.
+    """
+    bins = len(edges) - 1
+    x = np.asarray(x, float)
+    value = np.asarray(value, float).reshape(*x.shape, -1)
+    at = np.clip(np.searchsorted(edges, x.ravel(), side='right') - 1, 0, bins - 1)
+    count = np.bincount(at, minlength=bins)
+    enough = count >= max(1.0, FEWEST * x.size)
+
+    def mean(v: Array) -> Array:
+        total = np.bincount(at, v.mean(axis=-1).ravel(), minlength=bins)
+        return np.where(enough, total / np.where(enough, count, 1), np.nan)
+    return Map(edges, count, mean(value), np.sqrt(mean(value ** 2)))
+
+
+def plane(x: Array, y: Array, value: Array, x_edges: Array, y_edges: Array) -> Array:
+    """Return the rms [Y, X] of value [..., C] over two variables; NaN where samples are few."""
+    shape = len(y_edges) - 1, len(x_edges) - 1
+    x, y = np.asarray(x, float), np.asarray(y, float)
+    power = (np.asarray(value, float).reshape(*x.shape, -1) ** 2).mean(axis=-1).ravel()
+    column = np.clip(np.searchsorted(x_edges, x.ravel(), side='right') - 1, 0, shape[1] - 1)
+    row = np.clip(np.searchsorted(y_edges, y.ravel(), side='right') - 1, 0, shape[0] - 1)
+    at = row * shape[1] + column
+    count = np.bincount(at, minlength=shape[0] * shape[1])
+    enough = count >= max(1.0, FEWEST / 10.0 * x.size)
+    total = np.bincount(at, power, minlength=len(count))
+    return np.sqrt(np.where(enough, total / np.where(enough, count, 1), np.nan)).reshape(shape)
+
+
+def law(x: Array, signal: Array, precision: Array, basis: Array, edges: Array) -> Law:
+    """
+    Return the Law, a value per bin, that fits a signal best by its own precision.
+
+    How smooth it is, is chosen by what it foretells in windows it was not fitted to.
+
+    x [W, L] in each sample; signal [W, H] at the peaks of the triangles basis [L, H], precision
+    [W, H, H] its inverse covariance. Errors are as large as what the law leaves says.
+    """
+    bins = len(edges) - 1
+    at = np.clip(np.searchsorted(edges, x, side='right') - 1, 0, bins - 1)
+    spread = (basis / basis.sum(axis=0)).T
+    columns = np.stack([spread @ (row[:, None] == np.arange(bins)) for row in at])
+    weighted = precision @ columns
+    grams = columns.transpose(0, 2, 1) @ weighted
+    pulls = np.einsum('whb,wh->wb', weighted, signal)
+    gram = grams.sum(axis=0)
+    known = np.bincount(at.ravel(), minlength=bins) >= max(1.0, FEWEST * x.size)
+    known &= np.diag(gram) > 1e-6 * np.diag(gram).max()
+    value, error, explained = np.full(bins, np.nan), np.full(bins, np.nan), 0.0
+    if known.any():
+        grams, pulls = grams[:, known][:, :, known], pulls[:, known]
+        bend = np.diff(np.eye(int(known.sum())), 2, axis=0)
+        bend = bend.T @ bend * np.trace(grams.sum(axis=0)) / len(bend.T)
+        foretold, stiffness = max((_foretold(grams, pulls, s * bend), s) for s in STIFFNESSES)
+        value[known], inverse = _solve(grams, pulls, stiffness * bend)
+        left = signal - columns[:, :, known] @ value[known]
+        total, rest = (np.einsum('wh,whk,wk->', v, precision, v) for v in (signal, left))
+        freedom = max(1, signal.size - int(known.sum()))
+        error[known] = np.sqrt(np.maximum(np.diag(inverse), 0.0) * max(1.0, rest / freedom))
+        vague = ~(error <= VAGUE * np.nanmedian(error))
+        value[vague], error[vague] = np.nan, np.nan
+        if total > signal.size:
+            explained = float(np.clip(foretold / (total - signal.size), 0.0, 1.0))
+    return Law(edges, value, error, explained)
+
+
+def _solve(grams: Array, pulls: Array, bend: Array) -> tuple[Array, Array]:
+    """Return (values [B], covariance [B, B]) from normal equations of windows, bend [B, B]."""
+    covariance = np.linalg.pinv(grams.sum(axis=0) + bend, rcond=1e-9, hermitian=True)
+    return covariance @ pulls.sum(axis=0), covariance
+
+
+def _foretold(grams: Array, pulls: Array, bend: Array) -> float:
+    """Return the gain in chi2 on windows that interleaved fits without them foretell."""
+    fold = np.arange(len(grams)) % min(FOLDS, len(grams))
+    gain = 0.0
+    for k in np.unique(fold) if len(grams) > 1 else ():
+        out = fold == k
+        values, _ = _solve(grams[~out], pulls[~out], bend)
+        gain += 2.0 * values @ pulls[out].sum(axis=0) - values @ grams[out].sum(axis=0) @ values
+    return gain

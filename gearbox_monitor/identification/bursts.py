@@ -1,0 +1,148 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Bursts of torque on the arm at times of their own: contacts, which repeat in no window.
+
+search: Search with the fit of none; free: FreeForm on the arm.
+"""
+from dataclasses import replace
+
+import numpy as np
+
+from gearbox_monitor.identification import basis_functions, fit as fitting, localisation
+from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.kernels.types import Array, Flags
+
+ON_FLOOR = 1.12      # chi2 per reading of a window in which nothing is missing
+ELSEWHERE = 50.0     # chi2 by which a torque at another place may be better; true ones: up to 10
+QUIET_SHARE = 0.35   # of the windows have no burst, at least
+FORETOLD = 0.4       # share of bursts: they come at times of their own, not with speed or torque
+STEADY = 0.6         # share of bursts that a steady oscillation may explain; of true ones: 0.3
+
+
+def found_bursts(search: Search) -> Fitted | None:
+    """Return a Fitted for bursts on the arm, None where the recording does not look like it."""
+    none = search.fitted['']
+    length = search.long.size
+    if (none.point.chi2 < ON_FLOOR * length).mean() < QUIET_SHARE:
+        return None
+    free = localisation.free_forms(search, none, search.jobs, places=('arm_side',))['arm_side']
+    price = float(np.log(length))
+    runs, cost = best_runs(free, price)
+    if not runs.any():
+        return None
+    worth, chi2 = _worth(search.long, none, free, runs, cost, price)
+    use = runs.any(axis=1) & (worth > 0.0)
+    if (not use.any() or (~use).mean() < QUIET_SHARE or foretold(search, free) > FORETOLD
+            or steady(search, free) > STEADY or elsewhere(search, free) > ELSEWHERE):
+        return None
+    shorter = search.on_shorter_steps()
+    if shorter is not None:  # impacts in steps too long are little bursts
+        again, _ = _worth(shorter, none, free, runs, cost, price)
+        worth = np.where(use, np.minimum(worth, again), 0.0)
+        use &= worth > 0.0
+        if not use.any():
+            return None
+    point = replace(none.point, chi2=np.where(use, chi2, none.point.chi2),
+                    residual=np.where(use[:, None], free.residual, none.point.residual))
+    # Bursts are not repeated: those in held-out windows are evidence like the others.
+    score = none.score - float(worth[use].sum())
+    return Fitted(replace(none.candidate, ids=('disturbance',)), point, score)
+
+
+def _worth(data: fitting.Data, none: Fitted, free: localisation.FreeForm, runs: Flags, cost: Array,
+           price: float) -> tuple[Array, Array]:
+    """
+    Return (gain in chi2 less its cost [W], chi2 [W]) of a free signal.
+
+    In `runs` [W, H] alone at their `cost` [W] or, where hard bursts want it, anywhere at the price
+    of each value. Against none, from the same states as well: what these are worth is no merit of
+    a burst.
+    """
+    fit = localisation.FreeFit(data, none.candidate.model(none.point.z), free.place, none.point)
+    burst = fit.solve(free.states, free.signal * runs, held=~runs)
+    every = fit.solve(free.states, free.signal)
+    quiet = fit.solve(free.states, held=np.ones_like(runs))
+    start = fit.solve(none.point.states, held=np.ones_like(runs))
+    price_of_all = price * every.unknowns
+    without = np.minimum(quiet.chi2, start.chi2)
+    less = burst.chi2 + cost < every.chi2 + price_of_all
+    chi2 = np.where(less, burst.chi2, every.chi2)
+    return without - chi2 - np.where(less, cost, price_of_all), chi2
+
+
+def best_runs(free: localisation.FreeForm, price: float) -> tuple[Flags, Array]:
+    """
+    Return (values [W, H] that a burst needs, its cost [W]), to first order, none where none pays.
+
+    One run of a FreeForm's values in each window, 0 outside it; price: of a value. Where it lies
+    are two more numbers to find.
+    """
+    windows, values = free.signal.shape
+    b = np.einsum('wij,wj->wi', free.precision, free.signal)
+    weak = 1e-9 * np.trace(free.precision, axis1=1, axis2=2)[:, None, None] / values
+    place = 2.0 * np.log(values * (values + 1) / 2)
+    runs, cost, best = np.zeros((windows, values), bool), np.zeros(windows), np.zeros(windows)
+    for size in range(1, values + 1):
+        for first in range(values + 1 - size):
+            run = slice(first, first + size)
+            gain = np.einsum('wi,wi->w', b[:, run], np.linalg.solve(
+                free.precision[:, run, run] + weak * np.eye(size), b[:, run, None])[:, :, 0])
+            better = gain - price * size - place > best
+            best[better] = (gain - price * size - place)[better]
+            cost[better] = price * size + place
+            runs[better] = False
+            runs[better, run] = True
+    return runs, cost
+
+
+def foretold(search: Search, free: localisation.FreeForm) -> float:
+    """Return the largest share of a FreeForm that is a function of what the drive does."""
+    recording, windows = search.recording, search.long.windows
+    at = windows.first[:, None] + np.arange(windows.length)
+    positions = recording.positions
+    moved = {**basis_functions.motion(positions, recording.dt, recording.cuts),
+             'torque': recording.u,
+             'speed of the arm': basis_functions.motion(
+                 positions[:, ::-1], recording.dt, recording.cuts)['speed']}
+    del moved['time']
+    laws = localisation.laws(search, free, {name: value[at] for name, value in moved.items()})
+    return max(law.explained for law in laws.values())
+
+
+def steady(search: Search, free: localisation.FreeForm) -> float:
+    """Return the largest share of a FreeForm, beyond noise, that one sine over time explains."""
+    first = search.long.windows.first[:, None] * search.recording.dt
+    t = first + np.arange(free.signal.shape[1]) * localisation.SPACING
+    finest = 0.25 / np.ptp(t)
+    pulls = np.einsum('whk,wk->wh', free.precision, free.signal)
+    gain = 0.0
+    for frequency in np.arange(finest, 0.5 / localisation.SPACING, finest):
+        wave = np.exp(2j * np.pi * frequency * t)
+        columns = np.stack([wave.real, wave.imag], axis=2)
+        gram = np.einsum('whc,whd->cd', columns, free.precision @ columns)
+        pull = np.einsum('whc,wh->c', columns, pulls)
+        gain = max(gain, float(pull @ np.linalg.lstsq(gram, pull, rcond=None)[0]))
+    beyond = float((pulls * free.signal).sum()) - free.signal.size
+    return gain / beyond if beyond > 0.0 else 0.0
+
+
+def elsewhere(search: Search, free: localisation.FreeForm) -> float:
+    """Return by how much chi2 a free torque at another place explains more than a FreeForm."""
+    others = [place for place in localisation.visible_places(search)
+              if place in localisation.TORQUES and place != free.place]
+    found = localisation.free_forms(search, search.fitted[''], search.jobs, others)
+    left = min((localisation.left_over(f) for f in found.values()), default=np.inf)
+    return float(localisation.left_over(free) - left) * free.residual.size

@@ -1,0 +1,361 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What is fitted: nuisance values of the model and parameters of effects, as coordinates.
+
+z [P]: coordinates. order: N of a periodic effect, else None.
+"""
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+import math
+
+import numpy as np
+
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.plant.drive import DriveModel, Transmission
+from gearbox_monitor.plant.effects import EFFECTS, library, MAX_DELAY
+
+# Values of the model that scatter with its tolerance: name in a verdict -> field.
+NUISANCES = {'m1': 'motor_inertia', 'm2': 'arm_inertia', 'D': 'damping',
+             'Cv': 'viscous_friction', 'Cc': 'coulomb_friction', 'K': 'stiffness', 'b': 'half_gap'}
+RIGID_HIDES = ('m2', 'D', 'K', 'b')  # of m1 and m2 only the sum shows
+ZERO = 'zero'  # offset of the motor's encoder against the arm's, where model.zero_tolerance > 0
+# Values that only an effect has: name -> (id, parameter). kt: factor on the torque.
+BY_EFFECT = {'kt': ('torque_gain', 'g'), 'u0': ('torque_offset', 'u0'),
+             ZERO: ('encoder_offset', 'c')}
+_SHAPE = {name for name in Transmission.__dataclass_fields__}
+PERIODIC = ('cogging', 'mesh_error', 'torque_ripple')
+PHASED = (*PERIODIC, 'motor_encoder_eccentricity', 'arm_encoder_eccentricity')
+ORDERS = range(1, 41)
+TWIST = (2.0, 98.0)  # percentiles between which the twist swings
+GAPS = (0.2, 0.45)   # of that swing, half gaps to start from
+FARTHEST = 10.0      # times the twist: a loop that is longer never closes, and is any constant
+# Where the motor's motion is put in, its torque shows friction of both sides as one: what is the
+# arm's leaves the motor's.
+SHIFTS, SHIFTED = {'arm_coulomb': 'Cc', 'arm_viscous': 'Cv'}, 1.0
+# Not fitted as a motion: read from the lattice of the readings, or a free signal.
+NOT_FITTED = ('motor_encoder_quantisation', 'arm_encoder_quantisation', 'disturbance')
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """
+    One number of a fit: `value` = low-level parameter, on a log scale where `log`.
+
+    scale: a change that matters; low, high: bounds; prior: standard deviation about the start, or
+    0. owner: index of the effect, or -1 for a nuisance.
+    """
+
+    owner: int
+    name: str
+    start: float
+    scale: float
+    low: float = -math.inf
+    high: float = math.inf
+    log: bool = False
+    prior: float = 0.0
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """
+    A model to be fitted: the nominal one with nuisances and the effects `ids`.
+
+    orders: {index of a periodic effect: its N}.
+    """
+
+    nominal: DriveModel
+    ids: tuple[str, ...]
+    coordinates: tuple[Coordinate, ...]
+    orders: dict[int, int] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """Ids joined by '+', 'none' without any."""
+        return '+'.join(self.ids) or 'none'
+
+    @property
+    def n_effect(self) -> int:
+        """Number of free parameters of the effects; N counts."""
+        return sum(c.owner >= 0 for c in self.coordinates) + len(self.orders)
+
+    def start(self) -> Array:
+        """Return the coordinates' start [P]."""
+        return np.array([math.log(c.start) if c.log else c.start for c in self.coordinates])
+
+    def bounded(self, z: Array) -> Array:
+        """Return z [P] within the bounds."""
+        low = [math.log(max(c.low, 1e-300)) if c.log else c.low for c in self.coordinates]
+        high = [math.log(c.high) if c.log else c.high for c in self.coordinates]
+        return np.clip(z, low, high)
+
+    def at_bound(self, z: Array) -> list[str]:
+        """Return the names of the effects' coordinates that sit at a bound that is finite."""
+        moved = self.bounded(z)
+        out = []
+        for c, value in zip(self.coordinates, moved):
+            value = math.exp(value) if c.log else value
+            near = 1e-6 * max(c.scale, abs(value))
+            if c.owner >= 0 and (value <= c.low + near or value >= c.high - near):
+                out.append(f'{self.ids[c.owner]}.{c.name}')
+        return out
+
+    def steps(self) -> Array:
+        """Return the steps [P] of finite differences."""
+        return np.array([4e-3 if c.log else 4e-3 * c.scale for c in self.coordinates])
+
+    def prior(self, z: Array) -> tuple[Array, Array]:
+        """Return (pull [P], weight [P]) of the Gaussian prior on z [P]."""
+        weight = np.array([c.prior ** -2 if c.prior else 0.0 for c in self.coordinates])
+        return weight * (z - self.start()), weight
+
+    def penalty(self, z: Array) -> float:
+        """Return -2 log of the prior at z."""
+        pull, _ = self.prior(z)
+        return float(pull @ (z - self.start()))
+
+    def values(self, z: Array) -> tuple[dict[str, float], list[dict[str, float]]]:
+        """Return (relative nuisances {name: factor - 1}, [{parameter: value} per effect])."""
+        nuisances: dict[str, float] = {}
+        given: list[dict[str, float]] = [{} for _ in self.ids]
+        for c, v in zip(self.coordinates, z):
+            v = math.exp(v) if c.log else float(v)
+            if c.owner < 0:
+                nuisances[c.name] = v - 1.0 if c.log else v
+            else:
+                given[c.owner][c.name] = v
+        for i, (name, values) in enumerate(zip(self.ids, given)):
+            if name in PHASED:
+                sine, cosine = values.pop('As'), values.pop('Ac')
+                if name in PERIODIC:
+                    values.update(A=math.hypot(sine, cosine), N=self.orders[i],
+                                  phi=math.atan2(cosine, sine))
+                else:
+                    values.update(A=math.hypot(sine, cosine), phi=math.atan2(cosine, sine))
+        return nuisances, given
+
+    def model(self, z: Array) -> DriveModel:
+        """Return the DriveModel at z [P]."""
+        nuisances, given = self.values(z)
+        return with_effects(scaled(self.nominal, nuisances),
+                            [{'id': name, **values} for name, values in zip(self.ids, given)])
+
+
+def scaled(model: DriveModel, nuisances: Mapping[str, float]) -> DriveModel:
+    """Return `model` changed by `nuisances` {name: relative change; u0: N m; ZERO: rad}."""
+    if not nuisances:
+        return model
+    nuisances = dict(nuisances)
+    for name, (effect, parameter) in BY_EFFECT.items():
+        if name in nuisances:
+            change = nuisances.pop(name)
+            known = sum(e[parameter] for e in model.effects if e['id'] == effect)
+            value = (1.0 + known) * (1.0 + change) - 1.0 if name == 'kt' else known + change
+            model = with_effects(model, [{'id': effect, parameter: value}])
+    changes, shape = {}, {}
+    if model.transmission.kind == 'rigid' and 'm1' in nuisances:
+        nuisances['m2'] = nuisances['m1']  # the sum is what shows
+    for name, change in nuisances.items():
+        where = NUISANCES[name]
+        if where in _SHAPE:
+            shape[where] = getattr(model.transmission, where) * (1.0 + change)
+        else:
+            changes[where] = getattr(model, where) * (1.0 + change)
+    return replace(model, transmission=replace(model.transmission, **shape), **changes)
+
+
+def offered(model: DriveModel) -> list[str]:
+    """Return the names of all values that can be fitted to the drive `model`."""
+    hidden = (*RIGID_HIDES, ZERO) if model.transmission.kind == 'rigid' else ()
+    # A value of 0 has no scale to move on.
+    values = [name for name, where in NUISANCES.items()
+              if getattr(model.transmission if where in _SHAPE else model, where)]
+    return [name for name in (*values, *BY_EFFECT) if name not in hidden]
+
+
+def with_effects(model: DriveModel, found: Sequence[Values]) -> DriveModel:
+    """Return `model` with `found` effects (dicts) instead of those of the same id."""
+    ids = {effect['id'] for effect in found}
+    kept = tuple(e for e in model.effects if e['id'] not in ids)
+    return replace(model, effects=(*kept, *found))
+
+
+def replaced_value(model: DriveModel, name: str) -> float | None:
+    """Return the value of `model` that the effect `name` replaces, None when it replaces none."""
+    effect = EFFECTS.get(name)
+    if effect is None or not effect.replaces:
+        return None
+    where = effect.replaces
+    return getattr(model.transmission if where in _SHAPE else model, where)
+
+
+def nuisances_of(model: DriveModel) -> dict[str, float]:
+    """Return {name: standard deviation} of the values that scatter; ones that are 0 do not."""
+    found = {}
+    if model.tolerance > 0.0:
+        hidden = RIGID_HIDES if model.transmission.kind == 'rigid' else ()
+        found = {name: model.tolerance for name, where in NUISANCES.items() if name not in hidden
+                 and getattr(model.transmission if where in _SHAPE else model, where)}
+    if model.zero_tolerance > 0.0:
+        found[ZERO] = model.zero_tolerance
+    return found
+
+
+class Starts:
+    """Where fits of each effect begin, in the scales of one drive and one recording."""
+
+    def __init__(self, model: DriveModel, recording: Recording) -> None:
+        self.model = model
+        self.effects = library()
+        t = model.transmission
+        self.torque = max(float(np.std(recording.u)), 1e-9)
+        self.peak = max(float(np.abs(recording.u).max()), 1e-9)
+        self.friction = model.coulomb_friction or 0.1 * self.torque
+        position, arm = recording.positions.T
+        travel = position[10:] - position[:-10]
+        self.speed = max(float(travel.std() / (10 * recording.dt)), 1e-6)
+        self.twist = max(t.half_gap, self.torque / t.stiffness, 1e-6)
+        self.angle = max(float(np.std(position)), 1e-6)
+        # Of a motor whose motion is put in, the twist shows how far values may be off.
+        self.swing = 0.0
+        if recording.motor is not None:
+            self.swing = float(np.ptp(np.percentile(position - arm, TWIST)))
+            self.twist = max(self.twist, 0.5 * self.swing)
+
+    def none(self) -> Candidate:
+        """Return the Candidate without effects."""
+        return Candidate(self.model, (), tuple(self._nuisances(())))
+
+    def candidates(self, name: str, order: int | None = None) -> list[Candidate]:
+        """Return the Candidates, one per start, of the single effect `name`."""
+        starts = self._starts(name)
+        orders = {0: order} if order is not None and name in PERIODIC else {}
+        return [self._candidate((name,), [coordinates], orders)
+                for coordinates in starts]
+
+    def joint(self, parts: Iterable[tuple[Candidate, Array]]) -> Candidate:
+        """
+        Return the Candidate of several effects that begins where fits of them ended.
+
+        parts: [(Candidate, z)] of single effects or pairs.
+        """
+        ids: list[str] = []
+        groups, orders = [], {}
+        for candidate, z in parts:
+            for i, name in enumerate(candidate.ids):
+                if i in candidate.orders:
+                    orders[len(ids)] = candidate.orders[i]
+                ids.append(name)
+                groups.append([
+                    replace(c, start=math.exp(v) if c.log else float(v))
+                    for c, v in zip(candidate.coordinates, z) if c.owner == i])
+        return self._candidate(tuple(ids), groups, orders)
+
+    def _candidate(self, ids: tuple[str, ...], groups: Sequence[Sequence[Coordinate]],
+                   orders: dict[int, int]) -> Candidate:
+        coordinates = self._nuisances(ids)
+        for i, group in enumerate(groups):
+            coordinates += [replace(c, owner=i) for c in group]
+        return Candidate(self.model, ids, tuple(coordinates), orders)
+
+    def _nuisances(self, ids: Sequence[str]) -> list[Coordinate]:
+        own = {EFFECTS[i].parameters[0].name for i in ids if i in EFFECTS and EFFECTS[i].replaces}
+        if 'encoder_offset' in ids:
+            own.add(ZERO)
+        near = {ZERO: 0.1 * self.swing} if self.swing else {}
+        spread = nuisances_of(self.model)
+        if self.swing:
+            spread.update((name, SHIFTED) for effect, name in SHIFTS.items() if effect in ids
+                          and getattr(self.model, NUISANCES[name]))
+        return [Coordinate(-1, name, 0.0, min(r, near.get(name, r)),
+                           -math.inf if name == ZERO else -0.9,
+                           math.inf if name == ZERO else 10.0, prior=r)
+                for name, r in spread.items() if name not in own]
+
+    def _starts(self, name: str) -> list[list[Coordinate]]:
+        """Return lists of Coordinates (owner 0), one list per start."""
+        effect = self.effects[name]
+        if name not in EFFECTS:
+            return [[Coordinate(0, p.name, float(v), max(abs(float(v)), 1e-3), p.low, p.high)
+                     for p, v in zip(effect.parameters, effect.starts)]]
+        p = effect.parameters[0]
+        if effect.replaces:
+            value = replaced_value(self.model, name) or 0.0
+            scale = {'Cv': self.torque / self.speed, 'Cc': self.friction,
+                     'D': 0.1 * self.torque / self.speed}.get(p.name, value)
+            scale = value if value else scale
+            # A resonance that is far off fits in several places.
+            factors = (1.0, 0.7, 1.4) if p.name in ('K', 'b', 'm2', 'm1') else (1.0,)
+            starts = [f * value for f in factors]
+            if self.swing and p.name == 'b':
+                starts += [f * self.swing for f in GAPS]
+                scale = max(scale, 0.1 * self.swing)
+            elif self.swing and p.name == 'K':
+                starts.append(2.0 * self.torque / self.swing)
+            return [[Coordinate(0, p.name, start, scale, max(p.low, 0.02 * value), p.high)]
+                    for start in starts]
+        if name in PHASED:
+            mesh = 0.25 * self.swing or 0.05 * self.twist
+            size = {'cogging': 0.1 * self.torque, 'torque_ripple': 0.05, 'mesh_error': mesh}.get(
+                name, 0.01 * self.angle)
+            return [[Coordinate(0, 'As', 0.0, size), Coordinate(0, 'Ac', 0.0, size)]]
+
+        inf = math.inf
+
+        def one(name: str, start: float, scale: float, low: float = -inf,
+                high: float = inf) -> Coordinate:
+            return Coordinate(0, name, start, scale, low, high)
+
+        def log(name: str, start: float, low: float, high: float) -> Coordinate:
+            return Coordinate(0, name, start, start, low, high, log=True)
+
+        torque, speed, friction = 0.1 * self.torque, self.speed, self.friction
+        elastic = self.model.transmission.stiffness * self.twist
+        lossy = 0.0 if self.swing else -inf  # of a real drive, no loop gains energy
+        farthest = FARTHEST * self.twist
+        table = {
+            'stribeck': [[one('Cs', 0.3 * friction, friction, 0.0),
+                          log('vs', f * speed, 1e-3, 1e3)] for f in (0.03, 0.15, 0.6)],
+            'lugre': [[log('sigma0', s0 * friction, 1e-3, 1e6), log('sigma1', s1, 1e-6, 1e3),
+                       one('Cs', 0.3 * friction, friction, 0.0), log('vs', f * speed, 1e-3, 1e3)]
+                      for s0, s1, f in ((100.0, 0.3, 0.1), (1000.0, 0.1, 0.1), (30.0, 0.3, 0.3))],
+            'coulomb_asymmetry': [[one('Ca', 0.0, friction)]],
+            'load_friction': [[one('Cl', 0.0, 0.1, 0.0, 1.0)]],
+            'viscous_drift': [[one('r', 0.05, 0.3, -1.0), log('T', tc, 0.05, 1e3)]
+                              for tc in (1.0, 6.0)],
+            'arm_viscous': [[one('Cav', 0.0, torque / speed, 0.0)]],
+            'arm_coulomb': [[one('Cac', f * friction, torque, 0.0)]
+                            for f in ((0.0, 0.7) if self.swing else (0.0,))],
+            'gravity': [[one('G', 0.0, torque)]],
+            'load_torque': [[one('TL', 0.0, torque)]],
+            'hardening': [[one('K3', 0.0, torque / self.twist ** 3)]],
+            'hysteresis_bouc_wen': [[one('Th', 0.0, 0.1 * elastic, lossy),
+                                     log('dh', f * self.twist, 1e-5, farthest)]
+                                    for f in (0.03, 0.2, 1.0)],
+            'hysteresis_branch': [[one('h', 0.0, 0.1 * self.twist, -inf, -lossy),
+                                   log('ds', f * self.twist, 1e-5, farthest)]
+                                  for f in (0.03, 0.2, 1.0)],
+            'torque_gain': [[one('g', 0.0, 0.1, -0.95)]],
+            'torque_offset': [[one('u0', 0.0, torque)]],
+            'actuator_lag': [[one('T', 0.001, 0.002, 0.0, 1.0)]],
+            'actuator_delay': [[one('T', 0.001, 0.002, 0.0, MAX_DELAY)]],
+            'saturation': [[one('umax', f * self.peak, 0.1 * self.peak, 0.02 * self.peak,
+                                self.peak)] for f in (0.97, 0.85, 0.65, 0.4)],
+            'motor_encoder_delay': [[one('T', 0.0005, 0.001, 0.0, MAX_DELAY)]],
+            'arm_encoder_delay': [[one('T', 0.0005, 0.001, 0.0, MAX_DELAY)]],
+            'encoder_offset': [[one('c', 0.0, 0.1 * self.twist)]],
+        }
+        return table[name]

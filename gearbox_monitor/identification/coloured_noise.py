@@ -1,0 +1,102 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Noise of the encoders that lasts from reading to reading: their make, or a filter behind them.
+
+It is taken for the simplest there is, r_k = phi r_(k-1) + e_k with white e; see noise.whitened.
+Left white it looks like motion that no effect explains. phi is measured above the frequencies of
+motion; what motion leaves there falls off more steeply than such noise. With the best effect
+fitted, those somewhat below can tell more.
+
+search: Search; best: Fitted; residual [W, L, C]: in sigmas, each reading by itself; dt: s; lowest:
+Hz.
+"""
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearbox_monitor.identification import fit as fitting
+from gearbox_monitor.identification.noise import MOTION, spectrum
+from gearbox_monitor.kernels.types import Array
+
+if TYPE_CHECKING:
+    from gearbox_monitor.identification.search import Fitted, Search
+
+FITTED = 20.0     # Hz, above which a fitted effect leaves hardly anything
+WIDTH, HIGHEST = 1.26, 490.0  # of a band; Hz
+TRIED = np.linspace(0.0, 0.98, 99)
+LEAST, LIKE = 0.15, 0.15  # phi worth a word; how far (log power, rms) bands may be from their line
+REFITTED = 8      # effects, after the noise has been measured anew
+
+
+def measured(residual: Array, dt: float,
+             lowest: float = MOTION) -> tuple[Array, Array] | None:
+    """
+    Return (phi [C], size [C]) of the noise of the encoders above `lowest`.
+
+    size: its standard deviation, in sigmas. phi is 0 and size 1 for an encoder whose noise is
+    white, or like nothing known. None where all are.
+    """
+    power, at, _ = spectrum(residual, dt)
+    edges = lowest * WIDTH ** np.arange(1 + int(np.log(HIGHEST / lowest) / np.log(WIDTH)))
+    bands = [(at >= low) & (at < high) for low, high in zip(edges, edges[1:]) if high <= at[-1]]
+    if len(bands) < 3:
+        return None
+    # Windows in the middle: those with impacts do not count.
+    level = np.log(np.maximum(1e-300, [
+        np.median(power[:, band].mean(axis=1), axis=0) for band in bands]))
+    shape = (1.0 - TRIED ** 2) / (
+        1.0 + TRIED ** 2 - 2.0 * TRIED * np.cos(2.0 * np.pi * dt * at)[:, None])
+    line = np.log([shape[band].mean(axis=0) for band in bands])
+    weight = np.array([band.sum() for band in bands]) / sum(band.sum() for band in bands)
+    phi, size = np.zeros(level.shape[1]), np.ones(level.shape[1])
+    for i, found in enumerate(level.T):
+        apart = found[:, None] - line
+        middle = weight @ apart
+        off = np.sqrt(weight @ (apart - middle) ** 2)
+        best = int(off.argmin())
+        if TRIED[best] >= LEAST and off[best] < LIKE:
+            phi[i], size[i] = TRIED[best], np.exp(0.5 * middle[best])
+    return (phi, size) if phi.any() else None
+
+
+def measure(search: 'Search', best: 'Fitted',
+            lowest: float = MOTION) -> tuple[Array, Array] | None:
+    """Return (sigma [2] rad, phi [2]) from what `best` leaves, None where the noise is white."""
+    plain, point = search.long.uncoloured(), best.point
+    r, _ = plain.residual(best.candidate.model(point.z), point.states, point.memory)
+    found = measured(plain.parted(r), search.recording.dt, lowest)
+    if found is None:
+        return None
+    sigma, phi = plain.sigma.copy(), np.zeros(2)
+    phi[plain.channels] = found[0]
+    sigma[plain.channels] *= found[1]
+    return sigma, phi
+
+
+def settle(search: 'Search') -> None:
+    """Measure the noise anew in what the best effect leaves; fit what is near it again."""
+    found = measure(search, min(search.fitted.values(), key=lambda f: f.score), FITTED)
+    if found is None:
+        return
+    for data in (search.long, search.short):
+        data.sigma, data.colour = found
+    near = ['', *search.ranked()[:REFITTED]]
+    for name, fitted in search.fitted.items():
+        point = search.long.evaluate(fitted.candidate, fitting.copied(fitted.point))
+        search.fitted[name] = search.as_fitted(fitted.candidate, point)
+    for name in near:
+        search.fitted[name] = search.anew(search.fitted[name])
+    search.whiten(near)

@@ -1,0 +1,137 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The diagnosis: where the gap between recording and model lies, which effect, how far it goes.
+
+recordings: of one drive; validate: one more, to judge by. only, exclude: ids of effects. search:
+Search with the fits.
+"""
+from collections.abc import Callable, Sequence
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.identification import coloured_noise
+from gearbox_monitor.identification.adequacy import incomplete, lacks, on_all
+from gearbox_monitor.identification.candidates import PHASED
+from gearbox_monitor.identification.noise import noise_floor
+from gearbox_monitor.identification.recording import joined, Recording
+from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.identification.selection import decide, finer
+from gearbox_monitor.identification.torque_domain import driven
+from gearbox_monitor.identification.verdict import location_of, report, Verdict
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import library
+
+QUANTISED = 0.5      # step of a lattice over sigma, from which on rounding matters
+ROUGH = 2.0          # the same, from which on it is no white noise any more
+ARM_TWINS = ('arm_viscous', 'arm_coulomb', 'arm_inertia', 'load_torque')
+
+
+def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
+             validate: Recording | None = None, only: Sequence[str] | None = None,
+             exclude: Sequence[str] = (), seed: int = 0, jobs: int = 1,
+             progress: Callable[..., object] | None = None) -> Verdict:
+    """
+    Return the Verdict on `recordings` (Recording, of one drive) under the DriveModel `model`.
+
+    validate: a further Recording, used for nothing but judging. only, exclude: ids of effects.
+    seed: of the bootstrap. jobs: threads. progress(done, total, text). Raises InputError.
+    """
+    recording = joined([driven(r, model) for r in recordings])
+    if recording.motor is not None:
+        model = model.folded()  # a closed model is the next one to start from
+    ids = [i for i in chosen_ids(only, exclude) if visible(i, model, recording)]
+    if not ids:
+        raise InputError('effects: none is left that this drive and its encoders show, expected '
+                         'at least one')
+    sigma, quantum = noise_floor(recording, model)
+
+    def searched(sigma: Array, phi: Array | None = None) -> Search:
+        search = Search(recording, model, sigma, ids, jobs, progress, phi)
+        search.none_and_singles()
+        return search
+    search = searched(sigma)
+    best = min(search.fitted.values(), key=lambda f: f.score)
+    if (recording.motor is None and (quantum <= QUANTISED * sigma).all()
+            and lacks(search, best)):  # where one effect leaves white noise, it is white
+        lasts = coloured_noise.measure(search, best)
+        if lasts is not None:
+            search = searched(*lasts)
+            coloured_noise.settle(search)
+            sigma = search.long.sigma
+    rough = bool((quantum > ROUGH * sigma).any())
+    best, kind = decide(search, rough)
+
+    def lack(fitted: Fitted) -> bool:
+        return incomplete(*on_all(search, fitted))
+    judged = kind != 'unknown' and not rough
+    if judged:
+        best = finer(search, best, lack)
+    late = judged and lack(best)
+    if late:
+        best, kind = decided_on_all(search)
+    lattices = [name for i, name in enumerate(('motor_encoder_quantisation',
+                                               'arm_encoder_quantisation'))
+                if quantum[i] > QUANTISED * sigma[i] and search.long.weighing is None]
+    steps = next((name for name in lattices if kind == 'none' and name in exclude), None)
+    verdict = report(search, best, 'unknown' if steps else kind,
+                     [name for name in lattices if name in ids], quantum, validate, seed)
+    if steps:
+        verdict.data['location'] = verdict.data['where']['location'] = location_of(steps)
+        verdict.data['warnings'].append(f'readings stand on steps: {steps}, which is excluded')
+    if late:
+        verdict.data['warnings'].append(
+            'what the model lacks shows with the windows held out alone: all windows were fitted, '
+            'so gap_after is not that of unseen ones; judge by a second recording')
+    return verdict
+
+
+def decided_on_all(search: Search) -> tuple[Fitted, str]:
+    """Return what decide() does where no window is held out; they are again, afterwards."""
+    train = search.long.train.copy()
+    search.long.train[:] = True
+    search.fitted.clear()
+    search.none_and_singles()
+    found = decide(search)
+    search.long.train[:] = train
+    return found
+
+
+def chosen_ids(only: Sequence[str] | None, exclude: Sequence[str]) -> list[str]:
+    """Return the ids that may be named. Raises InputError for unknown ones."""
+    known = library()
+    for name in (*(only or ()), *exclude):
+        if name not in known:
+            raise InputError(f'effect: {name!r}, expected one of {", ".join(known)}')
+    ids = [i for i in known if i not in exclude and (only is None or i in only)]
+    if not ids:
+        raise InputError('effects: none is left, expected at least one')
+    return ids
+
+
+def visible(name: str, model: DriveModel, recording: Recording) -> bool:
+    """Return whether the effect `name` shows in readings of this drive, and under this name."""
+    missing = {('motor_sensor', 'arm_sensor')[i] for i in (0, 1) if i not in recording.channels}
+    place = location_of(name)
+    if place in missing or (missing and name == 'encoder_offset'):
+        return False
+    if recording.motor is not None and place == 'motor_sensor' and (
+            missing or name == 'motor_encoder_quantisation'):
+        return False
+    if model.axis == 'prismatic' and (name in PHASED or name == 'gravity'):
+        return False  # nothing turns with a position in m, and a weight is a constant load
+    # In a rigid drive the same on the arm cannot be told from it on the motor.
+    return model.transmission.kind != 'rigid' or (
+        place != 'transmission' and name not in ARM_TWINS)

@@ -1,0 +1,205 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The motion that best separates effects: experiment design on the angle between their signatures.
+
+With an effect a of known size, d s2 is the evidence for it that another effect b cannot imitate
+(isolate). Motions of the plant's own kinds are simulated with the effect, within limits of torque,
+speed and travel, and the one that makes the least d s2 of all pairs largest is proposed.
+
+dt, seconds: sample period and length of a motion, s; search: Search of the diagnosis; seed: of the
+random numbers.
+"""
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+import math
+from typing import TypeAlias
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.identification import fit as fitting, isolability
+from gearbox_monitor.identification.candidates import Candidate, NOT_FITTED, PERIODIC, PHASED
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import simulate
+
+DT = 1e-3
+SHARES = (1.0, 0.6, 0.35)  # of the torque limit
+SHRINK, TRIALS = 0.7, 5    # a motion that goes too far is tried with less torque
+CHANGES, BEST, SPREAD = 60, 4, 0.5  # further trials near the best ones; of the logarithms
+Pair: TypeAlias = tuple[str, str]
+KINDS = (
+    *(('multisine', weights, frequencies) for weights, frequencies in product(
+        ((0.75, 0.25), (0.5, 0.5)), ((0.9, 2.3), (0.3, 1.1), (1.7, 5.1), (3.3, 9.7)))),
+    ('multisine', (0.4, 0.3, 0.3), (0.4, 1.7, 6.3)),
+    *(('chirp', (1.0,), sweep) for sweep in ((0.1, 3.0), (0.5, 8.0), (1.0, 20.0), (5.0, 40.0))),
+    *(('square', (1.0,), (f,)) for f in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)),
+    *(('triangle', (1.0,), (f,)) for f in (0.1, 0.2, 0.5, 1.0, 2.5)))
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Largest torque (N m), speed (rad/s) and travel (rad, either side of the start) allowed."""
+
+    torque: float
+    speed: float = math.inf
+    travel: float = math.inf
+
+
+@dataclass
+class Motion:
+    """
+    One motion: parameters of drive.excitation.Excitation, and what it would tell.
+
+    separation {(a, b): d s2}; reached: Limits that the simulation took up.
+    """
+
+    kind: str
+    amplitudes: tuple[float, ...]
+    frequencies: tuple[float, ...]
+    seconds: float
+    separation: dict[Pair, float]
+    reached: Limits
+
+    @property
+    def least(self) -> float:
+        """The smallest d s2 of all pairs."""
+        return min(self.separation.values())
+
+    def torque(self, dt: float = DT) -> tuple[Array, Array]:
+        """Return (t [N], u [N]) in s and N m."""
+        t = np.arange(round(self.seconds / dt)) * dt
+        return t, Excitation(self.kind, self.amplitudes, self.frequencies,
+                             self.seconds).torque(t)
+
+
+def sized(search: Search, name: str, values: Values | None = None) -> Candidate:
+    """Return the Candidate of effect `name` at `values` {parameter: value}, or at a usual size."""
+    order = int(values['N']) if values and name in PERIODIC else 1
+    candidate = search.starts.candidates(name, order)[0]
+    own = dict(values or {})
+    replaces = name in EFFECTS and EFFECTS[name].replaces
+    if name in PHASED and own:
+        own.update(As=own['A'] * math.cos(own['phi']), Ac=own['A'] * math.sin(own['phi']))
+    coordinates = []
+    for c in candidate.coordinates:
+        if c.owner == 0:
+            usual = c.start if c.start and not replaces else c.start + 0.1 * c.scale
+            c = replace(c, start=float(own.get(c.name, usual)))
+        coordinates.append(c)
+    return replace(candidate, coordinates=tuple(coordinates))
+
+
+def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Array, sigma: Array,
+                pairs: Sequence[Pair]) -> tuple[dict[Pair, float], Limits] | tuple[None, None]:
+    """
+    Return ({(a, b): d s2}, Limits reached) for the torque u [N] (N m, DT apart).
+
+    model: nominal DriveModel; effects: {id: values or None}; sigma [2] rad; pairs: [(a, b)], of a
+    present and b its rival.
+    """
+    out, reached = {}, Limits(0.0, 0.0, 0.0)
+    plain = simulate(model, u, DT)
+    if not np.isfinite(plain.x).all():
+        return None, None
+    probe = Recording(plain.t, u, plain.y, DT)
+    for a in dict.fromkeys(a for a, _ in pairs):
+        start = Search(probe, model, sigma, [a])
+        candidate = sized(start, a, effects.get(a))
+        drive = candidate.model(candidate.start())
+        run = simulate(drive, u, DT)
+        if not np.isfinite(run.x).all():
+            return None, None
+        reached = Limits(float(np.abs(u).max()),
+                         max(reached.speed, float(np.abs(run.x[:, 2:]).max())),
+                         max(reached.travel, float(np.abs(run.x[:, :2]).max())))
+        rivals = [b for one, b in pairs if one == a]
+        search = Search(replace(probe, y=run.y), model, sigma, rivals)
+        point = fitting.Point(candidate.start(), run.x[search.long.windows.begin].copy(),
+                              np.zeros((len(search.long.windows), 4)))
+        search.long.evaluate(candidate, point)
+        fitted = search.fitted[''] = Fitted(candidate, point)
+        space = isolability.Space(search, fitted)
+        signature = isolability.direction(fitted, 0, space.own)
+        _, prior = candidate.prior(point.z)
+        rest = [k for k, c in enumerate(candidate.coordinates) if c.owner != 0]
+        signature = isolability.remove(signature, space.own[:, rest], prior[rest])
+        d = float((signature ** 2).sum())
+        for b in rivals:
+            order = 1
+            if b in PERIODIC:
+                order = int((effects.get(b) or effects.get(a) or {}).get('N', 1))
+            columns = isolability.remove(space.signature(b, order), space.own[:, rest],
+                                         prior[rest])
+            out[a, b] = d * isolability.share_left(signature, columns)
+    return out, reached
+
+
+def suggest(model: DriveModel, effects: Mapping[str, Values | None], pairs: Sequence[Pair],
+            limits: Limits, sigma: Array, seconds: float = 12.0, seed: int = 0,
+            progress: Callable[..., object] | None = None) -> list[Motion]:
+    """
+    Return the Motions that separate `pairs` within Limits, best first.
+
+    First a list of motions, then changes of the best ones at random. model: nominal DriveModel;
+    effects: {id: {parameter: value} or None for a usual size}; pairs: [(a, b)]: tell a, as sized,
+    from b; sigma [2] rad: noise of the encoders. progress(done, total).
+    Raises InputError where no pair can be looked at.
+    """
+    # Twins differ near standstill only, by less than any model of friction is good for.
+    pairs = [(a, b) for a, b in pairs
+             if not {a, b} & set(NOT_FITTED) and isolability.TWINS.get(a) != b]
+    if not pairs:
+        raise InputError('motion: no pair of effects that a motion could separate')
+    random = np.random.default_rng(seed)
+    found, done, total = [], 0, len(KINDS) * len(SHARES) + CHANGES
+
+    def tried(kind: str, amplitudes: Iterable[float], frequencies: Iterable[float],
+              trials: int = TRIALS) -> None:
+        motion = Motion(kind, tuple(map(float, amplitudes)), tuple(map(float, frequencies)),
+                        seconds, {}, limits)
+        for _ in range(trials):
+            separation, reached = separations(
+                model, effects, motion.torque()[1], sigma, pairs)
+            if separation is not None and reached is not None and (
+                    reached.speed <= limits.speed and reached.travel <= limits.travel):
+                motion.separation, motion.reached = separation, reached
+                found.append(motion)
+                return
+            motion.amplitudes = tuple(SHRINK * a for a in motion.amplitudes)
+    for (kind, weights, frequencies), share in product(KINDS, SHARES):
+        tried(kind, share * limits.torque * np.array(weights), frequencies)
+        done += 1
+        if progress:
+            progress(done, total)
+    for k in range(CHANGES if found else 0):
+        found.sort(key=lambda m: -m.least)
+        motion = found[min(k % BEST, len(found) - 1)]
+        spread = SPREAD * (1.0 - k / CHANGES) + 0.05
+        amplitudes = np.array(motion.amplitudes) * np.exp(
+            spread * random.standard_normal(len(motion.amplitudes)))
+        amplitudes *= min(1.0, limits.torque / amplitudes.sum())
+        changed = np.array(motion.frequencies) * np.exp(
+            spread * random.standard_normal(len(motion.frequencies)))
+        tried(motion.kind, amplitudes, changed, 1)
+        if progress:
+            progress(done + k + 1, total)
+    return sorted(found, key=lambda m: -m.least)

@@ -1,0 +1,55 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What a diagnosis is given: a recording repaired, and checked against the model of its drive."""
+from collections.abc import Callable
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.identification.recording import prepare, Recording
+from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.quality.input_checks import check
+
+
+def given(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, name: str,
+          place: Callable[[int, str], str] | None, model: DriveModel,
+          model_name: str) -> tuple[Recording, list[str]]:
+    """
+    Return (Recording, notes) of readings; see recording.prepare.
+
+    arm_torque: [N] N m as measured, used with arm_load: measured in the DriveModel `model` only;
+    None or NaN = not measured. name, model_name: what messages call the recording and the model.
+    Raises InputError, also where no verdict on the drive is possible.
+    """
+    notes = []
+    measured = arm_torque is not None and np.isfinite(arm_torque).any()
+    if model.arm_load == 'measured' and not measured:
+        raise InputError(f'{name}: no {on_axis("torque", model.axis)} measured on the arm, '
+                         f'expected one with arm_load: measured in {model_name}')
+    if model.arm_load != 'measured':
+        if measured and arm_torque is not None and np.nanmax(np.abs(arm_torque)) > 0.0:
+            notes.append(on_axis('the torque measured on the arm is not used: ', model.axis)
+                         + f'arm_load in {model_name} is {model.arm_load}, not measured')
+        arm_torque = None
+    recording, repaired = prepare(t, u, y, arm_torque, name, place,
+                                  one_encoder=model.transmission.kind == 'rigid',
+                                  axis=model.axis)
+    problems = check(recording, model)
+    fatal = [problem.text for problem in problems if problem.fatal]
+    if fatal:
+        raise InputError(f'{name}: ' + '; '.join(fatal))
+    return recording, [*notes, *repaired, *(problem.text for problem in problems)]

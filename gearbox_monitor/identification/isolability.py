@@ -1,0 +1,231 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What a recording can separate: the angles between the signatures of effects.
+
+The signature of an effect is the change of the windows' readings by a little of it, less what
+window states (and nominal values, as far as they scatter) can imitate. With evidence d of an
+effect, another one that leaves the share s2 of its signature imitates it unless d s2 > LIMIT.
+
+search: Search with all fits; fitted: Fitted; order: N of a periodic effect, else None.
+"""
+import math
+from typing import TypeAlias
+
+import numpy as np
+
+from gearbox_monitor.identification import fit as fitting
+from gearbox_monitor.identification.candidates import (
+    NOT_FITTED, PERIODIC, replaced_value, with_effects)
+from gearbox_monitor.identification.search import Fitted, KEEP_SCREENED, Search
+from gearbox_monitor.kernels.types import Array
+
+LIMIT = 20.0  # in units of 2 log likelihood
+LASTING_SHARE = 0.1  # of the evidence, where much lasts that no model explains
+TWINS = {'torque_offset': 'coulomb_asymmetry', 'coulomb_asymmetry': 'torque_offset'}
+SMALL = 1e-9
+Separations: TypeAlias = dict[str, tuple[float, dict[str, float]]]
+
+
+class Space:
+    """Scalar products of changes of the training windows, free unknowns taken out."""
+
+    def __init__(self, search: Search, fitted: Fitted) -> None:
+        self.search, self.fitted = search, fitted
+        data, point = search.long, fitted.point
+        self.model = fitted.candidate.model(point.z)
+        s = fitting.sensitivity(data, fitted.candidate, point)
+        train = data.train
+        Jx = s.Jx[train]
+        # Orthonormal in each window: the states' part is then a plain product.
+        Jx = Jx / np.maximum(np.linalg.norm(Jx, axis=1, keepdims=True), 1e-30)
+        self._basis, _ = np.linalg.qr(Jx)
+        self.own = self.clean(s.Jz)  # [M, P]
+
+    def clean(self, columns: Array) -> Array:
+        """Return columns [W, 2L, C] as [M, C], window states taken out."""
+        columns = columns[self.search.long.train]
+        columns = columns - self._basis @ (self._basis.transpose(0, 2, 1) @ columns)
+        return columns.reshape(columns.shape[0] * columns.shape[1], columns.shape[2])
+
+    def signature(self, name: str, order: int | None = None) -> Array:
+        """Return the changes [M, C] by a little of effect `name`, one column per way."""
+        data, point = self.search.long, self.fitted.point
+        columns = []
+        for probe in self.search.probes(name, order):
+            for values in probe:
+                model = with_effects(
+                    self.model, [*self.model.effects, {'id': name, **values}])
+                r, _ = data.residual(model, point.states, point.memory)
+                columns.append(point.residual - r)
+        return self.clean(np.stack(columns, axis=2))
+
+
+def _orders(search: Search, name: str) -> int | None:
+    """Return the order of the periodic effect `name` that fits best, None for others."""
+    if name not in PERIODIC:
+        return None
+    known = search.fitted.get(name)
+    if known is not None:
+        return known.candidate.orders[0]
+    try:
+        return search.found_orders(name)[0]
+    except KeyError:  # nothing was screened yet
+        search.find_orders()
+        return search.found_orders(name)[0]
+
+
+def share_left(a: Array, b: Array) -> float:
+    """Return the share of the power of a [M, A] that the span of b [M, B] leaves."""
+    total = (a * a).sum()
+    if not b.shape[1] or total <= 0.0:
+        return 1.0
+    q = _orthonormal(b)
+    return float(np.clip(1.0 - ((q.T @ a) ** 2).sum() / total, 0.0, 1.0))
+
+
+def _orthonormal(columns: Array) -> Array:
+    """Return an orthonormal basis of the span of columns [M, C]."""
+    size = np.linalg.norm(columns, axis=0)
+    columns = columns[:, size > 0.0] / size[size > 0.0]
+    values, vectors = np.linalg.eigh(columns.T @ columns)
+    keep = values > SMALL * max(values.max(initial=0.0), 1e-300)
+    return columns @ vectors[:, keep] / np.sqrt(values[keep])
+
+
+def remove(columns: Array, nuisances: Array, prior: Array) -> Array:
+    """
+    Return columns with what the nuisances [M, Q] imitate taken out, their prior [Q] as rows.
+
+    The prior enters as one more reading of each nuisance.
+    """
+    count = nuisances.shape[1]
+    if not count:
+        return columns
+    stacked = np.concatenate([nuisances, np.diag(np.sqrt(prior))])
+    padded = np.concatenate([columns, np.zeros((count, columns.shape[1]))])
+    q = _orthonormal(stacked)
+    return padded - q @ (q.T @ padded)
+
+
+def direction(fitted: Fitted, owner: int, own: Array) -> Array:
+    """Return the change [M, 1] towards no effect `owner` of `fitted`, from its columns `own`."""
+    candidate, z = fitted.candidate, fitted.point.z
+    name = candidate.ids[owner]
+    null = replaced_value(candidate.nominal, name) or 0.0
+    total, some = np.zeros(len(own)), False
+    for k, c in enumerate(candidate.coordinates):
+        if c.owner != owner:
+            continue
+        if name == 'lugre' and c.name == 'sigma0':
+            total -= own[:, k]
+        elif not c.log:
+            total += own[:, k] * ((z[k] - null) or c.scale)
+        some = True
+    return total[:, None] if some else np.zeros((len(own), 0))
+
+
+def evidence(search: Search, best: Fitted, owner: int = 0) -> float:
+    """Return d: 2 log likelihood that the effect `owner` of `best` gains, on training windows."""
+    train = search.long.train
+    others = [n for i, n in enumerate(best.candidate.ids) if i != owner]
+    without = search.fitted.get('+'.join(others)) or search.fitted['']
+    gain = without.score - best.score + (
+        best.candidate.n_effect - without.candidate.n_effect) * math.log(search.long.n_train)
+    if math.isfinite(gain):
+        return float(gain)
+    return float((without.point.chi2 - best.point.chi2)[train].sum())
+
+
+def separations(search: Search, best: Fitted) -> Separations:
+    """
+    Return {id of `best`: (d, {other id: s2})}: how much of its evidence others cannot imitate.
+
+    Other effects of `best`, window states and nominal values (with their prior) give way.
+    """
+    candidate = best.candidate
+    owners = [i for i, n in enumerate(candidate.ids) if n not in NOT_FITTED]
+    if not owners:
+        return {}
+    space = Space(search, best)
+    _, prior = candidate.prior(best.point.z)
+    names = [n for n in search.ids if n not in NOT_FITTED and n not in candidate.ids]
+
+    def one(name: str) -> Array:
+        return space.signature(name, _orders(search, name))
+    found = dict(zip(names, map(one, names)))
+    out = {}
+    for owner in owners:
+        rest = [k for k, c in enumerate(candidate.coordinates) if c.owner != owner]
+        nuisances, weight = space.own[:, rest], prior[rest]
+        a = remove(direction(best, owner, space.own), nuisances, weight)
+        table = {name: share_left(a, remove(columns, nuisances, weight))
+                 for name, columns in found.items()}
+        out[candidate.ids[owner]] = (evidence(search, best, owner), table)
+    return out
+
+
+def confusable(search: Search, best: Fitted, found: Separations | None = None) -> list[str]:
+    """
+    Return the ids that this recording cannot tell from an effect of the Fitted `best`.
+
+    Those that imitate all but LIMIT of its evidence and whose own fit, where it was made with
+    care, does not lag behind by more; and those whose fit lags by less, linear or not. Where much
+    lasts that no model explains, a fit must lag by a share of the evidence. found: of
+    `separations`, to spare it.
+    """
+    single = len(best.candidate.ids) == 1
+    limit = LIMIT
+    if search.long.weighing is not None:
+        limit = max(LIMIT, LASTING_SHARE * (search.fitted[''].score - best.score))
+    careful = search.ranked()[:KEEP_SCREENED]
+    out = []
+    for name, (d, table) in (found or separations(search, best)).items():
+        for other, s2 in sorted(table.items(), key=lambda item: item[1]):
+            fitted = search.fitted.get(other)
+            lags = (single and fitted is not None and other in careful
+                    and fitted.score > best.score + LIMIT)
+            if d * s2 < LIMIT and not lags:
+                out.append(other)
+    if single:
+        out += [n for n in careful if search.fitted[n].score < best.score + limit
+                and (best.white is None or search.fitted[n].white is not None)]
+    else:  # pairs that have one effect in common with `best`
+        near = [f.candidate.ids for f in search.fitted.values() if len(f.candidate.ids) == 2
+                and (best.white is None or f.white is not None) and f.score < best.score + limit]
+        out += [i for ids in near if set(ids) & set(best.candidate.ids) for i in ids]
+    out += [TWINS[i] for i in best.candidate.ids if i in TWINS and TWINS[i] in search.ids]
+    return list(dict.fromkeys(i for i in out if i not in best.candidate.ids))
+
+
+def matrix(search: Search, fitted: Fitted | None = None) -> tuple[list[str], Array]:
+    """
+    Return (ids, s2 [A, B]): share of the signature of a that b cannot imitate.
+
+    Signatures about `fitted`, by default none.
+    """
+    fitted = fitted or search.fitted['']
+    space = Space(search, fitted)
+    _, prior = fitted.candidate.prior(fitted.point.z)
+    ids = [n for n in search.ids if n not in NOT_FITTED and n not in fitted.candidate.ids]
+    columns = [remove(space.signature(n, _orders(search, n)), space.own, prior) for n in ids]
+    spans = [_orthonormal(c) for c in columns]
+    s2 = np.ones((len(ids), len(ids)))
+    for i, a in enumerate(columns):
+        a = a[:, :1] if a.shape[1] and ids[i] not in PERIODIC else a
+        total = max((a * a).sum(), 1e-300)
+        for j, q in enumerate(spans):
+            s2[i, j] = np.clip(1.0 - ((q.T @ a) ** 2).sum() / total, 0.0, 1.0)
+    return ids, s2

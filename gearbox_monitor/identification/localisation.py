@@ -1,0 +1,454 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Where the gap lies: what a free signal at one place leaves of it, and the region it sits in.
+
+In each window an arbitrary signal (triangles of 40 ms, interpolated linearly) is put as torque on
+the motor, on the arm or into the transmission, or as offset on one encoder. Two encoders determine
+two such signals: only at the right place does one explain both.
+
+search: Search, data: fit.Data, model: DriveModel, fitted: Fitted, start: Point to begin at, states
+[W, 4]: of its windows; dt: s; iterations: at most; jobs: threads.
+"""
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+import math
+from typing import Any, TYPE_CHECKING
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from gearbox_monitor.identification import basis_functions, fit as fitting
+from gearbox_monitor.identification.windows import cut, N_MEMORY, Windows
+from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.plant.drive import DriveModel
+
+if TYPE_CHECKING:
+    from gearbox_monitor.identification.search import Fitted, Search
+
+COMMANDED = 0.1     # share of a free torque that the command explains, at least, to be its cause
+SPACING = 0.04      # s between the peaks of the triangles
+SHORT = 0.25        # s
+ITERATIONS = 4
+TORQUES = ('motor_side', 'arm_side', 'transmission')   # in the order of Simulator.run's extra
+SENSORS = ('motor_sensor', 'arm_sensor')
+PLACES = (*TORQUES, *SENSORS)
+THIRDS = ('low', 'mid', 'high')
+REVERSAL = 0.05     # s around a change of sign of the motor's speed
+BANDS = (3.0, 15.0)  # Hz, between low, mid and high frequency
+
+
+@dataclass
+class FreeForm:
+    """
+    A free signal at one place, fitted to all windows.
+
+    signal [W, H] N m or rad at the peaks of the triangles, precision [W, H, H] its inverse
+    covariance by sensor noise; residual [W, 2L] and chi2 [W] what it leaves; unknowns [W]: how
+    many numbers it and the window states [W, 4] amount to, by what the readings say of them.
+    """
+
+    place: str
+    signal: Array
+    precision: Array
+    residual: Array
+    chi2: Array
+    unknowns: Array
+    states: Array
+
+    @property
+    def evidence(self) -> Array:
+        """Gain in chi2 that each value of the signal brings [W, H]; 1 on average by noise."""
+        return self.signal * np.einsum('wij,wj->wi', self.precision, self.signal)
+
+
+def triangles(length: int, lead: int, dt: float) -> Array:
+    """
+    Return the basis [lead + length, H]; before the window's first sample the first one holds.
+
+    Rows sum to 1: linear interpolation between values SPACING s apart.
+    """
+    count = math.ceil((length - 1) * dt / SPACING - 1e-9) + 1
+    at = np.clip((np.arange(lead + length) - lead) * dt, 0.0, None)
+    at = np.minimum(at / SPACING, count - 1.0)
+    return np.maximum(0.0, 1.0 - np.abs(at[:, None] - np.arange(count)))
+
+
+def _gram(J: Array) -> Array:
+    """Return J'J [W, C, C] of J [W, M, C]."""
+    count, rows, columns = J.shape
+    # Small products: for large ones BLAS starts threads, which wait for each other on a busy
+    # computer.
+    size = max(1, 200000 // columns ** 2)
+    out = np.zeros((count, columns, columns))
+    for k in range(0, rows, size):
+        part = J[:, k:k + size]
+        out += part.transpose(0, 2, 1) @ part
+    return out
+
+
+class FreeFit:
+    """Windows with a free signal at one place."""
+
+    def __init__(self, data: fitting.Data, model: DriveModel, place: str,
+                 start: fitting.Point) -> None:
+        self.data, self.model, self.place = data.plain(), model, place
+        data = self.data
+        self.memory = start.memory
+        windows = data.windows
+        self.lead = int((windows.first - windows.begin).max(initial=0))
+        self.basis = triangles(windows.length, self.lead, data.recording.dt)
+        self.torque = place in TORQUES
+        # Windows begin in their neighbours: even and odd ones take turns.
+        self.turns = [np.arange(k, len(windows), 2) for k in (0, 1) if k < len(windows)]
+        if self.torque:
+            self.scale = max(float(np.std(data.recording.u)), 1e-9)
+        else:
+            self.scale = max(float(np.std(data.recording.y[:, SENSORS.index(place)])), 1e-9)
+
+    def residual(self, signal: Array, states: Array) -> Array:
+        """Return the residual [W, 2L] with signal [W, H] at the place."""
+        data, windows = self.data, self.data.windows
+        if not self.torque:
+            out, _ = data.residual(self.model, states, self.memory)
+            sensor = SENSORS.index(self.place)
+            offset = (signal @ self.basis[self.lead:].T / data.sigma[sensor])[:, :, None]
+            out[:, data.channels.index(sensor)::len(data.channels)] -= data.white(
+                offset, [sensor])[:, :, 0]
+            return out
+        out = np.empty((len(windows), data.size))
+        column = TORQUES.index(self.place)
+        torque = np.einsum('wh,lh->wl', signal, self.basis)
+        for turn in self.turns:
+            extra = data.simulator.extra.copy()
+            for w in turn:
+                rows = slice(windows.begin[w], windows.first[w] + windows.length)
+                extra[rows, column] += torque[w, self.lead - windows.first[w] + windows.begin[w]:]
+            out[turn], _ = data.residual(
+                self.model, states[turn], self.memory[turn], turn, extra)
+        return out
+
+    def sensitivity(self, signal: Array, states: Array, residual: Array) -> Array:
+        """Return d(-residual)/d(signal, states) [W, 2L, H + 4]."""
+        count = self.basis.shape[1]
+        J = np.empty((*residual.shape, count + 4))
+        if self.torque:
+            step = 1e-3 * self.scale
+            for k in range(count):
+                moved = signal.copy()
+                moved[:, k] += step
+                J[:, :, k] = (residual - self.residual(moved, states)) / step
+        else:
+            J[:, :, :count] = 0.0
+            sensor, channels = SENSORS.index(self.place), self.data.channels
+            J[:, channels.index(sensor)::len(channels), :count] = self.data.white(
+                self.basis[None, self.lead:] / self.data.sigma[sensor], [sensor])
+        for i, step in enumerate(fitting.STATE_STEPS):
+            moved = states.copy()
+            moved[:, i] += step
+            J[:, :, count + i] = (residual - self.residual(signal, moved)) / step
+        return J
+
+    def solve(self, states: Array, signal: Array | None = None, iterations: int = ITERATIONS,
+              held: Flags | None = None) -> FreeForm:
+        """
+        Return the FreeForm, by Levenberg-Marquardt with a damping for each window.
+
+        held [W, H]: values of the signal that stay as they are.
+        """
+        count = self.basis.shape[1]
+        states = states.copy()
+        signal = np.zeros((len(states), count)) if signal is None else signal.copy()
+        ridge = np.zeros(count + 4)
+        ridge[:count] = self.scale ** -2  # weak: for values that the readings say nothing of
+        residual = self.residual(signal, states)
+
+        def cost(signal: Array, residual: Array) -> Array:
+            return (np.einsum('wl,wl->w', residual, residual)
+                    + ridge[0] * np.einsum('wh,wh->w', signal, signal))
+        now = cost(signal, residual)
+        damping = np.full(len(states), 1e-6)
+        stale = True
+        for _ in range(iterations):
+            if stale:
+                J = self.sensitivity(signal, states, residual)
+                if held is not None:
+                    J[:, :, :count] *= ~held[:, None, :]
+                A = _gram(J)
+                diagonal = np.einsum('wii->wi', A)
+                A = A + np.diag(ridge)
+            g = np.einsum('wl,wlj->wj', residual, J)
+            g[:, :count] -= ridge[0] * signal if held is None else ridge[0] * signal * ~held
+            gain = np.zeros(len(states))
+            for _ in range(4):
+                damped = A.copy()
+                damped[:, range(count + 4), range(count + 4)] += (
+                    damping[:, None] * diagonal + 1e-9)
+                step = np.linalg.solve(damped, g[:, :, None])[:, :, 0]
+                moved, at = signal + step[:, :count], states + step[:, count:]
+                trial = self.residual(moved, at)
+                after = cost(moved, trial)
+                better = after < now
+                gain = np.where(better, gain + now - after, gain)
+                signal[better], states[better] = moved[better], at[better]
+                residual[better], now[better] = trial[better], after[better]
+                damping = np.where(better, 0.1 * damping, np.maximum(30.0 * damping, 1e-4))
+                if better.mean() > 0.7:
+                    break
+                g = np.where(better[:, None], 0.0, g)  # those are done until the next J
+            if gain.sum() < 1e-3 * now.sum():
+                break
+        own, cross, inner = A[:, :count, :count], A[:, :count, count:], A[:, count:, count:]
+        precision = own - np.diag(ridge[:count]) - cross @ np.linalg.solve(
+            inner + 1e-9 * np.eye(4), cross.transpose(0, 2, 1))
+        # What the ridge holds is no unknown.
+        share = np.linalg.solve(precision + ridge[0] * np.eye(count), precision)
+        unknowns = 4.0 + np.einsum('wii->w', share)
+        return FreeForm(self.place, signal, precision, residual,
+                        np.einsum('wl,wl->w', residual, residual), unknowns, states)
+
+
+def free_forms(search: 'Search', fitted: 'Fitted', jobs: int = 1,
+               places: Sequence[str] = PLACES) -> dict[str, FreeForm]:
+    """
+    Return {place: FreeForm}, one for each of `places`, on the long windows, on top of `fitted`.
+
+    Windows of 0.25 s first: in them a wrong contact of the gap does not hold the fit.
+    """
+    long, point = search.long, fitted.point
+    model = fitted.candidate.model(point.z)
+    short = fitting.Data(search.recording, search.simulator, cut(search.recording, SHORT),
+                         long.sigma, colour=long.colour)
+    memory = np.zeros((len(short.windows), N_MEMORY))
+    states = short.raw_states()
+    if search.short_none is not None:
+        _take_over(search.short.windows, search.short_none.states, short.windows, states)
+    every = np.arange(len(short.windows))
+    states, _ = fitting.solve_states(short, model, states, memory, every)
+    begun = fitting.Point(point.z, states, memory)
+
+    def one(place: str) -> FreeForm:
+        brief = FreeFit(short, model, place, begun)
+        rough = brief.solve(states)
+        fit = FreeFit(long, model, place, point)
+        started = point.states.copy()
+        _take_over(short.windows, rough.states, long.windows, started)
+        series = np.zeros(len(search.recording.u))
+        for first, values in zip(short.windows.first, rough.signal @ brief.basis[brief.lead:].T):
+            series[first:first + short.windows.length] = values
+        peaks = np.rint(np.arange(fit.basis.shape[1]) * SPACING / search.recording.dt).astype(int)
+        peaks = np.minimum(long.windows.first[:, None] + peaks, len(series) - 1)
+        # From nothing as well: over long windows rough values may lead astray.
+        return _best(fit.solve(started, series[peaks]), fit.solve(point.states))
+    with ThreadPoolExecutor(jobs) as pool:
+        return dict(zip(places, pool.map(one, places)))
+
+
+def laws(search: 'Search', free: FreeForm, moved: Mapping[str, Array],
+         ) -> dict[str, basis_functions.Law]:
+    """Return {name: Law} of a FreeForm of the long windows over `moved` {name: values [W, L]}."""
+    basis = triangles(search.long.windows.length, 0, search.recording.dt)
+    out = {}
+    for name, value in moved.items():
+        edges_of = (basis_functions.edges_about_zero if 'speed' in name
+                    else basis_functions.edges_of)
+        edges = edges_of(value)
+        out[name] = basis_functions.law(value, free.signal, free.precision, basis, edges)
+    return out
+
+
+def _take_over(windows: Windows, states: Array, others: Windows, into: Array) -> None:
+    """Put states [V, 4] of `windows` into those [W, 4] of others that begin at the same sample."""
+    at = {int(b): w for w, b in enumerate(windows.begin)}
+    for w, begin in enumerate(others.begin):
+        if int(begin) in at:
+            into[w] = states[at[int(begin)]]
+
+
+def labels(search: 'Search', fitted: 'Fitted') -> dict[str, tuple[tuple[str, ...], Integers]]:
+    """
+    Return {region: (names, bin of each sample [W, L] of the long windows)}.
+
+    Thirds hold a third of the samples each where values are spread enough.
+    """
+    recording, windows = search.recording, search.long.windows
+    model, dt = search.model, recording.dt
+    index = windows.first[:, None] + np.arange(windows.length)
+    positions = recording.positions
+    y = savgol_filter(positions, max(5, 2 * round(0.01 / dt) + 1), 2, axis=0)
+    speed = np.gradient(savgol_filter(
+        positions[:, 0], max(5, 2 * round(0.02 / dt) + 1), 2), dt)
+    twist = y[:, 0] - y[:, 1]
+    b = model.transmission.half_gap
+    if recording.arm_torque is not None:
+        load = np.abs(recording.arm_torque)
+    else:
+        load = model.transmission.stiffness * np.maximum(np.abs(twist) - b, 0.0)
+    width = max(1, round(REVERSAL / dt))
+    turns = np.flatnonzero(np.diff(np.sign(speed)) != 0)
+    distance = np.full(len(speed), len(speed))
+    for k in turns:
+        distance[max(0, k - width):k + width + 1] = 0
+    out: dict[str, tuple[tuple[str, ...], Integers]] = {}
+    for name, value in (('speed', np.abs(speed)), ('angle', y[:, 1]), ('load', load),
+                        ('time', np.arange(len(speed)) * dt)):
+        value = value[index]
+        out[name] = (THIRDS, np.searchsorted(np.quantile(value, [1 / 3, 2 / 3]), value))
+    out['reversal'] = (('away', 'near'), (distance[index] == 0).astype(int))
+    twist = twist[index]
+    out['twist'] = (('gap', 'upper_flank', 'lower_flank'),
+                    np.where(twist > b, 1, np.where(twist < -b, 2, 0)))
+    return out
+
+
+def _shares(power: Array, label: Integers, names: Sequence[str]) -> dict[str, float | None]:
+    """Return {bin: share of power [W, L] in it}, None without power."""
+    total = np.array([power[label == k].sum() for k in range(len(names))])
+    total = np.clip(total, 0.0, None)
+    return {n: float(v / total.sum()) if total.sum() > 0 else None for n, v in zip(names, total)}
+
+
+def _bands(series: Array, dt: float) -> tuple[Array, Array]:
+    """Return the power of series [W, L] in three bands, and the bands' share of frequencies."""
+    spectrum = (np.abs(np.fft.rfft(series, axis=1)) ** 2).sum(axis=0)
+    band = np.searchsorted(BANDS, np.fft.rfftfreq(series.shape[1], dt))
+    return (np.array([spectrum[band == k].sum() for k in range(3)]),
+            np.array([(band == k).mean() for k in range(3)]))
+
+
+def region(search: 'Search', fitted: 'Fitted', free: FreeForm) -> dict[str, dict[str, Any]]:
+    """
+    Return {region: {'time', 'residual', 'signal': {bin: share}, 'most': bin}}.
+
+    time: share of the samples; residual: of the power of the residual of `fitted` beyond noise;
+    signal: of the evidence for the FreeForm `free`; most: where it is densest.
+    """
+    long, dt = search.long, search.recording.dt
+    residual = long.parted(fitted.point.residual)
+    power = (residual ** 2).sum(axis=2) - len(long.channels)
+    basis = triangles(long.windows.length, 0, dt)
+    strength = (free.evidence - 1.0) @ (basis / basis.sum(axis=0)).T
+    out: dict[str, dict[str, Any]] = {}
+    for name, (names, label) in labels(search, fitted).items():
+        out[name] = {'time': _shares(np.ones_like(power), label, names),
+                     'residual': _shares(power, label, names),
+                     'signal': _shares(strength, label, names)}
+    found = np.zeros(3)
+    for channel in range(len(long.channels)):
+        bands, part = _bands(residual[:, :, channel], dt)
+        noise = residual.shape[0] * residual.shape[1] * (residual.shape[1] // 2 + 1)
+        found += np.clip(bands - noise * part, 0.0, None)
+    signal, _ = _bands(free.signal @ basis.T, dt)
+    out['frequency'] = {
+        'time': dict(zip(THIRDS, part.tolist())),
+        'residual': dict(zip(THIRDS, (found / max(found.sum(), 1e-300)).tolist())),
+        'signal': dict(zip(THIRDS, (signal / max(signal.sum(), 1e-300)).tolist()))}
+    for shares in out.values():
+        ratio = {k: (v or 0.0) / shares['time'][k] for k, v in shares['signal'].items()
+                 if shares['time'][k]}
+        shares['most'] = max(ratio, key=ratio.__getitem__)
+    return out
+
+
+def _explained_by(free: FreeForm, columns: Array) -> float:
+    """Return the share of the evidence for `free` that columns [W, H, C] explain."""
+    weighted = np.einsum('wij,wjc->wic', free.precision, columns)
+    gram = np.einsum('wic,wid->cd', columns, weighted)
+    g = np.einsum('wic,wi->c', weighted, free.signal)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    step = scale * np.linalg.lstsq(gram * scale[:, None] * scale, g * scale, rcond=1e-12)[0]
+    total = max(free.evidence.sum(), 1e-300)
+    return float(np.clip(step @ g / total, 0.0, 1.0))
+
+
+def command_or_motion(search: 'Search', free: FreeForm) -> dict[str, float]:
+    """
+    Return the shares of the torque of `free` on the motor that simple laws explain.
+
+    command: the torque u and its rate; motion: the motor's speed and its sign; constant. An effect
+    of the actuator acts where one on the motor does; this tells them apart.
+    """
+    recording, windows = search.recording, search.long.windows
+    dt, width = recording.dt, max(3, 2 * round(0.5 * SPACING / recording.dt) + 1)
+    speed = np.gradient(savgol_filter(recording.positions[:, 0], width, 2), dt)
+    mean = np.ones(width) / width
+    s = np.convolve(np.arctan(search.model.friction_sharpness * speed), mean, 'same')
+    u = np.convolve(recording.u, mean, 'same')
+    rate = np.gradient(u, dt)
+    peaks = np.rint(np.arange(free.signal.shape[1]) * SPACING / dt).astype(int)
+    at = np.minimum(windows.first[:, None] + peaks, len(u) - 1)
+    return {name: _explained_by(free, np.stack(columns, axis=2)) for name, columns in (
+        ('command', (u[at], rate[at])), ('motion', (speed[at], s[at])),
+        ('constant', (np.ones(at.shape),)))}
+
+
+def visible_places(search: 'Search') -> tuple[str, ...]:
+    """Return the places that this drive and its encoders tell apart."""
+    # A motion that is put in takes no offset; one encoder alone takes whatever is asked of it.
+    sensors = SENSORS if search.recording.motor is None else SENSORS[1:]
+    if search.model.transmission.kind != 'rigid':
+        return (*TORQUES, *sensors)
+    # Any torque moves both sides alike.
+    both = len(search.long.channels) == 2
+    return ('motor_side', *sensors) if both else ('motor_side',)
+
+
+def places(search: 'Search', fitted: 'Fitted', jobs: int = 1) -> dict[str, Any]:
+    """
+    Return how much of the gap that `fitted` (none) leaves a free signal at each place explains.
+
+    {'place': the best, 'location': its class, 'places': {place: {'left': chi2 per reading,
+    'explained': share}}, 'margin': left of the second best over the best, 'actuator': see
+    command_or_motion, 'region': see region}. Effects of the actuator show as motor_side; the
+    location is 'actuator' where the torque that is missing there follows the command.
+    """
+    found = free_forms(search, fitted, jobs, visible_places(search))
+    size = fitted.point.residual.shape[1]
+    before = float(fitted.point.chi2.sum())
+    floor = size * len(fitted.point.chi2)
+    table = {}
+    for place, free in found.items():
+        left = left_over(free)
+        share = (before - left * floor) / max(before - floor, 1e-9) if before > floor else 0.0
+        table[place] = {'left': left, 'explained': float(np.clip(share, 0.0, 1.0))}
+    order = sorted(table, key=lambda p: table[p]['left'])
+    laws = command_or_motion(search, found['motor_side'])
+    actuator = order[0] == 'motor_side' and laws['command'] > max(laws['motion'], COMMANDED)
+    return {'place': order[0], 'location': 'actuator' if actuator else order[0], 'places': table,
+            'margin': table[order[1]]['left'] / table[order[0]]['left'] if order[1:] else 1.0,
+            'actuator': laws,
+            'region': region(search, fitted, found[order[0]])}
+
+
+def signal_of(place: str) -> str:
+    """Return the place at which a free signal stands for `place`."""
+    return 'motor_side' if place == 'actuator' else place
+
+
+def left_over(free: FreeForm) -> float:
+    """Return chi2 per reading that is left, geometric mean of windows: one stuck counts less."""
+    size = free.residual.shape[1]
+    per_reading = np.maximum(free.chi2 / (size - free.unknowns), 1e-300)
+    return float(np.exp(np.mean(np.log(per_reading))))
+
+
+def _best(first: FreeForm, second: FreeForm) -> FreeForm:
+    """Return a FreeForm with the better of two in each window."""
+    worse = first.chi2 / (first.residual.shape[1] - first.unknowns) > (
+        second.chi2 / (second.residual.shape[1] - second.unknowns))
+    for name in ('signal', 'precision', 'residual', 'chi2', 'unknowns', 'states'):
+        getattr(first, name)[worse] = getattr(second, name)[worse]
+    return first

@@ -1,0 +1,87 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Fits where the motor's motion drives the model: what they make small is jagged.
+
+A contact of the gap that is made a little earlier or later changes a run for a while. Derivatives
+over a short step then tell of single contacts only, over a long one they miss the bottom. So steps
+of several lengths take turns, each followed along its direction as far as it leads down.
+
+data, candidate, iterations, robust: as of fit.fit; tolerance: gain in chi2 below which it ends.
+"""
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearbox_monitor.identification import fit as fitting
+from gearbox_monitor.identification.candidates import Candidate
+from gearbox_monitor.kernels.types import Array
+
+if TYPE_CHECKING:
+    from gearbox_monitor.identification.fit import Data, Point
+
+STRETCHES = (1.0, 5.0, 0.2)  # of the steps of finite differences, in turns
+SHARES = (1.0, 0.3, 0.1)     # of a Gauss-Newton step, until one leads down
+FARTHER = 2.0                # times the step before, as long as it does
+DAMPING = 1e-6
+
+
+def fit(data: 'Data', candidate: Candidate, point: 'Point', iterations: int, robust: bool,
+        tolerance: float) -> 'Point':
+    """Improve `point` in place (z, memory); return it. See fit.fit."""
+    if not candidate.coordinates:
+        return point
+    turn = failed = 0
+    for _ in range(iterations):
+        weight = fitting.weights(data, point.chi2, robust)
+        before = fitting.objective(candidate, point, weight)
+        trial = point
+        while trial is point and failed < len(STRETCHES):
+            trial = _down(data, candidate, point, weight, STRETCHES[turn % len(STRETCHES)])
+            turn += 1
+            failed = failed + 1 if trial is point else 0
+        if trial is point:
+            break
+        gain = before - fitting.objective(candidate, trial, weight)
+        for name in ('z', 'residual', 'chi2', 'carry'):
+            setattr(point, name, getattr(trial, name))
+        if fitting.uses_memory(candidate):
+            fitting.hand_over(data, candidate, point)
+        failed = failed + 1 if gain < tolerance else 0
+    return point
+
+
+def _down(data: 'Data', candidate: Candidate, point: 'Point', weight: Array,
+          stretch: float) -> 'Point':
+    """Return the best Point along one Gauss-Newton direction; `point` itself if none is better."""
+    def at(share: float) -> tuple['Point', float]:
+        z = candidate.bounded(point.z + share * step)
+        trial = data.evaluate(candidate, fitting.Point(z, point.states, point.memory))
+        return trial, fitting.objective(candidate, trial, weight)
+
+    J = fitting.coordinate_sensitivity(data, candidate, point, stretch=stretch)
+    pull, prior = candidate.prior(point.z)
+    S = np.einsum('w,wli,wlj->ij', weight, J, J, optimize=True) + np.diag(prior)
+    g = np.einsum('w,wli,wl->i', weight, J, point.residual, optimize=True) - pull
+    step = fitting.damped_solve(S, g, DAMPING)
+    best, cost = point, fitting.objective(candidate, point, weight)
+    for share in SHARES:
+        trial, after = at(share)
+        if after < cost:
+            break
+    while after < cost:
+        best, cost, share = trial, after, FARTHER * share
+        trial, after = at(share)
+    return best

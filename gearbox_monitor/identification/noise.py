@@ -1,0 +1,121 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Noise of an encoder, its spectrum, and the lattice of its readings.
+
+recording: Recording; residual [W, L, C]: in sigmas; phi [C]: correlation of neighbouring
+readings; quantum: step of an encoder, rad.
+"""
+import numpy as np
+from scipy.fft import dct
+from scipy.special import ndtri
+
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.plant.drive import DriveModel
+
+# The fourth difference of white noise has 1 + 16 + 36 + 16 + 1 times its variance; motion that is
+# smooth over five samples leaves none.
+DIFFERENCE_GAIN = np.sqrt(70.0)
+MAD_TO_SIGMA = 1.0 / 0.6744897501960817  # of a normal distribution
+COARSE = 2.5  # steps in the median difference, below which a lattice shows little of the noise
+FEW = 0.1     # share of differences of more than a step to and fro
+MOTION = 60.0  # Hz, above which motion has hardly anything
+FINEST = 1e-4  # of the travel: on a real drive, differences below are no gap
+
+
+def noise_levels(y: Array) -> tuple[Array, Array]:
+    """
+    Return (sigma [2], quantum [2]) of readings y [N, 2], both in rad.
+
+    sigma: standard deviation of white noise, rounding included, from fourth differences: impacts
+    and single wild readings do not count. quantum: step of the lattice that all readings stand on,
+    0 where there is none. Text of few decimals is a lattice, too: a quantum far below sigma says
+    nothing about the encoder.
+    """
+    y = np.asarray(y, float)
+    quantum = np.array([lattice(channel) for channel in y.T])
+    return np.array([noise_level(channel, q) for channel, q in zip(y.T, quantum)]), quantum
+
+
+def spectrum(residual: Array, dt: float) -> tuple[Array, Array, Flags]:
+    """
+    Return (power [W, L, C], frequencies [L] Hz, high [L]) of residuals [W, L, C], dt s apart.
+
+    high: above the frequencies of motion; all of them at low sample rates.
+    """
+    length = residual.shape[1]
+    power = dct(residual, axis=1, norm='ortho') ** 2
+    at = np.arange(length) * 0.5 / (length * dt)
+    return power, at, at > MOTION if at[-1] > 2.0 * MOTION else at >= 0.0
+
+
+def whitened(residual: Array, phi: Array) -> Array:
+    """Return `residual` [W, L, C] with the noise of the C encoders made white, as large."""
+    out = residual.copy()
+    out[:, 1:] = (residual[:, 1:] - phi * residual[:, :-1]) / np.sqrt(1.0 - phi * phi)
+    return out
+
+
+def noise_level(y: Array, quantum: float = 0.0) -> float:
+    """Return the standard deviation (rad) of white noise on y [N] (rad), rounding included."""
+    if len(y) < 5:
+        return 0.0
+    differences = np.abs(np.diff(y, 4))
+    middle = np.median(differences)
+    spread = middle * MAD_TO_SIGMA
+    most = 8.0 * quantum  # of one step to and fro
+    if middle > COARSE * quantum > 0.0:
+        # The median jumps by whole steps: how many differences are within it tells the rest.
+        edge = (round(middle / quantum) + 0.5) * quantum
+        spread = edge / ndtri(0.5 + 0.5 * np.mean(differences < edge))
+    elif np.mean(differences > most) < FEW:
+        spread = np.sqrt(np.mean(np.minimum(differences, most) ** 2))
+    # Slow motion on a coarse lattice: most differences are 0 and say nothing.
+    return float(max(spread / DIFFERENCE_GAIN, quantum / np.sqrt(12.0)))
+
+
+def lattice(y: Array) -> float:
+    """Return the step (rad) of the lattice that all of y [N] stand on, 0 where there is none."""
+    values = np.unique(y)
+    if len(values) < 2:
+        return 0.0
+    steps = np.diff(values)
+    # Rounding in the last bits makes twins of one value.
+    twins = 16 * np.spacing(np.abs(values).max())
+    steps = steps[steps > twins]
+    if not len(steps):
+        return 0.0
+    count = np.rint(steps / steps.min())
+    if count.sum() > 1e12:
+        return 0.0
+    place = np.concatenate([[0.0], np.cumsum(count)])
+    values = values[np.concatenate([[True], np.diff(values) > twins])]
+    quantum = (values[-1] - values[0]) / place[-1]  # the whole span: the least error of the step
+    off = np.abs(values - values[0] - quantum * place)
+    # Values on no lattice stand off it by a quarter step on average.
+    return float(quantum) if len(values) > 2 and off.max() < 0.05 * quantum else 0.0
+
+
+def noise_floor(recording: Recording, model: DriveModel) -> tuple[Array, Array]:
+    """
+    Return (sigma [2], quantum [2]) of a Recording, rad; sigma not below what matters.
+
+    model: DriveModel; one with lasting process torque is that of a real drive.
+    """
+    sigma, quantum = noise_levels(recording.y)
+    if model.process_torque_time > 0.0:
+        sigma = np.maximum(sigma, FINEST * np.ptp(recording.y, axis=0))
+    return sigma, quantum

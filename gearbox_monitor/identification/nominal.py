@@ -1,0 +1,283 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Fit the values of a drive's model from recordings, and say which of them the data determine.
+
+Each value moves on a log scale about that of the model file, held by a weak prior: what the data
+do not determine stays where it was, and is told.
+
+jobs: threads; progress(done, total, text): called as it goes on.
+"""
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+import math
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.identification import closed_model, fit as fitting
+from gearbox_monitor.identification.candidates import (
+    BY_EFFECT, Candidate, Coordinate, NOT_FITTED, NUISANCES, offered, PERIODIC, PHASED, Starts,
+    ZERO)
+from gearbox_monitor.identification.noise import noise_floor
+from gearbox_monitor.identification.process_noise import left_of
+from gearbox_monitor.identification.recording import joined, Recording
+from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.identification.torque_domain import driven
+from gearbox_monitor.identification.windows import cut
+from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import library
+from gearbox_monitor.plant.units import on_axis
+
+WEAK = 1.0         # standard deviation of the prior on the log of a value, or of an offset's scale
+DETERMINED = 0.3   # standard error of the log, or of an offset over its scale, to count as known
+WIDE = (1e-3, 1e3)  # bounds of a value over that of the model file
+STAGES = (0.1, 0.25)  # s: windows before those of 1 s
+ROUNDS = 3
+
+
+@dataclass
+class Value:
+    """One fitted value: `value` and its standard `error` in `unit`, `start` in the model file."""
+
+    name: str
+    unit: str
+    start: float
+    value: float
+    error: float
+    determined: bool
+
+
+@dataclass
+class NominalFit:
+    """model: DriveModel with the values; values: [Value]; correlated: [(name, name, r)]."""
+
+    model: DriveModel
+    values: list[Value]
+    correlated: list[tuple[str, str, float]]
+    gap_before: float | None
+    gap_after: float
+    validation: dict[str, Any] | None = None
+
+
+def fit_nominal(recordings: Sequence[Recording], model: DriveModel,
+                free: Sequence[str] | None = None, *, validate: Recording | None = None,
+                seconds: float | None = None, jobs: int = 1,
+                progress: Callable[..., object] | None = None) -> NominalFit:
+    """
+    Return the NominalFit of the values `free` (default: all of the drive) to recordings.
+
+    free: names of candidate.NUISANCES, 'kt' (torque constant; not by default: without a known load
+    it shares one scale with the others), 'u0' (torque offset, N m), 'zero' (of the encoders, rad),
+    and ids of effects that the model has, for all their parameters. seconds: length of the windows
+    of the last step; long ones weigh what drifts (whole: inf). validate: a further Recording, used
+    for nothing but judging.
+    Raises InputError for names that this drive does not have.
+    """
+    recording, model = joined([driven(r, model) for r in recordings]), model.folded()
+    known, own = offered(model), _effects_of(model)
+    for name in free or ():
+        if name not in known and name not in own:
+            raise InputError(f'free: {name!r}, expected one of {", ".join([*known, *own])}')
+    plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
+    sigma, _ = noise_floor(recording, model)
+    search = Search(recording, plain, sigma, [], jobs, progress)
+    none = search.none()
+    before = _gap(search.long, none.candidate, none.point)
+    if recording.motor is not None:  # no state of a window holds the zero
+        other, candidate, point = closed_model.windowed(recording, model, sigma)
+        before = _gap(other.long, candidate, point)
+    scales = {'u0': search.starts.torque, ZERO: max(search.starts.twist, 1e-6)}
+    free = free or [name for name in known if name != 'kt']
+    ids = tuple(name for name in free if name in own)
+    coordinates = [_coordinate(name, scales.get(name)) for name in free if name not in own]
+    for i, name in enumerate(ids):
+        coordinates += _of_effect(search.starts, own[name], i)
+    orders = {i: int(own[name]['N']) for i, name in enumerate(ids) if name in PERIODIC}
+    candidate = Candidate(plain, ids, tuple(coordinates), orders)
+    fitted = _settled(search, candidate)
+    data = search.long
+    if seconds:
+        whole = min(seconds, min(np.diff([*recording.cuts, len(recording.u)])) * recording.dt)
+        squares = data.weighing and replace(data.weighing, robust=False)
+        data = fitting.Data(recording, search.simulator, cut(recording, whole), sigma,
+                            weighing=squares)
+        fitted = _longer(data, fitted)
+    found = candidate.model(fitted.point.z)
+    values, correlated = _known(data, fitted, plain)
+    after = _gap(data, candidate, fitted.point)
+    validation = None
+    if validate is not None:
+        base = plain if recording.motor is None else replace(model, tolerance=0.0)
+        validation = closed_model.validate(validate, base, found, sigma)
+    found = found.with_torque_constant(start_values(found)['kt'])  # filters know no gain
+    found = replace(found.folded(), tolerance=model.tolerance,
+                    zero_tolerance=model.zero_tolerance)
+    return NominalFit(found, values, correlated, None if seconds else before, after, validation)
+
+
+def _coordinate(name: str, scale: float | None) -> Coordinate:
+    if scale is None:
+        low, high = WIDE
+        return Coordinate(-1, name, 1.0, 1.0, low, high, log=True, prior=WEAK)
+    return Coordinate(-1, name, 0.0, scale, prior=WEAK * scale)
+
+
+def _gap(data: fitting.Data, candidate: Candidate, point: fitting.Point) -> float:
+    """Return the gap that `point` leaves, in standard deviations of the noise."""
+    plain = data.plain()
+    point = plain.evaluate(candidate, fitting.copied(point))
+    return closed_model.gap_of(point.chi2, data.size)
+
+
+def _effects_of(model: DriveModel) -> dict[str, Values]:
+    """Return {id: effect} of `model` whose parameters can be fitted by the effect's id."""
+    values = {effect for effect, _ in BY_EFFECT.values()}
+    return {e['id']: e for e in model.folded().effects
+            if e['id'] not in values and e['id'] not in NOT_FITTED}
+
+
+def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
+    """Return the Coordinates of `effect` of the model, from its values there."""
+    name, values = effect['id'], dict(effect)
+    if name in PHASED:
+        values['As'] = values['A'] * math.cos(values['phi'])
+        values['Ac'] = values['A'] * math.sin(values['phi'])
+    own = starts.candidates(name, values.get('N'))[0].coordinates
+    return [replace(c, owner=owner, start=values[c.name], prior=WEAK * (1.0 if c.log else max(
+        c.scale, abs(values[c.name])))) for c in own if c.owner == 0]
+
+
+def _settled(search: Search, candidate: Candidate) -> Fitted:
+    """
+    Return the Fitted `candidate`, from short windows to long ones.
+
+    In 0.1 s even a wrong model stays near the readings, whatever contact the gap is in.
+    """
+    recording, sigma = search.recording, search.long.sigma
+    coarse = search.short.simulator
+    z = candidate.start()
+    for seconds in STAGES if recording.motor is None else ():
+        data = fitting.Data(recording, coarse, cut(recording, seconds), sigma)
+        point = fitting.fresh(data, candidate)
+        point.z = z
+        z = _rounds(search, data, candidate, point).z
+    point = fitting.fresh(search.long, candidate)
+    point.z = z
+    search.fitted[''] = search.as_fitted(candidate, _rounds(search, search.long, candidate, point))
+    search.settle([''])
+    search.whiten([''])
+    return search.fitted['']
+
+
+def _rounds(search: Search, data: fitting.Data, candidate: Candidate,
+            point: fitting.Point) -> fitting.Point:
+    """Find the windows' states at `point`, then fit and rescue in turns; return the Point."""
+    every = np.arange(len(data.windows))
+    point.states, _ = fitting.solve_states(
+        data, candidate.model(point.z), point.states, point.memory, every)
+    data.evaluate(candidate, point)
+    for _ in range(ROUNDS):
+        fitting.rescue(data, candidate, point, half_gap=search.half_gap)
+        fitting.fit(data, candidate, point, 8, robust=True, refresh=range(8))
+    return point
+
+
+def _longer(data: fitting.Data, fitted: Fitted) -> Fitted:
+    """Return `fitted` on the longer windows of `data`."""
+    candidate = fitted.candidate
+    point = fitting.fresh(data, candidate)
+    point.z = fitted.point.z.copy()
+    every = np.arange(len(data.windows))
+    point.states, _ = fitting.solve_states(
+        data, candidate.model(point.z), point.states, point.memory, every, 20)
+    data.evaluate(candidate, point)
+    fitting.fit(data, candidate, point, 40, refresh=range(40))
+    return Fitted(candidate, point)
+
+
+def _known(data: fitting.Data, fitted: Fitted,
+           model: DriveModel) -> tuple[list[Value], list[tuple[str, str, float]]]:
+    """Return ([Value], [(name, name, correlation)]) by the linearised fit."""
+    candidate, point = fitted.candidate, fitted.point
+    s = fitting.sensitivity(data, candidate, point)
+    s.Jz = _central(data, candidate, point)
+    left, whiten = left_of(data, fitted)
+    S, _, _, _ = fitting.normal_equations(s, point.residual, data.train.astype(float), whiten)
+    # What is left is no noise of the encoders: it counts as one number per window and encoder.
+    misfit = max(1.0, float((left[data.train] ** 2).mean()))
+    if misfit > 1.5:
+        misfit *= data.windows.length
+    prior = candidate.prior(point.z)[1]
+    covariance = np.linalg.inv(S / misfit + np.diag(prior))
+    errors = np.sqrt(np.diag(covariance))
+    starts = start_values(model)
+    found = start_values(candidate.model(point.z))
+    values, names = [], []
+    for c, error, z in zip(candidate.coordinates, errors, point.z):
+        determined = error < DETERMINED * (1.0 if c.log else c.scale)
+        if c.owner < 0:
+            name, unit, start, value = c.name, UNITS[c.name], starts[c.name], (
+                found[c.name])
+            if name == 'kt' and model.torque_constant == 1.0:
+                unit = ''  # a factor on efforts that are torques
+        else:
+            name, unit = f'{candidate.ids[c.owner]}.{c.name}', _unit(candidate.ids[c.owner], c)
+            start, value = c.start, math.exp(z) if c.log else float(z)
+        names.append(name)
+        values.append(Value(name, on_axis(unit, model.axis), start, value,
+                            float(error * abs(value) if c.log else error), bool(determined)))
+    r = covariance / np.outer(errors, errors)
+    correlated = [(names[i], names[j], float(r[i, j])) for i in range(len(names))
+                  for j in range(i) if abs(r[i, j]) > 0.95]
+    return values, correlated
+
+
+def _unit(effect: str, coordinate: Coordinate) -> str:
+    """Return the unit of a Coordinate of an effect; As and Ac are the sine and cosine of A."""
+    units = {p.name: p.unit for p in library()[effect].parameters}
+    return units.get(coordinate.name) or units['A']
+
+
+def _central(data: fitting.Data, candidate: Candidate, point: fitting.Point) -> Array:
+    """Return d(-residual)/dz [W, C L, P]; one-sided, it would see what is not determined."""
+    columns = []
+    for i, step in enumerate(data.simulator.stretch * candidate.steps()):
+        sides = []
+        for sign in (-1.0, 1.0):
+            z = point.z.copy()
+            z[i] += 0.02 * sign * step
+            sides.append(data.residual(candidate.model(z), point.states, point.memory)[0])
+        columns.append((sides[0] - sides[1]) / (0.04 * step))
+    return np.stack(columns, axis=2)
+
+
+def start_values(model: DriveModel) -> dict[str, float]:
+    """Return {name: value} of everything that can be fitted, as `model` has it."""
+    out = {}
+    for name, where in NUISANCES.items():
+        t = model.transmission
+        out[name] = getattr(t, where) if hasattr(t, where) else getattr(model, where)
+    effects = {e['id']: e for e in model.effects}
+    out['kt'] = model.torque_constant * (1.0 + effects.get('torque_gain', {'g': 0.0})['g'])
+    out['u0'] = model.torque_offset + effects.get('torque_offset', {'u0': 0.0})['u0']
+    out[ZERO] = effects.get('encoder_offset', {'c': 0.0})['c']
+    return out
+
+
+UNITS = {'m1': 'kg m^2', 'm2': 'kg m^2', 'D': 'N m s/rad', 'Cv': 'N m s/rad', 'Cc': 'N m',
+         'K': 'N m/rad', 'b': 'rad', 'kt': 'N m/A', 'u0': 'N m', ZERO: 'rad'}

@@ -1,0 +1,115 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Models laid over a recording: free runs over windows of 1 s, and one over all of it.
+
+Window states are fitted, as for the gap; nothing else of a model moves, but for an unknown zero.
+
+run: a free run, dt: s.
+"""
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearbox_monitor.identification.closed_model import cross, free_run, gap_of, windowed
+from gearbox_monitor.identification.noise import noise_floor
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.search import held_out
+from gearbox_monitor.identification.torque_domain import driven
+from gearbox_monitor.identification.windows import Windows
+from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.plant.drive import DriveModel
+
+
+@dataclass(frozen=True)
+class Run:
+    """
+    What one model gives: y [W, L, 2] rad in the windows, chi2 [W] of them, their gap.
+
+    free [N, 2] rad: one run over the whole recording, from the states of the first window; None
+    for recordings that were joined. It is NaN or huge where the model diverges.
+    """
+
+    name: str
+    y: Array
+    chi2: Array
+    gap: float
+    free: Array | None = None
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """
+    A Recording and the Runs of models over its Windows.
+
+    t [W, L] s and measured [W, L, 2] rad; held [W]: whether a diagnosis holds the window out;
+    sigma [2] rad, noise of the encoders; channels: the encoders that there are.
+    """
+
+    recording: Recording
+    windows: Windows
+    t: Array
+    measured: Array
+    held: Flags
+    sigma: Array
+    channels: tuple[int, ...]
+    runs: tuple[Run, ...]
+
+    def residual(self, run: Run) -> Array:
+        """Return measured less modelled [W, L, C] of the encoders `channels`, in sigma."""
+        use = list(self.channels)
+        return ((self.measured - run.y) / self.sigma)[:, :, use]
+
+
+def overlay(recording: Recording, models: Mapping[str, DriveModel],
+            sigma: Array | None = None) -> Overlay:
+    """
+    Return the Overlay of a Recording and `models` {name: DriveModel}.
+
+    sigma [2] rad: noise of the encoders (default: measured from the recording).
+    """
+    recording = driven(recording, next(iter(models.values())))
+    if sigma is None:
+        sigma, _ = noise_floor(recording, next(iter(models.values())))
+    fits = [windowed(recording, model, sigma) for model in models.values()]
+    if len(fits) == 2:
+        cross(fits)
+    windows = fits[0][0].long.windows
+    index = windows.first[:, None] + np.arange(windows.length)
+    train, _ = held_out(recording, windows)
+    channels = tuple(getattr(recording, 'channels', (0, 1)))
+    runs = []
+    for name, (search, candidate, point) in zip(models, fits):
+        model = candidate.model(point.z)
+        y, _ = search.simulator.run(windows, model, point.states, point.memory)
+        free = free_run(search, model, point) if len(recording.cuts) == 1 else None
+        runs.append(Run(name, y, point.chi2, gap_of(point.chi2, point.residual.shape[1]), free))
+    return Overlay(recording, windows, recording.t[index], recording.y[index], ~train,
+                   np.asarray(sigma, float), channels, tuple(runs))
+
+
+def smoothed(residual: Array, dt: float, seconds: float = 0.02) -> Array:
+    """Return the moving mean [N] of a residual [N] over `seconds`: what is more than noise."""
+    width = max(1, min(round(seconds / dt), len(residual)))
+    ones = np.ones(width)
+    return np.convolve(residual, ones, 'same') / np.convolve(np.ones(len(residual)), ones, 'same')
+
+
+def near(y: Array, measured: Array) -> Array:
+    """Return y [N], NaN where it is far off all that was measured [N]: fit to be drawn."""
+    low, high = float(measured.min()), float(measured.max())
+    with np.errstate(invalid='ignore'):
+        return np.where(np.abs(y - 0.5 * (low + high)) < 2.0 * (high - low), y, np.nan)

@@ -1,0 +1,358 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Two effects at once: where one leaves something, the pair that leaves least.
+
+search: Search with the fits of single effects.
+"""
+from collections.abc import Iterable, Sequence
+from functools import partial
+from itertools import combinations
+import math
+from typing import TypeAlias
+
+import numpy as np
+
+from gearbox_monitor.identification import fit as fitting, isolability
+from gearbox_monitor.identification.candidates import (
+    Candidate, NOT_FITTED, ORDERS, PERIODIC, with_effects)
+from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.kernels.types import Array
+
+# Proposals: by the linearised gain of a second effect over whole windows and over their beginnings
+# (where a model that is far off still follows the readings), and of both over none.
+TOP_FORWARD, TOP_BEGUN, TOP_SCREENED, TOP_SINGLE = 3, 5, 4, 3
+TOP_ORDERS = 4  # where the motor is driven: what is made small is jagged, a gain tells no order
+# The same on the other side: the torque of a motor whose motion is put in shows their sum.
+SIDES = {'motor_coulomb': 'arm_coulomb', 'motor_viscous': 'arm_viscous',
+         'arm_coulomb': 'motor_coulomb', 'arm_viscous': 'motor_viscous'}
+EXCHANGED = 3
+BEGUN = 3  # steps of a fit by which starts and orders are compared
+SETTLED = 4
+RACE = ((0.25, 6), (0.5, 4), (1.0, 3))  # share of the windows fitted, pairs that go on from there
+Gain: TypeAlias = tuple[float, int | None]
+Started: TypeAlias = tuple[Candidate, fitting.Point]
+
+
+def forward_gains(search: Search, fitted: Fitted) -> dict[str, Gain]:
+    """Return {id: (linearised gain in chi2, N)} of adding each effect to `fitted`."""
+    gains = _gains(search, search.long, fitted.candidate, fitted.point)
+    return {name: some[0] for name, some in gains.items()}
+
+
+def _gains(search: Search, data: fitting.Data, candidate: Candidate,
+           point: fitting.Point) -> dict[str, list[Gain]]:
+    """Return {id: [(linearised gain in chi2 of adding it, N), ..., best first]}."""
+    ids = [i for i in search.ids if i not in candidate.ids]
+    gains: dict[str, list[Gain]] = {}
+    for (name, order), gain in search.gains(data, candidate, point, ids, ORDERS).items():
+        gains.setdefault(name, []).append((gain, order))
+    return {name: sorted(some, key=lambda g: -g[0]) for name, some in gains.items()}
+
+
+def find_pairs(search: Search, firsts: Sequence[str]) -> list[str]:
+    """
+    Fit pairs; they join search.fitted. Returns their names, best first.
+
+    firsts: names of the single effects to which a second one is added; besides, the best pairs of
+    a linearised search over all of them. Many start on the beginnings of the windows, few arrive
+    at whole ones.
+    """
+    gains = {first: _gains(search, search.long, search.fitted[first].candidate,
+                           search.fitted[first].point) for first in firsts}
+    chosen = [*_raced(search, _proposed(search, gains)), *_joined(search, gains)]
+    chosen = sorted({*chosen} & {*search.fitted},
+                    key=lambda n: search.fitted[n].score)[:SETTLED]
+    if not chosen:
+        return []
+    search.settle(chosen)
+    best = min((search.fitted[n] for n in chosen), key=lambda f: f.score)
+    exchanged = _raced(search, _exchanged(search, best))
+    search.settle(list({best.name, *exchanged} & set(search.fitted)))
+    chosen = sorted({n for n in (*chosen, *exchanged) if n in search.fitted},
+                    key=lambda n: search.fitted[n].score)
+    _backward(search, search.fitted[chosen[0]])
+    return chosen
+
+
+def restarted(search: Search, pair: Fitted) -> Fitted:
+    """
+    Return `pair` as it fits best once one of its effects has started again.
+
+    Impacts make more of a small wave than its derivative tells: each order is fitted, beside the
+    other effect as it is alone. Of another effect the pair may have found a local optimum, or
+    follow a valley without end: each start is fitted, beside the other effect as the pair has it.
+    """
+    def begun(job: tuple[fitting.Point, Candidate]) -> Fitted:
+        start, joint = job
+        point = fitting.copied(start, _with_nuisances(search, joint, start))
+        search.long.evaluate(joint, point)
+        return search.as_fitted(joint, fitting.fit(search.long, joint, point, BEGUN, robust=True))
+
+    def finished(fitted: Fitted) -> Fitted:
+        fitted = search.polish(fitted, [pair.point])
+        return search.polish(search.grown(fitted), [fitted.point])
+    jobs = []
+    for i, name in enumerate(pair.candidate.ids):
+        alone = search.fitted[pair.candidate.ids[1 - i]]
+        base, z = alone.point, alone.point.z
+        if name not in PERIODIC:
+            base = pair.point
+            z = np.array([v for c, v in zip(pair.candidate.coordinates, base.z) if c.owner != i])
+        for order in ORDERS if name in PERIODIC else (None,):
+            jobs += [(base, search.starts.joint([(alone.candidate, z), (c, c.start())]))
+                     for c in search.starts.candidates(name, order)]
+    begun_ones = sorted(search.map(begun, jobs, 'starts'), key=lambda f: f.score)
+    found = search.map(finished, begun_ones[:EXCHANGED], 'starts')
+    best = min([pair, *found], key=lambda f: f.score)
+    if best is not pair:
+        search.fitted.pop(pair.name)
+        search.fitted[best.name] = best
+    return best
+
+
+def _raced(search: Search, racing: list[Started]) -> list[str]:
+    """
+    Run pairs [(Candidate, Point at its start on the beginnings)] against each other.
+
+    Those that arrive join search.fitted where they are better; returns their names.
+    """
+    begun = RACE[0][0]
+    for share, kept in RACE:
+        data = fitting.shortened(search.long, share)
+        racing = search.map(partial(_run_on, search, data, share > begun), racing, 'pairs')
+        best: dict[tuple[tuple[str, ...], tuple[int, ...]], Started] = {}
+        # Of starts of one pair all windows tell: where an effect shows in few of them, all of its
+        # starts are alike to the others.
+        every = np.ones(len(data.windows))
+        for joint, point in sorted(racing, key=lambda r: fitting.objective(r[0], r[1], every)):
+            orders = tuple(sorted(joint.orders.values()))
+            best.setdefault((_key(joint.ids), orders), (joint, point))
+        racing = sorted(best.values(), key=lambda r: search.score(data, *r))[:kept]
+    return _kept(search, [search.as_fitted(*r) for r in racing])
+
+
+def _joined(search: Search, gains: dict[str, dict[str, list[Gain]]]) -> list[str]:
+    """
+    Fit pairs on whole windows at once; returns names.
+
+    Of the best single effects from where they are, and of each first one with what it lacks most
+    (`gains`). What shows in few windows, and late in them, does not count in a race over their
+    beginnings.
+    """
+    def joined(pair: tuple[Fitted, Candidate, Array, list[fitting.Point]]) -> Fitted:
+        one, second, z, others = pair
+        joint = search.starts.joint([(one.candidate, one.point.z), (second, z)])
+        point = fitting.copied(one.point, _with_nuisances(search, joint, one.point))
+        return search.polish(search.as_fitted(joint, search.long.evaluate(joint, point)),
+                             [one.point, *others])
+    best = [search.fitted[name] for name in search.ranked()[:TOP_SINGLE]]
+    jobs = [(one, other.candidate, other.point.z, [other.point])
+            for one, other in combinations(best, 2)]
+    for first, some in gains.items():
+        for name in sorted(some, key=lambda n: -some[n][0][0])[:1]:
+            jobs += [(search.fitted[first], second, second.start(), [])
+                     for second in search.starts.candidates(name, some[name][0][1])]
+    return _kept(search, search.map(joined, jobs, 'pairs'))
+
+
+def _kept(search: Search, pairs: Iterable[Fitted]) -> list[str]:
+    """Let `pairs` join search.fitted where they are better than the same pair; their names."""
+    names = []
+    for fitted in pairs:
+        known = [search.fitted.pop(n) for n in search.ranked(2)
+                 if _key(search.fitted[n].candidate.ids) == _key(fitted.candidate.ids)]
+        fitted = min([*known, fitted], key=lambda f: f.score)
+        search.fitted[fitted.name] = fitted
+        names.append(fitted.name)
+    return names
+
+
+def _proposed(search: Search, forward: dict[str, dict[str, list[Gain]]]) -> list[Started]:
+    """
+    Return [(Candidate, Point at its start on the beginnings of the windows)] of pairs.
+
+    forward: {first effect: gains of a second one over whole windows}.
+    """
+    data = fitting.shortened(search.long, RACE[0][0])
+    driven = search.recording.motor is not None
+    orders = TOP_ORDERS if driven else 1
+    jobs = []
+    for first, whole in forward.items():
+        fitted = search.fitted[first]
+        base, point = fitted.candidate, _begun(search, data, fitted)
+        for gains, top in ((whole, TOP_FORWARD),
+                           (_gains(search, data, base, point), TOP_BEGUN)):
+            names = sorted(gains, key=lambda n: -gains[n][0][0])[:top]
+            if driven:
+                names += [n for n in map(SIDES.get, names) if n in gains and n not in names]
+            for name in names:
+                for second in [c for _, order in gains[name][:orders]
+                               for c in search.starts.candidates(name, order)]:
+                    joint = search.starts.joint([(base, point.z), (second, second.start())])
+                    z = _with_nuisances(search, joint, point)
+                    jobs.append((joint, fitting.copied(point, z)))
+    none = _begun(search, data, search.fitted[''])
+    for parts in _screened(search)[:TOP_SCREENED]:
+        joint = search.starts.joint([(c, c.start()) for c in parts])
+        jobs.append((joint, search.at_none(joint, none)))
+    return jobs
+
+
+def _begun(search: Search, data: fitting.Data, fitted: Fitted) -> fitting.Point:
+    """Return the Point of `fitted` on `data`, the beginnings of the long windows."""
+    candidate = fitted.candidate
+    point = fitting.Point(fitted.point.z.copy(), fitting.UNSET, fitted.point.memory.copy())
+    point.states = fitting.grown_states(data, candidate.model(point.z), point.memory,
+                                        np.arange(len(data.windows)), search.half_gap)
+    return fitting.fit(data, candidate, point, 5, robust=True)
+
+
+def _run_on(search: Search, data: fitting.Data, further: bool, pair: Started) -> Started:
+    """Fit a pair on `data`; further: the windows have become longer since its last fit."""
+    joint, point = pair
+    if further:
+        point = fitting.Point(point.z, point.states, point.memory)
+        point.states, _ = fitting.solve_states(data, joint.model(point.z), point.states,
+                                               point.memory, np.arange(len(data.windows)))
+    point = fitting.fit(data, joint, point, 6, robust=True, refresh=(0, 1, 2, 4))
+    if not further:
+        again = fitting.copied(point)
+        again.states = fitting.grown_states(
+            data, joint.model(point.z), point.memory, np.arange(len(data.windows)),
+            search.half_gap)
+        fitting.fit(data, joint, again, 6, robust=True, refresh=(0, 1, 2, 4))
+        point = min(point, again, key=lambda p: search.score(data, joint, p))
+    return joint, point
+
+
+def _key(ids: Iterable[str]) -> tuple[str, ...]:
+    return tuple(sorted(ids))
+
+
+def _with_nuisances(search: Search, joint: Candidate, point: fitting.Point) -> Array:
+    z, n = joint.start(), sum(c.owner < 0 for c in joint.coordinates)
+    fewer = min(n, len(point.z))
+    if n:
+        names = [c.name for c in search.fitted[''].candidate.coordinates]
+        known = dict(zip(names, point.z[:fewer]))
+        for i, c in enumerate(joint.coordinates[:n]):
+            z[i] = known.get(c.name, 0.0)
+    return z
+
+
+def _screened(search: Search) -> list[tuple[Candidate, Candidate]]:
+    """Return pairs of Candidates, best first by linearised gain at none on short windows."""
+    data, base = search.short, search.fitted[''].candidate
+    point = search.short_none
+    weight = fitting.weights(data, point.chi2, True)
+    s = fitting.sensitivity(data, base, point)
+    model = base.model(point.z)
+    options = []
+    for name in search.ids:
+        if name in NOT_FITTED:
+            continue
+        for order in search.found_orders(name) if name in PERIODIC else [None]:
+            for candidate, probe in zip(search.starts.candidates(name, order),
+                                        search.probes(name, order)):
+                options.append((candidate, [{'id': name, **c} for c in probe]))
+    columns = search.map(
+        lambda e: point.residual - data.residual(
+            with_effects(model, [*model.effects, e]), point.states, point.memory)[0],
+        [e for _, es in options for e in es], 'pairs')
+    known = s.Jz.shape[2]
+    joint = fitting.Sensitivity(s.Jx, np.concatenate(
+        [s.Jz, np.stack(columns, axis=2)], axis=2))
+    S, g, _, _ = fitting.normal_equations(joint, point.residual, weight)
+    _, prior = base.prior(point.z)
+    S[range(known), range(known)] += prior
+    places, at = [], known
+    for _, effects in options:
+        places.append(list(range(at, at + len(effects))))
+        at += len(effects)
+    found: dict[tuple[str, ...], tuple[float, tuple[Candidate, Candidate]]] = {}
+    for (i, (a, _)), (j, (b, _)) in combinations(enumerate(options), 2):
+        if a.ids == b.ids:
+            continue
+        use = [*range(known), *places[i], *places[j]]
+        gain = float(fitting.damped_solve(S[np.ix_(use, use)], g[use], 1e-6) @ g[use])
+        key = _key((*a.ids, *b.ids))
+        if gain > found.get(key, (-math.inf,))[0]:
+            found[key] = (gain, (a, b))
+    return [parts for _, parts in sorted(found.values(), key=lambda v: -v[0])]
+
+
+def _exchanged(search: Search, pair: Fitted) -> list[Started]:
+    """
+    Return `pair` with one effect exchanged, as proposals for a race.
+
+    For what imitates it best, what the other one lacks most, or another order of its own: on the
+    way to a pair one effect had to bear what was the other's.
+    """
+    data = fitting.shortened(search.long, RACE[0][0])
+    every = np.arange(len(data.windows))
+    separations = isolability.separations(search, pair)
+    jobs = []
+    for i, name in enumerate(pair.candidate.ids):
+        kept = _alone(search, pair, 1 - i)
+        base = kept.candidate
+        point = fitting.Point(kept.point.z, fitting.UNSET, kept.point.memory.copy())
+        point.states = fitting.grown_states(data, base.model(point.z), point.memory, every,
+                                            search.half_gap)
+        data.evaluate(base, point)
+        gains = _gains(search, data, base, point)
+        _, left = separations[name]
+        names = [*sorted(left, key=left.__getitem__)[:EXCHANGED],
+                 *sorted(gains, key=lambda n: -gains[n][0][0])[:EXCHANGED]]
+        options = [(other, gains[other][0][1]) for other in dict.fromkeys(names)
+                   if other != name and other in gains]
+        if name in PERIODIC:
+            at_pair = search.long.evaluate(base, kept.point)
+            whole = search.gains(search.long, base, at_pair, [name], ORDERS)
+            orders = [*(order for _, order in gains[name][:EXCHANGED]),
+                      *sorted(ORDERS, key=lambda n: -whole[name, n])[:EXCHANGED]]
+            options += [(name, order) for order in dict.fromkeys(orders)
+                        if order != pair.candidate.orders[i]]
+        for other, order in options:
+            for second in search.starts.candidates(other, order):
+                joint = search.starts.joint([(base, point.z), (second, second.start())])
+                jobs.append((joint, fitting.copied(
+                    point, _with_nuisances(search, joint, pair.point))))
+    return jobs
+
+
+def _alone(search: Search, pair: Fitted, i: int) -> Fitted:
+    """Return the effect number `i` of `pair` with its values and window states, not fitted."""
+    keep = [c for c in pair.candidate.coordinates if c.owner in (-1, i)]
+    z = [v for c, v in zip(pair.candidate.coordinates, pair.point.z) if c.owner in (-1, i)]
+    alone = next(iter(search.starts.candidates(pair.candidate.ids[i],
+                                               pair.candidate.orders.get(i))))
+    own = [c for c in alone.coordinates if c.owner == 0]
+    point = search.at_none(alone, search.fitted[''].point)
+    values = {c.name: v for c, v in zip(keep, z) if c.owner == i}
+    start = len(alone.coordinates) - len(own)
+    for k, c in enumerate(own):
+        point.z[start + k] = values[c.name]
+    point.states, point.memory = pair.point.states.copy(), pair.point.memory.copy()
+    return Fitted(alone, point)
+
+
+def _backward(search: Search, pair: Fitted) -> None:
+    """Fit each effect of `pair` alone from where the pair ended: no pair by a local minimum."""
+    for i, name in enumerate(pair.candidate.ids):
+        alone = _alone(search, pair, i)
+        fitting.fit(search.long, alone.candidate, alone.point, 4, robust=True)
+        found = search.polish(search.as_fitted(alone.candidate, alone.point))
+        search.fitted[name] = min(found, search.fitted[name], key=lambda f: f.score)

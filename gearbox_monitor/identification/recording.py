@@ -1,0 +1,348 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+A recording as the diagnosis takes it: torque and both positions on a uniform grid of time.
+
+What a real recording does to its stamps (jitter, single lost samples, gaps) is repaired here where
+that is harmless, told in a notice, and refused where it is not.
+
+name: of the recording, for messages; recordings: of one drive.
+"""
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.plant.units import on_axis
+
+MIN_DURATION = 4.0     # s: four windows of the gap metric
+MAX_REPAIRED = 0.01    # share of samples that may be interpolated
+MAX_RUN = 3            # samples in a row that may be interpolated: below the drive's own periods
+QUIET_JITTER = 0.01    # of a sample time, rms: stamps rounded by a computer, not worth a word
+SPIKE = 12.0           # robust standard deviations off its neighbours
+FIELDS = ('u', 'motor', 'arm', 'arm_torque')
+UNITS = {'t': 's', 'u': 'N m', 'motor': 'rad', 'arm': 'rad', 'arm_torque': 'N m'}
+Place: TypeAlias = Callable[[int, str], str]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """
+    Samples [N] of one drive, `dt` s apart, on the arm side.
+
+    t [N] s from 0; u [N] N m, held from t_k to t_k+1; y [N, 2] rad, motor and arm as measured;
+    arm_torque [N] N m or None where not measured; name: what messages call it; cuts: first
+    samples of the recordings that were joined to this one; channels: columns of y that were
+    measured, the other one is a copy (transmission.kind: rigid).
+
+    Where the motor's motion drives the model (gap.driven), motor [N, 5] holds it: position, speed,
+    acceleration, whether it moves, and u without its noise. In y then stands u in place of the
+    motor's position.
+    """
+
+    t: Array
+    u: Array
+    y: Array
+    dt: float
+    arm_torque: Array | None = None
+    name: str = ''
+    cuts: tuple[int, ...] = (0,)
+    channels: tuple[int, ...] = (0, 1)
+    motor: Array | None = None
+
+    @property
+    def positions(self) -> Array:
+        """Positions of motor and arm as measured [N, 2], rad."""
+        if self.motor is None:
+            return self.y
+        return np.column_stack([self.motor[:, 0], self.y[:, 1]])
+
+    @property
+    def readings(self) -> tuple[str, str]:
+        """What the columns of y are called."""
+        return ('motor', 'arm') if self.motor is None else ('torque', 'arm')
+
+    @property
+    def duration(self) -> float:
+        """Length of the recording, s."""
+        return len(self.t) * self.dt
+
+
+def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = None,
+            name: str = '', place: Place | None = None, one_encoder: bool = False,
+            axis: str = 'rotary') -> tuple[Recording, tuple[str, ...]]:
+    """
+    Return (Recording, notices) of samples stamped `t` [N], s, or integer ns; NaN: not measured.
+
+    u [N] N m, y [N, 2] rad, arm_torque [N] N m or None. `place(row, field)` says where a value
+    stands; by default its row, from 0. notices: sentences about what was repaired. one_encoder:
+    motor or arm may be without any reading. axis: of the drive, for messages.
+
+    - Stamps: a uniform grid is laid through them. Where the readings say that they were taken at
+      the stamped times, positions are interpolated onto the grid; otherwise the stamps have
+      jittered on their way and the samples are taken as the grid.
+    - Up to MAX_RUN samples in a row that are lost or NaN, and single wild readings, are
+      interpolated (u is held), up to MAX_REPAIRED of all.
+    - At longer gaps the recording is cut and the longest stretch kept if it has MIN_DURATION.
+
+    Raises InputError naming field, row, value and what was expected.
+    """
+    place = place or (lambda row, field: f'row {row}, {field}')
+    where = f'{name}: ' if name else ''
+    t, first = _seconds(t)
+    y = np.array(y, float)
+    channels: tuple[int, ...] = (0, 1)
+    if one_encoder:
+        channels = tuple(i for i in (0, 1) if np.isfinite(y[:, i]).any()) or channels
+        if len(channels) == 1:
+            y[:, 1 - channels[0]] = y[:, channels[0]]
+    values = {'u': np.array(u, float), 'motor': y[:, 0], 'arm': y[:, 1]}
+    if arm_torque is not None and not np.isnan(np.asarray(arm_torque, float)).all():
+        values['arm_torque'] = np.array(arm_torque, float)
+    notices = []
+    if len(t) < 10:
+        raise InputError(f'{where}{len(t)} samples, expected at least {MIN_DURATION:g} s of them')
+    _check_numbers(t, first, values, where, place, axis)
+    for field, value in values.items():
+        if not np.isnan(value).any():
+            continue
+        values[field], count = _fill(t, value, field, where, place, axis)
+        notices.append(f'{count} values of {field} were NaN and are interpolated')
+    index, dt, jitter = _grid(t, where)
+    cuts = np.flatnonzero(np.diff(index) > MAX_RUN + 1)
+    if len(cuts):
+        keep, notice = _longest(t, first, cuts, dt, where)
+        notices.append(notice)
+        t, index, jitter = t[keep], index[keep], jitter[keep]
+        values = {field: value[keep] for field, value in values.items()}
+    index = index - index[0]
+    n = int(index[-1]) + 1
+    lost = n - len(index)
+    if lost > MAX_REPAIRED * n:
+        raise InputError(f'{where}{lost} of {n} samples lost by their stamps '
+                         f'({100 * lost / n:.1f} %), expected at most {100 * MAX_REPAIRED:g} %')
+    if lost:
+        notices.append(f'{lost} of {n} samples lost by their stamps, interpolated')
+    rms = float(np.sqrt(np.mean(jitter ** 2)))
+    sampled_then = False
+    if rms > QUIET_JITTER * dt:
+        sampled_then = _follows_stamps(values, index, jitter, dt)
+        how = ('positions follow the stamps and are interpolated onto a uniform grid'
+               if sampled_then else
+               'positions do not follow the stamps, samples are taken as evenly spaced')
+        notices.append(f'stamps jitter by {rms * 1e3:.3g} ms rms '
+                       f'({100 * rms / dt:.0f} % of the sample time): {how}')
+    times = index * dt + (jitter if sampled_then else 0.0)
+    grid = np.arange(n) * dt
+    if sampled_then or lost:
+        held = np.clip(np.searchsorted(times, grid + 0.5 * dt, side='right') - 1, 0, None)
+        values = {field: value[held] if field == 'u' else _cubic(times, value, grid)
+                  for field, value in values.items()}
+    for field in ('motor', 'arm'):
+        count = _mend_spikes(values[field])
+        if count:
+            notices.append(f'{count} single wild readings of {field} are interpolated')
+    return Recording(grid, values['u'], np.column_stack([values['motor'], values['arm']]),
+                     dt, values.get('arm_torque'), name, channels=channels), tuple(notices)
+
+
+def _seconds(t: Any) -> tuple[Array, float]:
+    """Return (t from 0 in s, first stamp in s); integers are ns."""
+    t = np.asarray(t)
+    if t.dtype.kind in 'iu':
+        return (t - t[:1]) * 1e-9, float(t[0]) * 1e-9 if len(t) else 0.0
+    t = t.astype(float)
+    return t - t[:1], float(t[0]) if len(t) else 0.0
+
+
+def _check_numbers(t: Array, first: float, values: Mapping[str, Array], where: str,
+                   place: Place, axis: str) -> None:
+    """Raise InputError for what is no finite number or, in t, does not increase."""
+    bad = np.flatnonzero(~np.isfinite(t))
+    if len(bad):
+        shown = 'nan' if np.isnan(t[bad[0]]) else 'inf'
+        raise InputError(f'{where}{place(int(bad[0]), "t")}: {shown}, expected a finite time in s')
+    for field, value in values.items():
+        if len(value) != len(t):
+            raise InputError(f'{where}{field}: {len(value)} values, expected {len(t)} as of t')
+        bad = np.flatnonzero(np.isinf(value))
+        if len(bad):
+            raise InputError(f'{where}{place(int(bad[0]), field)}: {value[bad[0]]}, expected a '
+                             f'finite number in {on_axis(UNITS[field], axis)}')
+        if np.isnan(value).all():
+            raise InputError(f'{where}{field}: never measured, expected '
+                             + on_axis('torque, motor and arm position in every sample', axis))
+    back = np.flatnonzero(np.diff(t) <= 0)
+    if len(back):
+        row = int(back[0]) + 1
+        word = 'repeats' if t[row] == t[row - 1] else 'goes back'
+        raise InputError(f'{where}{place(row, "t")}: {first + t[row]:.9g} s {word} after '
+                         f'{first + t[row - 1]:.9g} s, expected increasing times')
+
+
+def _runs(flags: Flags) -> tuple[Integers, Integers]:
+    """Return (starts, lengths) of the runs of True in flags [N]."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
+    return edges[::2], edges[1::2] - edges[::2]
+
+
+def _fill(t: Array, value: Array, field: str, where: str, place: Place,
+          axis: str) -> tuple[Array, int]:
+    """Return (value with NaN interpolated, how many); raises InputError where there are many."""
+    missing = np.isnan(value)
+    starts, lengths = _runs(missing)
+    long = np.flatnonzero(lengths > MAX_RUN)
+    count = int(missing.sum())
+    if len(long) or count > MAX_REPAIRED * len(value) or missing[0] or missing[-1]:
+        at = long[0] if len(long) else 0
+        more = f' for {lengths[at]} samples' if lengths[at] > 1 else ''
+        raise InputError(
+            f'{where}{place(int(starts[at]), field)}: nan{more} ({count} nan of {len(value)}), '
+            f'expected numbers in {on_axis(UNITS[field], axis)}, at most {MAX_RUN} nan in a '
+            f'row and {100 * MAX_REPAIRED:g} % in all')
+    good = ~missing
+    if field == 'u':
+        last = np.maximum.accumulate(np.where(good, np.arange(len(value)), 0))
+        return value[last], count
+    value = value.copy()
+    value[missing] = _cubic(t[good], value[good], t[missing])
+    return value, count
+
+
+def _grid(t: Array, where: str) -> tuple[Integers, float, Array]:
+    """
+    Return (index [N], dt, jitter [N]): t = index dt + jitter, from 0, index increasing.
+
+    The sample time is that of a line through all stamps, lost samples counted by their length.
+    """
+    step = np.diff(t)
+    dt = float(np.median(step))
+    count = np.maximum(1.0, np.rint(step / dt))
+    jittery = np.median(np.abs(step - dt)) > 0.1 * dt
+    for k in np.flatnonzero(step > 1.5 * dt).tolist() if jittery else ():
+        # A late stamp is followed by a short step; after a lost sample all stamps stay behind.
+        before, after = np.arange(max(k - 6, 0), k + 1), np.arange(k + 1, min(k + 8, len(t)))
+        behind = np.median(t[after] - dt * after) - np.median(t[before] - dt * before)
+        count[k] = max(1.0, np.rint(1.0 + behind / dt))
+    index = np.concatenate([[0], np.cumsum(count)])
+    slope, start = np.polyfit(index, t, 1)
+    jitter = t - start - slope * index
+    if np.sqrt(np.mean(jitter ** 2)) > MAX_RUN * slope:
+        raise InputError(f'{where}t: stamps stray from any even spacing by '
+                         f'{np.abs(jitter).max():.3g} s, expected one sample rate')
+    return index.astype(np.int64), float(slope), jitter
+
+
+def _longest(t: Array, first: float, cuts: Integers, dt: float, where: str) -> tuple[slice, str]:
+    """Return (slice, notice) of the longest stretch between the gaps after the rows `cuts`."""
+    edges = np.concatenate([[0], cuts + 1, [len(t)]])
+    i = int(np.argmax(t[edges[1:] - 1] - t[edges[:-1]]))
+    keep = slice(edges[i], edges[i + 1])
+    worst = cuts[np.argmax(t[cuts + 1] - t[cuts])]
+    told = (f'{len(cuts)} gap{"s" if len(cuts) > 1 else ""} in the stamps, the longest '
+            f'{t[worst + 1] - t[worst]:.3g} s at t = {first + t[worst]:.6g} s')
+    length = t[keep][-1] - t[keep][0] + dt
+    if length < MIN_DURATION:
+        raise InputError(f'{where}{told}; the longest stretch without one lasts {length:.3g} s, '
+                         f'expected at least {MIN_DURATION:g} s')
+    return keep, (f'{told}; only the stretch from {first + t[keep][0]:.6g} s to '
+                  f'{first + t[keep][-1]:.6g} s is used')
+
+
+def _cubic(times: Array, value: Array, at: Array) -> Array:
+    """Return value [N] at `times` (s) on the times `at` by local cubics; the ends are held."""
+    k = np.clip(np.searchsorted(times, at) - 2, 0, len(times) - 4)
+    at = np.clip(at, times[0], times[-1])
+    result = np.zeros(len(at))
+    for i in range(4):
+        weight = np.ones(len(at))
+        for j in range(4):
+            if j != i:
+                weight *= (at - times[k + j]) / (times[k + i] - times[k + j])
+        result += weight * value[k + i]
+    return result
+
+
+def _follows_stamps(values: Mapping[str, Array], index: Integers, jitter: Array,
+                    dt: float) -> bool:
+    """
+    Return whether the readings were taken at the stamped times rather than evenly.
+
+    A reading taken late by the jitter r stands off its neighbours by speed times r: the regression
+    on that is 1 if so and 0 if the stamps only were late.
+    """
+    whole = np.flatnonzero(np.diff(index, 4) == 0)
+    whole = whole[index[whole + 4] - index[whole] == 4]  # five samples without a lost one
+    above = below = 0.0
+    for field in ('motor', 'arm'):
+        value = values[field]
+        width = max(1, int(round(0.01 / dt)))
+        late = np.gradient(np.convolve(value, np.ones(2 * width + 1) / (2 * width + 1), 'same'),
+                           dt) * jitter
+        rough, expected = np.diff(value, 4)[whole], np.diff(late, 4)[whole]
+        weight = 1.0 / max(np.median(np.abs(rough)), 1e-300) ** 2
+        inner = slice(width, -width)  # the mean is none at the ends
+        above += weight * float(rough[inner] @ expected[inner])
+        below += weight * float(expected[inner] @ expected[inner])
+    return below > 0.0 and above > 0.5 * below
+
+
+def _mend_spikes(value: Array) -> int:
+    """Interpolate single wild readings of value [N] in place; return how many, 0 if too many."""
+    # What the four neighbours say of a reading; the cubic through them is (-1 4 4 -1) / 6.
+    off = value[2:-2] - (-value[:-4] + 4 * value[1:-3] + 4 * value[3:-1] - value[4:]) / 6
+    scale = np.median(np.abs(off)) / 0.6745
+    if scale == 0.0:
+        return 0
+    # A wild reading spoils the cubics of its four neighbours by two thirds at most.
+    near = np.lib.stride_tricks.sliding_window_view(
+        np.pad(np.abs(off), 2), 5).max(axis=1)
+    wild = np.flatnonzero((np.abs(off) > SPIKE * scale) & (np.abs(off) == near)) + 2
+    if not len(wild) or len(wild) > MAX_REPAIRED * len(value):
+        return 0
+    # Alone: without it the rest is as smooth as anywhere.
+    count = 0
+    for k in wild.tolist():
+        others = [i for i in range(max(k - 4, 0), min(k + 5, len(value))) if i != k]
+        fit = np.polyfit(np.array(others) - k, value[others], 3)
+        if (np.abs(np.polyval(fit, np.array(others) - k) - value[others]).max()
+                < 0.25 * abs(value[k] - fit[-1])):
+            value[k] = fit[-1]
+            count += 1
+    return count
+
+
+def joined(recordings: Sequence[Recording]) -> Recording:
+    """Return one Recording of several of one drive. Raises InputError when rates differ."""
+    first = recordings[0]
+    if len(recordings) == 1:
+        return first
+    for other in recordings[1:]:
+        if abs(other.dt / first.dt - 1.0) > 1e-3:
+            raise InputError(f'{other.name}: {1 / other.dt:g} Hz, expected {1 / first.dt:g} Hz as '
+                             f'{first.name}')
+        if (other.arm_torque is None) != (first.arm_torque is None):
+            raise InputError(f'{other.name}: arm torque: expected in all recordings or in none')
+    sizes = [len(r.u) for r in recordings]
+    return replace(
+        first, t=np.arange(sum(sizes)) * first.dt,
+        u=np.concatenate([r.u for r in recordings]), y=np.concatenate([r.y for r in recordings]),
+        arm_torque=None if first.arm_torque is None else np.concatenate(
+            [r.arm_torque for r in recordings]),
+        motor=None if first.motor is None else np.concatenate([r.motor for r in recordings]),
+        name=', '.join(r.name for r in recordings), cuts=tuple(np.cumsum([0, *sizes[:-1]])))

@@ -1,0 +1,539 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Which effect: every candidate fitted on the same windows, with the same effort, and ranked.
+
+Short windows (0.25 s) find the right contact of the gap and the rough values, windows of 1 s carry
+the evidence. The score is -2 log likelihood of the training windows plus p log n (BIC).
+
+recording: Recording; model: DriveModel; data: fit.Data; short_point, none_point: Points of short
+windows and without effect; others: Points whose window states are tried; names: of fits, by_id:
+Screened of each id; order: N of a periodic effect; keep: how many.
+"""
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+import math
+from typing import Any, TypeAlias, TypeVar
+
+import numpy as np
+
+from gearbox_monitor.identification import fit as fitting, model_error
+from gearbox_monitor.identification.candidates import (
+    Candidate, NOT_FITTED, ORDERS, PERIODIC, PHASED, replaced_value, Starts, with_effects)
+from gearbox_monitor.identification.process_noise import levels, whitened
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.torque_domain import simulator
+from gearbox_monitor.identification.windows import cut, Simulator, Windows
+from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import EFFECTS
+
+SHORT, LONG = 0.25, 1.0  # s
+HELD_OUT = 0.3
+KEEP_SCREENED, KEEP_REFINED = 6, 4
+SETTLING, STILL = 4, 5.0  # further rounds at most; gain in BIC below which a fit stands still
+STRAY = 50.0  # chi2 by which a window may be worse than without effect before it counts as lost
+JAGGED_PROBE = 0.3  # of the scale, where what is made small is jagged (gap.jagged)
+FINER = 4     # times as many steps, where long ones are suspected
+FAR = 2.5     # tolerances from which on a nominal value is tried as an effect of its own
+Item = TypeVar('Item')
+Found = TypeVar('Found')
+Trial: TypeAlias = tuple[str, int | None]  # id, N
+
+
+def held_out(recording: Recording, windows: Windows) -> tuple[Flags, list[int]]:
+    """
+    Return (train [W], samples of each joined recording before the held-out windows).
+
+    Held out are the last windows of each recording, 30 %.
+    """
+    train, last = np.ones(len(windows), bool), []
+    part = np.searchsorted(recording.cuts, windows.first, side='right') - 1
+    for i, cut_at in enumerate(recording.cuts):
+        here = np.flatnonzero(part == i)
+        held = round(HELD_OUT * len(here))
+        if held:
+            train[here[-held:]] = False
+        kept = here[:len(here) - held]
+        last.append(int(windows.first[kept[-1]]) + windows.length - cut_at if len(kept) else 0)
+    return train, last
+
+
+@dataclass
+class Fitted:
+    """A candidate where its fit ended, on the long windows."""
+
+    candidate: Candidate
+    point: fitting.Point
+    score: float = math.inf
+    s: float = 0.0  # torque noise on the motor, N m rms per sample
+    white: Array | None = None  # residual [W, 2L] with that noise taken out
+    left: Array | None = None  # what lasts unexplained [2], N m and rad, see gap.lasting
+
+    @property
+    def name(self) -> str:
+        """Ids joined by '+'."""
+        return self.candidate.name
+
+
+@dataclass
+class Screened:
+    """One start of an effect, roughly fitted: long windows, short ones, and what they promise."""
+
+    long: Fitted
+    short: fitting.Point
+    long_gain: float
+    short_gain: float
+
+    @property
+    def name(self) -> str:
+        """Id of the effect."""
+        return self.long.name
+
+
+def _long_gain(screened: Screened) -> float:
+    return screened.long_gain
+
+
+def _short_gain(screened: Screened) -> float:
+    return screened.short_gain
+
+
+class Search:
+    """
+    All fits of one Recording under one DriveModel.
+
+    sigma [2] rad; only, exclude: ids; jobs: threads; progress(done, total, text) is called as it
+    goes on; colour [2]: see gap.colour.
+    """
+
+    def __init__(self, recording: Recording, model: DriveModel, sigma: Array, ids: Iterable[str],
+                 jobs: int = 1, progress: Callable[..., object] | None = None,
+                 colour: Array | None = None) -> None:
+        self.recording, self.model, self.ids = recording, model, list(ids)
+        self.simulator = simulator(recording, model)
+        self.starts = Starts(model, recording)
+        windows = cut(recording, LONG)
+        train, last = held_out(recording, windows)
+        weighing = model_error.weighing(recording, model, sigma)
+        self.long = fitting.Data(recording, self.simulator, windows, sigma, train, weighing,
+                                 colour)
+        # Where the motor's motion is put in, long windows hold no contact of the gap, either.
+        length = SHORT if recording.motor is None else LONG
+        self.short = fitting.Data(recording, simulator(recording, model, coarse=True),
+                                  cut(recording, length, last), sigma, weighing=weighing,
+                                  colour=colour)
+        self.jobs, self._progress = jobs, progress or (lambda *_: None)
+        self._pool = ThreadPoolExecutor(jobs)
+        self._done, self._total = 0, 1
+        self.fitted: dict[str, Fitted] = {}
+        self._orders: dict[str, list[int]] = {}
+
+    # ------------------------------------------------------------------ helpers
+
+    def map(self, function: Callable[[Item], Found], items: Sequence[Item],
+            text: str) -> list[Found]:
+        """Return [function(item)] of all items, in threads; says how far it is."""
+        self._total += len(items)
+
+        def one(item: Item) -> Found:
+            out = function(item)
+            self._done += 1
+            name = getattr(item, 'name', item if isinstance(item, str) else '')
+            best = next(iter(self.ranked()), '')
+            self._progress(self._done, self._total,
+                           f'{text} {name}' + (f', best {best}' if best else ''))
+            return out
+        return list(self._pool.map(one, items))
+
+    @property
+    def half_gap(self) -> float:
+        """Half gap of the model (rad), the scale on which windows are started elsewhere."""
+        return max(self.model.transmission.half_gap, 0.01)
+
+    def score(self, data: fitting.Data, candidate: Candidate, point: fitting.Point) -> float:
+        """Return the BIC of `point` on the training windows of `data`."""
+        plain = fitting.objective(candidate, point, data.train.astype(float))
+        return plain + candidate.n_effect * math.log(data.n_train)
+
+    def as_fitted(self, candidate: Candidate, point: fitting.Point) -> Fitted:
+        """Return the Fitted of `candidate` at `point`, scored."""
+        return Fitted(candidate, point, self.score(self.long, candidate, point))
+
+    def found_orders(self, name: str) -> list[int]:
+        """Return the orders N that find_orders found for the periodic effect `name`."""
+        return self._orders[name]
+
+    # ------------------------------------------------------------------ none
+
+    def none(self) -> Fitted:
+        """Fit the model without effects; returns the Fitted and keeps the short windows' Point."""
+        candidate = self.starts.none()
+        point = fitting.fresh(self.short, candidate)
+        every = np.arange(len(self.short.windows))
+        point.states, _ = fitting.solve_states(
+            self.short, candidate.model(point.z), point.states, point.memory, every)
+        self.short.evaluate(candidate, point)
+        for robust in (True, False):
+            fitting.rescue(self.short, candidate, point, half_gap=self.half_gap)
+            if candidate.coordinates:
+                fitting.fit(self.short, candidate, point, 6, robust=robust)
+        self.short_none = point
+        long = fitting.Point(point.z.copy(), self.long_states(point, candidate),
+                             np.zeros((len(self.long.windows), 4)))
+        every = np.arange(len(self.long.windows))
+        long.states, _ = fitting.solve_states(
+            self.long, candidate.model(long.z), long.states, long.memory, every)
+        self.long.evaluate(candidate, long)
+        fitting.rescue(self.long, candidate, long, half_gap=self.half_gap)
+        if candidate.coordinates:
+            fitting.fit(self.long, candidate, long, 4, robust=True)
+            fitting.fit(self.long, candidate, long, 4)
+        self.fitted[''] = self.as_fitted(candidate, long)
+        return self.fitted['']
+
+    def long_states(self, short_point: fitting.Point, candidate: Candidate) -> Array:
+        """Return states [W, 4] of the long windows: those of the short ones where they begin."""
+        states = self.long.raw_states()
+        at = {int(b): w for w, b in enumerate(self.short.windows.begin)}
+        for w, begin in enumerate(self.long.windows.begin):
+            if int(begin) in at:
+                states[w] = short_point.states[at[int(begin)]]
+        return states
+
+    # ------------------------------------------------------------------ single effects
+
+    def none_and_singles(self) -> None:
+        """Fit the model without effects and with each single one."""
+        self.none()
+        self.refine(self.screen())
+
+    def screen(self) -> dict[str, list[Screened]]:
+        """Fit all single effects roughly; keeps the best of each id in `fitted`."""
+        ids = [i for i in self.ids if i not in NOT_FITTED]
+        candidates = []
+        self.find_orders()
+        for name in ids:
+            if name in PERIODIC:
+                for order in self._orders[name]:
+                    candidates += self.starts.candidates(name, order)
+            else:
+                candidates += self.starts.candidates(name)
+        by_id: dict[str, list[Screened]] = {}
+        for found in self.map(self._screen_one, candidates, 'screening'):
+            by_id.setdefault(found.long.name, []).append(found)
+        return by_id
+
+    def _screen_one(self, candidate: Candidate) -> Screened:
+        """Return the Screened `candidate`, fitted from where none stands."""
+        none = self.fitted['']
+        points = []
+        starts = [(self.short, self.short_none), (self.long, none.point)]
+        if self.recording.motor is not None:  # both have windows of the same length
+            del starts[0]
+        for data, start in starts:
+            point = self.at_none(candidate, start)
+            for _ in range(2):
+                fitting.fit(data, candidate, point, 4, robust=True, refresh=(0, 2))
+                # Every candidate holds none in it: one that is worse is still on its way.
+                if self.promise(data, candidate, point, start) > -1.0:
+                    break
+            points.append(point)
+        short, long = points[0], points[-1]
+        return Screened(self.as_fitted(candidate, long), short,
+                        self.promise(self.long, candidate, long, none.point),
+                        self.promise(starts[0][0], candidate, short, starts[0][1]))
+
+    def promise(self, data: fitting.Data, candidate: Candidate, point: fitting.Point,
+                none_point: fitting.Point) -> float:
+        """
+        Return the gain in BIC over none that `point` promises.
+
+        A window that went astray counts no more than STRAY: refining will bring it back.
+        """
+        lost = np.minimum(point.chi2, none_point.chi2 + STRAY) - none_point.chi2
+        base = self.fitted[''].candidate
+        prior = candidate.penalty(point.z) - base.penalty(none_point.z)
+        return -(float(lost[data.train].sum()) + prior)
+
+    def at_none(self, candidate: Candidate, point: fitting.Point) -> fitting.Point:
+        """Return a Point of `candidate` at its start, with states and nuisances of `point`."""
+        z = candidate.start()
+        known = {c.name: v for c, v in zip(self.fitted[''].candidate.coordinates, point.z)}
+        for i, c in enumerate(candidate.coordinates):
+            if c.owner < 0 and c.name in known:
+                z[i] = known[c.name]
+        return fitting.copied(point, z)
+
+    def refine(self, by_id: dict[str, list[Screened]]) -> None:
+        """Fit the promising ids well, all of them and none with the same means."""
+        cost = math.log(self.long.n_train)
+        parts = [p for group in by_id.values() for p in group]
+        if self.long.weighing is not None:
+            model_error.weigh_anew(self, [p.long for p in parts])
+        # What another fit has found for a window that went astray is no merit of its effect.
+        none = self.polish(self.fitted[''], [p.long.point for p in parts])
+        self.fitted[''] = none
+        for p in parts:
+            p.long_gain = self.promise(self.long, p.long.candidate, p.long.point, none.point)
+
+        def best(by: Callable[[Screened], float]) -> list[str]:
+            gains = {i: max(by(p) - p.long.candidate.n_effect * cost for p in parts)
+                     for i, parts in by_id.items()}
+            return sorted(gains, key=gains.__getitem__, reverse=True)[:KEEP_SCREENED]
+        for name, parts in by_id.items():
+            self.fitted[name] = min((p.long for p in parts), key=lambda f: f.score)
+        chosen = dict.fromkeys(best(_long_gain) + best(_short_gain) + self.far(none, by_id))
+        jobs = [(name, by_id[name]) for name in chosen]
+        for name, found in zip(chosen, self.map(self._refine_one, jobs, 'refining')):
+            self.fitted[name] = min(found, self.fitted[name], key=lambda f: f.score)
+        for _ in range(2):
+            self.cross()
+        self.whiten(['', *self.ranked()[:KEEP_REFINED]])
+
+    def far(self, fitted: Fitted, ids: Iterable[str]) -> list[str]:
+        """Return those of `ids` whose value `fitted` has moved far beyond its tolerance."""
+        far = {c.name for c, z in zip(fitted.candidate.coordinates, fitted.point.z)
+               if c.owner < 0 and abs(z) > FAR * c.prior}
+        return [i for i in ids if i in EFFECTS and EFFECTS[i].replaces
+                and EFFECTS[i].parameters[0].name in far]
+
+    def _refine_one(self, job: tuple[str, list[Screened]]) -> Fitted:
+        name, parts = job
+        short = max(parts, key=_short_gain)
+        candidate = short.long.candidate
+        long = max(parts, key=_long_gain).long
+        trials = [long, self.as_fitted(candidate, self.to_long(candidate, short.short)),
+                  self.grown(long)]
+        none = self.fitted[''].point
+        return self.polish(max(trials, key=lambda f: self.promise(
+            self.long, f.candidate, f.point, none)), [none])
+
+    def to_long(self, candidate: Candidate, short_point: fitting.Point) -> fitting.Point:
+        """Return the Point of the long windows that begins where one of the short ones ended."""
+        point = fitting.Point(short_point.z.copy(), self.long_states(short_point, candidate),
+                              np.zeros((len(self.long.windows), 4)))
+        every = np.arange(len(self.long.windows))
+        point.states, _ = fitting.solve_states(
+            self.long, candidate.model(point.z), point.states, point.memory, every, 4)
+        return self.long.evaluate(candidate, point)
+
+    def grown(self, fitted: Fitted) -> Fitted:
+        """Return `fitted` found anew on windows that get longer."""
+        if self.recording.motor is not None:  # runs whose begin is known do not go astray
+            return fitted
+        point = fitting.grow(self.long, fitted.candidate, fitted.point, self.half_gap)
+        return self.as_fitted(fitted.candidate, point)
+
+    def polish(self, fitted: Fitted, others: Sequence[fitting.Point] = ()) -> Fitted:
+        """Rescue and refit `fitted` on the long windows: robust, then plain."""
+        candidate, point = fitted.candidate, fitting.copied(fitted.point)
+        fitting.rescue(self.long, candidate, point, others, half_gap=self.half_gap)
+        if candidate.coordinates:
+            fitting.fit(self.long, candidate, point, 4, robust=True)
+            fitting.fit(self.long, candidate, point, 6)
+        return min(self.as_fitted(candidate, point), fitted, key=lambda f: f.score)
+
+    def on_shorter_steps(self) -> fitting.Data | None:
+        """Return the long windows run on steps as short as need be, None: they are already."""
+        shorter = Simulator(self.recording, self.model, finer=FINER)
+        if self.simulator.n == shorter.n:
+            return None
+        long = self.long
+        return fitting.Data(self.recording, shorter, long.windows, long.sigma, long.train,
+                            long.weighing, long.colour)
+
+    def anew(self, fitted: Fitted) -> Fitted:
+        """Return `fitted` refitted from where it is: long windows run otherwise than before."""
+        point = self.long.evaluate(fitted.candidate, fitting.copied(fitted.point))
+        fitting.fit(self.long, fitted.candidate, point, 4, robust=True)
+        fitting.fit(self.long, fitted.candidate, point, 6)
+        return self.as_fitted(fitted.candidate, point)
+
+    def cross(self, names: Sequence[str] | None = None) -> None:
+        """Give the best fits and none each other's window states, and fit them again."""
+        names = names or ['', *self.ranked()[:KEEP_REFINED]]
+        every = [self.fitted[n].point for n in names]
+        jobs = [self.fitted[n] for n in names]
+        found = self.map(lambda f: self.polish(f, every), jobs, 'comparing')
+        self.fitted.update(zip(names, found))
+
+    def rejoin(self) -> None:
+        """Polish what fits worse than none from where none is: every candidate holds it."""
+        none = self.fitted['']
+        jobs = [f for f in map(self.fitted.__getitem__, self.ranked()) if f.score > none.score]
+        for found in self.map(lambda f: self.polish(f, [none.point]), jobs, 'comparing'):
+            self.fitted[found.name] = found
+
+    def settle(self, names: Sequence[str]) -> None:
+        """Polish the fits `names` until they stand still: what they leave is to be judged."""
+        for _ in range(SETTLING):
+            before = [self.fitted[n].score for n in names]
+            self.cross(names)
+            if all(b - self.fitted[n].score < STILL for b, n in zip(before, names)):
+                break
+
+    @property
+    def noisy(self) -> bool:
+        """Whether torque noise on the motor is part of the likelihood."""
+        model = self.model
+        return (model.tolerance > 0.0 or bool(model.process_torque)
+                or model.process_torque_time > 0.0)
+
+    def whiten(self, names: Sequence[str]) -> None:
+        """Fit `names` again with torque noise; all others stay behind them."""
+        if not self.noisy or not names:
+            return
+        if self.long.weighing is not None:
+            model_error.measure(self, names)
+            return
+        found = dict(zip(names, self.map(
+            lambda n: self._whitened(self.fitted[n].candidate, self.fitted[n].point), names,
+            'torque noise')))
+        worst = max(f.score for f in found.values())
+        plain = max(self.fitted[n].score for n in names)
+        for name, fitted in self.fitted.items():
+            if fitted.white is None and name not in found:
+                fitted.score = worst + max(fitted.score - plain, 1.0)
+        self.fitted.update(found)
+
+    def _whitened(self, candidate: Candidate, point: fitting.Point) -> Fitted:
+        point, deviance, s, white = whitened(self.long, candidate, point,
+                                             levels(self.model, self.recording.u))
+        return Fitted(candidate, point,
+                      deviance + candidate.n_effect * math.log(self.long.n_train), s, white)
+
+    def exempt(self, name: str) -> list[str]:
+        """
+        Fit `name` with each value that is far beyond its tolerance as an effect instead.
+
+        They join `fitted` where they are better; returns their names. From where `name` is: that
+        the value is another one is known already, and what it is as well.
+        """
+        if not self.noisy or self.long.weighing is not None:
+            return []
+        base = self.fitted[name]
+        names = []
+        for second in self.far(base, self.ids):
+            alone = self.starts.candidates(second)[0]
+            c = EFFECTS[second].parameters[0].name
+            known = {k.name: v for k, v in zip(base.candidate.coordinates, base.point.z)
+                     if k.owner < 0}
+            value = (replaced_value(self.model, second) or 0.0) * (1.0 + known[c])
+            moved = np.where([k.owner < 0 for k in alone.coordinates], 0.0, value)
+            joint = self.starts.joint([(base.candidate, base.point.z), (alone, moved)])
+            z = np.array([known[k.name] if k.owner < 0 else v
+                          for k, v in zip(joint.coordinates, joint.start())])
+            point = self.long.evaluate(joint, fitting.copied(base.point, z))
+            found = self._whitened(joint, point)
+            rivals = [f for f in self.fitted.values()
+                      if sorted(f.candidate.ids) == sorted(joint.ids)]
+            for rival in rivals:
+                del self.fitted[rival.name]
+            found = min([found, *rivals], key=lambda f: f.score)
+            self.fitted[found.name] = found
+            names.append(found.name)
+        return names
+
+    def challenge(self, fitted: Fitted) -> None:
+        """Fit none from where `fitted` is: what it found for nominal values is no merit of it."""
+        if not self.noisy or self.long.weighing is not None:
+            return
+        none = self.fitted['']
+        known = {c.name: v for c, v in zip(fitted.candidate.coordinates, fitted.point.z)
+                 if c.owner < 0}
+        z = np.array([known.get(c.name, v)
+                      for c, v in zip(none.candidate.coordinates, none.point.z)])
+        point = self.long.evaluate(none.candidate, fitting.copied(fitted.point, z))
+        fitting.rescue(self.long, none.candidate, point, [none.point], half_gap=self.half_gap)
+        found = self._whitened(none.candidate, point)
+        self.fitted[''] = min(found, none, key=lambda f: f.score)
+
+    def ranked(self, size: int = 1) -> list[str]:
+        """Return the names of candidates with `size` effects, best first."""
+        names = [n for n, f in list(self.fitted.items()) if len(f.candidate.ids) == size]
+        return sorted(names, key=lambda n: self.fitted[n].score)
+
+    # ------------------------------------------------------------------ signatures
+
+    def probes(self, name: str, order: int | None = None) -> list[list[dict[str, Any]]]:
+        """Return lists of effects (one per column) that stand for a little of effect `name`."""
+        effect = EFFECTS.get(name)
+        a_little = None if self.recording.motor is None else JAGGED_PROBE
+        if effect is not None and effect.replaces:
+            value = replaced_value(self.model, name) or 0.0
+            c = self.starts.candidates(name)[0].coordinates[-1]
+            return [[{effect.parameters[0].name: value + (a_little or 0.02) * c.scale}]]
+        out: list[list[dict[str, Any]]] = []
+        for candidate in self.starts.candidates(name, order):
+            group = [c for c in candidate.coordinates if c.owner == 0]
+            z = {c.name: c.start if c.start else (a_little or 0.1) * c.scale for c in group}
+            if name in PHASED:
+                size = (a_little or 0.1) * group[0].scale
+                more = {'N': order} if name in PERIODIC else {}
+                out.append([{'A': size, 'phi': p, **more} for p in (0.0, 0.5 * math.pi)])
+            else:
+                out.append([z])
+        return out
+
+    def gains(self, data: fitting.Data, base: Candidate, point: fitting.Point, ids: Iterable[str],
+              orders: Iterable[int] | None = None) -> dict[Trial, float]:
+        """
+        Return {(id, N): linearised gain in chi2 of adding it to the Candidate `base` at `point`}.
+
+        Window states and coordinates of `base` give way. N is None but for periodic effects, which
+        are tried with `orders` (default: those found before).
+        """
+        weight = fitting.weights(data, point.chi2, True)
+        s = fitting.sensitivity(data, base, point)
+        model = base.model(point.z)
+        _, prior = base.prior(point.z)
+        out: dict[Trial, float] = {}
+
+        def one(job: tuple[Trial, list[dict[str, Any]]]) -> tuple[Trial, float]:
+            key, columns = job
+            residuals = [(point.residual - data.residual(
+                with_effects(model, [*model.effects, {'id': key[0], **column}]), point.states,
+                point.memory)[0]) for column in columns]
+            joint = fitting.Sensitivity(s.Jx, np.concatenate(
+                [s.Jz, np.stack(residuals, axis=2)], axis=2))
+            S, g, _, _ = fitting.normal_equations(joint, point.residual, weight)
+            S[np.diag_indices(len(prior))] += prior
+            return key, fitting.gained(S, g, len(prior))
+        jobs = []
+        for name in ids:
+            if name in base.ids or name in NOT_FITTED:
+                continue
+            tried = orders or self._orders.get(name) or ORDERS
+            for order in tried if name in PERIODIC else [None]:
+                jobs += [((name, order), columns) for columns in self.probes(name, order)]
+        for key, gain in self._pool.map(one, jobs):
+            out[key] = max(out.get(key, 0.0), gain)
+        return out
+
+    def find_orders(self, keep: int = 3) -> None:
+        """
+        Find the orders N of the periodic effects with the largest linearised gains.
+
+        Long windows show the smallest ones; where the model is far off, only short ones follow.
+        """
+        periodic = [i for i in PERIODIC if i in self.ids]
+        none = self.fitted['']
+        found = [self.gains(data, none.candidate, point, periodic, ORDERS)
+                 for data, point in ((self.long, none.point), (self.short, self.short_none))]
+        for name in periodic:
+            best = [sorted(ORDERS, key=lambda n: -gain[name, n])[:keep] for gain in found]
+            self._orders[name] = list(dict.fromkeys(best[0] + best[1]))

@@ -1,0 +1,173 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Recordings whose motor motion drives the model (`driven_by: position`), see drive.driven.
+
+Position, speed and acceleration of the motor come from its encoder by local cubics, as wide as the
+noise asks for: what noise is left in the torque m1 x3' stays well below that of the torque u.
+
+recording: a Recording; windows: its Windows; dt: s; half: samples on each side of a filter; memory
+[W, 4]: states of effects where a window begins; extra: free-form signals, see gap.residual;
+coarse: with larger steps.
+"""
+from dataclasses import replace
+
+import numpy as np
+from scipy.signal import savgol_coeffs, savgol_filter
+
+from gearbox_monitor.identification import multiscale
+from gearbox_monitor.identification.noise import noise_levels
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.windows import Simulator, Windows
+from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.plant import effects, prescribed_motion as kernels
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.simulate import N_STATE, plugin_of
+
+HALF_WIDTHS = (0.003, 0.005, 0.008, 0.012, 0.018, 0.025, 0.035, 0.05)  # s
+DEGREE = 3
+NOISE_SHARE = 0.3   # of the noise of u that noise of the acceleration may come to
+LEAST_NOISE = 0.01  # of u itself, for one without noise
+STANDING = 0.02     # of the top speed: below, friction is not that of a moving motor
+TOP = 99.0          # percentile
+SPEED_NOISE = 5.0   # standard deviations of the speed that are no motion
+# An actuator acts on the smooth torque: what it would do to the noise of u is no evidence.
+TORQUE_HALF_WIDTH = 0.025  # s
+ARM_HALF_WIDTH = 0.006  # s, for position and speed of the arm
+
+
+def driven(recording: Recording, model: DriveModel) -> Recording:
+    """
+    Return `recording` as the DriveModel `model` wants it: with the motor's motion if that drives.
+
+    Of a rigid drive with one encoder, the motion is that of this encoder.
+    """
+    if model.driven_by != 'position' or recording.motor is not None:
+        return recording
+    rigid = model.transmission.kind == 'rigid'
+    there = recording.channels[0]
+    noise, _ = noise_levels(np.column_stack([recording.u, recording.y[:, there]]))
+    inertia = model.motor_inertia + (model.arm_inertia if rigid else 0.0)
+    half = half_width(max(NOISE_SHARE * noise[0], LEAST_NOISE * np.std(recording.u)) / max(
+        inertia * noise[1], 1e-300), recording.dt)
+    width = 2 * max(2, round(TORQUE_HALF_WIDTH / recording.dt)) + 1
+    motor = np.concatenate([
+        np.column_stack([motion(recording.y[part, there], noise[1], half, recording.dt),
+                         savgol_filter(recording.u[part], width, DEGREE)])
+        for part in parts(recording)])
+    y = recording.y.copy()
+    y[:, 0] = recording.u
+    channels = (0,) if len(recording.channels) == 1 else (0, 1)
+    return replace(recording, y=y, channels=channels, motor=motor)
+
+
+def parts(recording: Recording) -> list[slice]:
+    """Return a slice for each of the recordings that were joined to `recording`."""
+    return [slice(*ends) for ends in zip(recording.cuts, (*recording.cuts[1:], len(recording.u)))]
+
+
+def half_width(gain: float, dt: float) -> int:
+    """
+    Return how many samples on either side local cubics take.
+
+    gain (1/s^2): how much noise of the position may become noise of the acceleration.
+    """
+    for seconds in HALF_WIDTHS:
+        half = max(2, round(seconds / dt))
+        weights = savgol_coeffs(2 * half + 1, DEGREE, deriv=2, delta=dt)
+        if np.linalg.norm(weights) <= gain:
+            break
+    return half
+
+
+def motion(y: Array, noise: float, half: int, dt: float) -> Array:
+    """Return position, speed, acceleration and whether it moves [N, 4] of readings y [N], rad."""
+    width = min(2 * half + 1, (len(y) - 1) // 2 * 2 + 1)
+    x, v, a = (savgol_filter(y, width, DEGREE, deriv=i, delta=dt) for i in (0, 1, 2))
+    weights = savgol_coeffs(width, DEGREE, deriv=1, delta=dt)
+    least = max(STANDING * np.percentile(np.abs(v), TOP),
+                SPEED_NOISE * noise * np.linalg.norm(weights))
+    stands = np.abs(v) < least
+    # Local cubics see a stop before it comes.
+    stands = np.convolve(stands, np.ones(2 * half + 1), 'same') > 0.5
+    return np.column_stack([x, v, a, ~stands])
+
+
+class DrivenSimulator(Simulator):
+    """
+    Free runs of the arm alone, over a Recording that holds the motor's motion.
+
+    They begin where the arm's encoder says: a light arm forgets its start within milliseconds.
+    """
+
+    begins_known = True
+    # Contacts that are made a little earlier or later make small differences jagged.
+    stretch = 25.0
+    fit = staticmethod(multiscale.fit)
+
+    def __init__(self, recording: Recording, model: DriveModel) -> None:
+        assert recording.motor is not None
+        super().__init__(replace(recording, u=recording.motor[:, kernels.SMOOTH_U]), model)
+        self.motor = recording.motor
+        # One number of steps for all candidates: otherwise a difference in accuracy is evidence.
+        self.n = kernels.steps(model, self.dt)
+        self._logged = np.ascontiguousarray(recording.u)
+        self._kernels = {None: kernels.driven_runs}
+        self._arm = np.concatenate([_arm(recording.y[part, 1], self.dt)
+                                    for part in parts(recording)])
+
+    def run(self, windows: Windows, model: DriveModel, states: Array, memory: Array,
+            extra: Array | None = None) -> tuple[Array, Array]:
+        """
+        Return (y [W, L, 2], carry [W, 8]): torque that the motor needs (N m), reading of the arm.
+
+        As Simulator.run; `states` count for nothing.
+        """
+        plugin, theta = plugin_of(model) if model.effects else (None, np.zeros(0))
+        name = plugin.id if plugin else None
+        if plugin and name not in self._kernels:
+            self._kernels[name] = kernels.with_plugin(plugin.torques)
+        e = effects.pack(model.effects)
+        w = len(windows)
+        y, carry = np.empty((w, windows.length, 2)), np.empty((w, N_STATE))
+        rows = np.empty((windows.length + self._keep + 1, N_STATE))
+        self._kernels[name](
+            windows.begin, windows.first, windows.length, windows.carry_at,
+            self._begun(windows.begin, e), memory, self.dt, self.n, self.acting(e),
+            self._logged, self.extra if extra is None else extra, self.motor, model.pack(), e,
+            theta, rows, y, carry)
+        self.passes += w * windows.length / max(1, len(self.u))
+        return y, carry
+
+    def _begun(self, begin: Integers, e: Array) -> Array:
+        read, speed = self._arm[begin].T
+        x2 = read - e[effects.OFFSET2]
+        x2 -= e[effects.ECC2_A] * np.sin(x2 + e[effects.ECC2_PHI])
+        states = np.zeros((len(begin), 4))
+        states[:, 1], states[:, 3] = x2 + e[effects.DELAY2] * speed, speed
+        return states
+
+
+def _arm(y: Array, dt: float) -> Array:
+    """Return position and speed [N, 2] of readings y [N], rad."""
+    width = 2 * max(2, round(ARM_HALF_WIDTH / dt)) + 1
+    return np.column_stack([savgol_filter(y, width, 2, deriv=i, delta=dt) for i in (0, 1)])
+
+
+def simulator(recording: Recording, model: DriveModel, coarse: bool = False) -> Simulator:
+    """Return the Simulator of free runs over `recording`, of what its model is driven by."""
+    if recording.motor is not None:
+        return DrivenSimulator(recording, model)
+    return Simulator(recording, model, coarse)

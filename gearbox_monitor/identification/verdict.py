@@ -1,0 +1,212 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What a diagnosis says: the verdict with its evidence, as plain data.
+
+search: the Search with all fits; none, best: Fitted without effect, and the one that is reported;
+kind: 'effect', 'none' or 'unknown'; candidate: its Candidate, nuisances: {name: relative change}.
+model: DriveModel; lattices: ids of quantisation; quantum [2]: steps of the encoders, rad;
+validate: a further Recording, to judge by; seed: of the bootstrap; phi [2]: see gap.colour.
+"""
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.identification import closed_model, isolability, localisation, model_error
+from gearbox_monitor.identification.adequacy import follows, misfit, on_all, sharpen_sigma
+from gearbox_monitor.identification.candidates import (
+    Candidate, NUISANCES, replaced_value, with_effects, ZERO)
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.remainder import Remainder
+from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.identification.selection import gain, MARGIN
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import EFFECTS, library
+
+TIE = 1.01  # ratio of chi2 that free signals leave at places that they do not tell apart
+AS_MUCH = 1.1  # times what a free signal leaves, a law leaves where it tells as much
+NEARLY = 0.85  # share of the gap in chi2: what explains it acts where the effect does
+UNREPEATABLE = ('disturbance', 'motor_encoder_quantisation', 'arm_encoder_quantisation')
+
+
+@dataclass
+class Verdict:
+    """
+    What a diagnosis found; see docs/diagnose.md for each field of `data`.
+
+    model: DriveModel with the effect, None where there is none to add.
+    """
+
+    data: dict[str, Any]
+    model: DriveModel | None = None
+    search: Search | None = field(default=None, repr=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data, as JSON has it."""
+        return self.data
+
+
+def location_of(name: str) -> str:
+    """Return the location class of the effect `name`."""
+    return library()[name].location
+
+
+def report(search: Search, best: Fitted, kind: str, lattices: list[str], quantum: Array,
+           validate: Recording | None, seed: int) -> Verdict:
+    """Return the Verdict with all evidence."""
+    ids = list(best.candidate.ids)
+    weighed, weighed_best, phi = search, best, search.long.colour
+    search = model_error.plain(search)
+    if search is not weighed:
+        best = search.fitted[best.name if ids else '']
+    if phi is None:
+        sharpen_sigma(search, best)
+    judging, left = (search, best) if phi is None else (weighed, weighed_best)
+    places = localisation.places(judging, judging.fitted[''], judging.jobs)
+    whole, left_on_all = on_all(judging, left)
+    excess, structure = misfit(whole, left_on_all)
+    law = follows(whole, left_on_all)
+    none = search.fitted['']
+    if kind == 'none' and lattices:
+        kind, ids = 'effect', lattices[:2]
+    elif kind == 'effect' and lattices and len(ids) == 1:
+        ids = [*ids, lattices[0]]
+    named = ids if kind == 'effect' else []
+    locations = [location_of(i) for i in named]
+    if kind == 'unknown':
+        judged = int(whole.long.train.sum()) * whole.long.size
+        rest = 1.0 + excess - (law.gain if law else 0.0) / judged
+        places['location'] = nearly_known(judging, left) or unknown_place(places, law, rest)
+        locations = [places['location']]
+    model = None
+    nuisances, given = best.candidate.values(best.point.z)
+    if ids and set(ids) - set(UNREPEATABLE):
+        model = best.candidate.model(best.point.z)
+    params = {name: {k: float(v) for k, v in values.items()}
+              for name, values in zip(best.candidate.ids, given)}
+    for i, name in enumerate(('motor_encoder_quantisation', 'arm_encoder_quantisation')):
+        if name in ids:
+            params[name] = {'q': float(quantum[i])}
+            model = with_effects(model or search.model, [
+                *(model or search.model).effects, {'id': name, **params[name]}])
+    closure = closed_model.closure(search, none, best if best.candidate.ids else None, seed)
+    if phi is not None and closure['standard_errors']:
+        closure['standard_errors'], closure['condition'] = closed_model.standard_errors(
+            weighed, weighed_best)
+    if kind == 'effect' and any(i in UNREPEATABLE for i in ids):
+        closure.update(closed_fraction=None, closed_fraction_ci=None)
+    ranked = weighed.ranked() + weighed.ranked(2)
+    ranked = sorted(ranked, key=lambda n: weighed.fitted[n].score)
+    order = list(dict.fromkeys([*named, *(i for n in ranked for i in n.split('+'))]))
+    times = noise_times(search, phi)
+    data = {
+        'verdict': kind,
+        'effect': '+'.join(named) if named else None,
+        'location': ('none' if kind == 'none' else locations[0] if len(locations) == 1
+                     else locations),
+        'ranked': order,
+        'confusable': isolability.confusable(weighed, weighed_best) if kind == 'effect' else [],
+        'params': params if kind != 'none' else {},
+        **closure,
+        'sigma': [float(s) if i in search.long.channels else None
+                  for i, s in enumerate(search.long.sigma)],
+        'noise_time': times,
+        'nominal': co_estimated(search.model, nuisances),
+        'process_torque': float(best.s),
+        # With torque noise only those fitted with it can be compared; the others stand behind.
+        'gains': {n: round(gain(weighed, weighed.fitted[n]), 1) for n in ranked
+                  if not search.noisy or weighed.fitted[n].white is not None},
+        'misfit': {'excess': excess, 'structure': structure,
+                   'follows': None if law is None else asdict(law)},
+        'where': places,
+        'warnings': warnings(search, best, kind, nuisances, times),
+    }
+    if nuisances:
+        data['nominal_shift'] = shifts(best.candidate, nuisances)
+    if validate is not None:
+        data['validation'] = closed_model.validate(validate, search.model, model or search.model,
+                                                   search.long.sigma)
+    return Verdict(data, model, weighed)
+
+
+def unknown_place(places: Mapping[str, Any], law: Remainder | None, rest: float) -> str:
+    """
+    Return the location of an unknown effect for which no known one nearly stands.
+
+    places: of localisation.places. law: what the best fit leaves as a function of the motion; it
+    decides between places where free signals explain as much, and what moves the motor, if with
+    it about as little is left (rest: chi2 per reading) as with them.
+    """
+    left = {place: found['left'] for place, found in places['places'].items()}
+    least = min(left.values())
+    if (law is not None and rest < AS_MUCH * least
+            and left[localisation.signal_of(law.place)] < TIE * least):
+        return law.place
+    return str(places['location'])
+
+
+def nearly_known(search: Search, best: Fitted) -> str | None:
+    """Return the location of the effects of `best` that explain nearly all of the gap, or None."""
+    classes = {location_of(i) for i in best.candidate.ids}
+    none = float(search.fitted[''].point.chi2.sum())
+    gap = none - search.long.size * len(search.long.windows)
+    explained = none - float(best.point.chi2.sum())
+    if search.noisy or len(classes) != 1 or explained < NEARLY * gap:
+        return None
+    return classes.pop()
+
+
+def co_estimated(model: DriveModel, nuisances: Mapping[str, float]) -> dict[str, float]:
+    """Return {name: nominal value} as estimated along with the effect."""
+    values = {}
+    for name in NUISANCES:
+        value = next((replaced_value(model, i) for i in EFFECTS if EFFECTS[i].replaces and
+                      EFFECTS[i].parameters[0].name == name)) or 0.0
+        values[name] = float(value * (1.0 + nuisances.get(name, 0.0)))
+    if ZERO in nuisances:
+        values[ZERO] = float(nuisances[ZERO])
+    return values
+
+
+def noise_times(search: Search, phi: Array | None) -> list[float | None]:
+    """Return over which time (s) the noise of each encoder is correlated, None: it is white."""
+    return [float(-search.recording.dt / np.log(p)) if p > 0.0 else None
+            for p in (np.zeros(2) if phi is None else phi)]
+
+
+def shifts(candidate: Candidate, nuisances: Mapping[str, float]) -> dict[str, float]:
+    """Return {name: shift in standard deviations} of the values estimated along."""
+    spread = {c.name: c.prior for c in candidate.coordinates if c.owner < 0}
+    return {name: float(value / spread[name]) for name, value in nuisances.items()}
+
+
+def warnings(search: Search, best: Fitted, kind: str, nuisances: Mapping[str, float],
+             times: Sequence[float | None]) -> list[str]:
+    """Return sentences about what weakens the verdict; times [2]: see noise_times."""
+    out = [f'the noise of the {name} encoder lasts {1e3 * time:.2g} ms, as if it were filtered: '
+           'it is judged with that' for name, time in zip(('motor', 'arm'), times) if time]
+    bound = best.candidate.at_bound(best.point.z)
+    if bound and kind != 'none':
+        out.append(f'{", ".join(bound)}: at the bound of what is possible')
+    if nuisances and best.candidate.penalty(best.point.z) > MARGIN:
+        shift = shifts(best.candidate, nuisances)
+        far = max(shift, key=lambda n: abs(shift[n]))
+        out.append(f'nominal values lie far outside their tolerance (most: {far}, '
+                   f'{shift[far]:+.1f} tolerances): the tolerance '
+                   'looks too small, or several values have changed')
+    return out

@@ -1,0 +1,182 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Free runs of the drive over the windows of a recording: what every part of the diagnosis rests on.
+
+Each window starts from states of its own (motor and arm position and speed); memories (hysteresis,
+bristle) go over from window to window.
+"""
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+import math
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.plant import batch, effects
+from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue
+from gearbox_monitor.plant.effects import actuator, DELAY, GAIN, LAG, MAX_DELAY, reading, UMAX
+from gearbox_monitor.plant.simulate import advance, N_STATE, plugin_of, with_plugin
+
+N_MEMORY = N_STATE - 4
+# Accuracy, not stability, sets the step: h lambda <= 1.2 keeps free runs of 1 s within 0.01 sigma.
+STEP_EIGENVALUE = 1.2
+COARSE_EIGENVALUE = 2.0  # for finding a place to start from
+
+
+@jit
+def _free_runs(begin: Integers, first: Integers, length: int, carry_at: Integers, states: Array,
+               memory: Array, t0: float, dt: float, n: int, u: Array, extra: Array, zero: Array,
+               p: Array, e: Array, theta: Array, noise: Array, rows: Array, y: Array,
+               carry: Array) -> None:
+    for w in range(len(begin)):
+        state = rows[0]
+        for i in range(4):
+            state[i] = states[w, i]
+            state[4 + i] = memory[w, i]
+        path = rows[1:]
+        late = first[w] - begin[w]
+        for k in range(begin[w], first[w] + length):
+            for i in range(8):
+                path[k - begin[w], i] = state[i]
+            if k == carry_at[w]:
+                for i in range(8):
+                    carry[w, i] = state[i]
+            outside = (extra[k, 0], extra[k, 1], extra[k, 2])
+            advance(state, t0 + k * dt, u[k], outside, dt, n, noise, zero, p, e, theta)
+        if carry_at[w] == first[w] + length:
+            for i in range(8):
+                carry[w, i] = state[i]
+        for k in range(length):
+            y[w, k, 0] = reading(path, late + k, 0, dt, e)
+            y[w, k, 1] = reading(path, late + k, 1, dt, e)
+
+
+@dataclass(frozen=True)
+class Windows:
+    """
+    Windows of one length in a recording.
+
+    first [W]: first sample of each; length: samples; begin [W]: where its run starts, a little
+    earlier, so that delayed readings have a past; carry_at [W]: where the next window begins.
+    """
+
+    first: Integers
+    length: int
+    begin: Integers
+    carry_at: Integers
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+    def take(self, index: Integers) -> 'Windows':
+        """Return the windows `index` (with repeats, in any order)."""
+        return Windows(self.first[index], self.length, self.begin[index], self.carry_at[index])
+
+
+def cut(recording: Recording, seconds: float, last: Sequence[int] | None = None) -> Windows:
+    """
+    Return the Windows of `seconds` in a Recording; none lies across recordings that were joined.
+
+    last: samples of each joined recording that may be used [len(cuts)] (default: all).
+    """
+    dt = recording.dt
+    length, lead = round(seconds / dt), math.ceil(MAX_DELAY / dt)
+    first, begin = [], []
+    ends = (*recording.cuts[1:], len(recording.u))
+    for i, (start, end) in enumerate(zip(recording.cuts, ends)):
+        if last is not None:
+            end = min(end, start + last[i])
+        here = start + np.arange((end - start) // length) * length
+        first.append(here)
+        begin.append(np.maximum(start, here - lead))
+    at = np.concatenate(first)
+    return Windows(at, length, np.concatenate(begin), np.maximum(0, at + length - lead))
+
+
+class Simulator:
+    """
+    Free runs over a Recording for any model.
+
+    u [N] N m, dt s. extra: torques (N m) [N, 3] from outside on motor, arm, in the transmission.
+    coarse: with larger steps; finer: with so many times as many.
+    """
+
+    begins_known = False  # whether states where windows begin are those of the readings
+    stretch = 1.0         # of the steps of finite differences
+    fit: Callable[..., Any] | None = None  # in place of gap.fit.fit
+
+    def __init__(self, recording: Recording, model: DriveModel, coarse: bool = False,
+                 finer: int = 1) -> None:
+        self.u, self.dt = np.ascontiguousarray(recording.u), recording.dt
+        # One number of steps for all candidates: otherwise a difference in accuracy is evidence.
+        self.n = finer * max(1, math.ceil(self.dt * fastest_eigenvalue(model) / (
+            COARSE_EIGENVALUE if coarse else STEP_EIGENVALUE)))
+        self.extra = np.zeros((len(self.u), 3))
+        if recording.arm_torque is not None:
+            self.extra[:, 1] = -recording.arm_torque
+        self._keep = math.ceil(MAX_DELAY / self.dt) + 2
+        self._padded = np.concatenate([np.full(self._keep, self.u[0]), self.u])
+        self._acting: dict[Any, Array] = {}
+        self._kernels: dict[str | None, Any] = {None: _free_runs}
+        self._noise, self._zero = np.zeros((self.n, 4)), np.zeros(4)
+        self.passes = 0.0
+
+    def acting(self, e: Array) -> Array:
+        """Return the torque of the actuator [N, n] for packed effects `e`."""
+        key = (e[DELAY], e[UMAX], e[GAIN], e[LAG])
+        found = self._acting.get(key)
+        if found is None:
+            found = np.empty((len(self.u), self.n))
+            start = min(max(self.u[0], -e[UMAX]), e[UMAX]) * (1.0 + e[GAIN])
+            actuator(self._padded, self._keep, start, self.dt, self.n, e, found)
+            if len(self._acting) > 4:
+                self._acting.clear()
+            self._acting[key] = found
+        return found
+
+    def run(self, windows: Windows, model: DriveModel, states: Array, memory: Array,
+            extra: Array | None = None) -> tuple[Array, Array]:
+        """
+        Return (y [W, L, 2], carry [W, 8]): readings, and the state where the next window begins.
+
+        states [W, 4], memory [W, 4]: where each window begins.
+        """
+        plugin, theta = plugin_of(model) if model.effects else (None, np.zeros(0))
+        name = plugin.id if plugin else None
+        if plugin and name not in self._kernels:
+            self._kernels[name] = with_plugin(plugin.torques, _free_runs)[0]
+        e = effects.pack(model.effects)
+        if model.transmission.kind == 'rigid':
+            states = states[:, [0, 0, 2, 2]]
+        w = len(windows)
+        y, carry = np.empty((w, windows.length, 2)), np.empty((w, N_STATE))
+        p, extra = model.pack(), self.extra if extra is None else extra
+        self.passes += w * windows.length / max(1, len(self.u))
+        if batch.suited(windows, p, plugin):
+            batch.runs(windows.begin, windows.first, windows.length, windows.carry_at, states,
+                       memory, self.dt, self.n, self.acting(e), extra, p, e,
+                       np.empty(batch.N_LANE_STATE),
+                       np.empty((batch.LANES, windows.length + self._keep, 4)), y, carry)
+            return y, carry
+        rows = np.empty((windows.length + self._keep + 1, N_STATE))
+        self._kernels[name](
+            windows.begin, windows.first, windows.length, windows.carry_at, states, memory, 0.0,
+            self.dt, self.n, self.acting(e), extra, self._zero, p, e, theta, self._noise, rows, y,
+            carry)
+        return y, carry

@@ -1,0 +1,162 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The table of key/values on /diagnostics and drift_alerts; docs/messages.md is made of it."""
+from dataclasses import dataclass
+
+from gearbox_monitor.monitoring.backlash.conditions import ALONE, size_name, TESTS
+from gearbox_monitor.parameters import ESTIMATOR
+
+
+@dataclass(frozen=True)
+class Value:
+    """A key of a component, with unit ('-': a number without, '': a text) and meaning."""
+
+    component: str
+    key: str
+    unit: str
+    what: str
+
+
+def _of(component, *rows):
+    return tuple(Value(component, *row) for row in rows)
+
+
+def _of_test(test):
+    """Return the Values that a watched.Test adds to its component."""
+    size = size_name(test)
+    scores = (
+        (f'{test.key}_score', '-', f'normal score of "{test.words}", all stretches'),
+        (f'{test.key}_score_threshold', '-', 'from `false_alarm_interval`'))
+    if test.key == ALONE:
+        return _of(test.component, *scores)
+    return _of(
+        test.component, *scores,
+        (f'{size}_warn', '-', 'limit for "plan a service"'), (f'{size}_error', '-', 'its limit'),
+        *(() if size == 'growth' else ((size, '-', 'size of the change, while there is one'),)),
+        (f'{size}_std', '-', 'its standard deviation, while there is one'),
+        (f'{size}_since', '', 'when it began'))
+
+
+_KEPT = ('recording', '', 'what became of the recording of its newest ERROR, with '
+         '`keep_after_error`')
+_POINT = (
+    ('operating_point', '', 'mean angle, rms speed, rms torque (and temperature) of its centre'),
+    ('baseline_windows', '-', 'windows that its baseline rests on'),
+    ('trusted', '0/1', 'whether the newest window may be learnt from'))
+VALUES = (
+    *_of('input',
+         ('samples', '-', 'samples that came since the start'),
+         ('rate_hz', 'Hz', 'usable samples in the last second'),
+         ('longest_gap_s', 's', 'longest step between stamps in the last second'),
+         ('starts', '-', 'starts of the filter'),
+         ('zero stamps', '-', 'refused: not stamped'),
+         ('repeated stamps', '-', 'refused: stamped as the one before'),
+         ('backward stamps', '-', 'refused: stamped earlier than the one before'),
+         ('stamps after a jump', '-', 'refused: the clock jumped, and has not settled yet'),
+         ('samples without effort', '-', 'refused: no torque at a start, or for `max_gap`'),
+         ('samples without measurement', '-', 'refused: no position at a start, or for `max_gap`'),
+         ('positions that jump', '-', 'refused: farther from the predicted than can be'),
+         ('values that are infinite or beyond 1e9', '-', 'taken for missing'),
+         ('missing motor positions', '-', 'bridged by prediction'),
+         ('missing arm positions', '-', 'bridged by prediction'),
+         ('missing efforts', '-', 'bridged with the effort before'),
+         ('samples missed (by stamps)', '-', 'left out, by the steps of the stamps'),
+         ('filter restarts after divergence', '-', 'the filter failed and began anew'),
+         ('messages_without_our_joints', '-', 'name neither joint; told while no samples come'),
+         ('messages_unreadable', '-', 'longer than 256 KiB, or no joint states, if any'),
+         ('messages_of_other_publishers', '-', 'refused: not of the publisher that is followed, '
+          'if any'),
+         ('other_publishers', '', 'their nodes, while they are heard'),
+         ('messages_lost', '-', 'sent, and dropped on the way or by the full queue of the node'),
+         ('clock_set_back', '-', 'how often /clock was set back, if ever'),
+         ('motor_without_arm', '-', 'two topics: messages of the motor that found no partner'),
+         ('arm_without_motor', '-', 'two topics: messages of the arm that found none'),
+         ('pair_tolerance_s', 's', 'two topics: `pair_tolerance`'),
+         ('nearest_unpaired_s', 's', 'two topics: how far the nearest stamps are apart')),
+    *_of('observability',
+         ('information_share_tau_k', '-', 'what 0.1 s leave of the prior deviation of tau_K: '
+          '0 known, 1 nothing learnt'),
+         ('information_share_threshold', '-', 'ERROR above'),
+         ('stated_share_tau_k', '-', 'stated deviation of tau_K over the prior one'),
+         ('stated_share_threshold', '-', 'ERROR above'),
+         ('information_share_motor_speed', '-', 'the same of the motor speed; told only'),
+         ('information_share_tau_arm', '-', 'the same of an unknown load on the arm; told only'),
+         ('condition_eq6', '-', 's_min / s_max of equation (6), raw units; told only'),
+         ('condition_eq6_scaled', '-', 'the same, unit-free; told only'),
+         ('condition_eq6_p', '-', 'the same with respect to the torques alone; told only'),
+         ('signal_eq6_p', '1/sqrt(s)', 'typical tau_K over process noise; told only')),
+    *_of('prediction error',
+         ('mean', '-', 'largest abs(mean) sqrt(N) of the whitened errors, 0.5 s'),
+         ('mean_threshold', '-', 'WARN above'),
+         ('ljung_box', '-', 'whiteness over 20 lags, 2 s'),
+         ('ljung_box_threshold', '-', 'WARN above, with the next'),
+         ('predictable_share', '-', 'sum of squared correlations'),
+         ('predictable_share_threshold', '-', 'WARN above, with the last but one'),
+         ('nis_over_dof', '-', 'normalised innovation squared over its degrees of freedom, 2 s'),
+         ('nis_low', '-', 'WARN below'), ('nis_high', '-', 'WARN above'),
+         ('nis_gross', '-', 'ERROR above'),
+         ('variance_ratio_motor', '-', 'measured over predicted variance of the innovations'),
+         ('variance_ratio_arm', '-', 'the same of the arm'),
+         ('variance_ratio_low', '-', 'WARN below'), ('variance_ratio_high', '-', 'WARN above'),
+         ('test_ratio', '-', 'largest innovation over 5 predicted deviations, 1 s'),
+         ('test_ratio_threshold', '-', 'WARN above'),
+         ('window_samples', '-', 'samples in the window'),
+         ('torque_twist_correlation', '-', 'of smoothed torque and twist, 2 s'),
+         ('torque_twist_correlation_threshold', '-', 'WARN below'),
+         ('torque_twist_power', '-', 'mean of torque times twist rate over their rms'),
+         ('torque_twist_power_threshold', '-', 'WARN below')),
+    *_of('covariance',
+         ('tau_k_std', 'N m', 'median stated deviation of tau_K'),
+         ('reference', 'N m', 'the same when all was well'),
+         ('lower_bound', 'N m', 'WARN below'), ('upper_bound', 'N m', 'WARN above'),
+         *((f'adapted_{row.name}', row.unit, 'value in use (AEKF)') for row in ESTIMATOR
+           if row.name in ('q_std_tau_k', 'r_std_motor', 'r_std_arm', 'tau_k_stiffness')),
+         ('adapted_viscous_friction', 'N m s/rad', 'value in use (AEKF)'),
+         ('adapted_coulomb_friction', 'N m', 'value in use (AEKF)'),
+         ('adaptation_sensitivity_resets', '-', 'guard: sensitivities that grew too large'),
+         ('adaptation_limited_steps', '-', 'guard: steps that were shortened'),
+         ('adaptation_steps_held_at_bound', '-', 'guard: values held at their bound'),
+         ('adaptation_unsolvable_steps', '-', 'guard: steps left out')),
+    *_of('model',
+         ('systematic_s', 's', 'seconds with errors biased or not white'),
+         ('systematic_s_threshold', 's', 'WARN above'),
+         ('window_s', 's', 'of so many: `model_gap_after`'),
+         ('command', '', 'the service call that keeps the recording, while WARN')),
+    *_of('backlash',
+         ('gap_rad', 'rad', 'gap of the newest window'), ('gap_std_rad', 'rad', 'its deviation'),
+         ('gap_arcmin', 'arcmin', 'the gap again'),
+         ('stiffness', 'N m/rad', 'on the flanks'), ('stiffness_std', 'N m/rad', 'its deviation'),
+         ('hysteresis', 'N m', 'height of the loop'), ('hysteresis_std', 'N m', 'its deviation'),
+         ('lost_motion_rad', 'rad', 'twist moving up less twist moving down'),
+         ('separable', '0/1', 'whether gap and compliance can be told apart'),
+         ('flank', '-', 'share of the samples on the less visited flank'),
+         ('coverage', '-', 'how often the gap was crossed'),
+         ('baseline_gap_rad', 'rad', 'healthy gap here'),
+         ('baseline_stiffness', 'N m/rad', 'healthy stiffness here'),
+         ('growth', '-', 'relative growth of the gap: of the newest window, or of the change'),
+         ('forecast_s', 's', 'until the limit is reached'),
+         ('forecast_earliest_s', 's', 'its 95 % interval'),
+         ('forecast_latest_s', 's', 'its 95 % interval'),
+         _KEPT, *_POINT),
+    *_of('friction',
+         ('viscous_change', 'N m s/rad', 'viscous friction against the model file'),
+         ('viscous_change_std', 'N m s/rad', 'its deviation'),
+         ('coulomb_change', 'N m', 'Coulomb friction against the model file'),
+         ('coulomb_change_std', 'N m', 'its deviation'),
+         ('torque_gain_change', '-', 'torque delivered per torque commanded, relative'),
+         ('friction_change', '-', 'friction at the speed of the window, against the baseline'),
+         _KEPT, *_POINT))
+VALUES += tuple(value for test in TESTS for value in _of_test(test)
+                if value.key not in {v.key for v in VALUES if v.component == value.component})

@@ -1,0 +1,112 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The table of published signals: which column of an estimate stands in which message field.
+
+One truth for the live node, replay, plots and docs. All topics carry sensor_msgs/JointState with
+the stamp of the measurement (smoothed: of the time it is about). Units: rad, rad/s, N m.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearbox_monitor.estimation import rts_smoother, sample_loop
+
+TRANSMISSION = 'transmission'
+MOTOR, ARM = 'motor', 'arm'
+
+
+@dataclass(frozen=True)
+class Signal:
+    """
+    One topic: `joints` and, for each field, one column per joint (empty: field not sent).
+
+    Columns are those of an estimate row, or of a smoothed row where `smoothed`. A motor or arm
+    whose position is NaN was not measured and is left out. `deviation`: values are standard
+    deviations.
+    """
+
+    topic: str
+    joints: tuple
+    position: tuple
+    velocity: tuple = ()
+    effort: tuple = ()
+    smoothed: bool = False
+    deviation: bool = False
+
+
+SIGNALS = (
+    Signal('transmission_state', (TRANSMISSION,), (sample_loop.E_TWIST,),
+           (sample_loop.E_TWIST_RATE,), (sample_loop.E_TAU_K,)),
+    Signal('transmission_state_stddev', (TRANSMISSION,), (sample_loop.E_TWIST_STD,),
+           (sample_loop.E_TWIST_RATE_STD,), (sample_loop.E_STD + sample_loop.E_TAU_K,),
+           deviation=True),
+    Signal('transmission_state_smoothed', (TRANSMISSION,), (rts_smoother.S_TWIST,),
+           (rts_smoother.S_TWIST_RATE,), (rts_smoother.S_TAU_K,), smoothed=True),
+    Signal('innovations', (MOTOR, ARM),
+           (sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_ARM)),
+    Signal('innovations_stddev', (MOTOR, ARM),
+           (sample_loop.E_INNOVATION_STD_MOTOR, sample_loop.E_INNOVATION_STD_ARM), deviation=True),
+    Signal('estimated_joint_states', (MOTOR, ARM), (sample_loop.E_X1, sample_loop.E_X2),
+           (sample_loop.E_X3, sample_loop.E_X4)),
+)
+JOINT_STATES = 'joint_states'
+PAIRED_JOINT_STATES = 'paired_joint_states'  # motor and arm, where they come on two topics
+PLANT_TRANSMISSION_STATE = 'plant/transmission_state'
+DIAGNOSTICS = '/diagnostics'
+DRIFT_ALERTS = 'drift_alerts'
+SNAPSHOT = 'snapshot'
+
+
+def joint_values(signal, row, names, gear_ratio):
+    """
+    Return (joint names, position, velocity, effort) of `signal` for one row, as lists.
+
+    row: estimate row, or smoothed row where signal.smoothed. names {MOTOR: ..., ARM: ...}: joint
+    names on the wire. The motor joint's position and velocity are given on the motor side, that
+    is times `gear_ratio`.
+    """
+    joints, position, velocity = [], [], []
+    effort = [float(row[c]) for c in signal.effort]
+    for i, joint in enumerate(signal.joints):
+        value = row[signal.position[i]]
+        if value != value and joint != TRANSMISSION:
+            continue
+        scale = 1.0
+        if joint == MOTOR:
+            scale = abs(gear_ratio) if signal.deviation else gear_ratio
+        joints.append(names.get(joint, joint))
+        position.append(float(value) * scale)
+        if signal.velocity:
+            velocity.append(float(row[signal.velocity[i]]) * scale)
+    return joints, position, velocity, effort
+
+
+def signal_values(signal, estimates, gear_ratio):
+    """
+    Return (stamp_ns [M], {field: [M, J]}) of `signal` for all estimates; see joint_values.
+
+    Values of joints that were not measured are NaN.
+    """
+    stamps = estimates.smoothed_stamp_ns if signal.smoothed else estimates.stamp_ns
+    rows = estimates.smoothed if signal.smoothed else estimates.rows
+    scale = np.array([(abs(gear_ratio) if signal.deviation else gear_ratio)
+                      if joint == MOTOR else 1.0 for joint in signal.joints])
+    values = {'position': rows[:, signal.position] * scale}
+    if signal.velocity:
+        values['velocity'] = rows[:, signal.velocity] * scale
+    if signal.effort:
+        values['effort'] = rows[:, signal.effort]
+    return stamps, values

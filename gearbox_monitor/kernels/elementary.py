@@ -1,0 +1,111 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Arc tangent, exponential and sine without a call or a branch.
+
+A call keeps the compiler from running lanes side by side; these fill the vector unit.
+"""
+import math
+
+from gearbox_monitor.kernels.jit import COMPILED, fma, jit_inline
+
+if COMPILED:
+    from gearbox_monitor.kernels.jit import signed, times_power
+
+_EIGHTH, _THREE_EIGHTHS = math.tan(math.pi / 8.0), math.tan(3.0 * math.pi / 8.0)
+_QUARTER_TURN, _HALF_TURN = 0.25 * math.pi, 0.5 * math.pi
+
+
+@jit_inline
+def arctan(x: float) -> float:
+    """
+    Return atan(x) within 1e-15 relative; NaN stays NaN.
+
+    Reduced to |t| <= tan(pi/8); there Chebyshev's approximation of (atan(t)/t - 1)/t^2 in t^2.
+    """
+    a = abs(x)
+    over, under, offset = a, 1.0, 0.0
+    if a > _EIGHTH:
+        over, under, offset = a - 1.0, a + 1.0, _QUARTER_TURN
+    if a > _THREE_EIGHTHS:
+        over, under, offset = -1.0, a, _HALF_TURN
+    t = over / under
+    z = t * t
+    # By pairs: a chain of twelve steps would keep a single run waiting.
+    z2 = z * z
+    z4 = z2 * z2
+    low = fma(z2, fma(0.11111111105155447, z, -0.14285714285659828),
+              fma(0.19999999999999804, z, -0.3333333333333333))
+    mid = fma(z2, fma(0.058789289978203436, z, -0.06666424885737),
+              fma(0.07692296375032072, z, -0.09090908753500875))
+    high = fma(z2, fma(0.016285756841402314, z, -0.034570561968958594),
+               fma(0.045515932201417086, z, -0.052304542705439556))
+    q = fma(z4, fma(z4, high, mid), low)
+    return math.copysign(offset + fma(t * z, q, t), x)
+
+
+if COMPILED:
+    # Added to a number, it rounds it to an integer, which the lowest bits then hold.
+    _ROUNDING = 1.5 * 2.0 ** 52
+    _LOG2_E, _LN2, _LN2_REST = 1.0 / math.log(2.0), math.log(2.0), 2.3190468138462996e-17
+    _PI_REST = 1.2246467991473532e-16  # what math.pi lacks
+    _LEAST = -100.0  # of exponents: products with less end in numbers that are slow to work with
+
+    @jit_inline
+    def exponential(x: float) -> float:
+        """
+        Return exp(x) within 1e-15 for -100 <= x <= 709, 4e-44 below; NaN stays NaN.
+
+        2^k exp(r), |r| <= ln(2)/2; there Chebyshev's approximation of (exp(r) - 1 - r)/r^2.
+        """
+        if x < _LEAST:
+            x = _LEAST
+        t = fma(x, _LOG2_E, _ROUNDING)
+        k = t - _ROUNDING
+        r = fma(k, -_LN2_REST, fma(k, -_LN2, x))
+        r2 = r * r
+        r4 = r2 * r2
+        low = fma(r2, fma(0.16666666666666669, r, 0.5), r)
+        mid = fma(r2, fma(0.0001984126986317156, r, 0.0013888888917367081),
+                  fma(0.008333333333330039, r, 0.041666666666623824))
+        high = fma(r2, fma(2.5100472505694996e-08, r, 2.762020159103155e-07),
+                   fma(2.7557268276905696e-06, r, 2.4801521057868204e-05))
+        return times_power(1.0 + fma(r4, fma(r4, high, mid), low), t)
+
+    @jit_inline
+    def sine(x: float) -> float:
+        """
+        Return sin(x) within 2e-16 for |x| < 1e15; NaN and infinity give NaN.
+
+        +-sin(r), |r| <= pi/2; there Chebyshev's approximation of (sin(r)/r - 1)/r^2 in r^2.
+        """
+        t = fma(x, 1.0 / math.pi, _ROUNDING)
+        k = t - _ROUNDING
+        r = fma(k, -_PI_REST, fma(k, -math.pi, x))
+        z = r * r
+        z2 = z * z
+        low = fma(z2, fma(2.7557319219115013e-06, z, -0.00019841269841254795),
+                  fma(0.008333333333333316, z, -0.16666666666666666))
+        high = fma(z2, fma(2.7312868913092307e-15, z, -7.643957622560617e-13),
+                   fma(1.6058976915095007e-10, z, -2.505210761086116e-08))
+        return signed(fma(r * z, fma(z2 * z2, high, low), r), t)
+else:
+    def exponential(x: float) -> float:
+        """Return exp(x)."""
+        return math.exp(x)
+
+    def sine(x: float) -> float:
+        """Return sin(x), NaN where there is none."""
+        return math.sin(x) if math.isfinite(x) else math.nan

@@ -1,0 +1,186 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Compile numerical kernels with numba, or run the same source interpreted.
+
+numba is optional at run time (an apt-installed Jazzy on Ubuntu 24.04 has none). The environment
+variable ``GEARBOX_MONITOR_JIT=0`` chooses the interpreted kernels where numba is installed, too.
+``fastmath`` stays off: a monitor needs NaN checks, and replay needs the same bits as live, however
+the compiler has put kernels together. What it would gain, `fma` brings: one operation, the same
+wherever it stands. Kernels release the GIL, so that fits can run in threads.
+"""
+from collections.abc import Callable, Sequence
+import hashlib
+import os
+from pathlib import Path
+import platform
+import stat
+import tempfile
+from typing import Any, TypeVar
+
+try:
+    if os.environ.get('GEARBOX_MONITOR_JIT', '1') == '0':
+        raise ImportError('switched off by GEARBOX_MONITOR_JIT=0')
+    import numba
+    from numba.extending import intrinsic
+    COMPILED = True
+except ImportError:
+    COMPILED = False
+# What decides the last bits of a result.
+KERNELS = f'{f"numba {numba.__version__}" if COMPILED else "interpreted"} on {platform.machine()}'
+
+
+def _own_folders() -> list[str]:
+    """
+    Return the folders that compiled kernels may go to, the best first.
+
+    One for each state of the sources: numba looks only at the file of a kernel, not at those of
+    the kernels it calls; and files of its own beside the sources would survive when pip removes
+    the package.
+    """
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parents[1].rglob('*.py')):
+        source = path.read_bytes()
+        if b'@jit' in source:
+            digest.update(source)
+    base = os.environ.get('XDG_CACHE_HOME') or os.path.join(os.path.expanduser('~'), '.cache')
+    # Services often have no home; among temporary files a cache lasts until a reboot.
+    temporary = os.environ.get('TMPDIR') or '/tmp'
+    return [os.path.join(folder, digest.hexdigest()[:16]) for folder in (
+        os.path.join(base, 'gearbox_monitor'),
+        os.path.join(temporary, f'gearbox_monitor-{os.getuid()}'))]
+
+
+def usable_cache(own: Sequence[str], chosen: str = '') -> tuple[str | None, str]:
+    """
+    Return (the first folder that a cache can be in, or None; else why there is none, one line).
+
+    chosen: by the user, comes first. own: folders of ours, made for this user alone; what others
+    put into one of them would be run, so that one they can write into is no good.
+    """
+    problems = []
+    for folder in [chosen, *own] if chosen else own:
+        try:
+            if not os.path.isabs(folder):
+                raise OSError('no absolute path')
+            os.makedirs(folder, 0o700, exist_ok=True)
+            for path in [] if folder == chosen else [os.path.dirname(folder), folder]:
+                status = os.lstat(path)
+                if status.st_uid != os.getuid() or status.st_mode & stat.S_IWOTH:
+                    raise OSError(f'{path} can be written by others')
+            with tempfile.TemporaryFile(dir=folder):
+                return folder, ''
+        except OSError as error:
+            problems.append(f'{folder}: {error.strerror or error}')
+    return None, ('no folder can keep compiled kernels, each start compiles them anew ('
+                  + '; '.join(problems)
+                  + '), expected XDG_CACHE_HOME or NUMBA_CACHE_DIR to name a writable one')
+
+
+CACHE_FOLDER, CACHE_PROBLEM = None, ''
+if COMPILED:
+    CACHE_FOLDER, CACHE_PROBLEM = usable_cache(_own_folders(), numba.config.CACHE_DIR)
+
+
+Kernel = TypeVar('Kernel', bound=Callable[..., Any])
+# numba's own name for "without reference counts"; one that does not know it counts them.
+LEAN = {'_nrt': False}
+
+
+def jit(function: Kernel) -> Kernel:
+    """
+    Return `function` compiled (cached on disk where a folder is writable) or as it is.
+
+    It may not make or return arrays: without counting references, which costs more than the
+    arithmetic of a step, all that a kernel writes into must be handed to it.
+    """
+    return _compiled(function, LEAN) if COMPILED else function
+
+
+def jit_inline(function: Kernel) -> Kernel:
+    """Return `function` as jit does, compiled into its callers: for what is a few lines."""
+    return _compiled(function, {**LEAN, 'forceinline': True}) if COMPILED else function
+
+
+def jit_allocating(function: Kernel) -> Kernel:
+    """Return `function` as jit does; it may make and return arrays."""
+    return _compiled(function, {}) if COMPILED else function
+
+
+def jit_anew(function: Kernel) -> Kernel:
+    """
+    Return `function` as jit does, compiled in each process.
+
+    For what is made at run time: the cache tells kernels apart by their source only, not by the
+    functions that they call.
+    """
+    if not COMPILED:
+        return function
+    return numba.njit(error_model='numpy', nogil=True, **LEAN)(function)
+
+
+def _compiled(function: Kernel, options: dict[str, Any]) -> Kernel:
+    options = {'error_model': 'numpy', 'nogil': True, **options}
+    if CACHE_FOLDER is None:
+        return numba.njit(**options)(function)
+    chosen, numba.config.CACHE_DIR = numba.config.CACHE_DIR, CACHE_FOLDER
+    try:
+        return numba.njit(cache=True, **options)(function)
+    finally:
+        numba.config.CACHE_DIR = chosen
+
+
+if COMPILED:
+    def _typed(context: Any, a: Any, b: Any, c: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.fma(*arguments)
+        number = numba.float64
+        return number(number, number, number), build
+
+    _fused: Any = intrinsic(_typed)
+
+    def _on_bits(shift: int, name: str) -> Any:
+        """Return the intrinsic (a, t) -> bits of a, `name` (add, xor) those of t << `shift`."""
+        def typed(context: Any, a: Any, t: Any) -> Any:
+            def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+                integer = context.get_value_type(numba.int64)
+                of_a, of_t = (builder.bitcast(v, integer) for v in arguments)
+                moved = builder.shl(of_t, integer(shift))
+                return builder.bitcast(getattr(builder, name)(of_a, moved), arguments[0].type)
+            number = numba.float64
+            return number(number, number), build
+        return intrinsic(typed)
+
+    _powered: Any = _on_bits(52, 'add')
+    _flipped: Any = _on_bits(63, 'xor')
+
+    @jit_inline
+    def fma(a: float, b: float, c: float) -> float:
+        """Return a b + c of float64, rounded once: one instruction, half as many in a product."""
+        return _fused(a, b, c)
+
+    @jit_inline
+    def times_power(a: float, t: float) -> float:
+        """Return a 2^k, normal numbers both, where t is k + 1.5 2^52: its lowest bits hold k."""
+        return _powered(a, t)
+
+    @jit_inline
+    def signed(a: float, t: float) -> float:
+        """Return (-1)^k a, where t is k + 1.5 2^52."""
+        return _flipped(a, t)
+else:
+    def fma(a: float, b: float, c: float) -> float:
+        """Return a b + c; interpreted, it is rounded twice."""
+        return a * b + c

@@ -1,0 +1,221 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Products of small matrices for kernels.
+
+Matrices [n * n], row by row. states: process.markers, a tuple of length n.
+Compiled, plain loops beat BLAS calls twelvefold at this size; interpreted, numpy beats loops.
+"""
+from typing import TypeAlias
+
+import numpy as np
+
+from gearbox_monitor.kernels.jit import COMPILED, fma, jit, jit_inline
+from gearbox_monitor.kernels.types import Array, States
+
+Seven: TypeAlias = tuple[float, float, float, float, float, float, float]
+
+if COMPILED:
+    @jit_inline
+    def multiply(states: States, a: Array, b: Array, out: Array) -> None:
+        """
+        Write a b into `out`; all [n * n], row by row.
+
+        states: a tuple of n; its length is what the compiler unrolls the loops for.
+        """
+        n = len(states)
+        for i in range(n):
+            s0, s1, s2, s3, s4, s5, s6 = _row(n, -1, a, i, b)
+            at = i * n
+            out[at], out[at + 1], out[at + 2], out[at + 3], out[at + 4] = s0, s1, s2, s3, s4
+            if n > 5:
+                out[at + 5] = s5
+            if n > 6:
+                out[at + 6] = s6
+
+    @jit_inline
+    def _row(n: int, unit: int, a: Array, i: int, b: Array) -> Seven:
+        """
+        Return row `i` of a b, zeros behind it; column `unit` of `a` is that of the unit matrix.
+
+        Sums stand in variables: the compiler cannot know that what is written to is neither `a`
+        nor `b`.
+        """
+        s0 = s1 = s2 = s3 = s4 = s5 = s6 = 0.0
+        for k in range(n):
+            v, at = a[i * n + k], k * n
+            if k != unit or i == unit:
+                s0 = fma(v, b[at], s0)
+                s1 = fma(v, b[at + 1], s1)
+                s2 = fma(v, b[at + 2], s2)
+                s3 = fma(v, b[at + 3], s3)
+                s4 = fma(v, b[at + 4], s4)
+                if n > 5:
+                    s5 = fma(v, b[at + 5], s5)
+                if n > 6:
+                    s6 = fma(v, b[at + 6], s6)
+        return s0, s1, s2, s3, s4, s5, s6
+
+    @jit_inline
+    def multiply_symmetric(states: States, a: Array, b: Array, out: Array) -> None:
+        """Write a b' into `out`, where that is known to be symmetric; all [n * n]."""
+        n = len(states)
+        for i in range(n):
+            s0 = s1 = s2 = s3 = s4 = s5 = s6 = 0.0
+            for k in range(n):
+                v = a[i * n + k]
+                s0 = fma(v, b[k], s0)
+                s1 = fma(v, b[n + k], s1)
+                s2 = fma(v, b[2 * n + k], s2)
+                s3 = fma(v, b[3 * n + k], s3)
+                s4 = fma(v, b[4 * n + k], s4)
+                if n > 5:
+                    s5 = fma(v, b[5 * n + k], s5)
+                if n > 6:
+                    s6 = fma(v, b[6 * n + k], s6)
+            # The compiler drops the sums that no element of the lower triangle needs.
+            _mirrored(out, n, i, 0, s0)
+            _mirrored(out, n, i, 1, s1)
+            _mirrored(out, n, i, 2, s2)
+            _mirrored(out, n, i, 3, s3)
+            _mirrored(out, n, i, 4, s4)
+            _mirrored(out, n, i, 5, s5)
+            _mirrored(out, n, i, 6, s6)
+
+    @jit_inline
+    def carry(states: States, phi: Array, P: Array, half: Array, cross: Array,
+              out: Array) -> None:
+        """
+        Write phi P into `cross` and (phi P + phi diag(half)) phi' into `out`; half [n].
+
+        Row by row: what a row needs stays in registers. Where states holds None, the second column
+        of phi is that of the unit matrix (see markers).
+        """
+        n = len(states)
+        for i in range(n):
+            s0, s1, s2, s3, s4, s5, s6 = _row(n, 1 if states[0] is None else -1, phi, i, P)
+            at = i * n
+            cross[at], cross[at + 1], cross[at + 2], cross[at + 3] = s0, s1, s2, s3
+            cross[at + 4] = s4
+            s0, s1 = fma(phi[at], half[0], s0), fma(phi[at + 1], half[1], s1)
+            s2, s3 = fma(phi[at + 2], half[2], s2), fma(phi[at + 3], half[3], s3)
+            s4 = fma(phi[at + 4], half[4], s4)
+            if n > 5:
+                cross[at + 5] = s5
+                s5 = fma(phi[at + 5], half[5], s5)
+            if n > 6:
+                cross[at + 6] = s6
+                s6 = fma(phi[at + 6], half[6], s6)
+            for j in range(n):
+                at = j * n
+                value = s0 * phi[at]
+                if states[0] is not None or j == 1:
+                    value = fma(s1, phi[at + 1], value)
+                value = fma(s4, phi[at + 4], fma(s3, phi[at + 3], fma(s2, phi[at + 2], value)))
+                if n > 5:
+                    value = fma(s5, phi[at + 5], value)
+                if n > 6:
+                    value = fma(s6, phi[at + 6], value)
+                _mirrored(out, n, i, j, value)
+
+    @jit_inline
+    def _mirrored(out: Array, n: int, i: int, j: int, value: float) -> None:
+        if j <= i:
+            out[i * n + j] = value
+            out[j * n + i] = value
+
+    @jit
+    def transposed_multiply_symmetric(states: States, a: Array, b: Array, out: Array) -> None:
+        """Write a' b into `out`, where that is known to be symmetric; all [n * n]."""
+        n = len(states)
+        for i in range(n):
+            for j in range(i + 1):
+                s = 0.0
+                for k in range(n):
+                    s += a[k * n + i] * b[k * n + j]
+                out[i * n + j] = s
+                out[j * n + i] = s
+
+    @jit
+    def solve_positive(states: States, a: Array, b: Array, out: Array) -> bool:
+        """
+        Write a^-1 b into `out`; all [n * n], `a` symmetric positive definite and overwritten.
+
+        Returns False, with `out` undefined, when `a` is not positive definite.
+        """
+        n = len(states)
+        for j in range(n):  # Cholesky, lower triangle; its diagonal inverted
+            s = a[j * n + j]
+            for k in range(j):
+                s -= a[j * n + k] * a[j * n + k]
+            if not s > 0.0:
+                return False
+            inverse = 1.0 / s ** 0.5
+            a[j * n + j] = inverse
+            for i in range(j + 1, n):
+                s = a[i * n + j]
+                for k in range(j):
+                    s -= a[i * n + k] * a[j * n + k]
+                a[i * n + j] = s * inverse
+        for c in range(n):
+            for i in range(n):
+                s = b[i * n + c]
+                for k in range(i):
+                    s -= a[i * n + k] * out[k * n + c]
+                out[i * n + c] = s * a[i * n + i]
+            for i in range(n - 1, -1, -1):
+                s = out[i * n + c]
+                for k in range(i + 1, n):
+                    s -= a[k * n + i] * out[k * n + c]
+                out[i * n + c] = s * a[i * n + i]
+        return True
+else:
+    def _square(a: Array) -> Array:
+        return a.reshape(round(len(a) ** 0.5), -1)
+
+    def multiply(states: States, a: Array, b: Array, out: Array) -> None:
+        """Write a b into `out`; all [n * n], row by row."""
+        np.matmul(_square(a), _square(b), out=_square(out))
+
+    def carry(states: States, phi: Array, P: Array, half: Array, cross: Array,
+              out: Array) -> None:
+        """Write phi P into `cross` and (phi P + phi diag(half)) phi' into `out`; half [n]."""
+        phi = _square(phi)
+        _square(cross)[:] = phi @ _square(P)
+        out[:] = ((_square(cross) + phi * half) @ phi.T).ravel()
+        _symmetrise(out)
+
+    def multiply_symmetric(states: States, a: Array, b: Array, out: Array) -> None:
+        """Write a b' into `out`, where that is known to be symmetric; all [n * n]."""
+        out[:] = (_square(a) @ _square(b).T).ravel()
+        _symmetrise(out)
+
+    def transposed_multiply_symmetric(states: States, a: Array, b: Array, out: Array) -> None:
+        """Write a' b into `out`, where that is known to be symmetric; all [n * n]."""
+        out[:] = (_square(a).T @ _square(b)).ravel()
+        _symmetrise(out)
+
+    def _symmetrise(a: Array) -> None:
+        out = _square(a)
+        out[:] = 0.5 * (out + out.T)
+
+    def solve_positive(states: States, a: Array, b: Array, out: Array) -> bool:
+        """Write a^-1 b into `out` [n * n]; False when `a` is not positive definite."""
+        try:
+            np.linalg.cholesky(_square(a))
+            out[:] = np.linalg.solve(_square(a), _square(b)).ravel()
+        except np.linalg.LinAlgError:
+            return False
+        return True

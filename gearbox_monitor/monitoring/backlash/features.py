@@ -1,0 +1,441 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Backlash, stiffness, hysteresis and friction from a window of smoothed torque over twist.
+
+One regression fits them together (see shape). Fit on smoothed values only: the filter's lag draws
+a hysteresis loop that is not there.
+"""
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from gearbox_monitor.estimation.rts_smoother import (
+    S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_RATE_STD, S_U, S_X2, S_X3, S_X4)
+from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.monitoring.backlash.shape import (
+    COULOMB, GAIN, HALF_GAP, HEIGHT, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
+from gearbox_monitor.plant.drive import DriveModel, TWO_OVER_PI
+
+MAX_POINTS = 2500
+MIN_POINTS = 50
+PLAUSIBLE = 1e9    # rad, rad/s, N m
+GROUPS = 300       # of points; the fit compares averages of two neighbours
+BLOCKS = 20        # parts of a window that count as independent
+START_POINTS = 250
+HUBER = 1.5        # residuals beyond so many standard deviations count less
+REWEIGHTS = 2
+# Each flank must hold this share of the window, or the gap is not excited.
+MIN_FLANK = 0.03
+MIN_TRAVERSALS = 2
+# Torque counts as loading a flank, and stiffness and hysteresis as seen, from so many standard
+# deviations on.
+LOADED = 3.0
+# What is expected of changes: friction relative to the model's, and to the torque for a model that
+# has none; torque gain.
+FRICTION_PRIOR, TORQUE_SHARE, GAIN_PRIOR = 0.3, 0.02, 0.05
+# A gain is identifiable when the window narrows it to this share of what was expected.
+IDENTIFIED = 0.6
+# Friction is uncertain where the speed is not known to be other than 0.
+STANDSTILL = 3.0
+# Gap and compliance are told apart by the slope on a flank: twist and torque must be correlated so
+# much on each flank for itself (half of the torque's variance explained).
+MIN_CORRELATION = 0.7
+# What windows have in common, see known.Known.
+COMMON = (VISCOUS, COULOMB, GAIN, STIFFNESS)
+# Lost motion is the twist's answer to the direction in this share of the samples, or undefined.
+ONE_SIDED = 0.9
+
+
+@dataclass(frozen=True)
+class Backlash:
+    """
+    Features of the window that ends at `stamp_ns`; *_std: standard deviations.
+
+    gap: width of the twists at which no torque may pass (rad): 2 b, of a play 2 (b + c).
+    stiffness in contact (N m/rad). hysteresis: height of the loop (N m), > 0 with the lower branch
+    while the twist grows, < 0 the other way round. zero of the twist (rad). flank: share of
+    samples on the less visited flank. coverage: how often the gap was crossed. viscous (N m
+    s/rad), coulomb (N m): change of the motor's friction against the model; gain: relative change
+    of its torque gain; NaN = not identifiable. lost_motion (rad): see lost_motion_of. separable:
+    whether the window can tell gap and compliance apart; if not, gap and stiffness stand for each
+    other and only the lost motion counts. angle: mean arm position (rad), speed: rms motor speed
+    (rad/s), load: rms tau_K (N m). width: half width of the play behind the hysteresis (rad), 0
+    where none is seen; passive: whether the loop is open in the gap, too (passive_play).
+    gap_slopes: change of the fitted gap per viscous, coulomb, gain and stiffness, gap_std_known:
+    what is left of gap_std once these are known, see gap_given. gap_alone, gap_alone_std: where
+    known.Known has refined the gap, what the window gave alone; else NaN.
+    """
+
+    stamp_ns: int
+    gap: float
+    gap_std: float
+    stiffness: float
+    stiffness_std: float
+    hysteresis: float = math.nan
+    hysteresis_std: float = math.nan
+    zero: float = math.nan
+    flank: float = math.nan
+    coverage: float = math.nan
+    viscous: float = math.nan
+    viscous_std: float = math.nan
+    coulomb: float = math.nan
+    coulomb_std: float = math.nan
+    gain: float = math.nan
+    gain_std: float = math.nan
+    lost_motion: float = math.nan
+    lost_motion_std: float = math.nan
+    separable: bool = True
+    angle: float = math.nan
+    speed: float = math.nan
+    load: float = math.nan
+    width: float = 0.0
+    passive: bool = False
+    gap_slopes: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    gap_std_known: float = math.nan
+    gap_alone: float = math.nan
+    gap_alone_std: float = math.nan
+
+    @property
+    def alone(self) -> tuple[float, float]:
+        """Gap and its standard deviation (rad) by this window alone: independent of others."""
+        if math.isnan(self.gap_alone):
+            return self.gap, self.gap_std
+        return self.gap_alone, self.gap_alone_std
+
+    @property
+    def common(self) -> tuple[float, float, float, float]:
+        """What windows have in common: viscous, coulomb, gain, stiffness."""
+        return self.viscous, self.coulomb, self.gain, self.stiffness
+
+    @property
+    def common_std(self) -> tuple[float, float, float, float]:
+        """Return the standard deviations of `common`."""
+        return self.viscous_std, self.coulomb_std, self.gain_std, self.stiffness_std
+
+    def gap_given(self, common: Sequence[float]) -> float:
+        """
+        Return the gap (rad) that the window gives when what is `common` is known.
+
+        NaN: not known.
+        """
+        return self.alone[0] + sum(
+            slope * (known - found)
+            for known, found, slope in zip(common, self.common, self.gap_slopes)
+            if math.isfinite(known) and math.isfinite(found))
+
+
+@dataclass(frozen=True)
+class NotExcited:
+    """No features from the window that ends at `stamp_ns`: `reason` says what the motion lacks."""
+
+    stamp_ns: int
+    reason: str
+
+
+def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
+    """
+    Return the Backlash of a window, or NotExcited where the motion does not show it.
+
+    rows [N, N_SMOOTHED]: smoothed, in order of time (columns smoother.S_*). model: the DriveModel
+    that they were estimated with. The window ends at `stamp_ns`.
+    """
+    reason = _missing(rows)
+    if reason:
+        return NotExcited(stamp_ns, reason)
+    points = rows[::max(1, len(rows) // MAX_POINTS)]
+    group = max(1, len(points) // GROUPS)
+    count = len(points) // group
+    friction = TWO_OVER_PI * np.arctan(model.friction_sharpness * points[:, S_X3])
+    data = np.column_stack([points[:, S_TWIST], points[:, S_TAU_K], points[:, S_X3], friction,
+                            points[:, S_U]])
+    weights = _weights(points, model)[:count * group].reshape(count, group).mean(axis=1)
+    start, variance = _start(data)
+    regression = Regression(data, group, weights.copy(), BLOCKS, np.zeros(N_SHAPE),
+                            float(np.ptp(data[:, 0])))
+    for loop in (True, False):  # a loop that leaves no flank is none
+        try:
+            found = _fit_all(regression, start, variance, _expected(data, model), loop)
+        except np.linalg.LinAlgError:
+            return NotExcited(stamp_ns, 'the motion does not determine any fit')
+        theta = found.theta
+        if not (np.isfinite(theta).all() and np.isfinite(found.covariance).all()):
+            return NotExcited(stamp_ns, 'the motion does not determine any fit')
+        half_width = theta[HALF_GAP] + (0.0 if found.passive else abs(theta[WIDTH]))
+        side = _sides(points[:, S_TWIST] - theta[ZERO], half_width)
+        flank = float(min((side > 0).mean(), (side < 0).mean()))
+        if flank >= MIN_FLANK or theta[WIDTH] == 0.0:
+            break
+        regression.weights[:] = weights
+    crossed = side[side != 0]
+    traversals = int((np.diff(crossed) != 0).sum())
+    if flank < MIN_FLANK:
+        return NotExcited(stamp_ns, 'only one flank is reached')
+    if traversals < MIN_TRAVERSALS:
+        return NotExcited(stamp_ns, f'gap crossed {traversals} times in the window, expected '
+                          f'{MIN_TRAVERSALS} or more: there and back')
+    if theta[STIFFNESS] <= LOADED * math.sqrt(max(found.covariance[STIFFNESS, STIFFNESS], 0.0)):
+        return NotExcited(stamp_ns, 'the torque on the flanks does not grow with the twist: the '
+                          'stiffness is not seen')
+    separable = all(_correlation(points[side == s]) >= MIN_CORRELATION for s in (1, -1))
+    return _features(rows, stamp_ns, found, flank, traversals, separable)
+
+
+def _missing(rows: Array) -> str:
+    """Return what `rows` lack before anything is fitted, '' for nothing."""
+    if len(rows) < MIN_POINTS:
+        return f'too few samples: {len(rows)}, at least {MIN_POINTS} are needed'
+    if not (np.abs(rows) < PLAUSIBLE).all():  # NaN is not, either
+        return 'values that no drive has: the estimate is lost'
+    if not np.ptp(rows[:, S_TWIST]) > 0.0:
+        return 'the twist does not change: the drive stands still'
+    loaded = rows[:, S_TAU_K] / np.maximum(LOADED * rows[:, S_TAU_K_STD], 1e-300)
+    up, down = (loaded > 1.0).mean(), (loaded < -1.0).mean()
+    if max(up, down) < MIN_FLANK:
+        return (f'the torque stays below its noise ({LOADED:g} standard deviations): the drive '
+                'stands still or is not loaded')
+    if min(up, down) < MIN_FLANK:
+        return ('only one flank is loaded: the torque has to change its sign')
+    return ''
+
+
+def _weights(rows: Array, model: DriveModel) -> Array:
+    """Return weights [N] that fall where the speed may be 0, and friction anything."""
+    doubt = STANDSTILL * float(np.median(rows[:, S_TWIST_RATE_STD]))
+    if model.coulomb_friction == 0.0 or doubt == 0.0:
+        return np.ones(len(rows))
+    ratio = (rows[:, S_X3] / doubt) ** 2
+    return 0.01 + ratio / (1.0 + ratio)
+
+
+def _start(data: Array) -> tuple[Array, float]:
+    """Return (theta, variance of residuals) of a dead zone through every so many points."""
+    points = np.ascontiguousarray(data[::max(1, len(data) // START_POINTS)])
+    twist, tau_k = points[:, 0], points[:, 1]
+    span = float(np.ptp(twist))
+    middle = 0.5 * float(twist.max() + twist.min())
+    free = np.zeros(N_SHAPE, bool)
+    free[[STIFFNESS, HALF_GAP, ZERO]] = True
+    regression = Regression(points, 1, np.ones(len(points)), 1, np.zeros(N_SHAPE), span)
+    best: Array = np.zeros(N_SHAPE)
+    least = math.inf
+    for share in (0.1, 0.25, 0.4):  # the cost has a local minimum where a flank is missed
+        theta = np.zeros(N_SHAPE)
+        theta[HALF_GAP], theta[ZERO] = share * span, middle
+        basis = np.sign(twist - middle) * np.maximum(np.abs(twist - middle) - share * span, 0.0)
+        theta[STIFFNESS] = max(float(basis @ tau_k / max(basis @ basis, 1e-300)), 1e-12)
+        cost = regression.solve(theta, free, iterations=20)
+        if cost < least:
+            best, least = regression.theta, cost
+    return best, least / len(points)
+
+
+def _expected(data: Array, model: DriveModel) -> Array:
+    """Return the standard deviations [N_SHAPE] expected of the changes, inf for the rest."""
+    load, speed = (float(np.sqrt(np.mean(data[:, i] ** 2))) for i in (1, 2))
+    expected = np.full(N_SHAPE, np.inf)
+    if speed > 0.0:
+        expected[VISCOUS] = math.hypot(FRICTION_PRIOR * model.viscous_friction,
+                                       TORQUE_SHARE * load / speed)
+    expected[COULOMB] = math.hypot(FRICTION_PRIOR * model.coulomb_friction, TORQUE_SHARE * load)
+    expected[GAIN] = GAIN_PRIOR
+    return expected
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Parameters and covariance; both with the width free; normal equations; what was fitted."""
+
+    theta: np.ndarray
+    covariance: np.ndarray
+    theta_free: np.ndarray
+    covariance_free: np.ndarray
+    normal: np.ndarray
+    passive: bool
+    gain: bool
+    loop: bool
+
+
+def _fit_all(regression: Regression, theta: Array, variance: float, expected: Array,
+             loop: bool) -> _Fit:
+    """
+    Return the _Fit: robust, the gain and the hysteresis only where they are seen.
+
+    loop: whether a hysteresis is looked for.
+    """
+    base = regression.weights.copy()
+    free = np.ones(N_SHAPE, bool)
+    free[HEIGHT], free[WIDTH] = False, loop
+    free[VISCOUS] = regression.data[:, 2].any()
+    free[COULOMB] = regression.data[:, 3].any()
+    free[GAIN] = regression.data[:, 4].any()
+
+    def refit(theta: Array, free: Flags, passive: bool = False,
+              rounds: int = 0) -> tuple[Array, Array]:
+        nonlocal variance
+        for i in range(rounds + 1):
+            regression.prior = variance / expected ** 2
+            regression.solve(theta, free, passive)
+            theta = regression.theta
+            if i < rounds:
+                size = np.abs(regression.residuals)
+                scale = 1.4826 * float(np.median(size))
+                variance = scale ** 2
+                regression.weights[:] = base / np.maximum(1.0, size / max(HUBER * scale, 1e-300))
+        return theta, regression.covariance(variance)
+
+    theta, covariance = refit(theta, free, rounds=REWEIGHTS)
+    gain = bool(free[GAIN]) and \
+        math.sqrt(max(covariance[GAIN, GAIN], 0.0)) < IDENTIFIED * expected[GAIN]
+    if free[GAIN] and not gain:
+        free[GAIN], theta = False, theta.copy()
+        theta[GAIN] = 0.0
+        theta, covariance = refit(theta, free)
+    theta_free, covariance_free, normal = theta, covariance, regression.normal
+    width, doubt = theta[WIDTH], LOADED * math.sqrt(max(covariance[WIDTH, WIDTH], 0.0))
+    if width < -doubt:
+        other = theta.copy()
+        other[WIDTH], other[HEIGHT] = -width, -width * theta[STIFFNESS]
+        more = free.copy()
+        more[HEIGHT] = True
+        weights, off = regression.weights.copy(), np.median(np.abs(regression.residuals))
+        regression.weights[:] = base  # those at hand belong to residuals of the other structure
+        other, other_covariance = refit(other, more, passive=True, rounds=REWEIGHTS)
+        if np.median(np.abs(regression.residuals)) < off:
+            return _Fit(other, other_covariance, other, other_covariance,
+                        regression.normal, True, gain, loop)
+        regression.weights[:] = weights
+    # Shrunk towards none, without a jump: a loop that is not seen adds noise to the gap only.
+    theta = theta.copy()
+    theta[WIDTH] = width - doubt ** 2 / width if abs(width) > doubt else 0.0
+    less = free.copy()
+    less[WIDTH] = False
+    theta, covariance = refit(theta, less)
+    if theta[WIDTH] != 0.0:
+        covariance = covariance_free
+    else:
+        normal = regression.normal
+    return _Fit(theta, covariance, theta_free, covariance_free, normal, False, gain, loop)
+
+
+def _features(rows: Array, stamp_ns: int, found: _Fit, flank: float, traversals: int,
+              separable: bool) -> Backlash:
+    theta, covariance = found.theta, found.covariance
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    to_gap = np.zeros(N_SHAPE)
+    to_gap[HALF_GAP] = 2.0
+    if found.passive:
+        hysteresis, hysteresis_std = -2.0 * theta[HEIGHT], 2.0 * std[HEIGHT]
+    else:
+        to_gap[WIDTH] = 2.0 * np.sign(theta[WIDTH])
+        to_height = np.zeros(N_SHAPE)
+        k, c = found.theta_free[STIFFNESS], found.theta_free[WIDTH]
+        to_height[STIFFNESS], to_height[WIDTH] = 2.0 * c, 2.0 * k
+        hysteresis = 2.0 * k * c
+        hysteresis_std = math.sqrt(max(to_height @ found.covariance_free @ to_height, 0.0))
+    if not found.loop:
+        hysteresis = hysteresis_std = math.nan
+    lost_motion, lost_motion_std = lost_motion_of(rows)
+
+    def rms(column: int) -> float:
+        return float(np.sqrt(np.mean(rows[:, column] ** 2)))
+
+    def changed(index: int, known: bool) -> tuple[float, float]:
+        return (float(theta[index]), float(std[index])) if known else (math.nan, math.nan)
+
+    moves = bool(rows[:, S_X3].any())
+    viscous, coulomb, gain = (changed(VISCOUS, moves),
+                              changed(COULOMB, moves), changed(GAIN, found.gain))
+    load, stiffness = rms(S_TAU_K), float(theta[STIFFNESS])
+    gap_std = math.sqrt(max(to_gap @ covariance @ to_gap, 0.0))
+    stiffness_std = float(std[STIFFNESS])
+    slopes = _slopes(found.normal, to_gap)
+    left = to_gap.copy()
+    left[list(COMMON)] -= slopes
+    gap_std_known = math.sqrt(max(left @ covariance @ left, 0.0))
+    if not separable:  # what the load twists on both flanks may be gap as well
+        gap_std, stiffness_std = math.hypot(gap_std, 2.0 * load / stiffness), stiffness
+    return Backlash(
+        stamp_ns=stamp_ns, gap=float(to_gap @ theta), gap_std=gap_std,
+        stiffness=stiffness, stiffness_std=stiffness_std,
+        hysteresis=float(hysteresis), hysteresis_std=float(hysteresis_std),
+        zero=float(theta[ZERO]), flank=flank, coverage=float(traversals),
+        viscous=viscous[0], viscous_std=viscous[1], coulomb=coulomb[0], coulomb_std=coulomb[1],
+        gain=gain[0], gain_std=gain[1], lost_motion=lost_motion, lost_motion_std=lost_motion_std,
+        separable=separable,
+        angle=float(rows[:, S_X2].mean()), speed=rms(S_X3), load=load,
+        width=float(abs(theta[WIDTH])), passive=found.passive,
+        gap_slopes=tuple(slopes.tolist()), gap_std_known=gap_std_known)
+
+
+def _slopes(normal: Array, to_gap: Array) -> Array:
+    """Return the change of the best gap when one of COMMON is held off its best value."""
+    at = np.flatnonzero(np.diag(normal) > 0.0)
+    scale = np.zeros(N_SHAPE)
+    scale[at] = 1.0 / np.sqrt(np.diag(normal)[at])
+    inverse = np.outer(scale, scale)
+    part = np.ix_(at, at)
+    inverse[part] *= np.linalg.pinv(normal[part] * inverse[part], 1e-12)
+    fitted = [i for i in COMMON if i in at]
+    result = dict.fromkeys(COMMON, 0.0)
+    if fitted:
+        result.update(zip(fitted, np.linalg.pinv(inverse[np.ix_(fitted, fitted)])
+                          @ inverse[fitted] @ to_gap))
+    return np.array([float(result[i]) for i in COMMON])
+
+
+def lost_motion_of(rows: Array) -> tuple[float, float]:
+    """
+    Return (lost motion, standard deviation) of `rows` in rad, (nan, nan) where not defined.
+
+    Median of the twist while the arm moves up minus that while it moves down; no torque needed.
+    Defined where the twist follows the direction of motion: slow motion against friction.
+    """
+    twist, speed = rows[:, S_TWIST], rows[:, S_X4]
+    moving = np.abs(speed) > 0.2 * float(np.sqrt(np.mean(speed ** 2)))
+    up, down = moving & (speed > 0.0), moving & (speed < 0.0)
+    if min(up.mean(), down.mean()) < 0.1:
+        return math.nan, math.nan
+    high, low = float(np.median(twist[up])), float(np.median(twist[down]))
+    middle = 0.5 * (high + low)
+    agree = (np.sign(twist[moving] - middle) == np.sign(high - low) * np.sign(speed[moving]))
+    if agree.mean() < ONE_SIDED:
+        return math.nan, math.nan
+    # Strokes are independent, samples are not.
+    direction = np.sign(speed[moving])
+    strokes = np.split(np.column_stack([twist[moving], direction]),
+                       np.flatnonzero(np.diff(direction)) + 1)
+    medians = {s: [float(np.median(part[:, 0])) for part in strokes
+                   if part[0, 1] == s and len(part) >= 0.02 * len(direction)] for s in (1.0, -1.0)}
+    variance = 0.0
+    for s, chosen in ((1.0, up), (-1.0, down)):
+        n = max(len(medians[s]), 1)
+        spread = float(np.std(medians[s], ddof=1)) if n > 1 else 0.5 * float(np.std(twist[chosen]))
+        variance += spread ** 2 / n
+    return abs(high - low), math.sqrt(variance)
+
+
+def _correlation(rows: Array) -> float:
+    """Return the correlation of torque and twist in `rows`, 0 where one of them is constant."""
+    twist, tau_k = (rows[:, i] - rows[:, i].mean() for i in (S_TWIST, S_TAU_K))
+    both = float((twist @ twist) * (tau_k @ tau_k))
+    return float(twist @ tau_k) / math.sqrt(both) if both > 0.0 else 0.0
+
+
+def _sides(twist: Array, half_width: float) -> Integers:
+    """Return 1, 0 or -1 [N]: on the upper flank, in the gap, on the lower flank."""
+    return np.where(twist > half_width, 1, np.where(twist < -half_width, -1, 0))

@@ -1,0 +1,154 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The features of a recording: one fit per window, and what all windows say together.
+
+A Monitor fits windows as it goes, for its alarms. Here a whole recording is cut into windows, so
+that a short one gives features, too, and each window stands alone.
+"""
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.rts_smoother import S_TWIST_STD
+from gearbox_monitor.kernels.types import Array, Integers, Values
+from gearbox_monitor.monitoring.backlash import features
+from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
+from gearbox_monitor.plant.drive import DriveModel
+
+SECOND = 1_000_000_000
+SETTLE = 2 * SECOND  # ns after the first value that are not used
+
+
+class Windows:
+    """
+    Fits smoothed values window by window, as they come.
+
+    model: the DriveModel that they were estimated with. parameters: those of the estimator, by
+    name. Holds no more than a window and a half and what was added last. Raises InputError
+    without a smoother.
+    """
+
+    def __init__(self, model: DriveModel, parameters: Values) -> None:
+        if parameters['smoother_lag'] <= 0.0:
+            raise InputError('smoother_lag: 0, expected a number > 0 (s): backlash is measured on '
+                             'the smoothed torque')
+        self.model = model
+        self.length = round(parameters['drift_window'] * SECOND)
+        # A twist known worse than by one reading of both encoders: one of them was missing.
+        self._known = np.hypot(parameters['r_std_motor'], parameters['r_std_arm'])
+        self._begin = 0
+        self._last: int | None = None
+        self._parts: list[tuple[Integers, Array]] = []
+        self._fits: list[Backlash | NotExcited] = []
+
+    def add(self, stamps: Integers, rows: Array) -> None:
+        """Take smoothed values: stamps int64 [N] ns, rows [N, N_SMOOTHED] (smoother.S_*)."""
+        backwards = np.flatnonzero(np.diff(stamps) < 0) + 1
+        for t, part in zip(np.split(stamps, backwards), np.split(rows, backwards)):
+            if len(t):
+                self._add(t, part)
+
+    def _add(self, stamps: Integers, rows: Array) -> None:
+        if self._last is None:
+            self._begin = int(stamps[0]) + SETTLE
+        elif stamps[0] < self._last:  # the clock was set back: begin anew
+            self._end()
+            self._begin = int(stamps[0])
+        self._last = int(stamps[-1])
+        keep = (stamps >= self._begin) & (rows[:, S_TWIST_STD] <= self._known)
+        if keep.any():
+            self._parts.append((stamps[keep], rows[keep]))
+        while self._parts and self._parts[-1][0][-1] >= self._begin + 3 * self.length // 2:
+            self._cut()
+
+    def _cut(self) -> None:
+        """Fit the first window of what is held."""
+        stamps, rows = self._joined()
+        end = int(np.searchsorted(stamps, self._begin + self.length))
+        if end:
+            self._fit(stamps[:end], rows[:end])
+            self._parts = [(stamps[end:], rows[end:])]
+            self._begin += self.length
+        else:  # nothing was measured for that long
+            self._begin = int(stamps[0])
+
+    def _joined(self) -> tuple[Integers, Array]:
+        if len(self._parts) > 1:
+            stamps, rows = zip(*self._parts)
+            self._parts = [(np.concatenate(stamps), np.concatenate(rows))]
+        return self._parts[0]
+
+    def _fit(self, stamps: Integers, rows: Array) -> None:
+        self._fits.append(features.fit(rows, self.model, int(stamps[-1])))
+
+    def _end(self) -> None:
+        """Fit what is left, where it is half a window or all there is."""
+        if self._parts:
+            stamps, rows = self._joined()
+            if not self._fits or stamps[-1] - self._begin >= self.length // 2:
+                self._fit(stamps, rows)
+        self._parts = []
+
+    def finish(self) -> list[Backlash | NotExcited]:
+        """Return all fits, a list of features.Backlash and features.NotExcited."""
+        self._end()
+        return self._fits
+
+
+@dataclass(frozen=True)
+class Combined:
+    """Value and standard deviation of a feature over all windows."""
+
+    value: float
+    std: float
+
+
+def combine(found: Sequence[Backlash], name: str, relative: float = 0.0) -> Combined | None:
+    """
+    Return the Combined feature `name` of the list `found` of Backlash, None without any.
+
+    relative: a deviation of the method itself, that averaging does not remove.
+    """
+    pairs = np.array([(getattr(w, name), getattr(w, name + '_std')) for w in found])
+    pairs = pairs[np.isfinite(pairs).all(axis=1)] if len(pairs) else pairs
+    if not len(pairs):
+        return None
+    value, n = float(pairs[:, 0].mean()), len(pairs)
+    variance = float((pairs[:, 1] ** 2).mean())
+    if n > 1:
+        variance = max(variance, float(pairs[:, 0].var(ddof=1)))
+    return Combined(value, math.hypot(math.sqrt(variance / n), relative * value))
+
+
+def separable_of(found: Sequence[Backlash]) -> tuple[list[Backlash], bool]:
+    """
+    Return (windows that count, whether they tell gap and compliance apart).
+
+    found: what Windows gave. Where most windows cannot, all those with features count.
+    """
+    seen = [w for w in found if isinstance(w, features.Backlash)]
+    clear = [w for w in seen if w.separable]
+    separable = 2 * len(clear) > len(seen)
+    return (clear if separable else seen), separable
+
+
+def reason_of(found: Sequence[NotExcited]) -> str:
+    """Return what the motion lacks, of windows `found`, of which none has features."""
+    reasons = [w.reason for w in found] or ['no estimates after the first seconds']
+    return max(set(reasons), key=reasons.count)

@@ -1,0 +1,212 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Torque over twist with friction errors beside it, and its least squares.
+
+    tau = K dz(y, b) + h s + dCv x3 + dCc (2/pi) atan(alpha x3) - dg u
+    z = twist - t0,  w = play of half width |c| behind z,  s = (z - w) / |c|
+
+    play, c >= 0   y = z - c s, h = 0   lower branch while the twist grows (the paper's)
+    play, c < 0    the same: upper branch while it grows, on the flanks only
+    passive        y = z, h free        a loop of height 2 h everywhere, in the gap, too
+
+K, b, c, t0, dCv, dCc, dg, h are fitted together: what friction or a torque gain that have changed
+do to tau_K cannot pass for a gap then, nor the other way round. Torque and model are averaged
+over pairs of neighbouring groups of samples before they are compared: the noise of a smoothed
+torque is high-frequency. Each group belongs to two pairs, so that nothing is lost between them.
+"""
+import numpy as np
+
+from gearbox_monitor.kernels.jit import jit_allocating
+from gearbox_monitor.kernels.types import Array, Flags
+
+STIFFNESS, HALF_GAP, WIDTH, ZERO, VISCOUS, COULOMB, GAIN, HEIGHT, N_SHAPE = range(9)
+
+
+@jit_allocating
+def normal_equations(theta: Array, free: Flags, passive: bool, data: Array, group: int,
+                     weights: Array, block: int, normal: Array, right: Array, scores: Array,
+                     residuals: Array) -> float:
+    """
+    Write the weighted normal equations at `theta` [N_SHAPE]; return the weighted cost.
+
+    free bool [N_SHAPE]: what is fitted. data [N, 5]: twist, tau, x3, friction direction
+    (2/pi) atan(alpha x3), u. weights [M]: of the groups of `group` samples, M group <= N. Written:
+    normal [N_SHAPE, N_SHAPE] and right [N_SHAPE] of the step, scores [M // block + 1, N_SHAPE]
+    (the parts of `right` by blocks of `block` groups), residuals [M] of each group's pair with the
+    one before (0 before the play is known).
+    """
+    k, b, t0, height = theta[STIFFNESS], theta[HALF_GAP], theta[ZERO], theta[HEIGHT]
+    active = theta[WIDTH] >= 0.0
+    r = abs(theta[WIDTH])
+    w, w_r, w_t, known = data[0, 0] - t0, 0.0, -1.0, False
+    normal[:, :] = 0.0
+    right[:] = 0.0
+    scores[:, :] = 0.0
+    slope, last, pair = np.zeros(N_SHAPE), np.zeros(N_SHAPE), np.zeros(N_SHAPE)
+    error_last, paired = 0.0, False
+    inverse, cost = 0.5 / group, 0.0
+    for j in range(residuals.shape[0]):
+        slope[:] = 0.0
+        error = 0.0
+        for i in range(j * group, (j + 1) * group):
+            z = data[i, 0] - t0
+            if z - w > r:
+                w, w_r, w_t, known = z - r, -1.0, -1.0, True
+            elif w - z > r:
+                w, w_r, w_t, known = z + r, 1.0, -1.0, True
+            y, y_c, y_t = z, 0.0, -1.0
+            if not passive:
+                y_c = w_r
+                if active:
+                    y, y_t = w, w_t
+                else:
+                    y, y_t = 2.0 * z - w, -2.0 - w_t
+            side, load = 0.0, 0.0
+            if y > b:
+                side, load = 1.0, y - b
+            elif y < -b:
+                side, load = -1.0, y + b
+            torque = k * load
+            slope[STIFFNESS] += load
+            slope[HALF_GAP] -= k * side
+            if side != 0.0:
+                slope[WIDTH] += k * y_c
+                slope[ZERO] += k * y_t
+            if passive and r > 0.0:
+                s = (z - w) / r
+                torque += height * s
+                slope[HEIGHT] += s
+                slope[WIDTH] += height * (-w_r - s) / r
+                slope[ZERO] += height * (-1.0 - w_t) / r
+            slope[VISCOUS] += data[i, 2]
+            slope[COULOMB] += data[i, 3]
+            slope[GAIN] -= data[i, 4]
+            torque += (theta[VISCOUS] * data[i, 2] + theta[COULOMB] * data[i, 3]
+                       - theta[GAIN] * data[i, 4])
+            error += data[i, 1] - torque
+        residuals[j] = 0.0
+        if not known:
+            continue
+        for p in range(N_SHAPE):
+            pair[p] = inverse * (slope[p] + last[p])
+            last[p] = slope[p]
+        mean = inverse * (error + error_last)
+        error_last = error
+        if not paired:
+            paired = True
+            continue
+        error = mean
+        residuals[j] = error
+        cost += weights[j] * error * error
+        for p in range(N_SHAPE):
+            if free[p]:
+                part = weights[j] * pair[p]
+                right[p] += part * error
+                scores[j // block, p] += part * error
+                for q in range(p + 1):
+                    normal[p, q] += part * pair[q]
+    for p in range(N_SHAPE):
+        for q in range(p):
+            normal[q, p] = normal[p, q]
+    return cost
+
+
+class Regression:
+    """
+    Least squares of the shape over one window, by Levenberg and Marquardt.
+
+    data [N, 5]: see normal_equations. group: samples averaged before they are compared. weights
+    [N // group]. blocks: parts of the window that count as independent. prior [N_SHAPE]: 1 over
+    the variance of the deviation of a parameter from 0, in units of the residuals' variance.
+    twist_span: range of the twist (rad).
+    """
+
+    def __init__(self, data: Array, group: int, weights: Array, blocks: int, prior: Array,
+                 twist_span: float) -> None:
+        self.data, self.group, self.weights, self.prior = data, group, weights, prior
+        m = len(weights)
+        self.block = max(1, -(-m // blocks))
+        self.residuals = np.zeros(m)
+        self.scores = np.zeros((m // self.block + 1, N_SHAPE))
+        self.span = twist_span
+        self.theta: Array = np.zeros(N_SHAPE)
+        self.free: Flags = np.zeros(N_SHAPE, bool)
+        self.normal: Array = np.zeros((N_SHAPE, N_SHAPE))
+        self.passes = 0
+
+    def evaluate(self, theta: Array, free: Flags, passive: bool) -> tuple[float, Array, Array]:
+        """Return (cost, normal equations, right side) at `theta`, the prior's part included."""
+        normal, right = np.zeros((N_SHAPE, N_SHAPE)), np.zeros(N_SHAPE)
+        cost = normal_equations(
+            theta, free, passive, self.data, self.group, self.weights, self.block, normal, right,
+            self.scores, self.residuals)
+        self.passes += 1
+        prior = np.where(free, self.prior, 0.0)
+        normal[np.arange(N_SHAPE), np.arange(N_SHAPE)] += prior
+        return cost + float(prior @ theta ** 2), normal, right - prior * theta
+
+    def solve(self, theta: Array, free: Flags, passive: bool = False,
+              iterations: int = 30) -> float:
+        """Fit the `free` parameters from `theta` on, in so many iterations; return the cost."""
+        theta, at, damping = theta.copy(), np.flatnonzero(free), 1e-3
+        cost, normal, right = self.evaluate(theta, free, passive)
+        for _ in range(iterations):
+            part = normal[np.ix_(at, at)]
+            diagonal = np.diag(part)
+            part = part + np.diag(damping * diagonal + 1e-12 * diagonal.max() + 1e-300)
+            new = theta.copy()
+            new[at] += np.linalg.solve(part, right[at])
+            self._bound(new, passive)
+            tried = self.evaluate(new, free, passive)
+            if tried[0] <= cost:
+                settled = cost - tried[0] <= 1e-7 * cost
+                theta, (cost, normal, right), damping = new, tried, 0.1 * damping
+                if settled:
+                    break
+            else:
+                damping = 10.0 * max(damping, 1e-4)
+                if damping > 1e5:
+                    break
+        # The scores and residuals at hand may be those of a step that was not taken.
+        cost, self.normal, _ = self.evaluate(theta, free, passive)
+        self.theta, self.free = theta, free
+        return cost
+
+    def _bound(self, theta: Array, passive: bool) -> None:
+        theta[STIFFNESS] = max(theta[STIFFNESS], 0.0)
+        theta[HALF_GAP] = min(max(theta[HALF_GAP], 0.0), self.span)
+        low = 1e-3 * self.span if passive else -0.5 * self.span
+        theta[WIDTH] = min(max(theta[WIDTH], low), 0.5 * self.span)
+
+    def covariance(self, variance: float) -> Array:
+        """
+        Return the covariance [N_SHAPE, N_SHAPE] of theta, 0 where nothing was fitted.
+
+        The scatter of the blocks decides, not that of samples: residuals are correlated.
+        variance: that of the residuals that the prior was given in.
+        """
+        at = np.flatnonzero(self.free)
+        used = np.flatnonzero(np.abs(self.scores).sum(axis=1) > 0.0)
+        scores = self.scores[np.ix_(used, at)]
+        middle = scores.T @ scores * (len(used) / max(len(used) - len(at), 1))
+        middle = middle + np.diag(self.prior[at] * variance)
+        diagonal = np.diag(self.normal)[at]
+        scale = np.where(diagonal > 1e-100, 1.0 / np.sqrt(np.maximum(diagonal, 1e-100)), 0.0)
+        inverse = np.linalg.pinv(self.normal[np.ix_(at, at)] * np.outer(scale, scale), 1e-12)
+        inverse = inverse * np.outer(scale, scale)
+        result = np.zeros((N_SHAPE, N_SHAPE))
+        result[np.ix_(at, at)] = inverse @ middle @ inverse
+        return result

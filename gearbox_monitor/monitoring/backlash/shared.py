@@ -1,0 +1,90 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What the windows have in common makes the gap of each of them sharper.
+
+Friction, torque gain and stiffness change slowly, and much of what a window does not know about
+its gap is what it does not know about them. The gap itself stays that of the window.
+"""
+from dataclasses import replace
+import math
+from typing import Any
+
+from gearbox_monitor.monitoring.backlash.features import Backlash
+
+MEMORY = 5.0  # windows that count
+# A window, or a short mean of windows, is contradicted from so many standard deviations on.
+CONTRADICTED = 4.0
+RECENT = 0.3  # weight of the newest window in the short mean
+N_COMMON = 4
+
+
+class Known:
+    """
+    Running means of Backlash.common; all of them begin anew where a window contradicts one.
+
+    state: what to_list gave, or None.
+    """
+
+    def __init__(self, state: Any = None) -> None:
+        self._mean, self._variance, self._trend = (
+            [[float(v) for v in column] for column in state] if state else self._nothing())
+        if {len(self._mean), len(self._variance), len(self._trend)} != {N_COMMON}:
+            raise ValueError(f'expected {N_COMMON} numbers')
+
+    @staticmethod
+    def _nothing() -> tuple[list[float], list[float], list[float]]:
+        return [0.0] * N_COMMON, [math.inf] * N_COMMON, [0.0] * N_COMMON
+
+    def to_list(self) -> list[list[float]]:
+        """Return all that the next windows depend on."""
+        return [list(self._mean), list(self._variance), list(self._trend)]
+
+    def refine(self, window: Backlash) -> Backlash:
+        """Take a Backlash; return it with the gap that fits what is known, and its deviation."""
+        if not window.separable:  # its gap and stiffness stand for each other
+            return window
+        pairs = [(value, std ** 2) for value, std in zip(window.common, window.common_std)]
+        if self._contradicted(pairs):
+            self._mean, self._variance, self._trend = self._nothing()
+        alone = left = 0.0  # parts of the gap's variance before and now
+        for i, (value, variance) in enumerate(pairs):
+            if not (math.isfinite(value) and 0.0 < variance < math.inf):
+                continue
+            prior = self._variance[i] * MEMORY / (MEMORY - 1.0)
+            share = 1.0 if math.isinf(prior) else prior / (prior + variance)
+            self._mean[i] += share * (value - self._mean[i])
+            self._variance[i] = share * variance
+            alone += window.gap_slopes[i] ** 2 * variance
+            left += window.gap_slopes[i] ** 2 * self._variance[i]
+        gap, gap_std = window.alone
+        known = min(window.gap_std_known, gap_std) ** 2
+        if not (math.isfinite(known) and alone > 0.0):
+            return window
+        return replace(
+            window, gap=window.gap_given(self._mean), gap_alone=gap, gap_alone_std=gap_std,
+            gap_std=math.sqrt(known + (gap_std ** 2 - known) * left / alone))
+
+    def _contradicted(self, pairs: Any) -> bool:
+        found = False
+        for i, (value, variance) in enumerate(pairs):
+            off = (value - self._mean[i]) / math.sqrt(
+                variance + self._variance[i] * MEMORY / (MEMORY - 1.0)) if variance > 0.0 else 0.0
+            if not math.isfinite(off):
+                continue
+            self._trend[i] += RECENT * (off - self._trend[i])
+            usual = math.sqrt(RECENT / (2.0 - RECENT))
+            found |= max(abs(off), abs(self._trend[i]) / usual) > CONTRADICTED
+        return found

@@ -1,0 +1,47 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Third trust indicator: the stated uncertainty of tau_K is where it was when all was well."""
+from gearbox_monitor.monitoring.checks.level import Condition, Finding, finding_of, Level
+
+LOWER, UPPER = 0.8, 1.3  # of the reference
+REFERENCE_EVALUATIONS = 5  # whose median is the reference, where none was given
+_WINDOW = 'median over 2 s, against its reference'
+
+BELOW = Condition(
+    'covariance', Level.WARN, 'uncertainty of tau_K below its usual range',
+    f'median standard deviation of tau_K < {LOWER:g} of the reference', _WINDOW,
+    'the filter may be deaf to its measurements; check Q and R, or what adapts them',
+    ('tau_k_std',), ('lower_bound',))
+ABOVE = Condition(
+    'covariance', Level.WARN, 'uncertainty of tau_K above its usual range',
+    f'median standard deviation of tau_K > {UPPER:g} of the reference', _WINDOW,
+    'measurements are missing or come slower; check encoders and rate',
+    ('tau_k_std',), ('upper_bound',))
+CONDITIONS = (BELOW, ABOVE)
+
+
+def check(std: float, reference: float | None) -> Finding:
+    """Return the Finding for the median `std` (N m) of tau_K against its `reference` (N m)."""
+    if reference is None:
+        return finding_of([], 'reference for the uncertainty of tau_K not complete yet',
+                          {'tau_k_std': std})
+    values = {'tau_k_std': std, 'reference': reference,
+              'lower_bound': LOWER * reference, 'upper_bound': UPPER * reference}
+    broken = []
+    if std < LOWER * reference:
+        broken.append(BELOW)
+    elif not std <= UPPER * reference:  # NaN is untrusted, too
+        broken.append(ABOVE)
+    return finding_of(broken, 'uncertainty of tau_K in its usual range', values)

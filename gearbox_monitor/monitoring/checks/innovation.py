@@ -1,0 +1,248 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Second trust indicator: prediction errors are zero-mean, white and as large as predicted.
+
+All tests run on innovations whitened by the Cholesky factor of S, each on the window that suits
+it: the mean on a short one, because over whole periods of the excitation a model error averages
+out; whiteness and size on a long one.
+
+`flags` judges one window by significance alone. A finding (`check`) wants an effect of some size
+as well: with enough samples every model is significantly wrong.
+"""
+from functools import lru_cache
+import math
+
+import numpy as np
+from scipy.special import chdtri, ndtri
+
+from gearbox_monitor.kernels.jit import jit_allocating
+from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.monitoring.checks.level import Condition, Finding, finding_of, Level
+
+MEAN_WINDOW, GATE_WINDOW, WINDOW = 0.5, 1.0, 2.0  # s
+MIN_SAMPLES = 100
+LAGS = 20
+# Of each of the three tests on one window, were the filter's model exact. So small because it
+# never is: a random walk for tau_K, a friction linearised at standstill leave traces of their own.
+SIGNIFICANCE = 1e-6
+MEAN_LIMIT = float(-ndtri(SIGNIFICANCE / 4))  # two channels, two sides
+LJUNG_BOX_LIMIT = float(chdtri(LAGS, SIGNIFICANCE / 2))
+# So much of an innovation must be predictable from those before it (beyond what LAGS / N gives by
+# chance) to be called not white.
+PREDICTABLE = 0.2
+# NIS over its expectation, and squared innovation over predicted variance per encoder.
+NIS_LOW, NIS_HIGH, NIS_GROSS = 0.75, 1.25, 2.0
+VARIANCE_LOW, VARIANCE_HIGH = 0.7, 1.4
+GATE = 5.0  # predicted standard deviations
+_TUNE = 'check friction, inertia and torque scale of the model'
+
+BIASED = Condition(
+    'prediction error', Level.WARN, 'prediction errors biased',
+    f'largest abs(mean) sqrt(N) of the whitened channels > {MEAN_LIMIT:.2f}', f'{MEAN_WINDOW:g} s',
+    _TUNE, ('mean',), ('mean_threshold',))
+COLOURED = Condition(
+    'prediction error', Level.WARN, 'prediction errors not white',
+    f'Ljung-Box over {LAGS} lags > {LJUNG_BOX_LIMIT:.1f} and sum of squared correlations > '
+    f'{PREDICTABLE:g} + {LAGS} / N', f'{WINDOW:g} s', _TUNE + ', and the time stamps',
+    ('ljung_box', 'predictable_share'),
+    ('ljung_box_threshold', 'predictable_share_threshold'))
+LARGER = Condition(
+    'prediction error', Level.WARN, 'prediction errors larger than predicted',
+    f'NIS over its degrees of freedom > {NIS_HIGH:g} and significantly above 1', f'{WINDOW:g} s',
+    _TUNE + ', and the encoders; or raise R', ('nis_over_dof',), ('nis_high',))
+SMALLER = Condition(
+    'prediction error', Level.WARN, 'prediction errors smaller than predicted',
+    f'NIS over its degrees of freedom < {NIS_LOW:g} and significantly below 1', f'{WINDOW:g} s',
+    'R or Q is too large: tune them', ('nis_over_dof',), ('nis_low',))
+GROSS = Condition(
+    'prediction error', Level.ERROR, 'prediction errors far larger than predicted',
+    f'NIS over its degrees of freedom > {NIS_GROSS:g}', f'{WINDOW:g} s',
+    'do not trust tau_K; check the encoders first, then the model', ('nis_over_dof',),
+    ('nis_gross',))
+MOTOR_VARIANCE, ARM_VARIANCE = (Condition(
+    'prediction error', Level.WARN, f'{joint} encoder not as noisy as stated',
+    f'mean squared innovation of the {joint} over predicted variance outside {VARIANCE_LOW:g} .. '
+    f'{VARIANCE_HIGH:g}', f'{WINDOW:g} s', f'check the {joint} encoder, or tune r_std_{joint}',
+    (f'variance_ratio_{joint}',), ('variance_ratio_low', 'variance_ratio_high'))
+    for joint in ('motor', 'arm'))
+OUTLIERS = Condition(
+    'prediction error', Level.WARN, 'outliers',
+    f'largest innovation / ({GATE:g} predicted standard deviations) > 1', f'{GATE_WINDOW:g} s',
+    'check encoder cables and supply, and for impacts', ('test_ratio',),
+    ('test_ratio_threshold',))
+TOO_FEW = Condition(
+    'prediction error', Level.WARN, 'too few innovations yet',
+    f'fewer than {MIN_SAMPLES} samples that gave an estimate', f'{WINDOW:g} s',
+    'wait; check the rate if it stays', ('window_samples',))
+CONDITIONS = (BIASED, COLOURED, LARGER, SMALLER, GROSS, MOTOR_VARIANCE, ARM_VARIANCE, OUTLIERS,
+              TOO_FEW)
+
+
+@jit_allocating
+def _finite_sum(column: Array) -> tuple[float, int]:
+    """Return (sum, number) of the finite values of `column` [N]."""
+    total, count = 0.0, 0
+    for i in range(column.shape[0]):
+        if math.isfinite(column[i]):
+            total += column[i]
+            count += 1
+    return total, count
+
+
+@jit_allocating
+def _centred(column: Array) -> Array:
+    """Return the finite values of `column` [N] less their mean, behind LAGS zeros."""
+    out, at, total = np.zeros(LAGS + column.shape[0]), LAGS, 0.0
+    for i in range(column.shape[0]):
+        if math.isfinite(column[i]):
+            out[at] = column[i]
+            total += column[i]
+            at += 1
+    mean = total / (at - LAGS)
+    for i in range(LAGS, at):
+        out[i] -= mean
+    return out[:at]
+
+
+@jit_allocating
+def _sizes(errors: Array, stds: Array, newest: int) -> tuple[float, float, float]:
+    """
+    Return the mean of (error / std)^2 of motor and arm, and the largest abs(error) / std.
+
+    errors, stds [N, 2], NaN where not measured; the largest of the last `newest` samples. Where
+    there is hardly any sample the mean is 1.
+    """
+    n = errors.shape[0]
+    means, largest = [1.0, 1.0], 0.0
+    for c in range(2):
+        total, count = 0.0, 0
+        for i in range(n):
+            if math.isfinite(errors[i, c]):
+                ratio = errors[i, c] / stds[i, c]
+                total += ratio * ratio
+                count += 1
+                if i >= n - newest:
+                    largest = max(largest, abs(ratio))
+        if count >= MIN_SAMPLES:
+            means[c] = total / count
+    return means[0], means[1], largest
+
+
+@lru_cache(maxsize=64)
+def _weights(n: int) -> Array:
+    return n * (n + 2.0) / np.arange(n - 1.0, n - LAGS - 1.0, -1.0)
+
+
+def ljung_box(e: Array) -> tuple[float, float]:
+    """
+    Return (Q of Ljung and Box over LAGS lags, sum of squared correlations) of `e` [N].
+
+    NaN is left out; zeros where fewer than MIN_SAMPLES are left, or all are alike.
+    """
+    centred = _centred(e)
+    n = len(centred) - LAGS
+    if n < MIN_SAMPLES:
+        return 0.0, 0.0
+    products = np.correlate(centred, centred[LAGS:])
+    energy = products[LAGS]
+    if not energy > 0.0:
+        return 0.0, 0.0  # constant: a matter for the mean
+    squares = (products[LAGS - 1::-1] / energy) ** 2
+    return float(squares @ _weights(n)), float(squares.sum())
+
+
+@lru_cache(maxsize=64)
+def nis_limits(dof: float) -> tuple[float, float]:
+    """Return (low, high) of the mean NIS per degree of freedom, of `dof` in all."""
+    return (float(chdtri(dof, 1.0 - SIGNIFICANCE / 2)) / dof,
+            float(chdtri(dof, SIGNIFICANCE / 2)) / dof)
+
+
+def _mean(white: Array) -> float:
+    """Return the larger abs(mean) sqrt(N) of the channels of `white` [N, 2]."""
+    sums = [_finite_sum(white[:, c]) for c in range(2)]
+    return max((abs(total) / math.sqrt(n) for total, n in sums if n >= LAGS), default=0.0)
+
+
+def _whiteness(white: Array) -> tuple[float, float]:
+    """Return ljung_box of the channel of `white` [N, 2] that is farther from white."""
+    return max(ljung_box(white[:, 0]), ljung_box(white[:, 1]))
+
+
+def flags(white: Array, nis: Array, dof: Array) -> dict[str, bool]:
+    """
+    Return {test: bool} for one window of W samples: whether significance alone speaks against it.
+
+    white [W, 2] whitened innovations, NaN where not measured; nis, dof [W]. Were the filter's
+    model exact, each test would flag SIGNIFICANCE of all windows (whiteness: of long ones).
+    """
+    total = float(np.sum(dof))
+    low, high = nis_limits(total)
+    return {'mean': _mean(white) > MEAN_LIMIT,
+            'whiteness': _whiteness(white)[0] > LJUNG_BOX_LIMIT,
+            'nis': not low <= float(np.sum(nis)) / total <= high}
+
+
+def systematic(values: Values) -> bool:
+    """
+    Return whether `values` of check() are biased or not white, as no noise makes them.
+
+    Noise of the encoders that is larger or smaller than stated, or outliers, are neither.
+    """
+    return 'mean' in values and (
+        values['mean'] > values['mean_threshold']
+        or (values['ljung_box'] > values['ljung_box_threshold']
+            and values['predictable_share'] > values['predictable_share_threshold']))
+
+
+def check(white: Array, nis: Array, dof: Array, errors: Array, stds: Array, recent: Array,
+          newest: int) -> Finding:
+    """
+    Return the Finding for a window of N samples.
+
+    white [N, 2] whitened innovations, errors [N, 2] innovations and stds [N, 2] their predicted
+    standard deviations, NaN where not measured; nis, dof [N]. `recent` and `newest`: how many of
+    the last samples form the window of the mean and of the gate.
+    """
+    total = float(dof.sum())
+    if len(nis) < MIN_SAMPLES or total < MIN_SAMPLES:
+        return finding_of([TOO_FEW], '', {'window_samples': len(nis)})
+    mean = _mean(white[len(white) - recent:])
+    box, predictable = _whiteness(white)
+    enough = PREDICTABLE + LAGS / len(nis)
+    ratio = float(nis.sum()) / total
+    low, high = nis_limits(total)
+    low, high = min(low, NIS_LOW), max(high, NIS_HIGH)
+    motor, arm, gate = _sizes(errors, stds, newest)
+    gate /= GATE
+    values = {
+        'mean': mean, 'mean_threshold': MEAN_LIMIT,
+        'ljung_box': box, 'ljung_box_threshold': LJUNG_BOX_LIMIT,
+        'predictable_share': predictable, 'predictable_share_threshold': enough,
+        'nis_over_dof': ratio, 'nis_low': low, 'nis_high': high, 'nis_gross': NIS_GROSS,
+        'variance_ratio_motor': motor, 'variance_ratio_arm': arm,
+        'variance_ratio_low': VARIANCE_LOW, 'variance_ratio_high': VARIANCE_HIGH,
+        'test_ratio': gate, 'test_ratio_threshold': 1.0, 'window_samples': len(nis)}
+    broken = [condition for condition, is_broken in (
+        (BIASED, mean > MEAN_LIMIT),
+        (COLOURED, box > LJUNG_BOX_LIMIT and predictable > enough),
+        (GROSS, not ratio <= NIS_GROSS),
+        (LARGER, high < ratio <= NIS_GROSS),
+        (SMALLER, ratio < low),
+        (MOTOR_VARIANCE, not VARIANCE_LOW <= motor <= VARIANCE_HIGH),
+        (ARM_VARIANCE, not VARIANCE_LOW <= arm <= VARIANCE_HIGH),
+        (OUTLIERS, gate > 1.0)) if is_broken]
+    return finding_of(broken, 'prediction errors as predicted', values)

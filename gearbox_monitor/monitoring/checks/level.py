@@ -1,0 +1,152 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The one state machine of every alarm: debounced, clamped on both sides, with hysteresis."""
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+import enum
+
+from gearbox_monitor.kernels.types import Values
+
+
+class Level(enum.IntEnum):
+    """As in diagnostic_msgs/DiagnosticStatus."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+
+
+@dataclass(frozen=True)
+class Finding:
+    """
+    What one check says now.
+
+    level, message in plain words, and values {name: number or text} that stand beside it; every
+    value that was judged comes with its threshold.
+    """
+
+    level: Level
+    message: str
+    values: Values = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Condition:
+    """
+    One reason to leave OK. docs/conditions.md is generated from these, messages are made of them.
+
+    says: what is wrong, as the message puts it; when: the exact condition, its thresholds
+    formatted from the constants that the check compares with; window: what it looks at; advice:
+    what to do. value and threshold: names of the key/values that show them.
+    """
+
+    component: str
+    level: Level
+    says: str
+    when: str
+    window: str
+    advice: str
+    value: tuple[str, ...] = ()
+    threshold: tuple[str, ...] = ()
+
+
+def finding_of(broken: Sequence[Condition], fine: str, values: Values) -> Finding:
+    """Return the Finding with `values` of the Conditions `broken`; without any, OK and `fine`."""
+    if not broken:
+        return Finding(Level.OK, fine, values)
+    advice = dict.fromkeys(c.advice for c in broken)
+    return Finding(max(c.level for c in broken),
+                   ', '.join(c.says for c in broken) + ': ' + '; '.join(advice), values)
+
+
+def with_more(finding: Finding, broken: Sequence[Condition], values: Values) -> Finding:
+    """Return `finding` with the Conditions `broken` (one or more) and `values` besides."""
+    more = finding_of(broken, '', {**finding.values, **values})
+    if finding.level == Level.OK:
+        return more
+    return Finding(max(finding.level, more.level), f'{more.message}; {finding.message}',
+                   more.values)
+
+
+# Component -> evaluations in a row that raise and that lower its level. One evaluation per second
+# of stamps; of backlash and friction one per drift window: their sequential test debounces.
+DEBOUNCE = {'observability': (3, 5), 'prediction error': (3, 5), 'covariance': (3, 5),
+            'model': (3, 5), 'backlash': (1, 1), 'friction': (1, 1), 'input': (3, 5)}
+
+
+class Alarm:
+    """
+    Turn raw levels, one per evaluation, into a level that neither flaps nor sticks.
+
+    A level is raised after `up` consecutive evaluations at or above it and lowered after `down`
+    consecutive ones below it, so the latency is at most `up` or `down` evaluations, whatever came
+    before: the counters are clamped. Before the first evaluation the level is WARN ("no data
+    yet"), never OK; the first one may clear it.
+    """
+
+    def __init__(self, up: int = 3, down: int = 5) -> None:
+        self.up, self.down = up, down
+        self.level = Level.WARN
+        self.since_ns: int | None = None
+        self._above = [0, 0]  # evaluations in a row at or above WARN, ERROR
+        self._below = [0, 0]
+        self._judged = False
+        self._said: dict[Level, str] = {}  # level: what was found last at it
+
+    def update(self, raw: int, stamp_ns: int) -> Level:
+        """Take the raw level found at `stamp_ns`; return the debounced level."""
+        for i, at in enumerate((Level.WARN, Level.ERROR)):
+            above = raw >= at
+            self._above[i] = min(self._above[i] + 1, self.up) if above else 0
+            self._below[i] = 0 if above else min(self._below[i] + 1, self.down)
+        new = self.level if self._judged else min(Level(raw), Level.WARN)
+        for i, at in enumerate((Level.WARN, Level.ERROR)):
+            if self._above[i] >= self.up:
+                new = max(new, at)
+            if self._below[i] >= self.down and new >= at:
+                new = Level(at - 1)
+                break
+        if new != self.level or self.since_ns is None:
+            self.since_ns = stamp_ns
+        self.level, self._judged = new, True
+        return new
+
+    def doubt(self) -> None:
+        """Take back the level OK: the next evaluation decides, as the first of all does."""
+        if self.level == Level.OK:
+            self.level, self.since_ns, self._judged = Level.WARN, None, False
+
+    def judge(self, finding: Finding, stamp_ns: int) -> Finding:
+        """
+        Return the raw `finding` at its debounced level, with how long that has lasted at stamp_ns.
+
+        The message fits the level in force: while a raw level is not believed yet, or not
+        forgotten yet, it is what was found last at the level that stands.
+        """
+        level = self.update(finding.level, stamp_ns)
+        self._said[Level.OK if finding.level == Level.OK else Level.WARN] = finding.message
+        if finding.level == Level.ERROR:
+            self._said[Level.ERROR] = finding.message
+        message = finding.message
+        if finding.level != level:
+            message = self._said.get(level, message)
+        lasted = self.lasted(stamp_ns)
+        if level > Level.OK and lasted > 0.0:
+            message += f' (for {lasted:.1f} s)'
+        return Finding(level, message, finding.values)
+
+    def lasted(self, stamp_ns: int) -> float:
+        """Return how long the level has lasted at `stamp_ns` (s); 0 where time went backwards."""
+        return 0.0 if self.since_ns is None else max((stamp_ns - self.since_ns) * 1e-9, 0.0)

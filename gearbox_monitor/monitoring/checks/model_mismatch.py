@@ -1,0 +1,68 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Whether the model misses something: prediction errors that stay systematic.
+
+One window of biased or coloured errors can be a bump; a minute of them is the model. The next step
+is then a diagnosis (docs/diagnose.md), not another tuning.
+"""
+from collections import deque
+
+from gearbox_monitor.monitoring.checks.level import Condition, Finding, finding_of, Level
+
+SHARE = 0.5  # of the time that is looked at
+SECOND = 1_000_000_000
+
+MISSING = Condition(
+    'model', Level.WARN, 'the model misses something',
+    f'seconds with prediction errors biased or not white > {SHARE:g} `model_gap_after`; seconds '
+    'with an ERROR of input or observability do not count', '`model_gap_after`',
+    'call ~/keep_recording, then run the gearbox_monitor diagnose that it answers with; where '
+    'that finds no gap, tune the filter', ('systematic_s',), ('systematic_s_threshold',))
+CONDITIONS = (MISSING,)
+
+
+class Systematic:
+    """The evaluations, one per second of stamps, whose prediction errors were systematic."""
+
+    def __init__(self) -> None:
+        self._stamps: deque[int] = deque()
+
+    def add(self, stamp_ns: int, systematic: bool) -> None:
+        """Take the evaluation at `stamp_ns`."""
+        if systematic:
+            self._stamps.append(stamp_ns)
+
+    def seconds(self, stamp_ns: int, window: float) -> int:
+        """Return how many of the last `window` s before `stamp_ns` were systematic."""
+        first = stamp_ns - round(window * SECOND)
+        while self._stamps and not first < self._stamps[0] <= stamp_ns:
+            self._stamps.popleft()
+        return len(self._stamps)
+
+
+def check(systematic: Systematic, stamp_ns: int, window: float, unknown_load: bool) -> Finding:
+    """
+    Return the Finding at `stamp_ns` from a Systematic over the last `window` s.
+
+    unknown_load: whether a load on the arm is estimated, which takes most gaps upon itself.
+    """
+    seconds = systematic.seconds(stamp_ns, window)
+    values = {'systematic_s': float(seconds), 'systematic_s_threshold': SHARE * window,
+              'window_s': window}
+    return finding_of([MISSING] if seconds > SHARE * window else [],
+                      'no lasting gap of the model seen' + (
+                          '; with arm_load: unknown most do not show' if unknown_load else ''),
+                      values)

@@ -1,0 +1,67 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Whether torque and twist act like a transmission: it pushes back, and it makes no power.
+
+An unknown load on the arm explains away what the prediction errors would tell: an encoder or a
+torque of wrong sign, a torque that is not what acts. Torque over twist does not lie then.
+"""
+import numpy as np
+
+from gearbox_monitor.estimation.rts_smoother import (
+    S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_RATE_STD, S_TWIST_STD, S_X3, S_X4)
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.monitoring.checks.level import Condition, Level
+
+WINDOW = 2.0  # s
+MIN_ROWS = 50
+MAX_ROWS = 500  # looked at: neighbours are alike
+SIGNIFICANT = 3.0  # stated standard deviations that torque, twist and its rate must move by
+CORRELATION, POWER = -0.15, -0.5
+
+AGAINST = Condition(
+    'prediction error', Level.WARN, 'torque against twist',
+    f'smoothed: correlation of tau_K and twist < {CORRELATION:g}, or mean of tau_K times twist '
+    f'rate over their rms < {POWER:g}; judged where each moves by {SIGNIFICANT:g} of its stated '
+    'standard deviations', f'{WINDOW:g} s',
+    'check the signs of encoders and torque and whether it is the torque that acts, then the '
+    'friction of the model',
+    ('torque_twist_correlation', 'torque_twist_power'),
+    ('torque_twist_correlation_threshold', 'torque_twist_power_threshold'))
+CONDITIONS = (AGAINST,)
+
+
+def check(rows: Array) -> tuple[list[Condition], dict[str, float]]:
+    """
+    Return (Conditions that are broken, values) of `rows` [N, N_SMOOTHED], see smoother.
+
+    Both are empty where the motion does not show it.
+    """
+    rows = rows[::max(1, len(rows) // MAX_ROWS)]
+    if len(rows) < MIN_ROWS:
+        return [], {}
+    torque, twist, rate = rows[:, S_TAU_K], rows[:, S_TWIST], rows[:, S_X3] - rows[:, S_X4]
+    rms, noise = float(np.sqrt(np.mean(rate ** 2))), np.median(rows, axis=0)
+    moved = torque.std(), twist.std(), rms
+    stated = noise[[S_TAU_K_STD, S_TWIST_STD, S_TWIST_RATE_STD]]
+    if not (np.array(moved) > SIGNIFICANT * stated).all():
+        return [], {}
+    correlation = float(np.mean((torque - torque.mean()) * (twist - twist.mean()))
+                        / (moved[0] * moved[1]))
+    power = float(np.mean(torque * rate) / (np.sqrt(np.mean(torque ** 2)) * rms))
+    values = {'torque_twist_correlation': correlation,
+              'torque_twist_correlation_threshold': CORRELATION,
+              'torque_twist_power': power, 'torque_twist_power_threshold': POWER}
+    return [AGAINST] if correlation < CORRELATION or power < POWER else [], values

@@ -1,0 +1,82 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Whether the samples that came in could be used."""
+from collections.abc import Mapping
+from dataclasses import replace
+
+from gearbox_monitor.kernels.types import Values
+from gearbox_monitor.monitoring.checks.level import Condition, Finding, finding_of, Level
+
+START_TIME = 5.0  # s: before the first sample ever, silence is not yet an error
+_WINDOW = 'the last second'
+
+NO_SAMPLE = Condition(
+    'input', Level.ERROR, 'no usable sample in the last second', 'no sample gave an estimate',
+    _WINDOW, 'check that the source publishes and that its stamps advance', ('rate_hz',))
+# Judged by the node, on the clock of its computer: no stamps come that could be judged.
+SILENT = Condition(
+    'input', Level.ERROR, 'no samples came',
+    f'no new stamp between two diagnostics (WARN in the first {START_TIME:g} s before the first '
+    'sample ever); all other components then say WARN: no data', '1 s, at once',
+    'check that the source runs and that topic, joint names and domain agree')
+
+OTHERS = Condition(
+    'input', Level.WARN, 'another publisher gives our joints',
+    'besides the publisher that is followed another one was heard that names motor or arm; ERROR, '
+    'and no samples, where it is open which of them is the first (`other_publishers`)',
+    '1 s, at once', 'stop it or give it another topic; see security.md',
+    ('messages_of_other_publishers', 'other_publishers'))
+
+
+def _refused(advice: str, *counters: str) -> Condition:
+    names = ', '.join(counters)
+    return Condition('input', Level.WARN, names, f'any of: {names}', _WINDOW, advice, counters)
+
+
+REFUSED = (
+    _refused('publish effort of the motor joint with every position',
+             'samples without effort', 'missing efforts'),
+    _refused('stamp each message with the time of its measurement, from one publisher',
+             'zero stamps', 'repeated stamps', 'backward stamps', 'stamps after a jump'),
+    _refused('check the encoders and the joint names', 'samples without measurement',
+             'missing motor positions', 'missing arm positions'),
+    _refused('check zero, cables and supply of the encoders; publish positions that do not wrap',
+             'positions that jump'),
+    _refused('check rate and load of source and network', 'samples missed (by stamps)'),
+    _refused('check what the source computes', 'values that are infinite or beyond 1e9',
+             'filter restarts after divergence'))
+# Judged by the node, which knows the numbers of the messages: recordings do not have them.
+LOST = Condition(
+    'input', Level.WARN, 'messages lost', 'a number of a message is missing between two '
+    'diagnostics: dropped on the way, or by the full queue of the node', '1 s, at once',
+    'lower the rate or the load of this machine', ('messages_lost',))
+CONDITIONS = (SILENT, OTHERS, NO_SAMPLE, *REFUSED, LOST)
+
+
+def check(new: Mapping[str, int], usable: int, values: Values) -> Finding:
+    """
+    Return the Finding: `new` {counter: how many in the last second}, `usable` samples in it.
+
+    values: what is shown beside it, with the totals of all counters.
+    """
+    broken = ([] if usable else [NO_SAMPLE]) + refused(new)
+    return finding_of(broken, f'{values["rate_hz"]:.0f} samples/s', values)
+
+
+def refused(new: Mapping[str, int]) -> list[Condition]:
+    """Return the Conditions of REFUSED that `new` {counter: how many} shows, in these words."""
+    told = [(condition, [f'{new[name]} {name}' for name in condition.value if new.get(name)])
+            for condition in REFUSED]
+    return [replace(condition, says=', '.join(texts)) for condition, texts in told if texts]

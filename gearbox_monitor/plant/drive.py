@@ -1,0 +1,471 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Parameters and equations of motion of a two-mass drive, the one truth for the whole package.
+
+Equation (1) of Hovland, with everything referred to the arm side:
+
+    x1' = x3                x1, x2  motor and arm position, rad
+    x2' = x4                x3, x4  motor and arm speed, rad/s
+    m1 x3' = u - D (x3 - x4) - tau_K - tau_f - K_r x1
+    m2 x4' = D (x3 - x4) + tau_K - tau_arm
+    tau_f  = Cv x3 + (Cc + Cl |tau_K|) (2/pi) atan(alpha x3)
+
+Kernels take p, the model's parameters as DriveModel.pack lays them out, and tau_k (N m) for tau_K.
+
+The paper has no torque on the arm (tau_arm = 0) and no friction that depends on the load (Cl = 0).
+"""
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, fields, replace
+import math
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError, Problems, unknown
+from gearbox_monitor.kernels.elementary import arctan, sine
+from gearbox_monitor.kernels.jit import jit, jit_inline
+from gearbox_monitor.kernels.types import Array, Packed, Values
+from gearbox_monitor.plant.effects import ADDITIVE, ARM_LOADS, EFFECTS, Parameter, plugins
+from gearbox_monitor.plant.transmission import KINDS
+from gearbox_monitor.plant.units import on_axis
+
+TWO_OVER_PI = 2.0 / math.pi
+# An explicit RK4 step is stable up to 2.785 on the negative real axis.
+RK4_STABILITY = 2.7
+
+# Places in the packed parameter array; of the inertias stand the inverses, kernels need no other.
+(INVERSE_M1, INVERSE_M2, D, CV, CC, ALPHA, KR, OFFSET, KIND, STIFFNESS, HALF_GAP, WIDTH, K_S,
+ CAV, CAC, ARM_ALPHA, G, TL, CL, N_PARAMETERS) = range(20)
+
+UNSEEN_TIME = 0.1  # s in which an arm that is not measured would come to rest
+ARM_LOAD_MODES = ('none', 'unknown', 'measured')
+AXES = ('rotary', 'prismatic')  # prismatic: m, N and kg instead of rad, N m and kg m^2
+DRIVEN_BY = ('torque', 'position')  # what of a recording moves the model in a diagnosis
+
+
+@dataclass(frozen=True)
+class Transmission:
+    """Torque over twist: `kind` of transmission.KINDS, N m/rad and rad."""
+
+    kind: str = 'dead_zone'
+    stiffness: float = 25.0
+    half_gap: float = 0.1
+    hysteresis_width: float = 0.0
+    hysteresis_stiffness: float = 0.0
+
+
+@dataclass(frozen=True)
+class DriveModel:
+    """A drive's parameters in SI units, reflected to the arm side (see the module's equations)."""
+
+    motor_inertia: float = 0.006442
+    arm_inertia: float = 0.023454
+    damping: float = 0.01
+    viscous_friction: float = 0.1
+    coulomb_friction: float = 0.27
+    friction_sharpness: float = 100.0
+    position_gain: float = 0.01
+    torque_offset: float = 0.0
+    gear_ratio: float = 1.0
+    torque_constant: float = 1.0
+    axis: str = 'rotary'
+    arm_load: str = 'none'
+    driven_by: str = 'torque'
+    transmission: Transmission = Transmission()
+    effects: tuple[Values, ...] = ()
+    tolerance: float = 0.0
+    zero_tolerance: float = 0.0
+    process_torque: float | None = None
+    process_torque_time: float = 0.0
+
+    @property
+    def effort_scale(self) -> float:
+        """Torque on the arm side (N m) for one unit of the motor's effort (N m, or A)."""
+        return self.gear_ratio * self.torque_constant
+
+    def with_torque_constant(self, constant: float) -> 'DriveModel':
+        """
+        Return the same drive for torques that are read with another torque `constant` (N m/A).
+
+        What the two differ by becomes the effect torque_gain, which goes where nothing is left.
+        """
+        ratio = self.torque_constant / constant
+        gain = ratio
+        rest: list[Values] = []
+        for effect in self.effects:
+            if effect['id'] == 'torque_gain':
+                gain *= 1.0 + effect['g']
+            elif effect['id'] == 'saturation':  # acts before the gain
+                rest.append({**effect, 'umax': effect['umax'] / ratio})
+            else:
+                rest.append(effect)
+        if abs(gain - 1.0) > 1e-12:
+            rest.append({'id': 'torque_gain', 'g': gain - 1.0})
+        return replace(self, torque_constant=constant, effects=tuple(rest))
+
+    def folded(self) -> 'DriveModel':
+        """Return the model with the effects in its values that only replace one of them."""
+        changes: dict[str, Any] = {}
+        shape: dict[str, Any] = {}
+        rest = []
+        names = {f.name for f in fields(Transmission)}
+        for effect in self.effects:
+            known = EFFECTS.get(effect['id'])
+            if effect['id'] == 'torque_offset':
+                changes['torque_offset'] = (
+                    changes.get('torque_offset', self.torque_offset) + effect['u0'])
+            elif known and known.replaces:
+                value = effect[known.parameters[0].name]
+                (shape if known.replaces in names else changes)[known.replaces] = value
+            else:
+                rest.append(effect)
+        if len(rest) == len(self.effects):
+            return self
+        return replace(self, transmission=replace(self.transmission, **shape),
+                       effects=tuple(rest), **changes)
+
+    def without_arm(self) -> 'DriveModel':
+        """
+        Return the model for filters that never see the arm: tau_K is all that the motor drives.
+
+        Whatever loads it then, nothing flows back to the motor. Friction of its own keeps the
+        arm's speed, which nothing corrects, within bounds.
+        """
+        effects = [e for e in self.effects if e['id'] not in ARM_LOADS]
+        return self.with_(arm_load='none', damping=0.0, effects=[
+            *effects, {'id': 'arm_viscous', 'Cav': self.arm_inertia / UNSEEN_TIME}])
+
+    def pack(self) -> Array:
+        """
+        Return the parameters as the float64 array [N_PARAMETERS] that kernels take.
+
+        With the effects that the filters know; effects.pack has the others.
+        """
+        folded = self.folded()
+        if folded is not self:
+            return folded.pack()
+        p = np.zeros(N_PARAMETERS)
+        p[INVERSE_M1], p[INVERSE_M2] = 1.0 / self.motor_inertia, 1.0 / self.arm_inertia
+        p[D] = self.damping
+        p[CV], p[CC] = self.viscous_friction, self.coulomb_friction
+        p[ALPHA], p[KR], p[OFFSET] = (
+            self.friction_sharpness, self.position_gain, self.torque_offset)
+        p[ARM_ALPHA] = self.friction_sharpness
+        t = self.transmission
+        p[KIND] = KINDS.index(t.kind)
+        p[STIFFNESS], p[HALF_GAP] = t.stiffness, t.half_gap
+        p[WIDTH], p[K_S] = t.hysteresis_width, t.hysteresis_stiffness
+        for effect in self.effects:
+            p[CAV] += effect.get('Cav', 0.0)
+            p[CAC] += effect.get('Cac', 0.0)
+            p[G] += effect.get('G', 0.0)
+            p[TL] += effect.get('TL', 0.0)
+            p[CL] += effect.get('Cl', 0.0)
+        return p
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values, as a model file holds them."""
+        data = {f.name: getattr(self, f.name) for f in fields(self)}
+        data['transmission'] = {
+            f.name: getattr(self.transmission, f.name) for f in fields(Transmission)}
+        data['effects'] = [dict(e) for e in self.effects]
+        return data
+
+    def with_(self, **changes: Any) -> 'DriveModel':
+        """Return a checked copy with `changes` (names of fields of the model or transmission)."""
+        data = self.to_dict()
+        names = {f.name for f in fields(Transmission)}
+        for name, value in changes.items():
+            (data['transmission'] if name in names else data)[name] = value
+        return model_from_dict(data, 'model')
+
+
+# name -> (unit, lower bound, upper bound, bound is exclusive at the lower end)
+_RANGES = {
+    'motor_inertia': ('kg m^2', 0.0, 1e6, True),
+    'arm_inertia': ('kg m^2', 0.0, 1e6, True),
+    'damping': ('N m s/rad', 0.0, 1e9, False),
+    # A negative slope has been identified on real drives whose Coulomb part falls with speed.
+    'viscous_friction': ('N m s/rad', -1e9, 1e9, False),
+    'coulomb_friction': ('N m', 0.0, 1e9, False),
+    'friction_sharpness': ('s/rad', 0.0, 1e9, True),
+    'position_gain': ('N m/rad', 0.0, 1e9, False),
+    'torque_offset': ('N m', -1e9, 1e9, False),
+    'gear_ratio': ('-', -1e6, 1e6, False),
+    'torque_constant': ('N m/A', 0.0, 1e9, True),
+    'tolerance': ('-', 0.0, 1.0, False),
+    'zero_tolerance': ('rad', 0.0, 1e3, False),
+    'process_torque': ('N m', 0.0, 1e9, False),
+    'process_torque_time': ('s', 0.0, 1e3, False),
+    'stiffness': ('N m/rad', 0.0, 1e12, True),
+    'half_gap': ('rad', 0.0, 1e3, False),
+    'hysteresis_width': ('rad', 0.0, 1e3, False),
+    'hysteresis_stiffness': ('N m/rad', 0.0, 1e12, False),
+}
+
+
+def _number(value: Any, name: str, source: str, axis: str) -> float:
+    unit, low, high, exclusive = _RANGES[name]
+    expected = (f'a number {">" if exclusive else ">="} {low:g} and <= {high:g} '
+                f'({on_axis(unit, axis)})')
+    good = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not good or not low <= value <= high or (exclusive and value == low):
+        raise InputError(f'{source}: {name}: {value!r}, expected {expected}')
+    return float(value)
+
+
+def _choice(value: Any, name: str, source: str, choices: Sequence[str]) -> str:
+    if value not in choices:
+        raise InputError(f'{source}: {name}: {value!r}, expected one of {", ".join(choices)}')
+    return value
+
+
+def _mapping(data: Any, name: str, source: str, allowed: Collection[str]) -> None:
+    if not isinstance(data, dict):
+        raise InputError(f'{source}: {name}: {str(data)[:40]!r}, expected keys and values')
+    prefix = '' if name == 'model' else name + '.'
+    strange = [key for key in data if key not in allowed]
+    if strange:
+        raise InputError(*(f'{source}: {prefix}{key}: unknown key, {unknown(key, allowed)}'
+                           for key in strange))
+
+
+def model_from_dict(data: Any, source: str) -> DriveModel:
+    """
+    Return a DriveModel from the mapping `data`; missing keys keep the paper's values.
+
+    Raises InputError naming `source`, key, value and what was expected, of all that is wrong.
+    """
+    allowed, problems = {f.name for f in fields(DriveModel)}, Problems()
+    with problems:
+        _mapping(data, 'model', source, allowed)
+    values = {k: v for k, v in data.items() if k in allowed} if isinstance(data, dict) else {}
+    axis = str(values.get('axis'))
+    if 'transmission' in values:
+        with problems:
+            values['transmission'] = _transmission(values['transmission'], source, axis)
+    if 'effects' in values:
+        with problems:
+            values['effects'] = _effects(values['effects'], source, axis)
+    for name, choices in (('arm_load', ARM_LOAD_MODES), ('axis', AXES), ('driven_by', DRIVEN_BY)):
+        if name in values:
+            with problems:
+                _choice(values[name], name, source, choices)
+    for name in values:
+        if name in _RANGES and not (name == 'process_torque' and values[name] is None):
+            with problems:
+                values[name] = _number(values[name], name, source, axis)
+    if values.get('driven_by') == 'position' and not values.get('process_torque_time'):
+        problems.found.append(
+            f'{source}: process_torque_time: 0, expected a number > 0 (s) with driven_by: '
+            'position, whose residuals are never white')
+    if values.get('gear_ratio') == 0:
+        problems.found.append(f'{source}: gear_ratio: 0, expected a number other than 0')
+    problems.raise_all()
+    return DriveModel(**values)
+
+
+def _transmission(block: Any, source: str, axis: str) -> Transmission:
+    allowed, problems = {f.name for f in fields(Transmission)}, Problems()
+    with problems:
+        _mapping(block, 'transmission', source, allowed)
+    block = {k: v for k, v in block.items() if k in allowed} if isinstance(block, dict) else {}
+    kind = block.pop('kind', 'dead_zone')
+    with problems:
+        _choice(kind, 'transmission.kind', source, KINDS)
+    values = {}
+    for name, value in block.items():
+        with problems:
+            values[name] = _number(value, name, source, axis)
+    problems.raise_all()
+    return Transmission(kind=kind, **values)
+
+
+def _effects(items: Any, source: str, axis: str) -> tuple[Values, ...]:
+    if not isinstance(items, (list, tuple)):
+        raise InputError(f'{source}: effects: {items!r}, expected a list')
+    result: list[Values] = []
+    known, problems = EFFECTS, Problems()
+    for item in items:
+        name = item.get('id') if isinstance(item, dict) else None
+        if isinstance(name, str) and name not in known:
+            known = {**EFFECTS, **plugins()}
+        with problems:
+            if not isinstance(name, str) or name not in known:
+                raise InputError(f'{source}: effects: {item!r}: unknown id, '
+                                 f'{unknown(name, known)}')
+            if name not in ADDITIVE and any(name == other['id'] for other in result):
+                raise InputError(f'{source}: effects.{name}: given twice, expected each id once')
+            result.append(_effect(item, name, known[name].parameters, source, axis))
+    problems.raise_all()
+    return tuple(result)
+
+
+def _effect(item: Any, name: str, parameters: Collection[Parameter], source: str,
+            axis: str) -> Values:
+    problems = Problems()
+    with problems:
+        _mapping(item, f'effects.{name}', source, {'id', *(p.name for p in parameters)})
+    for parameter in parameters:
+        with problems:
+            _check_effect_value(item.get(parameter.name), parameter,
+                                f'{source}: effects.{name}.{parameter.name}', axis)
+    problems.raise_all()
+    return dict(item)
+
+
+def _check_effect_value(value: Any, parameter: Parameter, place: str, axis: str) -> None:
+    good = (isinstance(value, (int, float)) and not isinstance(value, bool)
+            and math.isfinite(value) and parameter.low <= value <= parameter.high
+            and not (parameter.whole and value != int(value)))
+    if not good:
+        kind = 'a whole number' if parameter.whole else 'a finite number'
+        bounds = [f'{sign} {bound:g}' for sign, bound in
+                  (('>=', parameter.low), ('<=', parameter.high)) if math.isfinite(bound)]
+        raise InputError(f'{place}: {value!r}, expected '
+                         + ' '.join([kind, ' and '.join(bounds)]).strip()
+                         + f' ({on_axis(parameter.unit, axis)})')
+
+
+def fastest_eigenvalue(model: DriveModel) -> float:
+    """
+    Return the magnitude of the fastest eigenvalue (1/s) of a DriveModel linearised at rest.
+
+    In contact, and where the friction slopes Cv + Cc (2/pi) alpha of motor and arm are steepest.
+    Friction that depends on the load counts with the torque of a twist by the half gap.
+    """
+    model = model.folded()
+    p = model.pack()
+    if model.transmission.kind == 'rigid':
+        torque = abs(p[G]) + abs(p[TL])
+    else:
+        torque = model.transmission.stiffness * model.transmission.half_gap
+    slope = motor_friction_slope(0.0, torque, p)
+    arm_slope = p[CAV] + TWO_OVER_PI * p[CAC] * p[ALPHA]
+    bristles = 0.0
+    for effect in model.effects:
+        if effect['id'] == 'stribeck':
+            slope += TWO_OVER_PI * p[ALPHA] * effect['Cs']
+        elif effect['id'] == 'coulomb_asymmetry':
+            slope += TWO_OVER_PI * p[ALPHA] * abs(effect['Ca'])
+        elif effect['id'] == 'lugre':  # at rest a spring and a damper
+            slope += effect['sigma1']
+            bristles = effect['sigma0']
+    if model.transmission.kind == 'rigid':
+        return (slope + arm_slope) / (model.motor_inertia + model.arm_inertia)
+    k = model.transmission.stiffness + model.transmission.hysteresis_stiffness
+    m1, m2, d = model.motor_inertia, model.arm_inertia, model.damping
+    a = np.array([
+        [0.0, 0.0, 1.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+        [-(k + model.position_gain + bristles) / m1, k / m1, -(d + slope) / m1, d / m1],
+        [k / m2, -(k + p[G]) / m2, d / m2, -(d + arm_slope) / m2]])
+    return float(np.abs(np.linalg.eigvals(a)).max())
+
+
+@jit
+def substeps(dt: float, eigenvalue: float) -> int:
+    """Return the number of RK4 substeps for a step of `dt` s: n = ceil(dt eigenvalue / 2.7)."""
+    return max(1, int(math.ceil(dt * eigenvalue / RK4_STABILITY)))
+
+
+@jit_inline
+def motor_friction(x3: float, tau_k: float, p: Packed) -> float:
+    """Return tau_f (N m), the last of equations (1)."""
+    return p[CV] * x3 + (p[CC] + p[CL] * abs(tau_k)) * TWO_OVER_PI * arctan(p[ALPHA] * x3)
+
+
+@jit
+def motor_friction_slope(x3: float, tau_k: float, p: Packed) -> float:
+    """Return d tau_f / d x3 (N m s/rad)."""
+    v = p[ALPHA] * x3
+    return p[CV] + (p[CC] + p[CL] * abs(tau_k)) * TWO_OVER_PI * p[ALPHA] / (1.0 + v * v)
+
+
+@jit
+def motor_friction_load_slope(x3: float, tau_k: float, p: Array) -> float:
+    """Return d tau_f / d tau_K (N m per N m); 0 at tau_K = 0, the mean of both sides."""
+    if p[CL] == 0.0:
+        return 0.0  # spares an arctangent in each stage of each step
+    sign = 1.0 if tau_k > 0.0 else (-1.0 if tau_k < 0.0 else 0.0)
+    return p[CL] * sign * TWO_OVER_PI * arctan(p[ALPHA] * x3)
+
+
+@jit_inline
+def motor_acceleration(x1: float, x3: float, x4: float, u: float, tau_k: float,
+                       p: Packed) -> float:
+    """Return x3' (rad/s^2), third of equations (1)."""
+    return (u + p[OFFSET] - p[D] * (x3 - x4) - tau_k - p[KR] * x1
+            - motor_friction(x3, tau_k, p)) * p[INVERSE_M1]
+
+
+@jit_inline
+def arm_acceleration(x3: float, x4: float, tau_k: float, tau_arm: float, p: Packed) -> float:
+    """Return x4' (rad/s^2), fourth of equations (1), with the load `tau_arm` (N m) on the arm."""
+    return (p[D] * (x3 - x4) + tau_k - tau_arm) * p[INVERSE_M2]
+
+
+@jit_inline
+def steady_arm_load(x4: float, p: Packed) -> float:
+    """Return the part of tau_arm (N m) that needs no branch: viscous friction, constant load."""
+    return p[CAV] * x4 + p[TL]
+
+
+@jit
+def arm_load(x2: float, x4: float, p: Packed) -> float:
+    """Return tau_arm (N m): viscous and Coulomb friction, gravity and a constant load."""
+    torque = steady_arm_load(x4, p)
+    # Most drives have neither: this spares two transcendental functions in each stage of a step.
+    if p[CAC] != 0.0:
+        torque += arm_friction(x4, p)
+    if p[G] != 0.0:
+        torque += gravity(x2, p)
+    return torque
+
+
+@jit_inline
+def arm_friction(x4: float, p: Packed) -> float:
+    """Return the arm's Coulomb friction (N m)."""
+    return p[CAC] * TWO_OVER_PI * arctan(p[ARM_ALPHA] * x4)
+
+
+@jit_inline
+def gravity(x2: float, p: Packed) -> float:
+    """Return the load (N m) of the arm's weight."""
+    return p[G] * sine(x2)
+
+
+@jit
+def arm_load_slopes(x2: float, x4: float, p: Array) -> tuple[float, float]:
+    """Return d tau_arm / d x2 (N m/rad) and d tau_arm / d x4 (N m s/rad) of arm_load."""
+    v = p[ARM_ALPHA] * x4
+    on_speed = p[CAV] + p[CAC] * TWO_OVER_PI * p[ARM_ALPHA] / (1.0 + v * v)
+    return p[G] * math.cos(x2) if p[G] != 0.0 else 0.0, on_speed
+
+
+@jit
+def rigid_torque(x1: float, x3: float, u: float, tau_arm: float, p: Array) -> float:
+    """
+    Return tau_K (N m) of a rigid transmission: the one with which motor and arm accelerate alike.
+
+    u: all torques on the motor but friction; tau_arm: the load. Friction that grows with the
+    transmitted torque makes tau + k |tau| = c of it, |k| < 1.
+    """
+    both = 1.0 / (p[INVERSE_M1] + p[INVERSE_M2])
+    c = both * (p[INVERSE_M1] * (u + p[OFFSET] - motor_friction(x3, 0.0, p) - p[KR] * x1)
+                + p[INVERSE_M2] * tau_arm)
+    k = both * p[INVERSE_M1] * motor_friction_load_slope(x3, 1.0, p)
+    return c / (1.0 + k) if c > 0.0 else c / (1.0 - k)

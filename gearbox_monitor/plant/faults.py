@@ -1,0 +1,237 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Faults of a simulated drive: what breaks, from when to when, and a plant that breaks so.
+
+Faults of encoders act on the readings of a Trajectory and leave its truth alone. Faults of the
+drive change the DriveModel that is simulated. Both start and end at a simulated time, on the grid
+of samples, so that a run has the same bits however it is cut into calls.
+"""
+from dataclasses import dataclass, field, replace
+import math
+
+import numpy as np
+
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.simulate import Noise, Plant, Trajectory
+
+GROWTH_STEP = 0.01  # s: a growing gap is held constant for so long
+MAX_DELAY = 1.0     # s of readings that are kept for a delay
+JOINTS = ('motor', 'arm')
+
+
+@dataclass(frozen=True)
+class EncoderFault:
+    """
+    What is wrong with one encoder; the defaults are a healthy one.
+
+    The reading is scale x (true position) + noise x (its noise), every so often with an outlier of
+    +-outlier_size (rad; `outlier_rate` is the share of samples), `delay` s late (in whole
+    samples, up to MAX_DELAY). frozen: the last reading stays. lost: none comes, which is NaN.
+    """
+
+    frozen: bool = False
+    lost: bool = False
+    delay: float = 0.0
+    scale: float = 1.0
+    noise: float = 1.0
+    outlier_rate: float = 0.0
+    outlier_size: float = 0.0
+
+
+HEALTHY = EncoderFault()
+
+
+@dataclass(frozen=True)
+class Faults:
+    """
+    Faults of a drive, in force from `start` s of simulated time on, for `duration` s.
+
+    motor, arm: EncoderFault. torque: torque that acts over torque commanded. viscous_friction,
+    coulomb_friction (of the motor), stiffness, gap: factors on the model's values. Beside them,
+    with a start of its own and no end, the gap grows slowly: its factor is
+    1 + min(gap_growth_rate (t - gap_growth_start), gap_growth_max), rate in 1/s.
+    """
+
+    start: float = 0.0
+    duration: float = math.inf
+    motor: EncoderFault = field(default=HEALTHY)
+    arm: EncoderFault = field(default=HEALTHY)
+    torque: float = 1.0
+    viscous_friction: float = 1.0
+    coulomb_friction: float = 1.0
+    stiffness: float = 1.0
+    gap: float = 1.0
+    gap_growth_rate: float = 0.0
+    gap_growth_start: float = 0.0
+    gap_growth_max: float = math.inf
+
+    def growth(self, t: float) -> float:
+        """Return the relative growth of the gap that `t` s have brought."""
+        return min(self.gap_growth_rate * max(0.0, t - self.gap_growth_start),
+                   self.gap_growth_max)
+
+    def model(self, model: DriveModel, active: bool, t: float) -> DriveModel:
+        """Return the DriveModel at `t` s; `active`: the faults with a start are in force."""
+        gap = 1.0 + self.growth(t)
+        if not active:
+            if gap == 1.0:
+                return model
+            return replace(model, transmission=replace(
+                model.transmission, half_gap=model.transmission.half_gap * gap))
+        shape = model.transmission
+        return replace(
+            model, viscous_friction=model.viscous_friction * self.viscous_friction,
+            coulomb_friction=model.coulomb_friction * self.coulomb_friction,
+            transmission=replace(shape, stiffness=shape.stiffness * self.stiffness,
+                                 half_gap=shape.half_gap * (self.gap * gap)))
+
+
+class Encoders:
+    """
+    Readings of the two encoders with their faults; remembers what delay and freezing need.
+
+    Outliers come from a generator of their own with the plant's `seed`: the noise of a healthy
+    drive stays what it is.
+    """
+
+    def __init__(self, seed: int = 0) -> None:
+        # The third child of the seed; the plant uses the first two.
+        self._random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2,)))
+        self._past = [np.empty(0), np.empty(0)]  # readings before they are delayed, newest last
+        self._shown = [math.nan, math.nan]       # last readings given out
+
+    def read(self, x: Array, y: Array, dt: float, faults: Faults, active: bool) -> Array:
+        """
+        Return readings [N, 2] (rad), `dt` s apart, of true positions x and healthy ones y [N, 2].
+
+        `active`: the faults are in force over the whole block.
+        """
+        # Outliers are drawn for both encoders at once: one does not move the other's.
+        chance = None
+        if active and (faults.motor.outlier_rate > 0.0 or faults.arm.outlier_rate > 0.0):
+            chance = self._random.random((len(y), 2, 2))
+        return np.stack([
+            self._one(i, x[:, i], y[:, i], dt, getattr(faults, joint) if active else HEALTHY,
+                      None if chance is None else chance[:, i])
+            for i, joint in enumerate(JOINTS)], axis=1)
+
+    def _one(self, i: int, x: Array, y: Array, dt: float, fault: EncoderFault,
+             chance: Array | None) -> Array:
+        reading = y
+        if fault.noise != 1.0 or fault.scale != 1.0:
+            reading = fault.scale * x + fault.noise * (y - x)
+        if chance is not None and fault.outlier_rate > 0.0:
+            sign = np.where(chance[:, 1] < 0.5, -fault.outlier_size, fault.outlier_size)
+            reading = reading + np.where(chance[:, 0] < fault.outlier_rate, sign, 0.0)
+        # Kept while healthy, too: a delay that begins finds the readings it delays.
+        known = np.concatenate([self._past[i], reading])
+        self._past[i] = known[-round(MAX_DELAY / dt):]
+        late = round(fault.delay / dt)
+        if late:
+            at = len(known) - len(reading) - late + np.arange(len(reading))
+            reading = known[np.maximum(at, 0)]  # before the first of all: the first
+        if fault.frozen and len(reading):
+            held = self._shown[i] if math.isfinite(self._shown[i]) else reading[0]
+            reading = np.full(len(reading), held)
+        if len(reading):
+            self._shown[i] = float(reading[-1])
+        return np.full(len(reading), math.nan) if fault.lost else reading
+
+
+class FaultyPlant:
+    """
+    A simulated drive with faults; `model`, `noise` and `faults` may be replaced meanwhile.
+
+    Without faults its samples are those of simulate.Plant (which has `seed`), bit for bit.
+    """
+
+    def __init__(self, model: DriveModel, noise: Noise | None = None, seed: int = 0,
+                 faults: Faults | None = None) -> None:
+        self.plant = Plant(model, noise, seed)
+        self.encoders = Encoders(seed)
+        self.model = model
+        self.faults = faults or Faults()
+
+    @property
+    def model(self) -> DriveModel:
+        """The healthy DriveModel."""
+        return self._model
+
+    @model.setter
+    def model(self, model: DriveModel) -> None:
+        # Folded: a fault's factors act on values that effects have replaced, too.
+        self._model = model.folded()
+        self._in_force: tuple[bool, float] | None = None
+
+    @property
+    def faults(self) -> Faults:
+        """The Faults that are due."""
+        return self._faults
+
+    @faults.setter
+    def faults(self, faults: Faults) -> None:
+        self._faults, self._in_force = faults, None
+
+    @property
+    def noise(self) -> Noise:
+        """Noise of the plant, see simulate.Noise."""
+        return self.plant.noise
+
+    @noise.setter
+    def noise(self, noise: Noise) -> None:
+        self.plant.noise = noise
+
+    def run(self, u: Array, dt: float, t0: float = 0.0) -> Trajectory:
+        """Apply u [N] (N m), one value per `dt` s, and return the Trajectory from `t0` s on."""
+        u = np.ascontiguousarray(u, float)
+        first = round(t0 / dt)  # samples are counted: sums of dt would differ by how they are cut
+        cuts = self._cuts(first, first + len(u), dt)
+        parts = [self._part(u[a - first:b - first], a, dt) for a, b in zip(cuts, cuts[1:])]
+        names = ('t', 'y', 'x', 'tau_k', 'tau_arm')
+        columns = {n: np.concatenate([getattr(p, n) for p in parts]) for n in names}
+        return Trajectory(u=u, **columns)
+
+    def _cuts(self, begin: int, end: int, dt: float) -> list[int]:
+        """Return samples from `begin` to `end`, both included, between which nothing changes."""
+        f = self._faults
+        inner = {_sample(f.start, dt), _sample(f.start + f.duration, dt)}
+        if f.gap_growth_rate > 0.0:
+            # Only while it grows: from the start until the largest growth has been reached.
+            step = max(1, round(GROWTH_STEP / dt))
+            grown = f.gap_growth_start + f.gap_growth_max / f.gap_growth_rate
+            low = int(max(begin, _sample(f.gap_growth_start, dt)))
+            high = min(end, _sample(grown, dt) + step)
+            inner |= set(range(-(-low // step) * step, int(high) + 1, step))
+        return [begin, *sorted(int(k) for k in inner if begin < k < end), end]
+
+    def _part(self, u: Array, k: int, dt: float) -> Trajectory:
+        """Run from sample `k` on; nothing changes meanwhile."""
+        f = self._faults
+        active = _sample(f.start, dt) <= k < _sample(f.start + f.duration, dt)
+        step = max(1, round(GROWTH_STEP / dt))
+        now = (active, f.growth(k // step * step * dt))
+        if now != self._in_force:
+            self._in_force = now
+            self.plant.model = f.model(self._model, active, k // step * step * dt)
+        run = self.plant.run(f.torque * u if active and f.torque != 1.0 else u, dt, k * dt)
+        y = self.encoders.read(run.x[:, :2], run.y, dt, f, active)
+        return replace(run, t=(k + np.arange(len(u))) * dt, y=y)
+
+
+def _sample(t: float, dt: float) -> float:
+    """Return the number of the first sample at or after `t` s (inf for never)."""
+    return math.ceil(t / dt - 1e-6) if math.isfinite(t) else math.inf

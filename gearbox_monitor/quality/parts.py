@@ -1,0 +1,75 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+A long recording is judged part by part, in bounded memory; here is what stands for the whole.
+
+A fault counts in whichever part it is. Where the drive stands still throughout a part, that part
+says nothing about its motion, and only stamps and readings of it count.
+"""
+from dataclasses import replace
+
+from gearbox_monitor.quality import stamps
+from gearbox_monitor.quality.examine import examined
+from gearbox_monitor.quality.line import BAD
+
+SAMPLES = 600_000  # that a part has at least; recordings of less than twice that are one part
+WINDOWS = 2        # of drift, likewise
+
+
+def joined(parts, drift_window):
+    """
+    Return the Examined of a recording from those of its `parts`, in order.
+
+    Each line is that of the part in which it is worst, of equal ones the first. drift_window (s):
+    the estimator's.
+    """
+    if len(parts) == 1:
+        return parts[0]
+    moving = [part for part in parts if not _rests(part)] or parts
+    found = {}
+    for part in parts:
+        for line in part.lines:
+            if part in moving or _of_rest(line):
+                found.setdefault((line.group, line.name), []).append((part.begin, line))
+    lines = {name: _worst(some, parts[0].begin, len(parts if _of_rest(some[0][1]) else moving))
+             for name, some in found.items()}
+    seconds = parts[-1].begin + parts[-1].seconds - parts[0].begin
+    length = stamps.length(seconds, drift_window)
+    lines[length.group, length.name] = length
+    return examined(lines.values(), parts[0].begin, seconds)
+
+
+def _worst(found, start, count):
+    """
+    Return the worst of [(begin of its part, Line)], the first of equal ones; it tells the part.
+
+    start: of the recording, s; count: of the parts that could have such a line.
+    """
+    begin, line = max(found, key=lambda pair: pair[1].verdict())
+    if sum(other.verdict() == line.verdict() for _, other in found) == count:
+        return line
+    return replace(line, figure=f'{line.figure} (part from {begin - start:.0f} s on)',
+                   values={**line.values, 'part_from_s': begin - start})
+
+
+def _rests(part):
+    """Return whether neither side moves in a part, by its Examined."""
+    travels = [line for line in part.lines if line.name.startswith('travel')]
+    return bool(travels) and all(line.verdict() == BAD for line in travels)
+
+
+def _of_rest(line):
+    """Return whether a Line says something where the drive stands, too."""
+    return line.group == 'stamps' or line.group in ('motor', 'arm') and line.name == 'readings'

@@ -1,0 +1,253 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The commanded torque: is it there, is its sign right, and when does it act."""
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from gearbox_monitor.quality.encoders import NAMES
+from gearbox_monitor.quality.excitation_checks import low_pass, motion, sign, swing
+from gearbox_monitor.quality.line import BAD, everything, hurts, Line, OK, WARN
+
+MISSING = (0.01, 0.2)    # share of the samples: worth a word; too many
+LIMITED = (5, 0.02, 0.7)  # samples in a row on the extreme; shares of all that are worth a word
+LAGS = np.arange(-5, 61)  # samples; effort_delay takes -1 to 50
+SECONDS = 600.0          # of a recording that are looked at
+BLOCKS, BLOCK_SECONDS = 24, 5.0
+HINGES = 6               # bends of the torque over the twist
+LIGHT = 0.005            # s, half width of the low pass before what bends
+ROWS = 100000
+SEEN = 0.3               # correlation with the acceleration from which on the torque is seen in it
+VAGUE = 1.0              # standard error of the delay, samples
+METHOD = 0.15            # samples: what the low pass and a controller's feedback leave in it
+WORK = 0.05              # of |u dx|: net work that has a sign
+
+
+def lines(u, part):
+    """Return Lines on torques u [N] N m as recorded (NaN: none), and on those of a Stretch."""
+    share = float(np.isnan(u).mean())
+    values = {'missing_share': share}
+    if share > MISSING[1] or part.u is None:
+        return [Line('torque', 'readings', 'none' if share == 1.0 else
+                     f'{100 * share:.3g} % missing or NaN',
+                     'publish the commanded torque as effort of the motor joint',
+                     everything(BAD), values)]
+    known = u[np.isfinite(u)]
+    rms, span = float(np.sqrt(np.mean(known ** 2))), float(np.ptp(known))
+    values.update(rms=rms, low=float(known.min()), high=float(known.max()))
+    told = f'rms {rms:.3g} N m, {known.min():.3g} to {known.max():.3g} N m'
+    if span == 0.0:
+        return [Line('torque', 'readings', f'{known[0]:.4g} N m throughout',
+                     'check that effort is the commanded torque; then move', everything(BAD),
+                     values)]
+    worst = WARN if share > MISSING[0] else OK
+    if share:
+        told += f'; {100 * share:.2g} % missing or NaN'
+    found = [Line('torque', 'readings', told, '' if worst == OK else
+                  'publish effort with every position',
+                  hurts(worst, worst, BAD if worst else OK), values)]
+    return found + _limits(known)
+
+
+def _limits(u):
+    """Return the Line about a command that stands on its limits, or none."""
+    high, low = u.max(), u.min()
+    starts = np.append(0, np.flatnonzero(np.diff(u)) + 1)
+    lengths = np.diff(np.append(starts, len(u)))
+    held = (lengths >= LIMITED[0]) & np.isin(u[starts], (high, low))
+    share = float(lengths[held].sum() / len(u))
+    rests = float(lengths[lengths >= LIMITED[0]].sum() / len(u)) - share
+    # Steps rest everywhere, a clipped command on its limits only.
+    if not LIMITED[1] <= share < LIMITED[2] or rests > 0.2:
+        return []
+    return [Line('torque', 'limits', f'stands on {low:.4g} or {high:.4g} N m for '
+                 f'{100 * share:.0f} % of the time', 'log the torque behind the limiter; else '
+                 'expect the effect saturation', hurts(WARN, OK, WARN), {'limited_share': share})]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """
+    How the motor's acceleration answers to the torque.
+
+    delay, delay_std: samples that the effort acts later than its stamp says; correlation: of
+    torque and acceleration at that delay, once speed, friction, position and twist are accounted
+    for; gain, gain_std: rad/s^2 per N m; at_edge: the best delay is the last one that was tried;
+    work: net work of the motor over the sum of its amounts, -1 to 1.
+    """
+
+    delay: float
+    delay_std: float
+    correlation: float
+    gain: float
+    gain_std: float
+    at_edge: bool
+    work: float
+
+    @property
+    def seen(self):
+        """Whether the torque shows in the acceleration."""
+        return abs(self.correlation) > SEEN and abs(self.gain) > self.gain_std
+
+    @property
+    def timed(self):
+        """Whether the delay is determined."""
+        return self.seen and not self.at_edge and self.delay_std < VAGUE
+
+
+def answer(part, sigma, width):
+    """
+    Return the Answer of a Stretch to its torque, or None where it is too short.
+
+    sigma [2] rad: noise of the encoders; width: of the low pass, samples. The first SECONDS are
+    enough. The torque u_k, held from t_k to t_k+1, makes the central second difference
+    of the positions at t_k by (u_k-1 + u_k) / 2, exactly; both go through the same low pass. What
+    depends on speed, friction, position and twist (a bent line) is taken out of either. Standard
+    errors: jackknife over blocks of time, and what another low pass changes.
+    """
+    part, i = part.first(SECONDS), int(np.flatnonzero(part.measured)[0])
+    moved = motion(part, sigma, width)
+    results = [_regressed(part, wide, i)
+               for wide in (moved, motion(part, sigma, 2 * width))]
+    if None in results:
+        return None
+    (whole, spread), (other, _) = results
+    x = np.diff(moved.p[:, i])
+    work = moved.u[:-1] * x
+    return Answer(
+        float(whole[0]), math.hypot(spread[0], whole[0] - other[0], METHOD), float(whole[2]),
+        float(whole[1]), math.hypot(spread[1], whole[1] - other[1]), bool(whole[3]),
+        float(work.sum() / max(np.abs(work).sum(), 1e-300)))
+
+
+def _regressed(part, moved, i):
+    """Return (result of _best, standard errors of delay and gain), None where too short."""
+    u, *columns = _columns(part, moved, i)
+    blocks = _blocks(len(u), part.dt, moved.width)
+    if blocks is None:
+        return None
+    rows = np.stack([column[blocks] for column in columns], axis=-1)
+    acting = 0.5 * (u[1:] + u[:-1])  # [k]: mean of u_k and u_k+1
+    torque = np.stack([acting[blocks - 1 - lag] for lag in LAGS], axis=-1)
+    rows -= rows.mean(axis=1, keepdims=True)
+    torque -= torque.mean(axis=1, keepdims=True)
+    a, known = rows[..., :1], rows[..., 1:].reshape(-1, rows.shape[-1] - 1)
+    scale = np.linalg.norm(known, axis=0)
+    basis, size, _ = np.linalg.svd(known[:, scale > 0.0] / scale[scale > 0.0],
+                                   full_matrices=False)
+    basis = basis[:, size > 1e-8 * size[0]]
+
+    def rest(x):
+        x = x.reshape(len(known), -1)
+        return (x - basis @ (basis.T @ x)).reshape(*blocks.shape, -1)
+    a, torque = rest(a), rest(torque)
+    both, power = (a * torque).sum(axis=1), (torque ** 2).sum(axis=1)  # [blocks, lags]
+    own = (a ** 2).sum(axis=(1, 2))
+    sums = both.sum(axis=0), power.sum(axis=0), own.sum()
+    parts = np.array([_best(*(whole - one for whole, one in zip(sums, part)))[:2]
+                      for part in zip(both, power, own)])
+    return _best(*sums), np.sqrt((len(blocks) - 1) * parts.var(axis=0))
+
+
+def _columns(part, moved, i):
+    """
+    Return [M] each: torque, acceleration, and all that this depends on beside the torque.
+
+    What bends is bent before the low pass, as it was on the drive.
+    """
+    light = motion(part, moved.sigma, max(1, round(LIGHT / part.dt)))
+    bent = [sign(light.v[:, i], light.noise_v[i])]
+    two = all(part.measured) and swing(moved)[1] is not None
+    if two:
+        twist = light.p[:, 0] - light.p[:, 1]
+        bends = np.quantile(twist[::max(1, len(twist) // ROWS)], np.linspace(0.02, 0.98, HINGES))
+        bent += [np.maximum(twist - bend, 0.0) for bend in (twist.min(), *bends)]
+    bent = [low_pass(column, moved.width) for column in bent]
+    same = slice(light.width, light.width + len(bent[0]))  # samples of the recording
+    straight = [moved.u, moved.a[:, i], moved.v[:, i], moved.p[:, i]]
+    straight += [moved.v[:, 1]] if two else []
+    return [*(column[same] for column in straight), *bent]
+
+
+def _blocks(count, dt, width):
+    """Return indices [blocks, rows] of evenly spread blocks of time, None where too few."""
+    first, last = LAGS[-1] + 2, count + LAGS[0] - 2
+    length = min(int(BLOCK_SECONDS / dt), (last - first) // BLOCKS)
+    if length < max(4 * width, 40):
+        return None
+    starts = np.linspace(first, last - length, BLOCKS).astype(int)
+    return starts[:, None] + np.arange(0, length, max(1, width // 2))
+
+
+def _best(both, power, own):
+    """Return (delay, gain, correlation, at the edge) of sums over the lags [L]."""
+    power = np.maximum(power, 1e-300)
+    share = np.abs(both) / np.sqrt(power)
+    k = int(np.argmax(share))
+    edge = k in (0, len(share) - 1)
+    inner = min(max(k, 1), len(share) - 2)
+    low, top, high = share[inner - 1:inner + 2]
+    bend = low - 2.0 * top + high
+    shift = 0.5 * (low - high) / bend if bend < 0.0 and not edge else 0.0
+    return (LAGS[k] + min(max(shift, -0.5), 0.5), both[k] / power[k],
+            both[k] / np.sqrt(power[k] * max(own, 1e-300)), edge)
+
+
+def answered(found, dt, stated, i=0):
+    """
+    Return Lines about delay and sign from an Answer (None: the stretch is too short).
+
+    dt: s between samples; stated: parameter effort_delay; i: encoder that was used, 0 or 1.
+    """
+    if found is None:
+        return [Line('torque', 'effort delay', 'too short to tell', 'record 10 s or more',
+                     hurts(WARN, OK, WARN))]
+    return [_delay(found, dt, stated), _sign(found, NAMES[i])]
+
+
+def _delay(found, dt, stated):
+    values = {'delay_samples': found.delay, 'delay_std_samples': found.delay_std,
+              'correlation': found.correlation}
+    if not found.timed:
+        why = 'the torque hardly shows in the acceleration' if not found.seen else \
+            'beyond what is tried' if found.at_edge else \
+            f'{found.delay:.1f} +- {found.delay_std:.1f} samples'
+        return Line('torque', 'effort delay', f'not determined: {why} '
+                    f'(correlation {abs(found.correlation):.2f})',
+                    'accelerate more, quick starts and stops', hurts(WARN, OK, WARN), values)
+    told = (f'{found.delay:.2f} +- {found.delay_std:.2f} samples, '
+            f'{found.delay * dt * 1e3:.3g} +- {found.delay_std * dt * 1e3:.2g} ms')
+    best = int(np.rint(found.delay))
+    off = abs(found.delay - stated) > max(0.7, 3.0 * found.delay_std)
+    if not off:
+        return Line('torque', 'effort delay', f'{told}; effort_delay is {stated}', values=values)
+    return Line('torque', 'effort delay', f'{told}; effort_delay is {stated}',
+                f'set effort_delay: {best} in the parameter file; for diagnose, log the torque '
+                'when it acts', hurts(WARN, WARN, WARN), values)
+
+
+def _sign(found, name):
+    values = {'gain': found.gain, 'gain_std': found.gain_std, 'work': found.work}
+    told = (f'1 N m gives {found.gain:.3g} +- {found.gain_std:.1g} rad/s^2'
+            if found.seen else f'net work {100 * found.work:+.0f} % of its amounts')
+    wrong = found.gain < 0.0 if found.seen else found.work < -WORK
+    if wrong:
+        return Line('signs', f'torque and {name}', f'{told}: the wrong way', 'turn the sign of '
+                    f'the effort, or of the {name} position', everything(BAD), values)
+    if not found.seen and found.work < WORK:
+        return Line('signs', f'torque and {name}', f'{told}: cannot be told',
+                    'accelerate more, or move against friction', everything(WARN), values)
+    return Line('signs', f'torque and {name}', told, values=values)

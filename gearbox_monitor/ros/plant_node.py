@@ -1,0 +1,324 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Simulate a drive and publish what its sensors would: the node ``plant``.
+
+Publishes joint_states (measured positions and the torque in force from that stamp on) and
+plant/transmission_state (the truth, same stamps). Stamps are exactly equidistant. Parameters are
+those of parameters.PLANT; most can be changed while it runs.
+"""
+from array import array
+from dataclasses import replace
+import math
+import sys
+import time
+
+import numpy as np
+from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
+from rclpy.executors import ExternalShutdownException
+from rclpy.logging import get_logger
+from rosgraph_msgs.msg import Clock as ClockMessage
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE, TRANSMISSION
+from gearbox_monitor.parameters import PLANT, PLANT_MODEL
+from gearbox_monitor.plant.drive import model_from_dict
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import EncoderFault, Faults, FaultyPlant, JOINTS
+from gearbox_monitor.plant.simulate import Noise, Plant
+from gearbox_monitor.ros.params import declare, on_change, TableNode
+from gearbox_monitor.ros.qos import advertise, subscribe
+from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup, spin_node
+
+EFFORT_COMMAND = 'effort_command'
+SECOND = 1_000_000_000
+BLOCK_TIME = 0.01     # s between two looks at services: the wait for a changed parameter
+FREE_RUN_BLOCK = 50   # samples, when there is no pace
+DISCOVERY_TIME = 3.5  # s; a participant announces itself every 3 s, other ways may be missed
+REPORT_PERIOD = 10.0  # s between two reports of overruns
+ACKNOWLEDGED = Duration(seconds=5)
+QUEUE = 1000          # messages kept for a slow subscriber
+# Field of drive.faults.EncoderFault, Faults -> parameter.
+ENCODER_FAULTS = {name: f'fault_{name}' for name in (
+    'delay', 'scale', 'noise', 'outlier_rate', 'outlier_size')}
+DRIVE_FAULTS = {
+    **{name: f'fault_{name}' for name in (
+        'torque', 'viscous_friction', 'coulomb_friction', 'stiffness', 'gap')},
+    **{name: name for name in ('gap_growth_rate', 'gap_growth_start', 'gap_growth_max')}}
+
+
+class PlantNode(TableNode):
+    """A drive in real time, or `speed` times as fast with /clock."""
+
+    def __init__(self):
+        super().__init__('plant')
+        self.values = declare(self, [row for row in PLANT if row.name not in PLANT_MODEL])
+        path = self.values['model'] or config_path('drive.yaml')
+        self.drive = load_model(path)
+        self.values |= declare(self, [
+            replace(row, default=_value(self.drive, row.name)) for row in PLANT
+            if row.name in PLANT_MODEL])
+        v = self.values
+        self.dt_ns = round(SECOND / v['rate'])
+        self.dt = self.dt_ns / SECOND
+        self.block = FREE_RUN_BLOCK if v['speed'] == 0 else max(
+            1, round(BLOCK_TIME * v['rate'] * v['speed']))
+        self.count = 0           # samples published
+        self.overruns = 0        # samples published more than one period late
+        self.worst = 0.0         # s
+        self._reported, self._report_at = 0, 0.0
+        self._command, self._command_at, self._refused = 0.0, None, 0
+        self._use(v)
+        self.plant = FaultyPlant(self._model, self._noise, v['seed'], self._faults)
+        # Compiles the kernels, so that the first sample is not late.
+        Plant(self._model, Noise(process=(1.0,) * 4)).run(np.zeros(2), self.dt)
+        on_change(self, PLANT, self._change)
+        self._open()
+        # A node timer would follow /clock, which is this node's own.
+        self._clock_of_timer = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer = self.create_timer(1e-3, self._work, clock=self._clock_of_timer)
+        self._start = None
+        self.warn_of_unknown()
+        self.get_logger().info(
+            f'{path}: {v["rate"]:g} Hz, torque from '
+            f'{v["excitation"] if v["torque_source"] == "excitation" else EFFORT_COMMAND}, '
+            f'speed {v["speed"]:g}, seed {v["seed"]}')
+
+    # ------------------------------------------------------------------ parameters
+
+    def _use(self, v):
+        """Make model, noise and excitation of the values `v`; raises InputError."""
+        for name, length in (('process_noise', 4), ('measurement_noise', 2),
+                             *((name, 2) for name in ENCODER_FAULTS.values())):
+            if len(v[name]) != length:
+                raise InputError(f'plant: {name}: {v[name]}, expected {length} numbers')
+        excitation = Excitation(v['excitation'], v['amplitudes'], v['frequencies'], v['period'])
+        if v['excitation'] == 'multisine' and len(v['amplitudes']) != len(v['frequencies']):
+            raise InputError(f'plant: frequencies: {v["frequencies"]}, expected one for each of '
+                             f'the {len(v["amplitudes"])} amplitudes')
+        loads = ({'id': 'gravity', 'G': v['load_gravity']},
+                 {'id': 'arm_coulomb', 'Cac': v['load_coulomb']},
+                 {'id': 'load_torque', 'TL': v['load_constant']})
+        values = self.drive.with_(**{name: v[name] for name in PLANT_MODEL}).to_dict()
+        values['effects'] += [*loads, *map(_effect, filter(str.strip, v['effects']))]
+        model = model_from_dict(values, 'plant')
+        self._model, self._excitation = model, excitation
+        self._noise = Noise(tuple(v['process_noise']), tuple(v['measurement_noise']))
+        encoders = {joint: EncoderFault(
+            frozen=v['fault_frozen'] in (joint, 'both'), lost=v['fault_lost'] in (joint, 'both'),
+            **{field: v[name][i] for field, name in ENCODER_FAULTS.items()})
+            for i, joint in enumerate(JOINTS)}
+        self._faults = Faults(
+            v['fault_start'], v['fault_duration'] or math.inf, **encoders,
+            **{field: v[name] for field, name in DRIVE_FAULTS.items()})
+
+    def _change(self, changes):
+        values = {**self.values, **changes}
+        self._use(values)
+        self.values = values
+        self.plant.model, self.plant.noise = self._model, self._noise
+        self.plant.faults = self._faults
+
+    # ------------------------------------------------------------------ topics
+
+    def _open(self):
+        v = self.values
+        self._clock_out = None
+        if v['publish_clock'] or v['speed'] != 1.0:
+            self._refuse_second_clock()
+            self._clock_out = advertise(self, ClockMessage, '/clock', 10)
+        self._states_out = advertise(self, JointState, JOINT_STATES, QUEUE)
+        self._truth_out = advertise(self, JointState, PLANT_TRANSMISSION_STATE, QUEUE)
+        self._commands = None
+        if v['torque_source'] == 'topic':
+            self._commands = subscribe(
+                self, Float64MultiArray, EFFORT_COMMAND, lambda message: None, 10,
+                callback_group=PolledCallbackGroup())
+        # Reused for every sample: making them anew costs more than sending them.
+        self._states = JointState(name=[v['motor_joint'], v['arm_joint']])
+        self._truth = JointState(name=[TRANSMISSION])
+        self._clock_message = ClockMessage()
+
+    def _refuse_second_clock(self):
+        end, names = time.monotonic() + DISCOVERY_TIME, set()
+        # A publisher is seen first, the name of its node a little later.
+        while time.monotonic() < end and not any(map(self._known, names)):
+            names = {i.node_name for i in self.get_publishers_info_by_topic('/clock')}
+            time.sleep(0.05)
+        if names:
+            known = ', '.join(sorted(filter(self._known, names))) or 'of unknown name'
+            raise InputError(
+                f'/clock: is published by another node ({known}), expected no other source of '
+                'time: stop it, or set speed to 1 and publish_clock to false')
+
+    @staticmethod
+    def _known(name):
+        return not name.startswith('_NODE_')
+
+    # ------------------------------------------------------------------ running
+
+    def _work(self):
+        """Simulate and publish one block of samples, each at its time."""
+        if self._start is None:
+            if self._subscribers() < self.values['wait_for_subscribers']:
+                return
+            self._start = time.monotonic_ns()
+            self.t0_ns = time.time_ns()
+        if self._clock_out:
+            _stamp(self._clock_message.clock, self.t0_ns + self.count * self.dt_ns)
+            self._clock_out.publish(self._clock_message)
+        left, end = self.block, round(self.values['duration'] / self.dt)
+        if end > 0:
+            left = min(left, end - self.count)
+        while left > 0:
+            # A torque from outside is taken at the sample's time, so its samples come one by one.
+            n = left if self._commands is None else 1
+            if self._commands:
+                self._wait()
+            for row in self._simulate(n):
+                self._wait()
+                self._publish(*row)
+                self.count += 1
+            left -= n
+        self._report()
+        if 0 < end <= self.count:
+            self._finish()
+
+    def _simulate(self, n):
+        """Return n rows (u, y1, y2, twist, twist rate, tau_k, tau_arm) in arm-side values."""
+        t = (self.count + np.arange(n)) * self.dt
+        u = self._excitation.torque(t) if self._commands is None else self._commanded()
+        run = self.plant.run(u, self.dt, t[0])
+        x = run.x
+        return zip(run.u.tolist(), run.y[:, 0].tolist(), run.y[:, 1].tolist(),
+                   (x[:, 0] - x[:, 1]).tolist(), (x[:, 2] - x[:, 3]).tolist(),
+                   run.tau_k.tolist(), run.tau_arm.tolist())
+
+    def _commanded(self):
+        """Return [1] the torque (N m, arm side) that the last command asks for now."""
+        for message, _ in drain(self._commands):
+            if len(message.data) and math.isfinite(message.data[0]):
+                self._command = message.data[0] * self.drive.effort_scale
+                self._command_at = self.count
+                continue
+            self._refused += 1
+            self.get_logger().warning(
+                f'{EFFORT_COMMAND}: {self._refused} messages without a finite number ignored',
+                throttle_duration_sec=5.0)
+        timeout = self.values['command_timeout']
+        if self._command_at is not None and timeout > 0 and (
+                (self.count - self._command_at) * self.dt > timeout):
+            self._command, self._command_at = 0.0, None
+            self.get_logger().warning(f'{EFFORT_COMMAND}: none for {timeout:g} s, torque is 0')
+        return [self._command]
+
+    def _wait(self):
+        """Sleep until the next sample is due, reckoned from the start: no drift."""
+        if self.values['speed'] == 0:
+            return
+        due = self._start + int(self.count * self.dt_ns / self.values['speed'])
+        wait = (due - time.monotonic_ns()) / SECOND
+        if wait > 0:
+            time.sleep(wait)
+        elif -wait > self.dt / self.values['speed']:
+            self.overruns += 1
+            self.worst = max(self.worst, -wait)
+
+    def _publish(self, u, y1, y2, twist, rate, tau_k, tau_arm):
+        ratio = self.drive.gear_ratio
+        states, truth = self._states, self._truth
+        _stamp(states.header.stamp, self.t0_ns + self.count * self.dt_ns)
+        truth.header.stamp = states.header.stamp
+        states.position = array('d', (y1 * ratio, y2))
+        states.effort = array('d', (
+            u / self.drive.effort_scale, tau_arm if self.values['measure_arm_load'] else math.nan))
+        truth.position = array('d', (twist,))
+        truth.velocity = array('d', (rate,))
+        truth.effort = array('d', (tau_k,))
+        self._states_out.publish(states)
+        self._truth_out.publish(truth)
+        if self.count == 0 and self.values['wait_for_subscribers']:
+            # A publisher knows its subscribers before these know it, at worst for 3 s.
+            for publisher in (self._states_out, self._truth_out):
+                publisher.wait_for_all_acked(ACKNOWLEDGED)
+            self._start = time.monotonic_ns()
+
+    def _subscribers(self):
+        return sum(publisher.get_subscription_count()
+                   for publisher in (self._states_out, self._truth_out))
+
+    def _report(self):
+        now = time.monotonic()
+        if self.overruns > self._reported and now > self._report_at:
+            self.get_logger().warning(self._overrun_text())
+            self._reported, self._report_at = self.overruns, now + REPORT_PERIOD
+
+    def _overrun_text(self):
+        return (f'{self.overruns} of {self.count} samples were more than a period late, at worst '
+                f'{1e3 * self.worst:.1f} ms (stamps are not affected)')
+
+    def _finish(self):
+        """End the process, after all messages have arrived."""
+        self._timer.cancel()
+        for publisher in (self._states_out, self._truth_out):
+            publisher.wait_for_all_acked(Duration(seconds=2))
+        raise ExternalShutdownException
+
+    def close(self):
+        """Say what was published."""
+        text = f'published {self.count} samples'
+        # A logger without /rosout, which is gone when a signal has ended the context.
+        get_logger('plant_node').info(
+            f'{text}; {self._overrun_text()}' if self.overruns else text)
+
+
+def _effect(text):
+    """Return the effect {'id': .., parameter: value} of a text like 'stribeck Cs=0.1 vs=0.2'."""
+    name, *pairs = text.split()
+    effect = {'id': name}
+    for pair in pairs:
+        key, _, value = pair.partition('=')
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise InputError(f'plant: effects: {text!r}: {pair!r}, expected name=number')
+        if key in effect:
+            raise InputError(f'plant: effects: {text!r}: {key} given twice, expected it once')
+        effect[key] = number
+    return effect
+
+
+def _value(model, name):
+    return getattr(model, name) if hasattr(model, name) else getattr(model.transmission, name)
+
+
+def _stamp(time_message, ns):
+    time_message.sec, time_message.nanosec = divmod(ns, SECOND)
+
+
+def main(args=None):
+    """Run the node; return the exit code."""
+    return spin_node(PlantNode, args, __doc__)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

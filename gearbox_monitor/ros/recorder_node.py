@@ -1,0 +1,332 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Record topics into a rosbag2-compatible MCAP bag.
+
+usage examples:
+  ros2 run gearbox_monitor recorder_node
+  ros2 run gearbox_monitor recorder_node --ros-args -p output:=run1 -p "topics:=[joint_states]"
+"""
+from dataclasses import dataclass
+import shutil
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.exceptions import InvalidTopicNameException, NoTypeSupportImportedException
+from rclpy.logging import get_logger
+from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
+
+from gearbox_monitor import __version__
+from gearbox_monitor.bag.metadata import qos_profile
+from gearbox_monitor.bag.write import BagWriter, WriteError
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.parameters import defaults, RECORDER
+from gearbox_monitor.ros.definition import import_message, message_definition
+from gearbox_monitor.ros.params import declare, TableNode
+from gearbox_monitor.ros.qos import advertise, overridden, subscribe
+from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup, RCLError, spin_node
+
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
+LATCHED = ('drift_alerts', 'estimator/snapshot')
+# {topic: (type, latched)} of what is subscribed at once, so that no first message is missed.
+CONTRACT = {name: (DIAGNOSTICS if name in ('/diagnostics', *LATCHED) else JOINT_STATE,
+                   name in LATCHED) for name in defaults(RECORDER)['topics']}
+POLL_SECONDS = 0.01
+DISCOVERY_SECONDS = 0.25
+MEGABYTE = 1_000_000
+
+
+@dataclass
+class RecordedTopic:
+    """One topic: its subscription and what has come of it."""
+
+    name: str
+    msgtype: str = ''
+    subscription: Subscription | None = None
+    in_bag: bool = False
+    publishers: int = 0
+    last_sequence: int | None = None
+    gaps: int = 0     # numbers missing in the sequence of the only publisher
+    suspects: int = 0  # gaps until it is certain that there was only one publisher
+    events: int = 0   # messages that the middleware reports as lost
+    problem: str = ''
+
+    @property
+    def lost(self):
+        return max(self.gaps, self.events)
+
+    def count(self, sequence):
+        """Count what is missing before the message with the publisher's `sequence` number."""
+        if self.last_sequence is not None and sequence > self.last_sequence + 1:
+            self.suspects += sequence - self.last_sequence - 1
+        self.last_sequence = sequence
+
+    def confirm(self, publishers):
+        """Decide about the gaps: numbers of several publishers cannot be told apart."""
+        if max(publishers, self.publishers) == 1:
+            self.gaps += self.suspects
+        if publishers != self.publishers:
+            self.last_sequence = None
+        self.suspects, self.publishers = 0, publishers
+
+
+class Recorder(TableNode):
+    """
+    Node that writes the raw messages of its topics to one bag.
+
+    Log time is the time of reception, publish time that of the publisher, both by the system's
+    clock, as in ``ros2 bag record``. A timer takes messages in bulk: the executor alone cannot
+    keep up with several topics at 1 kHz.
+    """
+
+    def __init__(self):
+        super().__init__('recorder')
+        self._writer = None
+        parameters = self._declare()
+        names = dict.fromkeys(self._resolve(name) for name in parameters['topics'])
+        output = time.strftime(parameters['output'])
+        self._group = PolledCallbackGroup()
+        self._topics = {name: RecordedTopic(name) for name in names}
+        self._warned_space = self._warned_removed = False
+        self._writer = BagWriter(
+            output, parameters['compression'], sync_seconds=parameters['sync_period'] or None,
+            max_size=parameters['max_bag_size'], max_seconds=parameters['max_bag_duration'])
+        self._record(self._writer.add_metadata, 'gearbox_monitor', {
+            'version': __version__,
+            **{f'{self.get_name()}.{name}': value for name, value in parameters.items()}})
+        self._record(self._writer.flush)
+        for topic in self._topics.values():
+            for name, (msgtype, latched) in CONTRACT.items():
+                if topic.name == self._resolve(name) or topic.name.endswith(f'/{name}'):
+                    self._subscribe(topic, msgtype, latched=latched)
+                    break
+        self._diagnostics = advertise(self, DiagnosticArray, '/diagnostics', 10)
+        # With a simulation clock that stands still, messages must not be left waiting.
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        for seconds, callback in ((POLL_SECONDS, self._poll), (1.0, self._diagnose),
+                                  (DISCOVERY_SECONDS, self._discover)):
+            self.create_timer(seconds, callback, clock=self._steady)
+        self.warn_of_unknown()
+        self.get_logger().info(
+            f'recording {len(names)} topics to {self._writer.path}, '
+            + ', '.join(f'{name}={value}' for name, value in parameters.items()))
+
+    def close(self):
+        """Take what still waits and close the bag."""
+        if self._writer is None:
+            return
+        self._poll()
+        for topic in self._topics.values():
+            topic.confirm(topic.publishers)
+        self._record(self._writer.close)
+        writer = self._writer
+        lost = {topic.name: topic.lost for topic in self._topics.values() if topic.lost}
+        text = (f'recorded {writer.message_count} messages, {writer.byte_count} bytes to '
+                f'{writer.path}; lost {sum(lost.values())} messages'
+                + (f' {lost}' if lost else '') + f', not written {writer.dropped}')
+        logger = get_logger('recorder_end')  # the node's own wants /rosout, which is gone by now
+        if writer.error:
+            logger.error(f'{text}; {writer.error}')
+        elif lost:
+            logger.warning(text)
+        else:
+            logger.info(text)
+
+    def _declare(self):
+        """Declare the parameters, return {name: value}."""
+        values = declare(self, RECORDER)
+        for name in ('output', 'gearbox_serial'):
+            if not values[name]:
+                raise InputError(f"parameter {name}: '' is empty, expected a text")
+        if not values['topics']:
+            raise InputError('parameter topics: the list is empty, expected topic names')
+        self._depth = values['queue_depth']
+        self._low_space = values['low_space']
+        self._gearbox_serial = values['gearbox_serial']
+        return values
+
+    def _resolve(self, name):
+        try:
+            return self.resolve_topic_name(name)
+        except (InvalidTopicNameException, RCLError) as error:
+            reason = str(error).split(', at /')[0].splitlines()[0]
+            raise InputError(
+                f'parameter topics: {name!r} is no topic name: {reason}') from None
+
+    def _subscribe(self, topic, msgtype, latched=False, reliable=True):
+        """Subscribe `topic`, instead of an earlier subscription where there is one."""
+        if topic.subscription is not None:
+            self._take(topic)
+            self.destroy_subscription(topic.subscription)
+            topic.subscription = None
+        profile = QoSProfile(
+            depth=self._depth,
+            reliability=(ReliabilityPolicy.RELIABLE if reliable
+                         else ReliabilityPolicy.BEST_EFFORT),
+            durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched
+                        else DurabilityPolicy.VOLATILE))
+
+        fixed = overridden(self, topic.name)
+
+        def lost(event):
+            topic.events += event.total_count_change
+
+        topic.msgtype = msgtype
+        topic.last_sequence = None
+        try:
+            topic.subscription = subscribe(
+                self, import_message(msgtype), topic.name, lambda message: None, profile,
+                policies=fixed, callback_group=self._group, raw=True,
+                # What the user asks for may not fit: then rclpy warns of it.
+                event_callbacks=SubscriptionEventCallbacks(
+                    message_lost=lost, use_default_callbacks=bool(fixed)))
+        except (ImportError, NoTypeSupportImportedException) as error:
+            topic.problem = f'type {msgtype} is not installed'
+            self.get_logger().error(f'{topic.name}: cannot record, {topic.problem}: {error}')
+
+    def _discover(self):
+        """Subscribe to topics whose type has become known, follow the QoS that is offered."""
+        for topic in self._topics.values():
+            infos = self.get_publishers_info_by_topic(topic.name)
+            topic.confirm(len(infos))
+            if not infos or topic.problem:
+                continue
+            offers = [info.qos_profile for info in infos]
+            types = [info.topic_type for info in infos]
+            reliable = all(o.reliability == ReliabilityPolicy.RELIABLE for o in offers)
+            latched = all(o.durability == DurabilityPolicy.TRANSIENT_LOCAL for o in offers)
+            if topic.subscription is None or (not topic.in_bag and topic.msgtype not in types):
+                self._subscribe(topic, types[0], latched, reliable)
+                continue
+            asked, fixed = topic.subscription.qos_profile, overridden(self, topic.name)
+            needs_less = (
+                (asked.reliability == ReliabilityPolicy.RELIABLE and not reliable
+                 and QoSPolicyKind.RELIABILITY not in fixed)
+                or (asked.durability == DurabilityPolicy.TRANSIENT_LOCAL and not latched
+                    and QoSPolicyKind.DURABILITY not in fixed))
+            if needs_less:
+                self._subscribe(topic, topic.msgtype, latched, reliable)
+
+    def _poll(self):
+        """Write all messages that wait."""
+        for topic in self._topics.values():
+            if topic.subscription is not None:
+                self._take(topic)
+        self._record(self._writer.flush_if_due)
+
+    def _take(self, topic):
+        write, name = self._writer.write, topic.name
+        for raw, info in drain(topic.subscription):
+            if not topic.in_bag:
+                topic.in_bag = True
+                self._record(self._add_to_bag, topic)
+            sequence = info['publication_sequence_number'] or 0
+            topic.count(sequence)
+            try:
+                write(name, info['received_timestamp'] or time.time_ns(), raw,
+                      info['source_timestamp'], sequence & 0xffffffff)
+            except WriteError as error:
+                self._say(error)
+
+    def _add_to_bag(self, topic):
+        """Announce `topic` in the bag with the QoS that its publishers offer."""
+        try:
+            infos = self.get_publishers_info_by_topic(topic.name)
+        except RCLError:  # a signal has ended the context: this is the first message, and the last
+            infos = []
+        offers = [info.qos_profile for info in infos] or [topic.subscription.qos_profile]
+        self._writer.add_topic(topic.name, topic.msgtype, [_as_bag_qos(o) for o in offers],
+                               message_definition(topic.msgtype))
+
+    def _record(self, function, *args):
+        """Call `function` of the writer; say once that writing has ended."""
+        try:
+            function(*args)
+        except WriteError as error:
+            self._say(error)
+
+    def _say(self, error):
+        self.get_logger().error(f'recording has stopped: {error}')
+
+    def _diagnose(self):
+        """Publish the state of the recording."""
+        writer = self._writer
+        lost = {topic.name: topic.lost for topic in self._topics.values()}
+        try:
+            free = shutil.disk_usage(writer.path).free
+        except OSError:
+            free = 0
+        level, message = DiagnosticStatus.OK, 'recording'
+        problems = [f'{t.name}: {t.problem}' for t in self._topics.values() if t.problem]
+        if any(lost.values()):
+            level, message = DiagnosticStatus.WARN, 'messages were lost'
+        if problems:
+            level, message = DiagnosticStatus.WARN, problems[0]
+        low = free < self._low_space * MEGABYTE
+        if low:
+            level, message = DiagnosticStatus.WARN, 'free disk space is low'
+            if not self._warned_space:
+                self.get_logger().warning(
+                    f'{writer.path}: {free // MEGABYTE} MB of free disk space are left')
+        self._warned_space = low
+        removed = writer.removed
+        if removed:
+            level, message = DiagnosticStatus.ERROR, removed
+            if not self._warned_removed:
+                self.get_logger().error(removed)
+        self._warned_removed = bool(removed)
+        if writer.error is not None:
+            level, message = DiagnosticStatus.ERROR, str(writer.error)
+        values = {
+            'bag': writer.path, 'messages': writer.message_count, 'bytes': writer.byte_count,
+            'topics with messages': sum(topic.in_bag for topic in self._topics.values()),
+            'topics': len(self._topics), 'lost': sum(lost.values()), 'not written': writer.dropped,
+            'since last flush (s)': f'{time.monotonic() - writer.last_flush:.3f}',
+            'free disk space (MB)': free // MEGABYTE, 'low space threshold (MB)': self._low_space,
+            **{f'lost {name}': count for name, count in lost.items()},
+        }
+        status = DiagnosticStatus(
+            level=level, message=message,
+            name=f'{self.get_fully_qualified_name().lstrip("/")}: recording',
+            hardware_id=self._gearbox_serial,
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(array)
+
+
+def _as_bag_qos(profile):
+    """Return the rclpy QoSProfile `profile` as rosbag2 writes it."""
+    def duration(value):
+        sec, nsec = divmod(value.nanoseconds, 10**9)
+        return {'sec': sec, 'nsec': nsec}
+
+    return qos_profile(
+        profile.depth, profile.reliability.name.lower(), profile.durability.name.lower(),
+        profile.history.name.lower(), duration(profile.deadline), duration(profile.lifespan),
+        profile.liveliness.name.lower(), duration(profile.liveliness_lease_duration))
+
+
+def main(args=None):
+    """Run the recorder."""
+    return spin_node(Recorder, args, __doc__)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

@@ -1,0 +1,94 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A node that follows an estimator in another process: whether it is ready, what it says."""
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
+
+from gearbox_monitor.interfaces.signals import (
+    DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, PLANT_TRANSMISSION_STATE, SNAPSHOT)
+from gearbox_monitor.monitoring.checks.level import Finding, Level
+
+LATCHED = QoSProfile(depth=16, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class Watcher:
+    """
+    Node `name` in a context of its own; it leaves the process's signal handlers alone.
+
+    findings: {component: Finding} of the estimator's newest diagnostics, values as texts;
+    recorder: the recorder's Finding or None; alerts: texts of the drift alerts, oldest first;
+    updates: how many diagnostics of the estimator have come; snapshots: those of the estimator,
+    {name: text}, oldest first, the first one what it began with.
+    """
+
+    def __init__(self, name, domain):
+        self.findings, self.recorder, self.alerts, self.updates = {}, None, [], 0
+        self.snapshots = []
+        self._context = rclpy.Context()
+        rclpy.init(args=['--ros-args', '--disable-external-lib-logs'], context=self._context,
+                   domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+        self._node = Node(name, context=self._context, enable_rosout=False,
+                          start_parameter_services=False)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        subscribe = self._node.create_subscription
+        subscribe(DiagnosticArray, DIAGNOSTICS, self._on_diagnostics, 20)
+        subscribe(DiagnosticArray, DRIFT_ALERTS, self._on_alert, LATCHED)
+        subscribe(DiagnosticArray, f'estimator/{SNAPSHOT}', self._on_snapshot, LATCHED)
+
+    def spin(self, seconds):
+        """Take what comes for `seconds`."""
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0:
+            self._executor.spin_once(timeout_sec=left)
+
+    def ready(self):
+        """Return whether estimator and recorder listen to what a plant will publish."""
+        return (bool(self.snapshots) and self._node.count_subscribers(JOINT_STATES) >= 2
+                and self._node.count_subscribers(PLANT_TRANSMISSION_STATE) >= 1)
+
+    def close(self):
+        self._executor.shutdown()
+        self._node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+    def _on_snapshot(self, message):
+        self.snapshots += [{value.key: value.value for value in status.values}
+                           for status in message.status]
+
+    def _on_alert(self, message):
+        self.alerts += [f'{level_of(s).name}: {s.message}' for s in message.status]
+
+    def _on_diagnostics(self, message):
+        for status in message.status:
+            node, _, component = status.name.partition(': ')
+            finding = Finding(level_of(status), status.message,
+                              {value.key: value.value for value in status.values})
+            if node == 'estimator':
+                self.findings[component] = finding
+            elif node == 'recorder':
+                self.recorder = finding
+        self.updates += message.status[0].name.startswith('estimator: ') if message.status else 0
+
+
+def level_of(status):
+    """Return the Level of a DiagnosticStatus."""
+    return Level(min(ord(status.level), Level.ERROR))
