@@ -1,0 +1,125 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The pages say what the code does."""
+import argparse
+from importlib import import_module
+from pathlib import Path
+import re
+import runpy
+import shlex
+
+import numpy as np
+import pytest
+import yaml
+
+from gearbox_monitor.cli.main import _parse, COMMANDS
+from gearbox_monitor.estimation.adaptation import ADAPTABLE
+from gearbox_monitor.interfaces import signals
+from gearbox_monitor.interfaces.diagnostic_keys import VALUES
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.parameters import checked, defaults, ESTIMATOR, PLANT
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
+
+
+@pytest.mark.parametrize('name', ['parameters', 'effects', 'messages'])
+def test_written_page_is_up_to_date(name):
+    page = runpy.run_path(str(ROOT / f'docs/make_{name}.py'))['page']()
+    assert (ROOT / f'docs/{name}.md').read_text(encoding='utf-8') == page, \
+        f'run python docs/make_{name}.py'
+
+
+@pytest.mark.parametrize('node, table', [('estimator', ESTIMATOR), ('plant', PLANT)])
+def test_parameter_files_show_the_defaults(node, table):
+    text = (ROOT / f'config/{node}.yaml').read_text(encoding='utf-8')
+    values = yaml.safe_load(text)[node]['ros__parameters']
+    assert checked(table, values, node) == defaults(table)
+    for row in table:
+        assert re.search(rf'^\s*(# )?{row.name}:', text, re.MULTILINE), row.name
+
+
+def test_every_topic_is_explained():
+    text = (ROOT / 'docs/topics.md').read_text(encoding='utf-8')
+    topics = [signal.topic for signal in signals.SIGNALS]
+    topics += [signals.JOINT_STATES, signals.PAIRED_JOINT_STATES,
+               signals.PLANT_TRANSMISSION_STATE, signals.DIAGNOSTICS, signals.DRIFT_ALERTS,
+               f'~/{signals.SNAPSHOT}']
+    for topic in topics:
+        assert f'`{topic}`' in text
+
+
+def test_every_published_value_is_explained():
+    t = np.arange(0.0, 16.0, 2e-3)
+    model = DriveModel()
+    run = simulate(model, Excitation().torque(t), 2e-3, Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)))
+    monitor = Monitor(model, {**defaults(ESTIMATOR), 'drift_window': 2.0})
+    monitor.run(Samples(10 ** 18 + np.round(t * 1e9).astype(np.int64),
+                        np.column_stack([run.u, np.full(len(t), np.nan)]), run.y))
+    assert monitor.baseline is not None
+    explained = {(value.component, value.key) for value in VALUES}
+    for component, finding in monitor.findings.items():
+        for key in finding.values:
+            assert (component, key) in explained, f'{component}: {key}'
+    for name in ADAPTABLE:
+        assert ('covariance', f'adapted_{name}') in explained
+
+
+def test_index_has_every_page_and_command():
+    text = (ROOT / 'docs/README.md').read_text(encoding='utf-8')
+    for page in (ROOT / 'docs').glob('*.md'):
+        assert page.name == 'README.md' or f']({page.name})' in text, page.name
+    for name, (module, _) in COMMANDS.items():
+        row = re.search(rf'^\| `gearbox_monitor {name}` \|.*\| (.*) \|$', text, re.MULTILINE)
+        parser = argparse.ArgumentParser()
+        import_module(f'gearbox_monitor.cli.{module}').add_arguments(parser)
+        option = parser._option_string_actions.get('--json')
+        told = row[1].split()[0]
+        if name != 'benchmark':  # they have it each
+            assert told == ('nothing' if option is None else option.metavar or 'prints'), name
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda p: p.name)
+def test_commands_can_be_given(page):
+    """In shell blocks, every command of ours has the options it is shown with."""
+    for block in re.findall(r'```sh\n(.*?)```', page.read_text(encoding='utf-8'), re.DOTALL):
+        for line in block.replace('\\\n', ' ').splitlines():
+            words = shlex.split(line, comments=True)
+            if words[:1] == ['gearbox_monitor']:
+                _parse(words[1:], words[1])
+
+
+def anchors(page):
+    """Return the anchors of the headings of a page, as they are made of them."""
+    headings = re.findall(r'^#+ (.*)$', page.read_text(encoding='utf-8'), re.MULTILINE)
+    return {re.sub(r'[^\w\- ]', '', heading.lower()).replace(' ', '-') for heading in headings}
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda p: p.name)
+def test_links_lead_somewhere(page):
+    for link in re.findall(r'\]\(([^)]+)\)', page.read_text(encoding='utf-8')):
+        if re.match('https?://', link):
+            continue
+        target, _, anchor = link.partition('#')
+        target = page.parent / target if target else page
+        assert target.exists(), link
+        assert not anchor or anchor in anchors(target), link
+
+
+def test_readme_is_short():
+    assert len((ROOT / 'README.md').read_text(encoding='utf-8').splitlines()) <= 100

@@ -1,0 +1,193 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The commands and the code of the pages run, on short recordings of a simulated drive."""
+import json
+import os
+from pathlib import Path
+import re
+import shlex
+import subprocess
+import sys
+from types import ModuleType
+
+import pytest
+
+from gearbox_monitor.bag.example import write_bag
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.monitoring import checks
+from gearbox_monitor.plant.drive import DriveModel
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / 'docs'
+# What is run elsewhere, being long, on nodes or on recordings of others.
+ELSEWHERE = {
+    'benchmark': 'each has a test of its own', 'demo': 'test_demo', 'play': 'test_play',
+    'tune': 'test_tune, and below', 'diagnose': 'test_diagnose', 'suggest': 'test_motion',
+    'fit-nominal': 'test_real_drives', 'import': 'test_import', 'fleet': 'test_fleet, and below'}
+# Pages whose commands go on with each other's files: each has a test of its own.
+WALKS = ('first_hour.md', 'current.md', 'closed_model.md')
+RATE = ['--rate', '200']  # five times as fast as what the pages make
+
+
+def blocks(page, language):
+    """Return the code blocks of `page` in one language."""
+    return re.findall(rf'```{language}\n(.*?)```', page.read_text(encoding='utf-8'), re.DOTALL)
+
+
+def commands(page):
+    """Return the words of each command of ours in the shell blocks of `page`, in order."""
+    lines = '\n'.join(blocks(page, 'sh')).replace('\\\n', ' ').splitlines()
+    words = [shlex.split(line, comments=True) for line in lines]
+    return [line[1:] for line in words if line[:1] == ['gearbox_monitor']]
+
+
+def test_first_hour(tmp_path, monkeypatch):
+    """Every command of the tutorial, in order, in one folder, with the files that it shows."""
+    page = DOCS / 'first_hour.md'
+    text = (ROOT / 'config/drive.yaml').read_text(encoding='utf-8')
+    (tmp_path / 'joint3_drive.yaml').write_text(text)
+    assert '`half_gap: 0.125`' in page.read_text(encoding='utf-8')
+    (tmp_path / 'worn.yaml').write_text(text.replace('half_gap: 0.1 ', 'half_gap: 0.125 '))
+    (tmp_path / 'start.yaml').write_text(blocks(page, 'yaml')[0])
+    monkeypatch.chdir(tmp_path)
+    codes = {}
+    for words in commands(page):
+        if words[0] == 'fit-nominal':
+            continue
+        codes[' '.join(words[:2])] = main([*words, *(RATE if words[0] == 'example' else [])])
+    assert codes.pop('accept later') == 1, 'the worn one is to fail'
+    assert len(codes) == 8 and set(codes.values()) == {0}
+    assert 'baseline_file: "joint3_healthy.yaml"' in (tmp_path / 'joint3.yaml').read_text()
+    page = (tmp_path / 'fleet/fleet.html').read_text(encoding='utf-8')
+    assert re.search(r'SN0815.*gap \+2[456]\.\d', page)
+
+
+def named(page):
+    """Return {name: text} of the YAML files that `page` shows, the name in their first line."""
+    return {text.splitlines()[0].lstrip('# '): text for text in blocks(page, 'yaml')}
+
+
+def test_current_instead_of_torque(tmp_path, monkeypatch, capsys):
+    """A constant is found, and estimator and simulator take it from the model file."""
+    page, said = DOCS / 'current.md', []
+    monkeypatch.chdir(tmp_path)
+    for name, text in named(page).items():
+        (tmp_path / name).write_text(text)
+    for words in commands(page):
+        assert main([*words, *(['--rate', '500'] if words[0] == 'example' else [])]) == 0, words
+        said.append(capsys.readouterr()[0])
+    fitted = load_model('fitted.yaml')
+    true = load_model('motor.yaml').torque_constant
+    assert fitted.torque_constant == pytest.approx(true, rel=0.01)
+    assert not fitted.effects and re.search(r'kt +0.05 .* N m/A', said[1])
+    before, after = map(float, re.search(r'gap in .* s +(\S+) +(\S+)', said[2]).groups())
+    assert before > 20.0 and after < 1.05
+    before, after = (float(re.search(r'smoothed (\S+?);', text)[1]) for text in said[3:])
+    assert before > 1.0 and after < 0.3  # N m
+
+
+def test_closed_model_in_the_estimator(tmp_path, monkeypatch, capsys):
+    """Prediction errors become those of a right model, and the smoothed torque better."""
+    page, said = DOCS / 'closed_model.md', []
+    monkeypatch.chdir(tmp_path)
+    for name, text in named(page).items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / 'drive.yaml').write_text((ROOT / 'config/drive.yaml').read_text())
+    for words in commands(page):
+        if words[0] == 'example':
+            words += ['--rate', '400']
+        elif words[0] == 'compare':
+            words.append('--json')
+        elif words[0] == 'diagnose':  # fewer rivals, for time
+            words += ['--only', 'gravity', 'arm_viscous']
+        assert main(words) == (words[0] == 'diagnose'), words
+        said.append(capsys.readouterr()[0])
+    nominal, closed = (
+        {'nis': float(re.search(r'NIS +(\S+)', text)[1]),
+         'smoothed': float(re.search(r'smoothed (\S+?);', text)[1]),
+         'trust': re.search(r'prediction error (\w+)', text)[1]} for text in said[3:5])
+    white = [max(json.loads(text)['rows'][0]['ljung_box']) for text in said[5:]]
+    assert nominal['nis'] > 3.0 and closed['nis'] == pytest.approx(2.0, abs=0.1)
+    assert closed['smoothed'] < 0.75 * nominal['smoothed'] and white[1] < 0.05 * white[0]
+    assert nominal['trust'] != 'OK' == closed['trust']
+
+
+@pytest.fixture(scope='module')
+def files(tmp_path_factory):
+    """Give the folder with what the commands of the pages are about."""
+    folder = tmp_path_factory.mktemp('files')
+    for name, seed in (('BAG', 0), ('BAG2', 1)):
+        write_bag(folder / name, DriveModel(), 24.0, seed, 200.0, rest=2.0)
+    text = (ROOT / 'config/drive.yaml').read_text(encoding='utf-8')
+    (folder / 'found').mkdir()
+    for name in ('drive.yaml', 'joint3_drive.yaml', 'found/drive.closed.yaml'):
+        (folder / name).write_text(text)
+    (folder / 'joint3.yaml').write_text('estimator: {ros__parameters: {arm_load: none}}')
+    return folder
+
+
+def shown():
+    """Return the different commands that are run here of all pages but WALKS."""
+    found = {}
+    for page in (ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted(DOCS.glob('*.md'))):
+        for words in commands(page):
+            if page.name not in WALKS and words[0] not in ELSEWHERE:
+                # Other recordings: those of the pages about real drives, other joints.
+                if words[-1].isupper() or not (
+                        {'pulses', 'run22', '--motor-joint', '--topic'} & set(words)):
+                    found.setdefault(tuple(words), page.name)
+    return [pytest.param(list(words), id=f'{page}: {" ".join(words)}')
+            for words, page in found.items()]
+
+
+@pytest.mark.parametrize('words', shown())
+def test_command_of_a_page(words, files, tmp_path, monkeypatch):
+    for path in files.iterdir():
+        (tmp_path / path.name).symlink_to(path)
+    monkeypatch.chdir(tmp_path)
+    assert main(words) == 0
+
+
+def module(monkeypatch, name, code):
+    """Make the module `name` of `code`, also as an attribute of its package."""
+    made = ModuleType(name)
+    exec(compile(code, name, 'exec'), vars(made))
+    monkeypatch.setitem(sys.modules, name, made)
+    return made
+
+
+def test_filter_of_the_page(tmp_path):
+    """Interpreted, in a process of its own: compiling it takes longer than running it."""
+    gated, use, *_ = blocks(DOCS / 'extend.md', 'python')
+    (tmp_path / 'gated.py').write_text(gated)
+    (tmp_path / 'use.py').write_text(
+        'import gated, gearbox_monitor.estimation\ngearbox_monitor.estimation.gated = gated\n'
+        + use)
+    done = subprocess.run(
+        [sys.executable, 'use.py'], cwd=tmp_path, capture_output=True, text=True, check=False,
+        env={**os.environ, 'GEARBOX_MONITOR_JIT': '0', 'PYTHONPATH': str(ROOT)})
+    assert done.returncode == 0, done.stderr
+    plain, gated = map(float, re.findall(r'(\d\.\d+) N m', done.stdout))
+    assert gated < 0.9 * plain
+
+
+def test_indicator_of_the_page(monkeypatch, capsys):
+    *_, load, use = blocks(DOCS / 'extend.md', 'python')
+    made = module(monkeypatch, 'gearbox_monitor.monitoring.checks.load', load)
+    monkeypatch.setattr(checks, 'load', made, raising=False)
+    exec(compile(use, 'extend.md', 'exec'), {})
+    levels = [line.split()[1] for line in capsys.readouterr().out.splitlines()]
+    assert levels == ['OK'] * 7 + ['WARN'] * 4 or levels == ['OK'] * 8 + ['WARN'] * 3

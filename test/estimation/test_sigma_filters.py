@@ -1,0 +1,363 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""UKF, SRUKF and the EKF's options against exact cases, filterpy and one another."""
+import os
+from pathlib import Path
+import subprocess
+import sys
+
+from filterpy.kalman import KalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
+import numpy as np
+import oracle
+import pytest
+from test_filter import CASE_B, data, linear, monitored, prior, rms, setup, TUNED, VARIANTS
+
+from gearbox_monitor.estimation import ekf, srukf, ukf
+from gearbox_monitor.estimation.filter_registry import FILTERS
+from gearbox_monitor.estimation.process_model import (
+    EIGENVALUE, markers, propagate, propagate_numeric, Q0, softened_sharpness, X1, X2, X3)
+from gearbox_monitor.estimation.srukf import triangularise
+from gearbox_monitor.estimation.step_record import correction, predicted, record_size, updated
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.parameters import FILTER_NAMES
+from gearbox_monitor.plant.drive import ALPHA, CAC, DriveModel, substeps
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
+
+CASE_A = DriveModel().with_(kind='play', stiffness=5.0, half_gap=0.3, hysteresis_width=0.3)
+TUNED_A = {**TUNED, 'r_std_motor': 0.0658, 'r_std_arm': 0.0833,
+           'q_std_motor_position': 0.0658, 'q_std_arm_position': 0.0833,
+           'q_std_motor_speed': 0.386, 'q_std_arm_speed': 0.478}
+KINDS = {'ekf': (ekf, {}), 'numeric': (ekf, {'ekf_jacobian': 'numeric'}),
+         'statistical': (ekf, {'friction_linearisation': 'statistical'}),
+         'ukf': (ukf, {}), 'srukf': (srukf, {})}
+
+
+def filtered(module, p, n, z, P, dts, u, load, y):
+    """Run a filter; return its step records [N, record_size]."""
+    z, P = np.array(z, float), np.array(P, float).ravel()
+    memory = np.zeros(module.memory_size(n))
+    vectors = np.zeros((module.N_VECTORS, n))
+    matrices = np.zeros((max(module.N_MATRICES, 5), n * n))
+    records = np.zeros((len(dts), record_size(n)))
+    for k, dt in enumerate(dts):
+        assert module.step(markers(p, n), z, P, memory, dt, u[k], load[k], y[k, 0], y[k, 1], p,
+                           vectors, matrices, records[k])
+    return records
+
+
+def relative(got, expected, n):
+    """Return the largest difference of records: states by the largest, P, C by the deviations."""
+    worst = 0.0
+    for a, b in zip(got, expected):
+        (za, Pa, Ca), (zb, Pb, Cb) = predicted(a, n), predicted(b, n)
+        scale = np.outer(*[np.sqrt(np.diag(Pb))] * 2)
+        (zua, Pua), (zub, Pub) = updated(a, n), updated(b, n)
+        for x, y in ((Pa, Pb), (Ca, Cb), (Pua, Pub)):
+            worst = max(worst, np.abs((x - y) / scale).max())
+        for x, y in ((za, zb), (zua, zub)):
+            worst = max(worst, np.abs((x - y) / (1.0 + np.abs(y))).max())
+        for x, y in zip(correction(a, n), correction(b, n)):
+            np.testing.assert_array_equal(np.isnan(x), np.isnan(y))
+            size = 1.0 + np.nanmax(np.abs(y), initial=0.0)
+            worst = max(worst, np.nanmax(np.abs(x - y), initial=0.0) / size)
+    return worst
+
+
+@pytest.mark.parametrize('rows', [(0, 1), (0,), (1,), ()])
+@pytest.mark.parametrize('kind', KINDS)
+def test_linear_drive_equals_the_kalman_filter(kind, rows):
+    _, n, dt, F, B, Q, u, _, y = linear(steps=700)
+    module, options = KINDS[kind]
+    # Forward differences round: 1e-10 of a position is 1e-7 of what a speed adds to it in 1 ms.
+    close, close_P = (1e-8, 1e-5) if kind == 'numeric' else (1e-9, 1e-9)
+    if kind == 'numeric' and len(rows) < 2:
+        pytest.skip('the speed is hardly known: rounding adds up')
+    p, _, _ = setup('unknown load', DriveModel().with_(coulomb_friction=0.0),
+                    q_std_motor_position=0.01, q_std_arm_position=0.01, **options)
+    stock = KalmanFilter(dim_x=n, dim_z=max(len(rows), 1), dim_u=1)
+    stock.x, stock.P = np.zeros((n, 1)), prior(p, n)[1]
+    stock.F, stock.B, stock.Q = F, B[:, None], Q
+    if rows:
+        stock.H, stock.R = np.eye(n)[list(rows)], 25e-6 * np.eye(len(rows))
+    seen = np.full_like(y, np.nan)
+    seen[:, list(rows)] = y[:, list(rows)]
+    records = filtered(module, p, n, *prior(p, n), np.full(len(y), dt), u, np.zeros(len(y)), seen)
+    for k, record in enumerate(records):
+        before = stock.P.copy()
+        stock.predict(u=u[k])
+        z_pred, P_pred, cross = predicted(record, n)
+        scale = np.outer(*[np.sqrt(np.diag(stock.P))] * 2)
+        # One encoder leaves speeds unknown: what is estimated then grows to hundreds of rad/s.
+        size = close * max(1.0, np.abs(stock.x).max())
+        np.testing.assert_allclose(z_pred, stock.x.ravel(), rtol=0.0, atol=size)
+        np.testing.assert_allclose(P_pred / scale, stock.P / scale, rtol=0.0, atol=close_P)
+        np.testing.assert_allclose(cross / scale, F @ before / scale, rtol=0.0, atol=close_P)
+        if rows:
+            stock.update(y[k, list(rows)])
+        z, P = updated(record, n)
+        np.testing.assert_allclose(z, stock.x.ravel(), rtol=0.0, atol=size)
+        scale = np.outer(*[np.sqrt(np.diag(stock.P))] * 2)
+        np.testing.assert_allclose(P / scale, stock.P / scale, rtol=0.0, atol=close_P)
+        _, _, _, (_, loglik, dof) = correction(record, n)
+        assert dof == len(rows)
+        if rows:
+            near = 10 * close_P
+            assert loglik == pytest.approx(stock.log_likelihood, rel=near, abs=near)
+
+
+@pytest.mark.parametrize('alpha, beta, kappa', [(1.0, 2.0, 0.0), (0.5, 2.0, 1.0), (1.3, 0.5, 0.5)])
+def test_equals_filterpy_ukf(alpha, beta, kappa):
+    """Textbook weights, the last with a centre that counts less in the covariance."""
+    p, constants, n = setup(
+        'paper', ukf_alpha=alpha, ukf_beta=beta, ukf_kappa=kappa,
+        **{k: v for k, v in TUNED.items() if k != 'arm_load'})
+    out = data(0.4)
+    counted = substeps(1e-3, p[EIGENVALUE])
+    points = MerweScaledSigmaPoints(n, alpha, beta, kappa)
+    stock = UnscentedKalmanFilter(
+        n, 2, 1e-3, lambda x: x[:2],
+        lambda x, dt, u: oracle.flow(x, u, 0.0, dt, counted, constants)[0], points)
+    stock.x, stock.P = prior(p, n)
+    stock.R = np.diag([TUNED['r_std_motor'] ** 2, TUNED['r_std_arm'] ** 2])
+    stock.Q = 0.5e-3 * np.diag(p[Q0:Q0 + n])
+    for module in (ukf, srukf):
+        stock.x, stock.P = prior(p, n)
+        records = filtered(module, p, n, *prior(p, n), np.full(len(out.y), 1e-3), out.u,
+                           np.zeros(len(out.y)), out.y)
+        for k, y in enumerate(out.y):
+            stock.P = stock.P + stock.Q
+            stock.predict(u=out.u[k])
+            stock.sigmas_f = points.sigma_points(stock.x, stock.P)
+            stock.update(y)
+            z, P = updated(records[k], n)
+            np.testing.assert_allclose(z, stock.x, rtol=1e-8, atol=1e-8)
+            np.testing.assert_allclose(P, stock.P, rtol=1e-8, atol=1e-8)
+
+
+@pytest.mark.parametrize('variant', VARIANTS)
+def test_square_root_form_is_the_ukf(variant):
+    p, _, n = setup(variant, **{k: v for k, v in TUNED.items() if k != 'arm_load'})
+    out = data(1.0)
+    rng = np.random.default_rng(0)
+    y = out.y.copy()
+    y[rng.random(y.shape) < 0.2] = np.nan
+    dts = np.full(len(y), 1e-3)
+    dts[::50] = 4e-3
+    args = (p, n, *prior(p, n), dts, out.u, 0.3 * np.sin(out.t), y)
+    assert relative(filtered(srukf, *args), filtered(ukf, *args), n) < 1e-6
+
+
+def test_all_filters_agree_on_the_loads_of_the_model():
+    """Where friction does not bend, EKF and UKF differ by the sine of the weight alone."""
+    tuned = {**TUNED, 'r_std_motor': 1e-3, 'r_std_arm': 1e-3}
+    p, _, n = setup('all', DriveModel().with_(coulomb_friction=0.0),
+                    **{k: v for k, v in tuned.items() if k != 'arm_load'})
+    p[CAC] = 0.0
+    out = data(0.5)
+    args = (p, n, *prior(p, n), np.full(500, 1e-3), out.u, np.zeros(500), out.y)
+    exact = filtered(ekf, *args)
+    for module in (ukf, srukf):
+        assert 0.0 < relative(filtered(module, *args), exact, n) < 1e-5
+
+
+@pytest.mark.parametrize('model, tuned', [(CASE_A, TUNED_A), (CASE_B, TUNED)], ids='AB')
+def test_reference_cases(model, tuned):
+    noise = Noise([tuned[f'q_std_{k}'] for k in (
+        'motor_position', 'arm_position', 'motor_speed', 'arm_speed')],
+        (tuned['r_std_motor'], tuned['r_std_arm']))
+    out = simulate(model, Excitation().torque(1e-3 * np.arange(10000)), 1e-3, noise, 1)
+    error = {}
+    for name, options in {
+            'ekf': {}, 'numeric': {'ekf_jacobian': 'numeric'},
+            'statistical': {'friction_linearisation': 'statistical'},
+            'ukf': {'filter': 'ukf'}, 'srukf': {'filter': 'srukf'},
+            'float32': {'filter': 'srukf', 'srukf_precision': 'float32'},
+            'narrow': {'filter': 'ukf', 'ukf_alpha': 1e-3}}.items():
+        estimates, _ = monitored(out, {**tuned, **options}, model)
+        assert estimates.nis[500:].mean() == pytest.approx(2.0, abs=0.1)
+        assert len(estimates.smoothed) > 9800
+        error[name] = rms((estimates.tau_k - out.tau_k[1:])[500:])
+    for name in error:
+        close = {'float32': 0.02, 'narrow': 0.15}.get(name, 0.01)
+        assert error[name] == pytest.approx(error['ekf'], rel=close), name
+    assert error['srukf'] == pytest.approx(error['ukf'], rel=1e-6)
+    assert error['narrow'] > 1.02 * error['ukf']
+
+
+@pytest.mark.parametrize('precision', ['float64', 'float32'])
+def test_square_root_form_survives_tiny_noise_without_process_noise(precision):
+    """Encoders of 6.6 urad and nothing that would rescue a covariance: no restart, same error."""
+    tuned = {**TUNED_A, 'r_std_motor': 6.58e-6, 'r_std_arm': 8.33e-6}
+    tuned.update({k: 0.0 for k in tuned if k.startswith('q_std') and k != 'q_std_tau_k'})
+    out = simulate(CASE_A, Excitation().torque(1e-3 * np.arange(6000)), 1e-3,
+                   Noise((0.0,) * 4, (6.58e-6, 8.33e-6)), 1)
+    error = []
+    for chosen in ('float64', precision):
+        estimates, _ = monitored(
+            out, {**tuned, 'filter': 'srukf', 'srukf_precision': chosen}, CASE_A)
+        assert len(estimates.rows) == 5999
+        error.append(rms((estimates.tau_k - out.tau_k[1:])[500:]))
+    assert error[1] == pytest.approx(error[0], rel=0.05)
+    assert error[0] == pytest.approx(0.116, rel=0.1)
+
+
+@pytest.mark.parametrize('module', [ukf, srukf])
+@pytest.mark.parametrize('alpha', [1.0, 1e-3])
+def test_covariance_stays_positive_under_extremes(module, alpha):
+    p, _, n = setup('unknown load', q_std_tau_k=1e5, r_std_motor=1e-6, r_std_arm=1e-6,
+                    ukf_alpha=alpha)
+    out = data(2.0)
+    y = out.x[:, :2] + 1e-6 * np.random.default_rng(0).standard_normal(out.y.shape)
+    y[::7, 0], y[::5, 1] = np.nan, np.nan
+    records = filtered(module, p, n, *prior(p, n), np.full(len(y), 1e-3), out.u,
+                       np.zeros(len(y)), y)
+    for record in records:
+        _, P = updated(record, n)
+        scale = np.sqrt(np.diag(P))
+        assert np.linalg.eigvalsh(P / np.outer(scale, scale)).min() > -1e-9
+
+
+def test_triangularise_with_a_diagonal_tail():
+    rng = np.random.default_rng(0)
+    for dense, n in ((0, 5), (12, 6)):
+        block = rng.standard_normal((dense or n, n))
+        a = np.vstack([block if dense else np.triu(block), np.diag(rng.random(n) + [0.0] * n)])
+        a[-2] = 0.0  # a state without process noise
+        gram = a.T @ a
+        triangularise(a, n, dense, dense or n)
+        np.testing.assert_allclose(np.triu(a[:n]).T @ np.triu(a[:n]), gram, atol=1e-13)
+
+
+@pytest.mark.parametrize('variant', VARIANTS)
+def test_numeric_tangent_is_close_to_the_exact_one(variant):
+    p, _, n = setup(variant)
+    for x3 in (0.005, 1.0):
+        start = np.array([0.3, -0.2, x3, 0.5 * x3, 0.02, -0.1, 0.03])[:n]
+        a, b, phi, numeric = start.copy(), start.copy(), np.zeros(n * n), np.zeros(n * n)
+        propagate(markers(p, n), a, phi, 0.05, 0.2, 2e-3, 3, p)
+        propagate_numeric(markers(p, n), b, numeric, 0.05, 0.2, 2e-3, 3, p, np.zeros(n))
+        np.testing.assert_allclose(b, a, rtol=1e-13)
+        np.testing.assert_allclose(numeric, phi, atol=1e-4)
+
+
+def test_statistical_linearisation_has_the_slope_of_the_mean_friction():
+    p, _, _ = setup()
+    assert softened_sharpness(p[ALPHA], 0.0) == pytest.approx(p[ALPHA], rel=1e-12)
+    std = 2.4  # E[sign(v)] of v ~ N(m, std^2) has the slope sqrt(2 / pi) / std at m = 0
+    soft = softened_sharpness(p[ALPHA], std ** 2)
+    assert 2.0 / np.pi * soft == pytest.approx(np.sqrt(2.0 / np.pi) / std, rel=1e-3)
+
+
+def test_narrow_sigma_points_are_warned_of():
+    model = DriveModel()
+    for name in ('ukf', 'srukf'):
+        assert Monitor(model, {'filter': name}).warnings == []
+        monitor = Monitor(model, {'filter': name, 'ukf_alpha': 1e-3})
+        assert len(monitor.warnings) == 1 and '-1e+06' in monitor.warnings[0]
+        monitor.set_parameters({'ukf_alpha': 1.0})
+        assert monitor.warnings == []
+    assert Monitor(model, {'ukf_alpha': 1e-3}).warnings == []
+
+
+def recording(seconds=2.0):
+    """Return Samples with dropouts and missing values."""
+    noise = Noise((0.0, 0.0, 0.4, 0.4), (0.005, 0.005))
+    steps = round(seconds * 1e3)
+    out = simulate(DriveModel(), Excitation().torque(1e-3 * np.arange(steps)), 1e-3, noise, 3)
+    stamps = 10 ** 9 + np.arange(steps) * 10 ** 6
+    stamps[steps // 2:] += 10 ** 8
+    stamps[steps // 3] = 0
+    u, y = np.stack([out.u, np.full(steps, np.nan)], axis=1), out.y.copy()
+    y[200:220, 0], y[210:250, 1], y[400] = np.nan, np.nan, np.inf
+    return Samples(stamps, u, y)
+
+
+def cut(samples, a, b):
+    return Samples(samples.stamp_ns[a:b], samples.u[a:b], samples.y[a:b])
+
+
+SETTINGS = [{'filter': name} for name in FILTER_NAMES] + [
+    {'filter': 'srukf', 'srukf_precision': 'float32'},
+    {'ekf_jacobian': 'numeric', 'friction_linearisation': 'statistical'}]
+
+
+@pytest.mark.parametrize('settings', SETTINGS, ids=lambda s: '-'.join(s.values()))
+def test_goes_on_bit_for_bit_from_a_snapshot(settings):
+    samples = recording()
+    live = Monitor(DriveModel(), settings)
+    live.run(cut(samples, 0, 700))
+    restored = Monitor.restore(live.snapshot())
+    a, b = (m.run(cut(samples, 700, 1200)) for m in (live, restored))
+    np.testing.assert_array_equal(a.rows, b.rows)
+    assert len(a.rows) == 500
+    # ... also from one at a change of parameters, where a filter makes its memory anew.
+    live.set_parameters({'r_std_motor': 0.006})
+    restored = Monitor.restore(live.snapshot())
+    a, b = (m.run(cut(samples, 1200, 2000)) for m in (live, restored))
+    np.testing.assert_array_equal(a.rows, b.rows)
+    np.testing.assert_array_equal(a.smoothed, b.smoothed)
+    assert len(a.smoothed) > 600
+    assert live.snapshot()['memory'] == restored.snapshot()['memory']
+    whole, chunks = Monitor(DriveModel(), settings), Monitor(DriveModel(), settings)
+    expected = whole.run(samples)
+    parts = [chunks.run(cut(samples, k, k + 250)) for k in range(0, 2000, 250)]
+    np.testing.assert_array_equal(np.concatenate([part.rows for part in parts]), expected.rows)
+
+
+COMPARE = """
+import sys
+import numpy as np
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
+assert not COMPILED
+data = np.load(sys.argv[1])
+samples = Samples(data['stamps'], data['u'], data['y'])
+rows = [Monitor(DriveModel(), settings).run(samples).rows for settings in eval(sys.argv[3])]
+np.savez(sys.argv[2], *rows)
+"""
+
+
+def test_interpreted_equals_compiled(tmp_path):
+    if not COMPILED:
+        pytest.skip('numba is not installed: nothing to compare with')
+    samples = cut(recording(), 0, 500)
+    settings = [s for s in SETTINGS if s['filter' if 'filter' in s else 'ekf_jacobian'] in (
+        'ukf', 'srukf', 'numeric')]
+    np.savez(tmp_path / 'in.npz', stamps=samples.stamp_ns, u=samples.u, y=samples.y)
+    subprocess.run(
+        [sys.executable, '-W', 'error', '-c', COMPARE, tmp_path / 'in.npz', tmp_path / 'out.npz',
+         repr(settings)], check=True, timeout=300,
+        env={**os.environ, 'GEARBOX_MONITOR_JIT': '0',
+             'PYTHONPATH': str(Path(__file__).parents[2])})
+    other = np.load(tmp_path / 'out.npz')
+    for i, chosen in enumerate(settings):
+        rows = Monitor(DriveModel(), chosen).run(samples).rows
+        # Differences of 1e-7 of numbers that differ in the last bit; single precision.
+        close = 1e-9 if chosen in ({'filter': 'ukf'}, {'filter': 'srukf'}) else 1e-3
+        np.testing.assert_allclose(rows, other[f'arr_{i}'], rtol=close, atol=close)
+
+
+def test_every_filter_is_chosen_by_its_name():
+    """Each differs from the EKF where friction bends, though by little."""
+    assert set(FILTERS) == set(FILTER_NAMES)
+    samples = cut(recording(), 0, 300)
+    rows = {name: Monitor(DriveModel(), {'filter': name}).run(samples) for name in FILTER_NAMES}
+    for name in ('ukf', 'srukf'):
+        for state, std in ((X1, 0.005), (X2, 0.005), (X3, 0.5)):
+            apart = np.abs(rows[name].rows[:, state] - rows['ekf'].rows[:, state]).max()
+            assert 0.0 < apart < 3 * std

@@ -1,0 +1,109 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Conditions, their page and the aggregator's configuration say what the monitor does."""
+from pathlib import Path
+import runpy
+
+import numpy as np
+import pytest
+import yaml
+
+from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.interfaces.diagnostic_keys import VALUES
+from gearbox_monitor.monitoring.checks import innovation, usability
+from gearbox_monitor.monitoring.checks.level import DEBOUNCE, Level
+from gearbox_monitor.monitoring.monitor import COMPONENTS, CONDITIONS, Monitor, Samples
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_page_is_up_to_date():
+    page = runpy.run_path(str(ROOT / 'docs/make_conditions.py'))['page']()
+    assert (ROOT / 'docs/conditions.md').read_text(encoding='utf-8') == page, \
+        'run python docs/make_conditions.py'
+
+
+@pytest.fixture(scope='module')
+def monitor():
+    """Return a Monitor that has judged 8 s of a healthy drive."""
+    u = Excitation().torque(1e-3 * np.arange(8000))
+    run = simulate(DriveModel(), u, 1e-3, Noise((0.0, 0.0, 0.4, 0.4), (0.005, 0.005)))
+    monitor = Monitor(DriveModel())
+    monitor.run(Samples(10 ** 18 + 1_000_000 * np.arange(8000),
+                        np.stack([run.u, np.full(8000, np.nan)], axis=1), run.y))
+    return monitor
+
+
+def test_every_condition_names_values_that_are_published(monitor):
+    assert set(DEBOUNCE) == set(COMPONENTS)
+    assert {c.component for c in CONDITIONS} >= {
+        'input', 'observability', 'prediction error', 'covariance'}
+    for c in CONDITIONS:
+        assert c.level > Level.OK and c.says and c.when and c.window and c.advice
+        values = monitor.findings[c.component].values
+        if c in (usability.OTHERS, usability.LOST):  # the node publishes them
+            values = {**values, **dict.fromkeys(v.key for v in VALUES if v.component == 'input')}
+        for key in (*c.value, *c.threshold):
+            assert key in values or key == 'adapted_...', key
+
+
+def test_every_threshold_is_in_a_condition(monitor):
+    told = {key for c in CONDITIONS for key in c.threshold}
+    for name in ('observability', 'prediction error', 'covariance'):
+        assert monitor.findings[name].level == Level.OK
+        published = monitor.findings[name].values
+        assert {key for key in published if key.endswith(('_threshold', '_bound'))} <= told
+
+
+def test_every_refused_sample_has_a_condition():
+    counters = [name for c in usability.REFUSED for name in c.value]
+    others = {sample_loop.REASONS[sample_loop.START]}
+    assert sorted(counters) == sorted(set(sample_loop.REASONS.values()) - others)
+
+
+@pytest.mark.parametrize('new, level, word', [
+    ({}, Level.OK, 'samples/s'), ({'zero stamps': 2}, Level.WARN, '2 zero stamps: stamp each'),
+    ({'missing arm positions': 3, 'missing efforts': 1}, Level.WARN, 'encoders')])
+def test_input(new, level, word):
+    finding = usability.check(new, 5, {'rate_hz': 5.0})
+    assert finding.level == level and word in finding.message
+    assert usability.check(new, 0, {'rate_hz': 0.0}).level == Level.ERROR
+
+
+def test_thresholds_in_words_are_those_in_force():
+    assert f'{innovation.MEAN_LIMIT:.2f}' in innovation.BIASED.when
+    assert f'{innovation.LJUNG_BOX_LIMIT:.1f}' in innovation.COLOURED.when
+
+
+def aggregated():
+    text = (ROOT / 'config/diagnostic_aggregator.yaml').read_text(encoding='utf-8')
+    parameters = yaml.safe_load(text)['analyzers']['ros__parameters']
+    return [value for value in parameters.values() if isinstance(value, dict)]
+
+
+def test_aggregator_finds_every_component_once():
+    names = [f'estimator: {name}' for name in COMPONENTS] + ['recorder: recording']
+    groups = aggregated()
+    for name in names:
+        matching = [g for g in groups if name in g.get('expected', ()) or
+                    name.startswith(tuple(g.get('startswith', ())) or '\0')]
+        assert len(matching) == 1, name
+    for group in groups:
+        assert group['type'] == 'diagnostic_aggregator/GenericAnalyzer' and group['path']
+        assert group['timeout'] > 2.0  # the nodes publish every second
+        assert set(group.get('expected', ())) <= set(names)  # missing ones would be errors

@@ -1,0 +1,476 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Every effect: the same equation in two plants, in pieces, switched on in a node, plugged in."""
+import math
+from pathlib import Path
+import re
+import sys
+import time
+import tomllib
+
+import numpy as np
+import pytest
+import yaml
+
+from gearbox_monitor.benchmarks.blind import plant as own
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.windows import cut, Simulator
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.plant import effects
+from gearbox_monitor.plant.drive import model_from_dict
+from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.faults import Faults, FaultyPlant
+from gearbox_monitor.plant.simulate import Noise, Plant
+
+compiled = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
+PAGE = Path(__file__).parents[2] / 'docs/plugins.md'
+DT = 1e-3
+T = DT * np.arange(3000)
+# Crosses the gap 11 times, and does not dwell at its edges, where small errors would grow.
+U = 3.0 * np.sin(2 * np.pi * 0.7 * T) + 1.5 * np.sin(2 * np.pi * 1.9 * T)
+BURST = {'t0': 0.8, 'duration': 0.2, 'amplitude': 0.6}
+VALUES = {
+    'motor_viscous': {'Cv': 0.13}, 'motor_coulomb': {'Cc': 0.35},
+    'stribeck': {'Cs': 0.15, 'vs': 0.5},
+    'lugre': {'sigma0': 60.0, 'sigma1': 0.2, 'Cs': 0.1, 'vs': 0.5},
+    'coulomb_asymmetry': {'Ca': 0.1}, 'load_friction': {'Cl': 0.1}, 'motor_inertia': {'m1': 0.008},
+    'viscous_drift': {'r': 0.5, 'T': 1.0}, 'cogging': {'A': 0.3, 'N': 7, 'phi': 0.4},
+    'arm_viscous': {'Cav': 0.05}, 'arm_coulomb': {'Cac': 0.1}, 'gravity': {'G': 0.5},
+    'load_torque': {'TL': 0.3}, 'arm_inertia': {'m2': 0.03}, 'disturbance': BURST,
+    'backlash_gap': {'b': 0.12}, 'stiffness': {'K': 32.0}, 'hardening': {'K3': 60.0},
+    'hysteresis_bouc_wen': {'Th': 0.5, 'dh': 0.03}, 'hysteresis_branch': {'h': 0.03, 'ds': 0.04},
+    'transmission_damping': {'D': 0.05}, 'mesh_error': {'A': 0.02, 'N': 5, 'phi': 1.0},
+    'torque_gain': {'g': 0.1}, 'torque_offset': {'u0': 0.2}, 'actuator_lag': {'T': 0.004},
+    'actuator_delay': {'T': 0.0036}, 'saturation': {'umax': 3.0},
+    'torque_ripple': {'A': 0.1, 'N': 6, 'phi': 0.3},
+    'motor_encoder_eccentricity': {'A': 0.02, 'phi': 0.5},
+    'motor_encoder_quantisation': {'q': 0.003}, 'motor_encoder_delay': {'T': 0.0034},
+    'arm_encoder_eccentricity': {'A': 0.02, 'phi': -0.5},
+    'arm_encoder_quantisation': {'q': 0.004}, 'arm_encoder_delay': {'T': 0.0027},
+    'encoder_offset': {'c': 0.03}}
+ALL_AT_ONCE = ('lugre', 'hysteresis_bouc_wen', 'hysteresis_branch', 'actuator_lag',
+               'actuator_delay', 'motor_encoder_delay', 'arm_encoder_delay', 'viscous_drift',
+               'disturbance', 'mesh_error', 'arm_encoder_quantisation')
+
+
+def given(*names):
+    return [{'id': name, **VALUES[name]} for name in names]
+
+
+def drive(*names):
+    return model_from_dict({'effects': given(*names)}, 'test')
+
+
+def half_sine(burst):
+    """Return disturbances of one sample each that follow the half sine of the own plant."""
+    count = round(burst['duration'] / DT)
+    return [{'id': 'disturbance', 't0': burst['t0'] + k * DT, 'duration': DT,
+             'amplitude': burst['amplitude'] * math.sin(math.pi * (k + 0.5) / count)}
+            for k in range(count)]
+
+
+# ---------------------------------------------------------------------- agreement of two plants
+
+
+def test_values_are_given_for_all():
+    assert set(VALUES) == set(EFFECTS) == set(own.EFFECTS)
+    for name, effect in EFFECTS.items():
+        place, parameters = own.EFFECTS[name]
+        assert effect.location == place
+        assert parameters == tuple(p.name for p in effect.parameters) or name == 'disturbance'
+
+
+@compiled
+@pytest.mark.parametrize('name', EFFECTS)
+def test_agrees_with_a_plant_that_shares_no_code(name):
+    """
+    Same equations: with steps of 0.1 ms the two differ by rounding where no memory is in play.
+
+    What steps of 1 ms (plant) and those of the diagnosis cost is bounded, too; the sudden contacts
+    of the gap make it what it is.
+    """
+    bursts = half_sine(BURST) if name == 'disturbance' else given(name)
+    effect = {'id': name, **({'bursts': [BURST]} if name == 'disturbance' else VALUES[name])}
+    _, nominal = own.simulate(own.NOMINAL, [], U, DT)
+    _, y = own.simulate(own.NOMINAL, [effect], U, DT)
+    assert np.ptp(nominal) > 5.0
+    # The finest common grid; of two readings near a half quantum, one may round otherwise.
+    quantum = VALUES[name].get('q', 0.0)
+    model = model_from_dict({'effects': bursts}, 'test')
+    fine = Plant(model).run(np.repeat(U, 10), DT / 10)
+    y = own.quantise(y, [effect])
+    influence = np.abs(y - nominal).max()
+    assert influence > (5e-4 if quantum else 0.015)
+    off = np.abs(fine.y[::10] - y)
+    assert (off > 0.5 * quantum).mean() < 0.01 if quantum else off.max() < 2e-4 * influence
+    if not (EFFECTS[name].parameters[-1].name in ('ds', 'dh', 'T', 'amplitude')
+            or name == 'lugre' or quantum):
+        assert off.max() < 1e-11
+    if quantum:
+        return  # a free run of the diagnosis is not rounded
+
+    coarse = Plant(model).run(U, DT)
+    assert np.abs(coarse.y - y).max() < 4e-3
+    recording = Recording(T, U, nominal, DT)
+    simulator = Simulator(recording, model_from_dict({}, 'test'))
+    extra = None
+    if name == 'disturbance':  # to a free run a torque from outside
+        extra = np.zeros((len(U), 3))
+        extra[:, 1] = -effects.bursts(model.effects, T, DT)
+    rest = np.zeros((1, 4))
+    runs, _ = simulator.run(cut(recording, len(U) * DT), model, rest, rest, extra)
+    assert np.abs(runs[0] - y).max() < max(6e-3 * influence, 2e-4)
+    assert np.abs(runs[0] - y).max() < 1e-3
+
+
+@compiled
+@pytest.mark.parametrize('seed', range(3))
+def test_agrees_with_several_effects_at_once(seed):
+    random = np.random.default_rng(seed)
+    names = [n for n in EFFECTS if n not in ('disturbance', 'stribeck')
+             and 'quantisation' not in n]
+    chosen = [str(n) for n in random.choice(names, 4, replace=False)]
+    _, y = own.simulate(own.NOMINAL, given(*chosen), U, DT)
+    run = Plant(drive(*chosen)).run(np.repeat(U, 10), DT / 10)
+    assert np.abs(run.y[::10] - y).max() < 5e-4, chosen
+
+
+# ---------------------------------------------------------------------- exact values
+
+
+def test_actuator_exactly():
+    """A ramp comes a delay later; a step is lagged as exp(-t/T) says, in the mean of each part."""
+    n, e = 4, effects.pack(given('actuator_delay'))
+    u, out = np.concatenate([np.zeros(30), np.arange(100.0)]), np.empty((100, n))
+    effects.actuator(u, 30, 0.0, DT, n, e, out)
+    # Mean over each part of the held command, 3.6 samples earlier.
+    fine = np.repeat(u, 1000)
+    ends = 30_000 + np.arange(100 * n + 1) * 250 - 3600
+    exact = np.diff(np.concatenate([[0.0], np.cumsum(fine)])[ends]) / 250
+    np.testing.assert_allclose(out.ravel(), exact, atol=1e-9)
+
+    e = effects.pack([*given('actuator_lag'), {'id': 'torque_gain', 'g': 0.5},
+                      {'id': 'saturation', 'umax': 2.0}])
+    effects.actuator(np.concatenate([np.zeros(30), np.full(100, 7.0)]), 30, 0.0, DT, n, e, out)
+    t = np.arange(100 * n + 1) * DT / n
+    reached = 3.0 * (t + 0.004 * np.exp(-t / 0.004))  # its integral
+    np.testing.assert_allclose(out.ravel(), np.diff(reached) * n / DT, atol=1e-9)
+
+
+def test_encoders_exactly():
+    plain = Plant(drive()).run(U, DT)
+    for name, i in (('motor', 0), ('arm', 1)):
+        run = Plant(drive(f'{name}_encoder_eccentricity')).run(U, DT)
+        a, phi = VALUES[f'{name}_encoder_eccentricity'].values()
+        expected = plain.x[:, :2].copy()
+        expected[:, i] += a * np.sin(expected[:, i] + phi)
+        np.testing.assert_allclose(run.y, expected, atol=1e-12)
+
+        whole = model_from_dict(
+            {'effects': [{'id': f'{name}_encoder_delay', 'T': 0.005}]}, 'test')
+        run = Plant(whole).run(U, DT)
+        np.testing.assert_allclose(run.y[5:, i], plain.x[:-5, i], atol=1e-12)
+
+        quantum = VALUES[f'{name}_encoder_quantisation']['q']
+        noisy = Plant(drive(f'{name}_encoder_quantisation'),
+                      Noise(measurement=(0.002, 0.002)), 3).run(U, DT)
+        before = Plant(drive(), Noise(measurement=(0.002, 0.002)), 3).run(U, DT)
+        steps = noisy.y[:, i] / quantum
+        np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
+        assert np.abs(noisy.y - before.y).max() <= 0.5 * quantum * (1 + 1e-9)
+        np.testing.assert_array_equal(noisy.y[:, 1 - i], before.y[:, 1 - i])
+        np.testing.assert_array_equal(noisy.x, plain.x)  # the truth stays the truth
+    run = Plant(drive('encoder_offset')).run(U, DT)
+    np.testing.assert_allclose(run.y - plain.x[:, :2], np.tile([0.0, 0.03], (3000, 1)),
+                               atol=1e-12)
+
+
+def test_burst_counts_by_the_part_of_a_sample_that_it_covers():
+    run = Plant(model_from_dict({'effects': [
+        {'id': 'disturbance', 't0': 0.0102, 'duration': 0.1, 'amplitude': 0.5}]}, 'test'))
+    load = run.run(U, DT).tau_arm
+    assert load.sum() * DT == pytest.approx(0.05, rel=1e-9)
+    assert load[10] == pytest.approx(0.4)
+    assert load[110] == pytest.approx(0.1)
+    np.testing.assert_allclose(load[11:110], 0.5, rtol=1e-12)
+
+
+@pytest.mark.parametrize('plant', [Plant, FaultyPlant])
+def test_same_numbers_however_a_run_is_cut(plant):
+    noise = Noise((0.0, 0.0, 0.1, 0.1), (1e-3, 1e-3))
+    whole = plant(drive(*ALL_AT_ONCE), noise, 4).run(U, DT)
+    pieces, other = [], plant(drive(*ALL_AT_ONCE), noise, 4)
+    for begin, end in ((0, 1), (1, 8), (8, 790), (790, 803), (803, 1500), (1500, 3000)):
+        pieces.append(other.run(U[begin:end], DT, begin * DT))
+    for name in ('t', 'y', 'x', 'tau_k', 'tau_arm'):
+        np.testing.assert_array_equal(
+            np.concatenate([getattr(p, name) for p in pieces]), getattr(whole, name), name)
+
+
+def test_faults_act_on_replaced_values():
+    twice = FaultyPlant(drive('motor_viscous'), faults=Faults(viscous_friction=2.0)).run(U, DT)
+    direct = Plant(model_from_dict({'viscous_friction': 0.26}, 'test')).run(U, DT)
+    np.testing.assert_array_equal(twice.x, direct.x)
+
+
+@compiled
+@pytest.mark.parametrize('effect', [
+    {'id': 'lugre', 'sigma0': 500.0, 'sigma1': 30.0, 'Cs': 0.1, 'vs': 0.3},
+    {'id': 'lugre', 'sigma0': 5000.0, 'sigma1': 0.3, 'Cs': 0.1, 'vs': 0.3},
+    {'id': 'stribeck', 'Cs': 1.0, 'vs': 0.1}])
+def test_steep_friction_stays_stable(effect):
+    _, y = own.simulate(own.NOMINAL, [effect], U, DT)
+    run = Plant(model_from_dict({'effects': [effect]}, 'test')).run(U, DT)
+    assert np.abs(run.y - y).max() < 5e-3
+
+
+# ---------------------------------------------------------------------- model file
+
+
+@pytest.mark.parametrize('text, words', [
+    ('[{id: wobble}]', ['wobble', 'gravity', 'stribeck']),
+    ('[{id: stribeck, Cs: 0.1}]', ['effects.stribeck.vs', 'None', 'rad/s']),
+    ('[{id: stribeck, Cs: 0.1, vs: 0.2, v: 1}]',
+     ['line 1', 'effects.stribeck.v: unknown key', "'vs'"]),
+    ('[{id: stribeck, Cs: -0.1, vs: 0.2}]', ['effects.stribeck.Cs', '-0.1', '>= 0', 'N m']),
+    ('[{id: cogging, A: 0.1, N: 41, phi: 0}]', ['cogging.N', '41', '<= 40']),
+    ('[{id: cogging, A: 0.1, N: 2.5, phi: 0}]', ['cogging.N', '2.5', 'whole']),
+    ('[{id: gravity, G: .nan}]', ['gravity.G', 'nan', 'finite']),
+    ('[{id: gravity, G: yes}]', ['gravity.G', 'True', 'number']),
+    ('[{id: stiffness, K: 30}, {id: stiffness, K: 31}]', ['stiffness', 'twice']),
+    ('[gravity]', ['gravity', 'unknown id']),
+    ('{id: gravity, G: 1}', ['expected a list']),
+])
+def test_bad_effect_in_a_model_file(tmp_path, text, words):
+    path = tmp_path / 'drive.yaml'
+    path.write_text(f'effects: {text}\n', encoding='utf-8')
+    with pytest.raises(InputError) as error:
+        load_model(path)
+    assert '\n' not in str(error.value)
+    for word in ['drive.yaml', *words]:
+        assert word in str(error.value)
+
+
+# ---------------------------------------------------------------------- plug-ins
+
+
+def install(folder, module, entries):
+    """Install `module` (text) as my_effects.py, with the entry points {name: value}."""
+    info = folder / 'my_effects-1.0.dist-info'
+    info.mkdir()
+    (info / 'METADATA').write_text('Metadata-Version: 2.1\nName: my_effects\nVersion: 1.0\n')
+    lines = [f'{name} = {value}' for name, value in entries.items()]
+    (info / 'entry_points.txt').write_text(
+        '\n'.join([f'[{effects.PLUGIN_GROUP}]', *lines, '']), encoding='utf-8')
+    (folder / 'my_effects.py').write_text(module, encoding='utf-8')
+
+
+def blocks(language):
+    return re.findall(rf'```{language}\n(.*?)```', PAGE.read_text(encoding='utf-8'), re.DOTALL)
+
+
+@pytest.fixture
+def plugin_folder(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, 'my_effects', raising=False)
+    effects.plugins.cache_clear()
+    yield tmp_path
+    effects.plugins.cache_clear()
+    sys.modules.pop('my_effects', None)
+
+
+@compiled
+def test_the_plugin_of_the_page(plugin_folder):
+    """Simulated as the own plant does it, beside the nominal drive, and found by the search."""
+    [module], [toml], [text] = blocks('python'), blocks('toml'), blocks('yaml')
+    groups = tomllib.loads(toml)['project']['entry-points']
+    assert list(groups) == [effects.PLUGIN_GROUP]
+    install(plugin_folder, module, groups[effects.PLUGIN_GROUP])
+    (plugin_folder / 'drive.yaml').write_text(text, encoding='utf-8')
+    model = load_model(plugin_folder / 'drive.yaml')
+    spring = {'id': 'arm_spring', 'k': yaml.safe_load(text)['effects'][0]['S']}
+    _, y = own.simulate(own.NOMINAL, [spring], U, DT)
+    run = Plant(model).run(np.repeat(U, 10), DT / 10)
+    assert np.abs(run.y[::10] - y).max() < 1e-11
+    # The kernels without it are others, also those on disk.
+    nominal = Plant(drive()).run(np.repeat(U, 10), DT / 10)
+    assert np.abs(nominal.y[::10] - own.simulate(own.NOMINAL, [], U, DT)[1]).max() < 1e-11
+    # Switched on while it runs, together with one of the library.
+    plant = Plant(drive('gravity'))
+    plant.run(U[:500], DT)
+    plant.model = plant.model.with_(effects=(*model.effects, *given('gravity')))
+    both = plant.run(U[500:510], DT, 0.5)
+    np.testing.assert_allclose(both.tau_arm, 0.4 * both.x[:, 1] + 0.5 * np.sin(both.x[:, 1]))
+
+    t = DT * np.arange(8000)
+    u = 3.0 * np.sin(2 * np.pi * 0.7 * t) + 1.5 * np.sin(2 * np.pi * 1.9 * t)
+    _, y = own.simulate(own.NOMINAL, [spring], u, DT)
+    y = y + 0.003 * np.random.default_rng(1).standard_normal(y.shape)
+    search = Search(Recording(t, u, y, DT), model_from_dict({}, 'test'),
+                    np.array([0.003, 0.003]), ['arm_spring', 'gravity'])
+    search.none()
+    search.refine(search.screen())
+    assert search.ranked()[0] == 'arm_spring'
+    best, second = (search.fitted[name] for name in search.ranked())
+    assert second.score - best.score > 25 < search.fitted[''].score - best.score
+    _, [values] = best.candidate.values(best.point.z)
+    assert values['S'] == pytest.approx(0.4, rel=0.02)
+
+
+def test_two_plugins_in_one_model(plugin_folder):
+    [module] = blocks('python')
+    module += ('\n\ndef push(t, x1, x2, x3, x4, u, tau_k, theta):\n'
+               '    return -theta[0] * x1, 0.0, theta[1] * (x3 - x4)\n\n\n'
+               "PUSH = Effect('push', 'motor_side', 'k x1, d', (Parameter('k', 'N m/rad'),\n"
+               "              Parameter('d', 'N m s/rad')), torques=push, starts=(0.1, 0.1))\n")
+    install(plugin_folder, module, {'a': 'my_effects:ARM_SPRING', 'b': 'my_effects:PUSH'})
+    model = model_from_dict({'effects': [{'id': 'push', 'k': 0.2, 'd': 0.04},
+                                         {'id': 'arm_spring', 'S': 0.3}]}, 'test')
+    run = Plant(model).run(U[:1000], DT)
+    # What the two are, said otherwise: Kr, D and the other plant's spring.
+    _, y = own.simulate({**own.NOMINAL, 'Kr': 0.21, 'D': 0.05}, [{'id': 'arm_spring', 'k': 0.3}],
+                        U[:1000], DT)
+    assert np.abs(run.y - y).max() < 2e-3
+    assert np.abs(run.tau_arm - 0.3 * run.x[:, 1]).max() < 1e-12
+
+
+@pytest.mark.parametrize('old, new, words', [
+    ("'arm_spring', 'arm_side'", "'gravity', 'arm_side'", ['gravity', 'taken']),
+    ("'arm_side'", "'left'", ['location', 'left', 'arm_side']),
+    ('ARM_SPRING = Effect', 'ARM_SPRING = str', ['TypeError']),
+    ('ARM_SPRING =', 'OTHER =', ['ARM_SPRING']),
+    ('from gearbox_monitor', 'import no_such_module\nfrom gearbox_monitor', ['no_such_module']),
+    ('starts=(0.1,)', 'starts=()', ['starts', '1 parameters']),
+    ('starts=(0.1,)', 'starts=(-1.0,)', ['starts', 'bounds']),
+    ('torques=torques, ', '', ['torques']),
+    ('tau_k, theta)', 'theta)', ['torques', 'tau_k', 'numba']),
+    ('theta[0] * x2', 'open("file")', ['torques', 'numba']),
+    ('return 0.0, theta[0] * x2, 0.0', 'return theta[0] * x2', ['returns', 'three']),
+    ('return 0.0, theta[0] * x2, 0.0', 'return 0.0, theta[0] / (x2 - x2), 0.0', ['torques']),
+])
+def test_bad_plugin_is_named(plugin_folder, old, new, words):
+    [module] = blocks('python')
+    assert old in module
+    install(plugin_folder, module.replace(old, new), {'a': 'my_effects:ARM_SPRING'})
+    with pytest.raises(InputError) as error:
+        model_from_dict({'effects': [{'id': 'arm_spring', 'S': 0.4}]}, 'test')
+    for word in ['plug-in my_effects:ARM_SPRING', *words]:
+        assert word in str(error.value)
+    assert '\n' not in str(error.value)
+
+
+# ---------------------------------------------------------------------- in the node
+
+
+@pytest.fixture
+def graph(tmp_path, monkeypatch):
+    pytest.importorskip('rclpy')
+    from harness import Graph
+    graph = Graph(tmp_path, monkeypatch)
+    yield graph
+    graph.close()
+
+
+@pytest.mark.ros
+def test_effects_of_a_plant_that_runs(graph):
+    from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+    from rcl_interfaces.srv import SetParameters
+    from rclpy.qos import QoSProfile
+    from sensor_msgs.msg import JointState
+    from gearbox_monitor.plant.excitation import Excitation
+    states, truth = [], []
+    for topic, rows in (('joint_states', states), ('plant/transmission_state', truth)):
+        graph.node.create_subscription(JointState, topic, rows.append, QoSProfile(depth=10000))
+    first = ['actuator_lag T=0.004', 'motor_encoder_delay T=0.0034', 'viscous_drift r=0.5 T=1',
+             'disturbance t0=0.2 duration=0.3 amplitude=0.5', 'stiffness K=32']
+    process = graph.start('plant_node', seed=5, process_noise='[0.0, 0.0, 0.0, 0.0]',
+                          wait_for_subscribers=2, effects=repr(first))
+
+    def stamped(message):
+        return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+    def until_later(count):
+        end = len(truth) + count
+        graph.until(lambda: min(len(states), len(truth)) > end, 'samples')
+
+    def switch(*entries):
+        value = ParameterValue(type=ParameterType.PARAMETER_STRING_ARRAY,
+                               string_array_value=entries)
+        return graph.call(SetParameters, 'plant/set_parameters', SetParameters.Request(
+            parameters=[Parameter(name='effects', value=value)])).results[0]
+
+    def latest(count=100):
+        """Return readings [N, 2] and true twist [N] of the last samples."""
+        twist = {stamped(m): m.position[0] for m in truth}
+        rows = [(*m.position, twist[stamped(m)]) for m in states[-count:] if stamped(m) in twist]
+        return np.array(rows)[:, :2], np.array(rows)[:, 2]
+
+    def until_all_after(now, count=100):
+        """Wait until `latest` shows only what was published after the stamp `now`."""
+        graph.until(lambda: stamped(truth[-1]) > stamped(states[-count]) > now, 'samples')
+
+    until_later(900)
+    model = model_from_dict({'effects': [
+        {'id': 'stiffness', 'K': 32.0}, {'id': 'actuator_lag', 'T': 0.004},
+        {'id': 'motor_encoder_delay', 'T': 0.0034}, {'id': 'viscous_drift', 'r': 0.5, 'T': 1.0},
+        {'id': 'disturbance', 't0': 0.2, 'duration': 0.3, 'amplitude': 0.5}]}, 'test')
+    u = Excitation().torque(DT * np.arange(5000))
+    run = Plant(model, Noise(measurement=(0.005, 0.005)), 5).run(u, DT)
+    n = min(len(states), len(truth), 900)
+    np.testing.assert_array_equal([m.position for m in states[:n]], run.y[:n])
+    np.testing.assert_array_equal([m.effort[0] for m in truth[:n]], run.tau_k[:n])
+
+    assert switch('encoder_offset c=0.5', 'arm_encoder_quantisation q=0.25',
+                  'motor_encoder_quantisation q=0.125', 'gravity G=0.3').successful
+    until_all_after(time.time_ns())
+    y, twist = latest()
+    np.testing.assert_array_equal(y * [8, 4], np.round(y * [8, 4]))
+    assert np.abs(y[:, 0] - y[:, 1] + 0.5 - twist).max() < 0.25
+    assert len(np.unique(twist)) > 90  # the truth is not read by an encoder
+
+    for bad, words in (
+            (['gravity G=0.3', 'wobble A=1'], ['wobble', 'gravity']),
+            (['gravity'], ['gravity.G', 'None']),
+            (['gravity G=much'], ['G=much', 'name=number']),
+            (['gravity G'], ["'G'", 'name=number']),
+            (['gravity G=1 G=2'], ['twice']),
+            (['saturation umax=-1'], ['saturation.umax', '-1', '>= 0', 'N m']),
+            (['stribeck Cs=1 vs=1', 'stribeck Cs=2 vs=1'], ['stribeck', 'twice'])):
+        result = switch(*bad)
+        assert not result.successful
+        for word in words:
+            assert word in result.reason
+    until_all_after(time.time_ns())
+    y, _ = latest()
+    np.testing.assert_array_equal(y * [8, 4], np.round(y * [8, 4]))  # nothing has changed
+
+    assert switch('').successful
+    until_all_after(time.time_ns())
+    y, twist = latest()
+    assert np.abs(y[:, 0] - y[:, 1] - twist).max() < 0.05
+    assert len(np.unique(y)) > 150
+    graph.stop(process)
+
+
+@pytest.mark.ros
+def test_texts_of_bad_effects_end_the_node(graph):
+    process = graph.start('plant_node', effects="['gravity G=1', 'wobble']")
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert len(errors.strip().splitlines()) == 1, errors
+    assert 'wobble' in errors

@@ -1,0 +1,169 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The demo as a user runs it: real processes, Ctrl-C and accidents at any moment."""
+import json
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+pytest.importorskip('rclpy')
+psutil = pytest.importorskip('psutil')
+
+from gearbox_monitor.bag.read import open_bag  # noqa: E402
+from gearbox_monitor.ros.domain import own_domain  # noqa: E402
+
+pytestmark = pytest.mark.ros
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def demo(tmp_path):
+    """Start demos in `tmp_path` with the given options; kill what is left of them."""
+    started = []
+
+    def start(*options):
+        process = subprocess.Popen(
+            [sys.executable, '-m', 'gearbox_monitor', 'demo', *options], cwd=tmp_path,
+            env={**os.environ, 'PYTHONPATH': str(ROOT)}, text=True, stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE, start_new_session=True)
+        started.append(process)
+        return process
+
+    yield start
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+        for child in children(process):
+            child.kill()
+
+
+def children(process):
+    """Return the node processes of the demo `process`, also when it is gone."""
+    found = []
+    for candidate in psutil.process_iter():
+        try:
+            if candidate.environ().get('GEARBOX_MONITOR_PARENT') == str(process.pid):
+                found.append(candidate)
+        except psutil.Error:
+            pass
+    return found
+
+
+def wait_for(condition, what, seconds=60):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, f'{what} did not happen'
+        time.sleep(0.05)
+
+
+def test_with_and_without_fault(demo, tmp_path):
+    outputs = []
+    for options in (['--out', 'a 100%d'], ['--no-fault', '--out', 'healthy', '--json']):
+        process = demo('--duration', '16', *options)
+        outputs.append(process.communicate(timeout=120))
+        assert process.returncode == 0, outputs
+        assert not children(process)
+    assert 'export ROS_DOMAIN_ID=' in outputs[0][0]
+    fault, healthy = (json.loads((tmp_path / name / 'summary.json').read_text())
+                      for name in ('a 100%d', 'healthy'))
+    assert json.loads(outputs[1][0]) == healthy
+    for data in (fault, healthy):
+        assert data['replay_identical'] == 'yes' and data['problems'] == []
+        # A starved machine drops messages, and says how many.
+        assert 8000 < data['samples'] == 16000 - data['samples_missing']
+        assert data['tau_k_error_smoothed'] < 0.1 * data['tau_k_rms']
+        assert 1.85 < data['nis'] < 2.15
+    assert 'backlash' in {alarm['component'] for alarm in fault['alarms']}
+    dropped = healthy['samples_missing'] + healthy['estimates_missing'] > 0
+    assert {alarm['component'] for alarm in healthy['alarms']} <= ({'input'} if dropped else set())
+    assert healthy['alerts'] == []
+    for name, data in (('a 100%d', fault), ('healthy', healthy)):
+        assert (tmp_path / name / 'demo.png').stat().st_size > 50_000
+        for log in ('plant', 'estimator', 'recorder'):
+            assert 'Traceback' not in (tmp_path / name / f'{log}.log').read_text()
+        with open_bag(tmp_path / name / 'bag') as bag:
+            assert not bag.truncated
+            live = bag.topics['/transmission_state'][1]
+            assert 8000 < live == 15999 - data['estimates_missing']
+
+
+@pytest.mark.parametrize('moment', [0.2, 0.7, 2.0, 'recording', 'shut-down'])
+def test_interrupt(demo, tmp_path, moment):
+    """Ctrl-C leaves no process, no traceback and, where recording had begun, a whole bag."""
+    process = demo('--duration', '60', '--out', 'out')
+    out = tmp_path / 'out'
+    if isinstance(moment, float):
+        time.sleep(moment)
+    else:
+        wait_for(lambda: b'/joint_states' in b''.join(
+            file.read_bytes() for file in out.glob('bag/*.mcap')), 'recording')
+        time.sleep(0.5)
+    os.killpg(process.pid, signal.SIGINT)
+    if moment == 'shut-down':
+        time.sleep(0.3)
+        process.send_signal(signal.SIGINT)
+    output, errors = process.communicate(timeout=60)
+    assert process.returncode == 130, errors
+    assert 'Traceback' not in output + errors and not errors, errors
+    assert not children(process)
+    if not isinstance(moment, float):
+        with open_bag(out / 'bag') as bag:
+            assert not bag.truncated and bag.topics['/joint_states'][1]
+    elif (out / 'bag').exists():
+        assert (out / 'bag' / 'metadata.yaml').exists()
+
+
+def test_killed_demo_takes_its_nodes_along(demo, tmp_path):
+    process = demo('--duration', '60', '--out', 'out')
+    wait_for(lambda: (tmp_path / 'out' / 'plant.log').exists(), 'start')
+    time.sleep(0.3)
+    assert len(children(process)) == 3
+    process.kill()
+    wait_for(lambda: not children(process), 'end of the nodes', 20)
+    with open_bag(tmp_path / 'out' / 'bag') as bag:
+        assert not bag.truncated
+
+
+def test_dead_node_is_told(demo, tmp_path):
+    process = demo('--duration', '60', '--out', 'out')
+    wait_for(lambda: (tmp_path / 'out' / 'estimator.log').exists(), 'start')
+    wait_for(lambda: len(children(process)) >= 2, 'nodes')
+    next(c for c in children(process) if 'estimator_node' in ' '.join(c.cmdline())).kill()
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 1 and 'estimator was ended by signal 9' in errors
+    assert not children(process)
+
+
+@pytest.mark.parametrize('options, text', [
+    (['--out', '.'], '.: exists, expected a new directory'),
+    (['--filter', 'magic'], "--filter: 'magic' is unknown, expected one of ekf"),
+    (['--duration', '3'], '--duration: 3, expected 16 to 86400'),
+    (['--duration', 'nan'], '--duration: nan, expected'),
+])
+def test_bad_input_is_one_line(demo, options, text):
+    process = demo(*options)
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 2 and text in errors and len(errors.splitlines()) == 1, errors
+
+
+def test_domains_are_not_shared():
+    with own_domain() as first, own_domain() as second:
+        assert first != second

@@ -1,0 +1,308 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The simulated drive as a real process: samples, stamps, parameters, commands, end."""
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import yaml
+
+rclpy = pytest.importorskip('rclpy')
+from processes import put_down  # noqa: E402, I100, I202
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
+from rcl_interfaces.srv import SetParameters  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.qos import QoSProfile  # noqa: E402
+from rosgraph_msgs.msg import Clock  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+from std_msgs.msg import Float64MultiArray  # noqa: E402
+
+from gearbox_monitor.files.resources import config_path  # noqa: E402
+from gearbox_monitor.files.yaml_files import load_model  # noqa: E402
+from gearbox_monitor.parameters import defaults, PLANT, PLANT_MODEL  # noqa: E402
+from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
+from gearbox_monitor.plant.simulate import Noise, Plant, simulate  # noqa: E402
+
+pytestmark = pytest.mark.ros
+ROOT = Path(__file__).parents[2]
+DOMAIN = 1 + os.getpid() % 100
+BLOCK = 10  # samples that the node simulates at once at 1 kHz in real time
+
+
+class Plants:
+    """Starts plants and keeps what they publish."""
+
+    def __init__(self, node, executor, tmp_path):
+        self.node, self.executor, self.tmp_path = node, executor, tmp_path
+        self.states, self.truth, self.clock, self.started = [], [], [], []
+        qos = QoSProfile(depth=10000)
+        node.create_subscription(JointState, 'joint_states', self.states.append, qos)
+        node.create_subscription(JointState, 'plant/transmission_state', self.truth.append, qos)
+        node.create_subscription(Clock, '/clock', self.clock.append, qos)
+
+    def start(self, **parameters):
+        command = [sys.executable, '-m', 'gearbox_monitor.ros.plant_node', '--ros-args']
+        for name, value in parameters.items():
+            command += ['-p', f'{name}:={value}']
+        env = {**os.environ, 'PYTHONPATH': str(ROOT), 'ROS_DOMAIN_ID': str(DOMAIN),
+               'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_LOG_DIR': str(self.tmp_path)}
+        process = subprocess.Popen(command, env=env, cwd=self.tmp_path, text=True,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.started.append(process)
+        return process
+
+    def until(self, condition, timeout=60.0):
+        """Receive until condition() is true."""
+        end = time.monotonic() + timeout
+        while not condition():
+            assert time.monotonic() < end, 'nothing came'
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def rest(self):
+        """Receive until nothing has come for half a second."""
+        last = time.monotonic()
+        while time.monotonic() < last + 0.5:
+            count = len(self.states) + len(self.truth)
+            self.executor.spin_once(timeout_sec=0.05)
+            if len(self.states) + len(self.truth) > count:
+                last = time.monotonic()
+
+    def set(self, name, value, kind=ParameterType.PARAMETER_DOUBLE):
+        """Set a parameter of the plant, return the service's result."""
+        field = {ParameterType.PARAMETER_DOUBLE: 'double_value',
+                 ParameterType.PARAMETER_STRING: 'string_value',
+                 ParameterType.PARAMETER_DOUBLE_ARRAY: 'double_array_value'}[kind]
+        client = self.node.create_client(SetParameters, 'plant/set_parameters')
+        assert client.wait_for_service(30.0)
+        future = client.call_async(SetParameters.Request(parameters=[
+            Parameter(name=name, value=ParameterValue(type=kind, **{field: value}))]))
+        self.until(future.done)
+        return future.result().results[0]
+
+
+@pytest.fixture
+def plants(monkeypatch, tmp_path):
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=DOMAIN)
+    node = rclpy.create_node('listener', context=context)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    plants = Plants(node, executor, tmp_path)
+    yield plants
+    put_down(plants.started)
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+
+
+def end(process, number=signal.SIGINT):
+    """Send the signal; return (exit code, stderr)."""
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=30)
+    return process.returncode, errors
+
+
+def stamps(messages):
+    return np.array([m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in messages])
+
+
+def columns(messages, field):
+    return np.array([getattr(m, field) for m in messages])
+
+
+def first_index(y, trajectory):
+    """Return the number of the sample whose measured positions are `y`."""
+    found = np.flatnonzero((trajectory.y == y).all(axis=1))
+    assert len(found) == 1, 'the first sample received is not one of the simulation'
+    return found[0]
+
+
+def assert_same(plants, k, run):
+    """Everything received equals the samples from k on of the Trajectory `run`, bit for bit."""
+    n = min(len(plants.states), len(run.t) - k)
+    part = slice(k, k + n)
+    states = plants.states[:n]
+    np.testing.assert_array_equal(columns(states, 'position'), run.y[part])
+    np.testing.assert_array_equal(columns(states, 'effort')[:, 0], run.u[part])
+    assert np.isnan(columns(states, 'effort')[:, 1]).all()
+    m = min(len(plants.truth), n)
+    offset = (stamps(plants.truth[:1]) - stamps(states[:1]))[0] // 10**6
+    part = slice(k + offset, k + offset + m)
+    x = run.x[part]
+    np.testing.assert_array_equal(columns(plants.truth[:m], 'position')[:, 0], x[:, 0] - x[:, 1])
+    np.testing.assert_array_equal(columns(plants.truth[:m], 'velocity')[:, 0], x[:, 2] - x[:, 3])
+    np.testing.assert_array_equal(columns(plants.truth[:m], 'effort')[:, 0], run.tau_k[part])
+
+
+def test_publishes_the_simulation_bit_for_bit(plants):
+    process = plants.start(seed=7, process_noise='[0.0, 0.0, 0.0, 0.0]')
+    plants.until(lambda: len(plants.states) > 1500)
+    code, errors = end(process)
+    assert (code, 'Traceback' in errors) == (0, False), errors
+    u = Excitation().torque(np.arange(60_000) * 1e-3)
+    run = simulate(load_model(config_path('drive.yaml')), u, 1e-3,
+                   Noise(measurement=(0.005, 0.005)), 7)
+    assert_same(plants, first_index(plants.states[0].position, run), run)
+    for messages in (plants.states, plants.truth):
+        assert set(np.diff(stamps(messages))) == {1_000_000}
+    assert plants.states[0].name == ['motor', 'arm']
+    assert plants.truth[0].name == ['transmission']
+    assert not plants.states[0].velocity
+
+
+def test_process_noise_and_duration(plants):
+    process = plants.start(seed=3, duration=2.5, wait_for_subscribers=2)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 0, errors
+    plants.rest()
+    plant = Plant(load_model(config_path('drive.yaml')),
+                  Noise((0.0, 0.0, 0.4, 0.4), (0.005, 0.005)), 3)
+    u = Excitation().torque(np.arange(2500) * 1e-3)
+    blocks = [plant.run(u[k:k + BLOCK], 1e-3) for k in range(0, 2500, BLOCK)]
+    run = type(blocks[0])(*(np.concatenate([getattr(b, name) for b in blocks])
+                            for name in ('t', 'u', 'y', 'x', 'tau_k', 'tau_arm')))
+    k = first_index(plants.states[0].position, run)
+    assert k + len(plants.states) == 2500
+    assert_same(plants, k, run)
+
+
+def test_parameters_change_while_it_runs(plants):
+    plants.start(measurement_noise='[0.0, 0.0]', process_noise='[0.0, 0.0, 0.0, 0.0]')
+    plants.until(lambda: len(plants.truth) > 200)
+    assert plants.set('stiffness', 400.0).successful
+    # By stamps, which are of real time: on a loaded machine older samples are still under way.
+    since = time.time_ns() + 50_000_000
+
+    def changed():
+        return [m for m in plants.truth
+                if m.header.stamp.sec * 10 ** 9 + m.header.stamp.nanosec > since]
+    plants.until(lambda: len(plants.truth) > 1400 and len(changed()) > 1150)
+    later = changed()
+    twist, tau = columns(later, 'position')[:, 0], columns(later, 'effort')[:, 0]
+    outside = np.abs(twist) > 0.1
+    assert outside.any()
+    np.testing.assert_allclose(
+        tau[outside], 400.0 * (twist - 0.1 * np.sign(twist))[outside], atol=1e-12)
+    assert np.all(tau[~outside] == 0)
+
+    for name, value, kind, reason in (
+            ('half_gap', -0.1, ParameterType.PARAMETER_DOUBLE, 'half_gap'),
+            ('rate', 200.0, ParameterType.PARAMETER_DOUBLE, 'read-only'),
+            ('excitation', 'sawtooth', ParameterType.PARAMETER_STRING, 'multisine'),
+            ('amplitudes', [1.0], ParameterType.PARAMETER_DOUBLE_ARRAY, 'frequencies'),
+            ('process_noise', [0.1], ParameterType.PARAMETER_DOUBLE_ARRAY, '4 numbers')):
+        result = plants.set(name, value, kind)
+        assert not result.successful
+        assert reason in result.reason
+
+    assert plants.set('excitation', 'none', ParameterType.PARAMETER_STRING).successful
+    assert plants.set('load_constant', 0.4).successful
+    plants.until(lambda: plants.states[-1].effort[0] == 0.0)
+    # With the load the arm ends on the side of the gap where the transmission carries it.
+    plants.until(lambda: abs(plants.truth[-1].effort[0] - 0.4) < 0.02)
+
+
+def test_growing_gap_faster_than_time(plants):
+    process = plants.start(speed=5.0, gap_growth_rate=0.5, gap_growth_start=2.0,
+                           gap_growth_max=1.0, duration=10.0, rate=500.0,
+                           process_noise='[0.0, 0.0, 0.0, 0.0]')
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 0, errors
+    plants.rest()
+    stamp = stamps(plants.truth)
+    assert set(np.diff(stamp)) == {2_000_000}
+    late = stamp > stamp[-1] - 4 * 10**9  # the last 4 s: the gap has doubled
+    twist, tau = columns(plants.truth, 'position')[:, 0], columns(plants.truth, 'effort')[:, 0]
+    inside = late & (tau == 0)
+    assert 0.15 < np.abs(twist[inside]).max() <= 0.2
+    clock = np.array([m.clock.sec * 10**9 + m.clock.nanosec for m in plants.clock])
+    assert len(clock) > 50
+    assert (np.diff(clock) > 0).all()
+    assert abs(clock[-1] - stamp[-1]) < 10**9
+
+
+def test_torque_from_a_topic_through_the_gear(plants, tmp_path):
+    model = tmp_path / 'geared.yaml'
+    model.write_text('gear_ratio: 50.0\ntorque_constant: 0.5\n')
+    out = plants.node.create_publisher(Float64MultiArray, 'effort_command', 10)
+    process = plants.start(torque_source='topic', model=model, command_timeout=0.2,
+                           measurement_noise='[0.0, 0.0]', process_noise='[0.0, 0.0, 0.0, 0.0]')
+    plants.until(lambda: plants.states and plants.truth and out.get_subscription_count())
+    assert plants.states[-1].effort[0] == 0.0
+
+    def commanded():
+        out.publish(Float64MultiArray(data=[0.08]))  # A: 2 N m on the arm side
+        return plants.states[-1].effort[0] == 0.08
+
+    plants.until(commanded)
+    plants.until(lambda: plants.truth[-1].effort[0] > 0.5)  # it moves
+    # No command any more: the torque ends after 0.2 s.
+    plants.until(lambda: plants.states[-1].effort[0] == 0.0)
+    held = np.flatnonzero(columns(plants.states, 'effort')[:, 0] == 0.08)
+    assert len(held) >= 200
+    # On the wire the motor turns 50 times as far.
+    truth = {t: m for t, m in zip(stamps(plants.truth), plants.truth)}
+    matched = [(m, truth[t]) for t, m in zip(stamps(plants.states), plants.states) if t in truth]
+    y = columns([m for m, _ in matched], 'position')
+    twist = columns([t for _, t in matched], 'position')[:, 0]
+    np.testing.assert_allclose(y[:, 0] / 50 - y[:, 1], twist, atol=1e-12)
+    out.publish(Float64MultiArray(data=[float('nan')]))
+    out.publish(Float64MultiArray())
+    count = len(plants.states)
+    plants.until(lambda: len(plants.states) > count + 100)
+    assert np.isfinite(columns(plants.states, 'effort')[:, 0]).all()
+    assert end(process, signal.SIGTERM)[0] == 0
+
+
+@pytest.mark.parametrize('parameters, words', [
+    ({'model': 'no_such.yaml'}, ['no_such.yaml', 'expected']),
+    ({'rate': 5.0}, ['rate', '5']),
+    ({'excitation': 'sawtooth'}, ['excitation', 'sawtooth', 'multisine']),
+    ({'process_noise': '[1.0]'}, ['process_noise', '4 numbers']),
+    ({'half_gap': 'wide'}, ['half_gap']),
+])
+def test_bad_input_is_one_line(plants, parameters, words):
+    process = plants.start(**parameters)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert len(errors.strip().splitlines()) == 1, errors
+    for word in words:
+        assert word in errors
+
+
+def test_refuses_a_second_clock(plants):
+    clock = plants.node.create_publisher(Clock, '/clock', 1)
+    process = plants.start(publish_clock='true')
+    _, errors = process.communicate(timeout=60)
+    plants.node.destroy_publisher(clock)
+    assert process.returncode == 2
+    assert '/clock' in errors
+    assert 'listener' in errors
+
+
+def test_the_file_of_defaults_agrees_with_the_table():
+    values = yaml.safe_load(config_path('plant.yaml').read_text())['plant']['ros__parameters']
+    table = defaults(PLANT)
+    assert values == {k: v for k, v in table.items() if k not in PLANT_MODEL}
+    model = load_model(config_path('drive.yaml'))
+    for name in PLANT_MODEL:
+        value = getattr(model, name, None)
+        assert table[name] == (getattr(model.transmission, name) if value is None else value)

@@ -1,0 +1,274 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The recorder as a real process, fed over DDS: accidents, signals, QoS, any type."""
+import os
+from pathlib import Path
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+rclpy = pytest.importorskip('rclpy')
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402, I100, I202
+from geometry_msgs.msg import PolygonStamped  # noqa: E402
+from processes import put_down  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
+from rosbags.typesys import get_types_from_msg, get_typestore, Stores  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+from std_msgs.msg import String  # noqa: E402
+
+from gearbox_monitor.bag.cdr import encode_joint_states  # noqa: E402
+from gearbox_monitor.bag.read import open_bag  # noqa: E402
+from gearbox_monitor.ros.definition import message_definition  # noqa: E402
+
+pytestmark = pytest.mark.ros
+ROOT = Path(__file__).parents[2]
+DOMAIN = 1 + os.getpid() % 100  # its own: several test runs may share the machine
+BEST_EFFORT = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED = QoSProfile(depth=5, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+@pytest.fixture
+def node(monkeypatch):
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=DOMAIN)
+    node = rclpy.create_node('feeder', context=context)
+    yield node
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+
+
+@pytest.fixture
+def recorder(tmp_path):
+    """Start recorders with (topics, **parameters); end what is left of them."""
+    started = []
+
+    def start(topics=('joint_states',), output=tmp_path / 'bag', **kwargs):
+        parameters = {'output': output, 'topics': f'[{",".join(topics)}]',
+                      **kwargs.pop('parameters', {})}
+        command = [sys.executable, '-m', 'gearbox_monitor.ros.recorder_node', '--ros-args']
+        for name, value in parameters.items():
+            command += ['-p', f'{name}:={value}']
+        # Written under a limit of file size, compiled modules would be cut without a word.
+        env = {**os.environ, 'PYTHONPATH': str(ROOT), 'ROS_DOMAIN_ID': str(DOMAIN),
+               'PYTHONDONTWRITEBYTECODE': '1',
+               'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_LOG_DIR': str(tmp_path)}
+        process = subprocess.Popen(command, env=env, cwd=tmp_path, text=True,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, **kwargs)
+        started.append(process)
+        return process
+
+    yield start
+    put_down(started)
+
+
+def wait_for(condition, what, seconds=20):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, f'{what} did not happen'
+        time.sleep(0.02)
+
+
+def wait_matched(*publishers):
+    wait_for(lambda: all(p.get_subscription_count() for p in publishers), 'matching')
+
+
+def stop(process, sig=signal.SIGINT):
+    process.send_signal(sig)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 0, errors
+    assert 'Traceback' not in errors and 'Failed' not in errors, errors
+    return errors
+
+
+def publish_at(publishers, rate, seconds):
+    """Publish numbered joint states on all `publishers`; return the time of each, ns."""
+    count = int(rate * seconds)
+    values = np.arange(count)[:, None] * [1.0, -1.0]
+    raws = encode_joint_states(np.arange(count), ['motor', 'arm'], values, effort=values)
+    times, begin = [], time.monotonic()
+    for k, raw in enumerate(raws):
+        times.append(time.time_ns())
+        for publisher in publishers:
+            publisher.publish(raw)
+        time.sleep(max(0.0, begin + (k + 1) / rate - time.monotonic()))
+    return np.array(times)
+
+
+@pytest.mark.parametrize('rate, seconds, topics', [
+    (1000, 2.5, ['joint_states', 'innovations', 'one', 'two']),
+    (2, 3.6, ['joint_states']),
+])
+def test_kill_loses_one_second_at_most(node, recorder, tmp_path, rate, seconds, topics):
+    publishers = [node.create_publisher(JointState, topic, 1000) for topic in topics]
+    process = recorder(topics)
+    wait_matched(*publishers)
+    times = publish_at(publishers, rate, seconds)
+    process.kill()
+    killed_ns = time.time_ns()
+    process.wait()
+    needed = np.flatnonzero(times < killed_ns - 1_000_000_000)
+    assert len(needed) > rate
+    with open_bag(tmp_path / 'bag') as bag:
+        assert bag.truncated and bag.metadata['gearbox_monitor']['version']
+        for topic in topics:
+            found = bag.joint_states('/' + topic, ['motor', 'arm'])
+            assert np.isin(needed, found.stamp_ns).all()
+            np.testing.assert_array_equal(found.position[:, 0], found.stamp_ns)
+            np.testing.assert_array_equal(found.effort[:, 1], -found.position[:, 0])
+            assert (np.abs(found.log_ns - times[found.stamp_ns]) < 10**9).all()
+
+
+def test_qos_types_and_late_topics(node, recorder, tmp_path):
+    """Best effort, latched and late publishers, and types that nobody has told of."""
+    snapshot = node.create_publisher(DiagnosticArray, 'estimator/snapshot', LATCHED)
+    snapshot.publish(DiagnosticArray(status=[DiagnosticStatus(name='first')]))
+    sensor = node.create_publisher(JointState, 'joint_states', BEST_EFFORT)
+    recorder_process = recorder(
+        ['joint_states', 'estimator/snapshot', 'polygon', 'late', '/diagnostics'])
+    wait_matched(sensor, snapshot)
+    polygon = node.create_publisher(PolygonStamped, 'polygon', 10)
+    late = node.create_publisher(String, 'late', LATCHED)
+    late.publish(String(data='before'))
+    wait_matched(polygon, late)
+    message = PolygonStamped()
+    message.header.frame_id = 'here'
+    polygon.publish(message)
+    publish_at([sensor], 50, 0.5)
+    snapshot.publish(DiagnosticArray(status=[DiagnosticStatus(name='second')]))
+    time.sleep(1.2)
+    stop(recorder_process)
+    with open_bag(tmp_path / 'bag') as bag:
+        assert not bag.truncated
+        names = [bag.decode('diagnostic_msgs/msg/DiagnosticArray', raw).status[0].name
+                 for *_, raw in bag.messages(['/estimator/snapshot'])]
+        assert names == ['first', 'second']
+        texts = [bag.decode('std_msgs/msg/String', raw).data
+                 for *_, raw in bag.messages(['/late'])]
+        assert texts == ['before']
+        (raw,) = [raw for *_, raw in bag.messages(['/polygon'])]
+        assert bag.decode('geometry_msgs/msg/PolygonStamped', raw).header.frame_id == 'here'
+        assert bag.topics['/joint_states'][1] == 25
+        own = [bag.decode('diagnostic_msgs/msg/DiagnosticArray', raw).status[0]
+               for *_, raw in bag.messages(['/diagnostics'])][-1]
+        assert (own.name, own.hardware_id, own.level) == ('recorder: recording', 'gearbox', 0)
+    info = (tmp_path / 'bag' / 'metadata.yaml').read_text()
+    assert 'best_effort' in info and 'transient_local' in info and 'recorder.topics' in info
+
+
+def test_losses_are_counted(node, recorder, tmp_path):
+    publisher = node.create_publisher(JointState, 'joint_states', 2000)
+    process = recorder(parameters={'queue_depth': 5})
+    wait_matched(publisher)
+    time.sleep(0.5)
+    publish_at([publisher], 100, 0.3)
+    process.send_signal(signal.SIGSTOP)  # a stalled machine
+    publish_at([publisher], 2000, 0.1)
+    process.send_signal(signal.SIGCONT)
+    publish_at([publisher], 100, 2.0)  # only what comes later tells of a loss
+    errors = stop(process, signal.SIGTERM)
+    with open_bag(tmp_path / 'bag') as bag:
+        missing = 430 - bag.topics['/joint_states'][1]
+    assert missing > 0 and f'lost {missing} messages' in errors
+
+
+def test_full_disk_is_told_and_survived(node, recorder, tmp_path):
+    publisher = node.create_publisher(JointState, 'joint_states', 1000)
+    levels = []
+    node.create_subscription(
+        DiagnosticArray, '/diagnostics',
+        lambda m: levels.append((m.status[0].level, m.status[0].message)), 10)
+    executor = rclpy.executors.SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    process = recorder(
+        parameters={'compression': 'none'},
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000)))
+    wait_matched(publisher)
+    publish_at([publisher], 500, 2)
+    end = time.monotonic() + 10
+    while not any(level == DiagnosticStatus.ERROR for level, _ in levels):
+        assert time.monotonic() < end, levels
+        executor.spin_once(timeout_sec=0.1)
+    assert 'cannot write: File too large' in levels[-1][1]
+    assert process.poll() is None
+    errors = stop(process)
+    assert errors.count('recording has stopped') == 1
+    with open_bag(tmp_path / 'bag') as bag:
+        stamps = bag.joint_states('/joint_states', ['motor']).stamp_ns
+        assert bag.truncated and len(stamps) > 100
+        np.testing.assert_array_equal(stamps, np.arange(len(stamps)))
+
+
+def test_bad_input_is_one_line(recorder, tmp_path):
+    (tmp_path / 'bag').mkdir()
+    cases = [
+        (dict(), 'bag: exists already'),
+        (dict(output=tmp_path / 'new', parameters={'compression': 'rar'}), "'rar', expected one"),
+        (dict(output=tmp_path / 'new', topics=['a b']), "'a b' is no topic name"),
+        (dict(output=tmp_path / 'new', parameters={'queue_depth': 0}), 'queue_depth'),
+    ]
+    running = [(recorder(**kwargs), text) for kwargs, text in cases]
+    for process, text in running:
+        _, errors = process.communicate(timeout=20)
+        lines = [line for line in errors.splitlines() if line]
+        assert process.returncode == 2 and len(lines) == 1 and text in lines[0], errors
+    assert not (tmp_path / 'new').exists()
+
+
+@pytest.mark.parametrize('pause', [0.0, 0.02])
+def test_two_interrupts_end_well(node, recorder, tmp_path, pause):
+    """A terminal and ``ros2 launch`` both send SIGINT; the last messages are in the bag."""
+    publisher = node.create_publisher(JointState, 'joint_states', 1000)
+    process = recorder()
+    wait_matched(publisher)
+    publish_at([publisher], 500, 0.5)
+    process.send_signal(signal.SIGINT)
+    time.sleep(pause)
+    stop(process)
+    with open_bag(tmp_path / 'bag') as bag:
+        assert not bag.truncated and bag.topics['/joint_states'][1] == 250
+
+
+@pytest.mark.parametrize('msgtype', [
+    'geometry_msgs/msg/PolygonStamped', 'sensor_msgs/msg/BatteryState',
+    'rcl_interfaces/msg/ParameterEvent', 'geometry_msgs/msg/PoseWithCovariance',
+    'diagnostic_msgs/msg/DiagnosticStatus', 'sensor_msgs/msg/Image',
+    'shape_msgs/msg/SolidPrimitive'])
+def test_definition_from_class(msgtype):
+    """The fields of a definition made from the class are those of the real one."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    types = get_types_from_msg(message_definition(msgtype), msgtype)
+    for name, (_, fields) in types.items():
+        assert fields == store.fielddefs[name][1], name
+
+
+def test_first_message_comes_with_the_signal(recorder, node, tmp_path):
+    """What arrives while the recorder ends is in a whole bag, with its topic."""
+    process = recorder()
+    publisher = node.create_publisher(JointState, 'joint_states', 100)
+    wait_matched(publisher)
+    time.sleep(0.5)
+    process.send_signal(signal.SIGSTOP)
+    publisher.publish(JointState(name=['motor']))
+    process.send_signal(signal.SIGINT)
+    process.send_signal(signal.SIGCONT)
+    stop(process)
+    with open_bag(tmp_path / 'bag') as bag:
+        assert not bag.truncated

@@ -1,0 +1,153 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The security policy is what the nodes need; nothing runs code of a file or of a message."""
+from pathlib import Path
+import sys
+from xml.etree import ElementTree
+
+from mcap.writer import Writer
+import pytest
+
+from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.errors import InputError
+
+POLICY = Path(__file__).parents[2] / 'config/security/policy.xml'
+NODES = ('plant', 'estimator', 'recorder')
+KINDS = {('topics', 'publish'): 'get_publisher_names_and_types_by_node',
+         ('topics', 'subscribe'): 'get_subscriber_names_and_types_by_node',
+         ('services', 'reply'): 'get_service_names_and_types_by_node',
+         ('services', 'request'): 'get_client_names_and_types_by_node'}
+
+
+def allowed(text):
+    """Return {(enclave, namespace, node): {(kind, verb): {full names}}} of a policy."""
+    policy = ElementTree.fromstring(text)
+    assert policy.get('version') == '0.2.0'
+    found = {}
+    for enclave in policy.findall('enclaves/enclave'):
+        for profile in enclave.findall('profiles/profile'):
+            namespace, node = profile.get('ns'), profile.get('node')
+            rules = found[enclave.get('path'), namespace, node] = {kind: set() for kind in KINDS}
+            for block in profile:
+                (verb, word), = block.attrib.items()
+                assert word == 'ALLOW'
+                names = [item.text for item in block]
+                full = {name if name.startswith('/') else f'{namespace.rstrip("/")}/{name}'
+                        for name in (n.replace('~/', f'{node}/') for n in names)}
+                assert len(full) == len(names), 'named twice'
+                assert not full & rules[block.tag, verb]
+                rules[block.tag, verb] |= full
+    return found
+
+
+def test_estimator_and_recorder_may_give_no_joints():
+    for (_, _, node), rules in allowed(POLICY.read_text(encoding='utf-8')).items():
+        assert ('/joint_states' in rules['topics', 'publish']) == (node == 'plant')
+        assert not rules['services', 'request']
+
+
+@pytest.mark.ros
+def test_policy_is_what_the_nodes_use(tmp_path, monkeypatch):
+    """In a namespace, as docs/security.md says; with all that follows a clock."""
+    pytest.importorskip('rclpy')
+    from diagnostic_msgs.msg import DiagnosticArray
+    from harness import Graph
+    policy = allowed(POLICY.read_text(encoding='utf-8').replace('ns="/"', 'ns="/elbow"'))
+    assert [key[1:] for key in policy] == [('/elbow', node) for node in NODES]
+    graph = Graph(tmp_path, monkeypatch)
+    try:
+        spoke = set()
+        graph.node.create_subscription(
+            DiagnosticArray, '/diagnostics', lambda m: spoke.update(s.name for s in m.status), 50)
+        given = {'plant': {'publish_clock': True}, 'estimator': {'use_sim_time': True},
+                 'recorder': {'use_sim_time': True, 'output': tmp_path / 'bag'}}
+        started = [graph.start(f'{node}_node', '--enclave', enclave, '-r', '__ns:=/elbow',
+                               **given[node]) for enclave, _, node in reversed(policy)]
+
+        def used():
+            found = {}
+            nodes = graph.node.get_node_names_and_namespaces_with_enclaves()
+            for name, namespace, enclave in nodes:
+                if name in NODES:
+                    found[enclave, namespace, name] = {
+                        kind: {topic for topic, _ in getattr(graph.node, ask)(name, namespace)}
+                        for kind, ask in KINDS.items()}
+            return found
+
+        # All have been made: a node speaks when it is complete, the plant has a truth to tell.
+        graph.until(lambda: {'elbow/estimator: input', 'elbow/recorder: recording'} <= spoke
+                    and graph.node.count_publishers('/elbow/plant/transmission_state'), 'start')
+        try:
+            graph.until(lambda: used() == policy, timeout=10.0)
+        except AssertionError:
+            assert used() == policy
+        for process in started:
+            graph.stop(process)
+    finally:
+        graph.close()
+
+
+@pytest.mark.ros
+def test_where_security_is_enforced_no_node_runs_without(tmp_path, monkeypatch):
+    pytest.importorskip('rclpy')
+    from harness import Graph
+    for name, value in (('ENABLE', 'true'), ('STRATEGY', 'Enforce'), ('KEYSTORE', str(tmp_path))):
+        monkeypatch.setenv(f'ROS_SECURITY_{name}', value)
+    graph = Graph.__new__(Graph)  # the test's own node would be refused, too
+    graph.tmp_path, graph.processes = tmp_path, []
+    process = graph.start('recorder_node', '--enclave', '/gearbox_monitor/recorder')
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 2 and errors.startswith('recorder_node: ') and (
+        'SECURITY ERROR' in errors) and errors.count('\n') == 1, errors
+    assert not list(tmp_path.glob('gearbox_*'))
+
+
+@pytest.mark.parametrize('msgtype, definition', [
+    ('evil/msg/A', 'string X="\'; import this; y=\'"\nuint8 a'),
+    ('evil/msg/A', 'string X="""\\\nimport this\n"""\nuint8 a'),
+    ('evil/msg/A', 'uint8 a=__import__("this")'),
+    ('evil/msg/A', 'uint8[__import__("this").x] a'),
+    ('evil/msg/A', 'uint8 a\n    import this'),
+    ('evil/msg/A"""\nimport this\n"""', 'uint8 a'),
+    ('evil/msg/A:\n  import this\nclass B', 'uint8 a'),
+])
+def test_definitions_in_a_bag_run_nothing(tmp_path, monkeypatch, msgtype, definition):
+    monkeypatch.delitem(sys.modules, 'this', raising=False)
+    path = tmp_path / 'a.mcap'
+    with open(path, 'wb') as file:
+        writer = Writer(file)
+        writer.start('ros2')
+        schema = writer.register_schema(msgtype, 'ros2msg', definition.encode())
+        channel = writer.register_channel('/a', 'cdr', schema)
+        writer.add_message(channel, 1, b'\0\1\0\0\1', 1)
+        writer.finish()
+    with open_bag(path) as bag:
+        for found, *_ in bag.topics.values():
+            try:
+                bag.decode(found, b'\0\1\0\0\1')
+            except InputError as error:
+                assert '\n' not in str(error)
+    assert 'this' not in sys.modules
+
+
+def test_a_type_on_the_graph_imports_only_messages(monkeypatch):
+    pytest.importorskip('rclpy')
+    from gearbox_monitor.ros.definition import import_message
+    monkeypatch.delitem(sys.modules, 'this', raising=False)
+    for msgtype in ('this/msg/A', 'json.tool/msg/A', '/msg/A', 'this', 'no_such_thing/msg/A'):
+        with pytest.raises(ImportError):
+            import_message(msgtype)
+    assert 'this' not in sys.modules
+    assert import_message('sensor_msgs/msg/JointState').__name__ == 'JointState'
