@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""rosbag2-compatible MCAP recordings: write, read, also after a crash."""
+"""Recordings: rosbag2-compatible MCAP, import of other formats, replay, repair."""
