@@ -22,7 +22,9 @@ setup(
     name=package_name,
     version='0.1.0',
     packages=find_packages(exclude=['test', 'test.*']),
-    package_data={package_name: ['benchmarks/*.cpp']},
+    package_data={package_name: [
+        'benchmarks/*.cpp', 'report/assets/*', 'report/templates/*.html',
+        'report/templates/*/*.html']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
         ('share/' + package_name, ['package.xml']),
@@ -37,6 +39,7 @@ setup(
     # no such names; in a plain venv the extra "ros" brings them as wheels.
     install_requires=[
         'fsspec>=2023.6',  # no rosdep key
+        'Jinja2>=3.1',
         'matplotlib>=3.6',
         'mcap-ros2-support>=0.5',  # brings mcap; both spellings are the same rosdep key
         'mcap>=1.1',
@@ -55,6 +58,8 @@ setup(
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         'test': [
             'distributed>=2024.1',
+            'djlint>=1.34',
+            'esprima>=4.0',
             'filterpy>=1.4',
             'flake8>=6',
             'flake8-import-order>=0.18',
@@ -67,6 +72,7 @@ setup(
             'pytest-xdist>=3.3',
             'ruff>=0.6,<1',
             'selenium>=4.11',
+            'tinycss2>=1.2',
         ],
     },
     zip_safe=False,

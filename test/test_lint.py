@@ -20,6 +20,7 @@ import sys
 import pytest
 
 ROOT = Path(__file__).parents[1]
+REPORT = ROOT / 'gearbox_monitor/report'
 SOURCES = ['gearbox_monitor', 'test', 'docs', 'setup.py']
 # What ament_copyright recognises as a header of the Apache License, Version 2.0.
 HEADER = """\
@@ -59,6 +60,33 @@ def test_ruff_rules():
 
 def test_types_of_the_core():
     check('mypy')
+
+
+def test_page_templates_are_well_formed():
+    check('djlint', str(REPORT / 'templates'), '--lint', '--profile', 'jinja')
+
+
+def test_page_style_parses():
+    tinycss2 = pytest.importorskip('tinycss2')
+    pending = tinycss2.parse_stylesheet((REPORT / 'assets/page.css').read_text(encoding='utf-8'),
+                                        skip_whitespace=True, skip_comments=True)
+    assert len(pending) > 100
+    while pending:
+        node = pending.pop()
+        assert node.type != 'error', f'page.css:{node.source_line}: {node.message}'
+        if node.type == 'qualified-rule':
+            pending += tinycss2.parse_declaration_list(node.content, skip_whitespace=True,
+                                                       skip_comments=True)
+        elif node.type == 'at-rule' and node.content is not None:
+            pending += tinycss2.parse_rule_list(node.content, skip_whitespace=True,
+                                                skip_comments=True)
+
+
+def test_page_script_parses_and_is_strict():
+    esprima = pytest.importorskip('esprima')
+    tree = esprima.parseScript((REPORT / 'assets/page.js').read_text(encoding='utf-8'))
+    scope, = tree.body  # one function, so that nothing is global
+    assert scope.expression.callee.body.body[0].directive == 'use strict'
 
 
 def test_licence_headers():

@@ -36,7 +36,9 @@ THIRD_PARTY = {
     'fsspec': (None, 'fsspec'),
     'filterpy': (None, 'filterpy'),  # optional: a reference to compare with
     'google': (None, None),
+    'jinja2': ('python3-jinja2', 'Jinja2'),
     'lz4': ('mcap-ros2-support', 'mcap'),
+    'markupsafe': ('python3-jinja2', 'Jinja2'),  # a dependency of it
     'matplotlib': ('python3-matplotlib', 'matplotlib'),
     'mcap': ('mcap-ros2-support', 'mcap'),
     'mcap_ros2': ('mcap-ros2-support', 'mcap-ros2-support'),
@@ -146,7 +148,7 @@ def test_everything_is_installed(installed):
                             if p.is_file()}
     assert (share / 'package.xml').is_file()
     assert (prefix / 'share/ament_index/resource_index/packages/gearbox_monitor').is_file()
-    for sources in ('*.py', '*.cpp'):
+    for sources in ('*.py', '*.cpp', '*.html', '*.css', '*.js'):
         modules = {p.relative_to(ROOT) for p in (ROOT / 'gearbox_monitor').rglob(sources)
                    if p.parent.name != 'launch'}
         assert modules == {p.relative_to(library) for p in library.rglob(sources)} != set()
@@ -161,6 +163,19 @@ def test_installed_copy_finds_its_own_configuration(installed, tmp_path):
                             capture_output=True, text=True)
     config = prefix / 'share/gearbox_monitor/config'
     assert result.stdout.split() == [str(config / 'drive.yaml'), str(config / 'import/emps.yaml')]
+
+
+def test_installed_copy_renders_a_page(installed, tmp_path):
+    _, library = installed
+    code = ('from gearbox_monitor.report.builder import render_page\n'
+            'print(render_page("a <page>", [("part", "<p>words</p>")]))')
+    result = subprocess.run([sys.executable, '-c', code], cwd=tmp_path, check=True,
+                            env={**os.environ, 'PYTHONPATH': str(library)}, capture_output=True,
+                            text=True)
+    assert '<h1>a &lt;page&gt;</h1>' in result.stdout and '<p>words</p>' in result.stdout
+    for asset in ('page.css', 'page.js'):
+        text = (ROOT / 'gearbox_monitor/report/assets' / asset).read_text(encoding='utf-8')
+        assert text in result.stdout and '</' not in text
 
 
 def test_missing_configuration_is_one_line(tmp_path):

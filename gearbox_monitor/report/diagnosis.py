@@ -22,6 +22,7 @@ from gearbox_monitor.identification.overlay import near, smoothed
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report import page
+from gearbox_monitor.report.builder import render_page
 from gearbox_monitor.report.evidence import explained_by
 from gearbox_monitor.report.words import (
     behind, dense_regions, headline, ids_of, meaning, MEANINGS, next_steps, number, percent,
@@ -56,7 +57,7 @@ def report(data, evidence, recordings, closed_written=False, validated=None, com
             json.dumps(data, indent=1)) + '</pre>')),
     ]
     names = ', '.join(_short(recording) for recording in recordings)
-    return page.page(f'Diagnosis of {names}', sections, _lead(data, evidence.axis))
+    return render_page(f'Diagnosis of {names}', sections, _lead(data, evidence.axis))
 
 
 def _suggested(command):

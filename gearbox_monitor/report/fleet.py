@@ -19,6 +19,7 @@ import numpy as np
 
 from gearbox_monitor.monitoring.backlash.forecast import span, when
 from gearbox_monitor.report import page
+from gearbox_monitor.report.builder import render_page
 
 RANKED = 30   # gearboxes with a bar
 DRAWN = 24    # with a curve
@@ -41,7 +42,7 @@ def report(boxes, rows, counts, other_settings):
     if any(box['diagnosis'] for box in boxes):
         sections.append(('Diagnoses', _diagnoses(boxes)))
     sections.append(('Bags that need a look', _bags(rows, other_settings)))
-    return page.page('Fleet', sections, _lead(boxes, counts))
+    return render_page('Fleet', sections, _lead(boxes, counts))
 
 
 def growing(boxes):

@@ -23,6 +23,7 @@ from gearbox_monitor.monitoring.checks.innovation import NIS_HIGH, NIS_LOW
 from gearbox_monitor.parameters import defaults, ESTIMATOR
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report import page
+from gearbox_monitor.report.builder import render_page
 from gearbox_monitor.report.timeline import LEVELS
 from gearbox_monitor.report.words import number
 
@@ -53,7 +54,7 @@ def report(line, facts, name, out=''):
                 ('Torque', _torque(line, time, axis)),
                 ('Input', _input(line, facts, time)),
                 ('Parameters and versions', _parameters(facts))]
-    return page.page(f'Recording {name}', sections, _lead(line, facts, axis) + (
+    return render_page(f'Recording {name}', sections, _lead(line, facts, axis) + (
         page.paragraph(out) if out else ''))
 
 

@@ -25,9 +25,6 @@ import math
 
 import numpy as np
 
-from gearbox_monitor import __version__
-from gearbox_monitor.report.page_assets import SCRIPT, STYLE
-
 UNITS = 10000      # a panel is so many wide and high
 MAX_POINTS = 4000  # of a curve
 LANE_HEIGHT = 22
@@ -108,25 +105,6 @@ class Slice:
     name: str
     cloud: tuple
     lines: tuple
-
-
-def page(title, sections, lead=''):
-    """
-    Return a whole page.
-
-    lead: HTML above the first section; sections: [(heading, HTML)].
-    """
-    links = ''.join(f'<a href="#s{k}">{escape(name)}</a>' for k, (name, _) in enumerate(sections))
-    body = ''.join(f'<section><h2 id="s{k}">{escape(name)}</h2>{html}</section>\n'
-                   for k, (name, html) in enumerate(sections))
-    return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-            '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-            '<link rel="icon" href="data:,">\n'
-            f'<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<main>\n'
-            f'<h1>{escape(title)}</h1>\n{lead}\n<nav>{links}</nav>\n{body}'
-            f'<p class="soft">Written by gearbox_monitor {escape(__version__)}. This file is '
-            f'complete: it loads nothing.</p>\n</main>\n<script>{SCRIPT}</script>\n'
-            '</body>\n</html>\n')
 
 
 def paragraph(text, soft=False):
