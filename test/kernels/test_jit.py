@@ -24,8 +24,7 @@ from gearbox_monitor.kernels.jit import COMPILED, fma, usable_cache
 
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
-STEP = ('from gearbox_monitor.plant import elementary\n'
-        'from gearbox_monitor import jit\n'
+STEP = ('from gearbox_monitor.kernels import elementary, jit\n'
         'assert elementary.arctan(1.0) > 0.7\n'
         'hits = sum(elementary.arctan.stats.cache_hits.values())\n'
         'print(jit.CACHE_FOLDER, hits, jit.CACHE_PROBLEM)')
