@@ -21,14 +21,13 @@ import textwrap
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from gearbox_monitor.plant.effects import EFFECTS, IN_FILTERS, LOCATIONS  # noqa: E402
-from gearbox_monitor.report.words import MEANINGS  # noqa: E402
+from gearbox_monitor.plant.effects import EFFECTS, LOCATIONS  # noqa: E402
 
 PAGE = ROOT / 'docs/effects.md'
 HEAD = """\
 # Effects
 
-Written by `docs/make_effects.py` from `gearbox_monitor/plant/effects.py`; change it there. What a
+Written by `docs/make_effects.py` from `gearbox_monitor/plant/effects/`; change it there. What a
 drive does that the plain model does not. [`gearbox_monitor diagnose`](diagnose.md) finds them. The
 simulated plant can have them, several at once: by the key `effects` of the model file, or while it
 runs by `ros2 param set /plant effects '["stribeck Cs=0.1 vs=0.2"]'`.
@@ -66,13 +65,13 @@ def bounds(parameter):
 def row(effect):
     """Return the line of the table for an Effect."""
     parameters = '; '.join(f'`{p.name}` ({p.unit}{bounds(p)})' for p in effect.parameters)
-    cells = (f'`{effect.id}`', MEANINGS[effect.id], f'`{effect.equation}`', parameters)
+    cells = (f'`{effect.id}`', effect.meaning, f'`{effect.equation}`', parameters)
     return '| ' + ' | '.join(cell.replace('|', '\\|') for cell in cells) + ' |'
 
 
 def page():
     """Return the text of the page."""
-    names = ', '.join(f'`{name}`' for name in IN_FILTERS)
+    names = ', '.join(f'`{name}`' for name, effect in EFFECTS.items() if effect.in_filters)
     lines = [HEAD.rstrip('\n'), '', textwrap.fill(KNOWN.format(names), 99)]
     for location in LOCATIONS:
         lines += ['', f'## {location}', '', '| id | what it is | equation | parameters |',

@@ -26,6 +26,7 @@ from gearbox_monitor.identification.candidates import NOT_FITTED
 from gearbox_monitor.identification.remainder import Remainder, remainder
 from gearbox_monitor.identification.search import Fitted, Search
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 
 LACK = 0.08          # excess of chi2 that is no matter of the noise level
 LACK_RELATIVE = 2e-4  # of the gap: integration is not more accurate
@@ -114,7 +115,7 @@ def lacks(search: Search, fitted: Fitted, rough: bool = False) -> bool:
             return bool((fitted.left > LOOSE * model_error.scales(search.recording)).any())
         return bool(fitted.s > LOOSE * np.std(search.recording.u))
     # A hard burst throws the arm to where a free signal does not find it.
-    excess, structure = misfit(search, fitted, int('disturbance' in fitted.candidate.ids))
+    excess, structure = misfit(search, fitted, int(DISTURBANCE.id in fitted.candidate.ids))
     before, _ = misfit(search, search.fitted[''])
     limit = (ROUGH_STRUCTURE if rough else
              NOISY_STRUCTURE if search.noisy else
@@ -127,7 +128,7 @@ def follows(search: Search, fitted: Fitted) -> Remainder | None:
     """Return what `fitted` leaves as a function of the motion, None where that is chance."""
     if search.noisy or search.recording.motor is not None:
         return None  # not white
-    if 'disturbance' in fitted.candidate.ids:
+    if DISTURBANCE.id in fitted.candidate.ids:
         return None  # a free signal, of which the motion has been asked
     before = (search.fitted[''].point.chi2 - fitted.point.chi2).sum()
     # A motion that the fit misses is better taken from the readings.

@@ -24,6 +24,7 @@ import numpy as np
 from gearbox_monitor.identification import basis_functions, fit as fitting, localisation
 from gearbox_monitor.identification.search import Fitted, Search
 from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 
 ON_FLOOR = 1.12      # chi2 per reading of a window in which nothing is missing
 ELSEWHERE = 50.0     # chi2 by which a torque at another place may be better; true ones: up to 10
@@ -59,7 +60,7 @@ def found_bursts(search: Search) -> Fitted | None:
                     residual=np.where(use[:, None], free.residual, none.point.residual))
     # Bursts are not repeated: those in held-out windows are evidence like the others.
     score = none.score - float(worth[use].sum())
-    return Fitted(replace(none.candidate, ids=('disturbance',)), point, score)
+    return Fitted(replace(none.candidate, ids=(DISTURBANCE.id,)), point, score)
 
 
 def _worth(data: fitting.Data, none: Fitted, free: localisation.FreeForm, runs: Flags, cost: Array,

@@ -26,7 +26,9 @@ import numpy as np
 from gearbox_monitor.identification.recording import Recording
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel, Transmission
-from gearbox_monitor.plant.effects import EFFECTS, library, MAX_DELAY
+from gearbox_monitor.plant.effects import EFFECTS, library, Scales
+from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN, TORQUE_OFFSET
+from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
 
 # Values of the model that scatter with its tolerance: name in a verdict -> field.
 NUISANCES = {'m1': 'motor_inertia', 'm2': 'arm_inertia', 'D': 'damping',
@@ -34,20 +36,21 @@ NUISANCES = {'m1': 'motor_inertia', 'm2': 'arm_inertia', 'D': 'damping',
 RIGID_HIDES = ('m2', 'D', 'K', 'b')  # of m1 and m2 only the sum shows
 ZERO = 'zero'  # offset of the motor's encoder against the arm's, where model.zero_tolerance > 0
 # Values that only an effect has: name -> (id, parameter). kt: factor on the torque.
-BY_EFFECT = {'kt': ('torque_gain', 'g'), 'u0': ('torque_offset', 'u0'),
-             ZERO: ('encoder_offset', 'c')}
+BY_EFFECT = {'kt': (TORQUE_GAIN.id, 'g'), 'u0': (TORQUE_OFFSET.id, 'u0'),
+             ZERO: (ENCODER_OFFSET.id, 'c')}
 _SHAPE = {name for name in Transmission.__dataclass_fields__}
-PERIODIC = ('cogging', 'mesh_error', 'torque_ripple')
-PHASED = (*PERIODIC, 'motor_encoder_eccentricity', 'arm_encoder_eccentricity')
+PERIODIC = tuple(name for name, effect in EFFECTS.items() if effect.periodic)
+PHASED = tuple(name for name, effect in EFFECTS.items() if effect.phased)
 ORDERS = range(1, 41)
 TWIST = (2.0, 98.0)  # percentiles between which the twist swings
-GAPS = (0.2, 0.45)   # of that swing, half gaps to start from
-FARTHEST = 10.0      # times the twist: a loop that is longer never closes, and is any constant
 # Where the motor's motion is put in, its torque shows friction of both sides as one: what is the
 # arm's leaves the motor's.
-SHIFTS, SHIFTED = {'arm_coulomb': 'Cc', 'arm_viscous': 'Cv'}, 1.0
+SHIFTS = {name: EFFECTS[effect.counterpart].parameters[0].name
+          for name, effect in EFFECTS.items()
+          if effect.counterpart and EFFECTS[effect.counterpart].replaces}
+SHIFTED = 1.0
 # Not fitted as a motion: read from the lattice of the readings, or a free signal.
-NOT_FITTED = ('motor_encoder_quantisation', 'arm_encoder_quantisation', 'disturbance')
+NOT_FITTED = tuple(name for name, effect in EFFECTS.items() if not effect.fitted)
 
 
 @dataclass(frozen=True)
@@ -221,19 +224,22 @@ class Starts:
         self.model = model
         self.effects = library()
         t = model.transmission
-        self.torque = max(float(np.std(recording.u)), 1e-9)
-        self.peak = max(float(np.abs(recording.u).max()), 1e-9)
-        self.friction = model.coulomb_friction or 0.1 * self.torque
+        torque = max(float(np.std(recording.u)), 1e-9)
         position, arm = recording.positions.T
         travel = position[10:] - position[:-10]
-        self.speed = max(float(travel.std() / (10 * recording.dt)), 1e-6)
-        self.twist = max(t.half_gap, self.torque / t.stiffness, 1e-6)
-        self.angle = max(float(np.std(position)), 1e-6)
+        twist = max(t.half_gap, torque / t.stiffness, 1e-6)
         # Of a motor whose motion is put in, the twist shows how far values may be off.
-        self.swing = 0.0
+        swing = 0.0
         if recording.motor is not None:
-            self.swing = float(np.ptp(np.percentile(position - arm, TWIST)))
-            self.twist = max(self.twist, 0.5 * self.swing)
+            swing = float(np.ptp(np.percentile(position - arm, TWIST)))
+            twist = max(twist, 0.5 * swing)
+        values = {where: getattr(t if where in _SHAPE else model, where)
+                  for where in NUISANCES.values()}
+        self.scales = Scales(
+            torque=torque, peak=max(float(np.abs(recording.u).max()), 1e-9),
+            friction=model.coulomb_friction or 0.1 * torque,
+            speed=max(float(travel.std() / (10 * recording.dt)), 1e-6), twist=twist,
+            angle=max(float(np.std(position)), 1e-6), swing=swing, values=values)
 
     def none(self) -> Candidate:
         """Return the Candidate without effects."""
@@ -273,11 +279,11 @@ class Starts:
 
     def _nuisances(self, ids: Sequence[str]) -> list[Coordinate]:
         own = {EFFECTS[i].parameters[0].name for i in ids if i in EFFECTS and EFFECTS[i].replaces}
-        if 'encoder_offset' in ids:
+        if ENCODER_OFFSET.id in ids:
             own.add(ZERO)
-        near = {ZERO: 0.1 * self.swing} if self.swing else {}
+        near = {ZERO: 0.1 * self.scales.swing} if self.scales.swing else {}
         spread = nuisances_of(self.model)
-        if self.swing:
+        if self.scales.swing:
             spread.update((name, SHIFTED) for effect, name in SHIFTS.items() if effect in ids
                           and getattr(self.model, NUISANCES[name]))
         return [Coordinate(-1, name, 0.0, min(r, near.get(name, r)),
@@ -287,75 +293,5 @@ class Starts:
 
     def _starts(self, name: str) -> list[list[Coordinate]]:
         """Return lists of Coordinates (owner 0), one list per start."""
-        effect = self.effects[name]
-        if name not in EFFECTS:
-            return [[Coordinate(0, p.name, float(v), max(abs(float(v)), 1e-3), p.low, p.high)
-                     for p, v in zip(effect.parameters, effect.starts)]]
-        p = effect.parameters[0]
-        if effect.replaces:
-            value = replaced_value(self.model, name) or 0.0
-            scale = {'Cv': self.torque / self.speed, 'Cc': self.friction,
-                     'D': 0.1 * self.torque / self.speed}.get(p.name, value)
-            scale = value if value else scale
-            # A resonance that is far off fits in several places.
-            factors = (1.0, 0.7, 1.4) if p.name in ('K', 'b', 'm2', 'm1') else (1.0,)
-            starts = [f * value for f in factors]
-            if self.swing and p.name == 'b':
-                starts += [f * self.swing for f in GAPS]
-                scale = max(scale, 0.1 * self.swing)
-            elif self.swing and p.name == 'K':
-                starts.append(2.0 * self.torque / self.swing)
-            return [[Coordinate(0, p.name, start, scale, max(p.low, 0.02 * value), p.high)]
-                    for start in starts]
-        if name in PHASED:
-            mesh = 0.25 * self.swing or 0.05 * self.twist
-            size = {'cogging': 0.1 * self.torque, 'torque_ripple': 0.05, 'mesh_error': mesh}.get(
-                name, 0.01 * self.angle)
-            return [[Coordinate(0, 'As', 0.0, size), Coordinate(0, 'Ac', 0.0, size)]]
-
-        inf = math.inf
-
-        def one(name: str, start: float, scale: float, low: float = -inf,
-                high: float = inf) -> Coordinate:
-            return Coordinate(0, name, start, scale, low, high)
-
-        def log(name: str, start: float, low: float, high: float) -> Coordinate:
-            return Coordinate(0, name, start, start, low, high, log=True)
-
-        torque, speed, friction = 0.1 * self.torque, self.speed, self.friction
-        elastic = self.model.transmission.stiffness * self.twist
-        lossy = 0.0 if self.swing else -inf  # of a real drive, no loop gains energy
-        farthest = FARTHEST * self.twist
-        table = {
-            'stribeck': [[one('Cs', 0.3 * friction, friction, 0.0),
-                          log('vs', f * speed, 1e-3, 1e3)] for f in (0.03, 0.15, 0.6)],
-            'lugre': [[log('sigma0', s0 * friction, 1e-3, 1e6), log('sigma1', s1, 1e-6, 1e3),
-                       one('Cs', 0.3 * friction, friction, 0.0), log('vs', f * speed, 1e-3, 1e3)]
-                      for s0, s1, f in ((100.0, 0.3, 0.1), (1000.0, 0.1, 0.1), (30.0, 0.3, 0.3))],
-            'coulomb_asymmetry': [[one('Ca', 0.0, friction)]],
-            'load_friction': [[one('Cl', 0.0, 0.1, 0.0, 1.0)]],
-            'viscous_drift': [[one('r', 0.05, 0.3, -1.0), log('T', tc, 0.05, 1e3)]
-                              for tc in (1.0, 6.0)],
-            'arm_viscous': [[one('Cav', 0.0, torque / speed, 0.0)]],
-            'arm_coulomb': [[one('Cac', f * friction, torque, 0.0)]
-                            for f in ((0.0, 0.7) if self.swing else (0.0,))],
-            'gravity': [[one('G', 0.0, torque)]],
-            'load_torque': [[one('TL', 0.0, torque)]],
-            'hardening': [[one('K3', 0.0, torque / self.twist ** 3)]],
-            'hysteresis_bouc_wen': [[one('Th', 0.0, 0.1 * elastic, lossy),
-                                     log('dh', f * self.twist, 1e-5, farthest)]
-                                    for f in (0.03, 0.2, 1.0)],
-            'hysteresis_branch': [[one('h', 0.0, 0.1 * self.twist, -inf, -lossy),
-                                   log('ds', f * self.twist, 1e-5, farthest)]
-                                  for f in (0.03, 0.2, 1.0)],
-            'torque_gain': [[one('g', 0.0, 0.1, -0.95)]],
-            'torque_offset': [[one('u0', 0.0, torque)]],
-            'actuator_lag': [[one('T', 0.001, 0.002, 0.0, 1.0)]],
-            'actuator_delay': [[one('T', 0.001, 0.002, 0.0, MAX_DELAY)]],
-            'saturation': [[one('umax', f * self.peak, 0.1 * self.peak, 0.02 * self.peak,
-                                self.peak)] for f in (0.97, 0.85, 0.65, 0.4)],
-            'motor_encoder_delay': [[one('T', 0.0005, 0.001, 0.0, MAX_DELAY)]],
-            'arm_encoder_delay': [[one('T', 0.0005, 0.001, 0.0, MAX_DELAY)]],
-            'encoder_offset': [[one('c', 0.0, 0.1 * self.twist)]],
-        }
-        return table[name]
+        return [[Coordinate(0, *free) for free in start]
+                for start in self.effects[name].free_parameters(self.scales)]

@@ -40,6 +40,7 @@ from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.windows import N_MEMORY, Windows
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import MEMORIES
 
 VISIBLE = 1.02     # gap before, from which on a closed fraction means something
 FOLDS = 5
@@ -48,7 +49,6 @@ COVERAGE = (5.0, 95.0)  # percentiles
 # Standard deviation of log sigma, measured above the frequencies of motion, beyond that of the
 # root mean square of all n readings: times 1 / sqrt(n).
 SIGMA_ERROR = 0.3
-CARRIED = ('lugre', 'hysteresis_bouc_wen', 'hysteresis_branch')
 Figures: TypeAlias = dict[str, dict[str, float | None] | None]  # of channels, of bins
 Windowed: TypeAlias = tuple[Search, Candidate, fitting.Point]
 
@@ -308,7 +308,7 @@ def cross(fits: Sequence[Windowed]) -> None:
     for k, (search, candidate, point) in enumerate(fits):
         data, every = search.long, np.arange(len(search.long.windows))
         if search.model.transmission.kind in ('play', 'passive_play') or any(
-                e['id'] in CARRIED for e in search.model.effects):
+                e['id'] in MEMORIES for e in search.model.effects):
             for _ in range(2):
                 point.memory = fitting.carried(point.memory, point.carry)
                 point.states, _ = fitting.solve_states(

@@ -23,7 +23,6 @@ from collections.abc import Callable, Sequence
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import coloured_noise
 from gearbox_monitor.identification.adequacy import incomplete, lacks, on_all
-from gearbox_monitor.identification.candidates import PHASED
 from gearbox_monitor.identification.noise import noise_floor
 from gearbox_monitor.identification.recording import joined, Recording
 from gearbox_monitor.identification.search import Fitted, Search
@@ -32,11 +31,12 @@ from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.verdict import location_of, report, Verdict
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects import library
+from gearbox_monitor.plant.effects import EFFECTS, library
 
 QUANTISED = 0.5      # step of a lattice over sigma, from which on rounding matters
 ROUGH = 2.0          # the same, from which on it is no white noise any more
-ARM_TWINS = ('arm_viscous', 'arm_coulomb', 'arm_inertia', 'load_torque')
+# In the order of the encoders.
+LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
 
 
 def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
@@ -82,8 +82,7 @@ def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
     late = judged and lack(best)
     if late:
         best, kind = decided_on_all(search)
-    lattices = [name for i, name in enumerate(('motor_encoder_quantisation',
-                                               'arm_encoder_quantisation'))
+    lattices = [name for i, name in enumerate(LATTICES)
                 if quantum[i] > QUANTISED * sigma[i] and search.long.weighing is None]
     steps = next((name for name in lattices if kind == 'none' and name in exclude), None)
     verdict = report(search, best, 'unknown' if steps else kind,
@@ -124,14 +123,14 @@ def chosen_ids(only: Sequence[str] | None, exclude: Sequence[str]) -> list[str]:
 def visible(name: str, model: DriveModel, recording: Recording) -> bool:
     """Return whether the effect `name` shows in readings of this drive, and under this name."""
     missing = {('motor_sensor', 'arm_sensor')[i] for i in (0, 1) if i not in recording.channels}
-    place = location_of(name)
-    if place in missing or (missing and name == 'encoder_offset'):
+    effect = library()[name]
+    place = effect.location
+    if place in missing or (missing and effect.needs_both_encoders):
         return False
-    if recording.motor is not None and place == 'motor_sensor' and (
-            missing or name == 'motor_encoder_quantisation'):
+    if recording.motor is not None and place == 'motor_sensor' and (missing or effect.lattice):
         return False
-    if model.axis == 'prismatic' and (name in PHASED or name == 'gravity'):
+    if model.axis == 'prismatic' and effect.rotary_only:
         return False  # nothing turns with a position in m, and a weight is a constant load
     # In a rigid drive the same on the arm cannot be told from it on the motor.
     return model.transmission.kind != 'rigid' or (
-        place != 'transmission' and name not in ARM_TWINS)
+        place != 'transmission' and not effect.merges_if_rigid)

@@ -39,6 +39,7 @@ from gearbox_monitor.identification.recording import Recording
 from gearbox_monitor.identification.windows import N_MEMORY, Simulator, Windows
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
 
 if TYPE_CHECKING:
     from gearbox_monitor.identification.model_error import Weighing
@@ -50,8 +51,6 @@ RIVAL = 6.0  # chi2 by which another fit of a window is better, from which on it
 ROUGH, KEPT_STARTS = 2, 3  # iterations from all starts; how many go on
 SHARES = (0.1, 0.2, 0.4, 0.7, 1.0)  # of the windows, on which states are found step by step
 STUCK = 1.15   # times the median chi2: windows above are tried from elsewhere
-LOOPS = {'hysteresis_bouc_wen': 2, 'hysteresis_branch': 3}  # where their memory stands
-MEMORIES = (-1.0, -0.5, 0.0, 0.5, 1.0)  # it goes from -1 to 1
 UNSET: Any = None  # of a Point that was not evaluated yet
 Reduced: TypeAlias = tuple[Array, Array, Array, Array]
 
@@ -307,11 +306,12 @@ def _try_memories(data: Data, candidate: Candidate, point: Point) -> int:
 
     What a fit that was still far off handed over may hold a window back for ever.
     """
-    places = [LOOPS[name] for name in candidate.ids if name in LOOPS]
+    starts = {MEMORIES[i]: EFFECTS[i].memory_starts for i in candidate.ids
+              if i in MEMORIES and EFFECTS[i].memory_starts}
     every, better = np.arange(len(point.states)), np.zeros(len(point.states), bool)
-    for value in MEMORIES if places else ():
+    for values in zip(*starts.values()):
         memory = point.memory.copy()
-        memory[:, places] = value
+        memory[:, list(starts)] = values
         states, chi2 = solve_states(data, candidate.model(point.z), point.states, memory, every)
         use = chi2 < point.chi2 - RIVAL
         point.states[use], point.memory[use], point.chi2[use] = states[use], memory[use], chi2[use]
@@ -523,7 +523,7 @@ def objective(candidate: Candidate, point: Point, weight: Array,
 def uses_memory(candidate: Candidate) -> bool:
     """Return whether windows hand anything over but their states."""
     return candidate.nominal.transmission.kind in ('play', 'passive_play') or any(
-        i in ('lugre', 'hysteresis_bouc_wen', 'hysteresis_branch') for i in candidate.ids)
+        i in MEMORIES for i in candidate.ids)
 
 
 def fresh(data: Data, candidate: Candidate, states: Array | None = None) -> Point:

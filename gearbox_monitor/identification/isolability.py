@@ -31,10 +31,11 @@ from gearbox_monitor.identification.candidates import (
     NOT_FITTED, PERIODIC, replaced_value, with_effects)
 from gearbox_monitor.identification.search import Fitted, KEEP_SCREENED, Search
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects import EFFECTS
 
 LIMIT = 20.0  # in units of 2 log likelihood
 LASTING_SHARE = 0.1  # of the evidence, where much lasts that no model explains
-TWINS = {'torque_offset': 'coulomb_asymmetry', 'coulomb_asymmetry': 'torque_offset'}
+TWINS = {name: effect.twin for name, effect in EFFECTS.items() if effect.twin}
 SMALL = 1e-9
 Separations: TypeAlias = dict[str, tuple[float, dict[str, float]]]
 
@@ -129,7 +130,8 @@ def direction(fitted: Fitted, owner: int, own: Array) -> Array:
     for k, c in enumerate(candidate.coordinates):
         if c.owner != owner:
             continue
-        if name == 'lugre' and c.name == 'sigma0':
+        if name in EFFECTS and any(p.name == c.name and p.off_at_infinity
+                                   for p in EFFECTS[name].parameters):
             total -= own[:, k]
         elif not c.log:
             total += own[:, k] * ((z[k] - null) or c.scale)

@@ -101,7 +101,7 @@ def fit_nominal(recordings: Sequence[Recording], model: DriveModel,
     if recording.motor is not None:  # no state of a window holds the zero
         other, candidate, point = closed_model.windowed(recording, model, sigma)
         before = _gap(other.long, candidate, point)
-    scales = {'u0': search.starts.torque, ZERO: max(search.starts.twist, 1e-6)}
+    scales = {'u0': search.starts.scales.torque, ZERO: max(search.starts.scales.twist, 1e-6)}
     free = free or [name for name in known if name != 'kt']
     ids = tuple(name for name in free if name in own)
     coordinates = [_coordinate(name, scales.get(name)) for name in free if name not in own]
@@ -273,9 +273,11 @@ def start_values(model: DriveModel) -> dict[str, float]:
         t = model.transmission
         out[name] = getattr(t, where) if hasattr(t, where) else getattr(model, where)
     effects = {e['id']: e for e in model.effects}
-    out['kt'] = model.torque_constant * (1.0 + effects.get('torque_gain', {'g': 0.0})['g'])
-    out['u0'] = model.torque_offset + effects.get('torque_offset', {'u0': 0.0})['u0']
-    out[ZERO] = effects.get('encoder_offset', {'c': 0.0})['c']
+    by_effect = {name: effects.get(effect, {}).get(parameter, 0.0)
+                 for name, (effect, parameter) in BY_EFFECT.items()}
+    out['kt'] = model.torque_constant * (1.0 + by_effect['kt'])
+    out['u0'] = model.torque_offset + by_effect['u0']
+    out[ZERO] = by_effect[ZERO]
     return out
 
 

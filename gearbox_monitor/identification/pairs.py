@@ -30,14 +30,14 @@ from gearbox_monitor.identification.candidates import (
     Candidate, NOT_FITTED, ORDERS, PERIODIC, with_effects)
 from gearbox_monitor.identification.search import Fitted, Search
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects import EFFECTS
 
 # Proposals: by the linearised gain of a second effect over whole windows and over their beginnings
 # (where a model that is far off still follows the readings), and of both over none.
 TOP_FORWARD, TOP_BEGUN, TOP_SCREENED, TOP_SINGLE = 3, 5, 4, 3
 TOP_ORDERS = 4  # where the motor is driven: what is made small is jagged, a gain tells no order
 # The same on the other side: the torque of a motor whose motion is put in shows their sum.
-SIDES = {'motor_coulomb': 'arm_coulomb', 'motor_viscous': 'arm_viscous',
-         'arm_coulomb': 'motor_coulomb', 'arm_viscous': 'motor_viscous'}
+SIDES = {name: effect.counterpart for name, effect in EFFECTS.items() if effect.counterpart}
 EXCHANGED = 3
 BEGUN = 3  # steps of a fit by which starts and orders are compared
 SETTLED = 4

@@ -29,6 +29,8 @@ from gearbox_monitor.identification.candidates import nuisances_of, ZERO
 from gearbox_monitor.identification.pairs import find_pairs, forward_gains, restarted, SETTLED
 from gearbox_monitor.identification.search import Fitted, Search
 from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
+from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
 
 MARGIN = 25.0        # gain in BIC of one effect over none: covers the search over some 35
 ROUGH_MARGIN = 250.0  # the same of bursts, where an encoder has steps above its noise
@@ -57,7 +59,7 @@ def convincing(search: Search, fitted: Fitted) -> bool:
 def scatters(search: Search, name: str) -> bool:
     """Return whether the effect `name` is a value that may scatter anyway."""
     effect = EFFECTS.get(name)
-    value = ZERO if name == 'encoder_offset' else (
+    value = ZERO if name == ENCODER_OFFSET.id else (
         effect.parameters[0].name if effect and effect.replaces else None)
     return value in nuisances_of(search.model)
 
@@ -137,7 +139,7 @@ def by_bursts(search: Search, rough: bool, lack: Callable[[Fitted], bool]) -> Fi
 
     rough, lack: as of decide.
     """
-    if 'disturbance' not in search.ids:
+    if DISTURBANCE.id not in search.ids:
         return None
     if search.long.weighing is None and search.fitted[''].s > 0.0:
         return None  # torque noise on the motor is bursts, too
@@ -151,7 +153,7 @@ def by_bursts(search: Search, rough: bool, lack: Callable[[Fitted], bool]) -> Fi
         return None
     singles = search.ranked()
     best = search.fitted[singles[0]]
-    search.fitted['disturbance'] = burst
+    search.fitted[DISTURBANCE.id] = burst
     if everywhere(search, best) < SHARE * gain(search, burst):
         return burst
     # One effect explains most of the bursts: two may explain them all, with less freedom.
@@ -159,7 +161,7 @@ def by_bursts(search: Search, rough: bool, lack: Callable[[Fitted], bool]) -> Fi
     pair = search.fitted[pairs[0]] if pairs else best
     if lack(pair) or everywhere(search, pair) < gain(search, burst):
         return burst
-    del search.fitted['disturbance']
+    del search.fitted[DISTURBANCE.id]
     return pair
 
 

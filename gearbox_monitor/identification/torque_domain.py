@@ -34,6 +34,7 @@ from gearbox_monitor.identification.windows import Simulator, Windows
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant import effects, prescribed_motion as kernels
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import equations
 from gearbox_monitor.plant.simulate import N_STATE, plugin_of
 
 HALF_WIDTHS = (0.003, 0.005, 0.008, 0.012, 0.018, 0.025, 0.035, 0.05)  # s
@@ -153,10 +154,10 @@ class DrivenSimulator(Simulator):
 
     def _begun(self, begin: Integers, e: Array) -> Array:
         read, speed = self._arm[begin].T
-        x2 = read - e[effects.OFFSET2]
-        x2 -= e[effects.ECC2_A] * np.sin(x2 + e[effects.ECC2_PHI])
+        x2 = read - e[equations.OFFSET2]
+        x2 -= e[equations.ECC2_A] * np.sin(x2 + e[equations.ECC2_PHI])
         states = np.zeros((len(begin), 4))
-        states[:, 1], states[:, 3] = x2 + e[effects.DELAY2] * speed, speed
+        states[:, 1], states[:, 3] = x2 + e[equations.DELAY2] * speed, speed
         return states
 
 

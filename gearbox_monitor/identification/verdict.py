@@ -41,7 +41,8 @@ from gearbox_monitor.plant.effects import EFFECTS, library
 TIE = 1.01  # ratio of chi2 that free signals leave at places that they do not tell apart
 AS_MUCH = 1.1  # times what a free signal leaves, a law leaves where it tells as much
 NEARLY = 0.85  # share of the gap in chi2: what explains it acts where the effect does
-UNREPEATABLE = ('disturbance', 'motor_encoder_quantisation', 'arm_encoder_quantisation')
+LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
+UNREPEATABLE = tuple(name for name, effect in EFFECTS.items() if not effect.fitted)
 
 
 @dataclass
@@ -99,7 +100,7 @@ def report(search: Search, best: Fitted, kind: str, lattices: list[str], quantum
         model = best.candidate.model(best.point.z)
     params = {name: {k: float(v) for k, v in values.items()}
               for name, values in zip(best.candidate.ids, given)}
-    for i, name in enumerate(('motor_encoder_quantisation', 'arm_encoder_quantisation')):
+    for i, name in enumerate(LATTICES):
         if name in ids:
             params[name] = {'q': float(quantum[i])}
             model = with_effects(model or search.model, [

@@ -30,7 +30,8 @@ from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant import batch, effects
 from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue
-from gearbox_monitor.plant.effects import actuator, DELAY, GAIN, LAG, MAX_DELAY, reading, UMAX
+from gearbox_monitor.plant.effects import MAX_DELAY
+from gearbox_monitor.plant.effects.equations import actuator, DELAY, GAIN, LAG, reading, UMAX
 from gearbox_monitor.plant.simulate import advance, N_STATE, plugin_of, with_plugin
 
 N_MEMORY = N_STATE - 4

@@ -131,6 +131,18 @@ def jit_anew(function: Kernel) -> Kernel:
     return numba.njit(error_model='numpy', nogil=True, **LEAN)(function)
 
 
+def jit_part(function: Kernel) -> Kernel:
+    """
+    Return `function` as jit_inline does, without a file of its own in the cache.
+
+    For parts that kernels are composed of: closures, and functions of an effect's parameters. The
+    kernel around them is cached as a whole.
+    """
+    if not COMPILED:
+        return function
+    return numba.njit(error_model='numpy', nogil=True, forceinline=True, **LEAN)(function)
+
+
 def _compiled(function: Kernel, options: dict[str, Any]) -> Kernel:
     options = {'error_model': 'numpy', 'nogil': True, **options}
     if CACHE_FOLDER is None:

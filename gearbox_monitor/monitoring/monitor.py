@@ -40,8 +40,8 @@ from gearbox_monitor.monitoring.checks.level import (
     Alarm, Condition, DEBOUNCE, Finding, finding_of, Level, with_more)
 from gearbox_monitor.monitoring.history import History
 from gearbox_monitor.parameters import AT_ONCE, checked, ESTIMATOR, with_values
-from gearbox_monitor.plant.drive import model_from_dict
-from gearbox_monitor.plant.effects import ARM_LOADS, not_in_filters
+from gearbox_monitor.plant.drive import loads_arm, model_from_dict
+from gearbox_monitor.plant.effects import not_in_filters
 
 RING = 2048
 HISTORY = 8192
@@ -271,7 +271,7 @@ class Monitor:
         if ignored:
             self.warnings = [*self.warnings, f'effects of the model that no filter knows are left '
                              f'out: {", ".join(ignored)}']
-        loads = [e['id'] for e in self.drive.effects if e['id'] in ARM_LOADS]
+        loads = [e['id'] for e in self.drive.effects if loads_arm(e['id'])]
         if loads and self.drive.arm_load == 'measured':
             self.warnings = [*self.warnings, f'effects of the model act besides the measured load '
                              f'on the arm: {", ".join(loads)}; leave out what it contains']

@@ -30,7 +30,7 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import (
     ALPHA, arm_acceleration, arm_friction, CAC, CC, CV, G, gravity, HALF_GAP, KIND,
     motor_acceleration, steady_arm_load, STIFFNESS)
-from gearbox_monitor.plant.effects import (
+from gearbox_monitor.plant.effects.equations import (
     BRANCH_DS, BRANCH_H, bristle, CA, COG_A, cogging, CS, DH, DRIFT_R, friction_side, hardening,
     K3, loop_memory, lugre, MESH_A, mesh_error, reading, ripple, RIPPLE_A, SIGMA0, stribeck, TH,
     viscous_drift)

@@ -38,7 +38,10 @@ from gearbox_monitor.errors import InputError, Problems, unknown
 from gearbox_monitor.kernels.elementary import arctan, sine
 from gearbox_monitor.kernels.jit import jit, jit_inline
 from gearbox_monitor.kernels.types import Array, Packed, Values
-from gearbox_monitor.plant.effects import ADDITIVE, ARM_LOADS, EFFECTS, Parameter, plugins
+from gearbox_monitor.plant.effects import EFFECTS, Parameter, plugins
+from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
+from gearbox_monitor.plant.effects.arm_side import ARM_VISCOUS
+from gearbox_monitor.plant.effects.effect import AtRest
 from gearbox_monitor.plant.transmission import KINDS
 from gearbox_monitor.plant.units import on_axis
 
@@ -49,6 +52,9 @@ RK4_STABILITY = 2.7
 # Places in the packed parameter array; of the inertias stand the inverses, kernels need no other.
 (INVERSE_M1, INVERSE_M2, D, CV, CC, ALPHA, KR, OFFSET, KIND, STIFFNESS, HALF_GAP, WIDTH, K_S,
  CAV, CAC, ARM_ALPHA, G, TL, CL, N_PARAMETERS) = range(20)
+
+# Parameters of effects that equations (1) have in the filters, too.
+COEFFICIENTS = {'Cav': CAV, 'Cac': CAC, 'G': G, 'TL': TL, 'Cl': CL}
 
 UNSEEN_TIME = 0.1  # s in which an arm that is not measured would come to rest
 ARM_LOAD_MODES = ('none', 'unknown', 'measured')
@@ -106,14 +112,16 @@ class DriveModel:
         gain = ratio
         rest: list[Values] = []
         for effect in self.effects:
-            if effect['id'] == 'torque_gain':
+            if effect['id'] == TORQUE_GAIN.id:
                 gain *= 1.0 + effect['g']
-            elif effect['id'] == 'saturation':  # acts before the gain
-                rest.append({**effect, 'umax': effect['umax'] / ratio})
+            elif effect['id'] in EFFECTS:
+                scaled = {p.name: effect[p.name] / ratio
+                          for p in EFFECTS[effect['id']].parameters if p.of_command}
+                rest.append({**effect, **scaled})
             else:
                 rest.append(effect)
         if abs(gain - 1.0) > 1e-12:
-            rest.append({'id': 'torque_gain', 'g': gain - 1.0})
+            rest.append({'id': TORQUE_GAIN.id, 'g': gain - 1.0})
         return replace(self, torque_constant=constant, effects=tuple(rest))
 
     def folded(self) -> 'DriveModel':
@@ -124,9 +132,9 @@ class DriveModel:
         names = {f.name for f in fields(Transmission)}
         for effect in self.effects:
             known = EFFECTS.get(effect['id'])
-            if effect['id'] == 'torque_offset':
-                changes['torque_offset'] = (
-                    changes.get('torque_offset', self.torque_offset) + effect['u0'])
+            if known and known.adds_to:
+                value = changes.get(known.adds_to, getattr(self, known.adds_to))
+                changes[known.adds_to] = value + effect[known.parameters[0].name]
             elif known and known.replaces:
                 value = effect[known.parameters[0].name]
                 (shape if known.replaces in names else changes)[known.replaces] = value
@@ -144,9 +152,9 @@ class DriveModel:
         Whatever loads it then, nothing flows back to the motor. Friction of its own keeps the
         arm's speed, which nothing corrects, within bounds.
         """
-        effects = [e for e in self.effects if e['id'] not in ARM_LOADS]
+        effects = [e for e in self.effects if not loads_arm(e['id'])]
         return self.with_(arm_load='none', damping=0.0, effects=[
-            *effects, {'id': 'arm_viscous', 'Cav': self.arm_inertia / UNSEEN_TIME}])
+            *effects, {'id': ARM_VISCOUS.id, 'Cav': self.arm_inertia / UNSEEN_TIME}])
 
     def pack(self) -> Array:
         """
@@ -169,11 +177,9 @@ class DriveModel:
         p[STIFFNESS], p[HALF_GAP] = t.stiffness, t.half_gap
         p[WIDTH], p[K_S] = t.hysteresis_width, t.hysteresis_stiffness
         for effect in self.effects:
-            p[CAV] += effect.get('Cav', 0.0)
-            p[CAC] += effect.get('Cac', 0.0)
-            p[G] += effect.get('G', 0.0)
-            p[TL] += effect.get('TL', 0.0)
-            p[CL] += effect.get('Cl', 0.0)
+            if effect['id'] in EFFECTS and EFFECTS[effect['id']].in_filters:
+                for name, place in COEFFICIENTS.items():
+                    p[place] += effect.get(name, 0.0)
         return p
 
     def to_dict(self) -> dict[str, Any]:
@@ -307,7 +313,7 @@ def _effects(items: Any, source: str, axis: str) -> tuple[Values, ...]:
             if not isinstance(name, str) or name not in known:
                 raise InputError(f'{source}: effects: {item!r}: unknown id, '
                                  f'{unknown(name, known)}')
-            if name not in ADDITIVE and any(name == other['id'] for other in result):
+            if not known[name].additive and any(name == other['id'] for other in result):
                 raise InputError(f'{source}: effects.{name}: given twice, expected each id once')
             result.append(_effect(item, name, known[name].parameters, source, axis))
     problems.raise_all()
@@ -340,6 +346,17 @@ def _check_effect_value(value: Any, parameter: Parameter, place: str, axis: str)
                          + f' ({on_axis(parameter.unit, axis)})')
 
 
+def loads_arm(name: str) -> bool:
+    """Return whether the effect `name` is a load on the arm that the filters' equations have."""
+    effect = EFFECTS.get(name)
+    return effect is not None and effect.in_filters and effect.location == 'arm_side'
+
+
+def _at_rest(effect: Values, sharpness: float) -> AtRest:
+    known = EFFECTS.get(effect['id'])
+    return known.at_rest(effect, sharpness) if known and known.at_rest else AtRest(0.0)
+
+
 def fastest_eigenvalue(model: DriveModel) -> float:
     """
     Return the magnitude of the fastest eigenvalue (1/s) of a DriveModel linearised at rest.
@@ -355,15 +372,11 @@ def fastest_eigenvalue(model: DriveModel) -> float:
         torque = model.transmission.stiffness * model.transmission.half_gap
     slope = motor_friction_slope(0.0, torque, p)
     arm_slope = p[CAV] + TWO_OVER_PI * p[CAC] * p[ALPHA]
-    bristles = 0.0
+    spring = 0.0
     for effect in model.effects:
-        if effect['id'] == 'stribeck':
-            slope += TWO_OVER_PI * p[ALPHA] * effect['Cs']
-        elif effect['id'] == 'coulomb_asymmetry':
-            slope += TWO_OVER_PI * p[ALPHA] * abs(effect['Ca'])
-        elif effect['id'] == 'lugre':  # at rest a spring and a damper
-            slope += effect['sigma1']
-            bristles = effect['sigma0']
+        at_rest = _at_rest(effect, p[ALPHA])
+        slope += at_rest.damper
+        spring += at_rest.spring
     if model.transmission.kind == 'rigid':
         return (slope + arm_slope) / (model.motor_inertia + model.arm_inertia)
     k = model.transmission.stiffness + model.transmission.hysteresis_stiffness
@@ -371,7 +384,7 @@ def fastest_eigenvalue(model: DriveModel) -> float:
     a = np.array([
         [0.0, 0.0, 1.0, 0.0],
         [0.0, 0.0, 0.0, 1.0],
-        [-(k + model.position_gain + bristles) / m1, k / m1, -(d + slope) / m1, d / m1],
+        [-(k + model.position_gain + spring) / m1, k / m1, -(d + slope) / m1, d / m1],
         [k / m2, -(k + p[G]) / m2, d / m2, -(d + arm_slope) / m2]])
     return float(np.abs(np.linalg.eigvals(a)).max())
 

@@ -34,9 +34,10 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import (
     ARM_ALPHA, CAC, CAV, D, DriveModel, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S, KIND,
     motor_acceleration, STIFFNESS, TWO_OVER_PI, WIDTH)
-from gearbox_monitor.plant.effects import (
+from gearbox_monitor.plant.effects import Three, Torques
+from gearbox_monitor.plant.effects.equations import (
     BRANCH_H, DELAY1, ECC1_A, ECC1_PHI, elastic_torque, GAIN, reading, RIPPLE_A, RIPPLE_N,
-    RIPPLE_PHI, TH, Three, Torques)
+    RIPPLE_PHI, TH)
 from gearbox_monitor.plant.simulate import _memories, _torques, rebuilt
 from gearbox_monitor.plant.transmission import RIGID, transmission_torque
 

@@ -28,9 +28,10 @@ from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import (
     ALPHA, arm_acceleration, arm_load, CC, CV, DriveModel, fastest_eigenvalue, HALF_GAP, K_S, KIND,
     motor_acceleration, rigid_torque, STIFFNESS, substeps, WIDTH)
-from gearbox_monitor.plant.effects import (
-    actuator, BRANCH_DS, BRANCH_H, bristle, bursts, DH, Effect, elastic_torque, friction_effects,
-    loop_memory, MAX_DELAY, motor_torque, quantised, reading, SIGMA0, TH, Three, Torques)
+from gearbox_monitor.plant.effects import arm_profile, Effect, MAX_DELAY, quantised, Three, Torques
+from gearbox_monitor.plant.effects.equations import (
+    actuator, BRANCH_DS, BRANCH_H, bristle, DH, elastic_torque, friction_effects, loop_memory,
+    motor_torque, reading, SIGMA0, TH)
 from gearbox_monitor.plant.transmission import RIGID, transmission_torque
 
 # State of a simulation: x1..x4, memory of the transmission, of lugre, bouc_wen and branch.
@@ -283,7 +284,7 @@ class Plant:
         self._lagged = actuator(known, keep, self._lagged, dt, n, self._effects, acting)
         self._past_u = known[-keep:]
         extra = np.zeros((len(u), 3))
-        extra[:, ARM] = -bursts(self._model.effects, t, dt)
+        extra[:, ARM] = -arm_profile(self._model.effects, t, dt)
         self._kernel(self.state, t, acting, extra, dt, n, noise, process, self._packed,
                      self._effects, self._theta, x, tau)
         rows = np.concatenate([self._past_x, x])

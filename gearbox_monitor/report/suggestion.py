@@ -21,12 +21,17 @@ import numpy as np
 from gearbox_monitor.identification.isolability import TWINS
 from gearbox_monitor.identification.noise import noise_levels
 from gearbox_monitor.plant.effects import library
+from gearbox_monitor.plant.effects.arm_side import LOAD_TORQUE
+from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
+from gearbox_monitor.plant.effects.gearbox import BACKLASH_GAP
+from gearbox_monitor.plant.effects.motor_side import (
+    COULOMB_ASYMMETRY, MOTOR_INERTIA, MOTOR_VISCOUS)
 from gearbox_monitor.quality.input_checks import Smooth
 
 # What the check of a recording says that its motion lacks, and effects that then look alike.
-UNEXCITED = (('never crosses the gap', ('backlash_gap', 'encoder_offset')),
-             (' reverses: friction', ('coulomb_asymmetry', 'load_torque')),
-             ('hardly accelerates', ('motor_inertia', 'motor_viscous')))
+UNEXCITED = (('never crosses the gap', (BACKLASH_GAP.id, ENCODER_OFFSET.id)),
+             (' reverses: friction', (COULOMB_ASYMMETRY.id, LOAD_TORQUE.id)),
+             ('hardly accelerates', (MOTOR_INERTIA.id, MOTOR_VISCOUS.id)))
 
 
 def suggestion(data, recordings, model_file, out=None):

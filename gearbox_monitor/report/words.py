@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """Words for a verdict, shared by the terminal and the page: effects, places, what to do next."""
+from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.units import on_axis
 
 NEAR_FLOOR = 1.5  # gap that may be noise of the encoders
@@ -21,63 +23,11 @@ PLACES = {
     'motor_side': 'motor side', 'arm_side': 'arm side', 'transmission': 'transmission',
     'actuator': 'actuator', 'motor_sensor': 'motor encoder', 'arm_sensor': 'arm encoder'}
 # What each effect means on a real drive.
-MEANINGS = {
-    'motor_viscous': 'viscous friction of the motor is not that of the model',
-    'motor_coulomb': 'Coulomb friction of the motor is not that of the model',
-    'stribeck': 'friction of the motor is higher at low speed',
-    'lugre': 'friction of the motor gives elastically before it slips, and falls with speed',
-    'coulomb_asymmetry': 'friction of the motor differs between the directions',
-    'load_friction': 'friction of the motor grows with the transmitted torque',
-    'motor_inertia': 'inertia of the motor is not that of the model',
-    'viscous_drift': 'viscous friction changes during the recording, as oil that warms up',
-    'cogging': 'torque of the motor varies with its angle, also without current',
-    'arm_viscous': 'viscous friction on the arm',
-    'arm_coulomb': 'Coulomb friction on the arm',
-    'gravity': 'weight of the arm',
-    'load_torque': 'constant torque on the arm',
-    'arm_inertia': 'inertia of the arm is not that of the model, as with a payload',
-    'disturbance': 'short torque bursts on the arm, as from contacts',
-    'backlash_gap': 'backlash is not that of the model',
-    'stiffness': 'stiffness of the gearbox is not that of the model',
-    'hardening': 'gearbox stiffens (or softens) with load',
-    'hysteresis_bouc_wen': 'gearbox loses energy: torque over twist is a loop with soft ends',
-    'hysteresis_branch': 'torque over twist has two branches, one per direction',
-    'transmission_damping': 'damping of the gearbox is not that of the model',
-    'mesh_error': 'transmission error that repeats with the angle of the motor',
-    'torque_gain': 'torque is commanded in another scale, as by a wrong torque constant',
-    'torque_offset': 'torque has a constant offset',
-    'actuator_lag': 'torque follows the command with a lag',
-    'actuator_delay': 'torque follows the command with a dead time',
-    'saturation': 'torque is limited below the command',
-    'torque_ripple': 'torque is modulated with the angle of the motor',
-    'motor_encoder_eccentricity': 'disc of the motor encoder is off centre',
-    'motor_encoder_quantisation': 'motor encoder is coarse',
-    'motor_encoder_delay': 'reading of the motor encoder is late',
-    'arm_encoder_eccentricity': 'disc of the arm encoder is off centre',
-    'arm_encoder_quantisation': 'arm encoder is coarse',
-    'arm_encoder_delay': 'reading of the arm encoder is late',
-    'encoder_offset': 'encoders do not share their zero',
-}
+MEANINGS = {name: effect.meaning for name, effect in EFFECTS.items()}
 SUGGESTED = 'a motion that tells more, no larger than that of the recording, is found by'
 # Recordings that separate what others leave open.
-SEPARATES = (
-    ({'torque_offset', 'coulomb_asymmetry'},
-     'no motion separates them: they differ only near standstill'),
-    ({'actuator_lag', 'actuator_delay'}, 'a chirp or fast motion above 5 Hz'),
-    ({'motor_viscous', 'motor_coulomb'}, 'steps to several speeds'),
-    ({'arm_viscous', 'arm_coulomb'}, 'steps to several speeds'),
-    ({'motor_viscous', 'arm_viscous'}, 'frequent reversals through the backlash'),
-    ({'motor_viscous', 'viscous_drift'}, 'a longer recording, the same motion early and late'),
-    ({'load_torque', 'torque_offset'}, 'slow moves and dwells'),
-    ({'stribeck', 'lugre'}, 'slow reversals'),
-    ({'stribeck', 'motor_coulomb'}, 'slow reversals and several speeds'),
-    ({'stiffness', 'hardening'}, 'several load amplitudes'),
-    ({'stiffness', 'backlash_gap'}, 'several load amplitudes on both flanks'),
-    ({'torque_gain', 'motor_coulomb'}, 'dynamic torque instead of slow motion'),
-    ({'load_friction', 'motor_coulomb'}, 'several load amplitudes'),
-    ({'gravity', 'cogging'}, 'a wide range of angles'),
-    ({'motor_encoder_eccentricity', 'arm_encoder_eccentricity'}, 'more than one turn of travel'),
-)
+SEPARATES = tuple(({name, other}, motion) for name, effect in EFFECTS.items()
+                  for other, motion in effect.separated_by.items())
 
 
 def meaning(name, axis):
@@ -135,9 +85,9 @@ def percent(value):
 def undefined(data):
     """Return why there is no closed fraction."""
     ids = set(ids_of(data))
-    if 'disturbance' in ids:
+    if DISTURBANCE.id in ids:
         return 'a disturbance does not repeat'
-    if any('quantisation' in name for name in ids):
+    if any(name in EFFECTS and EFFECTS[name].lattice for name in ids):
         return 'rounding does not move the model'
     return 'the gap is too small'
 
@@ -180,9 +130,9 @@ def next_steps(data, closed_written, validated, axis='rotary'):
             named = ', '.join(sorted(pair & ids))
             advice.append(f'{named} or {other}: {motion}' if motion.startswith('no ') else
                           on_axis(f'to tell {named} from {other}, record {motion}', axis))
-    if 'disturbance' in ids:
+    if DISTURBANCE.id in ids:
         return [*advice, 'look for contacts at the times given, and record again without']
-    if any('quantisation' in name for name in ids):
+    if any(name in EFFECTS and EFFECTS[name].lattice for name in ids):
         return [*advice, 'the model is right; a finer encoder reading would show more']
     if not closed_written:
         advice.append('write the model that closes the gap: --out DIR')

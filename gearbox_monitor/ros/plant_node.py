@@ -40,6 +40,7 @@ from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE, TRANSMISSION
 from gearbox_monitor.parameters import PLANT, PLANT_MODEL
 from gearbox_monitor.plant.drive import model_from_dict
+from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, GRAVITY, LOAD_TORQUE
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.faults import EncoderFault, Faults, FaultyPlant, JOINTS
 from gearbox_monitor.plant.simulate import Noise, Plant
@@ -113,9 +114,9 @@ class PlantNode(TableNode):
         if v['excitation'] == 'multisine' and len(v['amplitudes']) != len(v['frequencies']):
             raise InputError(f'plant: frequencies: {v["frequencies"]}, expected one for each of '
                              f'the {len(v["amplitudes"])} amplitudes')
-        loads = ({'id': 'gravity', 'G': v['load_gravity']},
-                 {'id': 'arm_coulomb', 'Cac': v['load_coulomb']},
-                 {'id': 'load_torque', 'TL': v['load_constant']})
+        loads = ({'id': GRAVITY.id, 'G': v['load_gravity']},
+                 {'id': ARM_COULOMB.id, 'Cac': v['load_coulomb']},
+                 {'id': LOAD_TORQUE.id, 'TL': v['load_constant']})
         values = self.drive.with_(**{name: v[name] for name in PLANT_MODEL}).to_dict()
         values['effects'] += [*loads, *map(_effect, filter(str.strip, v['effects']))]
         model = model_from_dict(values, 'plant')

@@ -34,6 +34,7 @@ from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.effects.equations import actuator
 from gearbox_monitor.plant.faults import Faults, FaultyPlant
 from gearbox_monitor.plant.simulate import Noise, Plant
 
@@ -131,7 +132,7 @@ def test_agrees_with_a_plant_that_shares_no_code(name):
     extra = None
     if name == 'disturbance':  # to a free run a torque from outside
         extra = np.zeros((len(U), 3))
-        extra[:, 1] = -effects.bursts(model.effects, T, DT)
+        extra[:, 1] = -effects.arm_profile(model.effects, T, DT)
     rest = np.zeros((1, 4))
     runs, _ = simulator.run(cut(recording, len(U) * DT), model, rest, rest, extra)
     assert np.abs(runs[0] - y).max() < max(6e-3 * influence, 2e-4)
@@ -157,7 +158,7 @@ def test_actuator_exactly():
     """A ramp comes a delay later; a step is lagged as exp(-t/T) says, in the mean of each part."""
     n, e = 4, effects.pack(given('actuator_delay'))
     u, out = np.concatenate([np.zeros(30), np.arange(100.0)]), np.empty((100, n))
-    effects.actuator(u, 30, 0.0, DT, n, e, out)
+    actuator(u, 30, 0.0, DT, n, e, out)
     # Mean over each part of the held command, 3.6 samples earlier.
     fine = np.repeat(u, 1000)
     ends = 30_000 + np.arange(100 * n + 1) * 250 - 3600
@@ -166,7 +167,7 @@ def test_actuator_exactly():
 
     e = effects.pack([*given('actuator_lag'), {'id': 'torque_gain', 'g': 0.5},
                       {'id': 'saturation', 'umax': 2.0}])
-    effects.actuator(np.concatenate([np.zeros(30), np.full(100, 7.0)]), 30, 0.0, DT, n, e, out)
+    actuator(np.concatenate([np.zeros(30), np.full(100, 7.0)]), 30, 0.0, DT, n, e, out)
     t = np.arange(100 * n + 1) * DT / n
     reached = 3.0 * (t + 0.004 * np.exp(-t / 0.004))  # its integral
     np.testing.assert_allclose(out.ravel(), np.diff(reached) * n / DT, atol=1e-9)

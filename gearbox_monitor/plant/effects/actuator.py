@@ -1,0 +1,102 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Effects between the torque that is commanded and the torque that acts on the motor."""
+import math
+
+from gearbox_monitor.kernels.elementary import sine
+from gearbox_monitor.kernels.jit import jit_part
+from gearbox_monitor.plant.effects.effect import (
+    Coefficients, Effect, FreeParameter, MAX_DELAY, Parameter, PERIOD, Scales, Starts, wave)
+
+
+@jit_part
+def scaled_command(c: Coefficients, u: float) -> float:
+    """Return (1 + g) u for the command `u` (N m) and the parameter g of `c`."""
+    return u * (1.0 + c.g)
+
+
+TORQUE_GAIN = Effect(
+    'torque_gain', 'actuator', 'u_act = (1 + g) u', (Parameter('g', '-', -1.0),),
+    meaning='torque is commanded in another scale, as by a wrong torque constant',
+    command=scaled_command, starts=lambda s: [[FreeParameter('g', 0.0, 0.1, -0.95)]],
+    separated_by={'motor_coulomb': 'dynamic torque instead of slow motion'})
+
+TORQUE_OFFSET = Effect(
+    'torque_offset', 'actuator', 'u_act = u + u0', (Parameter('u0', 'N m'),),
+    meaning='torque has a constant offset', adds_to='torque_offset', in_filters=True,
+    additive=True, twin='coulomb_asymmetry',
+    starts=lambda s: [[FreeParameter('u0', 0.0, 0.1 * s.torque)]],
+    separated_by={
+        'coulomb_asymmetry': 'no motion separates them: they differ only near standstill'})
+
+# Lag and delay act over the steps of a simulation: composition.actuator has their equations.
+ACTUATOR_LAG = Effect(
+    'actuator_lag', 'actuator', "T u_act' = u - u_act", (Parameter('T', 's', 0.0, 10.0),),
+    meaning='torque follows the command with a lag',
+    starts=lambda s: [[FreeParameter('T', 0.001, 0.002, 0.0, 1.0)]],
+    separated_by={'actuator_delay': 'a chirp or fast motion above 5 Hz'})
+
+ACTUATOR_DELAY = Effect(
+    'actuator_delay', 'actuator', 'u_act(t) = u(t - T)', (Parameter('T', 's', 0.0, MAX_DELAY),),
+    meaning='torque follows the command with a dead time',
+    starts=lambda s: [[FreeParameter('T', 0.001, 0.002, 0.0, MAX_DELAY)]])
+
+
+@jit_part
+def clipped_command(c: Coefficients, u: float) -> float:
+    """Return the command `u` (N m) within +-umax of `c`."""
+    return min(max(u, -c.umax), c.umax)
+
+
+def _saturation_starts(s: Scales) -> Starts:
+    return [[FreeParameter('umax', f * s.peak, 0.1 * s.peak, 0.02 * s.peak, s.peak)]
+            for f in (0.97, 0.85, 0.65, 0.4)]
+
+
+SATURATION = Effect(
+    'saturation', 'actuator', 'u_act = clip(u, -umax, umax)',
+    (Parameter('umax', 'N m', 0.0, of_command=True),),
+    meaning='torque is limited below the command', command=clipped_command, off=math.inf,
+    order=-1, starts=_saturation_starts)
+
+
+@jit_part
+def ripple_gain(c: Coefficients, x1: float) -> float:
+    """Return the factor of torque ripple with the parameters `c` at the position `x1` (rad)."""
+    return 1.0 + c.A * sine(c.N * x1 + c.phi)
+
+
+@jit_part
+def with_ripple(c: Coefficients, x1: float, x3: float, u: float) -> float:
+    """
+    Return the torque of the motor with ripple.
+
+    Args:
+        c: parameters A, N, phi.
+        x1: position of the motor, rad.
+        x3: its speed; not used.
+        u: torque of the motor, N m.
+
+    Returns:
+        u (1 + A sin(N x1 + phi)), N m.
+    """
+    return u * ripple_gain(c, x1)
+
+
+TORQUE_RIPPLE = Effect(
+    'torque_ripple', 'actuator', 'u_act = u (1 + A sin(N x1 + phi))',
+    (Parameter('A', '-'), *PERIOD),
+    meaning='torque is modulated with the angle of the motor', motor_torque=with_ripple,
+    motor_gain=ripple_gain, order=-1, starts=wave(lambda s: 0.05), rotary_only=True)

@@ -1,0 +1,83 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Effects on the arm's side of the gearbox: its friction, weight, inertia and loads."""
+import numpy as np
+
+from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.plant.effects.effect import (
+    Effect, FreeParameter, of_model, Parameter, positive, Scales, Starts)
+
+_M2 = Parameter('m2', 'kg m^2', 1e-9)
+
+ARM_VISCOUS = Effect(
+    'arm_viscous', 'arm_side', 'tau_arm += Cav x4', (positive('Cav', 'N m s/rad'),),
+    meaning='viscous friction on the arm', in_filters=True, additive=True,
+    counterpart='motor_viscous', merges_if_rigid=True,
+    starts=lambda s: [[FreeParameter('Cav', 0.0, 0.1 * s.torque / s.speed, 0.0)]],
+    separated_by={'arm_coulomb': 'steps to several speeds'})
+
+
+def _coulomb_starts(s: Scales) -> Starts:
+    return [[FreeParameter('Cac', f * s.friction, 0.1 * s.torque, 0.0)]
+            for f in ((0.0, 0.7) if s.swing else (0.0,))]
+
+
+ARM_COULOMB = Effect(
+    'arm_coulomb', 'arm_side', 'tau_arm += Cac s(x4)', (positive('Cac', 'N m'),),
+    meaning='Coulomb friction on the arm', in_filters=True, additive=True,
+    counterpart='motor_coulomb', merges_if_rigid=True, starts=_coulomb_starts)
+
+GRAVITY = Effect(
+    'gravity', 'arm_side', 'tau_arm += G sin(x2)', (Parameter('G', 'N m'),),
+    meaning='weight of the arm', in_filters=True, additive=True, rotary_only=True,
+    starts=lambda s: [[FreeParameter('G', 0.0, 0.1 * s.torque)]],
+    separated_by={'cogging': 'a wide range of angles'})
+
+LOAD_TORQUE = Effect(
+    'load_torque', 'arm_side', 'tau_arm += TL', (Parameter('TL', 'N m'),),
+    meaning='constant torque on the arm', in_filters=True, additive=True, merges_if_rigid=True,
+    starts=lambda s: [[FreeParameter('TL', 0.0, 0.1 * s.torque)]],
+    separated_by={'torque_offset': 'slow moves and dwells'})
+
+ARM_INERTIA = Effect(
+    'arm_inertia', 'arm_side', 'm2 replaced', (_M2,),
+    meaning='inertia of the arm is not that of the model, as with a payload',
+    replaces='arm_inertia', merges_if_rigid=True,
+    starts=of_model(_M2, 'arm_inertia', (1.0, 0.7, 1.4)))
+
+
+def burst(effect: Values, t: Array, dt: float) -> Array:
+    """
+    Return the torque of a burst.
+
+    Args:
+        effect: values of t0 (s), duration (s) and amplitude (N m).
+        t: begins of steps [N], s.
+        dt: length of the steps, s.
+
+    Returns:
+        Mean torque in each step [N], N m.
+    """
+    begin, end = effect['t0'], effect['t0'] + effect['duration']
+    covered = np.minimum(t + dt, end) - np.maximum(t, begin)
+    return effect['amplitude'] * np.clip(covered / dt, 0.0, 1.0)
+
+
+# Found as a free-form torque on the arm, see identification.bursts.
+DISTURBANCE = Effect(
+    'disturbance', 'arm_side', 'tau_arm += amplitude from t0 for duration, a few times',
+    (Parameter('t0', 's', 0.0), positive('duration', 's'), Parameter('amplitude', 'N m')),
+    meaning='short torque bursts on the arm, as from contacts',
+    arm_profile=burst, additive=True, starts=None)

@@ -1,0 +1,269 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What one effect is: a single object with everything that the package knows about it.
+
+An equation is a compiled function that takes `c`, the effect's parameters by their names, and then
+the arguments of its slot (see Effect). Kernels are composed of these functions, see composition.
+"""
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+import math
+from typing import Any, NamedTuple, TypeAlias
+
+from gearbox_monitor.kernels.types import Array, Values
+
+LOCATIONS = ('motor_side', 'arm_side', 'transmission', 'actuator', 'motor_sensor', 'arm_sensor')
+MAX_DELAY = 0.02  # s: longest dead time of torque or encoder
+# The parameters of an effect as a named tuple, c.A, c.phi ...; each effect has a type of its own.
+Coefficients: TypeAlias = Any
+Three: TypeAlias = tuple[float, float, float]
+# (t, x1, x2, x3, x4, u, tau_k, theta) -> torques, see Effect.
+Torques: TypeAlias = Callable[[float, float, float, float, float, float, float, Array], Three]
+
+
+class MotorFriction(NamedTuple):
+    """Friction of the model: tau_f = viscous x3 + coulomb (2/pi) atan(sharpness x3)."""
+
+    viscous: float    # N m s/rad
+    coulomb: float    # N m
+    sharpness: float  # s/rad
+
+
+class AtRest(NamedTuple):
+    """An effect on the motor, linearised at rest: damper (N m s/rad) and spring (N m/rad)."""
+
+    damper: float
+    spring: float = 0.0
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """
+    A parameter of an effect: physical bounds `low` and `high` in `unit`.
+
+    whole: an integer. of_command: counts in the unit of the commanded torque, and is scaled with
+    it. off_at_infinity: the effect vanishes as the parameter grows.
+    """
+
+    name: str
+    unit: str
+    low: float = -math.inf
+    high: float = math.inf
+    whole: bool = False
+    of_command: bool = False
+    off_at_infinity: bool = False
+
+
+class FreeParameter(NamedTuple):
+    """
+    One coordinate of a fit: where it starts, the size of a change that matters, its bounds.
+
+    log: it moves on a logarithmic scale. A wave A sin(x + phi) has the coordinates As and Ac of
+    As sin(x) + Ac cos(x).
+    """
+
+    name: str
+    start: float
+    scale: float
+    low: float = -math.inf
+    high: float = math.inf
+    log: bool = False
+
+
+@dataclass(frozen=True)
+class Scales:
+    """
+    Sizes in one drive and one recording, from which fits take their start values.
+
+    torque: standard deviation of the motor's torque; peak: its largest magnitude; friction: of the
+    model, N m. speed: usual speed of the motor, rad/s. twist: usual twist of the transmission;
+    angle: standard deviation of the motor's position, rad. swing: range of the measured twist
+    where the motion of the motor is prescribed, else 0. values: {field: value} of DriveModel and
+    Transmission.
+    """
+
+    torque: float
+    peak: float
+    friction: float
+    speed: float
+    twist: float
+    angle: float
+    swing: float
+    values: Mapping[str, float]
+
+
+Starts: TypeAlias = list[list[FreeParameter]]  # one list per start of a fit
+
+
+@dataclass(frozen=True)
+class Effect:
+    """
+    One effect: where it sits, its equation, its parameters, how fits treat it, what it means.
+
+    What it is:
+        id, location, meaning: its name, one of LOCATIONS, one line for reports.
+        equation: text in the symbols of docs/effects.md.
+        parameters: in the order of the fields of `c`. The effect is off where the first one is
+            `off`; where a kernel evaluates the effect, off must be 0.
+        replaces: field of the model whose value its only parameter replaces; adds_to: field to
+            which it is added. Such an effect has no equation.
+        in_filters: the equations of the filters contain it, see DriveModel.pack.
+        additive: a model may list it several times.
+
+    Its equation, a function with @jit_part in one of these slots:
+        friction(c, t, x3, z, base): torque (N m) added to tau_f. base: MotorFriction.
+        arm_torque(c, t, x2, x4, z): torque (N m) added to tau_arm.
+        twist(c, x1, x2, z): angle (rad) added to the twist that acts.
+        elastic(c, twist, z, half_gap): torque (N m) added to tau_K.
+        motor_torque(c, x1, x3, u): torque (N m) that acts on the motor in place of u;
+            motor_gain(c, x1): its derivative with respect to u, where that is not 1.
+        command(c, u): torque (N m) that the actuator makes of the command u.
+        encoder_error(c, x): (error, its first and second derivative) of a reading at position x.
+        memory(c, z, x3, x4, h, base): z, its memory, h s later; z is 0 at rest.
+        Effects in one slot act one after the other, those of lower `order` first.
+        t in s; x1, x2 (rad) and x3, x4 (rad/s): position and speed of motor and arm.
+    Outside of compiled code:
+        arm_profile(effect, t, dt): torque [N] added to tau_arm in the steps of dt s from t [N].
+        lattice: its first parameter is the step to which readings are rounded.
+        torques: of a plug-in, a function (t, x1, x2, x3, x4, u, tau_k, theta) -> torques (N m)
+            added to the motor, taken from the arm, and added to the transmission; it must compile
+            with numba.
+        at_rest(effect, sharpness): AtRest, for the fastest eigenvalue.
+
+    Its fit:
+        starts: a function of Scales that returns the start values, or one number per parameter;
+            None for what no fit finds. memory_starts: memories to start windows from.
+        counterpart: id of the same effect on the other side of the gearbox.
+        merges_if_rigid: a rigid transmission makes it the same as an effect on the motor.
+        twin: id of an effect that no motion distinguishes from it.
+        separated_by: {id of another effect: motion that distinguishes them}.
+        rotary_only: a prismatic axis does not have it. needs_both_encoders: one does not show it.
+    """
+
+    id: str
+    location: str
+    equation: str
+    parameters: tuple[Parameter, ...]
+    replaces: str = ''
+    torques: Torques | None = None
+    starts: tuple[float, ...] | Callable[[Scales], Starts] | None = ()
+    meaning: str = ''
+    adds_to: str = ''
+    in_filters: bool = False
+    additive: bool = False
+    off: float = 0.0
+    order: int = 0
+    friction: Callable[..., float] | None = None
+    arm_torque: Callable[..., float] | None = None
+    twist: Callable[..., float] | None = None
+    elastic: Callable[..., float] | None = None
+    motor_torque: Callable[..., float] | None = None
+    motor_gain: Callable[..., float] | None = None
+    command: Callable[..., float] | None = None
+    encoder_error: Callable[..., Three] | None = None
+    memory: Callable[..., float] | None = None
+    arm_profile: Callable[[Values, Array, float], Array] | None = None
+    lattice: bool = False
+    at_rest: Callable[[Values, float], AtRest] | None = None
+    memory_starts: tuple[float, ...] = ()
+    counterpart: str = ''
+    merges_if_rigid: bool = False
+    twin: str = ''
+    separated_by: Mapping[str, str] = field(default_factory=dict)
+    rotary_only: bool = False
+    needs_both_encoders: bool = False
+
+    @property
+    def phased(self) -> bool:
+        """Whether it is a wave with an amplitude A and a phase phi over an angle."""
+        return {'A', 'phi'} <= {p.name for p in self.parameters}
+
+    @property
+    def periodic(self) -> bool:
+        """Whether it is a wave of N periods per turn, N whole and found by a search."""
+        return self.phased and any(p.whole for p in self.parameters)
+
+    @property
+    def fitted(self) -> bool:
+        """Whether fits of the motion find its parameters."""
+        return self.starts is not None
+
+    def free_parameters(self, scales: Scales) -> Starts:
+        """Return the coordinates of a fit, one list per start, in the Scales `scales`."""
+        if self.starts is None:
+            raise ValueError(f'{self.id}: no fit of the motion finds this effect')
+        if callable(self.starts):
+            return self.starts(scales)
+        return [[FreeParameter(p.name, float(v), max(abs(float(v)), 1e-3), p.low, p.high)
+                 for p, v in zip(self.parameters, self.starts)]]
+
+
+def positive(name: str, unit: str, high: float = math.inf) -> Parameter:
+    """Return the Parameter `name` in `unit` that is >= 0 and <= `high`."""
+    return Parameter(name, unit, 0.0, high)
+
+
+def of_model(parameter: Parameter, where: str, factors: tuple[float, ...] = (1.0,),
+             usual: Callable[[Scales], float] = lambda scales: 0.0) -> Callable[[Scales], Starts]:
+    """
+    Return the `starts` of an effect that replaces a value of the model.
+
+    Args:
+        parameter: the effect's only Parameter.
+        where: field of the model that it replaces.
+        factors: on the value of the model, one per start.
+        usual: scale of the parameter where the value of the model is 0.
+
+    Returns:
+        A function of Scales.
+    """
+    def starts(scales: Scales) -> Starts:
+        value = scales.values[where]
+        scale = value or usual(scales)
+        return [[replaced(parameter, f * value, scale, value)] for f in factors]
+    return starts
+
+
+def replaced(parameter: Parameter, start: float, scale: float, value: float) -> FreeParameter:
+    """
+    Return the coordinate of a Parameter that replaces a value of the model.
+
+    Args:
+        parameter: of the effect.
+        start: where the fit begins.
+        scale: size of a change that matters.
+        value: of the model; 2 % of it bound the coordinate from below.
+
+    Returns:
+        The FreeParameter.
+    """
+    return FreeParameter(parameter.name, start, scale, max(parameter.low, 0.02 * value),
+                         parameter.high)
+
+
+def wave(size: Callable[[Scales], float]) -> Callable[[Scales], Starts]:
+    """Return the `starts` of a wave: `size` gives the amplitude that matters."""
+    def starts(scales: Scales) -> Starts:
+        return [[FreeParameter('As', 0.0, size(scales)), FreeParameter('Ac', 0.0, size(scales))]]
+    return starts
+
+
+def logarithmic(name: str, start: float, low: float, high: float) -> FreeParameter:
+    """Return the coordinate `name` on a log scale from `start`, between `low` and `high`."""
+    return FreeParameter(name, start, start, low, high, log=True)
+
+
+PERIOD = (Parameter('N', '1/rev', 1, 40, True), Parameter('phi', 'rad'))

@@ -1,0 +1,226 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Effects in the transmission: its stiffness, backlash, damping, hysteresis and errors of mesh."""
+import math
+
+from gearbox_monitor.kernels.elementary import sine
+from gearbox_monitor.kernels.jit import jit_part
+from gearbox_monitor.plant.effects.effect import (
+    Coefficients, Effect, FreeParameter, logarithmic, MotorFriction, of_model, Parameter, PERIOD,
+    positive, replaced, Scales, Starts, wave)
+from gearbox_monitor.plant.effects.motor_side import relaxed
+from gearbox_monitor.plant.transmission import dead_zone
+
+BACKLASH_SHARES = (0.2, 0.45)  # of the swing of the measured twist: half gaps to start from
+FARTHEST = 10.0  # times the twist: a wider loop never closes, and is like a constant torque
+RESONANCE = (1.0, 0.7, 1.4)  # a resonance that is far off fits in several places
+LOOP_STARTS = (-1.0, -0.5, 0.0, 0.5, 1.0)  # the memory of a hysteresis goes from -1 to 1
+_B, _K = positive('b', 'rad'), Parameter('K', 'N m/rad', 1e-9)
+_D = positive('D', 'N m s/rad')
+
+
+# ---------------------------------------------------------------------- values of the model
+
+
+def _backlash_starts(s: Scales) -> Starts:
+    value = s.values['half_gap']
+    sizes, scale = [f * value for f in RESONANCE], value
+    if s.swing:
+        sizes += [f * s.swing for f in BACKLASH_SHARES]
+        scale = max(scale, 0.1 * s.swing)
+    return [[replaced(_B, size, scale, value)] for size in sizes]
+
+
+BACKLASH_GAP = Effect(
+    'backlash_gap', 'transmission', 'b replaced', (_B,),
+    meaning='backlash is not that of the model', replaces='half_gap', starts=_backlash_starts)
+
+
+def _stiffness_starts(s: Scales) -> Starts:
+    value = s.values['stiffness']
+    sizes = [f * value for f in RESONANCE]
+    if s.swing:
+        sizes.append(2.0 * s.torque / s.swing)
+    return [[replaced(_K, size, value, value)] for size in sizes]
+
+
+STIFFNESS = Effect(
+    'stiffness', 'transmission', 'K replaced', (_K,),
+    meaning='stiffness of the gearbox is not that of the model', replaces='stiffness',
+    starts=_stiffness_starts,
+    separated_by={'hardening': 'several load amplitudes',
+                  'backlash_gap': 'several load amplitudes on both flanks'})
+
+
+# ---------------------------------------------------------------------- torque over twist
+
+
+@jit_part
+def hardening_torque(c: Coefficients, twist: float, z: float, half_gap: float) -> float:
+    """
+    Return the torque (N m) that hardening adds.
+
+    Args:
+        c: parameter K3.
+        twist: that acts, rad.
+        z: not used.
+        half_gap: of the backlash, rad.
+
+    Returns:
+        K3 dz(twist, half_gap)^3.
+    """
+    out = dead_zone(twist, half_gap)
+    return c.K3 * out * out * out
+
+
+HARDENING = Effect(
+    'hardening', 'transmission', 'tau_K += K3 dz(delta, b)^3', (Parameter('K3', 'N m/rad^3'),),
+    meaning='gearbox stiffens (or softens) with load', elastic=hardening_torque,
+    starts=lambda s: [[FreeParameter('K3', 0.0, 0.1 * s.torque / s.twist ** 3)]])
+
+
+@jit_part
+def bouc_wen_torque(c: Coefficients, twist: float, z: float, half_gap: float) -> float:
+    """
+    Return the torque (N m) that the Bouc-Wen hysteresis adds.
+
+    Args:
+        c: parameters Th, dh.
+        twist: not used.
+        z: memory, from -1 to 1.
+        half_gap: not used.
+
+    Returns:
+        Th z.
+    """
+    return c.Th * z
+
+
+@jit_part
+def bouc_wen_memory(c: Coefficients, z: float, x3: float, x4: float, h: float,
+                    base: MotorFriction) -> float:
+    """
+    Return the memory of z' = (delta' - |delta'| z) / dh after a step.
+
+    Args:
+        c: parameters Th, dh.
+        z: memory at the begin.
+        x3: speed of the motor, rad/s.
+        x4: speed of the arm, rad/s.
+        h: length of the step, s.
+        base: not used.
+
+    Returns:
+        The memory at the end.
+    """
+    rate = x3 - x4
+    return relaxed(z, math.copysign(1.0, rate), abs(rate) / c.dh, h)
+
+
+def _bouc_wen_starts(s: Scales) -> Starts:
+    elastic = s.values['stiffness'] * s.twist
+    low = 0.0 if s.swing else -math.inf  # of a real drive, no loop supplies energy
+    return [[FreeParameter('Th', 0.0, 0.1 * elastic, low),
+             logarithmic('dh', f * s.twist, 1e-5, FARTHEST * s.twist)] for f in (0.03, 0.2, 1.0)]
+
+
+BOUC_WEN = Effect(
+    'hysteresis_bouc_wen', 'transmission',
+    "tau_K += Th z, z' = (delta' - |delta'| z) / dh",
+    (Parameter('Th', 'N m'), Parameter('dh', 'rad', 1e-6, 1e3)),
+    meaning='gearbox loses energy: torque over twist is a loop with soft ends',
+    elastic=bouc_wen_torque, memory=bouc_wen_memory, memory_starts=LOOP_STARTS,
+    starts=_bouc_wen_starts)
+
+
+@jit_part
+def branch_twist(c: Coefficients, x1: float, x2: float, z: float) -> float:
+    """
+    Return the twist (rad) by which the branch of a loop is shifted.
+
+    Args:
+        c: parameters h, ds.
+        x1: not used.
+        x2: not used.
+        z: memory, from -1 to 1.
+
+    Returns:
+        -h z.
+    """
+    return -(c.h * z)
+
+
+@jit_part
+def branch_memory(c: Coefficients, z: float, x3: float, x4: float, h: float,
+                  base: MotorFriction) -> float:
+    """
+    Return the memory of s' = (delta' - |delta'| s) / ds after a step.
+
+    Args:
+        c: parameters h, ds.
+        z: memory at the begin.
+        x3: speed of the motor, rad/s.
+        x4: speed of the arm, rad/s.
+        h: length of the step, s.
+        base: not used.
+
+    Returns:
+        The memory at the end.
+    """
+    rate = x3 - x4
+    return relaxed(z, math.copysign(1.0, rate), abs(rate) / c.ds, h)
+
+
+def _branch_starts(s: Scales) -> Starts:
+    high = 0.0 if s.swing else math.inf
+    return [[FreeParameter('h', 0.0, 0.1 * s.twist, -math.inf, high),
+             logarithmic('ds', f * s.twist, 1e-5, FARTHEST * s.twist)] for f in (0.03, 0.2, 1.0)]
+
+
+BRANCH = Effect(
+    'hysteresis_branch', 'transmission',
+    "tau_K = K dz(delta - h s, b), s' = (delta' - |delta'| s) / ds",
+    (Parameter('h', 'rad'), Parameter('ds', 'rad', 1e-6, 1e3)),
+    meaning='torque over twist has two branches, one per direction',
+    twist=branch_twist, memory=branch_memory, memory_starts=LOOP_STARTS, starts=_branch_starts)
+
+TRANSMISSION_DAMPING = Effect(
+    'transmission_damping', 'transmission', 'D replaced', (_D,),
+    meaning='damping of the gearbox is not that of the model', replaces='damping',
+    starts=of_model(_D, 'damping', usual=lambda s: 0.1 * s.torque / s.speed))
+
+
+@jit_part
+def mesh_twist(c: Coefficients, x1: float, x2: float, z: float) -> float:
+    """
+    Return the twist (rad) that the error of mesh adds.
+
+    Args:
+        c: parameters A, N, phi.
+        x1: position of the motor, rad.
+        x2: not used.
+        z: not used.
+
+    Returns:
+        A sin(N x1 + phi).
+    """
+    return c.A * sine(c.N * x1 + c.phi)
+
+
+MESH_ERROR = Effect(
+    'mesh_error', 'transmission', 'delta -> delta + A sin(N x1 + phi) in tau_K',
+    (Parameter('A', 'rad'), *PERIOD),
+    meaning='transmission error that repeats with the angle of the motor', twist=mesh_twist,
+    order=-1, starts=wave(lambda s: 0.25 * s.swing or 0.05 * s.twist), rotary_only=True)

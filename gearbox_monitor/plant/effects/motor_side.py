@@ -1,0 +1,282 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Effects on the motor's side of the gearbox: its friction, inertia and cogging."""
+import math
+
+from gearbox_monitor.kernels.elementary import arctan, exponential, sine
+from gearbox_monitor.kernels.jit import jit_inline, jit_part
+from gearbox_monitor.plant.effects.effect import (
+    AtRest, Coefficients, Effect, FreeParameter, logarithmic, MotorFriction, of_model, Parameter,
+    PERIOD, positive, Scales, Starts, wave)
+
+TWO_OVER_PI = 2.0 / math.pi
+_CV, _CC = positive('Cv', 'N m s/rad'), positive('Cc', 'N m')
+_M1 = Parameter('m1', 'kg m^2', 1e-9)
+_SEVERAL_SPEEDS = 'steps to several speeds'
+
+
+@jit_inline
+def relaxed(memory: float, target: float, rate: float, h: float) -> float:
+    """
+    Return a memory of memory' = rate (target - memory) after a step.
+
+    Args:
+        memory: at the begin of the step.
+        target: that it approaches, in the unit of `memory`.
+        rate: 1/s.
+        h: length of the step, s.
+
+    Returns:
+        The memory at the end, exact for a constant target.
+    """
+    return target + (memory - target) * exponential(-rate * h)
+
+
+@jit_inline
+def friction_side(x3: float, alpha: float) -> float:
+    """Return the sign of the speed `x3` in Coulomb friction of the sharpness `alpha` (s/rad)."""
+    return TWO_OVER_PI * arctan(alpha * x3)
+
+
+# ---------------------------------------------------------------------- values of the model
+
+
+MOTOR_VISCOUS = Effect(
+    'motor_viscous', 'motor_side', 'Cv replaced', (_CV,),
+    meaning='viscous friction of the motor is not that of the model',
+    replaces='viscous_friction', counterpart='arm_viscous',
+    starts=of_model(_CV, 'viscous_friction', usual=lambda s: s.torque / s.speed),
+    separated_by={'motor_coulomb': _SEVERAL_SPEEDS,
+                  'arm_viscous': 'frequent reversals through the backlash',
+                  'viscous_drift': 'a longer recording, the same motion early and late'})
+
+MOTOR_COULOMB = Effect(
+    'motor_coulomb', 'motor_side', 'Cc replaced', (_CC,),
+    meaning='Coulomb friction of the motor is not that of the model',
+    replaces='coulomb_friction', counterpart='arm_coulomb',
+    starts=of_model(_CC, 'coulomb_friction', usual=lambda s: s.friction))
+
+
+# ---------------------------------------------------------------------- friction
+
+
+@jit_part
+def stribeck_torque(c: Coefficients, t: float, x3: float, z: float, base: MotorFriction) -> float:
+    """
+    Return the torque (N m) that Stribeck friction adds.
+
+    Args:
+        c: parameters Cs, vs.
+        t: time, s; not used.
+        x3: speed of the motor, rad/s.
+        z: not used.
+        base: friction of the model.
+
+    Returns:
+        Cs exp(-(x3/vs)^2) s(x3).
+    """
+    v = x3 / c.vs
+    return c.Cs * exponential(-v * v) * friction_side(x3, base.sharpness)
+
+
+def _stribeck_starts(s: Scales) -> Starts:
+    return [[FreeParameter('Cs', 0.3 * s.friction, s.friction, 0.0),
+             logarithmic('vs', f * s.speed, 1e-3, 1e3)] for f in (0.03, 0.15, 0.6)]
+
+
+STRIBECK = Effect(
+    'stribeck', 'motor_side', 'Cc -> Cc + Cs exp(-(x3/vs)^2)',
+    (positive('Cs', 'N m'), Parameter('vs', 'rad/s', 1e-3, 1e3)),
+    meaning='friction of the motor is higher at low speed',
+    friction=stribeck_torque, starts=_stribeck_starts,
+    at_rest=lambda effect, sharpness: AtRest(TWO_OVER_PI * sharpness * effect['Cs']),
+    separated_by={'lugre': 'slow reversals',
+                  'motor_coulomb': 'slow reversals and several speeds'})
+
+
+@jit_part
+def lugre_level(c: Coefficients, x3: float, base: MotorFriction) -> float:
+    """
+    Return g (N m), the friction of LuGre's model in steady sliding.
+
+    Args:
+        c: parameters of lugre.
+        x3: speed of the motor, rad/s.
+        base: friction of the model.
+
+    Returns:
+        Cc + Cs exp(-(x3/vs)^2).
+    """
+    v = x3 / c.vs
+    return base.coulomb + c.Cs * exponential(-v * v)
+
+
+@jit_part
+def lugre_torque(c: Coefficients, t: float, x3: float, z: float, base: MotorFriction) -> float:
+    """
+    Return what the LuGre model (Canudas de Wit et al., 1995) adds to Coulomb friction.
+
+    Args:
+        c: parameters sigma0, sigma1, Cs, vs.
+        t: time, s; not used.
+        x3: speed of the motor, rad/s.
+        z: deflection of the bristles, rad.
+        base: friction of the model.
+
+    Returns:
+        Torque, N m.
+    """
+    g = lugre_level(c, x3, base)
+    slip = abs(x3) * z / g if g > 0.0 else 0.0
+    return c.sigma0 * z + c.sigma1 * (x3 - c.sigma0 * slip) - base.coulomb * friction_side(
+        x3, base.sharpness)
+
+
+@jit_part
+def bristle(c: Coefficients, z: float, x3: float, x4: float, h: float,
+            base: MotorFriction) -> float:
+    """
+    Return the deflection of LuGre's bristles after a step.
+
+    Args:
+        c: parameters of lugre.
+        z: deflection at the begin, rad.
+        x3: speed of the motor, rad/s.
+        x4: speed of the arm; not used.
+        h: length of the step, s.
+        base: friction of the model.
+
+    Returns:
+        The deflection, rad.
+    """
+    g = lugre_level(c, x3, base)
+    if x3 == 0.0 or g <= 0.0:
+        return z
+    return relaxed(z, math.copysign(g / c.sigma0, x3), c.sigma0 * abs(x3) / g, h)
+
+
+def _lugre_starts(s: Scales) -> Starts:
+    return [[logarithmic('sigma0', s0 * s.friction, 1e-3, 1e6),
+             logarithmic('sigma1', s1, 1e-6, 1e3),
+             FreeParameter('Cs', 0.3 * s.friction, s.friction, 0.0),
+             logarithmic('vs', f * s.speed, 1e-3, 1e3)]
+            for s0, s1, f in ((100.0, 0.3, 0.1), (1000.0, 0.1, 0.1), (30.0, 0.3, 0.3))]
+
+
+LUGRE = Effect(
+    'lugre', 'motor_side', "Cc s(x3) replaced by sigma0 z + sigma1 z', "
+    "z' = x3 - sigma0 |x3| z / g, g = Cc + Cs exp(-(x3/vs)^2)",
+    (Parameter('sigma0', 'N m/rad', 1e-3, 1e6, off_at_infinity=True),
+     positive('sigma1', 'N m s/rad'), positive('Cs', 'N m'),
+     Parameter('vs', 'rad/s', 1e-3, 1e3)),
+    meaning='friction of the motor gives elastically before it slips, and falls with speed',
+    friction=lugre_torque, memory=bristle, starts=_lugre_starts,
+    at_rest=lambda effect, sharpness: AtRest(effect['sigma1'], effect['sigma0']))
+
+
+@jit_part
+def asymmetry_torque(c: Coefficients, t: float, x3: float, z: float,
+                     base: MotorFriction) -> float:
+    """
+    Return the torque (N m) by which friction differs between the directions.
+
+    Args:
+        c: parameter Ca.
+        t: time, s; not used.
+        x3: speed of the motor, rad/s.
+        z: not used.
+        base: friction of the model.
+
+    Returns:
+        Ca |s(x3)|.
+    """
+    return c.Ca * abs(friction_side(x3, base.sharpness))
+
+
+COULOMB_ASYMMETRY = Effect(
+    'coulomb_asymmetry', 'motor_side', 'tau_f += Ca |s(x3)|', (Parameter('Ca', 'N m'),),
+    meaning='friction of the motor differs between the directions',
+    friction=asymmetry_torque, twin='torque_offset',
+    starts=lambda s: [[FreeParameter('Ca', 0.0, s.friction)]],
+    at_rest=lambda effect, sharpness: AtRest(TWO_OVER_PI * sharpness * abs(effect['Ca'])))
+
+LOAD_FRICTION = Effect(
+    'load_friction', 'motor_side', 'tau_f += Cl |tau_K| s(x3)',
+    (positive('Cl', 'N m per N m', 1.0),),
+    meaning='friction of the motor grows with the transmitted torque',
+    in_filters=True, additive=True,
+    starts=lambda s: [[FreeParameter('Cl', 0.0, 0.1, 0.0, 1.0)]],
+    separated_by={'motor_coulomb': 'several load amplitudes'})
+
+MOTOR_INERTIA = Effect(
+    'motor_inertia', 'motor_side', 'm1 replaced', (_M1,),
+    meaning='inertia of the motor is not that of the model', replaces='motor_inertia',
+    starts=of_model(_M1, 'motor_inertia', (1.0, 0.7, 1.4)))
+
+
+@jit_part
+def drift_torque(c: Coefficients, t: float, x3: float, z: float, base: MotorFriction) -> float:
+    """
+    Return the torque (N m) that a drift of viscous friction adds.
+
+    Args:
+        c: parameters r, T.
+        t: time from the start of the recording, s.
+        x3: speed of the motor, rad/s.
+        z: not used.
+        base: friction of the model.
+
+    Returns:
+        Cv r (1 - exp(-t/T)) x3.
+    """
+    return base.viscous * c.r * (1.0 - exponential(-t / c.T)) * x3
+
+
+def _drift_starts(s: Scales) -> Starts:
+    return [[FreeParameter('r', 0.05, 0.3, -1.0), logarithmic('T', tc, 0.05, 1e3)]
+            for tc in (1.0, 6.0)]
+
+
+VISCOUS_DRIFT = Effect(
+    'viscous_drift', 'motor_side', 'Cv -> Cv (1 + r (1 - exp(-t/T))), t from the start',
+    (Parameter('r', '-', -1.0), Parameter('T', 's', 1e-2, 1e5)),
+    meaning='viscous friction changes during the recording, as oil that warms up',
+    friction=drift_torque, starts=_drift_starts)
+
+
+# ---------------------------------------------------------------------- torque
+
+
+@jit_part
+def with_cogging(c: Coefficients, x1: float, x3: float, u: float) -> float:
+    """
+    Return the torque of the motor with cogging.
+
+    Args:
+        c: parameters A, N, phi.
+        x1: position of the motor, rad.
+        x3: its speed; not used.
+        u: torque of the motor, N m.
+
+    Returns:
+        u + A sin(N x1 + phi), N m.
+    """
+    return u + c.A * sine(c.N * x1 + c.phi)
+
+
+COGGING = Effect(
+    'cogging', 'motor_side', "m1 x3' += A sin(N x1 + phi)", (Parameter('A', 'N m'), *PERIOD),
+    meaning='torque of the motor varies with its angle, also without current',
+    motor_torque=with_cogging, starts=wave(lambda s: 0.1 * s.torque), rotary_only=True)

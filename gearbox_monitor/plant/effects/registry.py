@@ -1,0 +1,192 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The library of effects: all that stand in the files of this folder, and those of plug-ins.
+
+Other packages add effects by the entry point group ``gearbox_monitor.effects``: each entry is an
+Effect with `torques`, see docs/plugins.md.
+"""
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cache
+from importlib.metadata import entry_points, EntryPoint
+import math
+from types import ModuleType
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.jit import jit_anew
+from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.plant.effects import actuator, arm_side, encoder, gearbox, motor_side
+from gearbox_monitor.plant.effects.effect import Effect, LOCATIONS, Parameter
+
+PLUGIN_GROUP = 'gearbox_monitor.effects'
+
+
+def _standing_in(*modules: ModuleType) -> Iterator[tuple[str, Effect]]:
+    """Yield (id, Effect) of all effects in `modules`, in their order."""
+    for module in modules:
+        for value in vars(module).values():
+            if isinstance(value, Effect):
+                yield value.id, value
+
+
+EFFECTS = dict(_standing_in(motor_side, arm_side, gearbox, actuator, encoder))
+
+
+def _has_places(effect: Effect) -> bool:
+    return not (effect.replaces or effect.adds_to or effect.in_filters or effect.arm_profile)
+
+
+def _places() -> tuple[dict[str, int], int]:
+    """Return ({id: place of its first parameter in the packed array}, size of this array)."""
+    places, end = {}, 0
+    for effect in EFFECTS.values():
+        if _has_places(effect):
+            places[effect.id] = end
+            end += len(effect.parameters)
+    return places, end
+
+
+PLACES, N_EFFECTS = _places()
+
+
+def in_slot(slot: str) -> list[Effect]:
+    """Return the effects with an equation in `slot`, in the order in which they act."""
+    effects = [effect for effect in EFFECTS.values() if getattr(effect, slot) is not None]
+    return sorted(effects, key=lambda effect: effect.order)
+
+
+# Memories of a window or a state: that of the transmission itself, then those of effects.
+MEMORIES = {effect.id: place for place, effect in enumerate(in_slot('memory'), 1)}
+N_MEMORY = 1 + len(MEMORIES)
+
+
+def pack(effects: Sequence[Values]) -> Array:
+    """Return the `effects` (dicts of a model) as the float64 array [N_EFFECTS] of the kernels."""
+    e = np.zeros(N_EFFECTS)
+    for name, place in PLACES.items():
+        e[place] = EFFECTS[name].off
+    for values in effects:
+        if values['id'] in PLACES:
+            place = PLACES[values['id']]
+            for i, parameter in enumerate(EFFECTS[values['id']].parameters):
+                e[place + i] = values[parameter.name]
+    return e
+
+
+def arm_profile(effects: Sequence[Values], t: Array, dt: float) -> Array:
+    """
+    Return the torque on the arm that follows a profile over time, such as bursts.
+
+    Args:
+        effects: dicts of a model.
+        t: begins of steps [N], s.
+        dt: length of the steps, s.
+
+    Returns:
+        Mean torque in each step [N], N m.
+    """
+    load = np.zeros(len(t))
+    for values in effects:
+        effect = EFFECTS.get(values['id'])
+        if effect is not None and effect.arm_profile is not None:
+            load += effect.arm_profile(values, t, dt)
+    return load
+
+
+def quantised(y: Array, effects: Sequence[Values]) -> Array:
+    """Round the readings `y` [N, 2] (rad) in place as `effects` (dicts) say; return them."""
+    for values in effects:
+        effect = EFFECTS.get(values['id'])
+        step = values[effect.parameters[0].name] if effect and effect.lattice else 0.0
+        if effect and step > 0.0:
+            i = LOCATIONS.index(effect.location) - LOCATIONS.index('motor_sensor')
+            y[:, i] = step * np.round(y[:, i] / step)
+    return y
+
+
+def not_in_filters(effects: Sequence[Values]) -> list[str]:
+    """Return the ids of `effects` (dicts of a model) that filters leave out."""
+    return [e['id'] for e in effects if not (
+        e['id'] in EFFECTS and (EFFECTS[e['id']].in_filters or EFFECTS[e['id']].replaces))]
+
+
+# ---------------------------------------------------------------------- plug-ins
+
+
+def library() -> dict[str, Effect]:
+    """Return {id: Effect}: those of this package and of plug-ins."""
+    return {**EFFECTS, **plugins()}
+
+
+@cache
+def plugins() -> dict[str, Effect]:
+    """
+    Return {id: Effect} of the effects that installed packages add, their torques compiled.
+
+    Looks once in a process. Raises InputError that names the plug-in.
+    """
+    effects: dict[str, Effect] = {}
+    for entry in entry_points(group=PLUGIN_GROUP):
+        effect = _plugin(entry)
+        if effect.id in EFFECTS or effect.id in effects:
+            raise InputError(f'plug-in {entry.value}: id {effect.id!r} is taken')
+        effects[effect.id] = effect
+    return effects
+
+
+def _plugin(entry: EntryPoint) -> Effect:
+    """Return the checked Effect of an entry point."""
+    source = f'plug-in {entry.value}'
+    try:
+        effect = entry.load()
+    except Exception as error:  # whatever its module does
+        raise InputError(f'{source}: {_first_line(error)}, expected an Effect to import') from None
+    if not isinstance(effect, Effect):
+        raise InputError(f'{source}: {str(effect)[:60]}, expected an Effect')
+    if effect.torques is None or not callable(effect.torques):
+        raise InputError(f'{source}: torques: {effect.torques!r}, expected a function')
+    if effect.location not in LOCATIONS:
+        raise InputError(f'{source}: location: {effect.location!r}, expected one of '
+                         f'{", ".join(LOCATIONS)}')
+    if not all(isinstance(p, Parameter) for p in effect.parameters):
+        raise InputError(f'{source}: parameters: {str(effect.parameters)[:60]}, expected a tuple '
+                         'of Parameter')
+    good = (isinstance(effect.starts, tuple) and len(effect.starts) == len(effect.parameters)
+            and all(isinstance(v, (int, float)) and p.low <= v <= p.high
+                    for v, p in zip(effect.starts, effect.parameters)))
+    if not good:
+        raise InputError(f'{source}: starts: {effect.starts!r}, expected one number within the '
+                         f'bounds for each of the {len(effect.parameters)} parameters')
+    torques = jit_anew(effect.torques)
+    try:
+        result = torques(0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, np.array(effect.starts, float))
+    except Exception as error:  # numba has many kinds
+        raise InputError(f'{source}: torques: {_first_line(error)}, expected a function '
+                         '(t, x1, x2, x3, x4, u, tau_k, theta) that numba compiles') from None
+    if not isinstance(result, tuple) or len(result) != 3 or not all(
+            isinstance(v, float) and math.isfinite(v) for v in result):
+        raise InputError(f'{source}: torques: returns {result!r}, expected three finite floats')
+    return replace(effect, torques=torques)
+
+
+def _first_line(error: Exception) -> str:
+    """Return type and text of an exception in one short line."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    # numba names the cause last, under the step that failed.
+    causes = [line for line in lines if not line.startswith(('Failed in', 'File', 'During'))]
+    return f'{type(error).__name__}: {(causes or lines or [""])[0][:120]}'
