@@ -18,7 +18,7 @@ import struct
 
 import numpy as np
 
-from gearbox_monitor.bag.records import word
+from gearbox_monitor.bag.message_block import word
 from gearbox_monitor.kernels.jit import jit
 
 FIELDS = ('position', 'velocity', 'effort')
@@ -157,7 +157,7 @@ class Decoder:
         self._layouts = []  # of MAX_LAYOUTS at most: (Layout, columns, named), newest first
 
     def __call__(self, block):
-        """Return the JointStates of a records.Block, in its order."""
+        """Return the JointStates of a MessageBlock, in its order."""
         count, joints = len(block), len(self.names)
         stamp_ns, named = np.zeros(count, np.int64), np.zeros((count, joints), bool)
         values = np.full((count, 3 * joints), np.nan)

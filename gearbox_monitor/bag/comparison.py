@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.bag.pairing import Pairing, WAIT
+from gearbox_monitor.bag.stamp_matching import StampMatcher, WAIT
 from gearbox_monitor.interfaces.signals import ARM, MOTOR, signal_values, SIGNALS
 
 CLOSE = 1e-9  # relative, absolute below 1
@@ -71,7 +71,7 @@ class Comparer:
         self.comparison = Comparison(early_inputs=player.early_inputs)
         names = {MOTOR: player.monitor.parameters['motor_joint'],
                  ARM: player.monitor.parameters['arm_joint']}
-        self._signals = {}  # topic: (Signal, Decoder or None, Pairing)
+        self._signals = {}  # topic: (Signal, Decoder or None, StampMatcher)
         for signal in SIGNALS:
             topic = player.input.name(signal.topic)
             there = player.reader.topics.get(topic, ('', 0))[1] > 0
@@ -81,7 +81,7 @@ class Comparer:
                 joints = [names.get(joint, joint) for joint in signal.joints]
                 width = len(joints) * sum(bool(f) for f in _fields(signal).values())
                 decode = player.reader.decoder(topic, joints) if there else None
-                self._signals[topic] = signal, decode, Pairing(width, width)
+                self._signals[topic] = signal, decode, StampMatcher(width, width)
         self.topics = tuple(t for t, (_, decode, _) in self._signals.items() if decode)
         self._first, self._begun, self._unpaired = None, False, 0
         # Snapshots that replay went on from, and the first loss behind each.
@@ -89,7 +89,7 @@ class Comparer:
         self._undecided = []  # (log time, signal, stamps, whether close)
 
     def add(self, part):
-        """Take a Part."""
+        """Take a ReplayPart."""
         self._now = part.now
         self._resumed(part.resumed)
         for topic, (signal, decode, pairing) in self._signals.items():

@@ -21,8 +21,8 @@ import zlib
 
 import numpy as np
 
+from gearbox_monitor.bag.importer.columns import read_columns
 from gearbox_monitor.bag.importer.mapping import mapping_from_dict
-from gearbox_monitor.bag.importer.sources import read_columns
 from gearbox_monitor.errors import InputError
 
 # Column -> name of the importer's signal; the units are s, N m and rad.

@@ -24,8 +24,8 @@ from gearbox_monitor.plant.simulate import Noise, Plant
 NOISE = Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3))
 
 
-def write_bag(path, model, seconds, seed=0, rate=1000.0, start=1_700_000_000,
-              topic='/joint_states', noise=NOISE, rest=0.0, truth=False):
+def write_example_bag(path, model, seconds, seed=0, rate=1000.0, start=1_700_000_000,
+                      topic='/joint_states', noise=NOISE, rest=0.0, truth=False):
     """
     Write the new bag `path` of a drive (DriveModel `model`) that is moved for `seconds`.
 

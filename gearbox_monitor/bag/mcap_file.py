@@ -32,7 +32,7 @@ from mcap.records import Channel, Metadata, Schema
 import numpy as np
 import zstandard
 
-from gearbox_monitor.bag.records import CHANNELS, find_messages, MESSAGE_HEAD
+from gearbox_monitor.bag.message_block import CHANNELS, find_messages, MESSAGE_HEAD
 from gearbox_monitor.errors import InputError
 
 MAGIC = b'\x89MCAP0\r\n'

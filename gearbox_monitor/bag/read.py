@@ -26,7 +26,8 @@ from rosbags.typesys import get_types_from_idl, get_types_from_msg, get_typestor
 from gearbox_monitor.bag import metadata
 from gearbox_monitor.bag.cdr import Decoder, JointStates
 from gearbox_monitor.bag.mcap_file import McapFile
-from gearbox_monitor.bag.records import Block, block_of, CHANNELS, find_messages, MESSAGE_HEAD
+from gearbox_monitor.bag.message_block import (
+    block_of, CHANNELS, find_messages, MESSAGE_HEAD, MessageBlock)
 from gearbox_monitor.errors import InputError
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
@@ -117,7 +118,7 @@ class BagReader:
 
     def blocks(self, topics=None):
         """
-        Yield records.Blocks of the messages on `topics` (all when None), in the same order.
+        Yield MessageBlocks of the messages on `topics` (all when None), in the same order.
 
         A block holds about BLOCK_BYTES, whatever the length of the bag.
         """
@@ -272,7 +273,7 @@ class McapReader(BagReader):
 
     def _block(self, topics, tables, held, group):
         """
-        Return (Block of what is `held` and in the parts `group`, by log time, ranks of its rows).
+        Return (MessageBlock of what is `held` and in the parts `group`, ranks of its rows).
 
         Equal times stay in the order of files, chunks and messages: that of the ranks.
         """
@@ -296,8 +297,8 @@ class McapReader(BagReader):
                                    size, topic, log_ns, publish_ns)
             ranks.append(np.full(row - first, self._ranks[k]))
             begin = end
-        block = Block(topics, data, at[:row], size[:row], topic[:row],
-                      log_ns[:row].view(np.int64), publish_ns[:row].view(np.int64))
+        block = MessageBlock(topics, data, at[:row], size[:row], topic[:row],
+                             log_ns[:row].view(np.int64), publish_ns[:row].view(np.int64))
         rank = np.concatenate(ranks) if ranks else np.empty(0, np.int64)
         if not ((np.diff(block.log_ns) >= 0) & (np.diff(rank) >= 0)).all():
             order = np.lexsort((rank, block.log_ns))

@@ -35,9 +35,9 @@ import numpy as np
 from gearbox_monitor import __version__
 from gearbox_monitor.bag import metadata
 from gearbox_monitor.bag.mcap_file import ALL_CHANNELS, McapFile
+from gearbox_monitor.bag.message_block import find_messages, MESSAGE_HEAD
 from gearbox_monitor.bag.read import named_files, natural, open_bag
 from gearbox_monitor.bag.record_file import sync_folder
-from gearbox_monitor.bag.records import find_messages, MESSAGE_HEAD
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError
 
@@ -46,7 +46,7 @@ HEAD = struct.Struct('<IQQQ')  # sequence, log time, publish time, size
 
 
 @dataclass
-class Topic:
+class TopicRecovery:
     """
     What became of one topic: kept and lost messages.
 
@@ -81,9 +81,9 @@ class Recovery:
     """
     What was kept and lost.
 
-    written: the new bag, None where the old one is whole and needs none. topics: {name: Topic}.
-    lost: [(begin, end)] log times (ns) of what is missing. cut: the old bag has no end. notes:
-    what else is wrong with it.
+    written: the new bag, None where the old one is whole and needs none. topics: {name:
+    TopicRecovery}. lost: [(begin, end)] log times (ns) of what is missing. cut: the old bag has
+    no end. notes: what else is wrong with it.
     """
 
     written: Path | None = None
@@ -215,7 +215,7 @@ def _count_whole(files, recovery):
     for file in files:
         for channel in file.channels.values():
             schema = file.schemas.get(channel.schema_id)
-            recovery.topics.setdefault(channel.topic, Topic(schema.name if schema else ''))
+            recovery.topics.setdefault(channel.topic, TopicRecovery(schema.name if schema else ''))
         for chunk in file.chunks:
             for channel_id, _, log_ns, _, _ in _messages(file, chunk):
                 recovery.topics[file.channels[channel_id].topic].add(log_ns)
@@ -321,7 +321,7 @@ def _announce(file, writer, topics):
             continue
         if channel.topic not in topics:
             writer.copy_topic(schema, channel)
-            topics[channel.topic] = Topic(schema.name)
+            topics[channel.topic] = TopicRecovery(schema.name)
         if topics[channel.topic].msgtype == schema.name:
             topic_of[channel.id] = channel.topic
     return topic_of

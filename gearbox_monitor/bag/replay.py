@@ -25,10 +25,10 @@ import re
 import numpy as np
 
 from gearbox_monitor.bag.comparison import Comparer, Comparison
-from gearbox_monitor.bag.inputs import find_input, snapshot_of
-from gearbox_monitor.bag.pairing import match
-from gearbox_monitor.bag.records import Block
-from gearbox_monitor.bag.summary import BURN_IN, Summary, truth_topic
+from gearbox_monitor.bag.joint_input import find_input, snapshot_of
+from gearbox_monitor.bag.message_block import MessageBlock
+from gearbox_monitor.bag.replay_summary import BURN_IN, ReplaySummary, truth_topic
+from gearbox_monitor.bag.stamp_matching import match_stamps
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TAU_K, smoother_parameters
@@ -42,7 +42,7 @@ KEEP_GOING = ('period', 'baseline')  # snapshots that do not touch the state
 
 
 @dataclass(frozen=True)
-class Recording:
+class RecordedSamples:
     """
     The inputs of a bag, on the arm side, and where they stand.
 
@@ -56,7 +56,7 @@ class Recording:
 
 
 @dataclass(frozen=True)
-class Snapshot:
+class RecordedSnapshot:
     """One recorded snapshot: `content` {name: text} (Monitor.snapshot) logged at `log_ns`."""
 
     content: dict
@@ -91,7 +91,7 @@ class Snapshot:
 
 
 @dataclass(frozen=True)
-class Part:
+class ReplayPart:
     """
     What one block of a recording gave.
 
@@ -99,7 +99,7 @@ class Part:
     resumed int64 [K]: stamps of the samples before which a recorded snapshot was taken up.
     """
 
-    block: Block
+    block: MessageBlock
     samples: Samples
     log_ns: np.ndarray
     estimates: Estimates
@@ -116,21 +116,21 @@ class Replay:
     """
     What a replay gave: all samples and estimates, and the Monitor at its end.
 
-    comparison: with the recorded estimates, or None. told: {name: value}, see summary.Summary.
+    comparison: with the recorded estimates, or None. told: {name: value}, see ReplaySummary.data.
     """
 
-    recording: Recording
+    recording: RecordedSamples
     estimates: Estimates
     monitor: Monitor
     comparison: Comparison | None
     told: dict | None
 
 
-def read_recording(reader, motor_joint, arm_joint, model, topic):
-    """Return the Recording of `topic` in `reader` (bag.read); model: see samples_of."""
+def read_samples(reader, motor_joint, arm_joint, model, topic):
+    """Return the RecordedSamples of `topic` in `reader` (bag.read); model: see samples_of."""
     states = reader.joint_states(topic, (motor_joint, arm_joint))
     samples, log_ns = samples_of(states, model)
-    return Recording(samples, log_ns, topic, topic.rsplit('/', 1)[0])
+    return RecordedSamples(samples, log_ns, topic, topic.rsplit('/', 1)[0])
 
 
 def sample_parts(reader, topic, decode, model, least, progress):
@@ -171,12 +171,12 @@ def samples_of(states, model):
 
 
 def read_snapshots(reader, found):
-    """Return the Snapshots of the estimator of the inputs.Input `found`, [] without one."""
+    """Return the RecordedSnapshots of the estimator of the JointInput `found`, [] without one."""
     if found.snapshots is None:
         return []
     contents = ((log_ns, snapshot_of(reader, raw))
                 for _, log_ns, _, raw in reader.messages([found.snapshots]))
-    snapshots = [Snapshot(content, log_ns) for log_ns, content in contents if content]
+    snapshots = [RecordedSnapshot(content, log_ns) for log_ns, content in contents if content]
     for snapshot in snapshots:
         for name in ('stamp_ns', 'input_count'):
             value = snapshot.content.get(name, '')
@@ -192,7 +192,7 @@ class Player:
 
     Without `model` and `parameters` the recorded ones apply and the result can be compared with
     the recorded estimates (`compared`). With any of them, they replace the recorded (or default)
-    ones. topic: as of inputs.find_input. judged, smoothed: as of Monitor. monitor: as it stands.
+    ones. topic: as of find_input. judged, smoothed: as of Monitor. monitor: as it stands.
     early_inputs: samples recorded before the estimator was ready. notes: sentences for the user.
     Raises InputError.
     """
@@ -236,7 +236,7 @@ class Player:
             sink.finish()
 
     def parts(self, topics=()):
-        """Yield the Parts; their blocks hold the messages on `topics`, too."""
+        """Yield the ReplayParts; their blocks hold the messages on `topics`, too."""
         decode = self.reader.decoder(self.topic, self._names)
         index, following = 0, 0  # of the next sample, of the next snapshot
         for block in self.reader.blocks(tuple(dict.fromkeys((self.topic, *topics)))):
@@ -254,8 +254,8 @@ class Player:
                     found.append(self.monitor.run(_some(samples, begin, stop)))
                 begin = stop
             index += end
-            yield Part(block, samples, log_ns, _joined(found or [self._nothing()]),
-                       np.array(resumed, np.int64))
+            yield ReplayPart(block, samples, log_ns, _joined(found or [self._nothing()]),
+                             np.array(resumed, np.int64))
         for snapshot in self._snapshots[following:]:
             self._take_up(snapshot)
 
@@ -346,14 +346,14 @@ def replay(reader, model=None, parameters=None, topic='joint_states'):
     Arguments as of Player. Compares with the recorded estimates where that can be done.
     """
     player = Player(reader, model, parameters, topic)
-    kept, told = Kept(player), Summary(player)
+    kept, told = ReplayCollector(player), ReplaySummary(player)
     comparer = Comparer(player) if player.compared else None
     player.run([kept, told, *([comparer] if comparer else [])])
     comparison = comparer and comparer.comparison
     return kept.replay(comparison, told.data(comparison))
 
 
-class Kept:
+class ReplayCollector:
     """Takes the parts of a Player and keeps all samples and estimates."""
 
     topics = ()
@@ -364,7 +364,7 @@ class Kept:
         self._estimates = []
 
     def add(self, part):
-        """Take a Part."""
+        """Take a ReplayPart."""
         self._samples.append(part.samples)
         self._log_ns.append(part.log_ns)
         self._estimates.append(part.estimates)
@@ -375,8 +375,8 @@ class Kept:
     def replay(self, comparison=None, told=None):
         """Return the Replay."""
         player = self._player
-        recording = Recording(_joined(self._samples), np.concatenate(self._log_ns), player.topic,
-                              player.topic.rsplit('/', 1)[0])
+        recording = RecordedSamples(_joined(self._samples), np.concatenate(self._log_ns),
+                                    player.topic, player.topic.rsplit('/', 1)[0])
         estimates = _joined(self._estimates or [player.monitor.run(self._samples[0])])
         return Replay(recording, estimates, player.monitor, comparison, told)
 
@@ -428,7 +428,7 @@ def truth(reader, recording):
     """
     Return (stamp_ns, tau_k) of the true or reference torque in the bag, or None.
 
-    See summary.truth_topic.
+    See replay_summary.truth_topic.
     """
     topic = truth_topic(reader, recording.namespace)
     if topic is None:
@@ -448,7 +448,7 @@ def smoothed(result):
         result.monitor.model, smoother_parameters(result.monitor.parameters),
         result.recording.samples)
     rows = np.full((len(result.estimates.stamp_ns), N_SMOOTHED), np.nan)
-    i, j = match(result.estimates.stamp_ns, found.stamp_ns)
+    i, j = match_stamps(result.estimates.stamp_ns, found.stamp_ns)
     rows[i] = found.rows[j]
     return rows
 
@@ -459,5 +459,5 @@ def interval_error(reader, result, rows):
     if known is None or not len(stamps):
         return None
     keep = (stamps >= stamps[0] + BURN_IN) & np.isfinite(rows[:, S_TAU_K])
-    i, j = match(stamps[keep], known[0])
+    i, j = match_stamps(stamps[keep], known[0])
     return float(np.sqrt(np.mean((rows[keep, S_TAU_K][i] - known[1][j]) ** 2))) if len(i) else None

@@ -22,7 +22,7 @@ from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.inputs import DIAGNOSTIC_ARRAY, JOINT_STATE
+from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY, JOINT_STATE
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.interfaces.signals import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, signal_values, SIGNALS, SNAPSHOT, TRANSMISSION)
@@ -78,7 +78,7 @@ class BagOutput:
             self._write_snapshot(reader, monitor)
 
     def add(self, part):
-        """Take a Part."""
+        """Take a ReplayPart."""
         recent = self._log_ns >= part.now - RECENT
         self._stamps = np.concatenate([self._stamps[recent], part.samples.stamp_ns])
         self._log_ns = np.concatenate([self._log_ns[recent], part.log_ns])

@@ -21,7 +21,7 @@ import time
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores, TypesysError
 
 from gearbox_monitor.bag import metadata
-from gearbox_monitor.bag.part import COMPRESSIONS, Part
+from gearbox_monitor.bag.bag_part import BagPart, COMPRESSIONS
 from gearbox_monitor.bag.record_file import sync_folder, Syncer
 from gearbox_monitor.errors import InputError
 
@@ -34,7 +34,7 @@ class WriteError(InputError):
 
 
 @dataclass
-class Topic:
+class McapTopic:
     """A topic of a bag; schema: definition of its type; about: metadata of its channel."""
 
     name: str
@@ -133,7 +133,7 @@ class BagWriter:
             raise ValueError(f'{topic} was added before')
         qos = [metadata.qos_profile()] if qos is None else list(qos)
         text, type_hash = self._definition(msgtype, msgdef)
-        self._announce(Topic(topic, msgtype, qos, type_hash, text.encode(), {
+        self._announce(McapTopic(topic, msgtype, qos, type_hash, text.encode(), {
             'offered_qos_profiles': metadata.to_yaml(qos) if qos else '',
             'topic_type_hash': type_hash}))
 
@@ -141,7 +141,7 @@ class BagWriter:
         """Announce the topic that `schema` and `channel` (mcap.records) of another bag define."""
         about = channel.metadata
         qos = metadata.read_qos(about.get('offered_qos_profiles', ''))
-        self._announce(Topic(
+        self._announce(McapTopic(
             channel.topic, schema.name, qos, about.get('topic_type_hash', ''), schema.data, about,
             schema.encoding, channel.message_encoding))
 
@@ -241,7 +241,7 @@ class BagWriter:
     def _open_part(self):
         """Create the next file."""
         name = f'{self.path.name}_{len(self._parts)}.mcap'
-        self._parts.append(Part(self.path / name, self._compression))
+        self._parts.append(BagPart(self.path / name, self._compression))
         if self._syncer is not None:
             self._syncer.follow(self._part.file)
 

@@ -30,7 +30,7 @@ import gearbox_monitor
 from gearbox_monitor.bag.comparison import Comparer
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import Player
-from gearbox_monitor.bag.summary import Summary
+from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.benchmarks.fault_runs import OK_AGAIN, TRUST
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.monitoring.checks.level import Level
@@ -146,7 +146,7 @@ def restart(domain):
             nodes.close()
         with open_bag(folder / 'bag') as reader:
             player = Player(reader)
-            summary, comparer = Summary(player), Comparer(player)
+            summary, comparer = ReplaySummary(player), Comparer(player)
             player.run([summary, comparer])
             data = summary.data(comparer.comparison)
     missed = [text for text, broken in (

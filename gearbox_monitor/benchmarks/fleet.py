@@ -36,11 +36,11 @@ import time
 import numpy as np
 from tqdm import tqdm
 
-from gearbox_monitor.bag.example import write_bag
+from gearbox_monitor.bag.example import write_example_bag
 from gearbox_monitor.benchmarks.fleet_setup import cpu_seconds, dask_cluster
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.fleet.engine import Cluster, Pool, Serial
+from gearbox_monitor.fleet.executors import DaskExecutor, PoolExecutor, SerialExecutor
 from gearbox_monitor.plant.drive import DriveModel
 
 WORKERS = 2
@@ -68,14 +68,15 @@ class Runs:
 
     def run(self, bags, engine):
         """Return (CPU time, time by the clock) of a run over `bags`, s."""
-        from gearbox_monitor.fleet.job import Settings
-        from gearbox_monitor.fleet.run import Run
-        from gearbox_monitor.fleet.table import Table
+        from gearbox_monitor.fleet.fleet_run import FleetRun
+        from gearbox_monitor.fleet.fleet_table import FleetTable
+        from gearbox_monitor.fleet.job import JobSettings
         self.count += 1
-        others = () if isinstance(engine, Cluster) else self.cluster  # idle, but for heartbeats
+        # The cluster is idle, but for heartbeats.
+        others = () if isinstance(engine, DaskExecutor) else self.cluster
         cpu, clock = cpu_seconds(others), time.monotonic()
-        with Table(self.folder / str(self.count)) as table:
-            run = Run(bags, Settings(), table)
+        with FleetTable(self.folder / str(self.count)) as table:
+            run = FleetRun(bags, JobSettings(), table)
             run.go(engine)
             table.finish()
         if run.counts['done'] != len(bags):
@@ -107,16 +108,16 @@ def evaluate(count, seconds, rounds):
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         for k in tqdm(range(count), 'bags', disable=None, leave=False):
-            write_bag(folder / f'bags/{k:03d}', DriveModel(), seconds, k)
+            write_example_bag(folder / f'bags/{k:03d}', DriveModel(), seconds, k)
         bags = find_bags([str(folder / 'bags')])
-        runs, engines = Runs(folder), {'serial': Serial()}
+        runs, engines = Runs(folder), {'serial': SerialExecutor()}
         for name, workers in (('pool', WORKERS), ('one worker', 1)):
-            engines[name] = Pool(workers)
+            engines[name] = PoolExecutor(workers)
             stack.callback(engines[name].close)
         if not skipped:
             address, processes = stack.enter_context(dask_cluster(folder / 'dask', WORKERS))
             runs.cluster = [process.pid for process in processes]
-            engines['dask'] = Cluster(address)
+            engines['dask'] = DaskExecutor(address)
             stack.callback(engines['dask'].close)
         for engine in engines.values():
             for _ in range(2):  # each worker is to have run one

@@ -22,7 +22,7 @@ import sys
 import time
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.fleet.engine import KEPT, LARGEST
+from gearbox_monitor.fleet.executors import KEPT, LARGEST
 
 # Of workers: freed memory is kept, see docs/fleet.md.
 ENVIRONMENT = {'MALLOC_TRIM_THRESHOLD_': str(KEPT), 'MALLOC_MMAP_THRESHOLD_': str(LARGEST)}

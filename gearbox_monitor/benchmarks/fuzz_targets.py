@@ -24,7 +24,7 @@ from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import Player
-from gearbox_monitor.bag.summary import Summary
+from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.benchmarks.fuzz_damage import damaged_bytes, damaged_mcap, damaged_text
 from gearbox_monitor.benchmarks.trust_runs import T0
@@ -104,7 +104,7 @@ def _read_bag(folder):
                 except InputError as error:
                     one_line(error)
         player = Player(reader, judged=False, smoothed=False)
-        summary = Summary(player)
+        summary = ReplaySummary(player)
         player.run([summary])
         summary.data()
 

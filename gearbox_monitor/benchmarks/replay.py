@@ -26,10 +26,10 @@ import numpy as np
 from rosbags.highlevel import AnyReader
 
 from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.estimate_table import ParquetTable
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import Player
-from gearbox_monitor.bag.summary import Summary
-from gearbox_monitor.bag.tables import ParquetTable
+from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.benchmarks.memory import peak_bytes
 from gearbox_monitor.plant.drive import DriveModel
@@ -69,7 +69,7 @@ def replayed(bag, whole, parameters=None):
     """
     with tempfile.TemporaryDirectory() as folder, open_bag(bag) as reader:
         player = Player(reader, None, parameters, judged=whole, smoothed=whole)
-        told, table = Summary(player), ParquetTable(Path(folder) / 'out.parquet', player)
+        told, table = ReplaySummary(player), ParquetTable(Path(folder) / 'out.parquet', player)
         player.run([told, table])
         table.close()
         return told.data()['samples']

@@ -23,10 +23,10 @@ import time
 import numpy as np
 from tqdm import tqdm
 
-from gearbox_monitor.bag.example import NOISE, write_bag
+from gearbox_monitor.bag.example import NOISE, write_example_bag
 from gearbox_monitor.benchmarks.fleet import Runs
 from gearbox_monitor.estimation.batch_score import criteria
-from gearbox_monitor.fleet.engine import Serial
+from gearbox_monitor.fleet.executors import SerialExecutor
 from gearbox_monitor.fleet.paths import find_bags
 from gearbox_monitor.identification.recording import Recording
 from gearbox_monitor.identification.windows import cut, N_MEMORY, Simulator
@@ -46,11 +46,11 @@ NUMBERS = {'bags': (10, 20, 40), 'candidates': (16, 32, 64, 128),
 def bags(folder, most):
     """Return a function that replays `n` different bags, one after the other, as a fleet run."""
     for k in range(most):
-        write_bag(folder / f'bags/{k:03d}', DriveModel(), SECONDS['bags'], k)
+        write_example_bag(folder / f'bags/{k:03d}', DriveModel(), SECONDS['bags'], k)
     found, runs = find_bags([str(folder / 'bags')]), Runs(folder)
 
     def run(n):
-        runs.run(found[:n], Serial())
+        runs.run(found[:n], SerialExecutor())
     return run
 
 

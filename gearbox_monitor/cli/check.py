@@ -36,7 +36,7 @@ import textwrap
 
 from tqdm import tqdm
 
-from gearbox_monitor.bag.inputs import find_input
+from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import read_snapshots, sample_parts
 from gearbox_monitor.errors import InputError

@@ -15,7 +15,7 @@
 """What a demo run has shown: figures, alarms, words and picture, all from its bag."""
 import numpy as np
 
-from gearbox_monitor.bag.inputs import DIAGNOSTIC_ARRAY
+from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY
 from gearbox_monitor.bag.replay import replay
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
 from gearbox_monitor.interfaces.signals import DIAGNOSTICS, DRIFT_ALERTS, PLANT_TRANSMISSION_STATE

@@ -46,9 +46,9 @@ from tqdm import tqdm
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.csv import read_csv
-from gearbox_monitor.bag.inputs import find_input
+from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import read_recording
+from gearbox_monitor.bag.replay import read_samples
 from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model, save_model
@@ -195,7 +195,7 @@ def _read_bag(path, model, args):
     """Return t (ns), u, y, arm_torque, place, notes of a bag: of its measurement topic alone."""
     with open_bag(path) as reader:
         topic = find_input(reader, args.topic).topic
-        samples = read_recording(reader, args.motor_joint, args.arm_joint, model, topic).samples
+        samples = read_samples(reader, args.motor_joint, args.arm_joint, model, topic).samples
         notes = [reader.notice] if reader.notice else []
 
     def place(row, field):

@@ -81,16 +81,16 @@ def run(args):
     """Run the command; returns the exit code."""
     _check(args)
     try:
+        from gearbox_monitor.fleet.fleet_run import FleetRun
+        from gearbox_monitor.fleet.fleet_table import FleetTable
         from gearbox_monitor.fleet.paths import find_bags
-        from gearbox_monitor.fleet.run import Run
-        from gearbox_monitor.fleet.table import Table
     except ModuleNotFoundError as error:
         raise InputError(f'{error.name} is not installed, expected it: pip install pyarrow '
                          'fsspec') from None
     settings = _settings(args)
     bags = find_bags(args.bags)
-    with Table(args.out) as table:
-        job = Run(bags, settings, table)
+    with FleetTable(args.out) as table:
+        job = FleetRun(bags, settings, table)
         engine = _engine(args, job.left)
         with Interrupt() as interrupt:
             try:
@@ -130,19 +130,19 @@ def _check(args):
 
 def _engine(args, left):
     """Return the engine that the options ask for; `left`: bags there are for it."""
-    from gearbox_monitor.fleet.engine import Cluster, Pool, Serial
+    from gearbox_monitor.fleet.executors import DaskExecutor, PoolExecutor, SerialExecutor
     if args.scheduler:
-        engine = Cluster(args.scheduler)
+        engine = DaskExecutor(args.scheduler)
         if not engine.threads():
             print('fleet: the cluster has no workers yet', file=sys.stderr)
         return engine
     workers = min(cores() if args.workers is None else args.workers, left)
-    return Pool(workers) if workers else Serial()
+    return PoolExecutor(workers) if workers else SerialExecutor()
 
 
 def _settings(args):
-    """Return the job.Settings of the options."""
-    from gearbox_monitor.fleet.job import Settings
+    """Return the JobSettings of the options."""
+    from gearbox_monitor.fleet.job import JobSettings
     from gearbox_monitor.identification.diagnose import chosen_ids
     parameters = (load_parameters(args.params, 'estimator', SETTINGS, args.topic)
                   if args.params else {})
@@ -150,8 +150,8 @@ def _settings(args):
     parameters.pop('model', None)
     only = tuple(filter(None, args.only.split(',')))
     chosen_ids(only or None, ())
-    return Settings(load_model(model_file) if model_file else None, model_file, parameters,
-                    args.topic, args.gearbox, args.diagnose, only)
+    return JobSettings(load_model(model_file) if model_file else None, model_file, parameters,
+                       args.topic, args.gearbox, args.diagnose, only)
 
 
 def finish(table, key, counts):

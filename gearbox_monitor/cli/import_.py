@@ -54,7 +54,7 @@ def add_arguments(parser):
 
 
 def run(args):
-    from gearbox_monitor.bag.importer import load_mapping, read_recording, write_bag
+    from gearbox_monitor.bag.importer import load_mapping, read_recording, write_imported_bag
     if Path(args.bag).exists():
         raise InputError(f'{args.bag}: exists, expected the name of a new bag')
     if args.params:
@@ -62,7 +62,7 @@ def run(args):
         return
     mapping = load_mapping(args.map)
     recording = read_recording(args.file, mapping)
-    write_bag(recording, args.bag, args.file, mapping)
+    write_imported_bag(recording, args.bag, args.file, mapping)
     n = len(recording.stamp_ns)
     duration = (recording.stamp_ns[-1] - recording.stamp_ns[0]) * 1e-9
     data = {'bag': args.bag, 'samples': n, 'duration_s': duration, 'rate_hz': (n - 1) / duration,
@@ -78,7 +78,7 @@ def run(args):
 
 def _pair(args):
     """Join motor and arm of a bag."""
-    from gearbox_monitor.bag.paired import write_paired
+    from gearbox_monitor.bag.paired_bag import write_paired
     from gearbox_monitor.bag.read import open_bag
     given = load_parameters(args.params, 'estimator', SETTINGS, args.topic)
     parameters = checked(SETTINGS, given, args.params)

@@ -15,8 +15,8 @@
 """What commands that run filters over a bag share: its samples, model and parameters."""
 from dataclasses import dataclass
 
-from gearbox_monitor.bag.inputs import find_input
-from gearbox_monitor.bag.replay import read_recording, read_snapshots, Recording
+from gearbox_monitor.bag.joint_input import find_input
+from gearbox_monitor.bag.replay import read_samples, read_snapshots, RecordedSamples
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.parameters import (
@@ -32,7 +32,7 @@ class Inputs:
     model_values: those of the model that the parameter file gave besides.
     """
 
-    recording: Recording
+    recording: RecordedSamples
     model: DriveModel
     model_file: str
     parameters: dict
@@ -83,7 +83,7 @@ def load(args, reader, filter_name=None):
         values['filter'] = check_filter(filter_name)
     model, values = with_values(model, values)
     parameters = checked(ESTIMATOR, values, args.params or str(reader.path))
-    recording = read_recording(reader, parameters['motor_joint'], parameters['arm_joint'],
-                               model, found.topic)
+    recording = read_samples(reader, parameters['motor_joint'], parameters['arm_joint'], model,
+                             found.topic)
     return Inputs(recording, model, model_file, parameters,
                   {name: given[name] for name in defaults(MODEL) if name in given})

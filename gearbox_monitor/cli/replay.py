@@ -38,11 +38,11 @@ from pathlib import Path
 from tqdm import tqdm
 
 from gearbox_monitor.bag.comparison import Comparer
+from gearbox_monitor.bag.estimate_table import CsvTable, ParquetTable
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import interval_error, Kept, Player, smoothed
+from gearbox_monitor.bag.replay import interval_error, Player, ReplayCollector, smoothed
 from gearbox_monitor.bag.replay_output import BagOutput
-from gearbox_monitor.bag.summary import Summary
-from gearbox_monitor.bag.tables import CsvTable, ParquetTable
+from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
@@ -91,9 +91,9 @@ def run(args):
 
 def _play(args, player):
     """Run the Player into everything that was asked for; return (summary, Comparison or None)."""
-    told = Summary(player)
+    told = ReplaySummary(player)
     comparer = Comparer(player) if player.compared else None
-    kept = Kept(player) if args.smooth else None
+    kept = ReplayCollector(player) if args.smooth else None
     outputs = []
     try:
         for kind, path in ((TABLES.get(Path(args.out or '').suffix), args.out),

@@ -45,7 +45,7 @@ import numpy as np
 from tqdm import tqdm
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.inputs import JOINT_STATE
+from gearbox_monitor.bag.joint_input import JOINT_STATE
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.inputs import add_input_arguments, check_filter, load
 from gearbox_monitor.errors import InputError

@@ -53,7 +53,7 @@ FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 @dataclass(frozen=True)
-class Settings:
+class JobSettings:
     """
     What every bag of a run is analysed with.
 
@@ -91,10 +91,10 @@ def digest(url):
 
 def analyse(url, settings):
     """
-    Return (row, windows) of the bag `url` under Settings.
+    Return (row, windows) of the bag `url` under JobSettings.
 
-    row: plain data, some of table.COLUMNS; windows: list of features.Backlash and NotExcited. A
-    bag that cannot be analysed has a row, too, with the reason; retry: whether that may pass.
+    row: plain data, some of fleet_table.COLUMNS; windows: list of Backlash and NotExcited. A bag
+    that cannot be analysed has a row, too, with the reason; retry: whether that may pass.
     Raises InputError where the disk for copies of bags is full.
     """
     began = time.process_time()

@@ -36,7 +36,7 @@ BLOCK = 1 << 20
 
 
 @dataclass(frozen=True)
-class Bag:
+class FleetBag:
     """
     A bag to be analysed.
 
@@ -52,7 +52,7 @@ class Bag:
 
 def find_bags(words):
     """
-    Return the Bags behind `words` (paths, patterns, URLs), each once, in their order.
+    Return the FleetBags behind `words` (paths, patterns, URLs), each once, in their order.
 
     Raises InputError for a word without any bag.
     """
@@ -92,7 +92,7 @@ def _opened(url):
 
 
 def _below(fs, info, word, given=False, seen=()):
-    """Yield the Bags at and below what `info` describes; given: by the user, as it is."""
+    """Yield the FleetBags at and below what `info` describes; given: by the user, as it is."""
     path = info['name']
     if info['type'] == 'file':
         if given or path.endswith(SUFFIXES):
@@ -100,7 +100,7 @@ def _below(fs, info, word, given=False, seen=()):
         return
     if info['type'] != 'directory':  # a broken link, a pipe
         if given or path.endswith(SUFFIXES):
-            yield Bag(_url(fs, path, word), problem='is no file, expected a bag')
+            yield FleetBag(_url(fs, path, word), problem='is no file, expected a bag')
         return
     real = Path(path).resolve() if isinstance(fs, LocalFileSystem) else path
     if real in seen:  # a link to a folder above
@@ -108,7 +108,7 @@ def _below(fs, info, word, given=False, seen=()):
     try:
         entries = fs.ls(path, detail=True)
     except OSError as error:
-        yield Bag(_url(fs, path, word), problem=f'cannot be read: {error.strerror or error}')
+        yield FleetBag(_url(fs, path, word), problem=f'cannot be read: {error.strerror or error}')
         return
     entries = sorted((e for e in entries if e['name'].rstrip('/') != path.rstrip('/')),
                      key=lambda entry: natural(entry['name']))
@@ -141,8 +141,8 @@ def _is_recording(path):
 def _bag(fs, path, word, files, recordings):
     sizes = [info.get('size') for info in recordings]
     known = [sorted((key, str(value)) for key, value in info.items()) for info in files]
-    return Bag(_url(fs, path, word), None if None in sizes else sum(sizes),
-               hashlib.sha256(repr(known).encode()).hexdigest()[:32])
+    return FleetBag(_url(fs, path, word), None if None in sizes else sum(sizes),
+                    hashlib.sha256(repr(known).encode()).hexdigest()[:32])
 
 
 def _url(fs, path, word):

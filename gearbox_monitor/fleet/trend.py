@@ -31,7 +31,7 @@ YEAR = 365.25 * 86400.0
 
 def gearboxes(rows):
     """
-    Return what is known of each gearbox of `rows` (dicts of table.COLUMNS), worst first.
+    Return what is known of each gearbox of `rows` (dicts of fleet_table.COLUMNS), worst first.
 
     A list of dicts: gearbox, unit, feature ('gap', or 'lost_motion' where gap and compliance were
     never told apart), bags (analysed), measured (bags with the feature), first, last (ns), width,

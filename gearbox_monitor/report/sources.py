@@ -23,9 +23,9 @@ import math
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.inputs import DIAGNOSTIC_ARRAY, find_input
-from gearbox_monitor.bag.pairing import Pairing
+from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY, find_input
 from gearbox_monitor.bag.replay import read_snapshots, samples_of
+from gearbox_monitor.bag.stamp_matching import StampMatcher
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TWIST, S_TWIST_RATE, S_TWIST_STD
 from gearbox_monitor.estimation.sample_loop import REASONS
 from gearbox_monitor.interfaces.signals import ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, TRANSMISSION
@@ -153,7 +153,7 @@ class Source:
         said = [topic for topic in (DIAGNOSTICS, self._input.name(DRIFT_ALERTS))
                 if topic in self.reader.topics]
         heard = _Heard(self.reader, self.timeline, self._input)
-        errors, torque = Pairing(2, 2), Pairing(1, 1)
+        errors, torque = StampMatcher(2, 2), StampMatcher(1, 1)
         stated = _Stated(measured(self.facts.parameters))
         loops = SMOOTHED if self._count(SMOOTHED) else STATE
         scale = np.array([ratio, 1.0])

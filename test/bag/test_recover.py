@@ -28,7 +28,7 @@ import yaml
 
 from gearbox_monitor.bag import recover as module
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.example import write_bag as write_example
+from gearbox_monitor.bag.example import write_example_bag as write_example
 from gearbox_monitor.bag.metadata import qos_profile
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recover import recover

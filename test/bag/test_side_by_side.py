@@ -20,7 +20,7 @@ import pytest
 from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.inputs import DIAGNOSTIC_ARRAY, find_input, JOINT_STATE
+from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY, find_input, JOINT_STATE
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError

@@ -27,11 +27,11 @@ import numpy as np
 import pytest
 from rosbags.typesys import get_typestore, Stores
 
-from gearbox_monitor.bag import cdr, pairing, read, tables
+from gearbox_monitor.bag import cdr, estimate_table, read, stamp_matching
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.pairing import match, Pairing
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import Player, replay
+from gearbox_monitor.bag.stamp_matching import match_stamps, StampMatcher
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.interfaces.signals import ARM, joint_values, MOTOR, SIGNALS
@@ -255,9 +255,9 @@ def test_differences_behind_a_loss_are_explained_in_any_blocks(drive, tmp_path, 
             if not (topic == '/joint_states' and 700 * MS <= log_ns - T0 < 705 * MS):
                 writer.write(topic, log_ns, raw)
     found = []
-    for size, wait in ((1 << 20, pairing.WAIT), (1, 300 * MS)):
+    for size, wait in ((1 << 20, stamp_matching.WAIT), (1, 300 * MS)):
         monkeypatch.setattr(read, 'BLOCK_BYTES', size)
-        monkeypatch.setattr(pairing, 'WAIT', wait)
+        monkeypatch.setattr(stamp_matching, 'WAIT', wait)
         monkeypatch.setattr('gearbox_monitor.bag.comparison.WAIT', wait)
         with open_bag(tmp_path / 'hole') as reader:
             found.append(replay(reader).comparison)
@@ -269,10 +269,10 @@ def test_differences_behind_a_loss_are_explained_in_any_blocks(drive, tmp_path, 
 def test_pairing_on_the_way_equals_pairing_at_once(again):
     rng = np.random.default_rng(3)
     left, right = (np.sort(rng.choice(3000, 1500, replace=again)) for _ in range(2))
-    i, j = match(left, right)
+    i, j = match_stamps(left, right)
     assert (left[i] == right[j]).all() and len(i) == sum(
         min((left == s).sum(), (right == s).sum()) for s in np.unique(left))
-    both, met = Pairing(1, 1), []
+    both, met = StampMatcher(1, 1), []
     for k in range(0, 3100, 100):
         # The right comes a little later.
         parts = [a[(a >= k - late) & (a < k + 100 - late)] for a, late in ((left, 0), (right, 20))]
@@ -287,7 +287,7 @@ def test_pairing_on_the_way_equals_pairing_at_once(again):
 
 def test_tables_hold_the_same_numbers(drive, tmp_path, capsys, monkeypatch):
     parquet = pytest.importorskip('pyarrow.parquet')
-    monkeypatch.setattr(tables, 'ROW_GROUP', 1000)
+    monkeypatch.setattr(estimate_table, 'ROW_GROUP', 1000)
     monkeypatch.setattr(read, 'BLOCK_BYTES', 50_000)
     live(tmp_path / 'bag', drive)
     bag, file = str(tmp_path / 'bag'), tmp_path / 'out.parquet'
@@ -296,7 +296,7 @@ def test_tables_hold_the_same_numbers(drive, tmp_path, capsys, monkeypatch):
     with open_bag(bag) as reader:
         estimates = replay(reader).estimates
     table = parquet.read_table(file)
-    assert table.column_names == ['stamp_ns', *tables.COLUMNS] and table.num_rows == N - 2
+    assert table.column_names == ['stamp_ns', *estimate_table.COLUMNS] and table.num_rows == N - 2
     assert json.loads(table.schema.metadata[b'gearbox_monitor.parameters'])['filter'] == 'ekf'
     with open(tmp_path / 'out', newline='') as stream:
         rows = list(csv.DictReader(stream))
@@ -310,7 +310,7 @@ def test_tables_hold_the_same_numbers(drive, tmp_path, capsys, monkeypatch):
     assert parquet.read_table(tmp_path / 'only.parquet').equals(table)
     assert main(['replay', bag, '--smooth', '--out', str(tmp_path / 'smooth.parquet')]) == 0
     smooth = parquet.read_table(tmp_path / 'smooth.parquet')
-    assert smooth.column_names[10:] == list(tables.SMOOTHED_COLUMNS)
+    assert smooth.column_names[10:] == list(estimate_table.SMOOTHED_COLUMNS)
     assert smooth.select(table.column_names).equals(table)
 
 
@@ -327,9 +327,9 @@ def test_no_half_table_and_no_pyarrow(drive, tmp_path, capsys, monkeypatch):
     for name, chunk in (('out.csv', 0), ('out_bag', 0), ('out_bag', 1 << 20),
                         *((name, 0) for name in parquet)):
         with monkeypatch.context() as patch:
-            patch.setattr(tables.CsvTable, '_write', full)
-            patch.setattr(tables.ParquetTable, '_write', full)
-            patch.setattr('gearbox_monitor.bag.part.Part.finish_chunk', full)
+            patch.setattr(estimate_table.CsvTable, '_write', full)
+            patch.setattr(estimate_table.ParquetTable, '_write', full)
+            patch.setattr('gearbox_monitor.bag.bag_part.BagPart.finish_chunk', full)
             patch.setattr('gearbox_monitor.bag.write.CHUNK_BYTES', chunk)
             assert main([*options, '--out', str(tmp_path / name)]) == 2
         told = capsys.readouterr().err

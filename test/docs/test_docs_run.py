@@ -24,7 +24,7 @@ from types import ModuleType
 
 import pytest
 
-from gearbox_monitor.bag.example import write_bag
+from gearbox_monitor.bag.example import write_example_bag
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.monitoring import checks
@@ -130,7 +130,7 @@ def files(tmp_path_factory):
     """Give the folder with what the commands of the pages are about."""
     folder = tmp_path_factory.mktemp('files')
     for name, seed in (('BAG', 0), ('BAG2', 1)):
-        write_bag(folder / name, DriveModel(), 24.0, seed, 200.0, rest=2.0)
+        write_example_bag(folder / name, DriveModel(), 24.0, seed, 200.0, rest=2.0)
     text = (ROOT / 'config/drive.yaml').read_text(encoding='utf-8')
     (folder / 'found').mkdir()
     for name in ('drive.yaml', 'joint3_drive.yaml', 'found/drive.closed.yaml'):

@@ -31,7 +31,7 @@ from pyarrow import dataset, parquet
 import pytest
 import yaml
 
-from gearbox_monitor.bag.example import write_bag
+from gearbox_monitor.bag.example import write_example_bag
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import replay
 from gearbox_monitor.bag.write import BagWriter
@@ -39,10 +39,10 @@ from gearbox_monitor.benchmarks import fleet as benchmark
 from gearbox_monitor.benchmarks.fleet_setup import below, dask_cluster
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.fleet import engine, job
+from gearbox_monitor.fleet import executors, job
+from gearbox_monitor.fleet.fleet_table import FleetTable
 from gearbox_monitor.fleet.job import analyse
 from gearbox_monitor.fleet.paths import content_hash
-from gearbox_monitor.fleet.table import Table
 from gearbox_monitor.fleet.trend import gearboxes
 from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.backlash.loop_windows import Windows
@@ -66,8 +66,8 @@ def archive(tmp_path_factory):
     for serial, growth in (('sn1', GROWTH), ('0002', 0.0)):
         for k in range(5):
             model = DriveModel().with_(half_gap=0.1 * (1.0 + growth * k))
-            write_bag(folder / serial / f'run_{k}', model, 12.0, 10 * k + len(serial), 500.0,
-                      T0 + 30 * DAY * k, f'/arm_{serial}/joint_states')
+            write_example_bag(folder / serial / f'run_{k}', model, 12.0, 10 * k + len(serial),
+                              500.0, T0 + 30 * DAY * k, f'/arm_{serial}/joint_states')
     bad = folder / 'odd'
     bad.mkdir()
     (bad / 'empty.mcap').write_bytes(b'')
@@ -301,8 +301,8 @@ def test_a_bag_that_kills_its_workers_is_given_up_then_tried_again(
 
 
 def test_processes_that_cannot_start_end_the_run(monkeypatch):
-    monkeypatch.setattr(engine, '_begin', deadly)  # it takes other arguments
-    pool = engine.Pool(1)
+    monkeypatch.setattr(executors, '_begin', deadly)  # it takes other arguments
+    pool = executors.PoolExecutor(1)
     try:
         pool.submit('task', os.getpid)
         with pytest.raises(InputError, match='10 processes ended while they started'):
@@ -335,10 +335,10 @@ def test_workers_end_when_their_parent_is_killed(archive, tmp_path):
     process.kill()
     process.communicate()
     until(lambda: not any(Path(f'/proc/{child}').exists() for child in children), 'their end')
-    with Table(out) as table:  # the journal is taken over
+    with FleetTable(out) as table:  # the journal is taken over
         assert sum(row['status'] == 'done' for row in table.rows.values()) >= 1
         with pytest.raises(InputError, match='another fleet run writes to it'):
-            with Table(out):
+            with FleetTable(out):
                 pass
 
 
@@ -347,7 +347,7 @@ def test_on_a_dask_cluster(archive, whole, tmp_path, capsys):
     out = tmp_path / 'out'
     words = (archive / 'sn1', archive / '0002', '--out', out)
     with dask_cluster(tmp_path / 'dask', 2) as (address, processes):
-        cluster = engine.Cluster(address)
+        cluster = executors.DaskExecutor(address)
         cluster.submit('here', os.getpid)
         until(lambda: cluster.results(0.1), 'a worker')
         thread = when(lambda: lines_in(out), lambda: os.kill(
@@ -418,14 +418,14 @@ def test_bad_input_is_one_line(archive, tmp_path, capsys, words, told):
 def test_a_damaged_table_is_named(tmp_path):
     (tmp_path / 'bags.parquet').write_text('no table')
     with pytest.raises(InputError, match='bags.parquet: .*expected a table written by fleet'):
-        with Table(tmp_path):
+        with FleetTable(tmp_path):
             pass
 
 
 def test_without_its_packages_it_says_so(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, 'distributed', None)
     with pytest.raises(InputError, match='dask.distributed is not installed, expected'):
-        engine.Cluster('tcp://127.0.0.1:8786')
+        executors.DaskExecutor('tcp://127.0.0.1:8786')
     code = ('import sys; sys.modules["pyarrow"] = None\n'
             'from gearbox_monitor.cli.main import main\n'
             'sys.exit(main(["fleet", ".", "--out", "out"]))')
@@ -441,8 +441,8 @@ def test_without_its_packages_it_says_so(tmp_path, monkeypatch):
 def test_diagnosis(tmp_path, capsys):
     model = tmp_path / 'drive.yaml'
     model.write_text(yaml.safe_dump(DriveModel().to_dict()))
-    write_bag(tmp_path / 'bag', DriveModel().with_(half_gap=0.115), 8.0, rate=500.0,
-              noise=Noise((0.0,) * 4, (2e-3, 2e-3)))
+    write_example_bag(tmp_path / 'bag', DriveModel().with_(half_gap=0.115), 8.0, rate=500.0,
+                      noise=Noise((0.0,) * 4, (2e-3, 2e-3)))
     out = tmp_path / 'out'
     code, told = fleet(capsys, tmp_path / 'bag', '--out', out, '--workers', 0, '--model',
                        model, '--diagnose', '--only', 'backlash_gap')

@@ -31,8 +31,8 @@ from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
-from gearbox_monitor.bag.inputs import find_input  # noqa: E402
-from gearbox_monitor.bag.paired import write_paired  # noqa: E402
+from gearbox_monitor.bag.joint_input import find_input  # noqa: E402
+from gearbox_monitor.bag.paired_bag import write_paired  # noqa: E402
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.bag.replay import read_snapshots, replay  # noqa: E402
 from gearbox_monitor.files.yaml_files import load_parameters  # noqa: E402

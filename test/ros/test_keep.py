@@ -21,7 +21,7 @@ import pytest
 
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.record_file import RecordFile
-from gearbox_monitor.bag.replay import read_recording
+from gearbox_monitor.bag.replay import read_samples
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import defaults, ESTIMATOR
@@ -138,7 +138,7 @@ def test_folder_holds_everything_as_received_and_the_model(tmp_path):
         with open_bag(folder / name) as bag:
             assert not bag.truncated
             assert bag.metadata['gearbox_monitor']['source'] == 'estimator: backlash: grown'
-            got = read_recording(bag, 'm7', 'arm', DriveModel(), '/left/joint_states').samples
+            got = read_samples(bag, 'm7', 'arm', DriveModel(), '/left/joint_states').samples
         np.testing.assert_array_equal(got.stamp_ns, wanted['stamp_ns'])
         np.testing.assert_array_equal(got.y, wanted['values'][:, :2])
         np.testing.assert_array_equal(got.u, wanted['values'][:, 2:])

@@ -27,12 +27,13 @@ import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.importer.columns import read_columns
 from gearbox_monitor.bag.importer.mapping import FIRST_STAMP_NS, load_mapping, SIGNALS
-from gearbox_monitor.bag.importer.sources import read_columns
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError
 
-__all__ = ['FIRST_STAMP_NS', 'Recording', 'load_mapping', 'read_recording', 'write_bag']
+__all__ = ['FIRST_STAMP_NS', 'ImportedRecording', 'load_mapping', 'read_recording',
+           'write_imported_bag']
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 JOINT_TOPIC = '/joint_states'
@@ -40,7 +41,7 @@ REFERENCE_TOPIC = '/reference/transmission_state'
 
 
 @dataclass(frozen=True)
-class Recording:
+class ImportedRecording:
     """
     Samples [N] of one drive: rad (or m) and N m (or N); NaN where not measured.
 
@@ -59,7 +60,7 @@ class Recording:
 
 def read_recording(path, mapping):
     """
-    Return the Recording in the file `path` as the Mapping `mapping` reads it.
+    Return the ImportedRecording in the file `path` as the ImportMapping `mapping` reads it.
 
     Raises InputError naming file, line or entry, value and what was expected.
     """
@@ -85,7 +86,7 @@ def read_recording(path, mapping):
     for name in ('motor_position', 'motor_effort', 'arm_position', 'arm_effort'):
         if values[name] is None:
             values[name] = np.full(n, np.nan)
-    return Recording(stamp_ns=stamps, notices=tuple(notices), **values)
+    return ImportedRecording(stamp_ns=stamps, notices=tuple(notices), **values)
 
 
 def _stamps(path, mapping, raw, n, place):
@@ -143,9 +144,9 @@ def _convert(path, mapping, name, raw, place):
     return value
 
 
-def write_bag(recording, bag, source, mapping):
+def write_imported_bag(recording, bag, source, mapping):
     """
-    Write the Recording of the file `source`, read through `mapping`, into the new bag `bag`.
+    Write the ImportedRecording of the file `source`, read through `mapping`, into the bag `bag`.
 
     Mapping, name and SHA-256 of the source and the package's version go with it as the metadata
     record ``import``. Raises InputError when `bag` exists.

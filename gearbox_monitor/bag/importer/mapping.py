@@ -42,7 +42,7 @@ FIRST_STAMP_NS = 1_000_000_000  # stamp 0 means "no stamp" to ROS and to the est
 
 
 @dataclass(frozen=True)
-class Signal:
+class SignalMapping:
     """One signal of the recording; `column` counts from 1 or is a name of the header row."""
 
     column: int | str | None = None
@@ -63,7 +63,7 @@ class Signal:
 
 
 @dataclass(frozen=True)
-class Time:
+class TimeMapping:
     """Where the time of a sample stands, or the constant `rate` (Hz) of a recording without."""
 
     column: int | str | None = None
@@ -74,7 +74,7 @@ class Time:
 
 
 @dataclass(frozen=True)
-class Text:
+class TextFormat:
     """How a text file is written; `delimiter` 'whitespace' is any run of blanks and tabs."""
 
     delimiter: str = ','
@@ -85,26 +85,26 @@ class Text:
 
 
 @dataclass(frozen=True)
-class Json:
+class JsonFormat:
     """Dotted path of the list of entries; none: `field` is the path of a list of numbers."""
 
     entries: str | None = None
 
 
 @dataclass(frozen=True)
-class Mapping:
+class ImportMapping:
     """A checked mapping file; `text` is the YAML it was read from."""
 
     source: str
     yaml_text: str
     format: str
-    time: Time
+    time: TimeMapping
     signals: dict
     kind: str = 'rotary'
     gear_ratio: float = 1.0
     description: str = ''
-    text: Text = field(default_factory=Text)
-    json: Json = field(default_factory=Json)
+    text: TextFormat = field(default_factory=TextFormat)
+    json: JsonFormat = field(default_factory=JsonFormat)
 
 
 _KEYS = ('format', 'description', 'kind', 'gear_ratio', 'time', 'signals', 'text', 'json')
@@ -124,7 +124,7 @@ def find_mapping(name):
 
 
 def load_mapping(name):
-    """Return the Mapping of a file or of a packaged name. Raises InputError."""
+    """Return the ImportMapping of a file or of a packaged name. Raises InputError."""
     path = find_mapping(name)
     data = load_yaml(path)
     with data.located():
@@ -132,7 +132,7 @@ def load_mapping(name):
 
 
 def mapping_from_dict(data, source, yaml_text=None):
-    """Return the Mapping of plain values; `source` is what error messages call it."""
+    """Return the ImportMapping of plain values; `source` is what error messages call it."""
     text = yaml.safe_dump(data) if yaml_text is None else yaml_text
     _known(data, 'mapping', source, _KEYS)
     for key in ('format', 'time', 'signals'):
@@ -159,7 +159,7 @@ def mapping_from_dict(data, source, yaml_text=None):
         with problems:
             _known(data['json'], 'json', source, ('entries',))
             entries = _string(data['json'].get('entries'), 'json.entries', source)
-            values['json'] = Json(entries[:-2] if entries.endswith('[]') else entries)
+            values['json'] = JsonFormat(entries[:-2] if entries.endswith('[]') else entries)
     with problems:
         values['time'] = _time(data['time'], source, kind)
     with problems:
@@ -174,12 +174,12 @@ def mapping_from_dict(data, source, yaml_text=None):
     if not {'motor_position', 'arm_position'} & set(values['signals']):
         raise InputError(f'{source}: signals: no position, expected motor_position, arm_position '
                          'or both')
-    return Mapping(source=source, yaml_text=text, **values)
+    return ImportMapping(source=source, yaml_text=text, **values)
 
 
 def _text(block, source):
-    _known(block, 'text', source, [f.name for f in fields(Text)])
-    text = Text(**block)
+    _known(block, 'text', source, [f.name for f in fields(TextFormat)])
+    text = TextFormat(**block)
     for name in ('delimiter', 'comment', 'encoding', 'decimal'):
         _string(getattr(text, name), f'text.{name}', source)
     if not isinstance(text.header, bool):
@@ -200,7 +200,7 @@ def _text(block, source):
 
 
 def _time(block, source, kind):
-    _known(block, 'time', source, [f.name for f in fields(Time)])
+    _known(block, 'time', source, [f.name for f in fields(TimeMapping)])
     if 'rate' in block:
         for key in ('column', 'field', 'scale'):
             if key in block:
@@ -215,7 +215,7 @@ def _time(block, source, kind):
                                 or start <= 0):
         raise InputError(f'{source}: time.start_stamp_ns: {start!r}, expected an integer > 0 (ns) '
                          "or 'recorded'")
-    return Time(**block)
+    return TimeMapping(**block)
 
 
 def _signal(name, block, source, kind, axis):
@@ -238,7 +238,7 @@ def _signal(name, block, source, kind, axis):
         raise InputError(f'{source}: {where}.bits: {bits!r}, expected an integer from 2 to 52')
     _choice(block.get('missing', 'error'), f'{where}.missing', source, ('error', 'nan'))
     _string(block.get('unit', '-'), f'{where}.unit', source)
-    return Signal(**block)
+    return SignalMapping(**block)
 
 
 def _place(block, where, source, kind):

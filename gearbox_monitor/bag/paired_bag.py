@@ -17,7 +17,7 @@ import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.inputs import DIAGNOSTIC_ARRAY, find_topic, JOINT_STATE
+from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY, find_topic, JOINT_STATE
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.interfaces.joiner import Joiner

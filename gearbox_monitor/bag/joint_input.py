@@ -24,7 +24,7 @@ DIAGNOSTIC_ARRAY = 'diagnostic_msgs/msg/DiagnosticArray'
 
 
 @dataclass(frozen=True)
-class Input:
+class JointInput:
     """
     A topic of joint states in a bag and the estimator that took it, if any.
 
@@ -44,7 +44,7 @@ class Input:
 
 def find_input(reader, name=JOINT_STATES):
     """
-    Return the Input called `name` in the bag `reader`, in whatever namespace.
+    Return the JointInput called `name` in the bag `reader`, in whatever namespace.
 
     name: a topic, as recorded or as the estimator called it before it was remapped or paired; or
     an estimator, /NAMESPACE/NODE. Raises InputError when there is none, or more than one.
@@ -56,7 +56,7 @@ def find_input(reader, name=JOINT_STATES):
         usual = f'{namespace}/{JOINT_STATES}'
         topic = names.get(JOINT_STATES, usual)
         if any(_called(known, name) for known in (topic, usual, node)):
-            found.append((node, Input(topic, namespace, snapshots, names)))
+            found.append((node, JointInput(topic, namespace, snapshots, names)))
     if len(found) > 1:
         nodes = sorted(node for node, _ in found)
         raise InputError(f'{reader.path}: topic {name}: taken by {", ".join(nodes)}, expected '
@@ -69,7 +69,7 @@ def find_input(reader, name=JOINT_STATES):
     paired = f'{namespace}/{PAIRED_JOINT_STATES}'
     if topic == f'{namespace}/{JOINT_STATES}' and reader.topics.get(paired, ('', 0))[1]:
         topic = paired
-    return Input(topic, namespace)
+    return JointInput(topic, namespace)
 
 
 def _called(topic, name):

@@ -29,16 +29,16 @@ TICK = 0.2  # s between two looks at whether to stop
 
 @dataclass
 class _Task:
-    """A paths.Bag on its way, its content once that is known, and how often a worker died."""
+    """A paths.FleetBag on its way, its content once that is known, and how often a worker died."""
 
     bag: object
     content: str = ''
     deaths: int = 0
 
 
-class Run:
+class FleetRun:
     """
-    One run over `bags` (paths.Bag) with job.Settings, into a table.Table.
+    One run over `bags` (paths.FleetBag) with job.JobSettings, into a fleet_table.FleetTable.
 
     counts: {'done', 'failed', 'duplicate', 'skipped': int}. left: how many bags are to be done.
     """

@@ -24,7 +24,7 @@ COMPRESSIONS = {
 }
 
 
-class Part:
+class BagPart:
     """
     New file `path`; methods raise OSError where it cannot be written.
 
@@ -51,7 +51,7 @@ class Part:
         self._writer.start(profile='ros2')
 
     def add_topic(self, topic):
-        """Announce `topic` (write.Topic)."""
+        """Announce `topic` (write.McapTopic)."""
         if topic.msgtype not in self._schemas:
             self._schemas[topic.msgtype] = self._writer.register_schema(
                 topic.msgtype, topic.schema_encoding, topic.schema)

@@ -18,7 +18,7 @@ import numpy as np
 WAIT = 10_000_000_000  # ns of log time that a row waits for its partner
 
 
-def match(a, b):
+def match_stamps(a, b):
     """
     Return indices (i, j) with a[i] == b[j], the k-th occurrence of a value with the k-th.
 
@@ -65,7 +65,7 @@ class _Side:
         self.values = self.values[rows]
 
 
-class Pairing:
+class StampMatcher:
     """Pair the rows of two streams as they come; each waits for its partner for WAIT."""
 
     def __init__(self, left_width, right_width):
@@ -86,7 +86,7 @@ class Pairing:
     def pairs(self):
         """Return (stamps, left values, right values) of all that have met since last asked."""
         left, right = self._left, self._right
-        i, j = match(left.stamps, right.stamps)
+        i, j = match_stamps(left.stamps, right.stamps)
         met = left.stamps[i], left.values[i], right.values[j]
         for side, rows in ((left, i), (right, j)):
             waiting = np.ones(len(side.stamps), bool)

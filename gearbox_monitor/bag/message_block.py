@@ -71,7 +71,7 @@ def find_messages(data, begin, end, topic_of, stop, row, at, size, topic, log_ns
 
 
 @dataclass(frozen=True)
-class Block:
+class MessageBlock:
     """
     N messages: data[at[i]:at[i] + size[i]] (uint8) on topics[topic[i]].
 
@@ -94,12 +94,12 @@ class Block:
         return self.data[self.at[row]:self.at[row] + self.size[row]].tobytes()
 
     def take(self, rows):
-        """Return the Block of `rows` (indices or slice), of the same data."""
-        return Block(self.topics, self.data, *(column[rows] for column in (
+        """Return the MessageBlock of `rows` (indices or slice), of the same data."""
+        return MessageBlock(self.topics, self.data, *(column[rows] for column in (
             self.at, self.size, self.topic, self.log_ns, self.publish_ns)))
 
     def of(self, topic):
-        """Return the Block of the messages on `topic` alone."""
+        """Return the MessageBlock of the messages on `topic` alone."""
         if len(self.topics) == 1:
             return self
         return self.take(np.flatnonzero(self.topic == self.topics.index(topic)))
@@ -113,10 +113,10 @@ class Block:
 
 
 def block_of(topics, messages):
-    """Return the Block of `messages`, a list of (topic, log_ns, publish_ns, bytes)."""
+    """Return the MessageBlock of `messages`, a list of (topic, log_ns, publish_ns, bytes)."""
     number = {topic: k for k, topic in enumerate(topics)}
     size = np.array([len(raw) for *_, raw in messages], np.int64)
-    return Block(
+    return MessageBlock(
         tuple(topics), np.frombuffer(b''.join(raw for *_, raw in messages), np.uint8),
         np.cumsum(size) - size, size,
         np.array([number[topic] for topic, *_ in messages], np.int32),

@@ -17,14 +17,14 @@ from dataclasses import asdict
 
 import numpy as np
 
-from gearbox_monitor.bag.pairing import Pairing
+from gearbox_monitor.bag.stamp_matching import StampMatcher
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
 from gearbox_monitor.estimation.sample_loop import REASONS
 
 BURN_IN = 1_000_000_000  # ns at the start that do not count
 
 
-class Summary:
+class ReplaySummary:
     """
     Takes the parts of a replay.Player; `data` is complete after `finish`.
 
@@ -42,12 +42,12 @@ class Summary:
         self._after = None  # from here on estimates count
         self._first_counted = None
         self._nis = [0.0, 0, 0.0]  # sum, how many, sum of what is expected
-        self._filtered, self._smoothed = Pairing(2, 1), Pairing(1, 1)
+        self._filtered, self._smoothed = StampMatcher(2, 1), StampMatcher(1, 1)
         # Of pairs: number, squared error, squared truth, how many within one deviation.
         self._sums, self._smoothed_sums = np.zeros(4), np.zeros(2)
 
     def add(self, part):
-        """Take a Part."""
+        """Take a ReplayPart."""
         stamps, estimates = part.samples.stamp_ns, part.estimates
         self._samples += len(stamps)
         self._estimates += len(estimates.stamp_ns)

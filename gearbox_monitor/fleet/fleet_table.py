@@ -61,9 +61,9 @@ WINDOW_COLUMNS = {
     'path': TEXT, 'content': TEXT, 'settings': TEXT}
 
 
-class Table:
+class FleetTable:
     """
-    The rows of a folder, one per path; ``with Table(folder)`` locks and unlocks it.
+    The rows of a folder, one per path; ``with FleetTable(folder)`` locks and unlocks it.
 
     Raises InputError for a folder of something else, one that another run writes to, and where
     nothing can be written.
@@ -145,7 +145,7 @@ class Table:
     # ------------------------------------------------------------------ what is known
 
     def finished(self, bag, key):
-        """Return whether nothing is left to do for a paths.Bag under the settings `key`."""
+        """Return whether nothing is left to do for a paths.FleetBag under the settings `key`."""
         row = self.rows.get(bag.url)
         if row is None or row['settings'] != key or row['fingerprint'] != bag.fingerprint:
             return False

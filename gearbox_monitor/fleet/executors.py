@@ -15,7 +15,7 @@
 """
 Where bags are worked on: in this process, in a pool of processes, on a Dask cluster.
 
-All take tasks and give Results back in the order they are ready. A pool is made of
+All take tasks and give TaskResults back in the order they are ready. A pool is made of
 ProcessPoolExecutors of one process each: when a process dies, it is known which bag it had.
 """
 from concurrent.futures import CancelledError, FIRST_COMPLETED, ProcessPoolExecutor, wait
@@ -33,7 +33,7 @@ import time
 
 from gearbox_monitor.errors import InputError
 
-PRELOADED = 'gearbox_monitor.fleet.warm'
+PRELOADED = 'gearbox_monitor.fleet.preload'
 ANSWER = 10.0  # s to wait for a scheduler
 AGAIN = 5.0    # s between two looks at the size of a cluster
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of glibc's malloc.h
@@ -41,7 +41,7 @@ KEPT, LARGEST = 1 << 27, 1 << 25  # bytes
 
 
 @dataclass(frozen=True)
-class Result:
+class TaskResult:
     """What `task` gave: `value`, or, where its worker died, None and the reason."""
 
     task: object
@@ -49,7 +49,7 @@ class Result:
     died: str = ''
 
 
-class Serial:
+class SerialExecutor:
     """Works on each task in this process, when its result is asked for."""
 
     attempts = 1
@@ -63,17 +63,17 @@ class Serial:
         self._next, self.free = (task, function, args), False
 
     def results(self, timeout):
-        """Return the Results that are ready, after `timeout` s perhaps none."""
+        """Return the TaskResults that are ready, after `timeout` s perhaps none."""
         task, function, args = self._next
         self.free = True
-        return [Result(task, function(*args))]
+        return [TaskResult(task, function(*args))]
 
     def close(self):
-        """End; what has no Result yet is dropped."""
+        """End; what has no TaskResult yet is dropped."""
 
 
-class Pool:
-    """`workers` processes; a Result says so when one died, and another takes its place."""
+class PoolExecutor:
+    """`workers` processes; a TaskResult says so when one died, and another takes its place."""
 
     attempts = 3  # a bag is given to so many workers that die with it
     STARTS = 10   # in a row that fail, before it is said that none can start
@@ -111,7 +111,7 @@ class Pool:
 
     def results(self, timeout):
         """
-        Return the Results that are ready, after `timeout` s perhaps none.
+        Return the TaskResults that are ready, after `timeout` s perhaps none.
 
         Raises InputError when no process can be started.
         """
@@ -121,13 +121,13 @@ class Pool:
     def _results(self, future):
         work, executor, started = self._running.pop(future)
         try:
-            result = Result(work[0], future.result())
+            result = TaskResult(work[0], future.result())
             self._failed = 0
         except BrokenProcessPool:
             executor.shutdown(wait=False)
             self._idle.append(self._worker())
             if started.exception() is None:
-                return [Result(work[0], died='the worker died (killed, or out of memory)')]
+                return [TaskResult(work[0], died='the worker died (killed, or out of memory)')]
             self._failed += 1  # before it had its task
             if self._failed >= self.STARTS:
                 raise InputError(f'--workers: {self._failed} processes ended while they started, '
@@ -138,7 +138,7 @@ class Pool:
         return [result]
 
     def close(self):
-        """End all workers at once; what has no Result yet is dropped."""
+        """End all workers at once; what has no TaskResult yet is dropped."""
         self._alive.close()
         executors = [executor for executor, _ in self._idle]
         for executor in executors + [executor for _, executor, _ in self._running.values()]:
@@ -175,7 +175,7 @@ def _begin(ends):
     threading.Thread(target=watch, daemon=True).start()
 
 
-class Cluster:
+class DaskExecutor:
     """The Dask cluster with the scheduler at `address`. Raises InputError where there is none."""
 
     attempts = 1  # the scheduler itself gives a task to several workers
@@ -220,7 +220,7 @@ class Cluster:
         future.add_done_callback(self._ready.put)
 
     def results(self, timeout):
-        """Return the Results that are ready, after `timeout` s perhaps none."""
+        """Return the TaskResults that are ready, after `timeout` s perhaps none."""
         ready = []
         try:
             ready.append(self._ready.get(timeout=timeout))
@@ -232,7 +232,7 @@ class Cluster:
             raise self._lost()
         good = [future for future in ready if future.status == 'finished']
         values = self._called(self._client.gather, good) if good else []
-        results = [Result(self._running.pop(future.key)[0], value)
+        results = [TaskResult(self._running.pop(future.key)[0], value)
                    for future, value in zip(good, values)]
         return results + [self._failed(future) for future in ready if future not in good]
 
@@ -240,8 +240,8 @@ class Cluster:
         task, _ = self._running.pop(future.key)
         error = self._called(future.exception)
         if isinstance(error, self._killed):
-            return Result(task, died=f'{error.allowed_failures + 1} workers died (killed, or out '
-                          'of memory)')
+            return TaskResult(task, died=f'{error.allowed_failures + 1} workers died (killed, or '
+                              'out of memory)')
         if isinstance(error, InputError):
             raise error
         raise InputError(f'--scheduler: {self.address}: a worker cannot run gearbox_monitor: '
@@ -259,7 +259,7 @@ class Cluster:
                           'kept, the same command goes on from there')
 
     def close(self):
-        """End; what has no Result yet is dropped."""
+        """End; what has no TaskResult yet is dropped."""
         try:
             if self._client.status == 'running':
                 self._client.cancel([future for _, future in self._running.values()])

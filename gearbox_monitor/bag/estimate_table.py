@@ -31,7 +31,7 @@ SMOOTHED_COLUMNS = {'tau_k_smoothed': S_TAU_K, 'tau_k_smoothed_std': S_TAU_K_STD
 ROW_GROUP = 1 << 17  # rows of a Parquet file that are packed together
 
 
-class Table:
+class EstimateTable:
     """
     Takes the parts of a replay.Player and writes a row per estimate: stamp_ns, COLUMNS.
 
@@ -47,7 +47,7 @@ class Table:
         self._guarded(self._open, player)
 
     def add(self, part):
-        """Take a Part."""
+        """Take a ReplayPart."""
         self.write(part.estimates)
 
     def write(self, estimates, whole=None):
@@ -81,7 +81,7 @@ class Table:
                              'file') from None
 
 
-class CsvTable(Table):
+class CsvTable(EstimateTable):
     """Numbers read back bit for bit."""
 
     def _open(self, player):
@@ -96,7 +96,7 @@ class CsvTable(Table):
         self._file.close()
 
 
-class ParquetTable(Table):
+class ParquetTable(EstimateTable):
     """float64 columns and, as metadata of the file, what they were made with."""
 
     def _open(self, player):
