@@ -52,7 +52,8 @@ The drive itself, read by plant, estimator and replay alike: every key with its 
 
 def shown(value):
     """Return `value` as it stands in YAML."""
-    text = yaml.safe_dump(value, default_flow_style=True, width=1000)
+    plain = list(value) if isinstance(value, tuple) else value
+    text = yaml.safe_dump(plain, default_flow_style=True, width=1000)
     return text.removesuffix('\n...\n').strip()
 
 
@@ -66,7 +67,7 @@ def bounds(row):
 
 
 def table(rows):
-    """Return a Markdown table of parameters.Parameter rows."""
+    """Return a Markdown table of the parameters.ParameterRow `rows`."""
     lines = ['| name | default | unit | range | live | what |', '|---|---|---|---|---|---|']
     for row in rows:
         cells = (f'`{row.name}`', f'`{shown(row.default)}`', row.unit, bounds(row),

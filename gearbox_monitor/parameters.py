@@ -13,25 +13,33 @@
 # limitations under the License.
 
 """
-The table of parameters: one truth for node declarations, YAML files, validation and docs.
+The parameters of the nodes as frozen dataclasses; each field carries its row of the table.
 
-Standard deviations of process noise are spectral: per square root of a second, so that the sample
-rate can change without retuning.
+One truth for node declarations, YAML files, validation, attributes and docs. Standard deviations
+of process noise are spectral: per square root of a second, so that the sample rate can change
+without retuning.
 """
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
 import math
+from typing import Any, Self, TypeAlias, TypeVar
 
 from gearbox_monitor.errors import InputError, Problems, unknown
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import KINDS as EXCITATIONS
-from gearbox_monitor.ros.publishers import FOLLOW_FIRST, POLICIES
 
 # When a change takes effect: at once; with a restart of the filter; or never while it runs.
 AT_ONCE, RESTART, FIXED = 'at once', 'restart', 'fixed'
+FILTER_NAMES = ('ekf', 'ukf', 'srukf', 'aekf')
+# Whose messages a node takes when several publishers give the same joints.
+REFUSE, FOLLOW_FIRST, ACCEPT = POLICIES = ('refuse', 'follow_first', 'accept')
+
+ParameterValue: TypeAlias = bool | int | float | str | tuple[str, ...] | tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """One row: `low` and `high` bound numbers, `choices` strings; `kind` is a Python type."""
+class ParameterRow:
+    """One row: `low` and `high` bound numbers, `choices` strings."""
 
     name: str
     default: object
@@ -39,355 +47,526 @@ class Parameter:
     description: str
     low: float = -math.inf
     high: float = math.inf
-    choices: tuple = ()
+    choices: tuple[str, ...] = ()
     change: str = FIXED
 
     @property
-    def kind(self):
-        """The type of the value: bool, int, float, str, or list (of str or float)."""
+    def kind(self) -> type:
+        """The type of the value: bool, int, float, str, or tuple (of str or float)."""
         return type(self.default)
 
-    def check(self, value, source):
-        """Return `value` in the parameter's type; raises InputError that names `source`."""
-        if self.kind is float and isinstance(value, int) and not isinstance(value, bool):
-            value = float(value) if abs(value) < 1 << 1000 else math.copysign(math.inf, value)
-        if self.kind is list and isinstance(value, tuple):
-            value = list(value)
-        good = isinstance(value, self.kind) and (self.kind is not int or
-                                                 not isinstance(value, bool))
-        numbers = value if self.kind is list else [value]
-        if good and all(isinstance(v, (int, float)) for v in numbers):
-            good = all(self.low <= v <= self.high for v in numbers)
-        if good and self.kind is list and self.default:
-            of = type(self.default[0])
-            good = all(isinstance(v, (int, float) if of is float else of) for v in value)
-        if good and self.choices:
-            good = value in self.choices
-        if not good:
-            raise InputError(f'{source}: {self.name}: {value!r}, expected {self.expected()}')
-        return value
+    @property
+    def item_kind(self) -> type:
+        """The type of a number or text in the value: of its items, if it is a tuple."""
+        return type(self.default[0]) if isinstance(self.default, tuple) else self.kind
 
-    def expected(self):
+    def check(self, value: object, source: str) -> ParameterValue:
+        """Return `value` in the parameter's type; raises InputError that names `source`."""
+        is_sequence = isinstance(value, (list, tuple))
+        items = tuple(value) if isinstance(value, (list, tuple)) else (value,)
+        if is_sequence != (self.kind is tuple) or not all(map(self._allows, items)):
+            raise InputError(f'{source}: {self.name}: {value!r}, expected {self.expected()}')
+        checked = tuple(map(float, items)) if self.item_kind is float else items
+        return checked if is_sequence else checked[0]
+
+    def _allows(self, item: object) -> bool:
+        """Return whether the number or text `item` has the right type and is within bounds."""
+        if isinstance(item, bool) or self.item_kind is bool:
+            return type(item) is self.item_kind
+        if isinstance(item, int) or isinstance(item, float) and self.item_kind is float:
+            return self.item_kind in (int, float) and self.low <= item <= self.high
+        return isinstance(item, str) and self.item_kind is str and (
+            not self.choices or item in self.choices)
+
+    def expected(self) -> str:
         """Return what a value must be, in words."""
         if self.choices:
             return 'one of ' + ', '.join(self.choices)
         word = {bool: 'true or false', int: 'a whole number', float: 'a number',
-                str: 'a text', list: 'a list'}[self.kind]
-        if self.kind is list:
-            word += ' of numbers' if isinstance(self.default[0], float) else ' of texts'
+                str: 'a text', tuple: 'a list'}[self.kind]
+        if self.kind is tuple:
+            word += ' of numbers' if self.item_kind is float else ' of texts'
         bounds = [f'>= {self.low:g}'] if self.low > -math.inf else []
         bounds += [f'<= {self.high:g}'] if self.high < math.inf else []
         unit = f' ({self.unit})' if self.unit not in ('', '-') else ''
         return ' '.join([word, ' and '.join(bounds)]).strip() + unit
 
 
-FILTER_NAMES = ('ekf', 'ukf', 'srukf', 'aekf')
+Table: TypeAlias = tuple[ParameterRow, ...]
+Default = TypeVar('Default', bound=ParameterValue)
 
-ESTIMATOR = (
-    Parameter('filter', 'ekf', '', 'which filter estimates the torque', choices=FILTER_NAMES),
-    Parameter('model', '', '', 'model file of the drive; empty for the packaged drive.yaml'),
-    Parameter('motor_joint', 'motor', '', 'name of the motor in joint_states'),
-    Parameter('arm_joint', 'arm', '', 'name of the arm in joint_states; empty: there is no arm '
-              'encoder, then only the torque is estimated'),
-    Parameter('arm_topic', '', '', 'topic of the arm encoder where it comes in messages of its '
-              'own (sensor_msgs/JointState); may be joint_states; empty: with the motor'),
-    Parameter('pair_tolerance', 0.0005, 's', 'with arm_topic: how far the stamps of motor and arm '
-              'in one sample may be apart; less than half the sample period. At speed v they look '
-              'like a twist of v times the distance', low=0.0, high=1.0),
-    Parameter('other_publishers', FOLLOW_FIRST, '', 'when several publishers give our joints: '
-              'take the messages of the first alone; take none until one is left; or accept all',
-              choices=POLICIES),
-    Parameter('gearbox_serial', 'gearbox', '', 'hardware_id in diagnostics'),
-    Parameter('arm_load', 'unknown', '',
-              'what acts on the arm besides effects of the model file: none, an unknown load '
-              '(estimated), or a measured one (effort of the arm joint); "model" takes the word '
-              'of the model file',
-              choices=('none', 'unknown', 'measured', 'model')),
-    Parameter('effort_delay', 0, 'samples',
-              'effort stamped t_k acts on [t_k+d, t_k+d+1); -1: it acted on the sample before',
-              low=-1, high=50),
-    Parameter('max_gap', 0.25, 's', 'longest gap between stamps, without torque or without '
-              'measurement, that is bridged by prediction; a longer one restarts the filter',
-              low=1e-3, high=60.0),
-    Parameter('smoother_lag', 0.1, 's', 'lag of the smoothed output; 0 switches it off',
-              low=0.0, high=1.0),
-    Parameter('r_std_motor', 5e-3, 'rad', 'noise of the motor encoder, arm side',
-              low=1e-9, high=1e3, change=AT_ONCE),
-    Parameter('r_std_arm', 5e-3, 'rad', 'noise of the arm encoder',
-              low=1e-9, high=1e3, change=AT_ONCE),
-    Parameter('q_std_motor_position', 0.0, 'rad/sqrt(s)', 'process noise of the motor position',
-              low=0.0, high=1e6, change=AT_ONCE),
-    Parameter('q_std_arm_position', 0.0, 'rad/sqrt(s)', 'process noise of the arm position',
-              low=0.0, high=1e6, change=AT_ONCE),
-    Parameter('q_std_motor_speed', 0.4, 'rad/s/sqrt(s)', 'process noise of the motor speed',
-              low=0.0, high=1e6, change=AT_ONCE),
-    Parameter('q_std_arm_speed', 0.4, 'rad/s/sqrt(s)', 'process noise of the arm speed',
-              low=0.0, high=1e6, change=AT_ONCE),
-    Parameter('q_std_tau_k', 8.0, 'N m/sqrt(s)', 'how fast tau_K may wander',
-              low=0.0, high=1e9, change=AT_ONCE),
-    Parameter('q_std_tau_k_speed', 0.0, 'N m/sqrt(s) per rad/s', 'how much more it may wander per '
-              'motor speed, added to q_std_tau_k in quadrature', low=0.0, high=1e9,
-              change=AT_ONCE),
-    Parameter('q_std_tau_arm', 8.0, 'N m/sqrt(s)',
-              'how fast the unknown load on the arm may wander', low=0.0, high=1e9,
-              change=AT_ONCE),
-    Parameter('tau_k_stiffness', 0.0, 'N m/rad', "k_p in tau_K' = k_p (x3 - x4) + w; 0 is the "
-              "paper's random walk", low=0.0, high=1e12, change=AT_ONCE),
-    Parameter('tau_k_model_std', 0.0, 'N m', 'error of the friction model, added to the stated '
-              'standard deviation of tau_K in quadrature', low=0.0, high=1e9, change=AT_ONCE),
-    Parameter('friction_error_std', 0.0, 'N m', 'standard deviation of a friction error carried '
-              'as a state (Ornstein-Uhlenbeck); 0 leaves it out', low=0.0, high=1e9,
-              change=RESTART),
-    Parameter('friction_error_time', 0.7, 's', 'correlation time of that friction error',
-              low=1e-4, high=1e4, change=RESTART),
-    Parameter('p0_std_speed', 1.0, 'rad/s', 'standard deviation of the speeds at a start',
-              low=1e-9, high=1e6, change=RESTART),
-    Parameter('p0_std_torque', 5.0, 'N m', 'standard deviation of tau_K and load at a start',
-              low=1e-9, high=1e9, change=RESTART),
-    Parameter('ekf_jacobian', 'analytic', '', 'EKF: exact tangent of the discrete map, or forward '
-              'differences', choices=('analytic', 'numeric'), change=AT_ONCE),
-    Parameter('friction_linearisation', 'tangent', '', 'EKF: friction linearised at the estimate, '
-              'or over the uncertainty of the motor speed', choices=('tangent', 'statistical'),
-              change=AT_ONCE),
-    Parameter('ukf_alpha', 1.0, '-', 'UKF, SRUKF: spread of the sigma points; small values cost '
-              'accuracy', low=1e-4, high=10.0, change=AT_ONCE),
-    Parameter('ukf_beta', 2.0, '-', 'UKF, SRUKF: weight of the centre in the covariance', low=0.0,
-              high=100.0, change=AT_ONCE),
-    Parameter('ukf_kappa', 0.0, '-', 'UKF, SRUKF: spread, added to the number of states', low=0.0,
-              high=100.0, change=AT_ONCE),
-    Parameter('srukf_precision', 'float64', '', 'SRUKF: precision of mean, sigma points and '
-              'factor', choices=('float64', 'float32'), change=AT_ONCE),
-    Parameter('adapt', ['q_std_tau_k', 'r_std_motor', 'r_std_arm'], '',
-              'AEKF: what is adapted, starting from the values given: some of q_std_tau_k, '
-              'r_std_motor, r_std_arm, viscous_friction, coulomb_friction, tau_k_stiffness; [""] '
-              'for nothing', change=RESTART),
-    Parameter('adapt_friction_sharpness', 1.0, 's/rad', 'AEKF: sharpness of the Coulomb friction '
-              'that it computes with, at most that of the model', low=1e-3, high=1e9,
-              change=RESTART),
-    Parameter('adapt_forgetting_start', 0.995, '-', 'AEKF: forgetting factor per measured sample '
-              'at a start', low=0.5, high=1.0, change=RESTART),
-    Parameter('adapt_forgetting', 0.9998, '-', 'AEKF: forgetting factor that it settles at; '
-              '1 / (1 - factor) samples count', low=0.5, high=1.0, change=RESTART),
-    Parameter('adapt_forgetting_rate', 0.9995, '-', 'AEKF: how slowly it settles there: 1 / (1 - '
-              'rate) samples', low=0.0, high=1.0, change=RESTART),
-    Parameter('drift_window', 10.0, 's', 'length of a window that backlash is fitted on',
-              low=0.5, high=600.0),
-    Parameter('gap_notice', 0.005, '-', 'relative growth of the gap below which nothing is '
-              'reported, however sure it is; a smaller one is left to seasons and wear-in',
-              low=0.0, high=10.0, change=AT_ONCE),
-    Parameter('gap_warn', 0.10, '-', 'relative growth of the gap from which a service is to be '
-              'planned', low=0.0, high=10.0, change=AT_ONCE),
-    Parameter('gap_error', 0.25, '-', 'relative growth of the gap that is an error, and the limit '
-              'of the forecast', low=0.0, high=10.0, change=AT_ONCE),
-    Parameter('gap_limit', 0.0, 'rad', 'gap that is an error whatever the baseline; 0: none',
-              low=0.0, high=1e3, change=AT_ONCE),
-    Parameter('stiffness_warn', 0.10, '-', 'relative loss of stiffness, or change of the torque '
-              'gain, or growth of the hysteresis over the load, from which a service is to be '
-              'planned', low=0.0, high=10.0, change=AT_ONCE),
-    Parameter('stiffness_error', 0.25, '-', 'the same, as an error', low=0.0, high=10.0,
-              change=AT_ONCE),
-    Parameter('friction_warn', 0.20, '-', 'relative change of friction from which a service is to '
-              'be planned; a quarter of it is reported once it is sure', low=0.0, high=10.0,
-              change=AT_ONCE),
-    Parameter('friction_error', 0.50, '-', 'the same, as an error', low=0.0, high=100.0,
-              change=AT_ONCE),
-    Parameter('false_alarm_interval', 3.15e7, 's', 'mean running time between two false alarms of '
-              'backlash and friction together; shorter finds changes sooner', low=600.0, high=1e12,
-              change=AT_ONCE),
-    Parameter('baseline_file', '', '', 'backlash when healthy: read at the start, written by '
-              '~/save_baseline; empty: the first windows are the baseline'),
-    Parameter('baseline_windows', 720, '', 'how many trusted windows each operating point learns '
-              'as healthy; 3 are enough to begin with', low=3, high=1000000, change=AT_ONCE),
-    Parameter('angle_bin', 3.2, 'rad', 'windows whose mean arm angle is at most half of this away '
-              'share a baseline; 0: all angles do', low=0.0, high=1e6, change=AT_ONCE),
-    Parameter('speed_bin', 2.0, '-', 'windows whose rms motor speed is within the square root of '
-              'this factor share a baseline; 1: all speeds do', low=1.0, high=1e6, change=AT_ONCE),
-    Parameter('load_bin', 2.0, '-', 'the same for the rms of tau_K', low=1.0, high=1e6,
-              change=AT_ONCE),
-    Parameter('temperature_bin', 5.0, 'K', 'windows whose temperature is at most half of this '
-              'away share a baseline; 0: all temperatures do', low=0.0, high=1e4, change=AT_ONCE),
-    Parameter('temperature_topic', '', '', 'topic with the temperature of the gearbox '
-              '(sensor_msgs/Temperature); empty: not known'),
-    Parameter('drift_state_file', '', '', 'where baselines, test, alarms and what the aekf has '
-              'adapted are kept over a restart, written after each window; empty: not kept'),
-    Parameter('snapshot_period', 10.0, 's', 'how often the state is published for replay',
-              low=0.1, high=3600.0),
-    Parameter('model_gap_after', 60.0, 's', 'the model misses something when prediction errors '
-              'were biased or not white in more than half of this time', low=5.0, high=3600.0,
-              change=AT_ONCE),
-    Parameter('keep_minutes', 5.0, 'min', 'how much of joint_states is kept in memory for '
-              '~/keep_recording, 12 MB for 5 min at 1 kHz; 0: nothing', low=0.0, high=60.0),
-    Parameter('keep_after_error', 0.0, 's', 'how long after backlash or friction became ERROR the '
-              'recording is kept by itself, as by ~/keep_recording; no more than keep_minutes; '
-              '0: never', low=0.0, high=3600.0),
-    Parameter('keep_folder', '', '', 'where ~/keep_recording puts its folders; empty: where the '
-              'node was started'),
-)
 
-# Values of the model file that can be changed while the estimator runs; their defaults are those
-# of the model file (here: of the packaged one). Nothing else in it is both computed with and free.
-MODEL = (
-    Parameter('motor_inertia', 0.006442, 'kg m^2', 'of the motor, reflected to the arm side',
-              low=1e-12, high=1e6, change=RESTART),
-    Parameter('arm_inertia', 0.023454, 'kg m^2', 'of the arm', low=1e-12, high=1e6,
-              change=RESTART),
-    Parameter('damping', 0.01, 'N m s/rad', 'between motor and arm', low=0.0, high=1e9,
-              change=RESTART),
-    Parameter('viscous_friction', 0.1, 'N m s/rad', 'of the motor', low=-1e9, high=1e9,
-              change=RESTART),
-    Parameter('coulomb_friction', 0.27, 'N m', 'of the motor', low=0.0, high=1e9, change=RESTART),
-    Parameter('friction_sharpness', 100.0, 's/rad', 'of the Coulomb friction around standstill',
-              low=1e-9, high=1e9, change=RESTART),
-    Parameter('position_gain', 0.01, 'N m/rad', 'of a position loop inside the drive', low=0.0,
-              high=1e9, change=RESTART),
-    Parameter('torque_offset', 0.0, 'N m', 'added to the commanded torque', low=-1e9, high=1e9,
-              change=RESTART),
-)
+def row(default: Default, unit: str, description: str, *, low: float = -math.inf,
+        high: float = math.inf, choices: tuple[str, ...] = (), change: str = FIXED) -> Default:
+    """
+    Return a dataclass field with its row of the table, see ParameterRow.
+
+    Args:
+        default: value if none is given; its type is the type of the parameter.
+        unit: '-' for a ratio, '' if the value is no quantity.
+        description: one sentence for docs and `ros2 param describe`.
+        low: smallest number allowed.
+        high: largest number allowed.
+        choices: texts allowed; empty: any.
+        change: AT_ONCE, RESTART or FIXED.
+
+    Returns:
+        The field; typed as `default`, as dataclasses.field is.
+
+    """
+    return field(default=default, metadata={'row': ParameterRow(
+        '', default, unit, description, low, high, choices, change)})
+
+
+@dataclass(frozen=True, eq=False)
+class ParameterSet:
+    """Parameters of a node: immutable, complete and checked when they are made."""
+
+    def __post_init__(self) -> None:
+        """Raise InputError for a value of a wrong type or out of range."""
+        checked = check_values(table_of(type(self)), self.to_dict(), 'parameters')
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, object], source: str = 'parameters') -> Self:
+        """
+        Return the parameters in `mapping`, with defaults for names that are missing.
+
+        Raises InputError that names `source` and all unknown names, wrong types and values out of
+        range.
+        """
+        return cls(**check_values(table_of(cls), mapping, source))
+
+    @classmethod
+    def of(cls, parameters: 'Self | Mapping[str, object] | None',
+           source: str = 'parameters') -> Self:
+        """Return `parameters` as they are, or made of a mapping; see from_mapping for `source`."""
+        if isinstance(parameters, Mapping):
+            return cls.from_mapping(parameters, source)
+        return cls() if parameters is None else parameters
+
+    def replace(self, **changes: object) -> Self:
+        """Return a checked copy with `changes`. Raises InputError."""
+        return self.from_mapping({**self.to_dict(), **changes})
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return {name: value} of plain values: sequences as lists, as YAML and ROS take them."""
+        return {f.name: list(value) if isinstance(value, tuple) else value
+                for f in fields(self) for value in [getattr(self, f.name)]}
+
+    def changes(self) -> dict[str, Any]:
+        """Return {name: value} of those that differ from their defaults, as `to_dict` does."""
+        return {name: value for name, value in self.to_dict().items()
+                if getattr(self, name) != getattr(type(self), name)}
+
+
+@dataclass(frozen=True)
+class EstimatorParameters(ParameterSet):
+    """Parameters of the estimator, and of all that computes with a filter."""
+
+    filter: str = row('ekf', '', 'which filter estimates the torque', choices=FILTER_NAMES)
+    model: str = row('', '', 'model file of the drive; empty for the packaged drive.yaml')
+    motor_joint: str = row('motor', '', 'name of the motor in joint_states')
+    arm_joint: str = row(
+        'arm', '', 'name of the arm in joint_states; empty: there is no arm encoder, then only '
+        'the torque is estimated')
+    arm_topic: str = row(
+        '', '', 'topic of the arm encoder where it comes in messages of its own '
+        '(sensor_msgs/JointState); may be joint_states; empty: with the motor')
+    pair_tolerance: float = row(
+        0.0005, 's', 'with arm_topic: how far the stamps of motor and arm in one sample may be '
+        'apart; less than half the sample period. At speed v they look like a twist of v times '
+        'the distance', low=0.0, high=1.0)
+    other_publishers: str = row(
+        FOLLOW_FIRST, '', 'when several publishers give our joints: take the messages of the '
+        'first alone; take none until one is left; or accept all', choices=POLICIES)
+    gearbox_serial: str = row('gearbox', '', 'hardware_id in diagnostics')
+    arm_load: str = row(
+        'unknown', '', 'what acts on the arm besides effects of the model file: none, an unknown '
+        'load (estimated), or a measured one (effort of the arm joint); "model" takes the word '
+        'of the model file', choices=('none', 'unknown', 'measured', 'model'))
+    effort_delay: int = row(
+        0, 'samples', 'effort stamped t_k acts on [t_k+d, t_k+d+1); -1: it acted on the sample '
+        'before', low=-1, high=50)
+    max_gap: float = row(
+        0.25, 's', 'longest gap between stamps, without torque or without measurement, that is '
+        'bridged by prediction; a longer one restarts the filter', low=1e-3, high=60.0)
+    smoother_lag: float = row(
+        0.1, 's', 'lag of the smoothed output; 0 switches it off', low=0.0, high=1.0)
+    r_std_motor: float = row(
+        5e-3, 'rad', 'noise of the motor encoder, arm side', low=1e-9, high=1e3, change=AT_ONCE)
+    r_std_arm: float = row(
+        5e-3, 'rad', 'noise of the arm encoder', low=1e-9, high=1e3, change=AT_ONCE)
+    q_std_motor_position: float = row(
+        0.0, 'rad/sqrt(s)', 'process noise of the motor position', low=0.0, high=1e6,
+        change=AT_ONCE)
+    q_std_arm_position: float = row(
+        0.0, 'rad/sqrt(s)', 'process noise of the arm position', low=0.0, high=1e6, change=AT_ONCE)
+    q_std_motor_speed: float = row(
+        0.4, 'rad/s/sqrt(s)', 'process noise of the motor speed', low=0.0, high=1e6,
+        change=AT_ONCE)
+    q_std_arm_speed: float = row(
+        0.4, 'rad/s/sqrt(s)', 'process noise of the arm speed', low=0.0, high=1e6, change=AT_ONCE)
+    q_std_tau_k: float = row(
+        8.0, 'N m/sqrt(s)', 'how fast tau_K may wander', low=0.0, high=1e9, change=AT_ONCE)
+    q_std_tau_k_speed: float = row(
+        0.0, 'N m/sqrt(s) per rad/s', 'how much more it may wander per motor speed, added to '
+        'q_std_tau_k in quadrature', low=0.0, high=1e9, change=AT_ONCE)
+    q_std_tau_arm: float = row(
+        8.0, 'N m/sqrt(s)', 'how fast the unknown load on the arm may wander', low=0.0, high=1e9,
+        change=AT_ONCE)
+    tau_k_stiffness: float = row(
+        0.0, 'N m/rad', "k_p in tau_K' = k_p (x3 - x4) + w; 0 is the paper's random walk", low=0.0,
+        high=1e12, change=AT_ONCE)
+    tau_k_model_std: float = row(
+        0.0, 'N m', 'error of the friction model, added to the stated standard deviation of '
+        'tau_K in quadrature', low=0.0, high=1e9, change=AT_ONCE)
+    friction_error_std: float = row(
+        0.0, 'N m', 'standard deviation of a friction error carried as a state '
+        '(Ornstein-Uhlenbeck); 0 leaves it out', low=0.0, high=1e9, change=RESTART)
+    friction_error_time: float = row(
+        0.7, 's', 'correlation time of that friction error', low=1e-4, high=1e4, change=RESTART)
+    p0_std_speed: float = row(
+        1.0, 'rad/s', 'standard deviation of the speeds at a start', low=1e-9, high=1e6,
+        change=RESTART)
+    p0_std_torque: float = row(
+        5.0, 'N m', 'standard deviation of tau_K and load at a start', low=1e-9, high=1e9,
+        change=RESTART)
+    ekf_jacobian: str = row(
+        'analytic', '', 'EKF: exact tangent of the discrete map, or forward differences',
+        choices=('analytic', 'numeric'), change=AT_ONCE)
+    friction_linearisation: str = row(
+        'tangent', '', 'EKF: friction linearised at the estimate, or over the uncertainty of the '
+        'motor speed', choices=('tangent', 'statistical'), change=AT_ONCE)
+    ukf_alpha: float = row(
+        1.0, '-', 'UKF, SRUKF: spread of the sigma points; small values cost accuracy', low=1e-4,
+        high=10.0, change=AT_ONCE)
+    ukf_beta: float = row(
+        2.0, '-', 'UKF, SRUKF: weight of the centre in the covariance', low=0.0, high=100.0,
+        change=AT_ONCE)
+    ukf_kappa: float = row(
+        0.0, '-', 'UKF, SRUKF: spread, added to the number of states', low=0.0, high=100.0,
+        change=AT_ONCE)
+    srukf_precision: str = row(
+        'float64', '', 'SRUKF: precision of mean, sigma points and factor',
+        choices=('float64', 'float32'), change=AT_ONCE)
+    adapt: tuple[str, ...] = row(
+        ('q_std_tau_k', 'r_std_motor', 'r_std_arm'), '', 'AEKF: what is adapted, starting from '
+        'the values given: some of q_std_tau_k, r_std_motor, r_std_arm, viscous_friction, '
+        'coulomb_friction, tau_k_stiffness; [""] for nothing', change=RESTART)
+    adapt_friction_sharpness: float = row(
+        1.0, 's/rad', 'AEKF: sharpness of the Coulomb friction that it computes with, at most '
+        'that of the model', low=1e-3, high=1e9, change=RESTART)
+    adapt_forgetting_start: float = row(
+        0.995, '-', 'AEKF: forgetting factor per measured sample at a start', low=0.5, high=1.0,
+        change=RESTART)
+    adapt_forgetting: float = row(
+        0.9998, '-', 'AEKF: forgetting factor that it settles at; 1 / (1 - factor) samples count',
+        low=0.5, high=1.0, change=RESTART)
+    adapt_forgetting_rate: float = row(
+        0.9995, '-', 'AEKF: how slowly it settles there: 1 / (1 - rate) samples', low=0.0,
+        high=1.0, change=RESTART)
+    drift_window: float = row(
+        10.0, 's', 'length of a window that backlash is fitted on', low=0.5, high=600.0)
+    gap_notice: float = row(
+        0.005, '-', 'relative growth of the gap below which nothing is reported, however sure it '
+        'is; a smaller one is left to seasons and wear-in', low=0.0, high=10.0, change=AT_ONCE)
+    gap_warn: float = row(
+        0.10, '-', 'relative growth of the gap from which a service is to be planned', low=0.0,
+        high=10.0, change=AT_ONCE)
+    gap_error: float = row(
+        0.25, '-', 'relative growth of the gap that is an error, and the limit of the forecast',
+        low=0.0, high=10.0, change=AT_ONCE)
+    gap_limit: float = row(
+        0.0, 'rad', 'gap that is an error whatever the baseline; 0: none', low=0.0, high=1e3,
+        change=AT_ONCE)
+    stiffness_warn: float = row(
+        0.10, '-', 'relative loss of stiffness, or change of the torque gain, or growth of the '
+        'hysteresis over the load, from which a service is to be planned', low=0.0, high=10.0,
+        change=AT_ONCE)
+    stiffness_error: float = row(
+        0.25, '-', 'the same, as an error', low=0.0, high=10.0, change=AT_ONCE)
+    friction_warn: float = row(
+        0.20, '-', 'relative change of friction from which a service is to be planned; a quarter '
+        'of it is reported once it is sure', low=0.0, high=10.0, change=AT_ONCE)
+    friction_error: float = row(
+        0.50, '-', 'the same, as an error', low=0.0, high=100.0, change=AT_ONCE)
+    false_alarm_interval: float = row(
+        3.15e7, 's', 'mean running time between two false alarms of backlash and friction '
+        'together; shorter finds changes sooner', low=600.0, high=1e12, change=AT_ONCE)
+    baseline_file: str = row(
+        '', '', 'backlash when healthy: read at the start, written by ~/save_baseline; empty: '
+        'the first windows are the baseline')
+    baseline_windows: int = row(
+        720, '', 'how many trusted windows each operating point learns as healthy; 3 are enough '
+        'to begin with', low=3, high=1000000, change=AT_ONCE)
+    angle_bin: float = row(
+        3.2, 'rad', 'windows whose mean arm angle is at most half of this away share a baseline; '
+        '0: all angles do', low=0.0, high=1e6, change=AT_ONCE)
+    speed_bin: float = row(
+        2.0, '-', 'windows whose rms motor speed is within the square root of this factor share '
+        'a baseline; 1: all speeds do', low=1.0, high=1e6, change=AT_ONCE)
+    load_bin: float = row(
+        2.0, '-', 'the same for the rms of tau_K', low=1.0, high=1e6, change=AT_ONCE)
+    temperature_bin: float = row(
+        5.0, 'K', 'windows whose temperature is at most half of this away share a baseline; 0: '
+        'all temperatures do', low=0.0, high=1e4, change=AT_ONCE)
+    temperature_topic: str = row(
+        '', '', 'topic with the temperature of the gearbox (sensor_msgs/Temperature); empty: not '
+        'known')
+    drift_state_file: str = row(
+        '', '', 'where baselines, test, alarms and what the aekf has adapted are kept over a '
+        'restart, written after each window; empty: not kept')
+    snapshot_period: float = row(
+        10.0, 's', 'how often the state is published for replay', low=0.1, high=3600.0)
+    model_gap_after: float = row(
+        60.0, 's', 'the model misses something when prediction errors were biased or not white '
+        'in more than half of this time', low=5.0, high=3600.0, change=AT_ONCE)
+    keep_minutes: float = row(
+        5.0, 'min', 'how much of joint_states is kept in memory for ~/keep_recording, 12 MB for '
+        '5 min at 1 kHz; 0: nothing', low=0.0, high=60.0)
+    keep_after_error: float = row(
+        0.0, 's', 'how long after backlash or friction became ERROR the recording is kept by '
+        'itself, as by ~/keep_recording; no more than keep_minutes; 0: never', low=0.0,
+        high=3600.0)
+    keep_folder: str = row(
+        '', '', 'where ~/keep_recording puts its folders; empty: where the node was started')
+
+
+@dataclass(frozen=True)
+class ModelParameters(ParameterSet):
+    """
+    Values of the model file that can be changed while the estimator runs.
+
+    Their defaults are those of the model file (here: of the packaged one). No other value of it is
+    both free and used by the filters.
+    """
+
+    motor_inertia: float = row(
+        0.006442, 'kg m^2', 'of the motor, reflected to the arm side', low=1e-12, high=1e6,
+        change=RESTART)
+    arm_inertia: float = row(0.023454, 'kg m^2', 'of the arm', low=1e-12, high=1e6, change=RESTART)
+    damping: float = row(
+        0.01, 'N m s/rad', 'between motor and arm', low=0.0, high=1e9, change=RESTART)
+    viscous_friction: float = row(
+        0.1, 'N m s/rad', 'of the motor', low=-1e9, high=1e9, change=RESTART)
+    coulomb_friction: float = row(0.27, 'N m', 'of the motor', low=0.0, high=1e9, change=RESTART)
+    friction_sharpness: float = row(
+        100.0, 's/rad', 'of the Coulomb friction around standstill', low=1e-9, high=1e9,
+        change=RESTART)
+    position_gain: float = row(
+        0.01, 'N m/rad', 'of a position loop inside the drive', low=0.0, high=1e9, change=RESTART)
+    torque_offset: float = row(
+        0.0, 'N m', 'added to the commanded torque', low=-1e9, high=1e9, change=RESTART)
+
+
+@dataclass(frozen=True)
+class PlantParameters(ParameterSet):
+    """Parameters of the simulated plant; those of its model default to the model file."""
+
+    model: str = row('', '', 'model file of the drive; empty for the packaged drive.yaml')
+    motor_joint: str = row('motor', '', 'name of the motor in joint_states')
+    arm_joint: str = row('arm', '', 'name of the arm in joint_states')
+    rate: float = row(1000.0, 'Hz', 'samples per simulated second', low=100.0, high=2000.0)
+    speed: float = row(
+        1.0, '-', 'simulated seconds per second; 0: as fast as possible. Any other speed than 1 '
+        'publishes /clock', low=0.0, high=1000.0)
+    publish_clock: bool = row(False, '', 'publish /clock in real time, too')
+    duration: float = row(
+        0.0, 's', 'simulated time after which the plant ends; 0: never', low=0.0, high=1e7)
+    wait_for_subscribers: int = row(
+        0, '', 'start once joint_states and the truth have this many subscribers together, and '
+        'they have acknowledged the first sample', low=0, high=100)
+    seed: int = row(0, '', 'seed of the noise', low=0, high=2**31 - 1)
+    torque_source: str = row(
+        'excitation', '', 'where the torque comes from: the excitation, or effort_command, held '
+        'until the next one', choices=('excitation', 'topic'))
+    command_timeout: float = row(
+        0.5, 's', 'simulated time after which a torque from effort_command ends; 0: never',
+        low=0.0, high=3600.0, change=AT_ONCE)
+    excitation: str = row(
+        'multisine', '', 'signal of the torque on the arm side', choices=EXCITATIONS,
+        change=AT_ONCE)
+    amplitudes: tuple[float, ...] = row(
+        (6.0, 2.0), 'N m', 'amplitudes of the excitation, arm side', low=-1e6, high=1e6,
+        change=AT_ONCE)
+    frequencies: tuple[float, ...] = row(
+        (0.9, 2.3), 'Hz', 'frequencies of the excitation', low=0.0, high=1000.0, change=AT_ONCE)
+    period: float = row(
+        20.0, 's', 'time of a chirp there and back', low=0.1, high=1e5, change=AT_ONCE)
+    process_noise: tuple[float, ...] = row(
+        (0.0, 0.0, 0.4, 0.4), 'rad/sqrt(s), rad/s/sqrt(s)', 'noise on motor and arm position, '
+        'motor and arm speed', low=0.0, high=1e6, change=AT_ONCE)
+    measurement_noise: tuple[float, ...] = row(
+        (0.005, 0.005), 'rad', 'noise of motor (arm side) and arm encoder', low=0.0, high=1e3,
+        change=AT_ONCE)
+    stiffness: float = row(
+        25.0, 'N m/rad', 'stiffness of the transmission in contact; default: model file', low=1e-9,
+        high=1e12, change=AT_ONCE)
+    half_gap: float = row(
+        0.1, 'rad', 'half of the backlash before it grows; default: model file', low=0.0, high=1e3,
+        change=AT_ONCE)
+    viscous_friction: float = row(
+        0.1, 'N m s/rad', 'of the motor; default: model file', low=-1e9, high=1e9, change=AT_ONCE)
+    coulomb_friction: float = row(
+        0.27, 'N m', 'of the motor; default: model file', low=0.0, high=1e9, change=AT_ONCE)
+    gap_growth_rate: float = row(
+        0.0, '1/s', 'the gap is half_gap (1 + rate (t - start))', low=0.0, high=1e3,
+        change=AT_ONCE)
+    gap_growth_start: float = row(
+        0.0, 's', 'simulated time at which the gap begins to grow', low=0.0, high=1e7,
+        change=AT_ONCE)
+    gap_growth_max: float = row(
+        10.0, '-', 'relative growth at which the gap stays', low=0.0, high=1e3, change=AT_ONCE)
+    fault_start: float = row(
+        0.0, 's', 'simulated time from which the faults below act', low=0.0, high=1e7,
+        change=AT_ONCE)
+    fault_duration: float = row(
+        0.0, 's', 'how long they act; 0: for ever', low=0.0, high=1e7, change=AT_ONCE)
+    fault_frozen: str = row(
+        'none', '', 'encoders whose last reading stays', choices=('none', 'motor', 'arm', 'both'),
+        change=AT_ONCE)
+    fault_lost: str = row(
+        'none', '', 'encoders that give nothing (NaN)', choices=('none', 'motor', 'arm', 'both'),
+        change=AT_ONCE)
+    fault_delay: tuple[float, ...] = row(
+        (0.0, 0.0), 's', 'readings of motor and arm come so late, in whole samples', low=0.0,
+        high=1.0, change=AT_ONCE)
+    fault_scale: tuple[float, ...] = row(
+        (1.0, 1.0), '-', 'readings of motor and arm over true position', low=-10.0, high=10.0,
+        change=AT_ONCE)
+    fault_noise: tuple[float, ...] = row(
+        (1.0, 1.0), '-', 'factor on measurement_noise of motor and arm', low=0.0, high=1e4,
+        change=AT_ONCE)
+    fault_outlier_rate: tuple[float, ...] = row(
+        (0.0, 0.0), '-', 'share of the readings of motor and arm that are outliers', low=0.0,
+        high=1.0, change=AT_ONCE)
+    fault_outlier_size: tuple[float, ...] = row(
+        (0.0, 0.0), 'rad', 'outliers of motor (arm side) and arm are off by this much, either '
+        'way', low=0.0, high=1e3, change=AT_ONCE)
+    fault_torque: float = row(
+        1.0, '-', 'torque that acts over torque commanded', low=-10.0, high=10.0, change=AT_ONCE)
+    fault_viscous_friction: float = row(
+        1.0, '-', 'factor on viscous_friction', low=0.0, high=100.0, change=AT_ONCE)
+    fault_coulomb_friction: float = row(
+        1.0, '-', 'factor on coulomb_friction', low=0.0, high=100.0, change=AT_ONCE)
+    fault_stiffness: float = row(
+        1.0, '-', 'factor on stiffness', low=1e-3, high=100.0, change=AT_ONCE)
+    fault_gap: float = row(
+        1.0, '-', 'factor on the gap, all at once', low=0.0, high=100.0, change=AT_ONCE)
+    effects: tuple[str, ...] = row(
+        ('',), '', 'effects besides those of the model file, each a text like "stribeck Cs=0.1 '
+        'vs=0.2", "" for none; ids and parameters: docs/effects.md', change=AT_ONCE)
+    load_gravity: float = row(
+        0.0, 'N m', 'load on the arm: G sin(arm position)', low=-1e6, high=1e6, change=AT_ONCE)
+    load_coulomb: float = row(
+        0.0, 'N m', 'load on the arm: Coulomb friction', low=0.0, high=1e6, change=AT_ONCE)
+    load_constant: float = row(
+        0.0, 'N m', 'load on the arm: a constant torque', low=-1e6, high=1e6, change=AT_ONCE)
+    measure_arm_load: bool = row(
+        False, '', 'give the load on the arm as effort of the arm joint; otherwise that is NaN',
+        change=AT_ONCE)
+
+
+@dataclass(frozen=True)
+class RecorderParameters(ParameterSet):
+    """Parameters of the recorder."""
+
+    output: str = row(
+        'gearbox_%Y_%m_%d-%H_%M_%S', '', 'bag directory to create, a pattern of strftime; it '
+        'must not exist')
+    topics: tuple[str, ...] = row(
+        ('joint_states', 'paired_joint_states', 'transmission_state', 'transmission_state_stddev',
+         'transmission_state_smoothed', 'innovations', 'innovations_stddev',
+         'estimated_joint_states', '/diagnostics', 'drift_alerts', 'estimator/snapshot',
+         'plant/transmission_state'),
+        '', 'topics to record, of any type; relative names are in the namespace of the node')
+    compression: str = row('zstd', '', 'compression of the bag', choices=('none', 'lz4', 'zstd'))
+    max_bag_size: int = row(
+        0, 'bytes', 'size of a file of the bag above which the next one begins; 0: no limit',
+        low=0, high=10**15)
+    max_bag_duration: float = row(
+        0.0, 's', 'time of a file of the bag after which the next one begins; 0: no limit',
+        low=0.0, high=1e9)
+    sync_period: float = row(
+        0.25, 's', 'time between two moments at which what was written is brought to the medium, '
+        'against power cuts; 0: left to the operating system', low=0.0, high=60.0)
+    queue_depth: int = row(
+        4000, 'messages', 'messages that wait for the recorder, per topic; 4000 are 4 s at 1 kHz',
+        low=1, high=1_000_000)
+    low_space: int = row(
+        500, 'MB', 'free disk space below which to warn', low=0, high=1_000_000_000)
+    gearbox_serial: str = row('gearbox', '', 'hardware_id in diagnostics, not empty')
+
+
+def table_of(parameters: type[ParameterSet]) -> Table:
+    """Return the rows of the class `parameters`, in the order of its fields."""
+    return tuple(replace(f.metadata['row'], name=f.name) for f in fields(parameters))
+
+
+ESTIMATOR, MODEL = table_of(EstimatorParameters), table_of(ModelParameters)
 # All that a parameter file may give to the estimator.
 SETTINGS = ESTIMATOR + MODEL
+PLANT, RECORDER = table_of(PlantParameters), table_of(RecorderParameters)
+# The parameters of the plant that replace values of its model file.
+PLANT_MODEL = ('stiffness', 'half_gap', 'viscous_friction', 'coulomb_friction')
 
 
-def with_values(model, values):
-    """Return (the DriveModel `model` with the values of MODEL in `values`, the other values)."""
-    names = {row.name for row in MODEL}
-    changes = {name: value for name, value in values.items() if name in names}
-    rest = {name: value for name, value in values.items() if name not in names}
-    return model.with_(**changes) if changes else model, rest
-
-
-def defaults(table):
-    """Return {name: default} of `table`."""
-    return {row.name: row.default for row in table}
-
-
-def checked(table, values, source):
+def check_values(table: Table, values: Mapping[str, object], source: str) -> dict[str, Any]:
     """
-    Return all parameters of `table` as a dict: `values` where given, defaults elsewhere.
+    Return `values` in the types of their rows.
 
-    Raises InputError, naming `source`, for all unknown names, wrong types and values out of range.
+    Args:
+        table: the rows of the parameters allowed.
+        values: {name: value} of some of them.
+        source: file or node that a problem names.
+
+    Returns:
+        {name: value} of the same names.
+
+    Raises:
+        InputError: for all unknown names, wrong types and values out of range together.
+
     """
     rows, problems = {row.name: row for row in table}, Problems()
-    result = defaults(table)
+    checked = {}
     for name, value in values.items():
         with problems:
             if name not in rows:
                 raise InputError(f'{source}: {name}: unknown parameter, {unknown(name, rows)}')
-            result[name] = rows[name].check(value, source)
+            checked[name] = rows[name].check(value, source)
     problems.raise_all()
-    return result
+    return checked
 
 
-# The parameters of the plant's model that can be changed while it runs; their defaults are the
-# values of the model file (here: of the packaged one).
-PLANT_MODEL = ('stiffness', 'half_gap', 'viscous_friction', 'coulomb_friction')
+def with_model_values(model: DriveModel, values: Mapping[str, Any]
+                      ) -> tuple[DriveModel, dict[str, Any]]:
+    """Return (`model` with the values of MODEL in `values`, the other values)."""
+    names = {row.name for row in MODEL}
+    changes = {name: value for name, value in values.items() if name in names}
+    return (model.with_(**changes) if changes else model,
+            {name: value for name, value in values.items() if name not in names})
 
-PLANT = (
-    Parameter('model', '', '', 'model file of the drive; empty for the packaged drive.yaml'),
-    Parameter('motor_joint', 'motor', '', 'name of the motor in joint_states'),
-    Parameter('arm_joint', 'arm', '', 'name of the arm in joint_states'),
-    Parameter('rate', 1000.0, 'Hz', 'samples per simulated second', low=100.0, high=2000.0),
-    Parameter('speed', 1.0, '-', 'simulated seconds per second; 0: as fast as possible. Any other '
-              'speed than 1 publishes /clock', low=0.0, high=1000.0),
-    Parameter('publish_clock', False, '', 'publish /clock in real time, too'),
-    Parameter('duration', 0.0, 's', 'simulated time after which the plant ends; 0: never',
-              low=0.0, high=1e7),
-    Parameter('wait_for_subscribers', 0, '', 'start once joint_states and the truth have this '
-              'many subscribers together, and they have acknowledged the first sample', low=0,
-              high=100),
-    Parameter('seed', 0, '', 'seed of the noise', low=0, high=2**31 - 1),
-    Parameter('torque_source', 'excitation', '', 'where the torque comes from: the excitation, or '
-              'effort_command, held until the next one', choices=('excitation', 'topic')),
-    Parameter('command_timeout', 0.5, 's', 'simulated time after which a torque from '
-              'effort_command ends; 0: never', low=0.0, high=3600.0, change=AT_ONCE),
-    Parameter('excitation', 'multisine', '', 'signal of the torque on the arm side',
-              choices=EXCITATIONS, change=AT_ONCE),
-    Parameter('amplitudes', [6.0, 2.0], 'N m', 'amplitudes of the excitation, arm side',
-              low=-1e6, high=1e6, change=AT_ONCE),
-    Parameter('frequencies', [0.9, 2.3], 'Hz', 'frequencies of the excitation', low=0.0,
-              high=1000.0, change=AT_ONCE),
-    Parameter('period', 20.0, 's', 'time of a chirp there and back', low=0.1, high=1e5,
-              change=AT_ONCE),
-    Parameter('process_noise', [0.0, 0.0, 0.4, 0.4], 'rad/sqrt(s), rad/s/sqrt(s)',
-              'noise on motor and arm position, motor and arm speed', low=0.0, high=1e6,
-              change=AT_ONCE),
-    Parameter('measurement_noise', [0.005, 0.005], 'rad',
-              'noise of motor (arm side) and arm encoder', low=0.0, high=1e3, change=AT_ONCE),
-    Parameter('stiffness', 25.0, 'N m/rad', 'stiffness of the transmission in contact; default: '
-              'model file', low=1e-9, high=1e12, change=AT_ONCE),
-    Parameter('half_gap', 0.1, 'rad', 'half of the backlash before it grows; default: model file',
-              low=0.0, high=1e3, change=AT_ONCE),
-    Parameter('viscous_friction', 0.1, 'N m s/rad', 'of the motor; default: model file',
-              low=-1e9, high=1e9, change=AT_ONCE),
-    Parameter('coulomb_friction', 0.27, 'N m', 'of the motor; default: model file',
-              low=0.0, high=1e9, change=AT_ONCE),
-    Parameter('gap_growth_rate', 0.0, '1/s', 'the gap is half_gap (1 + rate (t - start))',
-              low=0.0, high=1e3, change=AT_ONCE),
-    Parameter('gap_growth_start', 0.0, 's', 'simulated time at which the gap begins to grow',
-              low=0.0, high=1e7, change=AT_ONCE),
-    Parameter('gap_growth_max', 10.0, '-', 'relative growth at which the gap stays',
-              low=0.0, high=1e3, change=AT_ONCE),
-    Parameter('fault_start', 0.0, 's', 'simulated time from which the faults below act', low=0.0,
-              high=1e7, change=AT_ONCE),
-    Parameter('fault_duration', 0.0, 's', 'how long they act; 0: for ever', low=0.0, high=1e7,
-              change=AT_ONCE),
-    Parameter('fault_frozen', 'none', '', 'encoders whose last reading stays',
-              choices=('none', 'motor', 'arm', 'both'), change=AT_ONCE),
-    Parameter('fault_lost', 'none', '', 'encoders that give nothing (NaN)',
-              choices=('none', 'motor', 'arm', 'both'), change=AT_ONCE),
-    Parameter('fault_delay', [0.0, 0.0], 's', 'readings of motor and arm come so late, in whole '
-              'samples', low=0.0, high=1.0, change=AT_ONCE),
-    Parameter('fault_scale', [1.0, 1.0], '-', 'readings of motor and arm over true position',
-              low=-10.0, high=10.0, change=AT_ONCE),
-    Parameter('fault_noise', [1.0, 1.0], '-', 'factor on measurement_noise of motor and arm',
-              low=0.0, high=1e4, change=AT_ONCE),
-    Parameter('fault_outlier_rate', [0.0, 0.0], '-', 'share of the readings of motor and arm that '
-              'are outliers', low=0.0, high=1.0, change=AT_ONCE),
-    Parameter('fault_outlier_size', [0.0, 0.0], 'rad', 'outliers of motor (arm side) and arm are '
-              'off by this much, either way', low=0.0, high=1e3, change=AT_ONCE),
-    Parameter('fault_torque', 1.0, '-', 'torque that acts over torque commanded', low=-10.0,
-              high=10.0, change=AT_ONCE),
-    Parameter('fault_viscous_friction', 1.0, '-', 'factor on viscous_friction', low=0.0,
-              high=100.0, change=AT_ONCE),
-    Parameter('fault_coulomb_friction', 1.0, '-', 'factor on coulomb_friction', low=0.0,
-              high=100.0, change=AT_ONCE),
-    Parameter('fault_stiffness', 1.0, '-', 'factor on stiffness', low=1e-3, high=100.0,
-              change=AT_ONCE),
-    Parameter('fault_gap', 1.0, '-', 'factor on the gap, all at once', low=0.0, high=100.0,
-              change=AT_ONCE),
-    Parameter('effects', [''], '', 'effects besides those of the model file, each a text like '
-              '"stribeck Cs=0.1 vs=0.2", "" for none; ids and parameters: docs/effects.md',
-              change=AT_ONCE),
-    Parameter('load_gravity', 0.0, 'N m', 'load on the arm: G sin(arm position)',
-              low=-1e6, high=1e6, change=AT_ONCE),
-    Parameter('load_coulomb', 0.0, 'N m', 'load on the arm: Coulomb friction',
-              low=0.0, high=1e6, change=AT_ONCE),
-    Parameter('load_constant', 0.0, 'N m', 'load on the arm: a constant torque',
-              low=-1e6, high=1e6, change=AT_ONCE),
-    Parameter('measure_arm_load', False, '', 'give the load on the arm as effort of the arm '
-              'joint; otherwise that is NaN', change=AT_ONCE),
-)
 
-RECORDER = (
-    Parameter('output', 'gearbox_%Y_%m_%d-%H_%M_%S', '', 'bag directory to create, a pattern of '
-              'strftime; it must not exist'),
-    Parameter('topics', [
-        'joint_states', 'paired_joint_states', 'transmission_state', 'transmission_state_stddev',
-        'transmission_state_smoothed', 'innovations', 'innovations_stddev',
-        'estimated_joint_states', '/diagnostics', 'drift_alerts', 'estimator/snapshot',
-        'plant/transmission_state'], '', 'topics to record, of any type; relative names are in '
-        'the namespace of the node'),
-    Parameter('compression', 'zstd', '', 'compression of the bag',
-              choices=('none', 'lz4', 'zstd')),
-    Parameter('max_bag_size', 0, 'bytes', 'size of a file of the bag above which the next one '
-              'begins; 0: no limit', low=0, high=10**15),
-    Parameter('max_bag_duration', 0.0, 's', 'time of a file of the bag after which the next one '
-              'begins; 0: no limit', low=0.0, high=1e9),
-    Parameter('sync_period', 0.25, 's', 'time between two moments at which what was written is '
-              'brought to the medium, against power cuts; 0: left to the operating system',
-              low=0.0, high=60.0),
-    Parameter('queue_depth', 4000, 'messages', 'messages that wait for the recorder, per topic; '
-              '4000 are 4 s at 1 kHz', low=1, high=1_000_000),
-    Parameter('low_space', 500, 'MB', 'free disk space below which to warn', low=0,
-              high=1_000_000_000),
-    Parameter('gearbox_serial', 'gearbox', '', 'hardware_id in diagnostics, not empty'),
-)
+def resolve(model: DriveModel, parameters: EstimatorParameters | Mapping[str, object] | None,
+            source: str = 'parameters') -> tuple[DriveModel, EstimatorParameters]:
+    """
+    Return the drive and the complete parameters that an estimator computes with.
+
+    Args:
+        model: the drive.
+        parameters: complete, or {name: value} of SETTINGS; values of MODEL replace the model's.
+        source: file or node that a problem names.
+
+    Returns:
+        The model with these values, and the parameters of the estimator.
+
+    Raises:
+        InputError: for all unknown names, wrong types and values out of range together.
+
+    """
+    if isinstance(parameters, EstimatorParameters):
+        return model, parameters
+    model, values = with_model_values(model, parameters or {})
+    return model, EstimatorParameters.from_mapping(values, source)

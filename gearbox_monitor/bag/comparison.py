@@ -69,8 +69,8 @@ class Comparer:
     def __init__(self, player):
         self._player, self._now = player, 0
         self.comparison = Comparison(early_inputs=player.early_inputs)
-        names = {MOTOR: player.monitor.parameters['motor_joint'],
-                 ARM: player.monitor.parameters['arm_joint']}
+        names = {MOTOR: player.monitor.parameters.motor_joint,
+                 ARM: player.monitor.parameters.arm_joint}
         self._signals = {}  # topic: (Signal, Decoder or None, StampMatcher)
         for signal in SIGNALS:
             topic = player.input.name(signal.topic)
@@ -168,7 +168,7 @@ class Comparer:
     def _decide(self, signal, stamps, near):
         """Say what the differences of `signal` at `stamps` come from."""
         # A smoothed value depends on samples behind it, up to one and a half lags.
-        lag = self._player.monitor.parameters['smoother_lag'] * 1e9
+        lag = self._player.monitor.parameters.smoother_lag * 1e9
         ahead = round(1.5 * lag) + 1 if signal.smoothed else 0
         loss = self._loss[np.searchsorted(self._since, stamps, 'right') - 1]
         explained = loss <= stamps + ahead

@@ -112,7 +112,7 @@ class ParquetTable(EstimateTable):
         monitor = player.monitor
         about = {'version': __version__, 'kernels': KERNELS,
                  'replayed_from': str(player.reader.path),
-                 'parameters': json.dumps(monitor.parameters),
+                 'parameters': json.dumps(monitor.parameters.to_dict()),
                  'model': json.dumps(monitor.model.to_dict())}
         self._schema = pyarrow.schema(
             [('stamp_ns', pyarrow.int64()), *((name, pyarrow.float64()) for name in self._names)],

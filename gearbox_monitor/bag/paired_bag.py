@@ -31,17 +31,17 @@ def write_paired(reader, path, parameters, name):
     """
     Write the new bag `path`: what `reader` has of joint states, and paired_joint_states beside.
 
-    parameters: all of parameters.ESTIMATOR; name: topic with the motor. Returns (topic, number of
+    parameters: EstimatorParameters; name: topic with the motor. Returns (topic, number of
     samples, Joiner). Raises InputError.
     """
-    joints = parameters['motor_joint'], parameters['arm_joint']
+    joints = parameters.motor_joint, parameters.arm_joint
     sources = _sources(reader, parameters, name)
     namespace = sources[0].rsplit('/', 1)[0]
     paired = f'{namespace}/{PAIRED_JOINT_STATES}'
     if reader.topics.get(paired, ('', 0))[1]:
         raise InputError(f'{reader.path}: holds {paired} already, expected a bag without it')
     decoders = [reader.decoder(topic, (joint,)) for topic, joint in zip(sources, joints)]
-    joiner, count = Joiner(round(parameters['pair_tolerance'] * 1e9)), 0
+    joiner, count = Joiner(round(parameters.pair_tolerance * 1e9)), 0
     with BagWriter(path) as writer:
         writer.add_metadata('gearbox_monitor', {
             'version': __version__, 'paired_from': str(reader.path),
@@ -64,7 +64,7 @@ def write_paired(reader, path, parameters, name):
 
 def _sources(reader, parameters, name):
     """Return the topics of motor and arm."""
-    motor, arm = find_topic(reader, name), parameters['arm_topic']
+    motor, arm = find_topic(reader, name), parameters.arm_topic
     if not arm:
         raise InputError("arm_topic: '', expected the topic of the arm in the parameter file")
     if not arm.startswith('/'):

@@ -209,8 +209,8 @@ class Player:
             recorded_model, recorded = snapshots[0].used(reader.path)
         self.monitor = Monitor(model or recorded_model, {**recorded, **(parameters or {})},
                                judged=judged, smoothed=smoothed)
-        self._names = (self.monitor.parameters['motor_joint'],
-                       self.monitor.parameters['arm_joint'])
+        self._names = (self.monitor.parameters.motor_joint,
+                       self.monitor.parameters.arm_joint)
         self._require_joints()
         self._snapshots, self._starts, self._running, reason = [], [], False, ''
         if model is not None or parameters:

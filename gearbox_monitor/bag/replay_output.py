@@ -49,10 +49,10 @@ class BagOutput:
         self.topics = tuple(topic for topic in reader.topics if topic not in ours | said
                             and (player.compared or not topic.endswith('/snapshot')))
         self._gear_ratio = monitor.model.gear_ratio
-        self._names = {MOTOR: monitor.parameters['motor_joint'],
-                       ARM: monitor.parameters['arm_joint']}
+        self._names = {MOTOR: monitor.parameters.motor_joint,
+                       ARM: monitor.parameters.arm_joint}
         # Smoothed values are about samples up to one and a half lags ago.
-        self._lag = round(1.5e9 * monitor.parameters['smoother_lag']) if player.smoothed else 0
+        self._lag = round(1.5e9 * monitor.parameters.smoother_lag) if player.smoothed else 0
         self._stamps, self._log_ns = np.empty((2, 0), np.int64)
         self._last = {}     # topic: log time of its last message
         self._waiting = []  # (log time, topic, publish time, bytes)
@@ -68,7 +68,7 @@ class BagOutput:
         reader, monitor = player.reader, player.monitor
         self._writer.add_metadata('gearbox_monitor', {
             'version': __version__, 'replayed_from': str(reader.path),
-            'parameters': json.dumps(monitor.parameters),
+            'parameters': json.dumps(monitor.parameters.to_dict()),
             'model': json.dumps(monitor.model.to_dict())})
         for topic in self.topics:
             self._writer.add_topic(topic, reader.topics[topic][0])
@@ -120,7 +120,7 @@ class BagOutput:
                    **Monitor(monitor.model, monitor.parameters).snapshot()}
         status = types['diagnostic_msgs/msg/DiagnosticStatus'](
             0, 'estimator: snapshot', 'what replay starts from',
-            monitor.parameters['gearbox_serial'],
+            monitor.parameters.gearbox_serial,
             [types['diagnostic_msgs/msg/KeyValue'](key, value) for key, value in content.items()])
         self._writer.add_topic(topic, DIAGNOSTIC_ARRAY)
         self._writer.write_message(topic, reader.start_ns or 0,

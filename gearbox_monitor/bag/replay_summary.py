@@ -101,7 +101,7 @@ class ReplaySummary:
             'bag': str(player.reader.path), 'samples': self._samples,
             'estimates': self._estimates, 'duration_s': span,
             'rate_hz': (self._samples - 1) / span if span > 0 else 0.0,
-            'filter': monitor.parameters['filter'],
+            'filter': monitor.parameters.filter,
             'adapted': monitor.adapted(),
             'adaptation_guards': monitor.adaptation_guards(),
             'refused': {text: int(monitor.counts[code]) for code, text in REASONS.items()

@@ -34,7 +34,7 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, K_P, P0, pack, Q0, R1, R2, state_names)
-from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import (
     ALPHA, CAC, CAV, CC, CL, CV, D, G, INVERSE_M1, INVERSE_M2, KR, OFFSET, substeps, TL)
 
@@ -98,11 +98,11 @@ def steppers(compiled, model, parameters, u, y, dt):
     Return {name: function that runs the filter over u [N], y [N, 2]}.
 
     Each returns (states [N, 5], NIS [N]), without the first row. compiled: of `library`; model,
-    parameters: DriveModel without a load on the arm and of parameters.ESTIMATOR, for one RK4 step
+    parameters: DriveModel without a load on the arm and EstimatorParameters, for one RK4 step
     per sample and a random walk of tau_K, else InputError.
     """
-    parameters = checked(ESTIMATOR, parameters, 'parameters')
-    model = model.with_(arm_load=parameters['arm_load'])
+    parameters = EstimatorParameters.of(parameters)
+    model = model.with_(arm_load=parameters.arm_load)
     p = pack(model, parameters)
     if (len(state_names(model, parameters)) != 5 or p[K_P] or substeps(dt, p[EIGENVALUE]) != 1
             or p[[CAV, CAC, G, TL, CL]].any()):

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gearbox_monitor.parameters import defaults, PLANT
+from gearbox_monitor.parameters import PlantParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -69,8 +69,8 @@ class Messages:
 
 def healthy(rate=1000.0, seed=0, seconds=SECONDS):
     """Return (Messages, Trajectory) of the packaged drive, sampled at `rate` Hz."""
-    values, n = defaults(PLANT), round(seconds * rate)
-    noise = Noise(tuple(values['process_noise']), tuple(values['measurement_noise']))
+    plant, n = PlantParameters(), round(seconds * rate)
+    noise = Noise(plant.process_noise, plant.measurement_noise)
     t = np.arange(n) / rate
     run = simulate(DriveModel(), Excitation().torque(t), 1.0 / rate, noise, seed)
     u = np.column_stack([run.u, np.full(n, np.nan)])

@@ -27,7 +27,7 @@ from gearbox_monitor.estimation.process_model import (
     advance, EIGENVALUE, markers, noise, P0, pack, propagate, R1, R2, state_names, TAU_K,
     TAU_K_MODEL_STD)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
-from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import substeps
 
 NAMES = ('filterpy_ekf', 'filterpy_ukf')
@@ -65,8 +65,9 @@ def run(name, model, parameters, samples):
     """
     Return the ReferenceEstimates of filter `name` on Samples; raises InputError.
 
-    model: DriveModel; parameters: of parameters.ESTIMATOR. Samples must be in order and complete
-    in the torque (and in the load, when measured); others are refused with their number.
+    model: DriveModel; parameters: EstimatorParameters or a mapping. Samples must be in order and
+    complete in the torque (and in the load, when measured); others are refused with their
+    number.
     """
     try:
         from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints
@@ -74,9 +75,9 @@ def run(name, model, parameters, samples):
     except ImportError:
         raise InputError(f'{name}: filterpy is not installed, expected "pip install filterpy"'
                          ) from None
-    parameters = checked(ESTIMATOR, {**parameters, 'filter': 'ekf'}, 'parameters')
-    if parameters['arm_load'] != 'model':
-        model = model.with_(arm_load=parameters['arm_load'])
+    parameters = EstimatorParameters.of(parameters).replace(filter='ekf')
+    if parameters.arm_load != 'model':
+        model = model.with_(arm_load=parameters.arm_load)
     _check(name, model, parameters, samples)
     p, n = pack(model, parameters), len(state_names(model, parameters))
     states = markers(p, n)
@@ -92,8 +93,8 @@ def run(name, model, parameters, samples):
     if name == 'filterpy_ekf':
         kf = ExtendedKalmanFilter(n, 2)
     else:
-        points = MerweScaledSigmaPoints(n, parameters['ukf_alpha'], parameters['ukf_beta'],
-                                        parameters['ukf_kappa'])
+        points = MerweScaledSigmaPoints(n, parameters.ukf_alpha, parameters.ukf_beta,
+                                        parameters.ukf_kappa)
         kf = UnscentedKalmanFilter(n, 2, None, lambda z: z[:2], move, points)
     kf.x, kf.P = z0, np.diag(p[P0:P0 + n])
     kf.R = np.diag([p[R1], p[R2]])
@@ -139,5 +140,5 @@ def _check(name, model, parameters, samples):
         at = int(np.argmax(bad)) if bad.any() else len(bad)
         raise InputError(f'{name}: sample {at} is incomplete or out of order, expected two or '
                          'more complete samples in order')
-    if parameters['effort_delay']:
-        raise InputError(f'{name}: effort_delay {parameters["effort_delay"]}, expected 0')
+    if parameters.effort_delay:
+        raise InputError(f'{name}: effort_delay {parameters.effort_delay}, expected 0')

@@ -40,7 +40,7 @@ from gearbox_monitor.estimation.tune import tuned as tune
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.monitor import Monitor, Samples
-from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -143,7 +143,7 @@ def score(case, parameters, seeds, progress):
 def smoothers(case, parameters, seeds, progress):
     """Return {smoother: [error of tau_K per seed]}, of the whole recording and of a fixed lag."""
     model, noise, u = drive(case)
-    better = {**parameters, **smoother_parameters(checked(ESTIMATOR, parameters, 'parameters'))}
+    better = smoother_parameters(EstimatorParameters.of(parameters))
     found = {'RTS': [], 'lag 40 ms': []}
     for seed in range(seeds):
         trajectory = simulate(model, u, DT, noise, seed)

@@ -32,7 +32,7 @@ from gearbox_monitor.estimation.process_model import markers, P0, pack, state_na
 from gearbox_monitor.estimation.step_record import record_size
 from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.monitoring.monitor import Monitor, Samples
-from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import model_from_dict
 
 # Parameters that the fit moves: start and scale, relative where the parameter is positive (and
@@ -97,7 +97,7 @@ def configure(values, arm_step, sharpness=SHARPNESS):
         'transmission': {'kind': 'dead_zone', 'stiffness': STIFFNESS, 'half_gap': 0.01},
     }, 'real drive')
     rest = {k: v for k, v in values.items() if k not in MODEL_KEYS and k != 'torque_constant'}
-    parameters = checked(ESTIMATOR, {
+    parameters = EstimatorParameters.from_mapping({
         'r_std_arm': arm_step / np.sqrt(12.0), **rest, 'arm_load': 'none', 'smoother_lag': 0.0,
         'p0_std_speed': 0.1, 'p0_std_torque': 0.03}, 'real drive')
     return model, parameters

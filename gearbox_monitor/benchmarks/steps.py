@@ -26,7 +26,7 @@ from gearbox_monitor.estimation.sample_loop import filter_step, KINDS, start
 from gearbox_monitor.estimation.step_record import record_size
 from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.monitoring.monitor import Monitor, Samples
-from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.parameters import EstimatorParameters
 
 
 @jit
@@ -44,10 +44,10 @@ def _loop(is_ukf, is_srukf, is_aekf, states, z, P, memory, u, y, dt, p, vectors,
 
 def stepper(model, parameters, u, y, dt):
     """Return a function that runs the filter of `parameters` over u [N], y [N, 2] once."""
-    parameters = checked(ESTIMATOR, parameters, 'parameters')
-    model = model.with_(arm_load=parameters['arm_load'])
-    n, module = len(state_names(model, parameters)), FILTERS[parameters['filter']]
-    p, kind = pack(model, parameters), KINDS[parameters['filter']]
+    parameters = EstimatorParameters.of(parameters)
+    model = model.with_(arm_load=parameters.arm_load)
+    n, module = len(state_names(model, parameters)), FILTERS[parameters.filter]
+    p, kind = pack(model, parameters), KINDS[parameters.filter]
     states = markers(p, n)
 
     def run():
@@ -77,8 +77,8 @@ def bank_stepper(model, parameters, u, y, dt, size):
     samples = Samples(np.round((1.0 + dt * np.arange(len(u))) * 1e9).astype(np.int64),
                       np.column_stack([u, np.full(len(u), np.nan)]), y)
     one = Monitor(model, parameters, judged=False, smoothed=False)
-    packed = np.array([pack(one.drive, {**one.parameters, 'q_std_tau_k': float(q)})
-                       for q in one.parameters['q_std_tau_k'] * np.geomspace(0.2, 5.0, size)])
+    packed = np.array([pack(one.drive, one.parameters.replace(q_std_tau_k=float(q)))
+                       for q in one.parameters.q_std_tau_k * np.geomspace(0.2, 5.0, size)])
 
     def run():
         if not np.isfinite(batch_score.run(packed, one.states, one.settings, samples, 1)).all():

@@ -22,7 +22,7 @@ from gearbox_monitor.benchmarks.trust_runs import T0, watch
 from gearbox_monitor.monitoring.backlash import change
 from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.checks.level import Level
-from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.faults import Faults
 
 SMOOTHED = {'smoother_lag': 0.1}
@@ -70,7 +70,7 @@ def settings(drive, interval=None):
     """Return change.Settings: as delivered, or with a false alarm every `interval` s."""
     extra = {} if interval is None else {'false_alarm_interval': interval}
     return change.Settings.of(
-        checked(ESTIMATOR, {**drive.parameters, **SMOOTHED, **extra}, 'parameters'),
+        EstimatorParameters.from_mapping({**drive.parameters, **SMOOTHED, **extra}),
         drive.assumed)
 
 

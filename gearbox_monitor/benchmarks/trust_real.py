@@ -77,7 +77,7 @@ def window(run, y, arm_step, number):
 def follow(runs, windows, arm_step):
     """Return the names of the recordings at which an alert was given, in their order."""
     model, parameters = real_fit.configure(FITTED, arm_step)
-    tracker = change.Tracker(change.Settings.of({**parameters, **ONE_POINT}, model))
+    tracker = change.Tracker(change.Settings.of(parameters.replace(**ONE_POINT), model))
     alerted, before = [], False
     for name, one in zip(runs, windows):
         now = tracker.update(one)['backlash'].level > Level.OK and bool(tracker.changes)

@@ -29,7 +29,7 @@ from gearbox_monitor.estimation.tune import tuned
 from gearbox_monitor.monitoring.checks import covariance, innovation, observability
 from gearbox_monitor.monitoring.checks.level import Level
 from gearbox_monitor.monitoring.monitor import Monitor, Samples
-from gearbox_monitor.parameters import defaults, PLANT
+from gearbox_monitor.parameters import PlantParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.faults import EncoderFault, Faults, FaultyPlant
@@ -124,8 +124,8 @@ def paper_drive(case, with_load, seeds=paper.TUNING_SEEDS, parameters=None):
 
 def packaged_drive():
     """Return the Drive that the package's nodes start with, with a load that nobody measures."""
-    values, model = defaults(PLANT), DriveModel()
-    noise = Noise(tuple(values['process_noise']), tuple(values['measurement_noise']))
+    plant, model = PlantParameters(), DriveModel()
+    noise = Noise(plant.process_noise, plant.measurement_noise)
     return Drive('packaged', loaded(model), noise, model, {})
 
 

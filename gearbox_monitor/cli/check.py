@@ -41,7 +41,7 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import read_snapshots, sample_parts
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
-from gearbox_monitor.parameters import checked, ESTIMATOR, SETTINGS, with_values
+from gearbox_monitor.parameters import resolve, SETTINGS
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.examine import examine, Examined
@@ -84,8 +84,8 @@ def run(args):
         model, parameters = _known(args, reader, found)
         found, notes, there = _examined(reader, topic, model, parameters)
         data = {'bag': str(args.bag), 'topic': topic,
-                'joints': {'there': there, 'motor': parameters['motor_joint'],
-                           'arm': parameters['arm_joint']},
+                'joints': {'there': there, 'motor': parameters.motor_joint,
+                           'arm': parameters.arm_joint},
                 'model': model is not None, 'topics': _topics(reader), 'notes': notes}
     axis = model.axis if model is not None else 'rotary'
     data['lines'] = [{
@@ -120,13 +120,13 @@ def _known(args, reader, found):
     for name in ('motor_joint', 'arm_joint'):
         values[name] = getattr(args, name) or values.get(name, name.split('_')[0])
     values.pop('model', None)
-    changed, values = with_values(model or DriveModel(), values)
-    return model and changed, checked(ESTIMATOR, values, args.params or str(reader.path))
+    changed, parameters = resolve(model or DriveModel(), values, args.params or str(reader.path))
+    return model and changed, parameters
 
 
 def _examined(reader, topic, model, parameters):
     """Return (Examined, notes, joints that are there) of a recording, judged part by part."""
-    motor, arm = parameters['motor_joint'], parameters['arm_joint']
+    motor, arm = parameters.motor_joint, parameters.arm_joint
     decode, found = reader.decoder(topic, (motor, arm)), []
     with tqdm(total=reader.topics[topic][1], desc='check', unit=' samples', unit_scale=True,
               disable=None, leave=False) as bar:
@@ -150,13 +150,13 @@ def _examined(reader, topic, model, parameters):
     if arm not in decode.there:  # it was never measured
         notes.append(f'{topic} has no joint {arm!r}, only {", ".join(decode.there)}: name it with '
                      '--arm-joint')
-    return joined(judged, parameters['drift_window']), notes, list(decode.there)
+    return joined(judged, parameters.drift_window), notes, list(decode.there)
 
 
 def _least(reader, topic, parameters):
     """Return how many samples a part of a recording has at least."""
     rates = {row['topic']: row['rate_hz'] or 0.0 for row in _topics(reader)}
-    return max(SAMPLES, int(WINDOWS * parameters['drift_window'] * rates[topic]))
+    return max(SAMPLES, int(WINDOWS * parameters.drift_window * rates[topic]))
 
 
 def _topics(reader):

@@ -132,11 +132,11 @@ def run_filter(name, model, parameters, samples):
         estimates = filterpy_reference.run(name, model, parameters, samples)
         return Result(name, estimates,
                       (time.process_time() - begin) / len(samples.stamp_ns), 0)
-    parameters = {**parameters, 'filter': name}
+    parameters = parameters.replace(filter=name)
     monitor = Monitor(model, parameters)
     estimates = monitor.run(samples)
     # Timed without smoothing and its drift windows: what remains is the filter and its loop.
-    bare = {**parameters, 'smoother_lag': 0.0}
+    bare = parameters.replace(smoother_lag=0.0)
     few = Samples(*(getattr(samples, f)[:WARM_UP] for f in ('stamp_ns', 'u', 'y')))
     Monitor(model, bare).run(few)
     cpu = []

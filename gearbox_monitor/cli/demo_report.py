@@ -194,5 +194,5 @@ def _gap(result, data, demo, seconds):
     return plots.Gap(
         seconds([w.stamp_ns for w in windows]), np.array([w.gap for w in windows]),
         np.array([w.gap_std for w in windows]), demo.window, level,
-        level and level * (1.0 + p['gap_warn']), level and level * (1.0 + p['gap_error']),
+        level and level * (1.0 + p.gap_warn), level and level * (1.0 + p.gap_error),
         tuple(alarms), (t, 2.0 * result.monitor.model.transmission.half_gap * grown))

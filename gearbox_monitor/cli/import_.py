@@ -37,7 +37,8 @@ from pathlib import Path
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_parameters
-from gearbox_monitor.parameters import checked, SETTINGS
+from gearbox_monitor.parameters import resolve, SETTINGS
+from gearbox_monitor.plant.drive import DriveModel
 
 
 def add_arguments(parser):
@@ -81,13 +82,13 @@ def _pair(args):
     from gearbox_monitor.bag.paired_bag import write_paired
     from gearbox_monitor.bag.read import open_bag
     given = load_parameters(args.params, 'estimator', SETTINGS, args.topic)
-    parameters = checked(SETTINGS, given, args.params)
+    _, parameters = resolve(DriveModel(), given, args.params)
     with open_bag(args.file) as reader:
         topic, count, joiner = write_paired(reader, args.bag, parameters, args.topic)
         notice = reader.notice
     data = {'bag': args.bag, 'topic': topic, 'samples': count,
             'motor_without_arm': joiner.alone, 'arm_without_motor': joiner.unused,
-            'pair_tolerance_s': parameters['pair_tolerance'],
+            'pair_tolerance_s': parameters.pair_tolerance,
             'notes': [notice] if notice else []}
     nearest = joiner.ask()
     if nearest is not None:
@@ -98,6 +99,6 @@ def _pair(args):
     print(f'{args.bag}: {count} samples on {topic}, {joiner.alone} without the arm; '
           f'{joiner.unused} messages of the arm left out'
           + (f'; the nearest stamps that did not fit are {nearest * 1e-9:.6f} s apart, '
-             f'pair_tolerance is {parameters["pair_tolerance"]:g} s' if nearest else ''))
+             f'pair_tolerance is {parameters.pair_tolerance:g} s' if nearest else ''))
     for note in data['notes']:
         print(f'note: {note}')

@@ -20,7 +20,7 @@ from gearbox_monitor.bag.replay import read_samples, read_snapshots, RecordedSam
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.parameters import (
-    checked, defaults, ESTIMATOR, FILTER_NAMES, MODEL, SETTINGS, with_values)
+    EstimatorParameters, FILTER_NAMES, MODEL, resolve, SETTINGS)
 from gearbox_monitor.plant.drive import DriveModel
 
 
@@ -35,7 +35,7 @@ class Inputs:
     recording: RecordedSamples
     model: DriveModel
     model_file: str
-    parameters: dict
+    parameters: EstimatorParameters
     model_values: dict
 
     @property
@@ -81,9 +81,8 @@ def load(args, reader, filter_name=None):
     values.pop('model', None)
     if filter_name:
         values['filter'] = check_filter(filter_name)
-    model, values = with_values(model, values)
-    parameters = checked(ESTIMATOR, values, args.params or str(reader.path))
-    recording = read_samples(reader, parameters['motor_joint'], parameters['arm_joint'], model,
+    model, parameters = resolve(model, values, args.params or str(reader.path))
+    recording = read_samples(reader, parameters.motor_joint, parameters.arm_joint, model,
                              found.topic)
     return Inputs(recording, model, model_file, parameters,
-                  {name: given[name] for name in defaults(MODEL) if name in given})
+                  {name: given[name] for name in [row.name for row in MODEL] if name in given})

@@ -52,7 +52,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.tune import tune
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.parameters import defaults, ESTIMATOR, SETTINGS
+from gearbox_monitor.parameters import ESTIMATOR, SETTINGS
 from gearbox_monitor.plant.units import on_axis
 
 
@@ -112,8 +112,7 @@ def _reference(reader, topic):
 def write(path, inputs, data):
     """Write the parameter file `path` that node and replay load. Raises InputError."""
     rows = {row.name: row for row in SETTINGS}
-    values = {name: value for name, value in inputs.parameters.items()
-              if value != defaults(ESTIMATOR)[name]}
+    values = inputs.parameters.changes()
     values.update(inputs.model_values, **data['parameters'], filter=data['filter'])
     if inputs.model_file:
         values['model'] = str(Path(inputs.model_file).resolve())

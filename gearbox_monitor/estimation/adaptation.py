@@ -16,10 +16,10 @@
 What the adaptive filter may adapt, and the refusals, each with its reason.
 
 All of it is adapted as a logarithm: standard deviations, friction and stiffness stay positive.
-model: DriveModel. parameters: those of the estimator, by name.
+model: DriveModel. parameters: those of the estimator.
 """
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.types import Values
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
 # Parameters of the estimator, and fields of the model.
@@ -32,20 +32,20 @@ REFUSED = {
 }
 
 
-def softened_model(model: DriveModel, parameters: Values) -> DriveModel:
+def softened_model(model: DriveModel, parameters: EstimatorParameters) -> DriveModel:
     """
     Return the DriveModel that the adaptive filter computes with.
 
     A sharp friction step is far narrower than the speed is known to: with it the likelihood is
     rough and its gradient, though exact, leads nowhere.
     """
-    sharpness = min(model.friction_sharpness, parameters['adapt_friction_sharpness'])
+    sharpness = min(model.friction_sharpness, parameters.adapt_friction_sharpness)
     return model.with_(friction_sharpness=sharpness)
 
 
-def adapted_names(model: DriveModel, parameters: Values) -> list[str]:
+def adapted_names(model: DriveModel, parameters: EstimatorParameters) -> list[str]:
     """Return the names to adapt, in order; raises InputError where that is not possible."""
-    names = [name for name in parameters['adapt'] if name]  # [''] is how ROS writes "none"
+    names = [name for name in parameters.adapt if name]  # [''] is how ROS writes "none"
     for name in names:
         where = f'parameters: adapt: {name!r}'
         if name not in ADAPTABLE:
@@ -53,7 +53,7 @@ def adapted_names(model: DriveModel, parameters: Values) -> list[str]:
             raise InputError(f'{where}{reason}, expected some of {", ".join(ADAPTABLE)}')
         if names.count(name) > 1:
             raise InputError(f'{where}: named twice, expected once')
-        value = getattr(model, name) if name in MODEL else parameters[name]
+        value = getattr(model, name) if name in MODEL else getattr(parameters, name)
         if not value > 0.0:
             raise InputError(f'{where}: adapted as a logarithm, but starts at {value:g}; expected '
                              'a start > 0')

@@ -33,7 +33,7 @@ from gearbox_monitor.estimation.sample_loop import jumps, usually
 from gearbox_monitor.estimation.score import run_score, settled
 from gearbox_monitor.kernels.jit import COMPILED, jit
 from gearbox_monitor.monitoring.monitor import Monitor
-from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.parameters import EstimatorParameters
 
 FEWEST = 3  # candidates from which on lanes are faster than one filter after the other
 MAY_DIFFER = ('q_std_', 'r_std_')  # how names of parameters begin
@@ -115,17 +115,18 @@ def run(packed, states, settings, samples, first):
 
 def suited(candidates, packed, settings, samples):
     """
-    Return whether `run` gives what these candidates (complete parameters) ask for on `samples`.
+    Return whether `run` gives what these candidates (EstimatorParameters) ask for on `samples`.
 
     packed, settings: see run.
     """
     ahead = np.diff(samples.stamp_ns)
     seen = [samples.y, samples.u[:, :2 if settings[sample_loop.LOAD_MEASURED] else 1]]
-    one = {name: value for name, value in candidates[0].items()
-           if not name.startswith(MAY_DIFFER)}
+    values = [candidate.to_dict() for candidate in candidates]
+    shared = {name: value for name, value in values[0].items()
+              if not name.startswith(MAY_DIFFER)}
     return bool(
-        COMPILED and len(candidates) >= FEWEST and one['filter'] == 'ekf'
-        and all(one.items() <= other.items() for other in candidates)
+        COMPILED and len(candidates) >= FEWEST and shared['filter'] == 'ekf'
+        and all(shared == {name: of_candidate[name] for name in shared} for of_candidate in values)
         and batch_ekf.suited(packed[0])
         and len(ahead) and samples.stamp_ns[0] > 0
         and ((ahead > 0) & (ahead <= settings[sample_loop.MAX_GAP])).all()
@@ -137,9 +138,9 @@ def criteria(model, candidates, samples):
     """
     Return [(criterion, how often it diverged)] of score.run_score for each of `candidates`.
 
-    model: DriveModel; candidates: [{name: value}] of parameters.ESTIMATOR; samples: Samples.
+    model: DriveModel; candidates: EstimatorParameters or mappings; samples: Samples.
     """
-    candidates = [checked(ESTIMATOR, values, 'parameters') for values in candidates]
+    candidates = [EstimatorParameters.of(values) for values in candidates]
     one = Monitor(model, candidates[0], judged=False, smoothed=False)
     packed = np.array([pack(one.drive, values) for values in candidates])
     found = np.full(len(candidates), math.nan)

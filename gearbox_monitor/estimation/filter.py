@@ -91,7 +91,7 @@ class Filter:
     def __init__(self, model, parameters=None):
         one = Monitor(model, parameters, judged=False, smoothed=False)
         self.names, self.parameters, self._states = one.names, one.parameters, one.states
-        n, module = len(one.names), FILTERS[one.parameters['filter']]
+        n, module = len(one.names), FILTERS[one.parameters.filter]
         sizes = (module.N_VECTORS, module.N_MATRICES)
         self._room = np.zeros(n + n * n + N_PACKED + sizes[0] * n + sizes[1] * n * n
                               + record_size(n) + module.memory_size(n))
@@ -101,7 +101,7 @@ class Filter:
         self._packed[:] = pack(one.drive, one.parameters)
         self.z[:] = math.nan  # until start
         self.innovation, self.S, self.K, self._scores = correction(self._record, n)
-        self._kernel = STEPS[one.parameters['filter']]
+        self._kernel = STEPS[one.parameters.filter]
 
     def start(self, y1, y2):
         """Begin anew at the motor and arm position y1, y2 (rad on the arm side); NaN: unknown."""

@@ -29,6 +29,7 @@ from gearbox_monitor.estimation.process_model import markers, pack, state_names,
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, smooth
 from gearbox_monitor.estimation.step_record import record_size, updated
 from gearbox_monitor.monitoring.monitor import Monitor, SECOND, SMOOTHED_OF_ARM
+from gearbox_monitor.parameters import resolve
 
 BLOCK = 8192
 
@@ -48,7 +49,8 @@ def smooth_interval(model, parameters, samples):
     What a Monitor accepts is smoothed, the sample of each (re)start included; nothing is smoothed
     across a restart. `parameters` apply as they are, see smoother.smoother_parameters.
     """
-    monitor = Monitor(model, {**parameters, 'smoother_lag': 0.0})
+    model, parameters = resolve(model, parameters)
+    monitor = Monitor(model, parameters.replace(smoother_lag=0.0))
     estimates = monitor.run(samples)
     pass_ = _Pass(monitor.drive, monitor.parameters)
     accepted = np.flatnonzero(np.isin(estimates.codes, (sample_loop.START, sample_loop.ESTIMATE)))
@@ -58,7 +60,7 @@ def smooth_interval(model, parameters, samples):
     starts = np.flatnonzero(estimates.codes[accepted] == sample_loop.START)
     for begin, end in zip(starts, np.append(starts[1:], len(accepted))):
         rows[begin:end] = pass_.smooth([a[begin:end] for a in given])
-    if not monitor.parameters['arm_joint']:
+    if not monitor.parameters.arm_joint:
         rows[:, SMOOTHED_OF_ARM] = np.nan
     return Smoothed(given[0], rows)
 
@@ -68,10 +70,10 @@ class _Pass:
 
     def __init__(self, drive, parameters):
         p = parameters
-        self.n, module = len(state_names(drive, p)), FILTERS[p['filter']]
-        self.packed, self.kind = pack(drive, p), sample_loop.KINDS[p['filter']]
+        self.n, module = len(state_names(drive, p)), FILTERS[p.filter]
+        self.packed, self.kind = pack(drive, p), sample_loop.KINDS[p.filter]
         self.states = markers(self.packed, self.n)
-        self.settings = np.array([round(p['max_gap'] * SECOND), p['effort_delay'], 0,
+        self.settings = np.array([round(p.max_gap * SECOND), p.effort_delay, 0,
                                   drive.arm_load == 'measured'], np.int64)
         self.memory_size = module.memory_size(self.n)
         self.kept = np.zeros(self.n + self.n ** 2 + self.memory_size)

@@ -34,7 +34,8 @@ import numpy as np
 
 from gearbox_monitor.estimation.adaptation import adapted_names, softened_model
 from gearbox_monitor.kernels.jit import COMPILED, fma, jit, jit_inline
-from gearbox_monitor.kernels.types import Array, Packed, States, Values
+from gearbox_monitor.kernels.types import Array, Packed, States
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import (
     arm_acceleration, arm_load, arm_load_slopes, CAC, CAV, CC, CL, CV, D, DriveModel,
     fastest_eigenvalue, G, INVERSE_M1, INVERSE_M2, KR, motor_acceleration,
@@ -76,67 +77,67 @@ Four: TypeAlias = tuple[float, float, float, float]
 DIFFERENCE = 1e-6  # step of forward differences, relative above 1
 
 
-def state_names(model: DriveModel, parameters: Values) -> list[str]:
+def state_names(model: DriveModel, parameters: EstimatorParameters) -> list[str]:
     """Return which of z's names form the state vector of a DriveModel `model`; see pack."""
     names = ['x1', 'x2', 'x3', 'x4', 'tau_k']
     if model.arm_load == 'unknown':
         names.append('tau_arm')
-    if parameters['friction_error_std'] > 0.0:
+    if parameters.friction_error_std > 0.0:
         names.append('tau_e')
     return names
 
 
-def pack(model: DriveModel, parameters: Values) -> Array:
+def pack(model: DriveModel, parameters: EstimatorParameters) -> Array:
     """
     Return the float64 array [N_PACKED] that filter kernels take.
 
-    model: DriveModel. parameters: mapping with the filter names of parameters.ESTIMATOR.
+    model: the drive; parameters: those of the filter.
     """
-    adaptive = parameters['filter'] == 'aekf'
+    adaptive = parameters.filter == 'aekf'
     if adaptive:
         model = softened_model(model, parameters)
     names = state_names(model, parameters)
     p = np.zeros(N_PACKED)
     p[:N_PARAMETERS] = model.pack()
-    p[K_P] = parameters['tau_k_stiffness']
-    p[FRICTION_TIME] = parameters['friction_error_time']
+    p[K_P] = parameters.tau_k_stiffness
+    p[FRICTION_TIME] = parameters.friction_error_time
     p[LOAD_AT] = names.index('tau_arm') if 'tau_arm' in names else -1
     p[FRICTION_AT] = names.index('tau_e') if 'tau_e' in names else -1
     stiffness = max(model.transmission.stiffness, p[K_P])
     p[EIGENVALUE] = fastest_eigenvalue(model.with_(stiffness=stiffness))
     if 'tau_e' in names:
         p[EIGENVALUE] = max(p[EIGENVALUE], 1.0 / p[FRICTION_TIME])
-    p[R1] = parameters['r_std_motor'] ** 2
-    p[R2] = parameters['r_std_arm'] ** 2
-    p[TAU_K_MODEL_STD] = parameters['tau_k_model_std']
-    p[Q_TAU_K_SPEED] = parameters['q_std_tau_k_speed'] ** 2
-    p[NUMERIC] = parameters['ekf_jacobian'] == 'numeric'
-    p[STATISTICAL] = parameters['friction_linearisation'] == 'statistical'
-    p[UKF_ALPHA], p[UKF_BETA] = parameters['ukf_alpha'], parameters['ukf_beta']
-    p[UKF_KAPPA] = parameters['ukf_kappa']
-    p[SINGLE] = parameters['srukf_precision'] == 'float32'
+    p[R1] = parameters.r_std_motor ** 2
+    p[R2] = parameters.r_std_arm ** 2
+    p[TAU_K_MODEL_STD] = parameters.tau_k_model_std
+    p[Q_TAU_K_SPEED] = parameters.q_std_tau_k_speed ** 2
+    p[NUMERIC] = parameters.ekf_jacobian == 'numeric'
+    p[STATISTICAL] = parameters.friction_linearisation == 'statistical'
+    p[UKF_ALPHA], p[UKF_BETA] = parameters.ukf_alpha, parameters.ukf_beta
+    p[UKF_KAPPA] = parameters.ukf_kappa
+    p[SINGLE] = parameters.srukf_precision == 'float32'
     if adaptive:
         p[NUMERIC] = p[STATISTICAL] = 0.0
         adapted = adapted_names(model, parameters)
         p[ADAPT_COUNT] = len(adapted)
         p[ADAPT_AT:ADAPT_AT + len(adapted)] = [SLOTS[name] for name in adapted]
-        p[ADAPT_START] = parameters['adapt_forgetting_start']
-        p[ADAPT_RATE] = parameters['adapt_forgetting_rate']
-        p[ADAPT_FORGETTING] = parameters['adapt_forgetting']
+        p[ADAPT_START] = parameters.adapt_forgetting_start
+        p[ADAPT_RATE] = parameters.adapt_forgetting_rate
+        p[ADAPT_FORGETTING] = parameters.adapt_forgetting
     std = {
         'x1': 'q_std_motor_position', 'x2': 'q_std_arm_position', 'x3': 'q_std_motor_speed',
         'x4': 'q_std_arm_speed', 'tau_k': 'q_std_tau_k', 'tau_arm': 'q_std_tau_arm'}
     for i, name in enumerate(names):
         if name == 'tau_e':
-            variance = parameters['friction_error_std'] ** 2
+            variance = parameters.friction_error_std ** 2
             p[Q0 + i], p[P0 + i] = 2.0 * variance / p[FRICTION_TIME], variance
         else:
-            p[Q0 + i] = parameters[std[name]] ** 2
+            p[Q0 + i] = getattr(parameters, std[name]) ** 2
     p[P0 + X1], p[P0 + X2] = p[R1], p[R2]
-    p[P0 + X3] = p[P0 + X4] = parameters['p0_std_speed'] ** 2
-    p[P0 + TAU_K] = parameters['p0_std_torque'] ** 2
+    p[P0 + X3] = p[P0 + X4] = parameters.p0_std_speed ** 2
+    p[P0 + TAU_K] = parameters.p0_std_torque ** 2
     if 'tau_arm' in names:
-        p[P0 + TAU_ARM] = parameters['p0_std_torque'] ** 2
+        p[P0 + TAU_ARM] = parameters.p0_std_torque ** 2
     return p
 
 

@@ -19,13 +19,12 @@ The filtered tau_K lags by about 20 ms and therefore draws a hysteresis loop tha
 smoothed one does not. A backward pass runs over a block, so its cost per sample stays bounded;
 blocks can be chained backwards, from the belief at the seam.
 """
-from typing import Any
-
 from gearbox_monitor.estimation.process_model import TAU_K, X1, X2, X3, X4
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.linalg import multiply, solve_positive, transposed_multiply_symmetric
-from gearbox_monitor.kernels.types import Array, States, Values
+from gearbox_monitor.kernels.types import Array, States
+from gearbox_monitor.parameters import EstimatorParameters
 
 # A smoother sees both sides of a sample: it needs less room for tau_K to wander than a filter
 # (error -20 %), and friction at a standstill less steep (another -20 %).
@@ -36,15 +35,16 @@ Q_RATIO = 0.2
  S_X2, S_X4, S_X3, S_U, N_SMOOTHED) = range(11)
 
 
-def smoother_parameters(parameters: Values) -> dict[str, Any]:
+def smoother_parameters(parameters: EstimatorParameters) -> EstimatorParameters:
     """
-    Return `parameters` (names of parameters.ESTIMATOR) of a filter changed for a smoother's pass.
+    Return the `parameters` of a filter changed for a smoother's pass.
 
     The spectral density of tau_K's noise times Q_RATIO, friction linearised statistically.
     """
-    return {**parameters, 'friction_linearisation': 'statistical', **{
-        name: Q_RATIO ** 0.5 * parameters[name]
-        for name in ('q_std_tau_k', 'q_std_tau_k_speed') if name in parameters}}
+    return parameters.replace(
+        friction_linearisation='statistical',
+        q_std_tau_k=Q_RATIO ** 0.5 * parameters.q_std_tau_k,
+        q_std_tau_k_speed=Q_RATIO ** 0.5 * parameters.q_std_tau_k_speed)
 
 
 @jit

@@ -92,7 +92,7 @@ def run_score(model, parameters, samples):
     monitor = Monitor(model, parameters, judged=False, smoothed=False)
     with np.errstate(all='ignore'):
         estimates = monitor.run(samples)
-    return score(estimates, monitor.parameters['filter'], monitor.counts[sample_loop.DIVERGED])
+    return score(estimates, monitor.parameters.filter, monitor.counts[sample_loop.DIVERGED])
 
 
 def torque_errors(estimates, stamps, tau_k, burn_in=BURN_IN):

@@ -35,7 +35,8 @@ import math
 from gearbox_monitor.estimation.process_model import (
     advance_beside, BESIDE, EIGENVALUE, UKF_ALPHA, UKF_BETA, UKF_KAPPA)
 from gearbox_monitor.kernels.jit import jit
-from gearbox_monitor.kernels.types import Array, States, Values
+from gearbox_monitor.kernels.types import Array, States
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import substeps
 
 N_POINTS = 4  # matrices [n, n] that hold the points
@@ -43,9 +44,9 @@ N_POINTS = 4  # matrices [n, n] that hold the points
 NEGATIVE_WEIGHT = -10.0
 
 
-def warnings(n: int, parameters: Values) -> list[str]:
+def warnings(n: int, parameters: EstimatorParameters) -> list[str]:
     """Return what to tell the user about the weights of `n` states, a list of str."""
-    alpha, kappa = parameters['ukf_alpha'], parameters['ukf_kappa']
+    alpha, kappa = parameters.ukf_alpha, parameters.ukf_kappa
     centre = 1.0 - n / (alpha ** 2 * (n + kappa))
     if centre >= NEGATIVE_WEIGHT:
         return []

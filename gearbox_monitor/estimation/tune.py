@@ -28,7 +28,7 @@ from gearbox_monitor.estimation.batch_score import criteria
 from gearbox_monitor.estimation.score import (
     DIVERGENCE_COST, known_at, run_score, settled, torque_errors, WHITE_LIMIT)
 from gearbox_monitor.monitoring.monitor import Monitor, Samples
-from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters
 
 # The likelihood of the tangent at standstill is too rough to search on; averaging the friction
 # over the speed's spread smooths it and has its optimum at the same place. An adaptive filter is
@@ -49,14 +49,14 @@ def tune(model, parameters, recordings, reference=None, speeds=True, smoother=Fa
     """
     Return what was found as {name: value}, ready for JSON; `parameters` holds the tuned ones.
 
-    model: DriveModel; parameters: complete, of parameters.ESTIMATOR; recordings: list of Samples
+    model: DriveModel; parameters: EstimatorParameters; recordings: list of Samples
     of one drive (the first tells R at standstill, and before and after); reference: (stamps
     int64 [T] ns, torque [T] N m) or None; speeds: tune the process noise of the speeds, too;
     smoother: for the smoothed torque; progress: called with the share done. Raises InputError.
     """
     samples = recordings[0]
     motion = noise_search.describe(samples.stamp_ns, samples.u[:, 0], samples.y)
-    load = parameters['arm_load']
+    load = parameters.arm_load
     load = model.arm_load if load == 'model' else load
     free = ['q_std_tau_k', *(['q_std_tau_arm'] if load == 'unknown' else []),
             *(noise_search.SPEED_NAMES if speeds else [])]
@@ -67,14 +67,14 @@ def tune(model, parameters, recordings, reference=None, speeds=True, smoother=Fa
     if noise is None:
         free = [*noise_search.R_NAMES, *free]
     for name in free:
-        if not parameters[name] > 0.0:
-            raise InputError(f'{name}: {parameters[name]:g}, expected > 0 to tune it')
+        if not getattr(parameters, name) > 0.0:
+            raise InputError(f'{name}: {getattr(parameters, name):g}, expected > 0 to tune it')
     some = [_liveliest(samples, noise_search.COARSE_SECONDS)]
     most = [_liveliest(s, noise_search.FINE_SECONDS) for s in recordings]
-    base = {**parameters, **SEARCH, **fixed}
+    base = parameters.replace(**SEARCH, **fixed)
 
     def evaluate(trials, coarse):
-        trials = [{**base, **_within(values)} for values in trials]
+        trials = [base.replace(**_within(values)) for values in trials]
         if reference is not None:
             return [_reference_criterion(model, trial, some[0] if coarse else most[0], reference)
                     for trial in trials]
@@ -96,10 +96,10 @@ def tune(model, parameters, recordings, reference=None, speeds=True, smoother=Fa
     if smoother:
         tuned['q_std_tau_k'] /= SMOOTHER_FACTOR
     tuned = {name: float(f'{value:.6g}') for name, value in tuned.items()}
-    if smoother and parameters['filter'] == 'ekf':
+    if smoother and parameters.filter == 'ekf':
         tuned['friction_linearisation'] = SEARCH['friction_linearisation']
     data = {
-        'filter': parameters['filter'], 'parameters': tuned, 'relative_error': found.error,
+        'filter': parameters.filter, 'parameters': tuned, 'relative_error': found.error,
         'noise_from': 'likelihood' if noise is None else 'standstill' if motion.rest else
         'fourth differences', 'rest_seconds': motion.rest_seconds, 'seconds': motion.seconds,
         'evaluations': found.evaluations, 'diverged_evaluations': found.failed,
@@ -110,11 +110,11 @@ def tune(model, parameters, recordings, reference=None, speeds=True, smoother=Fa
     else:
         data['unidentifiable'] = OPEN_WITHOUT_REFERENCE
     data['white_limit'] = WHITE_LIMIT
-    data['before_parameters'] = {name: parameters[name] for name in data['parameters']}
+    data['before_parameters'] = {name: getattr(parameters, name) for name in data['parameters']}
     data['before'] = asdict(run_score(model, parameters, samples))
-    data['after'] = asdict(run_score(model, {**parameters, **tuned}, samples))
+    data['after'] = asdict(run_score(model, parameters.replace(**tuned), samples))
     if data['after']['diverged']:
-        monitor = Monitor(model, {**parameters, **tuned})
+        monitor = Monitor(model, parameters.replace(**tuned))
         monitor.run(samples)
         raise InputError(f'with the best parameters found {monitor.divergence_notes()[0]}, '
                          'expected a filter that runs through')
@@ -136,7 +136,7 @@ def tuned(model, parameters, recordings):
 
     recordings: list of Samples of one drive `model`. Raises InputError.
     """
-    complete = checked(ESTIMATOR, parameters, 'parameters')
+    complete = EstimatorParameters.of(parameters)
     return {**parameters, **tune(model, complete, recordings, speeds=False)['parameters']}
 
 
@@ -180,10 +180,10 @@ def _fit_reference(model, parameters, tuned, samples, reference):
     """Add tau_k_model_std to `tuned`; return what the reference says."""
     tuned['tau_k_model_std'] = 0.0
     before = torque_errors(_run(model, parameters, samples)[0], *reference)
-    estimates, _ = _run(model, {**parameters, **tuned}, samples)
+    estimates, _ = _run(model, parameters.replace(**tuned), samples)
     tau_k, known, variance = _errors(estimates, reference)
     tuned['tau_k_model_std'] = float(f'{noise_search.widened(tau_k - known, variance):.6g}')
     gain, offset = np.polyfit(tau_k, known, 1) if np.ptp(tau_k) > 0.0 else (np.nan, np.nan)
-    after = torque_errors(_run(model, {**parameters, **tuned}, samples)[0], *reference)
+    after = torque_errors(_run(model, parameters.replace(**tuned), samples)[0], *reference)
     return {'reference_before': before, 'reference_after': after,
             'unidentifiable': OPEN_WITH_REFERENCE.format(gain=gain, offset=offset)}

@@ -21,7 +21,7 @@ import re
 import yaml
 
 from gearbox_monitor.errors import InputError, Problems
-from gearbox_monitor.parameters import checked
+from gearbox_monitor.parameters import check_values
 from gearbox_monitor.plant.drive import model_from_dict
 
 MAX_BYTES = 64 << 20  # of a file: baselines of a thousand operating points are a tenth of it
@@ -222,7 +222,7 @@ def load_parameters(path, node, table, of=''):
         ours = {k: v for k, v in inner.items() if k in names
                 or block.rsplit('/', 1)[-1] == node and str(k).partition('.')[0] not in OF_ROS}
         with problems, given.located(block + '.'):
-            checked(table, ours, path)
+            check_values(table, ours, path)
         values.update(ours)
     problems.raise_all()
     return values

@@ -41,7 +41,7 @@ from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.backlash.loop_windows import (
     combine, reason_of, separable_of, Windows)
 from gearbox_monitor.monitoring.monitor import Samples
-from gearbox_monitor.parameters import defaults, ESTIMATOR
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
 FORMAT = 1  # of the tables
@@ -131,7 +131,7 @@ def _analysed(path, url, settings):
     with open_bag(path) as reader:
         player = Player(reader, settings.model, settings.parameters, settings.topic)
         monitor = player.monitor
-        gearbox = _gearbox(url, player.namespace, monitor.parameters['gearbox_serial'],
+        gearbox = _gearbox(url, player.namespace, monitor.parameters.gearbox_serial,
                            settings.gearbox)
         windows, count, start = Windows(monitor.drive, monitor.parameters), 0, None
         for part in player.parts():
@@ -146,11 +146,11 @@ def _analysed(path, url, settings):
         row = {
             'gearbox': gearbox, 'start': start, 'duration_s': (end - start) * 1e-9,
             'date': datetime.fromtimestamp(start // 10 ** 9, timezone.utc).strftime('%Y-%m-%d'),
-            'samples': count, 'filter': monitor.parameters['filter'],
+            'samples': count, 'filter': monitor.parameters.filter,
             'unit': 'm' if monitor.model.axis == 'prismatic' else 'rad',
             'trust': max(monitor.findings[name].level for name in TRUST).name,
             'model_level': monitor.findings['model'].level.name,
-            'gap_error': monitor.parameters['gap_error'], **_features(windows)}
+            'gap_error': monitor.parameters.gap_error, **_features(windows)}
         if settings.diagnose:
             row.update(_diagnosis(player, windows, start, end, settings))
         notes = monitor.warnings + monitor.divergence_notes()
@@ -169,7 +169,7 @@ def _records_a_model(player):
 
 def _gearbox(url, namespace, serial, pattern):
     """Return the name of the gearbox."""
-    name, usual = serial, defaults(ESTIMATOR)['gearbox_serial']
+    name, usual = serial, EstimatorParameters().gearbox_serial
     if pattern:
         match = re.search(pattern, url)
         if match is None:
@@ -226,7 +226,7 @@ def _number(value):
 def _between(player, begin, end):
     """Return the Samples of a bag that are stamped within begin <= stamp < end (ns)."""
     p, parts = player.monitor.parameters, []
-    decode = player.reader.decoder(player.topic, (p['motor_joint'], p['arm_joint']))
+    decode = player.reader.decoder(player.topic, (p.motor_joint, p.arm_joint))
     for block in player.reader.blocks((player.topic,)):
         samples, _ = samples_of(decode(block), player.monitor.model)
         inside = (samples.stamp_ns >= begin) & (samples.stamp_ns < end)

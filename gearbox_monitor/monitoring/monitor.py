@@ -39,7 +39,7 @@ from gearbox_monitor.monitoring.checks import (
 from gearbox_monitor.monitoring.checks.level import (
     Alarm, Condition, DEBOUNCE, Finding, finding_of, Level, with_more)
 from gearbox_monitor.monitoring.history import History
-from gearbox_monitor.parameters import AT_ONCE, checked, ESTIMATOR, with_values
+from gearbox_monitor.parameters import AT_ONCE, ESTIMATOR, resolve, with_model_values
 from gearbox_monitor.plant.drive import loads_arm, model_from_dict
 from gearbox_monitor.plant.effects import not_in_filters
 
@@ -199,10 +199,10 @@ class Divergence:
 
 def _drive_of(model, p):
     """Return the DriveModel that a filter with the parameters `p` computes with."""
-    if p['arm_joint']:
-        return model.with_(arm_load=model.arm_load if p['arm_load'] == 'model' else p['arm_load'])
-    if p['tau_k_stiffness'] > 0.0:
-        raise InputError(f'tau_k_stiffness: {p["tau_k_stiffness"]:g}, expected 0 where no arm is '
+    if p.arm_joint:
+        return model.with_(arm_load=model.arm_load if p.arm_load == 'model' else p.arm_load)
+    if p.tau_k_stiffness > 0.0:
+        raise InputError(f'tau_k_stiffness: {p.tau_k_stiffness:g}, expected 0 where no arm is '
                          'measured (arm_joint is empty)')
     return model.without_arm()
 
@@ -224,19 +224,18 @@ class Monitor:
     """
     Filter, trust and drift of one gearbox.
 
-    model: DriveModel. parameters: mapping with names of parameters.ESTIMATOR, the rest take their
-    defaults, and of MODEL, which replace values of the model. drift: state or baselines of a
-    change.Tracker, or None (then the first windows are healthy). temperature: of the gearbox now
-    (deg C), None = not known. judged: whether trust and drift are evaluated; smoothed: whether the
-    smoother runs, which drift needs. Without them the same estimates come in a fraction of the
-    time.
+    model: DriveModel. parameters: EstimatorParameters, or a mapping with some of their names (the
+    rest take their defaults) and of parameters.MODEL, which replace values of the model. drift:
+    state or baselines of a change.Tracker, or None (then the first windows are healthy).
+    temperature: of the gearbox now (deg C), None = not known. judged: whether trust and drift are
+    evaluated; smoothed: whether the smoother runs, which drift needs. Without them the same
+    estimates come in a fraction of the time.
     Raises InputError for a parameter that is unknown or out of range; what Tracker raises.
     """
 
     def __init__(self, model, parameters=None, drift=None, judged=True, smoothed=True):
-        self.model, values = with_values(model, parameters or {})
+        self.model, self.parameters = resolve(model, parameters)
         self._judged, self._smoothed = judged, smoothed
-        self.parameters = checked(ESTIMATOR, values, 'parameters')
         self.divergences = deque(maxlen=100)  # newest last
         self.counts = np.zeros(sample_loop.N_COUNTS, np.int64)
         self.findings = dict.fromkeys(COMPONENTS, NO_DATA)
@@ -259,12 +258,12 @@ class Monitor:
         self.drive = _drive_of(self.model, p)
         self.names = state_names(self.drive, p)
         self._packed = pack(self.drive, p)
-        self._kind = sample_loop.KINDS[p['filter']]
+        self._kind = sample_loop.KINDS[p.filter]
         self.settings = np.array([
-            round(p['max_gap'] * SECOND), p['effort_delay'],
-            round(p['smoother_lag'] * SECOND) if self._smoothed else 0,
+            round(p.max_gap * SECOND), p.effort_delay,
+            round(p.smoother_lag * SECOND) if self._smoothed else 0,
             self.drive.arm_load == 'measured'], np.int64)
-        n, module = len(self.names), FILTERS[p['filter']]
+        n, module = len(self.names), FILTERS[p.filter]
         self.states = markers(self._packed, n)
         self.warnings = module.warnings(n, p) if hasattr(module, 'warnings') else []
         ignored = not_in_filters(self.drive.effects)
@@ -330,13 +329,13 @@ class Monitor:
         anew. Raises InputError, leaving everything as it was.
         """
         rows = {row.name: row for row in ESTIMATOR}
-        model, changes = with_values(self.model, changes)
-        new = checked(ESTIMATOR, {**self.parameters, **changes}, 'parameters')
+        model, changes = with_model_values(self.model, changes)
+        new = self.parameters.replace(**changes)
         # Raises before anything has changed.
         pack(_drive_of(model, new), new)
         restart = model != self.model or any(
             rows[name].change != AT_ONCE for name in changes
-            if new[name] != self.parameters[name])
+            if getattr(new, name) != getattr(self.parameters, name))
         self.model, self.parameters = model, new
         self.tracker.settings = change.Settings.of(new, model)
         if restart:
@@ -366,7 +365,7 @@ class Monitor:
         row = self._ring[place]
         row[start:start + n] = self._z
         row[start + n:start + n + n * n] = self._P
-        acting = (step - 1 - self.parameters['effort_delay']) % sample_loop.N_EFFORTS
+        acting = (step - 1 - self.parameters.effort_delay) % sample_loop.N_EFFORTS
         row[-1] = self._efforts[acting, 0]
         self._ring_stamps[place] = self._gate[sample_loop.LAST]
         self._gate[sample_loop.SMOOTH_NEXT] = step
@@ -382,7 +381,7 @@ class Monitor:
 
         return {
             'model': json.dumps(self.model.to_dict()),
-            'parameters': json.dumps(self.parameters),
+            'parameters': json.dumps(self.parameters.to_dict()),
             'drift': json.dumps(self.tracker.to_dict()),
             'temperature': json.dumps(self.temperature),
             'window_start': json.dumps(self._window_start),
@@ -463,12 +462,12 @@ class Monitor:
 
     def adapted(self):
         """Return {parameter: value in use} of what the filter adapts, in the parameter's unit."""
-        module = FILTERS[self.parameters['filter']]
+        module = FILTERS[self.parameters.filter]
         return module.adapted(self._memory, self._packed) if hasattr(module, 'adapted') else {}
 
     def learnt(self):
         """Return what the filter has adapted, to be kept in a file; {} where nothing is."""
-        module = FILTERS[self.parameters['filter']]
+        module = FILTERS[self.parameters.filter]
         return module.learnt(self._memory, self._packed) if hasattr(module, 'learnt') else {}
 
     def recall(self, kept):
@@ -478,7 +477,7 @@ class Monitor:
         Returns False where it is of another filter or began from other parameters; then nothing
         has changed. Raises InputError where it is no such thing.
         """
-        module = FILTERS[self.parameters['filter']]
+        module = FILTERS[self.parameters.filter]
         try:
             return hasattr(module, 'recall') and module.recall(self._memory, self._packed, kept)
         except ValueError as error:
@@ -486,7 +485,7 @@ class Monitor:
 
     def adaptation_guards(self):
         """Return {guard of the adaptation: how often it acted since the start}."""
-        module = FILTERS[self.parameters['filter']]
+        module = FILTERS[self.parameters.filter]
         return module.guards(self._memory) if self.adapted() else {}
 
     @property
@@ -522,7 +521,7 @@ class Monitor:
         if not good[0]:
             return None
         P, row = self._P.reshape(len(self._z), -1).copy(), self._row_one[0].copy()
-        if not self.parameters['arm_joint']:
+        if not self.parameters.arm_joint:
             row[OF_ARM] = np.nan
             for _, values in due:
                 values[SMOOTHED_OF_ARM] = np.nan
@@ -551,7 +550,7 @@ class Monitor:
             start, due = end, due + more
         good = _where(codes == sample_loop.ESTIMATE)
         rows, smoothed = rows[good], smoothed[:due]
-        if not self.parameters['arm_joint']:
+        if not self.parameters.arm_joint:
             rows[:, OF_ARM] = smoothed[:, SMOOTHED_OF_ARM] = np.nan
         return Estimates(stamps[good], rows, stamps_s[:due], smoothed, codes)
 
@@ -626,7 +625,7 @@ class Monitor:
     def _check_input(self, stamps, stamp_ns):
         new = self.counts - self._last_counts
         self._last_counts = self.counts.copy()
-        if not self.parameters['arm_joint']:
+        if not self.parameters.arm_joint:
             new[sample_loop.ARM_MISSING] = 0
         within = stamps[np.searchsorted(stamps, stamp_ns - SECOND, 'right'):]
         values = {
@@ -642,7 +641,7 @@ class Monitor:
         seen = np.isfinite(recent.pair(sample_loop.E_INNOVATION_MOTOR))
         packed = self._packed
         if self.adapted():
-            packed = FILTERS[self.parameters['filter']].in_use(self._memory, packed)
+            packed = FILTERS[self.parameters.filter].in_use(self._memory, packed)
         states = np.ascontiguousarray(recent.stack(columns))
         shares = observability.information_share(
             states, recent[sample_loop.E_DT], np.ascontiguousarray(seen), packed)
@@ -696,7 +695,7 @@ class Monitor:
             return finding
         values = {**finding.values, **{f'adapted_{k}': v for k, v in adapted.items()},
                   **{f'adaptation_{k}': v for k, v in self.adaptation_guards().items()}}
-        bound = FILTERS[self.parameters['filter']].at_bound(self._memory, self._packed)
+        bound = FILTERS[self.parameters.filter].at_bound(self._memory, self._packed)
         if bound and finding.level == Level.OK:
             return finding_of(
                 [replace(AT_BOUND, says=f'adapted to its bound: {", ".join(bound)}')], '', values)
@@ -708,12 +707,12 @@ class Monitor:
                   and found['input'].level < Level.ERROR)
         systematic = judged and innovation.systematic(found['prediction error'].values)
         self._systematic.add(stamp_ns, systematic)
-        return model_mismatch.check(self._systematic, stamp_ns, self.parameters['model_gap_after'],
+        return model_mismatch.check(self._systematic, stamp_ns, self.parameters.model_gap_after,
                                     self.drive.arm_load == 'unknown')
 
     def _check_backlash(self, found):
         """Return {component: Finding} when a window has ended, else nothing."""
-        if not self.parameters['arm_joint']:
+        if not self.parameters.arm_joint:
             self._drift = []
             return dict.fromkeys(COMPONENTS[4:6], NOT_WATCHED)
         if any(finding.level > Level.OK for name, finding in found.items() if name != 'model'):
@@ -722,7 +721,7 @@ class Monitor:
             return {}
         if self._window_start is None:
             self._window_start = int(self._drift[0][0][0])
-        length = round(self.parameters['drift_window'] * SECOND)
+        length = round(self.parameters.drift_window * SECOND)
         result, newest = {}, int(self._drift[-1][0][-1])
         while newest >= self._window_start + length:
             end = self._window_start + length
@@ -740,7 +739,7 @@ class Monitor:
     def _window_ended(self, rows, end):
         p = self.parameters
         # A twist known worse than by one reading of both encoders: one of them was missing.
-        known = rows[rows[:, S_TWIST_STD] <= np.hypot(p['r_std_motor'], p['r_std_arm'])]
+        known = rows[rows[:, S_TWIST_STD] <= np.hypot(p.r_std_motor, p.r_std_arm)]
         now = features.fit(known, self.drive, end)
         if isinstance(now, features.Backlash):
             now = self._known.refine(now)

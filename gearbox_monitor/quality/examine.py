@@ -47,7 +47,7 @@ def examine(samples, parameters, model=None):
     """
     Return the Examined of Samples [N] (monitor.Samples, on the arm side).
 
-    parameters: complete, of parameters.ESTIMATOR. model: DriveModel of the drive, or None where
+    parameters: EstimatorParameters. model: DriveModel of the drive, or None where
     none is known: then nothing is said against it. Raises InputError where there is nothing to
     judge.
     """
@@ -56,8 +56,8 @@ def examine(samples, parameters, model=None):
         raise InputError(f'{len(samples.stamp_ns)} samples, expected {LEAST} or more with '
                          'increasing stamps')
     u, y = samples.u[:, 0], samples.y
-    lines = stamps.lines(samples.stamp_ns, found, parameters['max_gap'],
-                         parameters['drift_window'])
+    lines = stamps.lines(samples.stamp_ns, found, parameters.max_gap,
+                         parameters.drift_window)
     lines += encoders.measured(y)
     part = stretch.stretch(found, u, y)
     if any(part.measured):
@@ -78,12 +78,12 @@ def _moved(samples, found, part, parameters, model):
     noises = [encoders.noise_of(y[:, i]) if part.measured[i] else None for i in (0, 1)]
     moved = excitation_checks.quiet_motion(part, np.array([n[0] if n else 0.0 for n in noises]))
     half_gap = model.transmission.half_gap if model is not None else None
-    told = excitation_checks.lines(part, moved, half_gap, parameters['drift_window'])
+    told = excitation_checks.lines(part, moved, half_gap, parameters.drift_window)
     geared = any(line.name == 'motor and arm' and line.verdict() == OK for line in told)
     width = excitation_checks.swing(moved)[1] if geared else None
     lines = encoders.broken(part, noises)
     lines += encoders.lines(samples.stamp_ns[found.kept], y, noises, width,
-                            (parameters['r_std_motor'], parameters['r_std_arm']))
+                            (parameters.r_std_motor, parameters.r_std_arm))
     lines += torque.lines(u, part)
     moving = all(line.verdict() < BAD for line in told if line.name.startswith('travel'))
     if moving:
@@ -91,7 +91,7 @@ def _moved(samples, found, part, parameters, model):
     if moving and part.u is not None and np.ptp(part.u) > 0.0:
         i = int(np.flatnonzero(part.measured)[0])
         lines += torque.answered(torque.answer(part, moved.sigma, moved.width), part.dt,
-                                 parameters['effort_delay'], i)
+                                 parameters.effort_delay, i)
     return told + lines
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from gearbox_monitor.monitoring.backlash.forecast import when
 from gearbox_monitor.monitoring.checks.innovation import NIS_HIGH, NIS_LOW
-from gearbox_monitor.parameters import defaults, ESTIMATOR
+from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report import page
 from gearbox_monitor.report.builder import render_page
@@ -82,7 +82,7 @@ def figures(line, facts):
     nis = nis[np.isfinite(nis)]
     return {
         'samples': line.samples, 'duration_s': line.last, 'live': facts.live,
-        'filter': facts.parameters['filter'], 'loops': len(line.loops),
+        'filter': facts.parameters.filter, 'loops': len(line.loops),
         'nis_over_dof': float(nis.mean()) if len(nis) else None,
         'within_2_sigma': {name: float(within / count) if count else None for name, (count, within)
                            in zip(CHANNELS, line.inside)},
@@ -326,10 +326,10 @@ def _input(line, facts, time):
 
 
 def _parameters(facts):
-    usual = defaults(ESTIMATOR)
-    changed = [(row.name, _shown(facts.parameters[row.name]), _shown(usual[row.name]), row.unit)
-               for row in ESTIMATOR if facts.parameters[row.name] != usual[row.name]]
-    every = [(row.name, _shown(facts.parameters[row.name]), row.unit, row.description)
+    values = facts.parameters.to_dict()
+    changed = [(row.name, _shown(values[row.name]), _shown(row.default), row.unit)
+               for row in ESTIMATOR if getattr(facts.parameters, row.name) != row.default]
+    every = [(row.name, _shown(values[row.name]), row.unit, row.description)
              for row in ESTIMATOR]
     html = '<h3>Parameters that are not the default</h3>' + (
         page.table(('parameter', 'value', 'default', 'unit'), changed) if changed else

@@ -31,7 +31,7 @@ from gearbox_monitor.estimation.sample_loop import REASONS
 from gearbox_monitor.interfaces.signals import ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, TRANSMISSION
 from gearbox_monitor.kernels.jit import KERNELS
 from gearbox_monitor.monitoring.monitor import Monitor, Samples, SECOND
-from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.timeline import Timeline
 
@@ -55,7 +55,7 @@ class Facts:
 
     live: bool
     model: DriveModel
-    parameters: dict
+    parameters: EstimatorParameters
     versions: list = field(default_factory=list)
     counts: dict = field(default_factory=dict)
     notes: list = field(default_factory=list)
@@ -79,7 +79,7 @@ class Source:
         recorded_model, recorded = DriveModel(), {}
         if snapshots:
             recorded_model, recorded = snapshots[0].used(reader.path)
-        values = checked(ESTIMATOR, {**recorded, **(parameters or {})}, 'parameters')
+        values = EstimatorParameters.from_mapping({**recorded, **(parameters or {})})
         there = self._count(STATE) and self._count(ERRORS) and self._count(ERRORS_STD)
         live = bool(there) and model is None and not parameters and not again
         self.facts = Facts(live, model or recorded_model, values, self._versions(snapshots))
@@ -90,7 +90,7 @@ class Source:
         slice_seconds = SHORT_SLICE if seconds < SHORT else \
             MINUTE * math.ceil(seconds / MINUTE / MAX_LOOPS)
         self.timeline = Timeline(slice_seconds)
-        self._names = (values['motor_joint'], values['arm_joint'])
+        self._names = (values.motor_joint, values.arm_joint)
 
     def run(self):
         """Return (Timeline, Facts)."""
@@ -188,7 +188,7 @@ class Source:
 
 def measured(parameters):
     """Return the deviation of the twist (rad) above which an encoder was missing."""
-    return math.hypot(parameters['r_std_motor'], parameters['r_std_arm'])
+    return math.hypot(parameters.r_std_motor, parameters.r_std_arm)
 
 
 def _seconds(samples):

@@ -33,20 +33,20 @@ class BlackBox:
     """
     What the estimator `node` holds in memory; its service ~/keep_recording and keep_after_error.
 
-    parameters: {name: value}; topic: where the samples come from. Raises InputError for a
+    parameters: EstimatorParameters; topic: where the samples come from. Raises InputError for a
     keep_after_error that cannot be had.
     """
 
     def __init__(self, node, parameters, topic):
         self._node, self._topic = node, topic
-        span = 60.0 * parameters['keep_minutes']
+        span = 60.0 * parameters.keep_minutes
         self._refusal = '' if span else 'nothing is kept: keep_minutes is 0, expected more'
-        if not parameters['arm_joint']:
+        if not parameters.arm_joint:
             self._refusal = self._refusal or (
                 'nothing is kept without an arm encoder (arm_joint is empty): use the recorder')
         self._ring = Ring(span) if span else None
         self._keeping = None  # the thread that writes what the ring holds
-        seconds, self._after_error = parameters['keep_after_error'], None
+        seconds, self._after_error = parameters.keep_after_error, None
         if seconds:
             if self._refusal:
                 raise InputError(f'keep_after_error: {seconds:g} s, expected 0: {self._refusal}')
@@ -105,8 +105,8 @@ class BlackBox:
         monitor = self._node.monitor
         p, found = monitor.parameters, monitor.tracker.findings()
         why = '; '.join(f'{name}: {found[name].message}' for name in components)
-        return About(self._topic, (p['motor_joint'], p['arm_joint']), monitor.model,
-                     monitor.drive.arm_load, dict(p), why or KEEP)
+        return About(self._topic, (p.motor_joint, p.arm_joint), monitor.model,
+                     monitor.drive.arm_load, p, why or KEEP)
 
     def _start(self, components=()):
         """Write what is in memory, in a thread; return the Future of (success, message)."""
@@ -125,7 +125,7 @@ class BlackBox:
     @staticmethod
     def _written(rows, about):
         try:
-            return True, keep(about.parameters['keep_folder'], rows(), about)
+            return True, keep(about.parameters.keep_folder, rows(), about)
         except Exception as error:  # whatever it is, the estimates must go on
             return False, str(error) or type(error).__name__
 

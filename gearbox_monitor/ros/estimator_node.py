@@ -46,7 +46,7 @@ from gearbox_monitor.monitoring.checks import usability
 from gearbox_monitor.monitoring.checks.level import Level, with_more
 from gearbox_monitor.monitoring.monitor import Monitor, Sample
 from gearbox_monitor.monitoring.staleness import Silence
-from gearbox_monitor.parameters import ESTIMATOR, MODEL, SETTINGS
+from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MODEL, SETTINGS
 from gearbox_monitor.ros.black_box import BlackBox
 from gearbox_monitor.ros.convert import to_diagnostics, to_joint_state, to_snapshot, to_status
 from gearbox_monitor.ros.inputs import Inputs
@@ -68,8 +68,8 @@ class EstimatorNode(TableNode):
 
     def __init__(self, **node):
         super().__init__('estimator', **node)
-        values = declare(self, ESTIMATOR)
-        model_file = values['model'] or config_path('drive.yaml')
+        values = EstimatorParameters.from_mapping(declare(self, ESTIMATOR))
+        model_file = values.model or config_path('drive.yaml')
         model = load_model(model_file)
         changed = declare(self, [replace(row, default=getattr(model, row.name)) for row in MODEL])
         model = model.with_(**changed)
@@ -82,7 +82,7 @@ class EstimatorNode(TableNode):
         for test in TESTS:  # computed once, and not while a sample waits
             self.monitor.tracker.settings.threshold(test)
         self._gear_ratio = model.gear_ratio
-        self._names = {MOTOR: values['motor_joint'], ARM: values['arm_joint']}
+        self._names = {MOTOR: values.motor_joint, ARM: values.arm_joint}
         self._starts = 0
         self._divergences = 0
         self._set_back = 0  # how often the clock was
@@ -111,8 +111,8 @@ class EstimatorNode(TableNode):
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(Trigger, '~/save_baseline', self._on_save_baseline)
         on_change(self, SETTINGS, self._on_parameters)
-        if values['temperature_topic']:
-            subscribe(self, Temperature, values['temperature_topic'], self._on_temperature,
+        if values.temperature_topic:
+            subscribe(self, Temperature, values.temperature_topic, self._on_temperature,
                       best_effort(1))
         # Kept: rclpy calls it even when it is gone.
         self._jumps = self.get_clock().create_jump_callback(
@@ -124,7 +124,7 @@ class EstimatorNode(TableNode):
         self.get_logger().info(
             f'gearbox_monitor {__version__}: model {model_file}, '
             + ('compiled' if COMPILED else 'INTERPRETED (numba is missing, expect < 1 kHz)')
-            + ', ' + ', '.join(f'{k}={v}' for k, v in {**values, **changed}.items()))
+            + ', ' + ', '.join(f'{k}={v}' for k, v in {**values.to_dict(), **changed}.items()))
         self.warn_of_unknown()
         self._warn([])
         self._alert(self.monitor.findings)
@@ -137,17 +137,17 @@ class EstimatorNode(TableNode):
 
     def _state_at_start(self, values):
         """Return (what drift goes on from, what was adapted): the state file, else baselines."""
-        if values['drift_state_file']:
-            state, told = load_state(values['drift_state_file'], values['gearbox_serial'])
+        if values.drift_state_file:
+            state, told = load_state(values.drift_state_file, values.gearbox_serial)
             if told:
                 self.get_logger().error(told)
             if state is not None:
                 return state['drift'], state['adaptation']
         if self._has_baseline(values):
             try:
-                return load_baseline(values['baseline_file'], values['gearbox_serial']), {}
+                return load_baseline(values.baseline_file, values.gearbox_serial), {}
             except Damaged as error:
-                told = set_aside(values['baseline_file'])
+                told = set_aside(values.baseline_file)
                 self.get_logger().error(f'{error}: {told}')
         return None, {}
 
@@ -164,7 +164,7 @@ class EstimatorNode(TableNode):
 
     def _has_baseline(self, values):
         """Return whether a baseline file is named and there; it may come by save_baseline."""
-        path = values['baseline_file']
+        path = values.baseline_file
         if not path:
             return False
         try:
@@ -207,7 +207,7 @@ class EstimatorNode(TableNode):
                 publisher.publish(to_joint_state(
                     signal, estimate.stamp_ns, estimate.row, self._names, self._gear_ratio))
         since = estimate.stamp_ns - self._snapshot_stamp
-        if not 0 <= since < self.monitor.parameters['snapshot_period'] * SECOND:
+        if not 0 <= since < self.monitor.parameters.snapshot_period * SECOND:
             self._publish_snapshot('period')
             if self.monitor.learnt():  # goes on without windows, too
                 self._keep_state()
@@ -220,10 +220,10 @@ class EstimatorNode(TableNode):
         """Write the state: after each window, and at the end."""
         tracker, p = self.monitor.tracker, self.monitor.parameters
         self._state_stamp = tracker.stamp_ns
-        if not p['drift_state_file']:
+        if not p.drift_state_file:
             return
         try:
-            save_state(p['drift_state_file'], tracker, p['gearbox_serial'],
+            save_state(p.drift_state_file, tracker, p.gearbox_serial,
                        self.monitor.learnt())
             self._state_error = ''
         except InputError as error:  # a full disk must not stop the estimates
@@ -235,7 +235,7 @@ class EstimatorNode(TableNode):
         self._snapshot_stamp = self.monitor.stamp_ns
         content = {'reason': reason, 'version': __version__, 'kernels': KERNELS,
                    'topics': self._topics, **self.monitor.snapshot()}
-        serial = self.monitor.parameters['gearbox_serial'] or 'gearbox'
+        serial = self.monitor.parameters.gearbox_serial or 'gearbox'
         self._snapshots.publish(to_snapshot(self._component, serial, content,
                                             self.monitor.stamp_ns))
 
@@ -277,7 +277,7 @@ class EstimatorNode(TableNode):
         for name, text in self._black_box.look(self._steady.now().nanoseconds / SECOND).items():
             findings[name] = replace(findings[name], values={
                 **findings[name].values, 'recording': text})
-        serial = self.monitor.parameters['gearbox_serial'] or 'gearbox'
+        serial = self.monitor.parameters.gearbox_serial or 'gearbox'
         statuses = [to_status(f'{self._component}: {name}', finding, serial)
                     for name, finding in findings.items()]
         now = self.get_clock().now().to_msg()
@@ -297,7 +297,7 @@ class EstimatorNode(TableNode):
     def _alert(self, findings):
         """Publish what has changed for good since the last time: found, worse, over."""
         stages = self.monitor.tracker.stages()
-        serial = self.monitor.parameters['gearbox_serial'] or 'gearbox'
+        serial = self.monitor.parameters.gearbox_serial or 'gearbox'
         for name in COMPONENTS:
             if stages[name] == self._alerted.get(name, {}) or \
                     findings[name].message.startswith('no data'):
@@ -356,7 +356,7 @@ class EstimatorNode(TableNode):
 
     def _on_save_baseline(self, _, response):
         monitor, p = self.monitor, self.monitor.parameters
-        path = p['baseline_file']
+        path = p.baseline_file
         # On a copy: if the file cannot be written, nothing has changed.
         tracker = Tracker(monitor.tracker.settings, monitor.tracker.to_dict())
         windows = tracker.accept()
@@ -365,10 +365,10 @@ class EstimatorNode(TableNode):
             response.message = 'parameter baseline_file is empty: expected the file to write'
         elif not windows:
             response.message = ('no backlash measured yet: expected a motion that loads both '
-                                f'flanks for {p["drift_window"]:g} s')
+                                f'flanks for {p.drift_window:g} s')
         else:
             try:
-                save_baseline(path, points, p['gearbox_serial'], p)
+                save_baseline(path, points, p.gearbox_serial, p.to_dict())
             except InputError as error:
                 response.message = str(error)
                 return response
@@ -391,7 +391,7 @@ def _point_text(point):
 
 def _warm_up(model, parameters):
     """Compile every kernel before the node is ready: the first sample must not wait for it."""
-    monitor = Monitor(model, {**parameters, 'drift_window': 0.5})
+    monitor = Monitor(model, parameters.replace(drift_window=0.5))
     for k in range(2200):  # 4.4 s: trust is judged from the third second on
         angle = 0.5 * math.sin(0.02 * k)
         monitor.step(Sample(SECOND + k * 2_000_000, (0.0, 0.0), (angle, 0.8 * angle)))

@@ -47,12 +47,12 @@ class Inputs:
 
     def __init__(self, node, parameters, model, take, disputed):
         self._node, self._take, self._disputed = node, take, disputed
-        self.joints = parameters['motor_joint'], parameters['arm_joint']
+        self.joints = parameters.motor_joint, parameters.arm_joint
         self._reader = SampleReader(*self.joints, model)
         self.foreign, self._others = 0, ''
         self._names, self._told = None, set()
         self.unreadable = 0
-        self.publishers = [Publishers(parameters['other_publishers'])]  # of the motor; of the arm
+        self.publishers = [Publishers(parameters.other_publishers)]  # of the motor; of the arm
         # Endpoints on our topics while nobody else gave our joints; the only one there ever was.
         self._known, self._own = set(), set()
         self._lost, self._lost_told = (Lost(), Lost()), 0  # of the motor's topic, of the arm's
@@ -61,21 +61,21 @@ class Inputs:
                                best_effort(DEPTH), raw=True)
         self.topic = self.motor_topic = self._main.topic_name
         self.arm_topic = None
-        if parameters['arm_topic']:
-            if not parameters['arm_joint']:
-                raise InputError(f'arm_topic: {parameters["arm_topic"]!r}, expected none where '
+        if parameters.arm_topic:
+            if not parameters.arm_joint:
+                raise InputError(f'arm_topic: {parameters.arm_topic!r}, expected none where '
                                  'arm_joint is empty')
             self._join(parameters)
 
     def _join(self, parameters):
         self._pairs = 0  # when asked last
-        self.joiner = Joiner(round(parameters['pair_tolerance'] * SECOND))
-        self.publishers.append(Publishers(parameters['other_publishers']))
+        self.joiner = Joiner(round(parameters.pair_tolerance * SECOND))
+        self.publishers.append(Publishers(parameters.other_publishers))
         self._paired = advertise(self._node, JointState, PAIRED_JOINT_STATES, DEPTH)
         self.topic = self._paired.topic_name
-        self.arm_topic = self._node.resolve_topic_name(parameters['arm_topic'])
+        self.arm_topic = self._node.resolve_topic_name(parameters.arm_topic)
         if self.arm_topic != self.motor_topic:
-            self._arm = subscribe(self._node, JointState, parameters['arm_topic'],
+            self._arm = subscribe(self._node, JointState, parameters.arm_topic,
                                   self._on_arm, best_effort(DEPTH), raw=True)
 
     # ------------------------------------------------------------------ messages

@@ -32,6 +32,7 @@ from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.write import BagWriter, WriteError
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import save_model
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.ros.ring import ARM_EFFORT, LEAST, SECOND, stretch
 
@@ -46,14 +47,14 @@ class About:
     """
     Whose measurement it is: topic, joints (motor, arm), model, arm_load in force, parameters, why.
 
-    parameters: {name: value} of the estimator; model: the DriveModel as it was read.
+    parameters: of the estimator; model: the DriveModel as it was read.
     """
 
     topic: str
     joints: tuple
     model: DriveModel
     arm_load: str
-    parameters: dict
+    parameters: EstimatorParameters
     why: str
 
 
@@ -65,7 +66,7 @@ def keep(parent, rows, about, clock=time.localtime):
     """
     folder = _new_folder(Path(os.path.abspath(os.path.expanduser(parent))), clock)
     try:
-        part = stretch(rows, about.parameters['effort_delay'])
+        part = stretch(rows, about.parameters.effort_delay)
         _write(folder / 'all', rows, about)
         text = f'{_seconds(rows):.1f} s kept in {folder / "all"}; '
         if not len(part):
@@ -128,7 +129,8 @@ def _model(rows, about):
 def _write(path, rows, about):
     """Write the new bag `path`: every row one message on the topic, logged at its stamp."""
     metadata = {'version': __version__, 'source': f'estimator: {about.why}',
-                **{f'estimator.{name}': value for name, value in about.parameters.items()}}
+                **{f'estimator.{name}': value for name, value
+                   in about.parameters.to_dict().items()}}
     with BagWriter(path) as writer:
         writer.add_metadata('gearbox_monitor', metadata)
         writer.add_topic(about.topic, JOINT_STATE)

@@ -47,7 +47,7 @@ class TableNode(Node):
 
 def _descriptor(row):
     unit = f' [{row.unit}]' if row.unit else ''
-    told = ['expected ' + row.expected()] if row.choices or row.kind is list else []
+    told = ['expected ' + row.expected()] if row.choices or row.kind is tuple else []
     told += {FIXED: ['read at the start only'],
              RESTART: ['a change restarts the filter']}.get(row.change, [])
     descriptor = ParameterDescriptor(
@@ -81,7 +81,7 @@ def declare(node, table):
                 node._parameter_overrides[row.name] = RosParameter(
                     row.name, RosParameter.Type.DOUBLE, float(override.value))
         try:
-            value = node.declare_parameter(row.name, default, _descriptor(row)).value
+            value = node.declare_parameter(row.name, _plain(default), _descriptor(row)).value
         except (InvalidParameterTypeException, InvalidParameterValueException) as error:
             raise InputError(f'node {node.get_name()}: {row.name}: {error}, expected '
                              f'{row.expected()}') from None
@@ -112,5 +112,5 @@ def on_change(node, table, apply):
 
 
 def _plain(value):
-    """Return `value` with arrays of the message layer as lists."""
-    return list(value) if hasattr(value, 'tolist') else value
+    """Return `value` with tuples, and arrays of the message layer, as lists."""
+    return list(value) if isinstance(value, tuple) or hasattr(value, 'tolist') else value

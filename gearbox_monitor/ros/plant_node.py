@@ -38,7 +38,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE, TRANSMISSION
-from gearbox_monitor.parameters import PLANT, PLANT_MODEL
+from gearbox_monitor.parameters import PLANT, PLANT_MODEL, PlantParameters
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, GRAVITY, LOAD_TORQUE
 from gearbox_monitor.plant.excitation import Excitation
@@ -70,24 +70,25 @@ class PlantNode(TableNode):
 
     def __init__(self):
         super().__init__('plant')
-        self.values = declare(self, [row for row in PLANT if row.name not in PLANT_MODEL])
-        path = self.values['model'] or config_path('drive.yaml')
+        values = declare(self, [row for row in PLANT if row.name not in PLANT_MODEL])
+        path = values['model'] or config_path('drive.yaml')
         self.drive = load_model(path)
-        self.values |= declare(self, [
+        values |= declare(self, [
             replace(row, default=_value(self.drive, row.name)) for row in PLANT
             if row.name in PLANT_MODEL])
+        self.values = PlantParameters.from_mapping(values)
         v = self.values
-        self.dt_ns = round(SECOND / v['rate'])
+        self.dt_ns = round(SECOND / v.rate)
         self.dt = self.dt_ns / SECOND
-        self.block = FREE_RUN_BLOCK if v['speed'] == 0 else max(
-            1, round(BLOCK_TIME * v['rate'] * v['speed']))
+        self.block = FREE_RUN_BLOCK if v.speed == 0 else max(
+            1, round(BLOCK_TIME * v.rate * v.speed))
         self.count = 0           # samples published
         self.overruns = 0        # samples published more than one period late
         self.worst = 0.0         # s
         self._reported, self._report_at = 0, 0.0
         self._command, self._command_at, self._refused = 0.0, None, 0
         self._use(v)
-        self.plant = FaultyPlant(self._model, self._noise, v['seed'], self._faults)
+        self.plant = FaultyPlant(self._model, self._noise, v.seed, self._faults)
         # Compiles the kernels, so that the first sample is not late.
         Plant(self._model, Noise(process=(1.0,) * 4)).run(np.zeros(2), self.dt)
         on_change(self, PLANT, self._change)
@@ -98,9 +99,9 @@ class PlantNode(TableNode):
         self._start = None
         self.warn_of_unknown()
         self.get_logger().info(
-            f'{path}: {v["rate"]:g} Hz, torque from '
-            f'{v["excitation"] if v["torque_source"] == "excitation" else EFFORT_COMMAND}, '
-            f'speed {v["speed"]:g}, seed {v["seed"]}')
+            f'{path}: {v.rate:g} Hz, torque from '
+            f'{v.excitation if v.torque_source == "excitation" else EFFORT_COMMAND}, '
+            f'speed {v.speed:g}, seed {v.seed}')
 
     # ------------------------------------------------------------------ parameters
 
@@ -108,30 +109,31 @@ class PlantNode(TableNode):
         """Make model, noise and excitation of the values `v`; raises InputError."""
         for name, length in (('process_noise', 4), ('measurement_noise', 2),
                              *((name, 2) for name in ENCODER_FAULTS.values())):
-            if len(v[name]) != length:
-                raise InputError(f'plant: {name}: {v[name]}, expected {length} numbers')
-        excitation = Excitation(v['excitation'], v['amplitudes'], v['frequencies'], v['period'])
-        if v['excitation'] == 'multisine' and len(v['amplitudes']) != len(v['frequencies']):
-            raise InputError(f'plant: frequencies: {v["frequencies"]}, expected one for each of '
-                             f'the {len(v["amplitudes"])} amplitudes')
-        loads = ({'id': GRAVITY.id, 'G': v['load_gravity']},
-                 {'id': ARM_COULOMB.id, 'Cac': v['load_coulomb']},
-                 {'id': LOAD_TORQUE.id, 'TL': v['load_constant']})
-        values = self.drive.with_(**{name: v[name] for name in PLANT_MODEL}).to_dict()
-        values['effects'] += [*loads, *map(_effect, filter(str.strip, v['effects']))]
+            numbers = list(getattr(v, name))
+            if len(numbers) != length:
+                raise InputError(f'plant: {name}: {numbers}, expected {length} numbers')
+        excitation = Excitation(v.excitation, v.amplitudes, v.frequencies, v.period)
+        if v.excitation == 'multisine' and len(v.amplitudes) != len(v.frequencies):
+            raise InputError(f'plant: frequencies: {list(v.frequencies)}, expected one for each '
+                             f'of the {len(v.amplitudes)} amplitudes')
+        loads = ({'id': GRAVITY.id, 'G': v.load_gravity},
+                 {'id': ARM_COULOMB.id, 'Cac': v.load_coulomb},
+                 {'id': LOAD_TORQUE.id, 'TL': v.load_constant})
+        values = self.drive.with_(**{name: getattr(v, name) for name in PLANT_MODEL}).to_dict()
+        values['effects'] += [*loads, *map(_effect, filter(str.strip, v.effects))]
         model = model_from_dict(values, 'plant')
         self._model, self._excitation = model, excitation
-        self._noise = Noise(tuple(v['process_noise']), tuple(v['measurement_noise']))
+        self._noise = Noise(v.process_noise, v.measurement_noise)
         encoders = {joint: EncoderFault(
-            frozen=v['fault_frozen'] in (joint, 'both'), lost=v['fault_lost'] in (joint, 'both'),
-            **{field: v[name][i] for field, name in ENCODER_FAULTS.items()})
+            frozen=v.fault_frozen in (joint, 'both'), lost=v.fault_lost in (joint, 'both'),
+            **{field: getattr(v, name)[i] for field, name in ENCODER_FAULTS.items()})
             for i, joint in enumerate(JOINTS)}
         self._faults = Faults(
-            v['fault_start'], v['fault_duration'] or math.inf, **encoders,
-            **{field: v[name] for field, name in DRIVE_FAULTS.items()})
+            v.fault_start, v.fault_duration or math.inf, **encoders,
+            **{field: getattr(v, name) for field, name in DRIVE_FAULTS.items()})
 
     def _change(self, changes):
-        values = {**self.values, **changes}
+        values = self.values.replace(**changes)
         self._use(values)
         self.values = values
         self.plant.model, self.plant.noise = self._model, self._noise
@@ -142,18 +144,18 @@ class PlantNode(TableNode):
     def _open(self):
         v = self.values
         self._clock_out = None
-        if v['publish_clock'] or v['speed'] != 1.0:
+        if v.publish_clock or v.speed != 1.0:
             self._refuse_second_clock()
             self._clock_out = advertise(self, ClockMessage, '/clock', 10)
         self._states_out = advertise(self, JointState, JOINT_STATES, QUEUE)
         self._truth_out = advertise(self, JointState, PLANT_TRANSMISSION_STATE, QUEUE)
         self._commands = None
-        if v['torque_source'] == 'topic':
+        if v.torque_source == 'topic':
             self._commands = subscribe(
                 self, Float64MultiArray, EFFORT_COMMAND, lambda message: None, 10,
                 callback_group=PolledCallbackGroup())
         # Reused for every sample: making them anew costs more than sending them.
-        self._states = JointState(name=[v['motor_joint'], v['arm_joint']])
+        self._states = JointState(name=[v.motor_joint, v.arm_joint])
         self._truth = JointState(name=[TRANSMISSION])
         self._clock_message = ClockMessage()
 
@@ -178,14 +180,14 @@ class PlantNode(TableNode):
     def _work(self):
         """Simulate and publish one block of samples, each at its time."""
         if self._start is None:
-            if self._subscribers() < self.values['wait_for_subscribers']:
+            if self._subscribers() < self.values.wait_for_subscribers:
                 return
             self._start = time.monotonic_ns()
             self.t0_ns = time.time_ns()
         if self._clock_out:
             _stamp(self._clock_message.clock, self.t0_ns + self.count * self.dt_ns)
             self._clock_out.publish(self._clock_message)
-        left, end = self.block, round(self.values['duration'] / self.dt)
+        left, end = self.block, round(self.values.duration / self.dt)
         if end > 0:
             left = min(left, end - self.count)
         while left > 0:
@@ -223,7 +225,7 @@ class PlantNode(TableNode):
             self.get_logger().warning(
                 f'{EFFORT_COMMAND}: {self._refused} messages without a finite number ignored',
                 throttle_duration_sec=5.0)
-        timeout = self.values['command_timeout']
+        timeout = self.values.command_timeout
         if self._command_at is not None and timeout > 0 and (
                 (self.count - self._command_at) * self.dt > timeout):
             self._command, self._command_at = 0.0, None
@@ -232,13 +234,13 @@ class PlantNode(TableNode):
 
     def _wait(self):
         """Sleep until the next sample is due, reckoned from the start: no drift."""
-        if self.values['speed'] == 0:
+        if self.values.speed == 0:
             return
-        due = self._start + int(self.count * self.dt_ns / self.values['speed'])
+        due = self._start + int(self.count * self.dt_ns / self.values.speed)
         wait = (due - time.monotonic_ns()) / SECOND
         if wait > 0:
             time.sleep(wait)
-        elif -wait > self.dt / self.values['speed']:
+        elif -wait > self.dt / self.values.speed:
             self.overruns += 1
             self.worst = max(self.worst, -wait)
 
@@ -249,13 +251,13 @@ class PlantNode(TableNode):
         truth.header.stamp = states.header.stamp
         states.position = array('d', (y1 * ratio, y2))
         states.effort = array('d', (
-            u / self.drive.effort_scale, tau_arm if self.values['measure_arm_load'] else math.nan))
+            u / self.drive.effort_scale, tau_arm if self.values.measure_arm_load else math.nan))
         truth.position = array('d', (twist,))
         truth.velocity = array('d', (rate,))
         truth.effort = array('d', (tau_k,))
         self._states_out.publish(states)
         self._truth_out.publish(truth)
-        if self.count == 0 and self.values['wait_for_subscribers']:
+        if self.count == 0 and self.values.wait_for_subscribers:
             # A publisher knows its subscribers before these know it, at worst for 3 s.
             for publisher in (self._states_out, self._truth_out):
                 publisher.wait_for_all_acked(ACKNOWLEDGED)

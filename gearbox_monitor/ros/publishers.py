@@ -21,8 +21,9 @@ those of reception, by a clock that may be set back.
 """
 from dataclasses import dataclass
 
+from gearbox_monitor.parameters import ACCEPT, REFUSE
+
 SECOND = 1_000_000_000
-REFUSE, FOLLOW_FIRST, ACCEPT = POLICIES = ('refuse', 'follow_first', 'accept')
 SILENT = SECOND     # ns without a message after which a publisher counts as gone
 FIRST = 3 * SECOND  # ns that a publisher must have been alone to be the first
 REACH = 5000        # numbers that one publisher may skip: lost, or messages of other joints

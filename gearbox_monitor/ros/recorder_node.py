@@ -35,7 +35,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag.metadata import qos_profile
 from gearbox_monitor.bag.write import BagWriter, WriteError
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.parameters import defaults, RECORDER
+from gearbox_monitor.parameters import RECORDER, RecorderParameters
 from gearbox_monitor.ros.definition import import_message, message_definition
 from gearbox_monitor.ros.params import declare, TableNode
 from gearbox_monitor.ros.qos import advertise, overridden, subscribe
@@ -46,7 +46,7 @@ DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
 LATCHED = ('drift_alerts', 'estimator/snapshot')
 # {topic: (type, latched)} of what is subscribed at once, so that no first message is missed.
 CONTRACT = {name: (DIAGNOSTICS if name in ('/diagnostics', *LATCHED) else JOINT_STATE,
-                   name in LATCHED) for name in defaults(RECORDER)['topics']}
+                   name in LATCHED) for name in RecorderParameters().topics}
 POLL_SECONDS = 0.01
 DISCOVERY_SECONDS = 0.25
 MEGABYTE = 1_000_000
@@ -99,17 +99,18 @@ class Recorder(TableNode):
         super().__init__('recorder')
         self._writer = None
         parameters = self._declare()
-        names = dict.fromkeys(self._resolve(name) for name in parameters['topics'])
-        output = time.strftime(parameters['output'])
+        names = dict.fromkeys(self._resolve(name) for name in parameters.topics)
+        output = time.strftime(parameters.output)
         self._group = PolledCallbackGroup()
         self._topics = {name: RecordedTopic(name) for name in names}
         self._warned_space = self._warned_removed = False
         self._writer = BagWriter(
-            output, parameters['compression'], sync_seconds=parameters['sync_period'] or None,
-            max_size=parameters['max_bag_size'], max_seconds=parameters['max_bag_duration'])
+            output, parameters.compression, sync_seconds=parameters.sync_period or None,
+            max_size=parameters.max_bag_size, max_seconds=parameters.max_bag_duration)
         self._record(self._writer.add_metadata, 'gearbox_monitor', {
             'version': __version__,
-            **{f'{self.get_name()}.{name}': value for name, value in parameters.items()}})
+            **{f'{self.get_name()}.{name}': value
+               for name, value in parameters.to_dict().items()}})
         self._record(self._writer.flush)
         for topic in self._topics.values():
             for name, (msgtype, latched) in CONTRACT.items():
@@ -125,7 +126,7 @@ class Recorder(TableNode):
         self.warn_of_unknown()
         self.get_logger().info(
             f'recording {len(names)} topics to {self._writer.path}, '
-            + ', '.join(f'{name}={value}' for name, value in parameters.items()))
+            + ', '.join(f'{name}={value}' for name, value in parameters.to_dict().items()))
 
     def close(self):
         """Take what still waits and close the bag."""
@@ -149,16 +150,16 @@ class Recorder(TableNode):
             logger.info(text)
 
     def _declare(self):
-        """Declare the parameters, return {name: value}."""
-        values = declare(self, RECORDER)
+        """Declare and return the parameters."""
+        values = RecorderParameters.from_mapping(declare(self, RECORDER))
         for name in ('output', 'gearbox_serial'):
-            if not values[name]:
+            if not getattr(values, name):
                 raise InputError(f"parameter {name}: '' is empty, expected a text")
-        if not values['topics']:
+        if not values.topics:
             raise InputError('parameter topics: the list is empty, expected topic names')
-        self._depth = values['queue_depth']
-        self._low_space = values['low_space']
-        self._gearbox_serial = values['gearbox_serial']
+        self._depth = values.queue_depth
+        self._low_space = values.low_space
+        self._gearbox_serial = values.gearbox_serial
         return values
 
     def _resolve(self, name):

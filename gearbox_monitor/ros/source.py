@@ -31,7 +31,7 @@ from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.interfaces.signals import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, MOTOR, SNAPSHOT)
-from gearbox_monitor.parameters import defaults, ESTIMATOR, PLANT, with_values
+from gearbox_monitor.parameters import EstimatorParameters, PlantParameters, with_model_values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
@@ -71,12 +71,13 @@ def parameters_of(slow):
 
     All times of the drive, and of its tuning, are stretched alike.
     """
-    s, model, usual = slow, DriveModel(), defaults(ESTIMATOR)
+    s, model, usual = slow, DriveModel(), EstimatorParameters()
     return {
-        'arm_load': 'none', 'drift_window': s * usual['drift_window'],
-        'q_std_tau_k': usual['q_std_tau_k'] / s ** 0.5,
-        'p0_std_speed': usual['p0_std_speed'] / s,
-        **{name: usual[name] / s ** 1.5 for name in ('q_std_motor_speed', 'q_std_arm_speed')},
+        'arm_load': 'none', 'drift_window': s * usual.drift_window,
+        'q_std_tau_k': usual.q_std_tau_k / s ** 0.5,
+        'p0_std_speed': usual.p0_std_speed / s,
+        'q_std_motor_speed': usual.q_std_motor_speed / s ** 1.5,
+        'q_std_arm_speed': usual.q_std_arm_speed / s ** 1.5,
         **{name: getattr(model, name) * s ** power for name, power in (
             ('motor_inertia', 2), ('arm_inertia', 2), ('damping', 1), ('viscous_friction', 1),
             ('friction_sharpness', 1))}}
@@ -84,11 +85,11 @@ def parameters_of(slow):
 
 def simulated(rate, slow=1.0, seed=0):
     """Yield (u [N], y [N, 2]) of that drive without end, CHUNK samples at a time."""
-    values, s = defaults(PLANT), slow
-    model, _ = with_values(DriveModel(), parameters_of(slow))
-    position, speed = values['process_noise'][:2], values['process_noise'][2:]
+    values, s = PlantParameters(), slow
+    model, _ = with_model_values(DriveModel(), parameters_of(slow))
+    position, speed = values.process_noise[:2], values.process_noise[2:]
     noise = Noise((*(q / s ** 0.5 for q in position), *(q / s ** 1.5 for q in speed)),
-                  tuple(values['measurement_noise']))
+                  values.measurement_noise)
     plant, excitation = Plant(model, noise, seed), Excitation()
     for begin in itertools.count(0, CHUNK):
         run = plant.run(excitation.torque((begin + np.arange(CHUNK)) / (s * rate)), 1.0 / rate,

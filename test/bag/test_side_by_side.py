@@ -155,7 +155,7 @@ def test_model_values_change_with_a_restart_and_noise_without():
     assert monitor.set_parameters({'q_std_tau_k': 9.0}) is False and monitor.stamp_ns > 0
     assert monitor.set_parameters({'motor_inertia': 0.01, 'q_std_tau_k': 8.0}) is True
     assert monitor.stamp_ns == 0 and monitor.drive.motor_inertia == 0.01
-    assert monitor.drive.damping == 0.02 and monitor.parameters['q_std_tau_k'] == 8.0
+    assert monitor.drive.damping == 0.02 and monitor.parameters.q_std_tau_k == 8.0
     before = monitor.snapshot()
     with pytest.raises(InputError, match='motor_inertia'):
         monitor.set_parameters({'motor_inertia': -1.0})

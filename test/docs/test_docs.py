@@ -29,7 +29,7 @@ from gearbox_monitor.estimation.adaptation import ADAPTABLE
 from gearbox_monitor.interfaces import signals
 from gearbox_monitor.interfaces.diagnostic_keys import VALUES
 from gearbox_monitor.monitoring.monitor import Monitor, Samples
-from gearbox_monitor.parameters import checked, defaults, ESTIMATOR, PLANT
+from gearbox_monitor.parameters import EstimatorParameters, PlantParameters, table_of
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -45,12 +45,13 @@ def test_written_page_is_up_to_date(name):
         f'run python docs/make_{name}.py'
 
 
-@pytest.mark.parametrize('node, table', [('estimator', ESTIMATOR), ('plant', PLANT)])
-def test_parameter_files_show_the_defaults(node, table):
+@pytest.mark.parametrize('node, parameters', [
+    ('estimator', EstimatorParameters), ('plant', PlantParameters)])
+def test_parameter_files_show_the_defaults(node, parameters):
     text = (ROOT / f'config/{node}.yaml').read_text(encoding='utf-8')
     values = yaml.safe_load(text)[node]['ros__parameters']
-    assert checked(table, values, node) == defaults(table)
-    for row in table:
+    assert parameters.from_mapping(values, node) == parameters()
+    for row in table_of(parameters):
         assert re.search(rf'^\s*(# )?{row.name}:', text, re.MULTILINE), row.name
 
 
@@ -68,7 +69,7 @@ def test_every_published_value_is_explained():
     t = np.arange(0.0, 16.0, 2e-3)
     model = DriveModel()
     run = simulate(model, Excitation().torque(t), 2e-3, Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)))
-    monitor = Monitor(model, {**defaults(ESTIMATOR), 'drift_window': 2.0})
+    monitor = Monitor(model, {'drift_window': 2.0})
     monitor.run(Samples(10 ** 18 + np.round(t * 1e9).astype(np.int64),
                         np.column_stack([run.u, np.full(len(t), np.nan)]), run.y))
     assert monitor.baseline is not None

@@ -26,7 +26,7 @@ from gearbox_monitor.estimation.sample_loop import START
 from gearbox_monitor.estimation.step_record import record_size
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.monitor import Monitor, Samples
-from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -81,8 +81,8 @@ SETUPS = {
 @pytest.mark.parametrize('setup', SETUPS)
 def test_gradient_is_that_of_the_log_likelihood(setup):
     load, options, dt, effects = SETUPS[setup]
-    parameters = checked(ESTIMATOR, {**TUNED, 'adapt': list(ADAPTABLE), 'tau_k_stiffness': 2.0,
-                                     **options}, 'test')
+    parameters = EstimatorParameters.from_mapping(
+        {**TUNED, 'adapt': list(ADAPTABLE), 'tau_k_stiffness': 2.0, **options})
     model = CASE_A.with_(arm_load=load, effects=effects)
     p, n = pack(model, parameters), len(state_names(model, parameters))
     out = simulated(300 * dt, dt=dt)
@@ -122,8 +122,8 @@ def test_without_adaptation_it_is_the_ekf(adapt):
 
 def test_frozen_adaptation_is_the_ekf():
     """The belief is that of the EKF with the theta in use: the extra work leaves it alone."""
-    parameters = checked(ESTIMATOR, {**TUNED, 'adapt': list(ADAPTABLE), 'tau_k_stiffness': 2.0},
-                         'test')
+    parameters = EstimatorParameters.from_mapping(
+        {**TUNED, 'adapt': list(ADAPTABLE), 'tau_k_stiffness': 2.0})
     p, n, out = pack(CASE_A, parameters), 5, simulated(0.5)
     scratch = np.zeros((aekf.N_VECTORS, n)), np.zeros((5, n * n))
     memory = np.zeros(aekf.memory_size(n))
@@ -268,7 +268,7 @@ def test_refusals_say_why(changes, model, text):
         Monitor(CASE_A.with_(**model), {**TUNED, **changes})
     assert '\n' not in str(error.value)
     running = Monitor(CASE_A.with_(**model), TUNED)
-    before = dict(running.parameters)
+    before = running.parameters
     with pytest.raises(InputError, match=text):
         running.set_parameters(changes)
     assert running.parameters == before

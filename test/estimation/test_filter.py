@@ -32,13 +32,12 @@ from gearbox_monitor.estimation.rts_smoother import (
 from gearbox_monitor.estimation.step_record import correction, predicted, record_size, updated
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.monitor import Monitor, Samples
-from gearbox_monitor.parameters import defaults, ESTIMATOR
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, substeps
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 
-PARAMETERS = defaults(ESTIMATOR)
 LOADS = {'gravity': {'G': 1.2}, 'arm_coulomb': {'Cac': 0.9}, 'arm_viscous': {'Cav': 0.1},
          'load_torque': {'TL': 0.4}}
 # Load on the arm, parameters of the filter, effects of the model.
@@ -59,7 +58,7 @@ TUNED = {'arm_load': 'none', 'r_std_motor': 0.0612, 'r_std_arm': 0.0828,
 def setup(variant='paper', model=None, **changes):
     """Return (packed parameters, oracle's constants, number of states)."""
     load, options, effects = VARIANTS[variant]
-    parameters = {**PARAMETERS, **options, **changes}
+    parameters = EstimatorParameters.from_mapping({**options, **changes})
     model = (model or DriveModel()).with_(
         arm_load=load, effects=[{'id': name, **values} for name, values in effects.items()])
     names = state_names(model, parameters)
@@ -68,7 +67,7 @@ def setup(variant='paper', model=None, **changes):
         'Cv': model.viscous_friction, 'Cc': model.coulomb_friction,
         'alpha': model.friction_sharpness, 'Kr': model.position_gain,
         **{name: v for values in effects.values() for name, v in values.items()},
-        'k_p': parameters['tau_k_stiffness'], 'T': parameters['friction_error_time'],
+        'k_p': parameters.tau_k_stiffness, 'T': parameters.friction_error_time,
         'load_at': names.index('tau_arm') if 'tau_arm' in names else None,
         'friction_at': names.index('tau_e') if 'tau_e' in names else None}
     return pack(model, parameters), constants, len(names)

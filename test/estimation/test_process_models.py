@@ -23,7 +23,7 @@ from gearbox_monitor.estimation.filter_registry import FILTERS
 from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, noise, pack, propagate, state_names, TAU_K)
 from gearbox_monitor.monitoring.monitor import Monitor, Samples
-from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, motor_friction, substeps
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -36,8 +36,8 @@ NOISE = Noise((0.0, 0.0, 0.2, 0.2), (1e-3, 1e-3))
 
 
 def packed(model=LOADED, **parameters):
-    parameters = checked(ESTIMATOR, parameters, 'test')
-    model = model.with_(arm_load=parameters['arm_load'])
+    parameters = EstimatorParameters.from_mapping(parameters)
+    model = model.with_(arm_load=parameters.arm_load)
     return pack(model, parameters), len(state_names(model, parameters))
 
 

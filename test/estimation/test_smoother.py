@@ -23,6 +23,7 @@ from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_STD, S_TWIST, smoother_parameters)
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -46,9 +47,9 @@ def case(name, seconds=20.0, seed=1):
     out = simulate(model, u, 1e-3, Noise(process, encoders), seed)
     stamps = (1 + np.arange(len(u), dtype=np.int64)) * 1_000_000
     names = ('motor_position', 'arm_position', 'motor_speed', 'arm_speed')
-    parameters = {
-        **{f'q_std_{n}': q for n, q in zip(names, process)}, 'q_std_tau_k': 10.0,
-        'arm_load': 'none', 'r_std_motor': encoders[0], 'r_std_arm': encoders[1]}
+    parameters = EstimatorParameters(
+        **{f'q_std_{n}': q for n, q in zip(names, process)}, q_std_tau_k=10.0, arm_load='none',
+        r_std_motor=encoders[0], r_std_arm=encoders[1])
     return (model, parameters,
             Samples(stamps, np.column_stack([u, np.full_like(u, np.nan)]), out.y), out.tau_k,
             out.x[:, 0] - out.x[:, 1])
@@ -74,7 +75,7 @@ def test_whole_recording(name, bound):
 @pytest.mark.parametrize('name', CASES)
 def test_lag_of_40_ms(name):
     model, parameters, samples, tau_k, _ = case(name)
-    found = Monitor(model, {**parameters, 'smoother_lag': 0.04}).run(samples)
+    found = Monitor(model, parameters.replace(smoother_lag=0.04)).run(samples)
     at = np.searchsorted(samples.stamp_ns, found.smoothed_stamp_ns)
     assert rms((found.smoothed[:, S_TAU_K] - tau_k[at])[at >= START]) < 0.34
 
@@ -106,7 +107,7 @@ def test_blocks_do_not_show(monkeypatch):
         monkeypatch.setattr(interval_smoother, 'BLOCK', block)
         np.testing.assert_array_equal(smooth_interval(model, parameters, samples).rows, whole)
     # With a lag beyond its length the fixed-lag smoother sees the same future.
-    live = Monitor(model, {**parameters, 'smoother_lag': 0.1}).run(samples)
+    live = Monitor(model, parameters.replace(smoother_lag=0.1)).run(samples)
     assert len(live.smoothed) and np.abs(live.smoothed[:, S_TWIST] - whole[
         :len(live.smoothed), S_TWIST]).max() < 0.02
 

@@ -47,6 +47,7 @@ from gearbox_monitor.fleet.trend import gearboxes
 from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.backlash.loop_windows import Windows
 from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -490,7 +491,7 @@ def test_sure_growth_comes_before_large_growth():
 def test_windows_come_out_alike_in_any_blocks():
     rng = np.random.default_rng(1)
     with pytest.raises(InputError, match='smoother_lag: 0'):
-        Windows(DriveModel(), {'smoother_lag': 0.0})
+        Windows(DriveModel(), EstimatorParameters(smoother_lag=0.0))
     t = np.arange(0.0, 31.0, 4e-3)
     run = simulate(DriveModel(), Excitation().torque(t), 4e-3)
     stamps = np.round(t * 1e9).astype(np.int64)

@@ -29,7 +29,7 @@ from gearbox_monitor.monitoring.backlash import forecast, scan
 from gearbox_monitor.monitoring.backlash.change import Settings, Tracker
 from gearbox_monitor.monitoring.backlash.features import Backlash, lost_motion_of, NotExcited
 from gearbox_monitor.monitoring.checks.level import Level
-from gearbox_monitor.parameters import checked, ESTIMATOR
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
 WINDOW = 10 * 10 ** 9
@@ -39,7 +39,7 @@ SPREAD = {'A': (0.0103, 0.0035), 'B': (0.0073, 0.0030)}
 
 
 def settings(**parameters):
-    return Settings.of(checked(ESTIMATOR, parameters, ''), DriveModel())
+    return Settings.of(EstimatorParameters.from_mapping(parameters), DriveModel())
 
 
 class Gearbox:

@@ -25,7 +25,7 @@ from gearbox_monitor.cli import check
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.monitoring.monitor import Samples
-from gearbox_monitor.parameters import defaults, ESTIMATOR
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -34,7 +34,7 @@ from gearbox_monitor.quality.examine import examine
 from gearbox_monitor.quality.line import BAD, OK, PURPOSES, WARN
 
 MODEL = DriveModel()
-PARAMETERS = {**defaults(ESTIMATOR), 'drift_window': 5.0}
+PARAMETERS = EstimatorParameters(drift_window=5.0)
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 T0 = 1_700_000_000_000_000_000
 N = 31000
@@ -62,7 +62,7 @@ def changed(samples, **fields):
 
 def judged(samples, model=MODEL, **parameters):
     """Return ({(group, name): Line}, {purpose: Verdict})."""
-    found = examine(samples, {**PARAMETERS, **parameters}, model)
+    found = examine(samples, PARAMETERS.replace(**parameters), model)
     return ({(line.group, line.name): line for line in found.lines},
             {purpose: verdict for purpose, (verdict, _) in found.suits.items()})
 

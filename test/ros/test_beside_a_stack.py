@@ -36,7 +36,7 @@ from gearbox_monitor.bag.paired_bag import write_paired  # noqa: E402
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.bag.replay import read_snapshots, replay  # noqa: E402
 from gearbox_monitor.files.yaml_files import load_parameters  # noqa: E402
-from gearbox_monitor.parameters import checked, SETTINGS  # noqa: E402
+from gearbox_monitor.parameters import resolve, SETTINGS  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
@@ -188,7 +188,7 @@ def test_one_gearbox_of_a_robot(graph, drive, tmp_path):
         live = bag.joint_states(found.topic, joints)
         del bag.topics[found.topic]
         _, count, joiner = write_paired(
-            bag, tmp_path / 'paired', checked(SETTINGS, given, ''), '/joint_states')
+            bag, tmp_path / 'paired', resolve(DriveModel(), given)[1], '/joint_states')
     with open_bag(tmp_path / 'paired') as bag:
         again = bag.joint_states('/paired_joint_states', joints)
     # The recorder may find the estimator a moment after its first sample.

@@ -24,7 +24,7 @@ from gearbox_monitor.bag.record_file import RecordFile
 from gearbox_monitor.bag.replay import read_samples
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.parameters import defaults, ESTIMATOR
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.ros.after_error import AfterError
 from gearbox_monitor.ros.keep import About, command, keep
@@ -43,7 +43,7 @@ def filled(n, seconds=10.0, block=64, begin=0, ring=None, good=lambda k: True, s
 
 def about(**changes):
     model = changes.pop('model', DriveModel(gear_ratio=50.0))
-    parameters = {**defaults(ESTIMATOR), **changes.pop('parameters', {})}
+    parameters = EstimatorParameters.of(changes.pop('parameters', {}))
     return About(**{'topic': '/left/joint_states', 'joints': ('m7', 'arm'), 'model': model,
                     'arm_load': 'unknown', 'parameters': parameters, 'why': 'backlash: grown',
                     **changes})

@@ -30,7 +30,7 @@ from gearbox_monitor.cli.main import main  # noqa: E402
 from gearbox_monitor.files.baselines import save_state  # noqa: E402
 from gearbox_monitor.monitoring.backlash.change import Settings, Tracker  # noqa: E402
 from gearbox_monitor.monitoring.backlash.features import Backlash  # noqa: E402
-from gearbox_monitor.parameters import checked, ESTIMATOR  # noqa: E402
+from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -46,8 +46,8 @@ def graph(tmp_path, monkeypatch):
 
 def healthy(path):
     """Return the new file `path` of drift's state: a drive with half the gap."""
-    tracker = Tracker(Settings.of(checked(ESTIMATOR, {'angle_bin': 0.0, 'speed_bin': 1.0,
-                                                      'load_bin': 1.0}, ''), DriveModel()))
+    tracker = Tracker(Settings.of(
+        EstimatorParameters(angle_bin=0.0, speed_bin=1.0, load_bin=1.0), DriveModel()))
     random = np.random.default_rng(0)
     for k in range(40):
         tracker.update(Backlash(10**9 * (1 + k), 0.1 + 1e-3 * random.standard_normal(), 1e-3,

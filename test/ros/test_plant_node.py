@@ -36,7 +36,7 @@ from std_msgs.msg import Float64MultiArray  # noqa: E402
 
 from gearbox_monitor.files.resources import config_path  # noqa: E402
 from gearbox_monitor.files.yaml_files import load_model  # noqa: E402
-from gearbox_monitor.parameters import defaults, PLANT, PLANT_MODEL  # noqa: E402
+from gearbox_monitor.parameters import PLANT_MODEL, PlantParameters  # noqa: E402
 from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise, Plant, simulate  # noqa: E402
 
@@ -300,7 +300,7 @@ def test_refuses_a_second_clock(plants):
 
 def test_the_file_of_defaults_agrees_with_the_table():
     values = yaml.safe_load(config_path('plant.yaml').read_text())['plant']['ros__parameters']
-    table = defaults(PLANT)
+    table = PlantParameters().to_dict()
     assert values == {k: v for k, v in table.items() if k not in PLANT_MODEL}
     model = load_model(config_path('drive.yaml'))
     for name in PLANT_MODEL:

@@ -24,7 +24,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.backlash import forecast, scan
 from gearbox_monitor.monitoring.backlash.conditions import (
     ADVICE, ALONE, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, size_name, STIFFNESS, Test,
@@ -33,6 +33,7 @@ from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
 from gearbox_monitor.monitoring.backlash.forecast import span, when
 from gearbox_monitor.monitoring.backlash.operating_point import numbers, Point, Points, Sums
 from gearbox_monitor.monitoring.checks.level import Finding, Level
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
 # A change is over when the newest so many windows show less than half of what was found.
@@ -73,20 +74,20 @@ class Settings:
     coulomb: float = 0.0
 
     @classmethod
-    def of(cls, parameters: Values, model: DriveModel) -> Self:
-        """Return the Settings from parameters.ESTIMATOR and a DriveModel."""
+    def of(cls, parameters: EstimatorParameters, model: DriveModel) -> Self:
+        """Return the Settings of `parameters` and the DriveModel `model`."""
         p = parameters
-        width = p['gap_notice'], p['gap_warn'], p['gap_error']
-        friction = 0.25 * p['friction_warn'], p['friction_warn'], p['friction_error']
-        stiffness = 0.2 * p['stiffness_warn'], p['stiffness_warn'], p['stiffness_error']
+        width = p.gap_notice, p.gap_warn, p.gap_error
+        friction = 0.25 * p.friction_warn, p.friction_warn, p.friction_error
+        stiffness = 0.2 * p.stiffness_warn, p.stiffness_warn, p.stiffness_error
         return cls(
-            max(p['false_alarm_interval'] / p['drift_window'], 20.0), p['baseline_windows'],
-            (p['angle_bin'], p['speed_bin'], p['load_bin'], p['temperature_bin']),
+            max(p.false_alarm_interval / p.drift_window, 20.0), p.baseline_windows,
+            (p.angle_bin, p.speed_bin, p.load_bin, p.temperature_bin),
             {'gap': width, 'lost_motion': width, 'stiffness_loss': stiffness,
              'hysteresis': stiffness, 'hysteresis_down': stiffness,
              'friction': friction, 'friction_loss': friction,
              'torque_gain': stiffness, 'torque_gain_loss': stiffness},
-            p['gap_limit'], model.viscous_friction, model.coulomb_friction)
+            p.gap_limit, model.viscous_friction, model.coulomb_friction)
 
     def threshold(self, test: Test) -> float:
         """Return the normal score that a Test fires at."""

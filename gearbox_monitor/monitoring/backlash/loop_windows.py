@@ -26,9 +26,10 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.rts_smoother import S_TWIST_STD
-from gearbox_monitor.kernels.types import Array, Integers, Values
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.monitoring.backlash import features
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
 SECOND = 1_000_000_000
@@ -39,19 +40,19 @@ class Windows:
     """
     Fits smoothed values window by window, as they come.
 
-    model: the DriveModel that they were estimated with. parameters: those of the estimator, by
-    name. Holds no more than a window and a half and what was added last. Raises InputError
+    model: the DriveModel that they were estimated with. parameters: those of the estimator.
+    Holds no more than a window and a half and what was added last. Raises InputError
     without a smoother.
     """
 
-    def __init__(self, model: DriveModel, parameters: Values) -> None:
-        if parameters['smoother_lag'] <= 0.0:
+    def __init__(self, model: DriveModel, parameters: EstimatorParameters) -> None:
+        if parameters.smoother_lag <= 0.0:
             raise InputError('smoother_lag: 0, expected a number > 0 (s): backlash is measured on '
                              'the smoothed torque')
         self.model = model
-        self.length = round(parameters['drift_window'] * SECOND)
+        self.length = round(parameters.drift_window * SECOND)
         # A twist known worse than by one reading of both encoders: one of them was missing.
-        self._known = np.hypot(parameters['r_std_motor'], parameters['r_std_arm'])
+        self._known = np.hypot(parameters.r_std_motor, parameters.r_std_arm)
         self._begin = 0
         self._last: int | None = None
         self._parts: list[tuple[Integers, Array]] = []

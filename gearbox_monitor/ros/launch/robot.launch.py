@@ -30,7 +30,7 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 import yaml
 
-from gearbox_monitor.parameters import defaults, RECORDER
+from gearbox_monitor.parameters import RecorderParameters
 
 ARGUMENTS = [
     DeclareLaunchArgument(
@@ -72,7 +72,7 @@ def gearboxes(path):
 
 def topics(namespaces):
     """Return the names of all that belongs to the gearboxes in `namespaces`."""
-    usual = defaults(RECORDER)['topics']
+    usual = RecorderParameters().topics
     return [*dict.fromkeys(
         name if name.startswith('/') else f'{namespace.rstrip("/")}/{name}'
         for namespace in namespaces for name in usual)]
