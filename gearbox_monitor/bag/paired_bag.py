@@ -45,7 +45,7 @@ def write_paired(reader, path, parameters, name):
     with BagWriter(path) as writer:
         writer.add_metadata('gearbox_monitor', {
             'version': __version__, 'paired_from': str(reader.path),
-            **{f'estimator.{key}': value for key, value in parameters.items()}})
+            **{f'estimator.{key}': value for key, value in parameters.to_dict().items()}})
         copied = [topic for topic, (kind, _) in reader.topics.items() if kind in COPIED]
         for topic in copied:
             writer.add_topic(topic, reader.topics[topic][0])
