@@ -149,7 +149,7 @@ def smoothers(case, parameters, seeds, progress):
         trajectory = simulate(model, u, DT, noise, seed)
         samples = run_samples(trajectory)
         whole = smooth_interval(model, better, samples)
-        fixed = Monitor(model, {**better, 'smoother_lag': LAG}).run(samples)
+        fixed = Monitor(model, better.replace(smoother_lag=LAG)).run(samples)
         for name, stamps, rows in (('RTS', whole.stamp_ns, whole.rows),
                                    ('lag 40 ms', fixed.smoothed_stamp_ns, fixed.smoothed)):
             k = (stamps - T0) // round(DT * 1e9)
