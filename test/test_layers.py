@@ -15,8 +15,8 @@
 """
 The layers: each module imports only from its own layer or from below.
 
-cli -> ros, fleet, benchmarks -> report, bag -> files -> interfaces -> identification, quality
--> monitoring, estimation -> parameters -> plant -> kernels
+cli -> ros, fleet, benchmarks -> report, bag -> files -> interfaces -> identification
+-> quality, monitoring, estimation -> parameters -> plant -> kernels
 """
 import ast
 from pathlib import Path
@@ -29,8 +29,8 @@ PACKAGE = Path(__file__).parents[1] / 'gearbox_monitor'
 # First part of a module's name below the package -> its height.
 LAYERS = {
     'kernels': 0, 'plant': 1,
-    'parameters': 2, 'estimation': 3, 'monitoring': 3,
-    'identification': 4, 'quality': 4, 'interfaces': 4,
+    'parameters': 2, 'estimation': 3, 'monitoring': 3, 'quality': 3,
+    'identification': 4, 'interfaces': 4,
     'files': 5,
     'report': 6, 'bag': 6,
     'ros': 7, 'benchmarks': 7, 'fleet': 7,

@@ -25,12 +25,12 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from gearbox_monitor.identification.candidates import Starts
-from gearbox_monitor.identification.fit import coordinate_sensitivity, Data, fresh
-from gearbox_monitor.identification.recording import Recording
-from gearbox_monitor.identification.windows import cut, Simulator
+from gearbox_monitor.identification.likelihood import coordinate_sensitivity, fresh, WindowData
+from gearbox_monitor.identification.shooting import shooting_windows, Simulator
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.quality.recording import UniformRecording
 
 DT, SECONDS, FEW = 1e-3, 16, 1000  # FEW samples are enough for solve_ivp
 ERROR = 1e-3                       # rad, after so many
@@ -50,9 +50,9 @@ def steppers():
     """Return ({row: function}, {row: samples that it runs over})."""
     u = torque()
     run = simulate(MODEL, u, DT, Noise(measurement=NOISE))
-    recording = Recording(run.t, run.u, run.y, DT)
-    simulator, whole = Simulator(recording, MODEL), cut(recording, float(SECONDS))
-    data = Data(recording, simulator, cut(recording, 1.0), np.array(NOISE))
+    recording = UniformRecording(run.t, run.u, run.y, DT)
+    simulator, whole = Simulator(recording, MODEL), shooting_windows(recording, float(SECONDS))
+    data = WindowData(recording, simulator, shooting_windows(recording, 1.0), np.array(NOISE))
     candidate = Starts(MODEL, recording).none()
     point = data.evaluate(candidate, fresh(data, candidate))
     rows = {

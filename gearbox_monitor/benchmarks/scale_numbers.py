@@ -28,12 +28,12 @@ from gearbox_monitor.benchmarks.fleet import Runs
 from gearbox_monitor.estimation.batch_score import criteria
 from gearbox_monitor.fleet.executors import SerialExecutor
 from gearbox_monitor.fleet.paths import find_bags
-from gearbox_monitor.identification.recording import Recording
-from gearbox_monitor.identification.windows import cut, N_MEMORY, Simulator
+from gearbox_monitor.identification.shooting import N_MEMORY, shooting_windows, Simulator
 from gearbox_monitor.monitoring.monitor import Samples
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
+from gearbox_monitor.quality.recording import UniformRecording
 
 DT = 1e-3  # s
 SECONDS = {'bags': 20.0, 'candidates': 20.0, 'windows': 0.5}  # length of one
@@ -72,8 +72,8 @@ def windows(folder, most):
     """Return a function that runs the model freely over `n` windows, as a diagnosis does."""
     model, t = DriveModel(), DT * np.arange(round(RECORDED / DT))
     drive = simulate(model, Excitation().torque(t), DT, NOISE, 0)
-    recording = Recording(t, drive.u, drive.y, DT)
-    simulator, parts = Simulator(recording, model), cut(recording, SECONDS['windows'])
+    recording = UniformRecording(t, drive.u, drive.y, DT)
+    simulator, parts = Simulator(recording, model), shooting_windows(recording, SECONDS['windows'])
     which = np.arange(most) % len(parts)
 
     def run(n):

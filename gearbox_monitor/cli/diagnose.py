@@ -53,10 +53,10 @@ from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model, save_model
 from gearbox_monitor.identification.diagnose import diagnose
-from gearbox_monitor.identification.inputs import given
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.quality.admission import admitted
 from gearbox_monitor.report import diagnosis, overlay_plot
 from gearbox_monitor.report.evidence import gather
 from gearbox_monitor.report.suggestion import suggestion
@@ -179,7 +179,7 @@ def load(path, model, args):
         raise InputError(f'{path}: no such file or directory, expected a bag or a CSV file')
     reads = _read_csv if path.is_file() and path.name.lower().endswith(CSV) else _read_bag
     t, u, y, arm_torque, place, notes = reads(path, model, args)
-    recording, told = given(t, u, y, arm_torque, str(path), place, model, Path(args.model).name)
+    recording, told = admitted(t, u, y, arm_torque, str(path), place, model, Path(args.model).name)
     return recording, [*notes, *told]
 
 

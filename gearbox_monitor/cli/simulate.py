@@ -36,7 +36,7 @@ from gearbox_monitor.cli.diagnose import add_drive, dump, load, plain
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
 from gearbox_monitor.identification.closed_model import closed_of, rms
-from gearbox_monitor.identification.overlay import overlay
+from gearbox_monitor.identification.model_overlay import overlay
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report import overlay_plot
 from gearbox_monitor.report.evidence import shown_windows

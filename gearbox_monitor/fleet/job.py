@@ -35,7 +35,6 @@ from gearbox_monitor.bag.replay import Player, samples_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.fleet.paths import content_hash, fetched
 from gearbox_monitor.identification.diagnose import diagnose
-from gearbox_monitor.identification.inputs import given
 from gearbox_monitor.kernels.jit import KERNELS
 from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.backlash.loop_windows import (
@@ -43,6 +42,7 @@ from gearbox_monitor.monitoring.backlash.loop_windows import (
 from gearbox_monitor.monitoring.monitor import Samples
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.quality.admission import admitted
 
 FORMAT = 1  # of the tables
 DIAGNOSED = 14_000_000_000  # ns of a bag that are diagnosed
@@ -205,9 +205,9 @@ def _diagnosis(player, windows, start, end, settings):
     model = player.monitor.model
     samples = _between(player, begin, begin + DIAGNOSED)
     try:
-        recording, _ = given(samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1],
-                             str(player.reader.path), None, model, settings.model_name or
-                             'the recorded model')
+        recording, _ = admitted(samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1],
+                                str(player.reader.path), None, model, settings.model_name or
+                                'the recorded model')
         found = diagnose([recording], model, only=settings.only or None).to_dict()
     except InputError as error:
         return {'diagnosis': 'none possible', 'diagnosis_reason': str(error)}

@@ -15,16 +15,18 @@
 """
 What a fit leaves of a recording beyond noise.
 
-search: Search; fitted: one of its Fitted, on the long windows; residual [W, L, C]: in sigmas.
+residual [W, L, C]: in standard deviations of the encoders.
 """
 from copy import copy
 
 import numpy as np
 
-from gearbox_monitor.identification import closed_model, model_error, noise
+from gearbox_monitor.identification import closed_model, model_error, noise_model
 from gearbox_monitor.identification.candidates import NOT_FITTED
-from gearbox_monitor.identification.remainder import Remainder, remainder
-from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.residual_dependence import (
+    ResidualDependence, strongest_dependence)
+from gearbox_monitor.identification.search import Search
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 
@@ -35,7 +37,7 @@ PAIR_STRUCTURE = 2.5  # the same for pairs, which imitate what is in no library
 NOISY_STRUCTURE = 6.0  # where torque noise was taken out, to first order
 ROUGH_LACK, ROUGH_STRUCTURE = 0.2, 30.0  # where an encoder has steps above its noise
 STRUCTURE_RELATIVE = 0.04  # of the gap, as LACK_RELATIVE
-BANDS = (0.0, 3.0, 8.0, 20.0, noise.MOTION)  # Hz
+BANDS = (0.0, 3.0, 8.0, 20.0, noise_model.MOTION)  # Hz
 REMAINDER = 30.0     # gain in chi2 of a free function of the motion; by chance: 29 at most of 300
 REMAINDER_RELATIVE = 1e-4  # of what the fit gains: integration is not more accurate
 MAX_SHARPENING = 0.15  # correction of sigma that is believed
@@ -48,11 +50,11 @@ def spectrum(search: Search, residual: Array) -> tuple[Array, Array, Array]:
 
     white: mean power above the frequencies of motion.
     """
-    power, at, high = noise.spectrum(residual, search.recording.dt)
+    power, at, high = noise_model.spectrum(residual, search.recording.dt)
     return power, at, power[:, high].mean(axis=(0, 1))
 
 
-def sharpen_sigma(search: Search, best: Fitted) -> None:
+def sharpen_sigma(search: Search, best: CandidateFit) -> None:
     """Measure sigma anew in what `best` leaves at high frequencies; residuals follow it."""
     length = search.long.windows.length
     _, _, white = spectrum(search, search.long.parted(best.point.residual))
@@ -70,7 +72,7 @@ def sharpen_sigma(search: Search, best: Fitted) -> None:
         fitted.point.chi2 = (fitted.point.residual ** 2).sum(axis=1)
 
 
-def misfit(search: Search, fitted: Fitted, spared: int = 0) -> tuple[float, float]:
+def misfit(search: Search, fitted: CandidateFit, spared: int = 0) -> tuple[float, float]:
     """
     Return (excess, structure) of what `fitted` leaves on the windows that are not held out.
 
@@ -92,7 +94,7 @@ def misfit(search: Search, fitted: Fitted, spared: int = 0) -> tuple[float, floa
     return float(chi2[:max(1, len(chi2) - spared)].mean() - 1.0), float(structure)
 
 
-def on_all(search: Search, fitted: Fitted) -> tuple[Search, Fitted]:
+def on_all(search: Search, fitted: CandidateFit) -> tuple[Search, CandidateFit]:
     """
     Return (search, fitted) with no window held out: what is missing may show in those more.
 
@@ -107,7 +109,7 @@ def on_all(search: Search, fitted: Fitted) -> tuple[Search, Fitted]:
     return whole, closed_model.settled(search, fitted, [])
 
 
-def lacks(search: Search, fitted: Fitted, rough: bool = False) -> bool:
+def lacks(search: Search, fitted: CandidateFit, rough: bool = False) -> bool:
     """Return whether `fitted` leaves more than noise; rough: an encoder has steps above noise."""
     if search.model.process_torque_time > 0.0:
         # No model of a real drive explains everything: the torque that is left tells.
@@ -124,7 +126,7 @@ def lacks(search: Search, fitted: Fitted, rough: bool = False) -> bool:
             or structure > limit + STRUCTURE_RELATIVE * before)
 
 
-def follows(search: Search, fitted: Fitted) -> Remainder | None:
+def follows(search: Search, fitted: CandidateFit) -> ResidualDependence | None:
     """Return what `fitted` leaves as a function of the motion, None where that is chance."""
     if search.noisy or search.recording.motor is not None:
         return None  # not white
@@ -132,11 +134,11 @@ def follows(search: Search, fitted: Fitted) -> Remainder | None:
         return None  # a free signal, of which the motion has been asked
     before = (search.fitted[''].point.chi2 - fitted.point.chi2).sum()
     # A motion that the fit misses is better taken from the readings.
-    found = remainder(search, fitted, modelled=not lacks(search, fitted))
+    found = strongest_dependence(search, fitted, modelled=not lacks(search, fitted))
     return found if found.gain > REMAINDER + REMAINDER_RELATIVE * max(0.0, before) else None
 
 
-def incomplete(search: Search, fitted: Fitted, rough: bool = False) -> bool:
+def incomplete(search: Search, fitted: CandidateFit, rough: bool = False) -> bool:
     """Return whether `fitted` leaves more than noise, or a law of the motion; rough: of lacks."""
     return lacks(search, fitted, rough) or (
         not rough and follows(search, fitted) is not None)

@@ -23,12 +23,12 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.identification.recording import Recording
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.effects import EFFECTS, library, Scales
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN, TORQUE_OFFSET
 from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
+from gearbox_monitor.quality.recording import UniformRecording
 
 # Values of the model that scatter with its tolerance: name in a verdict -> field.
 NUISANCES = {'m1': 'motor_inertia', 'm2': 'arm_inertia', 'D': 'damping',
@@ -220,7 +220,7 @@ def nuisances_of(model: DriveModel) -> dict[str, float]:
 class Starts:
     """Where fits of each effect begin, in the scales of one drive and one recording."""
 
-    def __init__(self, model: DriveModel, recording: Recording) -> None:
+    def __init__(self, model: DriveModel, recording: UniformRecording) -> None:
         self.model = model
         self.effects = library()
         t = model.transmission

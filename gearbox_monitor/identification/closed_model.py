@@ -18,9 +18,7 @@ How far the gap closes: on windows that were not fitted, with an interval, and w
 gap: root mean square of the readings against free runs of 1 s, in standard deviations of the
 encoders; each window has its own best start. Its floor is 1.
 
-search: the Search whose long windows are judged; none: Fitted without effect; fits: two
-Windowed; point: a Point of the fit. before, after: gap before and after. sigma [2]: noise of the
-encoders, rad. recording: a Recording. seed: of the bootstrap.
+before, after: gap before and after. sigma [2]: noise of the encoders, rad.
 """
 from collections.abc import Sequence
 from dataclasses import replace
@@ -29,18 +27,19 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.identification import fit as fitting
+from gearbox_monitor.identification import gauss_newton, likelihood, window_states
 from gearbox_monitor.identification.candidates import Candidate, NOT_FITTED, PERIODIC, PHASED, ZERO
+from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.localisation import labels
-from gearbox_monitor.identification.noise import spectrum
+from gearbox_monitor.identification.noise_model import spectrum
 from gearbox_monitor.identification.process_noise import left_of
-from gearbox_monitor.identification.recording import Recording
-from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows
 from gearbox_monitor.identification.torque_domain import driven
-from gearbox_monitor.identification.windows import N_MEMORY, Windows
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import MEMORIES
+from gearbox_monitor.quality.recording import UniformRecording
 
 VISIBLE = 1.02     # gap before, from which on a closed fraction means something
 FOLDS = 5
@@ -50,7 +49,7 @@ COVERAGE = (5.0, 95.0)  # percentiles
 # root mean square of all n readings: times 1 / sqrt(n).
 SIGMA_ERROR = 0.3
 Figures: TypeAlias = dict[str, dict[str, float | None] | None]  # of channels, of bins
-Windowed: TypeAlias = tuple[Search, Candidate, fitting.Point]
+Windowed: TypeAlias = tuple[Search, Candidate, likelihood.FitPoint]
 
 
 def gap_of(chi2: Array, size: int) -> float:
@@ -63,27 +62,29 @@ def closed_of(before: float, after: float) -> float | None:
     return (before - after) / (before - 1.0) if before >= VISIBLE else None
 
 
-def published(search: Search, none: Fitted, best: Fitted | None = None) -> fitting.Point:
-    """Return the Point of the model as published: only window states fitted."""
+def published(search: Search, none: CandidateFit,
+              best: CandidateFit | None = None) -> likelihood.FitPoint:
+    """Return the FitPoint of the model as published: only window states fitted."""
     if not none.candidate.coordinates:
         return none.point
     candidate = Candidate(search.model, (), ())
-    point = fitting.Point(np.zeros(0), none.point.states.copy(), none.point.memory.copy())
+    point = likelihood.FitPoint(np.zeros(0), none.point.states.copy(), none.point.memory.copy())
     if search.recording.motor is not None:
         # No state of a window holds the zero of the encoders, which nobody knows.
         candidate = replace(candidate, coordinates=tuple(
             c for c in none.candidate.coordinates if c.name == ZERO))
-        point = fitting.fit(search.long, candidate, replace(point, z=candidate.start()), 6)
+        point = gauss_newton.fit(search.long, candidate, replace(point, z=candidate.start()), 6)
     every = np.arange(len(search.long.windows))
-    point.states, _ = fitting.solve_states(
+    point.states, _ = window_states.solve_states(
         search.long, candidate.model(point.z), point.states, point.memory, every)
     search.long.evaluate(candidate, point)
     others = [none.point] + ([best.point] if best else [])
-    fitting.rescue(search.long, candidate, point, others, half_gap=search.half_gap)
+    window_states.rescue(search.long, candidate, point, others, half_gap=search.half_gap)
     return point
 
 
-def settled(search: Search, fitted: Fitted, others: Sequence[fitting.Point]) -> Fitted:
+def settled(search: Search, fitted: CandidateFit,
+            others: Sequence[likelihood.FitPoint]) -> CandidateFit:
     """
     Return `fitted` with the states of the held-out windows where they fit best.
 
@@ -93,10 +94,10 @@ def settled(search: Search, fitted: Fitted, others: Sequence[fitting.Point]) -> 
     held = np.flatnonzero(~data.train)
     if not len(held) or set(candidate.ids) & set(NOT_FITTED):
         return fitted
-    model, point = candidate.model(fitted.point.z), fitting.copied(fitted.point)
+    model, point = candidate.model(fitted.point.z), likelihood.copied(fitted.point)
     known = [point, *others, *(search.fitted[n].point for n in search.ranked()[:4])]
     index = np.tile(held, len(known))
-    states, chi2 = fitting.solve_states(
+    states, chi2 = window_states.solve_states(
         data, model, np.concatenate([k.states[held] for k in known]), point.memory[index], index)
     chi2 = chi2.reshape(len(known), -1)
     best = chi2.argmin(axis=0)
@@ -104,16 +105,16 @@ def settled(search: Search, fitted: Fitted, others: Sequence[fitting.Point]) -> 
     chosen = states.reshape(len(known), -1, 4)[best, np.arange(len(held))]
     point.states[held[better]] = chosen[better]
     data.evaluate(candidate, point)
-    fitting.rescue(data, candidate, point, known, half_gap=search.half_gap)
+    window_states.rescue(data, candidate, point, known, half_gap=search.half_gap)
     point.states[data.train] = fitted.point.states[data.train]
     data.evaluate(candidate, point)
     return replace(fitted, point=point)
 
 
-def closure(search: Search, none: Fitted, best: Fitted | None = None,
+def closure(search: Search, none: CandidateFit, best: CandidateFit | None = None,
             seed: int = 0) -> dict[str, Any]:
     """
-    Return how far the Fitted `best` (None: none) closes the gap, as plain data.
+    Return how far the CandidateFit `best` (None: none) closes the gap, as plain data.
 
     gap_before (model as published), gap_after, closed_fraction on the held-out windows;
     closed_fraction_ci [low, high], 90 %; channels, regions: {name: {before, after, closed}};
@@ -145,7 +146,7 @@ def closure(search: Search, none: Fitted, best: Fitted | None = None,
             'condition': condition, 'at_bound': fitted.candidate.at_bound(fitted.point.z)}
 
 
-def left_out(search: Search, fitted: Fitted) -> Array:
+def left_out(search: Search, fitted: CandidateFit) -> Array:
     """
     Return chi2 [W] of all long windows under coordinates that were fitted without them.
 
@@ -155,7 +156,7 @@ def left_out(search: Search, fitted: Fitted) -> Array:
     if not len(point.z) or fitted.white is not None:
         # With torque noise in the likelihood, a step without it would lead elsewhere.
         return point.chi2
-    s = fitting.sensitivity(data, candidate, point)
+    s = likelihood.sensitivity(data, candidate, point)
     pull, prior = candidate.prior(point.z)
     fold = np.arange(len(data.windows)) % min(FOLDS, len(data.windows))
     chi2 = point.chi2.copy()
@@ -163,12 +164,12 @@ def left_out(search: Search, fitted: Fitted) -> Array:
         used = (fold != k).astype(float)
         if not used.any():
             continue
-        S, g, X, x = fitting.normal_equations(s, point.residual, used)
-        dz = fitting.damped_solve(S + np.diag(prior), g - pull, 1e-9)
+        S, g, X, x = likelihood.normal_equations(s, point.residual, used)
+        dz = likelihood.damped_solve(S + np.diag(prior), g - pull, 1e-9)
         z = candidate.bounded(point.z + dz)
         trials = []
         for states in (point.states + x - np.einsum('wij,j->wi', X, z - point.z), point.states):
-            trial = fitting.Point(z, states, point.memory)
+            trial = likelihood.FitPoint(z, states, point.memory)
             trials.append(data.evaluate(candidate, trial).chi2)
         moved = np.minimum(*trials)
         if used @ moved < used @ point.chi2 * (1.0 + 1e-3):  # else the step was no fit
@@ -176,7 +177,7 @@ def left_out(search: Search, fitted: Fitted) -> Array:
     return chi2
 
 
-def _noise(search: Search, fitted: Fitted) -> Array:
+def _noise(search: Search, fitted: CandidateFit) -> Array:
     """Return the power [W] of what `fitted` leaves above the frequencies of motion, mean 1."""
     power, _, high = spectrum(search.long.parted(fitted.point.residual), search.recording.dt)
     noise = power[:, high].mean(axis=(1, 2))
@@ -204,7 +205,7 @@ def _interval(before: Array, after: Array, noise: Array, readings: int,
     return np.percentile(closed, COVERAGE).tolist()
 
 
-def _parts(search: Search, none: Fitted, before: Array, after: Array,
+def _parts(search: Search, none: CandidateFit, before: Array, after: Array,
            held: Flags) -> tuple[Figures, dict[str, Figures]]:
     """Return ({channel: figures}, {region: {bin: figures}}) of residuals [W, C L] in `held`."""
     before = search.long.parted(before[held]) ** 2
@@ -228,7 +229,7 @@ def _parts(search: Search, none: Fitted, before: Array, after: Array,
 
 
 def standard_errors(search: Search,
-                    fitted: Fitted) -> tuple[dict[str, dict[str, float]], float | None]:
+                    fitted: CandidateFit) -> tuple[dict[str, dict[str, float]], float | None]:
     """
     Return ({id: {parameter: standard error}}, condition of the scaled normal matrix).
 
@@ -237,9 +238,9 @@ def standard_errors(search: Search,
     candidate, point, data = fitted.candidate, fitted.point, search.long
     if not len(point.z):
         return {}, None
-    s = fitting.sensitivity(data, candidate, point)
+    s = likelihood.sensitivity(data, candidate, point)
     left, whiten = left_of(data, fitted)
-    S, _, _, _ = fitting.normal_equations(
+    S, _, _, _ = likelihood.normal_equations(
         s, point.residual, data.train.astype(float), whiten)
     S = S + np.diag(candidate.prior(point.z)[1])
     scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-300))
@@ -272,7 +273,7 @@ def _root(variance: Any) -> float:
     return float(math.sqrt(max(variance, 0.0)))
 
 
-def validate(recording: Recording, before: DriveModel, after: DriveModel,
+def validate(recording: UniformRecording, before: DriveModel, after: DriveModel,
              sigma: Array) -> dict[str, Any]:
     """
     Return how two DriveModels do on a Recording that was used for nothing else.
@@ -295,8 +296,8 @@ def validate(recording: Recording, before: DriveModel, after: DriveModel,
                          'after': runs[1]}}
 
 
-def windowed(recording: Recording, model: DriveModel, sigma: Array) -> Windowed:
-    """Return (Search, Candidate, Point) of `model` on all windows, only their states fitted."""
+def windowed(recording: UniformRecording, model: DriveModel, sigma: Array) -> Windowed:
+    """Return (Search, Candidate, FitPoint) of `model` on all windows, only their states fitted."""
     search = Search(recording, replace(model, tolerance=0.0, process_torque_time=0.0), sigma, [])
     none = search.none()
     return search, none.candidate, none.point
@@ -304,28 +305,28 @@ def windowed(recording: Recording, model: DriveModel, sigma: Array) -> Windowed:
 
 def cross(fits: Sequence[Windowed]) -> None:
     """Give both models each other's window states, and memories from the window before."""
-    known = [fitting.copied(point) for _, _, point in fits]
+    known = [likelihood.copied(point) for _, _, point in fits]
     for k, (search, candidate, point) in enumerate(fits):
         data, every = search.long, np.arange(len(search.long.windows))
         if search.model.transmission.kind in ('play', 'passive_play') or any(
                 e['id'] in MEMORIES for e in search.model.effects):
             for _ in range(2):
-                point.memory = fitting.carried(point.memory, point.carry)
-                point.states, _ = fitting.solve_states(
+                point.memory = likelihood.carried(point.memory, point.carry)
+                point.states, _ = window_states.solve_states(
                     data, search.model, point.states, point.memory, every)
                 data.evaluate(candidate, point)
-        fitting.rescue(data, candidate, point, [known[1 - k]], half_gap=search.half_gap)
+        window_states.rescue(data, candidate, point, [known[1 - k]], half_gap=search.half_gap)
 
 
-def free_run(search: Search, model: DriveModel, point: fitting.Point) -> Array:
+def free_run(search: Search, model: DriveModel, point: likelihood.FitPoint) -> Array:
     """Return the readings [N, 2] of one run of `model` from the states of the first window."""
     n = len(search.recording.u)
-    whole = Windows(np.zeros(1, int), n, np.zeros(1, int), np.full(1, n))
+    whole = ShootingWindows(np.zeros(1, int), n, np.zeros(1, int), np.full(1, n))
     y, _ = search.simulator.run(whole, model, point.states[:1], np.zeros((1, N_MEMORY)))
     return y[0]
 
 
-def rms(recording: Recording, y: Array) -> Array:
+def rms(recording: UniformRecording, y: Array) -> Array:
     """Return [2] rad, rms of the recording against y [N, 2]; NaN: diverges, or no such encoder."""
     with np.errstate(over='ignore', invalid='ignore'):
         found = np.sqrt(np.mean((recording.y - y) ** 2, axis=0))

@@ -23,16 +23,14 @@ fitted, those somewhat below can tell more.
 search: Search; best: Fitted; residual [W, L, C]: in sigmas, each reading by itself; dt: s; lowest:
 Hz.
 """
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbox_monitor.identification import fit as fitting
-from gearbox_monitor.identification.noise import MOTION, spectrum
+from gearbox_monitor.identification import likelihood
+from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.noise_model import MOTION, spectrum
+from gearbox_monitor.identification.search import Search
 from gearbox_monitor.kernels.types import Array
-
-if TYPE_CHECKING:
-    from gearbox_monitor.identification.search import Fitted, Search
 
 FITTED = 20.0     # Hz, above which a fitted effect leaves hardly anything
 WIDTH, HIGHEST = 1.26, 490.0  # of a band; Hz
@@ -72,7 +70,7 @@ def measured(residual: Array, dt: float,
     return (phi, size) if phi.any() else None
 
 
-def measure(search: 'Search', best: 'Fitted',
+def measure(search: Search, best: CandidateFit,
             lowest: float = MOTION) -> tuple[Array, Array] | None:
     """Return (sigma [2] rad, phi [2]) from what `best` leaves, None where the noise is white."""
     plain, point = search.long.uncoloured(), best.point
@@ -86,7 +84,7 @@ def measure(search: 'Search', best: 'Fitted',
     return sigma, phi
 
 
-def settle(search: 'Search') -> None:
+def settle(search: Search) -> None:
     """Measure the noise anew in what the best effect leaves; fit what is near it again."""
     found = measure(search, min(search.fitted.values(), key=lambda f: f.score), FITTED)
     if found is None:
@@ -95,7 +93,7 @@ def settle(search: 'Search') -> None:
         data.sigma, data.colour = found
     near = ['', *search.ranked()[:REFITTED]]
     for name, fitted in search.fitted.items():
-        point = search.long.evaluate(fitted.candidate, fitting.copied(fitted.point))
+        point = search.long.evaluate(fitted.candidate, likelihood.copied(fitted.point))
         search.fitted[name] = search.as_fitted(fitted.candidate, point)
     for name in near:
         search.fitted[name] = search.anew(search.fitted[name])

@@ -23,15 +23,16 @@ from collections.abc import Callable, Sequence
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import coloured_noise
 from gearbox_monitor.identification.adequacy import incomplete, lacks, on_all
-from gearbox_monitor.identification.noise import noise_floor
-from gearbox_monitor.identification.recording import joined, Recording
-from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.noise_model import noise_floor
+from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.selection import decide, finer
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.verdict import location_of, report, Verdict
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
+from gearbox_monitor.quality.recording import concatenated, UniformRecording
 
 QUANTISED = 0.5      # step of a lattice over sigma, from which on rounding matters
 ROUGH = 2.0          # the same, from which on it is no white noise any more
@@ -39,8 +40,8 @@ ROUGH = 2.0          # the same, from which on it is no white noise any more
 LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
 
 
-def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
-             validate: Recording | None = None, only: Sequence[str] | None = None,
+def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
+             validate: UniformRecording | None = None, only: Sequence[str] | None = None,
              exclude: Sequence[str] = (), seed: int = 0, jobs: int = 1,
              progress: Callable[..., object] | None = None) -> Verdict:
     """
@@ -49,7 +50,7 @@ def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
     validate: a further Recording, used for nothing but judging. only, exclude: ids of effects.
     seed: of the bootstrap. jobs: threads. progress(done, total, text). Raises InputError.
     """
-    recording = joined([driven(r, model) for r in recordings])
+    recording = concatenated([driven(r, model) for r in recordings])
     if recording.motor is not None:
         model = model.folded()  # a closed model is the next one to start from
     ids = [i for i in chosen_ids(only, exclude) if visible(i, model, recording)]
@@ -74,7 +75,7 @@ def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
     rough = bool((quantum > ROUGH * sigma).any())
     best, kind = decide(search, rough)
 
-    def lack(fitted: Fitted) -> bool:
+    def lack(fitted: CandidateFit) -> bool:
         return incomplete(*on_all(search, fitted))
     judged = kind != 'unknown' and not rough
     if judged:
@@ -97,7 +98,7 @@ def diagnose(recordings: Sequence[Recording], model: DriveModel, *,
     return verdict
 
 
-def decided_on_all(search: Search) -> tuple[Fitted, str]:
+def decided_on_all(search: Search) -> tuple[CandidateFit, str]:
     """Return what decide() does where no window is held out; they are again, afterwards."""
     train = search.long.train.copy()
     search.long.train[:] = True
@@ -120,7 +121,7 @@ def chosen_ids(only: Sequence[str] | None, exclude: Sequence[str]) -> list[str]:
     return ids
 
 
-def visible(name: str, model: DriveModel, recording: Recording) -> bool:
+def visible(name: str, model: DriveModel, recording: UniformRecording) -> bool:
     """Return whether the effect `name` shows in readings of this drive, and under this name."""
     missing = {('motor_sensor', 'arm_sensor')[i] for i in (0, 1) if i not in recording.channels}
     effect = library()[name]

@@ -31,15 +31,16 @@ from typing import TypeAlias
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification import fit as fitting, isolability
+from gearbox_monitor.identification import isolability, likelihood
 from gearbox_monitor.identification.candidates import Candidate, NOT_FITTED, PERIODIC, PHASED
-from gearbox_monitor.identification.recording import Recording
-from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.search import Search
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
+from gearbox_monitor.quality.recording import UniformRecording
 
 DT = 1e-3
 SHARES = (1.0, 0.6, 0.35)  # of the torque limit
@@ -120,7 +121,7 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
     plain = simulate(model, u, DT)
     if not np.isfinite(plain.x).all():
         return None, None
-    probe = Recording(plain.t, u, plain.y, DT)
+    probe = UniformRecording(plain.t, u, plain.y, DT)
     for a in dict.fromkeys(a for a, _ in pairs):
         start = Search(probe, model, sigma, [a])
         candidate = sized(start, a, effects.get(a))
@@ -133,10 +134,10 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
                          max(reached.travel, float(np.abs(run.x[:, :2]).max())))
         rivals = [b for one, b in pairs if one == a]
         search = Search(replace(probe, y=run.y), model, sigma, rivals)
-        point = fitting.Point(candidate.start(), run.x[search.long.windows.begin].copy(),
-                              np.zeros((len(search.long.windows), 4)))
+        point = likelihood.FitPoint(candidate.start(), run.x[search.long.windows.begin].copy(),
+                                    np.zeros((len(search.long.windows), 4)))
         search.long.evaluate(candidate, point)
-        fitted = search.fitted[''] = Fitted(candidate, point)
+        fitted = search.fitted[''] = CandidateFit(candidate, point)
         space = isolability.Space(search, fitted)
         signature = isolability.direction(fitted, 0, space.own)
         _, prior = candidate.prior(point.z)

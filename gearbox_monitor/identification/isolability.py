@@ -26,10 +26,11 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.identification import fit as fitting
+from gearbox_monitor.identification import likelihood
 from gearbox_monitor.identification.candidates import (
     NOT_FITTED, PERIODIC, replaced_value, with_effects)
-from gearbox_monitor.identification.search import Fitted, KEEP_SCREENED, Search
+from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.search import KEEP_SCREENED, Search
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 
@@ -43,11 +44,11 @@ Separations: TypeAlias = dict[str, tuple[float, dict[str, float]]]
 class Space:
     """Scalar products of changes of the training windows, free unknowns taken out."""
 
-    def __init__(self, search: Search, fitted: Fitted) -> None:
+    def __init__(self, search: Search, fitted: CandidateFit) -> None:
         self.search, self.fitted = search, fitted
         data, point = search.long, fitted.point
         self.model = fitted.candidate.model(point.z)
-        s = fitting.sensitivity(data, fitted.candidate, point)
+        s = likelihood.sensitivity(data, fitted.candidate, point)
         train = data.train
         Jx = s.Jx[train]
         # Orthonormal in each window: the states' part is then a plain product.
@@ -121,7 +122,7 @@ def remove(columns: Array, nuisances: Array, prior: Array) -> Array:
     return padded - q @ (q.T @ padded)
 
 
-def direction(fitted: Fitted, owner: int, own: Array) -> Array:
+def direction(fitted: CandidateFit, owner: int, own: Array) -> Array:
     """Return the change [M, 1] towards no effect `owner` of `fitted`, from its columns `own`."""
     candidate, z = fitted.candidate, fitted.point.z
     name = candidate.ids[owner]
@@ -139,7 +140,7 @@ def direction(fitted: Fitted, owner: int, own: Array) -> Array:
     return total[:, None] if some else np.zeros((len(own), 0))
 
 
-def evidence(search: Search, best: Fitted, owner: int = 0) -> float:
+def evidence(search: Search, best: CandidateFit, owner: int = 0) -> float:
     """Return d: 2 log likelihood that the effect `owner` of `best` gains, on training windows."""
     train = search.long.train
     others = [n for i, n in enumerate(best.candidate.ids) if i != owner]
@@ -151,7 +152,7 @@ def evidence(search: Search, best: Fitted, owner: int = 0) -> float:
     return float((without.point.chi2 - best.point.chi2)[train].sum())
 
 
-def separations(search: Search, best: Fitted) -> Separations:
+def separations(search: Search, best: CandidateFit) -> Separations:
     """
     Return {id of `best`: (d, {other id: s2})}: how much of its evidence others cannot imitate.
 
@@ -179,9 +180,9 @@ def separations(search: Search, best: Fitted) -> Separations:
     return out
 
 
-def confusable(search: Search, best: Fitted, found: Separations | None = None) -> list[str]:
+def confusable(search: Search, best: CandidateFit, found: Separations | None = None) -> list[str]:
     """
-    Return the ids that this recording cannot tell from an effect of the Fitted `best`.
+    Return the ids that this recording cannot tell from an effect of the CandidateFit `best`.
 
     Those that imitate all but LIMIT of its evidence and whose own fit, where it was made with
     care, does not lag behind by more; and those whose fit lags by less, linear or not. Where much
@@ -212,7 +213,7 @@ def confusable(search: Search, best: Fitted, found: Separations | None = None) -
     return list(dict.fromkeys(i for i in out if i not in best.candidate.ids))
 
 
-def matrix(search: Search, fitted: Fitted | None = None) -> tuple[list[str], Array]:
+def matrix(search: Search, fitted: CandidateFit | None = None) -> tuple[list[str], Array]:
     """
     Return (ids, s2 [A, B]): share of the signature of a that b cannot imitate.
 

@@ -19,210 +19,32 @@ In each window an arbitrary signal (triangles of 40 ms, interpolated linearly) i
 the motor, on the arm or into the transmission, or as offset on one encoder. Two encoders determine
 two such signals: only at the right place does one explain both.
 
-search: Search, data: fit.Data, model: DriveModel, fitted: Fitted, start: Point to begin at, states
-[W, 4]: of its windows; dt: s; iterations: at most; jobs: threads.
+jobs: threads; dt: s.
 """
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-import math
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from scipy.signal import savgol_filter
 
-from gearbox_monitor.identification import basis_functions, fit as fitting
-from gearbox_monitor.identification.windows import cut, N_MEMORY, Windows
-from gearbox_monitor.kernels.types import Array, Flags, Integers
-from gearbox_monitor.plant.drive import DriveModel
-
-if TYPE_CHECKING:
-    from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.identification import basis_functions, likelihood, window_states
+from gearbox_monitor.identification.input_estimation import (
+    better_of, InputEstimate, InputEstimator, left_over, PLACES, SENSORS, SHORT, SPACING,
+    take_over, TORQUES, triangles)
+from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.shooting import N_MEMORY, shooting_windows
+from gearbox_monitor.kernels.types import Array, Integers
 
 COMMANDED = 0.1     # share of a free torque that the command explains, at least, to be its cause
-SPACING = 0.04      # s between the peaks of the triangles
-SHORT = 0.25        # s
-ITERATIONS = 4
-TORQUES = ('motor_side', 'arm_side', 'transmission')   # in the order of Simulator.run's extra
-SENSORS = ('motor_sensor', 'arm_sensor')
-PLACES = (*TORQUES, *SENSORS)
 THIRDS = ('low', 'mid', 'high')
 REVERSAL = 0.05     # s around a change of sign of the motor's speed
 BANDS = (3.0, 15.0)  # Hz, between low, mid and high frequency
 
 
-@dataclass
-class FreeForm:
-    """
-    A free signal at one place, fitted to all windows.
-
-    signal [W, H] N m or rad at the peaks of the triangles, precision [W, H, H] its inverse
-    covariance by sensor noise; residual [W, 2L] and chi2 [W] what it leaves; unknowns [W]: how
-    many numbers it and the window states [W, 4] amount to, by what the readings say of them.
-    """
-
-    place: str
-    signal: Array
-    precision: Array
-    residual: Array
-    chi2: Array
-    unknowns: Array
-    states: Array
-
-    @property
-    def evidence(self) -> Array:
-        """Gain in chi2 that each value of the signal brings [W, H]; 1 on average by noise."""
-        return self.signal * np.einsum('wij,wj->wi', self.precision, self.signal)
-
-
-def triangles(length: int, lead: int, dt: float) -> Array:
-    """
-    Return the basis [lead + length, H]; before the window's first sample the first one holds.
-
-    Rows sum to 1: linear interpolation between values SPACING s apart.
-    """
-    count = math.ceil((length - 1) * dt / SPACING - 1e-9) + 1
-    at = np.clip((np.arange(lead + length) - lead) * dt, 0.0, None)
-    at = np.minimum(at / SPACING, count - 1.0)
-    return np.maximum(0.0, 1.0 - np.abs(at[:, None] - np.arange(count)))
-
-
-def _gram(J: Array) -> Array:
-    """Return J'J [W, C, C] of J [W, M, C]."""
-    count, rows, columns = J.shape
-    # Small products: for large ones BLAS starts threads, which wait for each other on a busy
-    # computer.
-    size = max(1, 200000 // columns ** 2)
-    out = np.zeros((count, columns, columns))
-    for k in range(0, rows, size):
-        part = J[:, k:k + size]
-        out += part.transpose(0, 2, 1) @ part
-    return out
-
-
-class FreeFit:
-    """Windows with a free signal at one place."""
-
-    def __init__(self, data: fitting.Data, model: DriveModel, place: str,
-                 start: fitting.Point) -> None:
-        self.data, self.model, self.place = data.plain(), model, place
-        data = self.data
-        self.memory = start.memory
-        windows = data.windows
-        self.lead = int((windows.first - windows.begin).max(initial=0))
-        self.basis = triangles(windows.length, self.lead, data.recording.dt)
-        self.torque = place in TORQUES
-        # Windows begin in their neighbours: even and odd ones take turns.
-        self.turns = [np.arange(k, len(windows), 2) for k in (0, 1) if k < len(windows)]
-        if self.torque:
-            self.scale = max(float(np.std(data.recording.u)), 1e-9)
-        else:
-            self.scale = max(float(np.std(data.recording.y[:, SENSORS.index(place)])), 1e-9)
-
-    def residual(self, signal: Array, states: Array) -> Array:
-        """Return the residual [W, 2L] with signal [W, H] at the place."""
-        data, windows = self.data, self.data.windows
-        if not self.torque:
-            out, _ = data.residual(self.model, states, self.memory)
-            sensor = SENSORS.index(self.place)
-            offset = (signal @ self.basis[self.lead:].T / data.sigma[sensor])[:, :, None]
-            out[:, data.channels.index(sensor)::len(data.channels)] -= data.white(
-                offset, [sensor])[:, :, 0]
-            return out
-        out = np.empty((len(windows), data.size))
-        column = TORQUES.index(self.place)
-        torque = np.einsum('wh,lh->wl', signal, self.basis)
-        for turn in self.turns:
-            extra = data.simulator.extra.copy()
-            for w in turn:
-                rows = slice(windows.begin[w], windows.first[w] + windows.length)
-                extra[rows, column] += torque[w, self.lead - windows.first[w] + windows.begin[w]:]
-            out[turn], _ = data.residual(
-                self.model, states[turn], self.memory[turn], turn, extra)
-        return out
-
-    def sensitivity(self, signal: Array, states: Array, residual: Array) -> Array:
-        """Return d(-residual)/d(signal, states) [W, 2L, H + 4]."""
-        count = self.basis.shape[1]
-        J = np.empty((*residual.shape, count + 4))
-        if self.torque:
-            step = 1e-3 * self.scale
-            for k in range(count):
-                moved = signal.copy()
-                moved[:, k] += step
-                J[:, :, k] = (residual - self.residual(moved, states)) / step
-        else:
-            J[:, :, :count] = 0.0
-            sensor, channels = SENSORS.index(self.place), self.data.channels
-            J[:, channels.index(sensor)::len(channels), :count] = self.data.white(
-                self.basis[None, self.lead:] / self.data.sigma[sensor], [sensor])
-        for i, step in enumerate(fitting.STATE_STEPS):
-            moved = states.copy()
-            moved[:, i] += step
-            J[:, :, count + i] = (residual - self.residual(signal, moved)) / step
-        return J
-
-    def solve(self, states: Array, signal: Array | None = None, iterations: int = ITERATIONS,
-              held: Flags | None = None) -> FreeForm:
-        """
-        Return the FreeForm, by Levenberg-Marquardt with a damping for each window.
-
-        held [W, H]: values of the signal that stay as they are.
-        """
-        count = self.basis.shape[1]
-        states = states.copy()
-        signal = np.zeros((len(states), count)) if signal is None else signal.copy()
-        ridge = np.zeros(count + 4)
-        ridge[:count] = self.scale ** -2  # weak: for values that the readings say nothing of
-        residual = self.residual(signal, states)
-
-        def cost(signal: Array, residual: Array) -> Array:
-            return (np.einsum('wl,wl->w', residual, residual)
-                    + ridge[0] * np.einsum('wh,wh->w', signal, signal))
-        now = cost(signal, residual)
-        damping = np.full(len(states), 1e-6)
-        stale = True
-        for _ in range(iterations):
-            if stale:
-                J = self.sensitivity(signal, states, residual)
-                if held is not None:
-                    J[:, :, :count] *= ~held[:, None, :]
-                A = _gram(J)
-                diagonal = np.einsum('wii->wi', A)
-                A = A + np.diag(ridge)
-            g = np.einsum('wl,wlj->wj', residual, J)
-            g[:, :count] -= ridge[0] * signal if held is None else ridge[0] * signal * ~held
-            gain = np.zeros(len(states))
-            for _ in range(4):
-                damped = A.copy()
-                damped[:, range(count + 4), range(count + 4)] += (
-                    damping[:, None] * diagonal + 1e-9)
-                step = np.linalg.solve(damped, g[:, :, None])[:, :, 0]
-                moved, at = signal + step[:, :count], states + step[:, count:]
-                trial = self.residual(moved, at)
-                after = cost(moved, trial)
-                better = after < now
-                gain = np.where(better, gain + now - after, gain)
-                signal[better], states[better] = moved[better], at[better]
-                residual[better], now[better] = trial[better], after[better]
-                damping = np.where(better, 0.1 * damping, np.maximum(30.0 * damping, 1e-4))
-                if better.mean() > 0.7:
-                    break
-                g = np.where(better[:, None], 0.0, g)  # those are done until the next J
-            if gain.sum() < 1e-3 * now.sum():
-                break
-        own, cross, inner = A[:, :count, :count], A[:, :count, count:], A[:, count:, count:]
-        precision = own - np.diag(ridge[:count]) - cross @ np.linalg.solve(
-            inner + 1e-9 * np.eye(4), cross.transpose(0, 2, 1))
-        # What the ridge holds is no unknown.
-        share = np.linalg.solve(precision + ridge[0] * np.eye(count), precision)
-        unknowns = 4.0 + np.einsum('wii->w', share)
-        return FreeForm(self.place, signal, precision, residual,
-                        np.einsum('wl,wl->w', residual, residual), unknowns, states)
-
-
-def free_forms(search: 'Search', fitted: 'Fitted', jobs: int = 1,
-               places: Sequence[str] = PLACES) -> dict[str, FreeForm]:
+def free_forms(search: Search, fitted: CandidateFit, jobs: int = 1,
+               places: Sequence[str] = PLACES) -> dict[str, InputEstimate]:
     """
     Return {place: FreeForm}, one for each of `places`, on the long windows, on top of `fitted`.
 
@@ -230,34 +52,35 @@ def free_forms(search: 'Search', fitted: 'Fitted', jobs: int = 1,
     """
     long, point = search.long, fitted.point
     model = fitted.candidate.model(point.z)
-    short = fitting.Data(search.recording, search.simulator, cut(search.recording, SHORT),
-                         long.sigma, colour=long.colour)
+    short = likelihood.WindowData(search.recording, search.simulator,
+                                  shooting_windows(search.recording, SHORT), long.sigma,
+                                  colour=long.colour)
     memory = np.zeros((len(short.windows), N_MEMORY))
     states = short.raw_states()
     if search.short_none is not None:
-        _take_over(search.short.windows, search.short_none.states, short.windows, states)
+        take_over(search.short.windows, search.short_none.states, short.windows, states)
     every = np.arange(len(short.windows))
-    states, _ = fitting.solve_states(short, model, states, memory, every)
-    begun = fitting.Point(point.z, states, memory)
+    states, _ = window_states.solve_states(short, model, states, memory, every)
+    begun = likelihood.FitPoint(point.z, states, memory)
 
-    def one(place: str) -> FreeForm:
-        brief = FreeFit(short, model, place, begun)
+    def one(place: str) -> InputEstimate:
+        brief = InputEstimator(short, model, place, begun)
         rough = brief.solve(states)
-        fit = FreeFit(long, model, place, point)
+        fit = InputEstimator(long, model, place, point)
         started = point.states.copy()
-        _take_over(short.windows, rough.states, long.windows, started)
+        take_over(short.windows, rough.states, long.windows, started)
         series = np.zeros(len(search.recording.u))
         for first, values in zip(short.windows.first, rough.signal @ brief.basis[brief.lead:].T):
             series[first:first + short.windows.length] = values
         peaks = np.rint(np.arange(fit.basis.shape[1]) * SPACING / search.recording.dt).astype(int)
         peaks = np.minimum(long.windows.first[:, None] + peaks, len(series) - 1)
         # From nothing as well: over long windows rough values may lead astray.
-        return _best(fit.solve(started, series[peaks]), fit.solve(point.states))
+        return better_of(fit.solve(started, series[peaks]), fit.solve(point.states))
     with ThreadPoolExecutor(jobs) as pool:
         return dict(zip(places, pool.map(one, places)))
 
 
-def laws(search: 'Search', free: FreeForm, moved: Mapping[str, Array],
+def laws(search: Search, free: InputEstimate, moved: Mapping[str, Array],
          ) -> dict[str, basis_functions.Law]:
     """Return {name: Law} of a FreeForm of the long windows over `moved` {name: values [W, L]}."""
     basis = triangles(search.long.windows.length, 0, search.recording.dt)
@@ -270,15 +93,7 @@ def laws(search: 'Search', free: FreeForm, moved: Mapping[str, Array],
     return out
 
 
-def _take_over(windows: Windows, states: Array, others: Windows, into: Array) -> None:
-    """Put states [V, 4] of `windows` into those [W, 4] of others that begin at the same sample."""
-    at = {int(b): w for w, b in enumerate(windows.begin)}
-    for w, begin in enumerate(others.begin):
-        if int(begin) in at:
-            into[w] = states[at[int(begin)]]
-
-
-def labels(search: 'Search', fitted: 'Fitted') -> dict[str, tuple[tuple[str, ...], Integers]]:
+def labels(search: Search, fitted: CandidateFit) -> dict[str, tuple[tuple[str, ...], Integers]]:
     """
     Return {region: (names, bin of each sample [W, L] of the long windows)}.
 
@@ -329,12 +144,12 @@ def _bands(series: Array, dt: float) -> tuple[Array, Array]:
             np.array([(band == k).mean() for k in range(3)]))
 
 
-def region(search: 'Search', fitted: 'Fitted', free: FreeForm) -> dict[str, dict[str, Any]]:
+def region(search: Search, fitted: CandidateFit, free: InputEstimate) -> dict[str, dict[str, Any]]:
     """
     Return {region: {'time', 'residual', 'signal': {bin: share}, 'most': bin}}.
 
     time: share of the samples; residual: of the power of the residual of `fitted` beyond noise;
-    signal: of the evidence for the FreeForm `free`; most: where it is densest.
+    signal: of the evidence for the InputEstimate `free`; most: where it is densest.
     """
     long, dt = search.long, search.recording.dt
     residual = long.parted(fitted.point.residual)
@@ -363,7 +178,7 @@ def region(search: 'Search', fitted: 'Fitted', free: FreeForm) -> dict[str, dict
     return out
 
 
-def _explained_by(free: FreeForm, columns: Array) -> float:
+def _explained_by(free: InputEstimate, columns: Array) -> float:
     """Return the share of the evidence for `free` that columns [W, H, C] explain."""
     weighted = np.einsum('wij,wjc->wic', free.precision, columns)
     gram = np.einsum('wic,wid->cd', columns, weighted)
@@ -374,7 +189,7 @@ def _explained_by(free: FreeForm, columns: Array) -> float:
     return float(np.clip(step @ g / total, 0.0, 1.0))
 
 
-def command_or_motion(search: 'Search', free: FreeForm) -> dict[str, float]:
+def command_or_motion(search: Search, free: InputEstimate) -> dict[str, float]:
     """
     Return the shares of the torque of `free` on the motor that simple laws explain.
 
@@ -395,7 +210,7 @@ def command_or_motion(search: 'Search', free: FreeForm) -> dict[str, float]:
         ('constant', (np.ones(at.shape),)))}
 
 
-def visible_places(search: 'Search') -> tuple[str, ...]:
+def visible_places(search: Search) -> tuple[str, ...]:
     """Return the places that this drive and its encoders tell apart."""
     # A motion that is put in takes no offset; one encoder alone takes whatever is asked of it.
     sensors = SENSORS if search.recording.motor is None else SENSORS[1:]
@@ -406,7 +221,7 @@ def visible_places(search: 'Search') -> tuple[str, ...]:
     return ('motor_side', *sensors) if both else ('motor_side',)
 
 
-def places(search: 'Search', fitted: 'Fitted', jobs: int = 1) -> dict[str, Any]:
+def places(search: Search, fitted: CandidateFit, jobs: int = 1) -> dict[str, Any]:
     """
     Return how much of the gap that `fitted` (none) leaves a free signal at each place explains.
 
@@ -436,19 +251,3 @@ def places(search: 'Search', fitted: 'Fitted', jobs: int = 1) -> dict[str, Any]:
 def signal_of(place: str) -> str:
     """Return the place at which a free signal stands for `place`."""
     return 'motor_side' if place == 'actuator' else place
-
-
-def left_over(free: FreeForm) -> float:
-    """Return chi2 per reading that is left, geometric mean of windows: one stuck counts less."""
-    size = free.residual.shape[1]
-    per_reading = np.maximum(free.chi2 / (size - free.unknowns), 1e-300)
-    return float(np.exp(np.mean(np.log(per_reading))))
-
-
-def _best(first: FreeForm, second: FreeForm) -> FreeForm:
-    """Return a FreeForm with the better of two in each window."""
-    worse = first.chi2 / (first.residual.shape[1] - first.unknowns) > (
-        second.chi2 / (second.residual.shape[1] - second.unknowns))
-    for name in ('signal', 'precision', 'residual', 'chi2', 'unknowns', 'states'):
-        getattr(first, name)[worse] = getattr(second, name)[worse]
-    return first

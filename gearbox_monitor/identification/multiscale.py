@@ -21,16 +21,11 @@ of several lengths take turns, each followed along its direction as far as it le
 
 data, candidate, iterations, robust: as of fit.fit; tolerance: gain in chi2 below which it ends.
 """
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from gearbox_monitor.identification import fit as fitting
+from gearbox_monitor.identification import likelihood, window_states
 from gearbox_monitor.identification.candidates import Candidate
 from gearbox_monitor.kernels.types import Array
-
-if TYPE_CHECKING:
-    from gearbox_monitor.identification.fit import Data, Point
 
 STRETCHES = (1.0, 5.0, 0.2)  # of the steps of finite differences, in turns
 SHARES = (1.0, 0.3, 0.1)     # of a Gauss-Newton step, until one leads down
@@ -38,15 +33,15 @@ FARTHER = 2.0                # times the step before, as long as it does
 DAMPING = 1e-6
 
 
-def fit(data: 'Data', candidate: Candidate, point: 'Point', iterations: int, robust: bool,
-        tolerance: float) -> 'Point':
+def fit(data: likelihood.WindowData, candidate: Candidate, point: likelihood.FitPoint,
+        iterations: int, robust: bool, tolerance: float) -> likelihood.FitPoint:
     """Improve `point` in place (z, memory); return it. See fit.fit."""
     if not candidate.coordinates:
         return point
     turn = failed = 0
     for _ in range(iterations):
-        weight = fitting.weights(data, point.chi2, robust)
-        before = fitting.objective(candidate, point, weight)
+        weight = likelihood.weights(data, point.chi2, robust)
+        before = likelihood.objective(candidate, point, weight)
         trial = point
         while trial is point and failed < len(STRETCHES):
             trial = _down(data, candidate, point, weight, STRETCHES[turn % len(STRETCHES)])
@@ -54,29 +49,29 @@ def fit(data: 'Data', candidate: Candidate, point: 'Point', iterations: int, rob
             failed = failed + 1 if trial is point else 0
         if trial is point:
             break
-        gain = before - fitting.objective(candidate, trial, weight)
+        gain = before - likelihood.objective(candidate, trial, weight)
         for name in ('z', 'residual', 'chi2', 'carry'):
             setattr(point, name, getattr(trial, name))
-        if fitting.uses_memory(candidate):
-            fitting.hand_over(data, candidate, point)
+        if likelihood.uses_memory(candidate):
+            window_states.hand_over(data, candidate, point)
         failed = failed + 1 if gain < tolerance else 0
     return point
 
 
-def _down(data: 'Data', candidate: Candidate, point: 'Point', weight: Array,
-          stretch: float) -> 'Point':
-    """Return the best Point along one Gauss-Newton direction; `point` itself if none is better."""
-    def at(share: float) -> tuple['Point', float]:
+def _down(data: likelihood.WindowData, candidate: Candidate, point: likelihood.FitPoint,
+          weight: Array, stretch: float) -> likelihood.FitPoint:
+    """Return the best point along one Gauss-Newton direction; `point` if none is better."""
+    def at(share: float) -> tuple[likelihood.FitPoint, float]:
         z = candidate.bounded(point.z + share * step)
-        trial = data.evaluate(candidate, fitting.Point(z, point.states, point.memory))
-        return trial, fitting.objective(candidate, trial, weight)
+        trial = data.evaluate(candidate, likelihood.FitPoint(z, point.states, point.memory))
+        return trial, likelihood.objective(candidate, trial, weight)
 
-    J = fitting.coordinate_sensitivity(data, candidate, point, stretch=stretch)
+    J = likelihood.coordinate_sensitivity(data, candidate, point, stretch=stretch)
     pull, prior = candidate.prior(point.z)
     S = np.einsum('w,wli,wlj->ij', weight, J, J, optimize=True) + np.diag(prior)
     g = np.einsum('w,wli,wl->i', weight, J, point.residual, optimize=True) - pull
-    step = fitting.damped_solve(S, g, DAMPING)
-    best, cost = point, fitting.objective(candidate, point, weight)
+    step = likelihood.damped_solve(S, g, DAMPING)
+    best, cost = point, likelihood.objective(candidate, point, weight)
     for share in SHARES:
         trial, after = at(share)
         if after < cost:

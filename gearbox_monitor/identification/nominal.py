@@ -28,20 +28,21 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification import closed_model, fit as fitting
+from gearbox_monitor.identification import closed_model, gauss_newton, likelihood, window_states
 from gearbox_monitor.identification.candidates import (
     BY_EFFECT, Candidate, Coordinate, NOT_FITTED, NUISANCES, offered, PERIODIC, PHASED, Starts,
     ZERO)
-from gearbox_monitor.identification.noise import noise_floor
+from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.identification.process_noise import left_of
-from gearbox_monitor.identification.recording import joined, Recording
-from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.torque_domain import driven
-from gearbox_monitor.identification.windows import cut
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.quality.recording import concatenated, UniformRecording
 
 WEAK = 1.0         # standard deviation of the prior on the log of a value, or of an offset's scale
 DETERMINED = 0.3   # standard error of the log, or of an offset over its scale, to count as known
@@ -74,8 +75,8 @@ class NominalFit:
     validation: dict[str, Any] | None = None
 
 
-def fit_nominal(recordings: Sequence[Recording], model: DriveModel,
-                free: Sequence[str] | None = None, *, validate: Recording | None = None,
+def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
+                free: Sequence[str] | None = None, *, validate: UniformRecording | None = None,
                 seconds: float | None = None, jobs: int = 1,
                 progress: Callable[..., object] | None = None) -> NominalFit:
     """
@@ -88,7 +89,7 @@ def fit_nominal(recordings: Sequence[Recording], model: DriveModel,
     for nothing but judging.
     Raises InputError for names that this drive does not have.
     """
-    recording, model = joined([driven(r, model) for r in recordings]), model.folded()
+    recording, model = concatenated([driven(r, model) for r in recordings]), model.folded()
     known, own = offered(model), _effects_of(model)
     for name in free or ():
         if name not in known and name not in own:
@@ -114,8 +115,8 @@ def fit_nominal(recordings: Sequence[Recording], model: DriveModel,
     if seconds:
         whole = min(seconds, min(np.diff([*recording.cuts, len(recording.u)])) * recording.dt)
         squares = data.weighing and replace(data.weighing, robust=False)
-        data = fitting.Data(recording, search.simulator, cut(recording, whole), sigma,
-                            weighing=squares)
+        data = likelihood.WindowData(recording, search.simulator,
+                                     shooting_windows(recording, whole), sigma, weighing=squares)
         fitted = _longer(data, fitted)
     found = candidate.model(fitted.point.z)
     values, correlated = _known(data, fitted, plain)
@@ -137,10 +138,10 @@ def _coordinate(name: str, scale: float | None) -> Coordinate:
     return Coordinate(-1, name, 0.0, scale, prior=WEAK * scale)
 
 
-def _gap(data: fitting.Data, candidate: Candidate, point: fitting.Point) -> float:
+def _gap(data: likelihood.WindowData, candidate: Candidate, point: likelihood.FitPoint) -> float:
     """Return the gap that `point` leaves, in standard deviations of the noise."""
     plain = data.plain()
-    point = plain.evaluate(candidate, fitting.copied(point))
+    point = plain.evaluate(candidate, likelihood.copied(point))
     return closed_model.gap_of(point.chi2, data.size)
 
 
@@ -162,9 +163,9 @@ def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
         c.scale, abs(values[c.name])))) for c in own if c.owner == 0]
 
 
-def _settled(search: Search, candidate: Candidate) -> Fitted:
+def _settled(search: Search, candidate: Candidate) -> CandidateFit:
     """
-    Return the Fitted `candidate`, from short windows to long ones.
+    Return the CandidateFit `candidate`, from short windows to long ones.
 
     In 0.1 s even a wrong model stays near the readings, whatever contact the gap is in.
     """
@@ -172,11 +173,12 @@ def _settled(search: Search, candidate: Candidate) -> Fitted:
     coarse = search.short.simulator
     z = candidate.start()
     for seconds in STAGES if recording.motor is None else ():
-        data = fitting.Data(recording, coarse, cut(recording, seconds), sigma)
-        point = fitting.fresh(data, candidate)
+        data = likelihood.WindowData(recording, coarse, shooting_windows(recording, seconds),
+                                     sigma)
+        point = likelihood.fresh(data, candidate)
         point.z = z
         z = _rounds(search, data, candidate, point).z
-    point = fitting.fresh(search.long, candidate)
+    point = likelihood.fresh(search.long, candidate)
     point.z = z
     search.fitted[''] = search.as_fitted(candidate, _rounds(search, search.long, candidate, point))
     search.settle([''])
@@ -184,40 +186,40 @@ def _settled(search: Search, candidate: Candidate) -> Fitted:
     return search.fitted['']
 
 
-def _rounds(search: Search, data: fitting.Data, candidate: Candidate,
-            point: fitting.Point) -> fitting.Point:
-    """Find the windows' states at `point`, then fit and rescue in turns; return the Point."""
+def _rounds(search: Search, data: likelihood.WindowData, candidate: Candidate,
+            point: likelihood.FitPoint) -> likelihood.FitPoint:
+    """Find the windows' states at `point`, then fit and rescue in turns; return the FitPoint."""
     every = np.arange(len(data.windows))
-    point.states, _ = fitting.solve_states(
+    point.states, _ = window_states.solve_states(
         data, candidate.model(point.z), point.states, point.memory, every)
     data.evaluate(candidate, point)
     for _ in range(ROUNDS):
-        fitting.rescue(data, candidate, point, half_gap=search.half_gap)
-        fitting.fit(data, candidate, point, 8, robust=True, refresh=range(8))
+        window_states.rescue(data, candidate, point, half_gap=search.half_gap)
+        gauss_newton.fit(data, candidate, point, 8, robust=True, refresh=range(8))
     return point
 
 
-def _longer(data: fitting.Data, fitted: Fitted) -> Fitted:
+def _longer(data: likelihood.WindowData, fitted: CandidateFit) -> CandidateFit:
     """Return `fitted` on the longer windows of `data`."""
     candidate = fitted.candidate
-    point = fitting.fresh(data, candidate)
+    point = likelihood.fresh(data, candidate)
     point.z = fitted.point.z.copy()
     every = np.arange(len(data.windows))
-    point.states, _ = fitting.solve_states(
+    point.states, _ = window_states.solve_states(
         data, candidate.model(point.z), point.states, point.memory, every, 20)
     data.evaluate(candidate, point)
-    fitting.fit(data, candidate, point, 40, refresh=range(40))
-    return Fitted(candidate, point)
+    gauss_newton.fit(data, candidate, point, 40, refresh=range(40))
+    return CandidateFit(candidate, point)
 
 
-def _known(data: fitting.Data, fitted: Fitted,
+def _known(data: likelihood.WindowData, fitted: CandidateFit,
            model: DriveModel) -> tuple[list[Value], list[tuple[str, str, float]]]:
     """Return ([Value], [(name, name, correlation)]) by the linearised fit."""
     candidate, point = fitted.candidate, fitted.point
-    s = fitting.sensitivity(data, candidate, point)
+    s = likelihood.sensitivity(data, candidate, point)
     s.Jz = _central(data, candidate, point)
     left, whiten = left_of(data, fitted)
-    S, _, _, _ = fitting.normal_equations(s, point.residual, data.train.astype(float), whiten)
+    S, _, _, _ = likelihood.normal_equations(s, point.residual, data.train.astype(float), whiten)
     # What is left is no noise of the encoders: it counts as one number per window and encoder.
     misfit = max(1.0, float((left[data.train] ** 2).mean()))
     if misfit > 1.5:
@@ -253,7 +255,8 @@ def _unit(effect: str, coordinate: Coordinate) -> str:
     return units.get(coordinate.name) or units['A']
 
 
-def _central(data: fitting.Data, candidate: Candidate, point: fitting.Point) -> Array:
+def _central(data: likelihood.WindowData, candidate: Candidate,
+             point: likelihood.FitPoint) -> Array:
     """Return d(-residual)/dz [W, C L, P]; one-sided, it would see what is not determined."""
     columns = []
     for i, step in enumerate(data.simulator.stretch * candidate.steps()):

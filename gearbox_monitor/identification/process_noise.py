@@ -21,23 +21,20 @@ On a real drive the torque that a model leaves lasts (friction that varies with 
 Whitening residual and sensitivities with it leaves a fit as it is, and equals the innovations
 likelihood of a linearised Kalman filter.
 
-data: fit.Data, candidate: Candidate, point: Point, fitted: Fitted; Jx: sensitivity to the states;
+Jx: sensitivity to the states;
 levels: noise levels that are tried, N m; rounds: of fit and noise level.
 """
 from collections.abc import Sequence
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbox_monitor.identification import fit as fitting
+from gearbox_monitor.identification import gauss_newton, likelihood
 from gearbox_monitor.identification.candidates import Candidate
-from gearbox_monitor.identification.localisation import FreeFit, SPACING
+from gearbox_monitor.identification.input_estimation import InputEstimator, SPACING
+from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
-
-if TYPE_CHECKING:
-    from gearbox_monitor.identification.search import Fitted
 
 # N m rms per sample that are tried where the torque is some N m; see levels().
 LEVELS = (0.0, 0.002, 0.004, 0.007, 0.01, 0.014, 0.02, 0.03, 0.04, 0.055, 0.075, 0.1)
@@ -62,8 +59,9 @@ class Whitener:
     level: N m rms per sample; of the torque itself where it lasts.
     """
 
-    def __init__(self, data: fitting.Data, candidate: Candidate, point: fitting.Point) -> None:
-        free = FreeFit(data, candidate.model(point.z), 'motor_side', point)
+    def __init__(self, data: likelihood.WindowData, candidate: Candidate,
+                 point: likelihood.FitPoint) -> None:
+        free = InputEstimator(data, candidate.model(point.z), 'motor_side', point)
         count = free.basis.shape[1]
         H = free.sensitivity(np.zeros((len(point.states), count)), point.states,
                              point.residual)[:, :, :count]
@@ -104,7 +102,7 @@ class Whitener:
         return float(chi2 + spread + np.linalg.slogdet(A)[1].sum())
 
 
-def left_of(data: fitting.Data, fitted: 'Fitted') -> tuple[Array, Whitener | None]:
+def left_of(data: likelihood.WindowData, fitted: CandidateFit) -> tuple[Array, Whitener | None]:
     """Return (what a search.Fitted leaves [W, C L], whitened if it is; its Whitener or None)."""
     if fitted.white is None:
         return fitted.point.residual, None
@@ -113,20 +111,20 @@ def left_of(data: fitting.Data, fitted: 'Fitted') -> tuple[Array, Whitener | Non
     return fitted.white, whitener
 
 
-def whitened(data: fitting.Data, candidate: Candidate, point: fitting.Point,
+def whitened(data: likelihood.WindowData, candidate: Candidate, point: likelihood.FitPoint,
              levels: Sequence[float] = LEVELS,
-             rounds: int = 2) -> tuple[fitting.Point, float, float, Array]:
+             rounds: int = 2) -> tuple[likelihood.FitPoint, float, float, Array]:
     """
     Refit a copy of `point` with torque noise; return (point, deviance, level, whitened residual).
 
     The level is chosen for each candidate: otherwise the noise of a wrong model is charged to the
     right one. deviance: -2 log L of the training windows and the prior.
     """
-    point = fitting.copied(point)
+    point = likelihood.copied(point)
     for k in range(rounds + 1):
         whitener = Whitener(data, candidate, point)
-        Jx = fitting.state_sensitivity(data, candidate.model(point.z), point.states,
-                                       point.memory, point.residual)
+        Jx = likelihood.state_sensitivity(data, candidate.model(point.z), point.states,
+                                          point.memory, point.residual)
         costs = [whitener.deviance(level, point.residual, Jx, data.train) for level in levels]
         best = int(np.argmin(costs))
         whitener.level = levels[best]
@@ -134,6 +132,6 @@ def whitened(data: fitting.Data, candidate: Candidate, point: fitting.Point,
             break
         if levels[best] == 0.0 and k:
             break
-        fitting.fit(data, candidate, point, 3, refresh=(0,), whiten=whitener)
+        gauss_newton.fit(data, candidate, point, 3, refresh=(0,), whiten=whitener)
     return (point, costs[best] + candidate.penalty(point.z), levels[best],
             whitener(point.residual))

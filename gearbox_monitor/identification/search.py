@@ -24,22 +24,25 @@ Screened of each id; order: N of a periodic effect; keep: how many.
 """
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 import math
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
-from gearbox_monitor.identification import fit as fitting, model_error
+from gearbox_monitor.identification import gauss_newton, likelihood, model_error, window_states
 from gearbox_monitor.identification.candidates import (
     Candidate, NOT_FITTED, ORDERS, PERIODIC, PHASED, replaced_value, Starts, with_effects)
+from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.process_noise import levels, whitened
-from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.shooting import shooting_windows, ShootingWindows, Simulator
 from gearbox_monitor.identification.torque_domain import simulator
-from gearbox_monitor.identification.windows import cut, Simulator, Windows
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.prescribed_motion import MOVES
+from gearbox_monitor.quality.recording import UniformRecording
 
 SHORT, LONG = 0.25, 1.0  # s
 HELD_OUT = 0.3
@@ -54,7 +57,7 @@ Found = TypeVar('Found')
 Trial: TypeAlias = tuple[str, int | None]  # id, N
 
 
-def held_out(recording: Recording, windows: Windows) -> tuple[Flags, list[int]]:
+def held_out(recording: UniformRecording, windows: ShootingWindows) -> tuple[Flags, list[int]]:
     """
     Return (train [W], samples of each joined recording before the held-out windows).
 
@@ -73,28 +76,11 @@ def held_out(recording: Recording, windows: Windows) -> tuple[Flags, list[int]]:
 
 
 @dataclass
-class Fitted:
-    """A candidate where its fit ended, on the long windows."""
-
-    candidate: Candidate
-    point: fitting.Point
-    score: float = math.inf
-    s: float = 0.0  # torque noise on the motor, N m rms per sample
-    white: Array | None = None  # residual [W, 2L] with that noise taken out
-    left: Array | None = None  # what lasts unexplained [2], N m and rad, see gap.lasting
-
-    @property
-    def name(self) -> str:
-        """Ids joined by '+'."""
-        return self.candidate.name
-
-
-@dataclass
 class Screened:
     """One start of an effect, roughly fitted: long windows, short ones, and what they promise."""
 
-    long: Fitted
-    short: fitting.Point
+    long: CandidateFit
+    short: likelihood.FitPoint
     long_gain: float
     short_gain: float
 
@@ -120,26 +106,26 @@ class Search:
     goes on; colour [2]: see gap.colour.
     """
 
-    def __init__(self, recording: Recording, model: DriveModel, sigma: Array, ids: Iterable[str],
-                 jobs: int = 1, progress: Callable[..., object] | None = None,
+    def __init__(self, recording: UniformRecording, model: DriveModel, sigma: Array,
+                 ids: Iterable[str], jobs: int = 1, progress: Callable[..., object] | None = None,
                  colour: Array | None = None) -> None:
         self.recording, self.model, self.ids = recording, model, list(ids)
         self.simulator = simulator(recording, model)
         self.starts = Starts(model, recording)
-        windows = cut(recording, LONG)
+        windows = shooting_windows(recording, LONG)
         train, last = held_out(recording, windows)
         weighing = model_error.weighing(recording, model, sigma)
-        self.long = fitting.Data(recording, self.simulator, windows, sigma, train, weighing,
-                                 colour)
+        self.long = likelihood.WindowData(recording, self.simulator, windows, sigma, train,
+                                          weighing, colour)
         # Where the motor's motion is put in, long windows hold no contact of the gap, either.
         length = SHORT if recording.motor is None else LONG
-        self.short = fitting.Data(recording, simulator(recording, model, coarse=True),
-                                  cut(recording, length, last), sigma, weighing=weighing,
-                                  colour=colour)
+        self.short = likelihood.WindowData(recording, simulator(recording, model, coarse=True),
+                                           shooting_windows(recording, length, last), sigma,
+                                           weighing=weighing, colour=colour)
         self.jobs, self._progress = jobs, progress or (lambda *_: None)
         self._pool = ThreadPoolExecutor(jobs)
         self._done, self._total = 0, 1
-        self.fitted: dict[str, Fitted] = {}
+        self.fitted: dict[str, CandidateFit] = {}
         self._orders: dict[str, list[int]] = {}
 
     # ------------------------------------------------------------------ helpers
@@ -164,14 +150,15 @@ class Search:
         """Half gap of the model (rad), the scale on which windows are started elsewhere."""
         return max(self.model.transmission.half_gap, 0.01)
 
-    def score(self, data: fitting.Data, candidate: Candidate, point: fitting.Point) -> float:
+    def score(self, data: likelihood.WindowData, candidate: Candidate,
+              point: likelihood.FitPoint) -> float:
         """Return the BIC of `point` on the training windows of `data`."""
-        plain = fitting.objective(candidate, point, data.train.astype(float))
+        plain = likelihood.objective(candidate, point, data.train.astype(float))
         return plain + candidate.n_effect * math.log(data.n_train)
 
-    def as_fitted(self, candidate: Candidate, point: fitting.Point) -> Fitted:
+    def as_fitted(self, candidate: Candidate, point: likelihood.FitPoint) -> CandidateFit:
         """Return the Fitted of `candidate` at `point`, scored."""
-        return Fitted(candidate, point, self.score(self.long, candidate, point))
+        return CandidateFit(candidate, point, self.score(self.long, candidate, point))
 
     def found_orders(self, name: str) -> list[int]:
         """Return the orders N that find_orders found for the periodic effect `name`."""
@@ -179,33 +166,33 @@ class Search:
 
     # ------------------------------------------------------------------ none
 
-    def none(self) -> Fitted:
-        """Fit the model without effects; returns the Fitted and keeps the short windows' Point."""
+    def none(self) -> CandidateFit:
+        """Fit the model without effects; keeps the short windows' point, too."""
         candidate = self.starts.none()
-        point = fitting.fresh(self.short, candidate)
+        point = likelihood.fresh(self.short, candidate)
         every = np.arange(len(self.short.windows))
-        point.states, _ = fitting.solve_states(
+        point.states, _ = window_states.solve_states(
             self.short, candidate.model(point.z), point.states, point.memory, every)
         self.short.evaluate(candidate, point)
         for robust in (True, False):
-            fitting.rescue(self.short, candidate, point, half_gap=self.half_gap)
+            window_states.rescue(self.short, candidate, point, half_gap=self.half_gap)
             if candidate.coordinates:
-                fitting.fit(self.short, candidate, point, 6, robust=robust)
+                gauss_newton.fit(self.short, candidate, point, 6, robust=robust)
         self.short_none = point
-        long = fitting.Point(point.z.copy(), self.long_states(point, candidate),
-                             np.zeros((len(self.long.windows), 4)))
+        long = likelihood.FitPoint(point.z.copy(), self.long_states(point, candidate),
+                                   np.zeros((len(self.long.windows), 4)))
         every = np.arange(len(self.long.windows))
-        long.states, _ = fitting.solve_states(
+        long.states, _ = window_states.solve_states(
             self.long, candidate.model(long.z), long.states, long.memory, every)
         self.long.evaluate(candidate, long)
-        fitting.rescue(self.long, candidate, long, half_gap=self.half_gap)
+        window_states.rescue(self.long, candidate, long, half_gap=self.half_gap)
         if candidate.coordinates:
-            fitting.fit(self.long, candidate, long, 4, robust=True)
-            fitting.fit(self.long, candidate, long, 4)
+            gauss_newton.fit(self.long, candidate, long, 4, robust=True)
+            gauss_newton.fit(self.long, candidate, long, 4)
         self.fitted[''] = self.as_fitted(candidate, long)
         return self.fitted['']
 
-    def long_states(self, short_point: fitting.Point, candidate: Candidate) -> Array:
+    def long_states(self, short_point: likelihood.FitPoint, candidate: Candidate) -> Array:
         """Return states [W, 4] of the long windows: those of the short ones where they begin."""
         states = self.long.raw_states()
         at = {int(b): w for w, b in enumerate(self.short.windows.begin)}
@@ -247,7 +234,7 @@ class Search:
         for data, start in starts:
             point = self.at_none(candidate, start)
             for _ in range(2):
-                fitting.fit(data, candidate, point, 4, robust=True, refresh=(0, 2))
+                gauss_newton.fit(data, candidate, point, 4, robust=True, refresh=(0, 2))
                 # Every candidate holds none in it: one that is worse is still on its way.
                 if self.promise(data, candidate, point, start) > -1.0:
                     break
@@ -257,8 +244,8 @@ class Search:
                         self.promise(self.long, candidate, long, none.point),
                         self.promise(starts[0][0], candidate, short, starts[0][1]))
 
-    def promise(self, data: fitting.Data, candidate: Candidate, point: fitting.Point,
-                none_point: fitting.Point) -> float:
+    def promise(self, data: likelihood.WindowData, candidate: Candidate,
+                point: likelihood.FitPoint, none_point: likelihood.FitPoint) -> float:
         """
         Return the gain in BIC over none that `point` promises.
 
@@ -269,21 +256,21 @@ class Search:
         prior = candidate.penalty(point.z) - base.penalty(none_point.z)
         return -(float(lost[data.train].sum()) + prior)
 
-    def at_none(self, candidate: Candidate, point: fitting.Point) -> fitting.Point:
-        """Return a Point of `candidate` at its start, with states and nuisances of `point`."""
+    def at_none(self, candidate: Candidate, point: likelihood.FitPoint) -> likelihood.FitPoint:
+        """Return a FitPoint of `candidate` at its start, with states and nuisances of `point`."""
         z = candidate.start()
         known = {c.name: v for c, v in zip(self.fitted[''].candidate.coordinates, point.z)}
         for i, c in enumerate(candidate.coordinates):
             if c.owner < 0 and c.name in known:
                 z[i] = known[c.name]
-        return fitting.copied(point, z)
+        return likelihood.copied(point, z)
 
     def refine(self, by_id: dict[str, list[Screened]]) -> None:
         """Fit the promising ids well, all of them and none with the same means."""
         cost = math.log(self.long.n_train)
         parts = [p for group in by_id.values() for p in group]
         if self.long.weighing is not None:
-            model_error.weigh_anew(self, [p.long for p in parts])
+            self.reweigh([p.long for p in parts])
         # What another fit has found for a window that went astray is no merit of its effect.
         none = self.polish(self.fitted[''], [p.long.point for p in parts])
         self.fitted[''] = none
@@ -304,14 +291,14 @@ class Search:
             self.cross()
         self.whiten(['', *self.ranked()[:KEEP_REFINED]])
 
-    def far(self, fitted: Fitted, ids: Iterable[str]) -> list[str]:
+    def far(self, fitted: CandidateFit, ids: Iterable[str]) -> list[str]:
         """Return those of `ids` whose value `fitted` has moved far beyond its tolerance."""
         far = {c.name for c, z in zip(fitted.candidate.coordinates, fitted.point.z)
                if c.owner < 0 and abs(z) > FAR * c.prior}
         return [i for i in ids if i in EFFECTS and EFFECTS[i].replaces
                 and EFFECTS[i].parameters[0].name in far]
 
-    def _refine_one(self, job: tuple[str, list[Screened]]) -> Fitted:
+    def _refine_one(self, job: tuple[str, list[Screened]]) -> CandidateFit:
         name, parts = job
         short = max(parts, key=_short_gain)
         candidate = short.long.candidate
@@ -322,45 +309,47 @@ class Search:
         return self.polish(max(trials, key=lambda f: self.promise(
             self.long, f.candidate, f.point, none)), [none])
 
-    def to_long(self, candidate: Candidate, short_point: fitting.Point) -> fitting.Point:
-        """Return the Point of the long windows that begins where one of the short ones ended."""
-        point = fitting.Point(short_point.z.copy(), self.long_states(short_point, candidate),
-                              np.zeros((len(self.long.windows), 4)))
+    def to_long(self, candidate: Candidate,
+                short_point: likelihood.FitPoint) -> likelihood.FitPoint:
+        """Return the point of the long windows that starts where `short_point` ended."""
+        point = likelihood.FitPoint(short_point.z.copy(), self.long_states(short_point, candidate),
+                                    np.zeros((len(self.long.windows), 4)))
         every = np.arange(len(self.long.windows))
-        point.states, _ = fitting.solve_states(
+        point.states, _ = window_states.solve_states(
             self.long, candidate.model(point.z), point.states, point.memory, every, 4)
         return self.long.evaluate(candidate, point)
 
-    def grown(self, fitted: Fitted) -> Fitted:
+    def grown(self, fitted: CandidateFit) -> CandidateFit:
         """Return `fitted` found anew on windows that get longer."""
         if self.recording.motor is not None:  # runs whose begin is known do not go astray
             return fitted
-        point = fitting.grow(self.long, fitted.candidate, fitted.point, self.half_gap)
+        point = gauss_newton.grow(self.long, fitted.candidate, fitted.point, self.half_gap)
         return self.as_fitted(fitted.candidate, point)
 
-    def polish(self, fitted: Fitted, others: Sequence[fitting.Point] = ()) -> Fitted:
+    def polish(self, fitted: CandidateFit,
+               others: Sequence[likelihood.FitPoint] = ()) -> CandidateFit:
         """Rescue and refit `fitted` on the long windows: robust, then plain."""
-        candidate, point = fitted.candidate, fitting.copied(fitted.point)
-        fitting.rescue(self.long, candidate, point, others, half_gap=self.half_gap)
+        candidate, point = fitted.candidate, likelihood.copied(fitted.point)
+        window_states.rescue(self.long, candidate, point, others, half_gap=self.half_gap)
         if candidate.coordinates:
-            fitting.fit(self.long, candidate, point, 4, robust=True)
-            fitting.fit(self.long, candidate, point, 6)
+            gauss_newton.fit(self.long, candidate, point, 4, robust=True)
+            gauss_newton.fit(self.long, candidate, point, 6)
         return min(self.as_fitted(candidate, point), fitted, key=lambda f: f.score)
 
-    def on_shorter_steps(self) -> fitting.Data | None:
+    def on_shorter_steps(self) -> likelihood.WindowData | None:
         """Return the long windows run on steps as short as need be, None: they are already."""
         shorter = Simulator(self.recording, self.model, finer=FINER)
         if self.simulator.n == shorter.n:
             return None
         long = self.long
-        return fitting.Data(self.recording, shorter, long.windows, long.sigma, long.train,
-                            long.weighing, long.colour)
+        return likelihood.WindowData(self.recording, shorter, long.windows, long.sigma, long.train,
+                                     long.weighing, long.colour)
 
-    def anew(self, fitted: Fitted) -> Fitted:
+    def anew(self, fitted: CandidateFit) -> CandidateFit:
         """Return `fitted` refitted from where it is: long windows run otherwise than before."""
-        point = self.long.evaluate(fitted.candidate, fitting.copied(fitted.point))
-        fitting.fit(self.long, fitted.candidate, point, 4, robust=True)
-        fitting.fit(self.long, fitted.candidate, point, 6)
+        point = self.long.evaluate(fitted.candidate, likelihood.copied(fitted.point))
+        gauss_newton.fit(self.long, fitted.candidate, point, 4, robust=True)
+        gauss_newton.fit(self.long, fitted.candidate, point, 6)
         return self.as_fitted(fitted.candidate, point)
 
     def cross(self, names: Sequence[str] | None = None) -> None:
@@ -398,7 +387,7 @@ class Search:
         if not self.noisy or not names:
             return
         if self.long.weighing is not None:
-            model_error.measure(self, names)
+            self._whiten_by_model_error(names)
             return
         found = dict(zip(names, self.map(
             lambda n: self._whitened(self.fitted[n].candidate, self.fitted[n].point), names,
@@ -410,11 +399,63 @@ class Search:
                 fitted.score = worst + max(fitted.score - plain, 1.0)
         self.fitted.update(found)
 
-    def _whitened(self, candidate: Candidate, point: fitting.Point) -> Fitted:
+    def reweigh(self, fits: Sequence[CandidateFit]) -> None:
+        """
+        Weigh residuals by what the best of `fits` leaves; score all fits by it.
+
+        One size for all: a model that leaves more has no right to more.
+        """
+        best = min(fits, key=lambda f: f.score)
+        weighing = model_error.weighing(self.recording, self.model, self.long.sigma,
+                                        self._persistent(best))
+        for data in (self.long, self.short):
+            data.weighing = weighing
+        for fitted in {id(f): f for f in (*fits, *self.fitted.values())}.values():
+            self.long.evaluate(fitted.candidate, fitted.point)
+            fitted.score = self.score(self.long, fitted.candidate, fitted.point)
+        self.short.evaluate(self.starts.none(), self.short_none)
+
+    def _whiten_by_model_error(self, names: Sequence[str]) -> None:
+        """Weigh residuals by what the best of `names` leaves; fit these and none again."""
+        self.reweigh([self.fitted[n] for n in names] or [self.fitted['']])
+        names = list(dict.fromkeys(['', *names, *self.ranked()[:len(names)]]))
+        self.cross(names)
+        for name in names:
+            fitted = self.fitted[name]
+            fitted.left, fitted.white = self._persistent(fitted), fitted.point.residual
+            fitted.s = float(fitted.left[0])
+
+    def _persistent(self, fitted: CandidateFit) -> Array:
+        """Return the size [2], N m and rad, of what lasts in the residual of `fitted`."""
+        data, point = self.long.plain(), fitted.point
+        motor = data.recording.motor
+        assert motor is not None
+        residual, _ = data.residual(fitted.candidate.model(point.z), point.states, point.memory)
+        r = data.parted(residual)[data.train]
+        at = data.windows.first[:, None] + np.arange(data.windows.length)
+        moving = np.ones(r.shape, bool)
+        moving[:, :, 0] = motor[at[data.train], MOVES] != 0.0
+        sizes = np.zeros(2)
+        sizes[data.channels] = model_error.persistent_sizes(
+            r, moving, data.recording.dt) * data.sigma[data.channels]
+        return sizes
+
+    def in_sensor_units(self) -> 'Search':
+        """Return the search with residuals in standard deviations of the encoders' noise."""
+        if self.long.weighing is None and self.long.colour is None:
+            return self
+        out = copy(self)
+        out.long, out.short = self.long.uncoloured(), self.short.uncoloured()
+        out.fitted = {
+            name: replace(f, white=None, point=out.long.evaluate(
+                f.candidate, likelihood.copied(f.point))) for name, f in self.fitted.items()}
+        return out
+
+    def _whitened(self, candidate: Candidate, point: likelihood.FitPoint) -> CandidateFit:
         point, deviance, s, white = whitened(self.long, candidate, point,
                                              levels(self.model, self.recording.u))
-        return Fitted(candidate, point,
-                      deviance + candidate.n_effect * math.log(self.long.n_train), s, white)
+        return CandidateFit(candidate, point,
+                            deviance + candidate.n_effect * math.log(self.long.n_train), s, white)
 
     def exempt(self, name: str) -> list[str]:
         """
@@ -437,7 +478,7 @@ class Search:
             joint = self.starts.joint([(base.candidate, base.point.z), (alone, moved)])
             z = np.array([known[k.name] if k.owner < 0 else v
                           for k, v in zip(joint.coordinates, joint.start())])
-            point = self.long.evaluate(joint, fitting.copied(base.point, z))
+            point = self.long.evaluate(joint, likelihood.copied(base.point, z))
             found = self._whitened(joint, point)
             rivals = [f for f in self.fitted.values()
                       if sorted(f.candidate.ids) == sorted(joint.ids)]
@@ -448,7 +489,7 @@ class Search:
             names.append(found.name)
         return names
 
-    def challenge(self, fitted: Fitted) -> None:
+    def challenge(self, fitted: CandidateFit) -> None:
         """Fit none from where `fitted` is: what it found for nominal values is no merit of it."""
         if not self.noisy or self.long.weighing is not None:
             return
@@ -457,8 +498,9 @@ class Search:
                  if c.owner < 0}
         z = np.array([known.get(c.name, v)
                       for c, v in zip(none.candidate.coordinates, none.point.z)])
-        point = self.long.evaluate(none.candidate, fitting.copied(fitted.point, z))
-        fitting.rescue(self.long, none.candidate, point, [none.point], half_gap=self.half_gap)
+        point = self.long.evaluate(none.candidate, likelihood.copied(fitted.point, z))
+        window_states.rescue(self.long, none.candidate, point, [none.point],
+                             half_gap=self.half_gap)
         found = self._whitened(none.candidate, point)
         self.fitted[''] = min(found, none, key=lambda f: f.score)
 
@@ -489,16 +531,16 @@ class Search:
                 out.append([z])
         return out
 
-    def gains(self, data: fitting.Data, base: Candidate, point: fitting.Point, ids: Iterable[str],
-              orders: Iterable[int] | None = None) -> dict[Trial, float]:
+    def gains(self, data: likelihood.WindowData, base: Candidate, point: likelihood.FitPoint,
+              ids: Iterable[str], orders: Iterable[int] | None = None) -> dict[Trial, float]:
         """
         Return {(id, N): linearised gain in chi2 of adding it to the Candidate `base` at `point`}.
 
         Window states and coordinates of `base` give way. N is None but for periodic effects, which
         are tried with `orders` (default: those found before).
         """
-        weight = fitting.weights(data, point.chi2, True)
-        s = fitting.sensitivity(data, base, point)
+        weight = likelihood.weights(data, point.chi2, True)
+        s = likelihood.sensitivity(data, base, point)
         model = base.model(point.z)
         _, prior = base.prior(point.z)
         out: dict[Trial, float] = {}
@@ -508,11 +550,11 @@ class Search:
             residuals = [(point.residual - data.residual(
                 with_effects(model, [*model.effects, {'id': key[0], **column}]), point.states,
                 point.memory)[0]) for column in columns]
-            joint = fitting.Sensitivity(s.Jx, np.concatenate(
+            joint = likelihood.Sensitivity(s.Jx, np.concatenate(
                 [s.Jz, np.stack(residuals, axis=2)], axis=2))
-            S, g, _, _ = fitting.normal_equations(joint, point.residual, weight)
+            S, g, _, _ = likelihood.normal_equations(joint, point.residual, weight)
             S[np.diag_indices(len(prior))] += prior
-            return key, fitting.gained(S, g, len(prior))
+            return key, likelihood.gained(S, g, len(prior))
         jobs = []
         for name in ids:
             if name in base.ids or name in NOT_FITTED:

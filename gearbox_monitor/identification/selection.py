@@ -17,17 +17,19 @@ Which effect: none, one, two or one that is unknown.
 
 search: Search with none and the single effects fitted; best: Fitted; singles: names of single
 effects, best first; rough: an encoder has steps above its noise; lack: function that says whether
-a Fitted leaves more than noise.
+a CandidateFit leaves more than noise.
 """
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from gearbox_monitor.identification.adequacy import incomplete
-from gearbox_monitor.identification.bursts import found_bursts
 from gearbox_monitor.identification.candidates import nuisances_of, ZERO
-from gearbox_monitor.identification.pairs import find_pairs, forward_gains, restarted, SETTLED
-from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.identification.disturbance_pulses import disturbance_fit
+from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.pair_search import (
+    find_pairs, forward_gains, restarted, SETTLED)
+from gearbox_monitor.identification.search import Search
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
@@ -44,12 +46,12 @@ RESTARTED = 2        # pairs whose effects start again where the best of them la
 SHARE = 0.5          # of what bursts explain, from which on one effect is a part of the answer
 
 
-def gain(search: Search, fitted: Fitted) -> float:
+def gain(search: Search, fitted: CandidateFit) -> float:
     """Return by how much `fitted` beats none, in BIC."""
     return search.fitted[''].score - fitted.score
 
 
-def convincing(search: Search, fitted: Fitted) -> bool:
+def convincing(search: Search, fitted: CandidateFit) -> bool:
     """Return whether `fitted` (one effect) beats none by more than the search itself explains."""
     if scatters(search, fitted.candidate.ids[0]):
         return gain(search, fitted) > own_margin(search)
@@ -73,15 +75,15 @@ def own_margin(search: Search) -> float:
     return OWN_MARGIN - float(np.log(search.long.n_train))
 
 
-def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
+def decide(search: Search, rough: bool = False) -> tuple[CandidateFit, str]:
     """
-    Return (Fitted, 'effect' | 'none' | 'unknown'): what explains the recording best.
+    Return (CandidateFit, 'effect' | 'none' | 'unknown'): what explains the recording best.
 
     rough: an encoder has steps above its noise.
     """
-    known: dict[int, tuple[Fitted, bool]] = {}
+    known: dict[int, tuple[CandidateFit, bool]] = {}
 
-    def lack(fitted: Fitted) -> bool:
+    def lack(fitted: CandidateFit) -> bool:
         if id(fitted) not in known:
             known[id(fitted)] = fitted, incomplete(search, fitted, rough)
         return known[id(fitted)][1]
@@ -107,7 +109,7 @@ def decide(search: Search, rough: bool = False) -> tuple[Fitted, str]:
     return best, 'unknown' if lack(best) else 'effect'
 
 
-def convinced(search: Search, lack: Callable[[Fitted], bool]) -> Fitted | None:
+def convinced(search: Search, lack: Callable[[CandidateFit], bool]) -> CandidateFit | None:
     """Return the best Fitted of one effect, None where it does not convince; lack: of decide."""
     best = search.fitted[search.ranked()[0]]
     if not convincing(search, best) and not search.noisy and lack(search.fitted['']):
@@ -121,7 +123,8 @@ def convinced(search: Search, lack: Callable[[Fitted], bool]) -> Fitted | None:
     return best if convincing(search, best) else None
 
 
-def settled(search: Search, best: Fitted, lack: Callable[[Fitted], bool]) -> Fitted:
+def settled(search: Search, best: CandidateFit,
+            lack: Callable[[CandidateFit], bool]) -> CandidateFit:
     """Return the best Fitted of one effect once those near `best` stand still; lack: of decide."""
     singles = search.ranked()
     near = [n for n in singles if search.fitted[n].score - best.score < NEAR]
@@ -133,7 +136,8 @@ def settled(search: Search, best: Fitted, lack: Callable[[Fitted], bool]) -> Fit
     return search.fitted[search.ranked()[0]]
 
 
-def by_bursts(search: Search, rough: bool, lack: Callable[[Fitted], bool]) -> Fitted | None:
+def by_bursts(search: Search, rough: bool,
+              lack: Callable[[CandidateFit], bool]) -> CandidateFit | None:
     """
     Return the Fitted of bursts, or of a pair that explains them, None where there are none.
 
@@ -143,7 +147,7 @@ def by_bursts(search: Search, rough: bool, lack: Callable[[Fitted], bool]) -> Fi
         return None
     if search.long.weighing is None and search.fitted[''].s > 0.0:
         return None  # torque noise on the motor is bursts, too
-    burst = found_bursts(search)
+    burst = disturbance_fit(search)
     if burst is None or not _more(search, burst, rough) or lack(burst):
         return None
     # The very windows that look like bursts may be those in which an effect is stuck.
@@ -165,13 +169,14 @@ def by_bursts(search: Search, rough: bool, lack: Callable[[Fitted], bool]) -> Fi
     return pair
 
 
-def _more(search: Search, burst: Fitted, rough: bool) -> bool:
+def _more(search: Search, burst: CandidateFit, rough: bool) -> bool:
     """Return whether bursts explain more than one effect does everywhere; rough: of decide."""
     known = everywhere(search, search.fitted[search.ranked()[0]])
     return gain(search, burst) > (ROUGH_MARGIN if rough else MARGIN) + max(0.0, known)
 
 
-def paired(search: Search, singles: Sequence[str], lack: Callable[[Fitted], bool]) -> Fitted:
+def paired(search: Search, singles: Sequence[str],
+           lack: Callable[[CandidateFit], bool]) -> CandidateFit:
     """
     Return the best Fitted of one effect or two.
 
@@ -206,14 +211,15 @@ def paired(search: Search, singles: Sequence[str], lack: Callable[[Fitted], bool
     return pair if worth(search, best, pair) and (lack(best) or not lack(pair)) else best
 
 
-def worth(search: Search, best: Fitted, pair: Fitted) -> bool:
+def worth(search: Search, best: CandidateFit, pair: CandidateFit) -> bool:
     """Return whether `pair` beats `best` (one effect) by the price of its second one."""
     more = [i for i in pair.candidate.ids if i not in best.candidate.ids]
     own = len(more) == 1 and scatters(search, more[0])
     return best.score - pair.score > (own_margin(search) if own else PAIR_MARGIN)
 
 
-def finer(search: Search, best: Fitted, lack: Callable[[Fitted], bool]) -> Fitted:
+def finer(search: Search, best: CandidateFit,
+          lack: Callable[[CandidateFit], bool]) -> CandidateFit:
     """
     Return `best` on shorter steps, with which `search` then goes on, where it lacks but these.
 
@@ -238,7 +244,7 @@ def finer(search: Search, best: Fitted, lack: Callable[[Fitted], bool]) -> Fitte
     return found
 
 
-def simpler(search: Search, best: Fitted) -> Fitted:
+def simpler(search: Search, best: CandidateFit) -> CandidateFit:
     """
     Return an effect of fewer parameters instead of `best` that is at a bound and hardly better.
 
@@ -258,7 +264,7 @@ def simpler(search: Search, best: Fitted) -> Fitted:
     return best
 
 
-def everywhere(search: Search, fitted: Fitted) -> float:
+def everywhere(search: Search, fitted: CandidateFit) -> float:
     """Return by how much `fitted` beats none in BIC on all windows, held-out ones included."""
     n = search.long.size * len(search.long.windows)
     return float((search.fitted[''].point.chi2 - fitted.point.chi2).sum()

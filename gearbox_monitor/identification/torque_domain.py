@@ -27,15 +27,14 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import savgol_coeffs, savgol_filter
 
-from gearbox_monitor.identification import multiscale
-from gearbox_monitor.identification.noise import noise_levels
-from gearbox_monitor.identification.recording import Recording
-from gearbox_monitor.identification.windows import Simulator, Windows
+from gearbox_monitor.identification.shooting import ShootingWindows, Simulator
+from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant import effects, prescribed_motion as kernels
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import equations
 from gearbox_monitor.plant.simulate import N_STATE, plugin_of
+from gearbox_monitor.quality.recording import UniformRecording
 
 HALF_WIDTHS = (0.003, 0.005, 0.008, 0.012, 0.018, 0.025, 0.035, 0.05)  # s
 DEGREE = 3
@@ -49,7 +48,7 @@ TORQUE_HALF_WIDTH = 0.025  # s
 ARM_HALF_WIDTH = 0.006  # s, for position and speed of the arm
 
 
-def driven(recording: Recording, model: DriveModel) -> Recording:
+def driven(recording: UniformRecording, model: DriveModel) -> UniformRecording:
     """
     Return `recording` as the DriveModel `model` wants it: with the motor's motion if that drives.
 
@@ -67,16 +66,11 @@ def driven(recording: Recording, model: DriveModel) -> Recording:
     motor = np.concatenate([
         np.column_stack([motion(recording.y[part, there], noise[1], half, recording.dt),
                          savgol_filter(recording.u[part], width, DEGREE)])
-        for part in parts(recording)])
+        for part in recording.segments])
     y = recording.y.copy()
     y[:, 0] = recording.u
     channels = (0,) if len(recording.channels) == 1 else (0, 1)
     return replace(recording, y=y, channels=channels, motor=motor)
-
-
-def parts(recording: Recording) -> list[slice]:
-    """Return a slice for each of the recordings that were joined to `recording`."""
-    return [slice(*ends) for ends in zip(recording.cuts, (*recording.cuts[1:], len(recording.u)))]
 
 
 def half_width(gain: float, dt: float) -> int:
@@ -116,9 +110,9 @@ class DrivenSimulator(Simulator):
     begins_known = True
     # Contacts that are made a little earlier or later make small differences jagged.
     stretch = 25.0
-    fit = staticmethod(multiscale.fit)
+    nonsmooth = True
 
-    def __init__(self, recording: Recording, model: DriveModel) -> None:
+    def __init__(self, recording: UniformRecording, model: DriveModel) -> None:
         assert recording.motor is not None
         super().__init__(replace(recording, u=recording.motor[:, kernels.SMOOTH_U]), model)
         self.motor = recording.motor
@@ -127,9 +121,9 @@ class DrivenSimulator(Simulator):
         self._logged = np.ascontiguousarray(recording.u)
         self._kernels = {None: kernels.driven_runs}
         self._arm = np.concatenate([_arm(recording.y[part, 1], self.dt)
-                                    for part in parts(recording)])
+                                    for part in recording.segments])
 
-    def run(self, windows: Windows, model: DriveModel, states: Array, memory: Array,
+    def run(self, windows: ShootingWindows, model: DriveModel, states: Array, memory: Array,
             extra: Array | None = None) -> tuple[Array, Array]:
         """
         Return (y [W, L, 2], carry [W, 8]): torque that the motor needs (N m), reading of the arm.
@@ -167,7 +161,7 @@ def _arm(y: Array, dt: float) -> Array:
     return np.column_stack([savgol_filter(y, width, 2, deriv=i, delta=dt) for i in (0, 1)])
 
 
-def simulator(recording: Recording, model: DriveModel, coarse: bool = False) -> Simulator:
+def simulator(recording: UniformRecording, model: DriveModel, coarse: bool = False) -> Simulator:
     """Return the Simulator of free runs over `recording`, of what its model is driven by."""
     if recording.motor is not None:
         return DrivenSimulator(recording, model)

@@ -15,7 +15,7 @@
 """
 What a diagnosis says: the verdict with its evidence, as plain data.
 
-search: the Search with all fits; none, best: Fitted without effect, and the one that is reported;
+none, best: fit without effect, and the one that is reported;
 kind: 'effect', 'none' or 'unknown'; candidate: its Candidate, nuisances: {name: relative change}.
 model: DriveModel; lattices: ids of quantisation; quantum [2]: steps of the encoders, rad;
 validate: a further Recording, to judge by; seed: of the bootstrap; phi [2]: see gap.colour.
@@ -26,17 +26,18 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.identification import closed_model, isolability, localisation, model_error
+from gearbox_monitor.identification import closed_model, isolability, localisation
 from gearbox_monitor.identification.adequacy import follows, misfit, on_all, sharpen_sigma
 from gearbox_monitor.identification.candidates import (
     Candidate, NUISANCES, replaced_value, with_effects, ZERO)
-from gearbox_monitor.identification.recording import Recording
-from gearbox_monitor.identification.remainder import Remainder
-from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.residual_dependence import ResidualDependence
+from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.selection import gain, MARGIN
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
+from gearbox_monitor.quality.recording import UniformRecording
 
 TIE = 1.01  # ratio of chi2 that free signals leave at places that they do not tell apart
 AS_MUCH = 1.1  # times what a free signal leaves, a law leaves where it tells as much
@@ -67,12 +68,12 @@ def location_of(name: str) -> str:
     return library()[name].location
 
 
-def report(search: Search, best: Fitted, kind: str, lattices: list[str], quantum: Array,
-           validate: Recording | None, seed: int) -> Verdict:
+def report(search: Search, best: CandidateFit, kind: str, lattices: list[str], quantum: Array,
+           validate: UniformRecording | None, seed: int) -> Verdict:
     """Return the Verdict with all evidence."""
     ids = list(best.candidate.ids)
     weighed, weighed_best, phi = search, best, search.long.colour
-    search = model_error.plain(search)
+    search = search.in_sensor_units()
     if search is not weighed:
         best = search.fitted[best.name if ids else '']
     if phi is None:
@@ -145,7 +146,7 @@ def report(search: Search, best: Fitted, kind: str, lattices: list[str], quantum
     return Verdict(data, model, weighed)
 
 
-def unknown_place(places: Mapping[str, Any], law: Remainder | None, rest: float) -> str:
+def unknown_place(places: Mapping[str, Any], law: ResidualDependence | None, rest: float) -> str:
     """
     Return the location of an unknown effect for which no known one nearly stands.
 
@@ -161,7 +162,7 @@ def unknown_place(places: Mapping[str, Any], law: Remainder | None, rest: float)
     return str(places['location'])
 
 
-def nearly_known(search: Search, best: Fitted) -> str | None:
+def nearly_known(search: Search, best: CandidateFit) -> str | None:
     """Return the location of the effects of `best` that explain nearly all of the gap, or None."""
     classes = {location_of(i) for i in best.candidate.ids}
     none = float(search.fitted[''].point.chi2.sum())
@@ -196,7 +197,7 @@ def shifts(candidate: Candidate, nuisances: Mapping[str, float]) -> dict[str, fl
     return {name: float(value / spread[name]) for name, value in nuisances.items()}
 
 
-def warnings(search: Search, best: Fitted, kind: str, nuisances: Mapping[str, float],
+def warnings(search: Search, best: CandidateFit, kind: str, nuisances: Mapping[str, float],
              times: Sequence[float | None]) -> list[str]:
     """Return sentences about what weakens the verdict; times [2]: see noise_times."""
     out = [f'the noise of the {name} encoder lasts {1e3 * time:.2g} ms, as if it were filtered: '

@@ -16,7 +16,7 @@
 import numpy as np
 
 from gearbox_monitor.estimation.noise_search import at_rest
-from gearbox_monitor.identification.noise import lattice, noise_level
+from gearbox_monitor.kernels.sensor_noise import lattice, noise_level
 from gearbox_monitor.quality.line import BAD, everything, hurts, Line, OK, WARN
 
 NAMES = ('motor', 'arm')

@@ -18,10 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification.recording import prepare
 from gearbox_monitor.quality import (
     encoders, excitation_checks, input_checks as gap_check, stamps, stretch, torque)
 from gearbox_monitor.quality.line import BAD, everything, hurts, Line, OK, PURPOSES, WARN
+from gearbox_monitor.quality.recording import prepare
 
 GROUPS = ('stamps', 'torque', 'motor', 'arm', 'motion', 'signs', 'model')
 LEAST = 100  # samples

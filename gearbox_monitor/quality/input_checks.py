@@ -27,11 +27,11 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.identification.noise import noise_levels
-from gearbox_monitor.identification.recording import MIN_DURATION, Recording
+from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.quality.recording import MIN_DURATION, UniformRecording
 
 SHORT = 8.0                 # s: below it held-out windows are few
 RATES = (200.0, 4000.0)     # Hz
@@ -65,13 +65,13 @@ class Problem:
     fatal: bool
 
 
-def check(recording: Recording, model: DriveModel) -> list[Problem]:
+def check(recording: UniformRecording, model: DriveModel) -> list[Problem]:
     """Return the Problems (list) of a Recording of the drive DriveModel `model`."""
     return [replace(problem, text=on_axis(problem.text, model.axis))
             for problem in _problems(recording, model)]
 
 
-def _problems(recording: Recording, model: DriveModel) -> list[Problem]:
+def _problems(recording: UniformRecording, model: DriveModel) -> list[Problem]:
     problems = _rate_and_length(recording)
     if problems and problems[0].fatal:
         return problems
@@ -96,7 +96,7 @@ def _problems(recording: Recording, model: DriveModel) -> list[Problem]:
     return problems + _torque_limits(recording) + _motion(recording, smooth, model)
 
 
-def _rate_and_length(r: Recording) -> list[Problem]:
+def _rate_and_length(r: UniformRecording) -> list[Problem]:
     rate = 1.0 / r.dt
     if not RATES[0] * 0.99 <= rate <= RATES[1] * 1.01:
         hint = ''
@@ -122,7 +122,8 @@ def _runs(values: Array) -> tuple[Integers, Integers]:
     return starts, np.diff(np.concatenate([starts, [len(values)]]))
 
 
-def _encoders(r: Recording, model: DriveModel, sigma: Array, quantum: Array) -> list[Problem]:
+def _encoders(r: UniformRecording, model: DriveModel, sigma: Array,
+              quantum: Array) -> list[Problem]:
     problems = []
     names = ('motor', 'arm')
     if not np.isfinite(r.y).all() or not np.isfinite(r.u).all():
@@ -145,7 +146,7 @@ def _encoders(r: Recording, model: DriveModel, sigma: Array, quantum: Array) -> 
     return problems
 
 
-def _wrapped(r: Recording, name: str, y: Array) -> list[Problem]:
+def _wrapped(r: UniformRecording, name: str, y: Array) -> list[Problem]:
     """Find jumps of one turn."""
     jump = np.diff(y)
     wraps = np.flatnonzero(np.abs(np.abs(jump) - 2 * np.pi) < 0.5)
@@ -158,7 +159,7 @@ def _wrapped(r: Recording, name: str, y: Array) -> list[Problem]:
         'over turns (unwrapped)', True)]
 
 
-def _play(r: Recording, model: DriveModel, quantum: float, sigma: float) -> float:
+def _play(r: UniformRecording, model: DriveModel, quantum: float, sigma: float) -> float:
     """Return how far (rad) one side can go while the other stands on one and the same reading."""
     t = model.transmission
     play = 2 * (2 * t.half_gap + 2 * t.hysteresis_width) + 20 * sigma
@@ -169,8 +170,8 @@ def _play(r: Recording, model: DriveModel, quantum: float, sigma: float) -> floa
     return play
 
 
-def _clipped(r: Recording, model: DriveModel, name: str, y: Array, sigma: float, quantum: float,
-             other: Array, other_sigma: float, starts: Integers,
+def _clipped(r: UniformRecording, model: DriveModel, name: str, y: Array, sigma: float,
+             quantum: float, other: Array, other_sigma: float, starts: Integers,
              lengths: Integers) -> list[Problem]:
     """
     Find the reading that rests on its extreme value while the drive goes on.
@@ -196,8 +197,8 @@ def _clipped(r: Recording, model: DriveModel, name: str, y: Array, sigma: float,
     return []
 
 
-def _frozen(r: Recording, model: DriveModel, name: str, quantum: float, other: Array, sigma: float,
-            starts: Integers, lengths: Integers) -> list[Problem]:
+def _frozen(r: UniformRecording, model: DriveModel, name: str, quantum: float, other: Array,
+            sigma: float, starts: Integers, lengths: Integers) -> list[Problem]:
     """Find one and the same reading while the other side goes further than gap and spring."""
     play = _play(r, model, quantum, sigma)
     for k in np.flatnonzero(lengths * r.dt >= FROZEN):
@@ -212,7 +213,7 @@ def _frozen(r: Recording, model: DriveModel, name: str, quantum: float, other: A
     return []
 
 
-def _torque_limits(r: Recording) -> list[Problem]:
+def _torque_limits(r: UniformRecording) -> list[Problem]:
     """Tell of a torque command that stands on its limits, which the fit can live with."""
     high, low = r.u.max(), r.u.min()
     if high == low:
@@ -240,7 +241,7 @@ class Smooth:
     is left of the noise in p. As wide as the noise asks for, and half the width `least` s.
     """
 
-    def __init__(self, recording: Recording, sigma: Array, least: float = 0.0) -> None:
+    def __init__(self, recording: UniformRecording, sigma: Array, least: float = 0.0) -> None:
         r = recording
         for half_width in (w for w in HALF_WIDTHS if w >= least):
             n = max(3, int(round(half_width / r.dt)))
@@ -277,7 +278,8 @@ def _kernels(n: int, dt: float) -> tuple[Array, Array, Array]:
 
 
 # --- channels, signs and units ------------------------------------------------------------------
-def _wrong(recording: Recording, sigma: Array, smooth: Smooth, model: DriveModel) -> list[Problem]:
+def _wrong(recording: UniformRecording, sigma: Array, smooth: Smooth,
+           model: DriveModel) -> list[Problem]:
     """Find what _wiring does where it is still there when more is smoothed away."""
     wrong = _wiring(smooth, model)
     # Noise that lasts is more than its high frequencies tell. Much wider hides what is wrong, too.
@@ -430,7 +432,7 @@ def _unit_text(model: DriveModel, what: str, factor: float) -> str:
 
 
 # --- motion -------------------------------------------------------------------------------------
-def _still(r: Recording, smooth: Smooth, sigma: Array) -> list[Problem]:
+def _still(r: UniformRecording, smooth: Smooth, sigma: Array) -> list[Problem]:
     """Find a drive that stands still, or a torque that never changes."""
     for i, name in enumerate(('motor', 'arm')):
         travel = np.ptp(smooth.p[:, i])
@@ -444,7 +446,7 @@ def _still(r: Recording, smooth: Smooth, sigma: Array) -> list[Problem]:
     return []
 
 
-def _motion(r: Recording, smooth: Smooth, model: DriveModel) -> list[Problem]:
+def _motion(r: UniformRecording, smooth: Smooth, model: DriveModel) -> list[Problem]:
     problems = []
     windows = (smooth.k * r.dt).astype(int)
     n = int(r.duration + 1e-9)

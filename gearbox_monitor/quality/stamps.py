@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.identification.recording import MAX_REPAIRED, MIN_DURATION
 from gearbox_monitor.quality.input_checks import RATES as DIAGNOSIS_RATES, SHORT
 from gearbox_monitor.quality.line import BAD, everything, hurts, Line, OK, WARN
+from gearbox_monitor.quality.recording import MAX_REPAIRED, MIN_DURATION
 
 RATES = (100.0, 2000.0)  # Hz, of estimation
 LEAST_RATE = 20.0        # Hz, below it nothing of a drive's motion is left

@@ -18,7 +18,7 @@ import json
 import re
 
 from gearbox_monitor.identification.isolability import LIMIT
-from gearbox_monitor.identification.overlay import near, smoothed
+from gearbox_monitor.identification.model_overlay import clipped_to_range, smoothed
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report import page
@@ -203,7 +203,7 @@ def _whole(laid, axis):
     for channel in laid.channels:
         measured = laid.recording.y[:, channel]
         lines = [page.Line(t, measured, 'recording', 'recording')]
-        lines += [page.Line(t, near(run.free[:, channel], measured), run.name, role)
+        lines += [page.Line(t, clipped_to_range(run.free[:, channel], measured), run.name, role)
                   for run, role in zip(laid.runs, ROLES)]
         left = [page.Line(line.x, measured - line.y, line.name, f'{line.role} firm')
                 for line in lines[1:]]

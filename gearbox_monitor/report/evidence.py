@@ -18,12 +18,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.identification import basis_functions, isolability, localisation
+from gearbox_monitor.identification import (
+    basis_functions, input_estimation, isolability, localisation)
 from gearbox_monitor.identification.candidates import NOT_FITTED
-from gearbox_monitor.identification.overlay import overlay
-from gearbox_monitor.identification.recording import joined
+from gearbox_monitor.identification.model_overlay import overlay
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.quality.recording import concatenated
 from gearbox_monitor.report.words import ids_of
 
 COMPARED = 10  # effects in the table of what can be told apart
@@ -70,7 +71,7 @@ class Evidence:
 def gather(verdict, recordings, model, jobs=1):
     """Return the Evidence of a Verdict on `recordings` under the DriveModel `model`."""
     data, search = verdict.data, verdict.search
-    recording = joined([driven(r, model) for r in recordings])
+    recording = concatenated([driven(r, model) for r in recordings])
     models = {'nominal model': model}
     if verdict.model is not None:
         models[closed_name(data)] = verdict.model
@@ -120,7 +121,7 @@ def shown_windows(laid, held_out=True):
 def missing_signal(search, place, moved, jobs=1):
     """Return the Missing signal at `place` on top of the model without effect."""
     free = localisation.free_forms(search, search.fitted[''], jobs, (place,))[place]
-    unit = 'N m' if place in localisation.TORQUES else 'rad'
+    unit = 'N m' if place in input_estimation.TORQUES else 'rad'
     return Missing(place, on_axis(unit, search.model.axis), localisation.laws(search, free, moved))
 
 

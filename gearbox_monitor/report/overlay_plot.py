@@ -16,7 +16,7 @@
 from matplotlib.figure import Figure
 import numpy as np
 
-from gearbox_monitor.identification.overlay import near, smoothed
+from gearbox_monitor.identification.model_overlay import clipped_to_range, smoothed
 from gearbox_monitor.report.evidence import explained_by
 from gearbox_monitor.report.plots import BLACK, BLUE, GREEN, GREY, RED
 from gearbox_monitor.report.words import behind, PLACES, unit_of
@@ -38,7 +38,8 @@ def windows_figure(laid, shown, title='', unit='rad'):
 
 def free_figure(laid, title='', unit='rad'):
     """Return the Figure of one free run of each model over the whole recording."""
-    runs = [np.stack([near(run.free[:, k], laid.recording.y[:, k]) for k in (0, 1)], axis=1)
+    runs = [np.stack([clipped_to_range(run.free[:, k], laid.recording.y[:, k]) for k in (0, 1)],
+                     axis=1)
             for run in laid.runs]
     column = ('one free run', laid.recording.t, laid.recording.y, runs)
     return _figure(laid, [column], title, unit)

@@ -19,7 +19,7 @@ import shlex
 import numpy as np
 
 from gearbox_monitor.identification.isolability import TWINS
-from gearbox_monitor.identification.noise import noise_levels
+from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.arm_side import LOAD_TORQUE
 from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET

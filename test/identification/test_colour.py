@@ -21,11 +21,11 @@ from scipy.signal import lfilter
 
 from gearbox_monitor.identification.coloured_noise import measured
 from gearbox_monitor.identification.diagnose import diagnose
-from gearbox_monitor.identification.noise import whitened
-from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.noise_model import whitened
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
+from gearbox_monitor.quality.recording import UniformRecording
 
 DT, PHI = 1e-3, np.exp(-1e-3 / 5e-3)
 WEAK = {'id': 'arm_coulomb', 'Cac': 0.05}
@@ -74,7 +74,7 @@ def test_verdicts_as_with_white_noise(effects):
     u = Excitation('multisine', (4.0, 2.0, 1.0), (0.5, 1.3, 3.2)).torque(t)
     y = simulate(replace(model, effects=effects), u, DT).x[:, :2]
     y = y + 0.004 * noise(PHI, 1, len(t), 2, seed=2)[0]
-    data = diagnose([Recording(t, u, y, DT)], model,
+    data = diagnose([UniformRecording(t, u, y, DT)], model,
                     only=['arm_coulomb', 'motor_viscous']).data
     assert data['effect'] == ('arm_coulomb' if effects else None)
     assert data['verdict'] == ('effect' if effects else 'none')

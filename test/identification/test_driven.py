@@ -28,12 +28,12 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.shooting import ShootingWindows
 from gearbox_monitor.identification.torque_domain import DrivenSimulator
-from gearbox_monitor.identification.windows import Windows
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
+from gearbox_monitor.quality.recording import UniformRecording
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data' / 'davinci_backend'
 DT = 1e-3
@@ -78,8 +78,8 @@ def compared(model, seconds):
     motor = plant.y[:, 0]
     speed = np.gradient(motor, DT)
     path = np.column_stack([motor, speed, np.gradient(speed, DT), np.ones(len(t)), u])
-    recording = Recording(t, u, np.column_stack([u, plant.y[:, 1]]), DT, motor=path)
-    whole = Windows(np.zeros(1, int), len(t), np.zeros(1, int), np.full(1, len(t)))
+    recording = UniformRecording(t, u, np.column_stack([u, plant.y[:, 1]]), DT, motor=path)
+    whole = ShootingWindows(np.zeros(1, int), len(t), np.zeros(1, int), np.full(1, len(t)))
     y, _ = DrivenSimulator(recording, model).run(whole, model, np.zeros((1, 4)),
                                                  np.zeros((1, 4)))
     return (y[0] - recording.y).T

@@ -19,14 +19,17 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.identification import (
-    adequacy, closed_model, diagnose, fit, isolability, localisation, noise, pairs, selection,
-    verdict, windows)
-from gearbox_monitor.identification.bursts import found_bursts
-from gearbox_monitor.identification.recording import Recording
-from gearbox_monitor.identification.remainder import Remainder, remainder
-from gearbox_monitor.identification.search import Fitted, Search
+    adequacy, closed_model, diagnose, gauss_newton, isolability, likelihood, localisation,
+    pair_search, selection, shooting, verdict, window_states)
+from gearbox_monitor.identification.disturbance_pulses import disturbance_fit
+from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.residual_dependence import (
+    ResidualDependence, strongest_dependence)
+from gearbox_monitor.identification.search import Search
+from gearbox_monitor.kernels import sensor_noise
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.quality.recording import UniformRecording
 
 DT, SIGMA = 0.001, (0.002, 0.002)
 CASES = {
@@ -47,7 +50,7 @@ def record(effects, seconds=5, seed=1, std=SIGMA, u=None):
                 for a, f, p in zip((0.6, 0.4, 0.3), (0.45, 1.1, 2.3), phase))
     model = model_from_dict({'effects': effects}, 'test')
     path = simulate(model, u, DT, Noise(measurement=std), seed)
-    return Recording(t, u, path.y, DT)
+    return UniformRecording(t, u, path.y, DT)
 
 
 @pytest.fixture(scope='module')
@@ -63,7 +66,7 @@ def searches():
 def fitted_from(search, name, values):
     """Return the Fitted of effect `name` that begins at its true `values`."""
     candidate = search.starts.candidates(name)[0]
-    point = fit.copied(search.fitted[''].point, candidate.start())
+    point = likelihood.copied(search.fitted[''].point, candidate.start())
     if 'phi' in values:
         values = {'As': values['A'] * np.cos(values['phi']),
                   'Ac': values['A'] * np.sin(values['phi'])}
@@ -72,11 +75,11 @@ def fitted_from(search, name, values):
     search.long.evaluate(candidate, point)
     for _ in range(3):
         every = np.arange(len(point.states))
-        point.states, _ = fit.solve_states(search.long, candidate.model(point.z), point.states,
-                                           point.memory, every)
+        point.states, _ = window_states.solve_states(search.long, candidate.model(point.z),
+                                                     point.states, point.memory, every)
         search.long.evaluate(candidate, point)
-        fit.rescue(search.long, candidate, point)
-    return search.as_fitted(candidate, fit.fit(search.long, candidate, point, 6))
+        window_states.rescue(search.long, candidate, point)
+    return search.as_fitted(candidate, gauss_newton.fit(search.long, candidate, point, 6))
 
 
 @pytest.mark.parametrize('name', CASES)
@@ -178,9 +181,9 @@ def test_a_parameter_at_its_bound_is_no_discovery():
     search.none()
     for name in search.ids:
         candidate = search.starts.candidates(name)[0]
-        point = fit.copied(search.fitted[''].point, candidate.start())
+        point = likelihood.copied(search.fitted[''].point, candidate.start())
         point.residual = search.fitted[''].point.residual
-        search.fitted[name] = Fitted(candidate, point, 0.0)
+        search.fitted[name] = CandidateFit(candidate, point, 0.0)
     drift, plain = (search.fitted[name] for name in ('viscous_drift', 'motor_viscous'))
     drift.score = plain.score - 5.0
     assert selection.simpler(search, drift) is drift
@@ -200,13 +203,13 @@ def test_a_parameter_at_its_bound_is_no_discovery():
     ([], 1, 'unknown'), ([], 4, 'none')])
 def test_steps_too_long_for_the_readings_are_no_unknown_effect(
         monkeypatch, effects, finer, verdict):
-    monkeypatch.setattr(windows, 'STEP_EIGENVALUE', 2.7)  # hardly stable
+    monkeypatch.setattr(shooting, 'STEP_EIGENVALUE', 2.7)  # hardly stable
     monkeypatch.setattr('gearbox_monitor.identification.search.FINER', finer)
     u = 2.0 * record([], seed=3).u
     model = model_from_dict({'effects': effects}, 'test')
     y = simulate(model, np.repeat(u, 16), DT / 16).y[::16]
     y += 2e-4 * np.random.default_rng(3).standard_normal(y.shape)
-    data = diagnose.diagnose([Recording(np.arange(len(u)) * DT, u, y, DT)], DriveModel(),
+    data = diagnose.diagnose([UniformRecording(np.arange(len(u)) * DT, u, y, DT)], DriveModel(),
                              only=['transmission_damping', 'torque_gain']).data
     assert data['verdict'] == verdict
     assert data['effect'] == ('transmission_damping' if verdict == 'effect' else None)
@@ -218,9 +221,9 @@ def test_an_effect_taken_from_a_pair_keeps_its_memory():
     search.none()
     parts = [(c, c.start()) for c in (search.starts.candidates(n)[0] for n in search.ids)]
     joint = search.starts.joint(parts)
-    point = fit.copied(search.fitted[''].point, joint.start())
+    point = likelihood.copied(search.fitted[''].point, joint.start())
     point.memory[:] = np.random.default_rng(0).standard_normal(point.memory.shape)
-    alone = pairs._alone(search, Fitted(joint, point), 0)
+    alone = pair_search._alone(search, CandidateFit(joint, point), 0)
     assert alone.name == 'lugre'
     np.testing.assert_array_equal(alone.point.memory, point.memory)
     np.testing.assert_array_equal(alone.point.states, point.states)
@@ -232,7 +235,7 @@ def test_noise_on_a_lattice_is_that_of_encoder_and_rounding(step):
     t = np.arange(12_000) * DT
     y = 3.0 * np.sin(8.0 * t) + 0.01 * np.random.default_rng(1).standard_normal(len(t))
     quantum = 0.01 * step
-    levels, found = noise.noise_levels(np.column_stack([quantum * np.rint(y / quantum), y]))
+    levels, found = sensor_noise.noise_levels(np.column_stack([quantum * np.rint(y / quantum), y]))
     assert levels[0] == pytest.approx(0.01 * np.sqrt(1.0 + step ** 2 / 12.0), rel=0.04)
     assert levels[1] == pytest.approx(0.01, rel=0.04)
     assert found == pytest.approx([quantum, 0.0])
@@ -298,7 +301,7 @@ def test_a_load_that_swings_all_the_time_is_no_bursts(steady):
              for t0, a in zip(t[here], amplitude[here])]
     search = Search(record(loads, 8), DriveModel(), SIGMA, ['disturbance'])
     search.none()
-    found = found_bursts(search)
+    found = disturbance_fit(search)
     assert (found is None) == steady
 
 
@@ -321,11 +324,11 @@ def test_an_effect_of_a_pair_starts_again(effect, order, astray):
     search.none_and_singles()
     base, wrong = search.fitted['hardening'], search.starts.candidates(name, order)[0]
     joint = search.starts.joint([(base.candidate, base.point.z), (wrong, np.array(astray))])
-    point = search.long.evaluate(joint, fit.copied(base.point, joint.start()))
+    point = search.long.evaluate(joint, likelihood.copied(base.point, joint.start()))
     pair = search.polish(search.as_fitted(joint, point))
     search.fitted = {'': search.fitted[''], 'hardening': base,
                      name: search.fitted[name], pair.name: pair}
-    found = pairs.restarted(search, pair)
+    found = pair_search.restarted(search, pair)
     assert found.score < pair.score - 100.0 and search.fitted[found.name] is found
     if order:
         assert found.candidate.orders == {1: effect['N']}
@@ -346,9 +349,9 @@ def test_what_is_left_is_a_function_of_the_motion(name, values, place, over):
     """Of effects that raise chi2 by a few percent."""
     search = Search(record([{'id': name, **values}]), DriveModel(), SIGMA, [name])
     none = search.none()
-    found = remainder(search, none)
+    found = strongest_dependence(search, none)
     assert (found.place, found.over) == (place, over) and found.gain > 3.0 * adequacy.REMAINDER
-    assert remainder(search, fitted_from(search, name, values)).gain < 30.0
+    assert strongest_dependence(search, fitted_from(search, name, values)).gain < 30.0
 
 
 def test_noise_of_the_readings_is_no_law():
@@ -360,11 +363,12 @@ def test_noise_of_the_readings_is_no_law():
         'transmission': {'kind': 'dead_zone', 'stiffness': 17.25, 'half_gap': 0.048}}, 'test')
     u, std = u[:12000], (0.048, 0.048)
     path = simulate(model, u, DT, Noise(measurement=std), 1)
-    search = Search(Recording(DT * np.arange(len(u)), u, path.y, DT), model, std, ['stribeck'])
+    search = Search(UniformRecording(DT * np.arange(len(u)), u, path.y, DT), model, std,
+                    ['stribeck'])
     none = search.none()
-    read = remainder(search, none)
+    read = strongest_dependence(search, none)
     assert read.over == 'rate of the twist' and read.gain > adequacy.REMAINDER
-    assert remainder(search, none, modelled=True).gain < 20.0
+    assert strongest_dependence(search, none, modelled=True).gain < 20.0
     assert adequacy.follows(search, none) is None
 
 
@@ -375,14 +379,14 @@ def test_a_memory_that_is_stuck_is_freed():
     search.none()
     right = fitted_from(search, 'hysteresis_branch', effect)
     every = np.arange(len(right.point.states))
-    stuck = fit.copied(right.point)
+    stuck = likelihood.copied(right.point)
     stuck.memory[:, 3] = -np.sign(right.point.memory[:, 3])
-    stuck.states, _ = fit.solve_states(search.long, right.candidate.model(stuck.z), stuck.states,
-                                       stuck.memory, every)
+    stuck.states, _ = window_states.solve_states(search.long, right.candidate.model(stuck.z),
+                                                 stuck.states, stuck.memory, every)
     search.long.evaluate(right.candidate, stuck)
     assert stuck.chi2.sum() > right.point.chi2.sum() + 100.0
-    fit.rescue(search.long, right.candidate, stuck)
-    fit.fit(search.long, right.candidate, stuck, 4)
+    window_states.rescue(search.long, right.candidate, stuck)
+    gauss_newton.fit(search.long, right.candidate, stuck, 4)
     assert stuck.chi2.sum() < right.point.chi2.sum() + 5.0
 
 
@@ -399,7 +403,7 @@ def scattered(effects, torque_noise=0.005, seconds=8, seed=3):
     r = record([], seconds, seed)
     noise = np.random.default_rng(seed + 1).normal(0.0, torque_noise, len(r.u))
     path = simulate(own, r.u + noise, DT, Noise(measurement=SIGMA), seed)
-    return Recording(r.t, r.u, path.y, DT), told
+    return UniformRecording(r.t, r.u, path.y, DT), told
 
 
 @pytest.mark.parametrize('effects, expected', [
@@ -425,8 +429,9 @@ def test_what_explains_nearly_all_of_the_gap_is_where_the_unknown_is(searches):
     search, none, right = searches['torque_gain']
     assert verdict.nearly_known(search, right) == 'actuator'
     assert verdict.nearly_known(search, none) is None
-    half = search.long.evaluate(right.candidate, fit.copied(right.point, 0.5 * right.point.z))
-    assert verdict.nearly_known(search, Fitted(right.candidate, half)) is None
+    half = search.long.evaluate(right.candidate,
+                                likelihood.copied(right.point, 0.5 * right.point.z))
+    assert verdict.nearly_known(search, CandidateFit(right.candidate, half)) is None
 
 
 @pytest.mark.parametrize('law, left, rest, expected', [
@@ -438,5 +443,5 @@ def test_what_explains_nearly_all_of_the_gap_is_where_the_unknown_is(searches):
 ])
 def test_what_is_left_decides_between_places_that_explain_as_much(law, left, rest, expected):
     places = {'location': 'arm_side', 'places': {p: {'left': v} for p, v in left.items()}}
-    law = law and Remainder(law, 'speed', 100.0)
+    law = law and ResidualDependence(law, 'speed', 100.0)
     assert verdict.unknown_place(places, law, rest) == expected

@@ -22,14 +22,14 @@ import yaml
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification import experiment_design as motions, fit as fitting
+from gearbox_monitor.identification import experiment_design as motions, gauss_newton, likelihood
 from gearbox_monitor.identification.experiment_design import DT, Limits, separations, suggest
 from gearbox_monitor.identification.isolability import LIMIT
-from gearbox_monitor.identification.recording import Recording
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
+from gearbox_monitor.quality.recording import UniformRecording
 
 MODEL = DriveModel()
 SIGMA = np.array([0.005, 0.005])
@@ -76,10 +76,10 @@ def test_it_is_what_the_evidence_of_fits_says():
     pair = ('motor_viscous', 'motor_coulomb')
     found, _ = separations(MODEL, {'motor_viscous': values}, u, SIGMA, [pair])
     run = simulate(replace(MODEL, effects=({'id': 'motor_viscous', **values},)), u, DT)
-    search = Search(Recording(t, u, run.y, DT), MODEL, SIGMA, ['motor_coulomb'])
+    search = Search(UniformRecording(t, u, run.y, DT), MODEL, SIGMA, ['motor_coulomb'])
     candidate = search.starts.candidates('motor_coulomb')[0]
-    point = fitting.fresh(search.long, candidate, run.x[search.long.windows.begin])
-    fitting.fit(search.long, candidate, point, 20, refresh=range(20))
+    point = likelihood.fresh(search.long, candidate, run.x[search.long.windows.begin])
+    gauss_newton.fit(search.long, candidate, point, 20, refresh=range(20))
     left = point.chi2[search.long.train].sum()
     assert left == pytest.approx(found[pair], rel=0.2)
 

@@ -27,9 +27,8 @@ import yaml
 from gearbox_monitor.benchmarks.blind import plant as own
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.identification.recording import Recording
 from gearbox_monitor.identification.search import Search
-from gearbox_monitor.identification.windows import cut, Simulator
+from gearbox_monitor.identification.shooting import shooting_windows, Simulator
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import model_from_dict
@@ -37,6 +36,7 @@ from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.equations import actuator
 from gearbox_monitor.plant.faults import Faults, FaultyPlant
 from gearbox_monitor.plant.simulate import Noise, Plant
+from gearbox_monitor.quality.recording import UniformRecording
 
 compiled = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 PAGE = Path(__file__).parents[2] / 'docs/plugins.md'
@@ -127,14 +127,14 @@ def test_agrees_with_a_plant_that_shares_no_code(name):
 
     coarse = Plant(model).run(U, DT)
     assert np.abs(coarse.y - y).max() < 4e-3
-    recording = Recording(T, U, nominal, DT)
+    recording = UniformRecording(T, U, nominal, DT)
     simulator = Simulator(recording, model_from_dict({}, 'test'))
     extra = None
     if name == 'disturbance':  # to a free run a torque from outside
         extra = np.zeros((len(U), 3))
         extra[:, 1] = -effects.arm_profile(model.effects, T, DT)
     rest = np.zeros((1, 4))
-    runs, _ = simulator.run(cut(recording, len(U) * DT), model, rest, rest, extra)
+    runs, _ = simulator.run(shooting_windows(recording, len(U) * DT), model, rest, rest, extra)
     assert np.abs(runs[0] - y).max() < max(6e-3 * influence, 2e-4)
     assert np.abs(runs[0] - y).max() < 1e-3
 
@@ -322,7 +322,7 @@ def test_the_plugin_of_the_page(plugin_folder):
     u = 3.0 * np.sin(2 * np.pi * 0.7 * t) + 1.5 * np.sin(2 * np.pi * 1.9 * t)
     _, y = own.simulate(own.NOMINAL, [spring], u, DT)
     y = y + 0.003 * np.random.default_rng(1).standard_normal(y.shape)
-    search = Search(Recording(t, u, y, DT), model_from_dict({}, 'test'),
+    search = Search(UniformRecording(t, u, y, DT), model_from_dict({}, 'test'),
                     np.array([0.003, 0.003]), ['arm_spring', 'gravity'])
     search.none()
     search.refine(search.screen())

@@ -18,14 +18,14 @@ import math
 import numpy as np
 import pytest
 
-from gearbox_monitor.identification.recording import Recording
-from gearbox_monitor.identification.windows import cut, N_MEMORY, Simulator
+from gearbox_monitor.identification.shooting import N_MEMORY, shooting_windows, Simulator
 from gearbox_monitor.kernels.elementary import arctan, exponential, sine
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
+from gearbox_monitor.quality.recording import UniformRecording
 
 DT = 2e-3
 OWN_EQUATIONS = [
@@ -78,8 +78,8 @@ def test_side_by_side_and_one_by_one_are_the_same_bits(effects, monkeypatch):
     model = model_from_dict({'effects': effects}, 'test')
     u = Excitation().torque(DT * np.arange(5000))
     run = Plant(model, Noise(measurement=(0.005, 0.005)), 3).run(u, DT)
-    recording = Recording(run.t, u, run.y, DT)
-    simulator, windows = Simulator(recording, model), cut(recording, 0.5)
+    recording = UniformRecording(run.t, u, run.y, DT)
+    simulator, windows = Simulator(recording, model), shooting_windows(recording, 0.5)
     # Windows in any order, some several times; the first has no lead, others have.
     windows = windows.take(np.array([3, 0, 3, *range(len(windows)), 1]))
     random = np.random.default_rng(1)

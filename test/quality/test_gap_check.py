@@ -26,12 +26,12 @@ from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.identification.noise import noise_levels
-from gearbox_monitor.identification.recording import prepare
+from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.quality.input_checks import check
+from gearbox_monitor.quality.recording import prepare
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data' / 'davinci_backend'
 MODEL = DriveModel()

@@ -26,13 +26,13 @@ import yaml
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.identification import basis_functions
-from gearbox_monitor.identification.inputs import given
 from gearbox_monitor.identification.localisation import triangles
-from gearbox_monitor.identification.overlay import near, smoothed
+from gearbox_monitor.identification.model_overlay import clipped_to_range, smoothed
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.quality import input_checks
+from gearbox_monitor.quality.admission import admitted
 from gearbox_monitor.report import page
 from gearbox_monitor.report.suggestion import suggestion, UNEXCITED
 
@@ -118,7 +118,7 @@ def test_a_motion_that_left_something_open_gets_the_command_for_a_better_one(fol
 
 def test_the_command_asks_what_the_verdict_left_open(folder):
     t, u, *y = np.loadtxt(folder / 'good.csv', delimiter=',', skiprows=1).T
-    recording, _ = given(t, u, np.transpose(y), None, 'good.csv', None, MODEL, 'drive.yaml')
+    recording, _ = admitted(t, u, np.transpose(y), None, 'good.csv', None, MODEL, 'drive.yaml')
     data = {'params': {'actuator_lag': {'T': 0.01}}, 'confusable': ['actuator_delay']}
     assert suggestion(data, [recording], 'my drive.yaml', 'a dir')[:2] == [
         "gearbox_monitor suggest 'a dir'", "--model 'my drive.yaml'"]
@@ -253,7 +253,7 @@ def test_edges_about_zero_are_closest_there():
 
 def test_curves_to_draw():
     assert smoothed(np.ones(100), 1e-3) == pytest.approx(1.0)
-    drawn = near(np.array([0.5, 1e9, np.nan]), np.array([0.0, 1.0, 0.5]))
+    drawn = clipped_to_range(np.array([0.5, 1e9, np.nan]), np.array([0.0, 1.0, 0.5]))
     assert drawn[0] == 0.5 and np.isnan(drawn[1:]).all()
 
 

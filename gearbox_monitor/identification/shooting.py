@@ -18,14 +18,13 @@ Free runs of the drive over the windows of a recording: what every part of the d
 Each window starts from states of its own (motor and arm position and speed); memories (hysteresis,
 bristle) go over from window to window.
 """
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.identification.recording import Recording
 from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant import batch, effects
@@ -33,6 +32,7 @@ from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue
 from gearbox_monitor.plant.effects import MAX_DELAY
 from gearbox_monitor.plant.effects.equations import actuator, DELAY, GAIN, LAG, reading, UMAX
 from gearbox_monitor.plant.simulate import advance, N_STATE, plugin_of, with_plugin
+from gearbox_monitor.quality.recording import UniformRecording
 
 N_MEMORY = N_STATE - 4
 # Accuracy, not stability, sets the step: h lambda <= 1.2 keeps free runs of 1 s within 0.01 sigma.
@@ -69,7 +69,7 @@ def _free_runs(begin: Integers, first: Integers, length: int, carry_at: Integers
 
 
 @dataclass(frozen=True)
-class Windows:
+class ShootingWindows:
     """
     Windows of one length in a recording.
 
@@ -85,12 +85,14 @@ class Windows:
     def __len__(self) -> int:
         return len(self.first)
 
-    def take(self, index: Integers) -> 'Windows':
+    def take(self, index: Integers) -> 'ShootingWindows':
         """Return the windows `index` (with repeats, in any order)."""
-        return Windows(self.first[index], self.length, self.begin[index], self.carry_at[index])
+        return ShootingWindows(self.first[index], self.length, self.begin[index],
+                               self.carry_at[index])
 
 
-def cut(recording: Recording, seconds: float, last: Sequence[int] | None = None) -> Windows:
+def shooting_windows(recording: UniformRecording, seconds: float,
+                     last: Sequence[int] | None = None) -> ShootingWindows:
     """
     Return the Windows of `seconds` in a Recording; none lies across recordings that were joined.
 
@@ -107,7 +109,7 @@ def cut(recording: Recording, seconds: float, last: Sequence[int] | None = None)
         first.append(here)
         begin.append(np.maximum(start, here - lead))
     at = np.concatenate(first)
-    return Windows(at, length, np.concatenate(begin), np.maximum(0, at + length - lead))
+    return ShootingWindows(at, length, np.concatenate(begin), np.maximum(0, at + length - lead))
 
 
 class Simulator:
@@ -120,9 +122,9 @@ class Simulator:
 
     begins_known = False  # whether states where windows begin are those of the readings
     stretch = 1.0         # of the steps of finite differences
-    fit: Callable[..., Any] | None = None  # in place of gap.fit.fit
+    nonsmooth = False     # whether small changes of a parameter make jumps in a run
 
-    def __init__(self, recording: Recording, model: DriveModel, coarse: bool = False,
+    def __init__(self, recording: UniformRecording, model: DriveModel, coarse: bool = False,
                  finer: int = 1) -> None:
         self.u, self.dt = np.ascontiguousarray(recording.u), recording.dt
         # One number of steps for all candidates: otherwise a difference in accuracy is evidence.
@@ -151,7 +153,7 @@ class Simulator:
             self._acting[key] = found
         return found
 
-    def run(self, windows: Windows, model: DriveModel, states: Array, memory: Array,
+    def run(self, windows: ShootingWindows, model: DriveModel, states: Array, memory: Array,
             extra: Array | None = None) -> tuple[Array, Array]:
         """
         Return (y [W, L, 2], carry [W, 8]): readings, and the state where the next window begins.

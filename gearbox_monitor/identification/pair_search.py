@@ -25,10 +25,11 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.identification import fit as fitting, isolability
+from gearbox_monitor.identification import gauss_newton, isolability, likelihood, window_states
 from gearbox_monitor.identification.candidates import (
     Candidate, NOT_FITTED, ORDERS, PERIODIC, with_effects)
-from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.search import Search
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 
@@ -43,17 +44,17 @@ BEGUN = 3  # steps of a fit by which starts and orders are compared
 SETTLED = 4
 RACE = ((0.25, 6), (0.5, 4), (1.0, 3))  # share of the windows fitted, pairs that go on from there
 Gain: TypeAlias = tuple[float, int | None]
-Started: TypeAlias = tuple[Candidate, fitting.Point]
+Started: TypeAlias = tuple[Candidate, likelihood.FitPoint]
 
 
-def forward_gains(search: Search, fitted: Fitted) -> dict[str, Gain]:
+def forward_gains(search: Search, fitted: CandidateFit) -> dict[str, Gain]:
     """Return {id: (linearised gain in chi2, N)} of adding each effect to `fitted`."""
     gains = _gains(search, search.long, fitted.candidate, fitted.point)
     return {name: some[0] for name, some in gains.items()}
 
 
-def _gains(search: Search, data: fitting.Data, candidate: Candidate,
-           point: fitting.Point) -> dict[str, list[Gain]]:
+def _gains(search: Search, data: likelihood.WindowData, candidate: Candidate,
+           point: likelihood.FitPoint) -> dict[str, list[Gain]]:
     """Return {id: [(linearised gain in chi2 of adding it, N), ..., best first]}."""
     ids = [i for i in search.ids if i not in candidate.ids]
     gains: dict[str, list[Gain]] = {}
@@ -87,7 +88,7 @@ def find_pairs(search: Search, firsts: Sequence[str]) -> list[str]:
     return chosen
 
 
-def restarted(search: Search, pair: Fitted) -> Fitted:
+def restarted(search: Search, pair: CandidateFit) -> CandidateFit:
     """
     Return `pair` as it fits best once one of its effects has started again.
 
@@ -95,13 +96,14 @@ def restarted(search: Search, pair: Fitted) -> Fitted:
     other effect as it is alone. Of another effect the pair may have found a local optimum, or
     follow a valley without end: each start is fitted, beside the other effect as the pair has it.
     """
-    def begun(job: tuple[fitting.Point, Candidate]) -> Fitted:
+    def begun(job: tuple[likelihood.FitPoint, Candidate]) -> CandidateFit:
         start, joint = job
-        point = fitting.copied(start, _with_nuisances(search, joint, start))
+        point = likelihood.copied(start, _with_nuisances(search, joint, start))
         search.long.evaluate(joint, point)
-        return search.as_fitted(joint, fitting.fit(search.long, joint, point, BEGUN, robust=True))
+        return search.as_fitted(joint,
+                                gauss_newton.fit(search.long, joint, point, BEGUN, robust=True))
 
-    def finished(fitted: Fitted) -> Fitted:
+    def finished(fitted: CandidateFit) -> CandidateFit:
         fitted = search.polish(fitted, [pair.point])
         return search.polish(search.grown(fitted), [fitted.point])
     jobs = []
@@ -125,19 +127,19 @@ def restarted(search: Search, pair: Fitted) -> Fitted:
 
 def _raced(search: Search, racing: list[Started]) -> list[str]:
     """
-    Run pairs [(Candidate, Point at its start on the beginnings)] against each other.
+    Run pairs [(Candidate, FitPoint at its start on the beginnings)] against each other.
 
     Those that arrive join search.fitted where they are better; returns their names.
     """
     begun = RACE[0][0]
     for share, kept in RACE:
-        data = fitting.shortened(search.long, share)
+        data = likelihood.shortened(search.long, share)
         racing = search.map(partial(_run_on, search, data, share > begun), racing, 'pairs')
         best: dict[tuple[tuple[str, ...], tuple[int, ...]], Started] = {}
         # Of starts of one pair all windows tell: where an effect shows in few of them, all of its
         # starts are alike to the others.
         every = np.ones(len(data.windows))
-        for joint, point in sorted(racing, key=lambda r: fitting.objective(r[0], r[1], every)):
+        for joint, point in sorted(racing, key=lambda r: likelihood.objective(r[0], r[1], every)):
             orders = tuple(sorted(joint.orders.values()))
             best.setdefault((_key(joint.ids), orders), (joint, point))
         racing = sorted(best.values(), key=lambda r: search.score(data, *r))[:kept]
@@ -152,10 +154,11 @@ def _joined(search: Search, gains: dict[str, dict[str, list[Gain]]]) -> list[str
     (`gains`). What shows in few windows, and late in them, does not count in a race over their
     beginnings.
     """
-    def joined(pair: tuple[Fitted, Candidate, Array, list[fitting.Point]]) -> Fitted:
+    def joined(pair: tuple[CandidateFit, Candidate, Array,
+                           list[likelihood.FitPoint]]) -> CandidateFit:
         one, second, z, others = pair
         joint = search.starts.joint([(one.candidate, one.point.z), (second, z)])
-        point = fitting.copied(one.point, _with_nuisances(search, joint, one.point))
+        point = likelihood.copied(one.point, _with_nuisances(search, joint, one.point))
         return search.polish(search.as_fitted(joint, search.long.evaluate(joint, point)),
                              [one.point, *others])
     best = [search.fitted[name] for name in search.ranked()[:TOP_SINGLE]]
@@ -168,7 +171,7 @@ def _joined(search: Search, gains: dict[str, dict[str, list[Gain]]]) -> list[str
     return _kept(search, search.map(joined, jobs, 'pairs'))
 
 
-def _kept(search: Search, pairs: Iterable[Fitted]) -> list[str]:
+def _kept(search: Search, pairs: Iterable[CandidateFit]) -> list[str]:
     """Let `pairs` join search.fitted where they are better than the same pair; their names."""
     names = []
     for fitted in pairs:
@@ -182,11 +185,11 @@ def _kept(search: Search, pairs: Iterable[Fitted]) -> list[str]:
 
 def _proposed(search: Search, forward: dict[str, dict[str, list[Gain]]]) -> list[Started]:
     """
-    Return [(Candidate, Point at its start on the beginnings of the windows)] of pairs.
+    Return [(Candidate, FitPoint at its start on the beginnings of the windows)] of pairs.
 
     forward: {first effect: gains of a second one over whole windows}.
     """
-    data = fitting.shortened(search.long, RACE[0][0])
+    data = likelihood.shortened(search.long, RACE[0][0])
     driven = search.recording.motor is not None
     orders = TOP_ORDERS if driven else 1
     jobs = []
@@ -203,7 +206,7 @@ def _proposed(search: Search, forward: dict[str, dict[str, list[Gain]]]) -> list
                                for c in search.starts.candidates(name, order)]:
                     joint = search.starts.joint([(base, point.z), (second, second.start())])
                     z = _with_nuisances(search, joint, point)
-                    jobs.append((joint, fitting.copied(point, z)))
+                    jobs.append((joint, likelihood.copied(point, z)))
     none = _begun(search, data, search.fitted[''])
     for parts in _screened(search)[:TOP_SCREENED]:
         joint = search.starts.joint([(c, c.start()) for c in parts])
@@ -211,29 +214,31 @@ def _proposed(search: Search, forward: dict[str, dict[str, list[Gain]]]) -> list
     return jobs
 
 
-def _begun(search: Search, data: fitting.Data, fitted: Fitted) -> fitting.Point:
-    """Return the Point of `fitted` on `data`, the beginnings of the long windows."""
+def _begun(search: Search, data: likelihood.WindowData,
+           fitted: CandidateFit) -> likelihood.FitPoint:
+    """Return the FitPoint of `fitted` on `data`, the beginnings of the long windows."""
     candidate = fitted.candidate
-    point = fitting.Point(fitted.point.z.copy(), fitting.UNSET, fitted.point.memory.copy())
-    point.states = fitting.grown_states(data, candidate.model(point.z), point.memory,
-                                        np.arange(len(data.windows)), search.half_gap)
-    return fitting.fit(data, candidate, point, 5, robust=True)
+    point = likelihood.FitPoint(fitted.point.z.copy(), likelihood.UNSET,
+                                fitted.point.memory.copy())
+    point.states = window_states.grown_states(data, candidate.model(point.z), point.memory,
+                                              np.arange(len(data.windows)), search.half_gap)
+    return gauss_newton.fit(data, candidate, point, 5, robust=True)
 
 
-def _run_on(search: Search, data: fitting.Data, further: bool, pair: Started) -> Started:
+def _run_on(search: Search, data: likelihood.WindowData, further: bool, pair: Started) -> Started:
     """Fit a pair on `data`; further: the windows have become longer since its last fit."""
     joint, point = pair
     if further:
-        point = fitting.Point(point.z, point.states, point.memory)
-        point.states, _ = fitting.solve_states(data, joint.model(point.z), point.states,
-                                               point.memory, np.arange(len(data.windows)))
-    point = fitting.fit(data, joint, point, 6, robust=True, refresh=(0, 1, 2, 4))
+        point = likelihood.FitPoint(point.z, point.states, point.memory)
+        point.states, _ = window_states.solve_states(data, joint.model(point.z), point.states,
+                                                     point.memory, np.arange(len(data.windows)))
+    point = gauss_newton.fit(data, joint, point, 6, robust=True, refresh=(0, 1, 2, 4))
     if not further:
-        again = fitting.copied(point)
-        again.states = fitting.grown_states(
+        again = likelihood.copied(point)
+        again.states = window_states.grown_states(
             data, joint.model(point.z), point.memory, np.arange(len(data.windows)),
             search.half_gap)
-        fitting.fit(data, joint, again, 6, robust=True, refresh=(0, 1, 2, 4))
+        gauss_newton.fit(data, joint, again, 6, robust=True, refresh=(0, 1, 2, 4))
         point = min(point, again, key=lambda p: search.score(data, joint, p))
     return joint, point
 
@@ -242,7 +247,7 @@ def _key(ids: Iterable[str]) -> tuple[str, ...]:
     return tuple(sorted(ids))
 
 
-def _with_nuisances(search: Search, joint: Candidate, point: fitting.Point) -> Array:
+def _with_nuisances(search: Search, joint: Candidate, point: likelihood.FitPoint) -> Array:
     z, n = joint.start(), sum(c.owner < 0 for c in joint.coordinates)
     fewer = min(n, len(point.z))
     if n:
@@ -257,8 +262,8 @@ def _screened(search: Search) -> list[tuple[Candidate, Candidate]]:
     """Return pairs of Candidates, best first by linearised gain at none on short windows."""
     data, base = search.short, search.fitted[''].candidate
     point = search.short_none
-    weight = fitting.weights(data, point.chi2, True)
-    s = fitting.sensitivity(data, base, point)
+    weight = likelihood.weights(data, point.chi2, True)
+    s = likelihood.sensitivity(data, base, point)
     model = base.model(point.z)
     options = []
     for name in search.ids:
@@ -273,9 +278,9 @@ def _screened(search: Search) -> list[tuple[Candidate, Candidate]]:
             with_effects(model, [*model.effects, e]), point.states, point.memory)[0],
         [e for _, es in options for e in es], 'pairs')
     known = s.Jz.shape[2]
-    joint = fitting.Sensitivity(s.Jx, np.concatenate(
+    joint = likelihood.Sensitivity(s.Jx, np.concatenate(
         [s.Jz, np.stack(columns, axis=2)], axis=2))
-    S, g, _, _ = fitting.normal_equations(joint, point.residual, weight)
+    S, g, _, _ = likelihood.normal_equations(joint, point.residual, weight)
     _, prior = base.prior(point.z)
     S[range(known), range(known)] += prior
     places, at = [], known
@@ -287,30 +292,30 @@ def _screened(search: Search) -> list[tuple[Candidate, Candidate]]:
         if a.ids == b.ids:
             continue
         use = [*range(known), *places[i], *places[j]]
-        gain = float(fitting.damped_solve(S[np.ix_(use, use)], g[use], 1e-6) @ g[use])
+        gain = float(likelihood.damped_solve(S[np.ix_(use, use)], g[use], 1e-6) @ g[use])
         key = _key((*a.ids, *b.ids))
         if gain > found.get(key, (-math.inf,))[0]:
             found[key] = (gain, (a, b))
     return [parts for _, parts in sorted(found.values(), key=lambda v: -v[0])]
 
 
-def _exchanged(search: Search, pair: Fitted) -> list[Started]:
+def _exchanged(search: Search, pair: CandidateFit) -> list[Started]:
     """
     Return `pair` with one effect exchanged, as proposals for a race.
 
     For what imitates it best, what the other one lacks most, or another order of its own: on the
     way to a pair one effect had to bear what was the other's.
     """
-    data = fitting.shortened(search.long, RACE[0][0])
+    data = likelihood.shortened(search.long, RACE[0][0])
     every = np.arange(len(data.windows))
     separations = isolability.separations(search, pair)
     jobs = []
     for i, name in enumerate(pair.candidate.ids):
         kept = _alone(search, pair, 1 - i)
         base = kept.candidate
-        point = fitting.Point(kept.point.z, fitting.UNSET, kept.point.memory.copy())
-        point.states = fitting.grown_states(data, base.model(point.z), point.memory, every,
-                                            search.half_gap)
+        point = likelihood.FitPoint(kept.point.z, likelihood.UNSET, kept.point.memory.copy())
+        point.states = window_states.grown_states(data, base.model(point.z), point.memory, every,
+                                                  search.half_gap)
         data.evaluate(base, point)
         gains = _gains(search, data, base, point)
         _, left = separations[name]
@@ -328,12 +333,12 @@ def _exchanged(search: Search, pair: Fitted) -> list[Started]:
         for other, order in options:
             for second in search.starts.candidates(other, order):
                 joint = search.starts.joint([(base, point.z), (second, second.start())])
-                jobs.append((joint, fitting.copied(
+                jobs.append((joint, likelihood.copied(
                     point, _with_nuisances(search, joint, pair.point))))
     return jobs
 
 
-def _alone(search: Search, pair: Fitted, i: int) -> Fitted:
+def _alone(search: Search, pair: CandidateFit, i: int) -> CandidateFit:
     """Return the effect number `i` of `pair` with its values and window states, not fitted."""
     keep = [c for c in pair.candidate.coordinates if c.owner in (-1, i)]
     z = [v for c, v in zip(pair.candidate.coordinates, pair.point.z) if c.owner in (-1, i)]
@@ -346,13 +351,13 @@ def _alone(search: Search, pair: Fitted, i: int) -> Fitted:
     for k, c in enumerate(own):
         point.z[start + k] = values[c.name]
     point.states, point.memory = pair.point.states.copy(), pair.point.memory.copy()
-    return Fitted(alone, point)
+    return CandidateFit(alone, point)
 
 
-def _backward(search: Search, pair: Fitted) -> None:
+def _backward(search: Search, pair: CandidateFit) -> None:
     """Fit each effect of `pair` alone from where the pair ended: no pair by a local minimum."""
     for i, name in enumerate(pair.candidate.ids):
         alone = _alone(search, pair, i)
-        fitting.fit(search.long, alone.candidate, alone.point, 4, robust=True)
+        gauss_newton.fit(search.long, alone.candidate, alone.point, 4, robust=True)
         found = search.polish(search.as_fitted(alone.candidate, alone.point))
         search.fitted[name] = min(found, search.fitted[name], key=lambda f: f.score)

@@ -15,14 +15,16 @@
 """
 Bursts of torque on the arm at times of their own: contacts, which repeat in no window.
 
-search: Search with the fit of none; free: FreeForm on the arm.
+search: Search with the fit of none; free: InputEstimate on the arm.
 """
 from dataclasses import replace
 
 import numpy as np
 
-from gearbox_monitor.identification import basis_functions, fit as fitting, localisation
-from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.identification import (
+    basis_functions, input_estimation, likelihood, localisation)
+from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.search import Search
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 
@@ -33,8 +35,8 @@ FORETOLD = 0.4       # share of bursts: they come at times of their own, not wit
 STEADY = 0.6         # share of bursts that a steady oscillation may explain; of true ones: 0.3
 
 
-def found_bursts(search: Search) -> Fitted | None:
-    """Return a Fitted for bursts on the arm, None where the recording does not look like it."""
+def disturbance_fit(search: Search) -> CandidateFit | None:
+    """Return the fit of pulses on the arm, None if the recording does not look like it."""
     none = search.fitted['']
     length = search.long.size
     if (none.point.chi2 < ON_FLOOR * length).mean() < QUIET_SHARE:
@@ -60,11 +62,11 @@ def found_bursts(search: Search) -> Fitted | None:
                     residual=np.where(use[:, None], free.residual, none.point.residual))
     # Bursts are not repeated: those in held-out windows are evidence like the others.
     score = none.score - float(worth[use].sum())
-    return Fitted(replace(none.candidate, ids=(DISTURBANCE.id,)), point, score)
+    return CandidateFit(replace(none.candidate, ids=(DISTURBANCE.id,)), point, score)
 
 
-def _worth(data: fitting.Data, none: Fitted, free: localisation.FreeForm, runs: Flags, cost: Array,
-           price: float) -> tuple[Array, Array]:
+def _worth(data: likelihood.WindowData, none: CandidateFit, free: input_estimation.InputEstimate,
+           runs: Flags, cost: Array, price: float) -> tuple[Array, Array]:
     """
     Return (gain in chi2 less its cost [W], chi2 [W]) of a free signal.
 
@@ -72,7 +74,8 @@ def _worth(data: fitting.Data, none: Fitted, free: localisation.FreeForm, runs: 
     of each value. Against none, from the same states as well: what these are worth is no merit of
     a burst.
     """
-    fit = localisation.FreeFit(data, none.candidate.model(none.point.z), free.place, none.point)
+    fit = input_estimation.InputEstimator(data, none.candidate.model(none.point.z), free.place,
+                                          none.point)
     burst = fit.solve(free.states, free.signal * runs, held=~runs)
     every = fit.solve(free.states, free.signal)
     quiet = fit.solve(free.states, held=np.ones_like(runs))
@@ -84,7 +87,7 @@ def _worth(data: fitting.Data, none: Fitted, free: localisation.FreeForm, runs: 
     return without - chi2 - np.where(less, cost, price_of_all), chi2
 
 
-def best_runs(free: localisation.FreeForm, price: float) -> tuple[Flags, Array]:
+def best_runs(free: input_estimation.InputEstimate, price: float) -> tuple[Flags, Array]:
     """
     Return (values [W, H] that a burst needs, its cost [W]), to first order, none where none pays.
 
@@ -109,8 +112,8 @@ def best_runs(free: localisation.FreeForm, price: float) -> tuple[Flags, Array]:
     return runs, cost
 
 
-def foretold(search: Search, free: localisation.FreeForm) -> float:
-    """Return the largest share of a FreeForm that is a function of what the drive does."""
+def foretold(search: Search, free: input_estimation.InputEstimate) -> float:
+    """Return the largest share of a InputEstimate that is a function of what the drive does."""
     recording, windows = search.recording, search.long.windows
     at = windows.first[:, None] + np.arange(windows.length)
     positions = recording.positions
@@ -123,14 +126,14 @@ def foretold(search: Search, free: localisation.FreeForm) -> float:
     return max(law.explained for law in laws.values())
 
 
-def steady(search: Search, free: localisation.FreeForm) -> float:
-    """Return the largest share of a FreeForm, beyond noise, that one sine over time explains."""
+def steady(search: Search, free: input_estimation.InputEstimate) -> float:
+    """Return the largest share of `free`, beyond noise, that one sine over time explains."""
     first = search.long.windows.first[:, None] * search.recording.dt
-    t = first + np.arange(free.signal.shape[1]) * localisation.SPACING
+    t = first + np.arange(free.signal.shape[1]) * input_estimation.SPACING
     finest = 0.25 / np.ptp(t)
     pulls = np.einsum('whk,wk->wh', free.precision, free.signal)
     gain = 0.0
-    for frequency in np.arange(finest, 0.5 / localisation.SPACING, finest):
+    for frequency in np.arange(finest, 0.5 / input_estimation.SPACING, finest):
         wave = np.exp(2j * np.pi * frequency * t)
         columns = np.stack([wave.real, wave.imag], axis=2)
         gram = np.einsum('whc,whd->cd', columns, free.precision @ columns)
@@ -140,10 +143,10 @@ def steady(search: Search, free: localisation.FreeForm) -> float:
     return gain / beyond if beyond > 0.0 else 0.0
 
 
-def elsewhere(search: Search, free: localisation.FreeForm) -> float:
-    """Return by how much chi2 a free torque at another place explains more than a FreeForm."""
+def elsewhere(search: Search, free: input_estimation.InputEstimate) -> float:
+    """Return by how much chi2 a free torque at another place explains more than `free`."""
     others = [place for place in localisation.visible_places(search)
-              if place in localisation.TORQUES and place != free.place]
+              if place in input_estimation.TORQUES and place != free.place]
     found = localisation.free_forms(search, search.fitted[''], search.jobs, others)
-    left = min((localisation.left_over(f) for f in found.values()), default=np.inf)
-    return float(localisation.left_over(free) - left) * free.residual.size
+    left = min((input_estimation.left_over(f) for f in found.values()), default=np.inf)
+    return float(input_estimation.left_over(free) - left) * free.residual.size

@@ -19,12 +19,9 @@ recording: Recording; residual [W, L, C]: in sigmas; phi [C]: correlation of nei
 readings; quantum: step of an encoder, rad.
 """
 import numpy as np
-from scipy.fft import dct
 from scipy.special import ndtri
 
-from gearbox_monitor.identification.recording import Recording
-from gearbox_monitor.kernels.types import Array, Flags
-from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.kernels.types import Array
 
 # The fourth difference of white noise has 1 + 16 + 36 + 16 + 1 times its variance; motion that is
 # smooth over five samples leaves none.
@@ -32,8 +29,6 @@ DIFFERENCE_GAIN = np.sqrt(70.0)
 MAD_TO_SIGMA = 1.0 / 0.6744897501960817  # of a normal distribution
 COARSE = 2.5  # steps in the median difference, below which a lattice shows little of the noise
 FEW = 0.1     # share of differences of more than a step to and fro
-MOTION = 60.0  # Hz, above which motion has hardly anything
-FINEST = 1e-4  # of the travel: on a real drive, differences below are no gap
 
 
 def noise_levels(y: Array) -> tuple[Array, Array]:
@@ -48,25 +43,6 @@ def noise_levels(y: Array) -> tuple[Array, Array]:
     y = np.asarray(y, float)
     quantum = np.array([lattice(channel) for channel in y.T])
     return np.array([noise_level(channel, q) for channel, q in zip(y.T, quantum)]), quantum
-
-
-def spectrum(residual: Array, dt: float) -> tuple[Array, Array, Flags]:
-    """
-    Return (power [W, L, C], frequencies [L] Hz, high [L]) of residuals [W, L, C], dt s apart.
-
-    high: above the frequencies of motion; all of them at low sample rates.
-    """
-    length = residual.shape[1]
-    power = dct(residual, axis=1, norm='ortho') ** 2
-    at = np.arange(length) * 0.5 / (length * dt)
-    return power, at, at > MOTION if at[-1] > 2.0 * MOTION else at >= 0.0
-
-
-def whitened(residual: Array, phi: Array) -> Array:
-    """Return `residual` [W, L, C] with the noise of the C encoders made white, as large."""
-    out = residual.copy()
-    out[:, 1:] = (residual[:, 1:] - phi * residual[:, :-1]) / np.sqrt(1.0 - phi * phi)
-    return out
 
 
 def noise_level(y: Array, quantum: float = 0.0) -> float:
@@ -107,15 +83,3 @@ def lattice(y: Array) -> float:
     off = np.abs(values - values[0] - quantum * place)
     # Values on no lattice stand off it by a quarter step on average.
     return float(quantum) if len(values) > 2 and off.max() < 0.05 * quantum else 0.0
-
-
-def noise_floor(recording: Recording, model: DriveModel) -> tuple[Array, Array]:
-    """
-    Return (sigma [2], quantum [2]) of a Recording, rad; sigma not below what matters.
-
-    model: DriveModel; one with lasting process torque is that of a real drive.
-    """
-    sigma, quantum = noise_levels(recording.y)
-    if model.process_torque_time > 0.0:
-        sigma = np.maximum(sigma, FINEST * np.ptp(recording.y, axis=0))
-    return sigma, quantum

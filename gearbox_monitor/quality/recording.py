@@ -41,7 +41,7 @@ Place: TypeAlias = Callable[[int, str], str]
 
 
 @dataclass(frozen=True)
-class Recording:
+class UniformRecording:
     """
     Samples [N] of one drive, `dt` s apart, on the arm side.
 
@@ -78,6 +78,11 @@ class Recording:
         return ('motor', 'arm') if self.motor is None else ('torque', 'arm')
 
     @property
+    def segments(self) -> list[slice]:
+        """A slice of the samples of each recording that was joined to this one."""
+        return [slice(*ends) for ends in zip(self.cuts, (*self.cuts[1:], len(self.u)))]
+
+    @property
     def duration(self) -> float:
         """Length of the recording, s."""
         return len(self.t) * self.dt
@@ -85,7 +90,7 @@ class Recording:
 
 def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = None,
             name: str = '', place: Place | None = None, one_encoder: bool = False,
-            axis: str = 'rotary') -> tuple[Recording, tuple[str, ...]]:
+            axis: str = 'rotary') -> tuple[UniformRecording, tuple[str, ...]]:
     """
     Return (Recording, notices) of samples stamped `t` [N], s, or integer ns; NaN: not measured.
 
@@ -157,8 +162,8 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
         count = _mend_spikes(values[field])
         if count:
             notices.append(f'{count} single wild readings of {field} are interpolated')
-    return Recording(grid, values['u'], np.column_stack([values['motor'], values['arm']]),
-                     dt, values.get('arm_torque'), name, channels=channels), tuple(notices)
+    return UniformRecording(grid, values['u'], np.column_stack([values['motor'], values['arm']]),
+                            dt, values.get('arm_torque'), name, channels=channels), tuple(notices)
 
 
 def _seconds(t: Any) -> tuple[Array, float]:
@@ -327,7 +332,7 @@ def _mend_spikes(value: Array) -> int:
     return count
 
 
-def joined(recordings: Sequence[Recording]) -> Recording:
+def concatenated(recordings: Sequence[UniformRecording]) -> UniformRecording:
     """Return one Recording of several of one drive. Raises InputError when rates differ."""
     first = recordings[0]
     if len(recordings) == 1:

@@ -18,15 +18,17 @@ What a fit leaves over as a function of the motion: a law that no effect of the 
 Noise is no function of anything. Where the residual becomes smaller by more than chance with a
 free function of speed, angle, twist or torque, the model lacks something, however little it is.
 
-search: Search; fitted: Fitted on its long windows.
+search: Search; fitted: CandidateFit on its long windows.
 """
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.signal import savgol_filter
 
-from gearbox_monitor.identification import basis_functions, fit as fitting, localisation
-from gearbox_monitor.identification.search import Fitted, Search
+from gearbox_monitor.identification import (
+    basis_functions, input_estimation, likelihood, localisation)
+from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.search import Search
 from gearbox_monitor.kernels.types import Array
 
 VALUES = 6       # of a free function, interpolated linearly
@@ -49,7 +51,7 @@ TURNS = (('motor_side', 'angle of the motor in its turn'),
 
 
 @dataclass(frozen=True)
-class Remainder:
+class ResidualDependence:
     """A free function at `place` of the quantity `over` lowers chi2 by `gain`, by chance by 6."""
 
     place: str
@@ -57,7 +59,8 @@ class Remainder:
     gain: float
 
 
-def remainder(search: Search, fitted: Fitted, modelled: bool = False) -> Remainder:
+def strongest_dependence(search: Search, fitted: CandidateFit,
+                         modelled: bool = False) -> ResidualDependence:
     """
     Return the Remainder of largest gain that `fitted` allows, its own parameters refitted.
 
@@ -66,8 +69,8 @@ def remainder(search: Search, fitted: Fitted, modelled: bool = False) -> Remaind
     """
     data, point = search.long, fitted.point
     candidate = fitted.candidate
-    weight = fitting.weights(data, point.chi2, True)
-    own = fitting.sensitivity(data, candidate, point)
+    weight = likelihood.weights(data, point.chi2, True)
+    own = likelihood.sensitivity(data, candidate, point)
     _, prior = candidate.prior(point.z)
     known = len(prior)
     moved = _motion(search, _modelled(search, fitted) if modelled else
@@ -75,21 +78,21 @@ def remainder(search: Search, fitted: Fitted, modelled: bool = False) -> Remaind
     visible = localisation.visible_places(search)
 
     def gain(place: str, over: str) -> float:
-        if place in localisation.SENSORS:
+        if place in input_estimation.SENSORS:
             columns = _sensor_columns(search, fitted, place, over)
         else:
             columns = _torque_columns(search, fitted, place, moved[over], over)
-        joint = fitting.Sensitivity(own.Jx, np.concatenate([own.Jz, columns], axis=2))
-        S, g, _, _ = fitting.normal_equations(joint, point.residual, weight)
+        joint = likelihood.Sensitivity(own.Jx, np.concatenate([own.Jz, columns], axis=2))
+        S, g, _, _ = likelihood.normal_equations(joint, point.residual, weight)
         S[np.diag_indices(known)] += prior
-        return fitting.gained(S, g, known)
-    found = [Remainder(place, over, gain(localisation.signal_of(place), over))
+        return likelihood.gained(S, g, known)
+    found = [ResidualDependence(place, over, gain(localisation.signal_of(place), over))
              for place, over in (LAWS if search.model.axis == 'prismatic' else LAWS + TURNS)
              if localisation.signal_of(place) in visible]
     return max(found, key=lambda r: r.gain)
 
 
-def _modelled(search: Search, fitted: Fitted) -> Array:
+def _modelled(search: Search, fitted: CandidateFit) -> Array:
     """Return positions [N, 2] as `fitted` has them; where there is no window, those read."""
     data, positions = search.long, search.recording.positions.copy()
     y = _readings(data, fitted)
@@ -98,7 +101,7 @@ def _modelled(search: Search, fitted: Fitted) -> Array:
     return positions
 
 
-def _readings(data: fitting.Data, fitted: Fitted) -> Array:
+def _readings(data: likelihood.WindowData, fitted: CandidateFit) -> Array:
     """Return what the encoders would read without noise [W, L, C]."""
     point = fitted.point
     r, _ = data.uncoloured().residual(fitted.candidate.model(point.z), point.states, point.memory)
@@ -135,7 +138,8 @@ def _values(x: Array, over: str) -> Array:
     return np.stack([np.interp(x, knots, row) for row in np.eye(VALUES)], axis=-1)
 
 
-def _torque_columns(search: Search, fitted: Fitted, place: str, x: Array, over: str) -> Array:
+def _torque_columns(search: Search, fitted: CandidateFit, place: str, x: Array,
+                    over: str) -> Array:
     """Return d(-residual)/d(values) [W, C L, VALUES] of a torque that is a function of x [N]."""
     data, point = search.long, fitted.point
     model = fitted.candidate.model(point.z)
@@ -143,16 +147,16 @@ def _torque_columns(search: Search, fitted: Fitted, place: str, x: Array, over: 
     out = []
     for column in _values(x, over).T:
         extra = data.simulator.extra.copy()
-        extra[:, localisation.TORQUES.index(place)] += step * column
+        extra[:, input_estimation.TORQUES.index(place)] += step * column
         r, _ = data.residual(model, point.states, point.memory, extra=extra)
         out.append((point.residual - r) / step)
     return np.stack(out, axis=2)
 
 
-def _sensor_columns(search: Search, fitted: Fitted, place: str, over: str) -> Array:
+def _sensor_columns(search: Search, fitted: CandidateFit, place: str, over: str) -> Array:
     """Return d(-residual)/d(values) [W, C L, VALUES] of an offset that is one of the angle."""
     data, point = search.long, fitted.point
-    sensor = localisation.SENSORS.index(place)
+    sensor = input_estimation.SENSORS.index(place)
     at = data.channels.index(sensor)
     # Where the model says that it is: the reading's own noise would be part of both.
     angle = _readings(data, fitted)[:, :, at]

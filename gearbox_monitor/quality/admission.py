@@ -18,16 +18,16 @@ from collections.abc import Callable
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification.recording import prepare, Recording
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.input_checks import check
+from gearbox_monitor.quality.recording import prepare, UniformRecording
 
 
-def given(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, name: str,
-          place: Callable[[int, str], str] | None, model: DriveModel,
-          model_name: str) -> tuple[Recording, list[str]]:
+def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, name: str,
+             place: Callable[[int, str], str] | None, model: DriveModel,
+             model_name: str) -> tuple[UniformRecording, list[str]]:
     """
     Return (Recording, notes) of readings; see recording.prepare.
 

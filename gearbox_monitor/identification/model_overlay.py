@@ -25,17 +25,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearbox_monitor.identification.closed_model import cross, free_run, gap_of, windowed
-from gearbox_monitor.identification.noise import noise_floor
-from gearbox_monitor.identification.recording import Recording
+from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.identification.search import held_out
+from gearbox_monitor.identification.shooting import ShootingWindows
 from gearbox_monitor.identification.torque_domain import driven
-from gearbox_monitor.identification.windows import Windows
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.quality.recording import UniformRecording
 
 
 @dataclass(frozen=True)
-class Run:
+class ModelRun:
     """
     What one model gives: y [W, L, 2] rad in the windows, chi2 [W] of them, their gap.
 
@@ -59,22 +59,22 @@ class Overlay:
     sigma [2] rad, noise of the encoders; channels: the encoders that there are.
     """
 
-    recording: Recording
-    windows: Windows
+    recording: UniformRecording
+    windows: ShootingWindows
     t: Array
     measured: Array
     held: Flags
     sigma: Array
     channels: tuple[int, ...]
-    runs: tuple[Run, ...]
+    runs: tuple[ModelRun, ...]
 
-    def residual(self, run: Run) -> Array:
+    def residual(self, run: ModelRun) -> Array:
         """Return measured less modelled [W, L, C] of the encoders `channels`, in sigma."""
         use = list(self.channels)
         return ((self.measured - run.y) / self.sigma)[:, :, use]
 
 
-def overlay(recording: Recording, models: Mapping[str, DriveModel],
+def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],
             sigma: Array | None = None) -> Overlay:
     """
     Return the Overlay of a Recording and `models` {name: DriveModel}.
@@ -96,7 +96,8 @@ def overlay(recording: Recording, models: Mapping[str, DriveModel],
         model = candidate.model(point.z)
         y, _ = search.simulator.run(windows, model, point.states, point.memory)
         free = free_run(search, model, point) if len(recording.cuts) == 1 else None
-        runs.append(Run(name, y, point.chi2, gap_of(point.chi2, point.residual.shape[1]), free))
+        runs.append(ModelRun(name, y, point.chi2, gap_of(point.chi2, point.residual.shape[1]),
+                             free))
     return Overlay(recording, windows, recording.t[index], recording.y[index], ~train,
                    np.asarray(sigma, float), channels, tuple(runs))
 
@@ -108,7 +109,7 @@ def smoothed(residual: Array, dt: float, seconds: float = 0.02) -> Array:
     return np.convolve(residual, ones, 'same') / np.convolve(np.ones(len(residual)), ones, 'same')
 
 
-def near(y: Array, measured: Array) -> Array:
+def clipped_to_range(y: Array, measured: Array) -> Array:
     """Return y [N], NaN where it is far off all that was measured [N]: fit to be drawn."""
     low, high = float(measured.min()), float(measured.max())
     with np.errstate(invalid='ignore'):

@@ -1,0 +1,108 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Fit a candidate to windows: Gauss-Newton with the window states eliminated."""
+from collections.abc import Callable, Container
+
+import numpy as np
+
+from gearbox_monitor.identification import multiscale
+from gearbox_monitor.identification.candidates import Candidate
+from gearbox_monitor.identification.likelihood import (
+    damped_solve, FitPoint, normal_equations, objective, sensitivity, shortened, squares, UNSET,
+    uses_memory, weights, WindowData)
+from gearbox_monitor.identification.window_states import (
+    grown_states, hand_over, SHARES, solve_states)
+from gearbox_monitor.kernels.types import Array
+
+
+def grow(data: WindowData, candidate: Candidate, point: FitPoint, half_gap: float) -> FitPoint:
+    """Return a FitPoint of `candidate` fitted on the windows' beginnings, which get longer."""
+    every = np.arange(len(data.windows))
+    grown = FitPoint(point.z.copy(), UNSET, point.memory.copy())
+    grown.states = grown_states(data, candidate.model(grown.z), grown.memory, every, half_gap,
+                                SHARES[0])
+    for share in SHARES:
+        part = shortened(data, share)
+        grown = FitPoint(grown.z, grown.states, grown.memory)
+        if share > SHARES[0]:
+            grown.states, _ = solve_states(part, candidate.model(grown.z), grown.states,
+                                           grown.memory, every)
+        fit(part, candidate, grown, 5, robust=True)
+    return grown
+
+
+def fit(data: WindowData, candidate: Candidate, point: FitPoint, iterations: int = 4,
+        robust: bool = False, refresh: Container[int] = (0, 1, 3),
+        whiten: Callable[[Array], Array] | None = None, tolerance: float = 0.05) -> FitPoint:
+    """
+    Improve `point` in place (z, states, memory); return it.
+
+    refresh: iterations at which the sensitivities are made anew. Stops when a step gains less
+    than `tolerance` in chi2.
+    """
+    if point.residual is None:
+        data.evaluate(candidate, point)
+    if data.simulator.nonsmooth:
+        return multiscale.fit(data, candidate, point, iterations, robust, tolerance)
+    damping, s = 1e-6, None
+    for k in range(iterations):
+        weight = weights(data, point.chi2, robust)
+        before = objective(candidate, point, weight, whiten)
+        if s is None or k in refresh:
+            s = sensitivity(data, candidate, point)
+        S, g, X, x = normal_equations(s, point.residual, weight, whiten)
+        pull, prior = candidate.prior(point.z)
+        S = S + np.diag(prior)
+        g = g - pull
+        improved = False
+        for _ in range(4):
+            dz = damped_solve(S, g, damping) if len(g) else np.zeros(0)
+            z = candidate.bounded(point.z + dz)
+            dz = z - point.z
+            trial = FitPoint(z, point.states + x - np.einsum('wij,j->wi', X, dz), point.memory)
+            data.evaluate(candidate, trial)
+            _keep_states(data, candidate, point, trial)
+            if objective(candidate, trial, weight, whiten) < before:
+                improved = True
+                break
+            damping = max(damping * 100.0, 1e-3)
+        if not improved:
+            if k in refresh:
+                break
+            s, damping = None, 1e-6
+            continue
+        damping = max(damping * 0.1, 1e-9)
+        gain = before - objective(candidate, trial, weight, whiten)
+        for name in ('z', 'states', 'residual', 'chi2', 'carry'):
+            setattr(point, name, getattr(trial, name))
+        if uses_memory(candidate):
+            hand_over(data, candidate, point)
+        if gain < tolerance:
+            break
+    return point
+
+
+def _keep_states(data: WindowData, candidate: Candidate, point: FitPoint, trial: FitPoint) -> None:
+    """Let windows of `trial` that became worse keep their states of `point` where that helps."""
+    worse = np.flatnonzero(trial.chi2 > point.chi2)
+    if not len(worse) or data.simulator.begins_known:
+        return
+    residual, carry = data.residual(candidate.model(trial.z), point.states[worse],
+                                    point.memory[worse], worse)
+    chi2 = squares(residual)
+    use = chi2 < trial.chi2[worse]
+    worse = worse[use]
+    trial.states[worse], trial.residual[worse] = point.states[worse], residual[use]
+    trial.chi2[worse], trial.carry[worse] = chi2[use], carry[use]

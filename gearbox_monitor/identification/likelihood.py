@@ -1,0 +1,320 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Fit a candidate to the windows of a recording: Gauss-Newton with the window states eliminated.
+
+Residuals are in standard deviations of the encoders. Each window has 4 states of its own (motor
+and arm position and speed where it begins); the candidate's coordinates are fitted jointly.
+
+data: WindowData, what is fitted; simulator: runs it; candidate: Candidate, point: FitPoint. model:
+DriveModel; states, memory [W, 4]: of drive and effects where windows begin; carry: what they
+become one window later; index [M]: numbers of windows; extra: free-form signals. residual [W, 2L]:
+in sigmas; chi2 [W]: its squares. train [W]: windows whose fit moves coordinates; weight [W]:
+theirs; robust: windows that stand out weigh less; weighing, colour, whiten: noise that is not
+white, see gap.lasting, gap.colour (phi [2]) and gap.process_noise. half_gap: rad, on which states
+are tried elsewhere. iterations: at most; which: coordinates; stretch: factor on their steps; z
+[P]: coordinates.
+"""
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+import math
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from gearbox_monitor.identification.candidates import Candidate
+from gearbox_monitor.identification.model_error import Weighing
+from gearbox_monitor.identification.noise_model import whitened
+from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows, Simulator
+from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import MEMORIES
+from gearbox_monitor.quality.recording import UniformRecording
+
+
+STATE_STEPS = np.array([1e-5, 1e-5, 1e-3, 1e-3])
+ROBUST = 2.5   # times the median chi2: windows above count less
+WORST = 1e6  # standard deviations
+UNSET: Any = None  # of a FitPoint that was not evaluated yet
+Reduced: TypeAlias = tuple[Array, Array, Array, Array]
+
+
+@dataclass
+class FitPoint:
+    """
+    Where a fit stands: coordinates z [P], states [W, 4] and memory [W, 4] of the windows.
+
+    residual [W, 2L] in standard deviations, chi2 [W] its square sum, carry [W, 8] the states where
+    the next window begins.
+    """
+
+    z: Array
+    states: Array
+    memory: Array
+    residual: Array = UNSET
+    chi2: Array = UNSET
+    carry: Array = UNSET
+
+
+class WindowData:
+    """Readings of `windows` in units of sigma, and which windows may move the coordinates."""
+
+    def __init__(self, recording: UniformRecording, simulator: Simulator, windows: ShootingWindows,
+                 sigma: Array, train: Flags | None = None, weighing: Weighing | None = None,
+                 colour: Array | None = None) -> None:
+        self.weighing, self.colour = weighing, colour
+        self.recording, self.simulator, self.windows = recording, simulator, windows
+        self.channels = list(recording.channels)
+        self.sigma = np.asarray(sigma, float)
+        index = windows.first[:, None] + np.arange(windows.length)
+        self.y = recording.y[index][:, :, self.channels]
+        self.train = np.ones(len(windows), bool) if train is None else train
+
+    @property
+    def n_train(self) -> int:
+        """Number of readings in the windows that count, as many as they count for."""
+        n = int(self.train.sum()) * self.size
+        if self.weighing is None:
+            return n
+        return max(1, round(n * self.weighing.shares[self.channels].mean()))
+
+    @property
+    def size(self) -> int:
+        """Number of readings in a window: L samples of C encoders."""
+        return self.windows.length * len(self.channels)
+
+    def parted(self, residual: Array) -> Array:
+        """Return `residual` [W, C L] as [W, L, C]."""
+        return residual.reshape(len(residual), self.windows.length, len(self.channels))
+
+    def residual(self, model: DriveModel, states: Array, memory: Array,
+                 index: Integers | None = None, extra: Array | None = None) -> tuple[Array, Array]:
+        """Return (residual [W, 2L], carry [W, 8]) of the windows `index` (default: all)."""
+        windows = self.windows if index is None else self.windows.take(index)
+        y, carry = self.simulator.run(windows, model, states, memory, extra)
+        measured = self.y if index is None else self.y[index]
+        r = (measured - y[:, :, self.channels]) / self.sigma[self.channels]
+        # A run that diverges is as bad as can be, and still a number.
+        r = self.white(np.clip(np.nan_to_num(r, nan=WORST), -WORST, WORST), self.channels)
+        if self.weighing is not None:
+            r = self.weighing(r, self.sigma, self.channels)
+        return r.reshape(len(y), -1), carry
+
+    def white(self, residual: Array, channels: list[int]) -> Array:
+        """Return `residual` [W, L, C], in sigmas of the encoders `channels`, with white noise."""
+        return residual if self.colour is None else whitened(residual, self.colour[channels])
+
+    def plain(self) -> 'WindowData':
+        """Return the WindowData whose residuals count in standard deviations of the noise."""
+        if self.weighing is None:
+            return self
+        return WindowData(self.recording, self.simulator, self.windows, self.sigma, self.train,
+                          colour=self.colour)
+
+    def uncoloured(self) -> 'WindowData':
+        """Return the WindowData whose residuals are the distances of the readings, in sigmas."""
+        return WindowData(self.recording, self.simulator, self.windows, self.sigma, self.train)
+
+    def evaluate(self, candidate: Candidate, point: FitPoint) -> FitPoint:
+        """Fill in residual, chi2 and carry of `point`; return it."""
+        point.residual, point.carry = self.residual(
+            candidate.model(point.z), point.states, point.memory)
+        point.chi2 = squares(point.residual)
+        return point
+
+    def raw_states(self) -> Array:
+        """Return states [W, 4] where the windows begin, from straight lines through readings."""
+        y, dt, n = self.recording.y, self.recording.dt, len(self.recording.y)
+        half = max(2, round(0.006 / dt))
+        states = np.empty((len(self.windows), 4))
+        for w, k in enumerate(self.windows.begin):
+            low, high = max(0, k - half), min(n, k + half + 1)
+            t = (np.arange(low, high) - k) * dt
+            line = np.polyfit(t, y[low:high], 2 if high - low > 4 else 1)
+            states[w, :2], states[w, 2:] = line[-1], line[-2]
+        return states
+
+
+@dataclass
+class CandidateFit:
+    """A candidate where its fit ended, on the long windows."""
+
+    candidate: Candidate
+    point: FitPoint
+    score: float = math.inf
+    s: float = 0.0  # torque noise on the motor, N m rms per sample
+    white: Array | None = None  # residual [W, 2L] with that noise taken out
+    left: Array | None = None  # what lasts unexplained [2], N m and rad, see model_error
+
+    @property
+    def name(self) -> str:
+        """Ids joined by '+'."""
+        return self.candidate.name
+
+
+def squares(residual: Array) -> Array:
+    """Return chi2 [W], the square sums of a residual [W, 2L]."""
+    return np.einsum('wl,wl->w', residual, residual)
+
+
+def carried(memory: Array, carry: Array) -> Array:
+    """Return memory [W, 4] with that of each window's predecessor."""
+    moved = memory.copy()
+    moved[1:] = carry[:-1, 4:]
+    return moved
+
+
+def state_sensitivity(data: WindowData, model: DriveModel, states: Array, memory: Array,
+                      residual: Array, index: Integers | None = None) -> Array:
+    """Return d(-residual)/d(states) [W, 2L, 4]."""
+    if data.simulator.begins_known:
+        return np.zeros((*residual.shape, 4))
+    index = np.arange(len(states)) if index is None else index
+    # All in one call: the more windows side by side, the faster.
+    moved = (states + np.diag(STATE_STEPS)[:, None]).reshape(-1, 4)
+    r, _ = data.residual(model, moved, np.tile(memory, (4, 1)), np.tile(index, 4))
+    change = residual - r.reshape(4, *residual.shape)
+    return np.moveaxis(change / STATE_STEPS[:, None, None], 0, -1)
+
+
+def shortened(data: WindowData, share: float) -> WindowData:
+    """Return WindowData of the first `share` of each window."""
+    if share == 1.0:
+        return data
+    w = data.windows
+    length = max(round(share * w.length), 8)
+    return WindowData(data.recording, data.simulator,
+                      ShootingWindows(w.first, length, w.begin, w.first + length), data.sigma,
+                      data.train, data.weighing, data.colour)
+
+
+def weights(data: WindowData, chi2: Array, robust: bool) -> Array:
+    """Return the weight [W] of each window on the coordinates."""
+    weight = data.train.astype(float)
+    if robust:
+        median = np.median(chi2[data.train])
+        weight *= np.minimum(1.0, ROBUST * median / np.maximum(chi2, 1e-30))
+    return weight
+
+
+@dataclass
+class Sensitivity:
+    """Derivatives of -residual by states Jx [W, 2L, 4] and coordinates Jz [W, 2L, P]."""
+
+    Jx: Array
+    Jz: Array
+
+
+def coordinate_sensitivity(data: WindowData, candidate: Candidate, point: FitPoint,
+                           which: Iterable[int] | None = None, stretch: float = 1.0) -> Array:
+    """Return d(-residual)/dz [W, 2L, P]; memories stay as they are."""
+    steps = stretch * data.simulator.stretch * candidate.steps()
+    which = range(len(steps)) if which is None else which
+    out = np.zeros((*point.residual.shape, len(steps)))
+    for i in which:
+        moved = point.z.copy()
+        moved[i] += steps[i]
+        step = steps[i]
+        if candidate.bounded(moved)[i] != moved[i]:
+            step = -step
+            moved[i] = point.z[i] + step
+        r, _ = data.residual(candidate.model(moved), point.states, point.memory)
+        before = point.residual
+        if data.simulator.stretch > 1.0:  # over so long a step, one side alone tells another slope
+            moved[i] = point.z[i] - step
+            if candidate.bounded(moved)[i] == moved[i]:
+                before, _ = data.residual(candidate.model(moved), point.states, point.memory)
+                step *= 2.0
+        out[:, :, i] = (before - r) / step
+    return out
+
+
+def sensitivity(data: WindowData, candidate: Candidate, point: FitPoint) -> Sensitivity:
+    """Return the Sensitivity at `point`."""
+    model = candidate.model(point.z)
+    return Sensitivity(
+        state_sensitivity(data, model, point.states, point.memory, point.residual),
+        coordinate_sensitivity(data, candidate, point))
+
+
+def normal_equations(s: Sensitivity, residual: Array, weight: Array,
+                     whiten: Callable[[Array], Array] | None = None) -> Reduced:
+    """
+    Return (S [P, P], g [P], X [W, 4, P], x [W, 4]): the reduced normal equations.
+
+    The states' step is x - X dz. weight [W]. whiten(array [W, 2L, ...]) applies the noise model.
+    """
+    Jx, Jz, r = s.Jx, s.Jz, residual
+    if whiten is not None:
+        Jx, Jz, r = whiten(Jx), whiten(Jz), whiten(r)
+    A = np.einsum('wli,wlj->wij', Jx, Jx)
+    A[:, range(4), range(4)] *= 1.0 + 1e-9
+    A[:, range(4), range(4)] += 1e-9
+    B = np.einsum('wli,wlj->wij', Jx, Jz)
+    gx = np.einsum('wli,wl->wi', Jx, r)
+    solved = np.linalg.solve(A, np.concatenate([B, gx[:, :, None]], axis=2))
+    X, x = solved[:, :, :-1], solved[:, :, -1]
+    full = np.einsum('wli,wlj->wij', Jz, Jz) - np.einsum('wki,wkj->wij', B, X)
+    g = np.einsum('wli,wl->wi', Jz, r) - np.einsum('wki,wk->wi', B, x)
+    return np.einsum('w,wij->ij', weight, full), weight @ g, X, x
+
+
+def damped_solve(S: Array, g: Array, damping: float) -> Array:
+    """Solve S dz = g, scaled by its diagonal, Levenberg-Marquardt damping on it."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-12 * max(np.diag(S).max(initial=0.0), 1e-30)))
+    scaled = S * scale[:, None] * scale
+    scaled[np.diag_indices_from(scaled)] += damping
+    return scale * np.linalg.solve(scaled, scale * g)
+
+
+def gained(S: Array, g: Array, known: int) -> float:
+    """
+    Return the gain in chi2 of the coordinates from number `known` on, the first ones free as well.
+
+    S [P, P], g [P]: see normal_equations.
+    """
+    if len(g) == known:
+        return 0.0
+    total = damped_solve(S, g, 1e-9) @ g
+    before = damped_solve(S[:known, :known], g[:known], 1e-9) @ g[:known] if known else 0.0
+    return float(total - before)
+
+
+def objective(candidate: Candidate, point: FitPoint, weight: Array,
+              whiten: Callable[[Array], Array] | None = None) -> float:
+    """Return what a fit makes small: weighted chi2 (whitened) and the prior."""
+    chi2 = point.chi2 if whiten is None else squares(whiten(point.residual))
+    return float(weight @ chi2) + candidate.penalty(point.z)
+
+
+def uses_memory(candidate: Candidate) -> bool:
+    """Return whether windows hand anything over but their states."""
+    return candidate.nominal.transmission.kind in ('play', 'passive_play') or any(
+        i in MEMORIES for i in candidate.ids)
+
+
+def fresh(data: WindowData, candidate: Candidate, states: Array | None = None) -> FitPoint:
+    """Return a FitPoint at the candidate's start; states [W, 4]: by default from readings."""
+    states = data.raw_states() if states is None else states.copy()
+    return FitPoint(candidate.start(), states, np.zeros((len(data.windows), N_MEMORY)))
+
+
+def copied(point: FitPoint, z: Array | None = None) -> FitPoint:
+    """Return a copy of `point` (at other coordinates: not evaluated)."""
+    moved = replace(point, z=(point.z if z is None else z).copy(), states=point.states.copy(),
+                    memory=point.memory.copy())
+    if z is not None:
+        moved.residual = moved.chi2 = moved.carry = UNSET
+    return moved

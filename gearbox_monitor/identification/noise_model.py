@@ -1,0 +1,56 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Noise of the encoders: level, spectrum above the frequencies of motion, prewhitening."""
+import numpy as np
+from scipy.fft import dct
+
+from gearbox_monitor.kernels.sensor_noise import noise_levels
+from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.quality.recording import UniformRecording
+
+MOTION = 60.0  # Hz, above which motion has hardly anything
+FINEST = 1e-4  # of the travel: on a real drive, differences below are no gap
+
+
+def spectrum(residual: Array, dt: float) -> tuple[Array, Array, Flags]:
+    """
+    Return (power [W, L, C], frequencies [L] Hz, high [L]) of residuals [W, L, C], dt s apart.
+
+    high: above the frequencies of motion; all of them at low sample rates.
+    """
+    length = residual.shape[1]
+    power = dct(residual, axis=1, norm='ortho') ** 2
+    at = np.arange(length) * 0.5 / (length * dt)
+    return power, at, at > MOTION if at[-1] > 2.0 * MOTION else at >= 0.0
+
+
+def whitened(residual: Array, phi: Array) -> Array:
+    """Return `residual` [W, L, C] with the noise of the C encoders made white, as large."""
+    out = residual.copy()
+    out[:, 1:] = (residual[:, 1:] - phi * residual[:, :-1]) / np.sqrt(1.0 - phi * phi)
+    return out
+
+
+def noise_floor(recording: UniformRecording, model: DriveModel) -> tuple[Array, Array]:
+    """
+    Return (sigma [2], quantum [2]) of a Recording, rad; sigma not below what matters.
+
+    model: DriveModel; one with lasting process torque is that of a real drive.
+    """
+    sigma, quantum = noise_levels(recording.y)
+    if model.process_torque_time > 0.0:
+        sigma = np.maximum(sigma, FINEST * np.ptp(recording.y, axis=0))
+    return sigma, quantum
