@@ -39,6 +39,16 @@ def pytest_configure(config):
             config.option.maxworkerrestart = '0'
 
 
+def pytest_collection_modifyitems(config, items):
+    """Deselect tests marked `system`, which take minutes or hours, unless -m names the marker."""
+    if 'system' in config.option.markexpr:
+        return
+    long_runs = [item for item in items if item.get_closest_marker('system')]
+    if long_runs:
+        config.hook.pytest_deselected(items=long_runs)
+        items[:] = [item for item in items if not item.get_closest_marker('system')]
+
+
 def pytest_collection_finish():
     """Let the garbage collector pass over what lives as long as the tests: a tenth of the time."""
     gc.collect()

@@ -24,21 +24,17 @@ usage examples:
   gearbox_monitor benchmark paper
   gearbox_monitor benchmark paper --seeds 25 --json paper.json --png paper.png
 """
-import json
-from pathlib import Path
-import sys
-
 from matplotlib.figure import Figure
 import numpy as np
 
 from gearbox_monitor.benchmarks import paper_adaptive
+from gearbox_monitor.benchmarks.harness import (
+    add_json_option, bar_lines, BarTable, finish, progress_line, require_compiled, require_whole)
 from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
-from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, smoother_parameters
 from gearbox_monitor.estimation.tune import tuned as tune
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -85,7 +81,7 @@ SMOOTHER_BARS = {'A': {'RTS': 0.23, 'lag 40 ms': 0.34}, 'B': {'RTS': 0.20, 'lag 
 
 def add_arguments(parser):
     parser.add_argument('--seeds', type=int, default=25, help='runs per case (default: 25)')
-    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+    add_json_option(parser)
     parser.add_argument('--png', metavar='FILE', help='draw Figures 3 and 4')
 
 
@@ -208,13 +204,9 @@ def evaluate(seeds, progress=lambda text: None):
 
 
 def bars(data):
-    """Return [{bar, value, expected, met}]."""
-    result = []
-
-    def add(bar, value, low, high):
-        result.append({'bar': bar, 'value': float(value),
-                       'expected': f'{low:g} .. {high:g}' if low > -np.inf else f'<= {high:g}',
-                       'met': bool(low <= value <= high)})
+    """Return the rows of a BarTable for the figures `data` of evaluate()."""
+    table = BarTable()
+    add = table.judge
     for case, content in data['cases'].items():
         rows = content['filters']
         for figure, high in zip(('tau', 'e1', 'e2'), BARS[case]):
@@ -226,7 +218,7 @@ def bars(data):
             add(f'{case} {name} tau / EKF tau', rows[name]['tau'][0] / rows['EKF']['tau'][0],
                 1.0 - SIGMA_POINT_BAR, 1.0 + SIGMA_POINT_BAR)
         paper_adaptive.bars(case, content['adaptive'], DriveModel().viscous_friction, add)
-    return result
+    return table.rows
 
 
 def text(data):
@@ -255,9 +247,7 @@ def text(data):
         gained, motor = content['energy']
         lines += ['', f'work of the coupling in 20 s: {gained:+.0f} J of {motor:.0f} J done by '
                   'the motor', '']
-    lines += [f'{"met   " if b["met"] else "MISSED"}  {b["bar"]:<32}{b["value"]:8.4f}   expected '
-              f'{b["expected"]}' for b in data['bars']]
-    return '\n'.join(lines + ['', CONCLUSIONS])
+    return '\n'.join([*lines, *bar_lines(data['bars']), '', CONCLUSIONS])
 
 
 CONCLUSIONS = """\
@@ -300,21 +290,13 @@ def picture(data):
 
 
 def run(args):
-    if not COMPILED:
-        raise InputError('benchmark paper: numba is missing, expected compiled kernels')
-    if args.seeds < 1:
-        raise InputError(f'--seeds: {args.seeds}, expected a whole number >= 1')
+    require_compiled('benchmark paper')
+    require_whole('--seeds', args.seeds)
     for path in (args.json, args.png):
         expect_folder_of(path)
-
-    def progress(line):
-        if sys.stderr.isatty():
-            print(f'\r{line:<60}', end='', file=sys.stderr, flush=True)
+    progress = progress_line()
     data = evaluate(args.seeds, progress)
     progress('')
-    print(text(data))
-    if args.json:
-        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
     if args.png:
         picture(data).savefig(args.png, dpi=100)
-    return 0 if all(bar['met'] for bar in data['bars']) else 1
+    return finish(data, text(data), args.json)

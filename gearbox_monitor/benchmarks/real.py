@@ -40,6 +40,7 @@ import numpy as np
 
 from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.benchmarks import real_fit
+from gearbox_monitor.benchmarks.harness import all_met, bar_lines, BarTable
 from gearbox_monitor.benchmarks.static_compensation import fit_static
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.jit import COMPILED
@@ -113,17 +114,12 @@ def compare(runs, arm_step, split, progress=None):
     ratio = pooled['ekf_test'] / pooled['static_test']
     worst = max(rows, key=lambda row: row['ratio'])
     one, two = (real_fit.coverage(found['ekf', 'test'], s) for s in (1.0, 2.0))
-    bars = [
-        ('pooled RMSE, EKF / static', ratio, f'<= {MAX_RATIO[split]:.2f}',
-         ratio <= MAX_RATIO[split]),
-        (f'worst run ({worst["run"]})', worst['ratio'], f'<= {MAX_RUN_RATIO}',
-         worst['ratio'] <= MAX_RUN_RATIO),
-    ]
+    bars = BarTable()
+    bars.judge('pooled RMSE, EKF / static', ratio, high=MAX_RATIO[split])
+    bars.judge(f'worst run ({worst["run"]})', worst['ratio'], high=MAX_RUN_RATIO)
     if split == 'orig':
-        bars += [
-            ('errors within 1 sigma', one, f'{ONE_SIGMA[0]:.2f} .. {ONE_SIGMA[1]}',
-             ONE_SIGMA[0] <= one <= ONE_SIGMA[1]),
-            ('errors within 2 sigma', two, f'>= {TWO_SIGMA}', two >= TWO_SIGMA)]
+        bars.judge('errors within 1 sigma', one, *ONE_SIGMA)
+        bars.judge('errors within 2 sigma', two, low=TWO_SIGMA)
     return {
         'split': split, 'train': [r.name for r in train],
         'missing': [n for n in NAMES if n not in runs], 'coverage': [one, two],
@@ -131,8 +127,7 @@ def compare(runs, arm_step, split, progress=None):
         'static': {'order': static.order, 'low_pass': static.frequency, 'width': static.width,
                    'coefficients': static.coefficients.tolist()},
         'parameters': values,
-        'bars': [{'bar': b, 'value': float(v), 'expected': e, 'met': bool(m)}
-                 for b, v, e, m in bars],
+        'bars': bars.rows,
     }
 
 
@@ -165,10 +160,7 @@ def table(result):
               f'{"training":<12}{1e3 * rmse["static_train"]:8.2f}'
               f'{1e3 * rmse["ekf_train"]:8.2f}'
               f'{rmse["ekf_train"] / rmse["static_train"]:8.3f}', '']
-    for bar in result['bars']:
-        lines.append(f'{"met   " if bar["met"] else "MISSED"}  {bar["bar"]:<28}'
-                     f'{bar["value"]:6.3f}   expected {bar["expected"]}')
-    return lines
+    return [*lines, *bar_lines(result['bars'])]
 
 
 def _progress(done, total):
@@ -191,4 +183,4 @@ def run(args):
     shown = _progress if sys.stderr.isatty() else None
     result = compare(runs, arm_step, args.split, shown)
     print(json.dumps(result, indent=2) if args.json else '\n'.join(table(result)))
-    return 0 if all(bar['met'] for bar in result['bars']) else 1
+    return 0 if all_met(result['bars']) else 1

@@ -29,17 +29,16 @@ usage examples:
   gearbox_monitor benchmark speed --eigen path/to/eigen3
 """
 from contextlib import ExitStack
-import json
-from pathlib import Path
 
 import numpy as np
 
 from gearbox_monitor.benchmarks import eigen_reference, filterpy_user, free_run, replay, startup
+from gearbox_monitor.benchmarks.harness import (
+    add_json_option, bar_lines, BarTable, finish, require_compiled, require_whole)
 from gearbox_monitor.benchmarks.paper import drive, DT
 from gearbox_monitor.benchmarks.steps import bank_stepper, caller, cpu_per_step, stepper
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.simulate import simulate
 
 SAMPLES, FEW = 5000, 300  # of our filters, and of filterpy's
@@ -89,7 +88,7 @@ def add_arguments(parser):
     parser.add_argument('--eigen', metavar='DIR',
                         help='folder with Eigen/Core (default: '
                         f'{eigen_reference.VARIABLE}, pkg-config, /usr/include/eigen3)')
-    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+    add_json_option(parser)
 
 
 def evaluate(rounds, eigen=None):
@@ -125,18 +124,15 @@ def evaluate(rounds, eigen=None):
             counts.update(samples)
         times = cpu_per_step(rows, counts, rounds)
     starts = startup.cpu_seconds(rounds)
-    bars = []
+    bars = BarTable()
     for bar, (value, low, high) in BARS.items():
-        reason = next((why for word, why in skipped.items() if word in bar), None)
+        reason = next((text for word, text in skipped.items() if word in bar), None)
         if reason:
-            bars.append({'bar': bar, 'value': None, 'expected': '', 'met': None,
-                         'skipped': reason})
-            continue
-        found = float(value({**times, **starts}))
-        bars.append({'bar': bar, 'value': found, 'met': bool(low <= found <= high),
-                     'expected': f'<= {high:g}' if np.isfinite(high) else f'>= {low:g}'})
+            bars.skip(bar, reason)
+        else:
+            bars.judge(bar, value({**times, **starts}), low or -np.inf, high)
     return {'rounds': rounds, 'seconds_per_step': times, 'seconds_to_start': starts,
-            'bars': bars}
+            'bars': bars.rows}
 
 
 def text(data):
@@ -147,25 +143,14 @@ def text(data):
               for name, value in times.items()] + ['']
     lines += [f'  {name + ", CPU":<24}{value:13.2f} s'
               for name, value in data['seconds_to_start'].items()] + ['']
-    for bar in data['bars']:
-        if bar['met'] is None:
-            lines.append(f'skipped {bar["bar"]}: {bar["skipped"]}')
-        else:
-            lines.append(f'{"met   " if bar["met"] else "MISSED"}  {bar["bar"]:<38}'
-                         f'{bar["value"]:8.2f}   expected {bar["expected"]}')
-    return '\n'.join(lines)
+    return '\n'.join([*lines, *bar_lines(data['bars'])])
 
 
 def run(args):
-    if not COMPILED:
-        raise InputError('benchmark speed: numba is missing, expected compiled kernels')
-    if args.rounds < 1:
-        raise InputError(f'--rounds: {args.rounds}, expected a whole number >= 1')
+    require_compiled('benchmark speed')
+    require_whole('--rounds', args.rounds)
     expect_folder_of(args.json)
     if args.eigen:
         eigen_reference.find_eigen(args.eigen)  # what was asked for is not skipped
     data = evaluate(args.rounds, args.eigen)
-    print(text(data))
-    if args.json:
-        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
-    return 0 if all(bar['met'] is not False for bar in data['bars']) else 1
+    return finish(data, text(data), args.json)

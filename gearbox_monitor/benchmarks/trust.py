@@ -25,19 +25,16 @@ usage examples:
   gearbox_monitor benchmark trust --quick
   gearbox_monitor benchmark trust path/to/davinci_backend --json trust.json
 """
-import json
-from pathlib import Path
-import sys
-import time
-
 import numpy as np
 
 from gearbox_monitor.benchmarks import (
     intervals, paper, trust_cost, trust_drift, trust_real, trust_runs)
+from gearbox_monitor.benchmarks.harness import (
+    add_json_option, bar_lines, BarTable, finish, interval_text, progress_line, require_compiled,
+    require_whole)
 from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.simulate import simulate
 
@@ -68,7 +65,7 @@ MAX_COST, MAX_COST_ALL = 1.0, 10.0      # EKF steps
 def add_arguments(parser):
     parser.add_argument('data', metavar='DATA', nargs='?',
                         help='folder with the recordings XY.TXT.gz of davinci_backend')
-    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+    add_json_option(parser)
     parser.add_argument('--seeds', type=int, metavar='N',
                         help='runs per fault and case (default: 8, quick: 2)')
     parser.add_argument('--quick', action='store_true',
@@ -77,20 +74,6 @@ def add_arguments(parser):
     parser.add_argument('--full', action='store_true',
                         help='simulate all 72 h of each case instead of drawing their windows '
                         'from an hour; takes an hour')
-
-
-class Bars:
-    """The verdicts: what was found against what is asked for."""
-
-    def __init__(self):
-        self.rows = []
-
-    def add(self, bar, value, low=-np.inf, high=np.inf, interval=None):
-        """Judge `value`; `interval`: its 95 % confidence interval, shown beside it."""
-        expected = (f'{low:.3g} .. {high:.3g}' if np.isfinite([low, high]).all() else
-                    f'<= {high:g}' if np.isfinite(high) else f'>= {low:g}')
-        self.rows.append({'bar': bar, 'value': float(value), 'interval': interval,
-                          'expected': expected, 'met': bool(low <= value <= high)})
 
 
 # ---------------------------------------------------------------------- what is measured
@@ -128,10 +111,10 @@ def healthy_table(runs, size, bars):
             'alarms_interval': intervals.rate(alarms, hours),
             **{test: float(run.flags[test].mean()) for test in trust_runs.TESTS},
             'any': hits / total, 'interval': intervals.share(hits, total)})
-        bars.add(f'{name}: windows flagged', hits / total, high=MAX_FLAGGED,
-                 interval=rows[-1]['interval'])
-        bars.add(f'{name}: alarms in {hours:.3g} h', alarms, high=MAX_ALARMS,
-                 interval=[v * hours for v in rows[-1]['alarms_interval']])
+        bars.judge(f'{name}: windows flagged', hits / total, high=MAX_FLAGGED,
+                   interval=rows[-1]['interval'])
+        bars.judge(f'{name}: alarms in {hours:.3g} h', alarms, high=MAX_ALARMS,
+                   interval=[v * hours for v in rows[-1]['alarms_interval']])
     return rows
 
 
@@ -168,8 +151,8 @@ def fault_table(drive, reference, runs, bars, progress):
             'delay_interval': intervals.mean(delays) if delays else None,
             'first': max(set(said), key=said.count) if said else None})
         if fault in MIN_FOUND:
-            bars.add(f'{drive.name}: {fault}, windows found', hits / total, low=MIN_FOUND[fault],
-                     interval=rows[-1]['interval'])
+            bars.judge(f'{drive.name}: {fault}, windows found', hits / total, low=MIN_FOUND[fault],
+                       interval=rows[-1]['interval'])
         progress(f'{drive.name}: {fault}')
     return rows
 
@@ -179,7 +162,7 @@ def gap_figures(drive, windows, size, bars, progress):
     case, truth = drive.name, trust_drift.true_gap(drive.model)
     found = trust_drift.gaps(windows)[1:]  # the first window begins at rest
     if len(found) < 3:
-        bars.add(f'{case}: windows with a gap', len(found), low=3)
+        bars.judge(f'{case}: windows with a gap', len(found), low=3)
         return {'windows': len(found)}
     progress(f'{case}: gap under changed friction')
     stated = float(np.sqrt(np.mean([w.gap_std ** 2 for w in windows[1:]])))
@@ -187,13 +170,13 @@ def gap_figures(drive, windows, size, bars, progress):
     neighbours = float(np.corrcoef(found[1:], found[:-1])[0, 1])
     error = std / np.sqrt(len(found)) / truth
     shift = trust_drift.friction_shift(drive, size['shift'], HEALTHY_SEED + 1, lambda: None)
-    bars.add(f'{case}: gap, deviation (rad)', std, high=GAP_STD[case],
-             interval=intervals.spread(found))
-    bars.add(f'{case}: gap, bias (%)', 100 * bias, -GAP_BIAS[case], GAP_BIAS[case],
-             interval=[100 * (bias - 2 * error), 100 * (bias + 2 * error)])
-    bars.add(f'{case}: stated / empirical deviation', stated / std, 1 / STATED, STATED,
-             interval=[stated / v for v in intervals.spread(found)[::-1]])
-    bars.add(f'{case}: gap, shift by 10 % of Cv', shift, high=MAX_SHIFT)
+    bars.judge(f'{case}: gap, deviation (rad)', std, high=GAP_STD[case],
+               interval=intervals.spread(found))
+    bars.judge(f'{case}: gap, bias (%)', 100 * bias, -GAP_BIAS[case], GAP_BIAS[case],
+               interval=[100 * (bias - 2 * error), 100 * (bias + 2 * error)])
+    bars.judge(f'{case}: stated / empirical deviation', stated / std, 1 / STATED, STATED,
+               interval=[stated / v for v in intervals.spread(found)[::-1]])
+    bars.judge(f'{case}: gap, shift by 10 % of Cv', shift, high=MAX_SHIFT)
     return {'windows': len(found), 'truth': truth, 'mean': float(found.mean()), 'std': std,
             'bias': bias, 'stated': stated, 'neighbours': neighbours, 'shift': shift}
 
@@ -203,7 +186,7 @@ def drift_figures(drive, windows, size, full, bars, progress):
     case, random = drive.name, np.random.default_rng(DRAW_SEED)
     windows = trust_drift.measured(windows)[1:]
     if len(windows) <= trust_drift.BLOCK:
-        bars.add(f'{case}: windows for drift', len(windows), low=trust_drift.BLOCK + 1)
+        bars.judge(f'{case}: windows for drift', len(windows), low=trust_drift.BLOCK + 1)
         return {}
     progress(f'{case}: {size["hours"]:g} h of drift windows')
     # Learnt from a run of its own: what is judged must be new to it.
@@ -221,8 +204,8 @@ def drift_figures(drive, windows, size, full, bars, progress):
                                              trust_drift.later(days, tracker))
               for name, tracker in (('yearly', yearly), ('daily', daily))}
     hours = size['hours']
-    bars.add(f'{case}: drift alarms in {hours:g} h', alarms['yearly'], high=0,
-             interval=[v * hours for v in intervals.rate(alarms['yearly'], hours)])
+    bars.judge(f'{case}: drift alarms in {hours:g} h', alarms['yearly'], high=0,
+               interval=[v * hours for v in intervals.rate(alarms['yearly'], hours)])
     result = {'hours': hours, 'simulated': full, 'alarms': alarms, 'delays': {}}
     trackers = {'yearly': yearly, 'daily': daily}
     for change, growth, runs, ramp in (
@@ -244,10 +227,11 @@ def drift_figures(drive, windows, size, full, bars, progress):
         # What was not found counts as found at the end.
         mean = np.mean([trust_drift.JUMP_TIME if d is None else d for d in row['values']]
                        or [np.inf])
-        bars.add(f'{case}: {change} found ({name}), s', mean, high=high, interval=row['interval'])
+        bars.judge(f'{case}: {change} found ({name}), s', mean, high=high,
+                   interval=row['interval'])
     row = result['delays']['5 %/h yearly']
-    bars.add(f'{case}: ramps of 5 %/h found', row['found'] / max(row['runs'], 1), low=1.0,
-             interval=intervals.share(row['found'], row['runs']))
+    bars.judge(f'{case}: ramps of 5 %/h found', row['found'] / max(row['runs'], 1), low=1.0,
+               interval=intervals.share(row['found'], row['runs']))
     return result
 
 
@@ -275,7 +259,7 @@ def costs(drive):
 
 def evaluate(size, full=False, data=None, progress=lambda text: None):
     """Return all figures as plain data; `size`: see SIZES; `data`: folder of davinci_backend."""
-    bars = Bars()
+    bars = BarTable()
     drives, runs = healthy_runs(size, progress)
     result = {'size': size, 'full': full, 'healthy': healthy_table(runs, size, bars),
               'faults': {}, 'gap': {}, 'drift': {}}
@@ -291,8 +275,8 @@ def evaluate(size, full=False, data=None, progress=lambda text: None):
         result['real'] = trust_real.figures(data, bars)
     progress('cost')
     result['cost'] = costs(drives['A'])
-    bars.add('trust, EKF steps per sample', result['cost']['trust'], high=MAX_COST)
-    bars.add('all with AEKF and smoother', result['cost']['all'], high=MAX_COST_ALL)
+    bars.judge('trust, EKF steps per sample', result['cost']['trust'], high=MAX_COST)
+    bars.judge('all with AEKF and smoother', result['cost']['all'], high=MAX_COST_ALL)
     result['bars'] = bars.rows
     return result
 
@@ -303,12 +287,6 @@ def _percent(row):
     return ''.join(f'{100 * row[test]:7.1f}' for test in trust_runs.TESTS)
 
 
-def _between(interval, digits=1, factor=1.0):
-    if interval is None:
-        return ''
-    return '[{:.{d}f}, {:.{d}f}]'.format(*(factor * v for v in interval), d=digits)
-
-
 def text(data):
     """Return tables and bars, at most 80 columns."""
     tests = ''.join(f'{name[:6]:>7}' for name in trust_runs.TESTS)
@@ -316,7 +294,7 @@ def text(data):
              f'{"drive":<20}{tests}{"any [95 %]":>18}{"alarms":>7}']
     for row in data['healthy']:
         lines.append(f'{row["drive"]:<20}{_percent(row)}{100 * row["any"]:6.1f} '
-                     f'{_between(row["interval"], factor=100):<11}{row["alarms"]:7d}')
+                     f'{interval_text(row["interval"], 1, 100):<11}{row["alarms"]:7d}')
     for row in data['healthy']:
         if row['alarms']:
             lines.append(f'  {row["drive"]}: ' + ', '.join(
@@ -328,7 +306,7 @@ def text(data):
                   '', f'{"fault":<16}{tests}{"any":>6}{"delay [95 %]":>16}  found']
         for row in rows:
             delay = '-' if row['delay'] is None else \
-                f'{row["delay"]:.1f} {_between(row["delay_interval"])}'
+                f'{row["delay"]:.1f} {interval_text(row["delay_interval"], 1)}'
             found = f'{row["found"]}/{row["runs"]}' if row['runs'] else ''
             lines.append(f'{row["fault"]:<16}{_percent(row)}{100 * row["any"]:6.1f}{delay:>16}'
                          f'  {found}')
@@ -352,7 +330,7 @@ def text(data):
                   '(simulated)']
         for change, found in row['delays'].items():
             mean = '-' if found['mean'] is None else \
-                f'{found["mean"]:.0f} {_between(found["interval"], 0)}'
+                f'{found["mean"]:.0f} {interval_text(found["interval"], 0)}'
             worst = '-' if found['worst'] is None else f'{found["worst"]:.0f}'
             lines.append(f'  {change:<18}{mean:>26}{worst:>8}   {found["found"]}/{found["runs"]}')
     if 'real' in data:
@@ -361,20 +339,14 @@ def text(data):
     lines += ['', f'Cost per sample, in EKF steps ({cost["step_us"]:.2f} us): trust '
               f'{cost["trust"]:.2f}; Monitor with EKF {cost["monitor"]:.2f},',
               f'with AEKF, smoother and drift {cost["all"]:.2f}', '']
-    for bar in data['bars']:
-        digits = 4 if abs(bar['value']) < 1 else 2
-        between = '' if bar['interval'] is None else _between(bar['interval'], digits)
-        lines.append(f'{"met   " if bar["met"] else "MISSED"} {bar["bar"]:<32}'
-                     f'{bar["value"]:8.{digits}f} {between:<18} {bar["expected"]}')
-    return '\n'.join(lines)
+    return '\n'.join([*lines, *bar_lines(data['bars'])])
 
 
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
-    if not COMPILED:
-        raise InputError('benchmark trust: numba is missing, expected compiled kernels')
-    if args.seeds is not None and args.seeds < 1:
-        raise InputError(f'--seeds: {args.seeds}, expected a whole number >= 1')
+    require_compiled('benchmark trust')
+    if args.seeds is not None:
+        require_whole('--seeds', args.seeds)
     if args.quick and args.full:
         raise InputError('--full: given with --quick, expected one of them')
     expect_folder_of(args.json)
@@ -383,15 +355,7 @@ def run(args):
     size = dict(SIZES['quick' if args.quick else 'default'])
     if args.seeds is not None:
         size['faults'] = args.seeds
-    began = time.monotonic()
-
-    def progress(line):
-        if sys.stderr.isatty():
-            line = line and f'{time.monotonic() - began:4.0f} s  {line}'
-            print(f'\r{line:<60}', end='', file=sys.stderr, flush=True)
+    progress = progress_line()
     data = evaluate(size, args.full, args.data, progress)
     progress('')
-    print(text(data))
-    if args.json:
-        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
-    return 0 if all(bar['met'] for bar in data['bars']) else 1
+    return finish(data, text(data), args.json)

@@ -114,12 +114,12 @@ def figures(folder, bars):
         'gap': np.degrees([w.gap for w in known]).tolist(),
         'alerts': alerted, 'alerts_widened': late,
         'growth_seen': float(np.mean(grown) / np.mean(lost[FROM:]) - 1.0)}
-    bars.add('real: recordings measured', len(known), low=len(runs))
-    bars.add('real: lost motion, mean (deg)', result['mean'], *LOST_MOTION)
-    bars.add('real: lost motion, spread (deg)', result['spread'], high=SPREAD)
-    bars.add('real: gap told from compliance', result['separable'], high=0)
-    bars.add('real: alerts', len(alerted), high=0)
-    bars.add('real: alerts, gap 5 % wider', len(late), low=1)
+    bars.judge('real: recordings measured', len(known), low=len(runs))
+    bars.judge('real: lost motion, mean (deg)', result['mean'], *LOST_MOTION)
+    bars.judge('real: lost motion, spread (deg)', result['spread'], high=SPREAD)
+    bars.judge('real: gap told from compliance', result['separable'], high=0)
+    bars.judge('real: alerts', len(alerted), high=0)
+    bars.judge('real: alerts, gap 5 % wider', len(late), low=1)
     return result
 
 

@@ -24,36 +24,43 @@ usage examples:
 """
 import argparse
 import importlib
+from typing import Any
 
 # name -> (module of gearbox_monitor.benchmarks, one line of help)
 BENCHMARKS = {
     'paper': ('paper', "the paper's tables, by all filters, beside the published numbers"),
     'speed': ('speed', "CPU time of the filters' steps and of replay, beside filterpy, rosbags"),
-    'scale': ('scale', 'CPU time and memory against length and number of bags, and of candidates'),
-    'trust': ('trust', 'false alarms of trust and drift, and how soon faults are found'),
-    'faults': ('faults', 'bad streams of samples: is it told, what is lost, how soon all is well'),
-    'recorder': ('recorder', 'recorders killed, power and disks lost: all but one second is kept'),
-    'load': ('load', 'live estimators: drops, latency and CPU against rate and number'),
-    'soak': ('soak', 'a long run of a live estimator: memory, handles, rate, false alerts'),
-    'restart': ('restart', 'live nodes stopped and started at any time: residue, state'),
-    'fuzz': ('fuzz', 'damaged files of every kind: read or refused in one line, never a crash'),
-    'blind': ('blind', 'diagnosis of recordings whose effect only the scorer knows'),
-    'fleet': ('fleet', 'CPU time of fleet runs: pool, Dask, number of bags, workers'),
-    'motion': ('motion', 'motions that separate what a recording confused'),
+    'trust': ('trust', 'false alarms of trust and drift, and how soon faults are detected'),
     'real': ('real', 'torque of a real drive against static current compensation'),
+    'blind': ('blind.runner', 'diagnosis of recordings whose effect only the scorer knows'),
 }
 
 
-def add_arguments(parser):
-    subparsers = parser.add_subparsers(dest='benchmark', metavar='NAME', required=True)
+class _LazyParser(argparse.ArgumentParser):
+    """The parser of one benchmark, whose module is imported when its command line is parsed."""
+
+    module = ''
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        if self.module:
+            benchmark = importlib.import_module('gearbox_monitor.benchmarks.' + self.module)
+            self.module = ''
+            self.description = benchmark.__doc__
+            benchmark.add_arguments(self)
+            self.set_defaults(run_benchmark=benchmark.run)
+        return super().parse_known_args(args, namespace)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add a subcommand for each of the BENCHMARKS to `parser`."""
+    subparsers = parser.add_subparsers(dest='benchmark', metavar='NAME', required=True,
+                                       parser_class=_LazyParser)
     for name, (module, summary) in BENCHMARKS.items():
-        benchmark = importlib.import_module('gearbox_monitor.benchmarks.' + module)
-        sub = subparsers.add_parser(
-            name, help=summary, description=benchmark.__doc__,
-            formatter_class=argparse.RawDescriptionHelpFormatter)
-        benchmark.add_arguments(sub)
-        sub.set_defaults(run_benchmark=benchmark.run)
+        subparser = subparsers.add_parser(
+            name, help=summary, formatter_class=argparse.RawDescriptionHelpFormatter)
+        subparser.module = module
 
 
-def run(args):
+def run(args: argparse.Namespace) -> int:
+    """Run the benchmark that `args` select; returns its exit code."""
     return args.run_benchmark(args)

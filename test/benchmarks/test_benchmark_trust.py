@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.benchmarks import intervals, trust, trust_drift, trust_runs
+from gearbox_monitor.benchmarks.harness import BarTable
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.backlash.features import Backlash
@@ -103,11 +104,11 @@ def test_a_table_judges_its_rows():
     drive = trust_runs.Drive('B', DriveModel(), Noise((0.0, 0.0, 0.4, 0.4), (0.005, 0.005)),
                              DriveModel(), {'arm_load': 'none', 'q_std_tau_k': 8.0})
     run = trust_runs.watch(drive, 8.0, 1)
-    bars = trust.Bars()
+    bars = BarTable()
     rows = trust.healthy_table({'B': run}, {'healthy': 8.0}, bars)
     assert rows[0]['windows'] == 10 and len(bars.rows) == 2
-    bars.add('low', 0.5, low=0.6)
-    bars.add('between', 0.5, 0.4, 0.6)
+    bars.judge('low', 0.5, low=0.6)
+    bars.judge('between', 0.5, 0.4, 0.6)
     assert [b['met'] for b in bars.rows[2:]] == [False, True]
     assert bars.rows[3]['expected'] == '0.4 .. 0.6'
 
@@ -117,8 +118,8 @@ def test_a_table_judges_its_rows():
 def test_a_missed_bar_ends_with_1(monkeypatch, capsys, tmp_path, met, code):
     def evaluate(size, full, data, progress):
         assert size['faults'] == 3 and size['healthy'] < 3600 and not full and data is None
-        bars = trust.Bars()
-        bars.add('a bar', 0.5, high=1.0 if met else 0.1, interval=[0.4, 0.6])
+        bars = BarTable()
+        bars.judge('a bar', 0.5, high=1.0 if met else 0.1, interval=[0.4, 0.6])
         return {'bars': bars.rows, 'faults': {}, 'gap': {}, 'drift': {}, 'healthy': [{
             'drive': 'A', 'windows': 10, 'hours': 0.1, 'any': 0.0, 'interval': [0.0, 0.2],
             'alarms': 0, 'alarms_of': {}, **dict.fromkeys(trust_runs.TESTS, 0.0)}],

@@ -24,6 +24,7 @@ import threading
 import time
 import zipfile
 
+from fleet_setup import below, dask_cluster
 import fsspec
 import numpy as np
 import pyarrow as pa
@@ -35,8 +36,6 @@ from gearbox_monitor.bag.example import write_example_bag
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import replay
 from gearbox_monitor.bag.write import BagWriter
-from gearbox_monitor.benchmarks import fleet as benchmark
-from gearbox_monitor.benchmarks.fleet_setup import below, dask_cluster
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.fleet import executors, job
@@ -506,18 +505,3 @@ def test_windows_come_out_alike_in_any_blocks():
         fits.append(windows.finish())
     assert fits[0] == fits[1] and len(fits[0]) == 3 and all(
         isinstance(fit, Backlash) for fit in fits[0])
-
-
-def test_benchmark_can_miss_its_bars(monkeypatch, capsys):
-    times = {'serial': [(1.0, 1.0)], 'pool': [(1.2, 0.5)], 'one worker': [(1.1, 1.0)],
-             'dask': [(1.7, 0.9)]}
-    grown = {5: [0.15], 10: [0.3], 20: [0.6], 40: [1.2]}
-    data = benchmark.figures(times, grown, [1.95], 40, 100.0, None)
-    assert [bar['met'] for bar in data['bars']] == [False, True, True, True]
-    less = {name: rows for name, rows in times.items() if name != 'dask'}
-    skipped = benchmark.figures(less, {5: [0.1], 40: [1.2]}, [1.2], 40, 100.0, 'no distributed')
-    assert [bar['met'] for bar in skipped['bars']] == [False, None, False, None]
-    monkeypatch.setattr(benchmark, 'evaluate', lambda *_: skipped)
-    assert main(['benchmark', 'fleet']) == 1
-    shown = capsys.readouterr().out
-    assert 'MISSED  pool CPU / serial' in shown and 'no two idle cores' in shown

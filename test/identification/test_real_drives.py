@@ -15,7 +15,6 @@
 """The walk-throughs of docs/real_drives.md, on the recordings of real drives."""
 import json
 import math
-import os
 from pathlib import Path
 import re
 import shlex
@@ -72,8 +71,7 @@ def test_walk_through(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.skipif(not DAVINCI.exists(), reason='no recordings of the davinci_backend')
-@pytest.mark.skipif(not os.environ.get('GEARBOX_MONITOR_LONG_TESTS'),
-                    reason='takes some minutes: GEARBOX_MONITOR_LONG_TESTS=1')
+@pytest.mark.system
 def test_walk_through_behind_a_gearbox(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for path in DAVINCI.glob('*.TXT.gz'):

@@ -15,9 +15,10 @@
 """Damaged files: a fixed number of damages of every kind, and what fuzzing has found."""
 from pathlib import Path
 
+import fuzz
+import fuzz_targets
 import pytest
 
-from gearbox_monitor.benchmarks import fuzz, fuzz_targets
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.baselines import Damaged, load_baseline, load_state

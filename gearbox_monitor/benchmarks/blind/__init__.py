@@ -12,19 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-Diagnosis of effects that it cannot see: recordings of an own simulator, sealed labels, scores.
-
-Every effect of the library, none, two at once, effects outside of the library, and the true
-effect taken out of it (leave-one-out); several motions, noise of 0.2 to 2 %. Each recording is
-diagnosed by a process of its own; the labels are opened after all verdicts are written. What
-was missed is listed.
-
-usage examples:
-  gearbox_monitor benchmark blind
-  gearbox_monitor benchmark blind --n 24 --jobs 2 --keep blind/
-  gearbox_monitor benchmark blind --set stress --json stress.json
-"""
-from gearbox_monitor.benchmarks.blind.runner import add_arguments, run
-
-__all__ = ['add_arguments', 'run']
+"""The blind benchmark: its own plant, sealed labels and scores; runner.py is the command."""

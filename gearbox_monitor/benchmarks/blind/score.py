@@ -21,8 +21,8 @@ whether the effect was named or called unknown. A missing verdict is a miss ever
 """
 import numpy as np
 
-from gearbox_monitor.benchmarks import intervals
 from gearbox_monitor.benchmarks.blind import draw, evidence, generate, motions, plant
+from gearbox_monitor.benchmarks.harness import bar_lines, BarTable
 
 TWINS = {'coulomb_asymmetry': 'torque_offset'}  # the same torque: one class
 PLACES = {'torque_offset': {'motor_side', 'actuator'},
@@ -181,37 +181,14 @@ def closures(label, verdict, recording, fresh=True):
     return out
 
 
-class Bars:
-    """The verdicts: what was found against what is asked for."""
-
-    def __init__(self):
-        self.rows = []
-
-    def add(self, bar, value, low=-np.inf, high=np.inf, interval=None, count=''):
-        """Judge `value`; None: nothing to judge it by, which misses the bar; no limits: told."""
-        expected = (f'{low:.3g} .. {high:.3g}' if np.isfinite([low, high]).all() else
-                    f'<= {high:.3g}' if np.isfinite(high) else
-                    f'>= {low:.3g}' if np.isfinite(low) else '')
-        self.rows.append({'bar': bar, 'value': value, 'interval': interval, 'count': count,
-                          'expected': expected,
-                          'met': value is not None and bool(low <= value <= high)})
-
-    def share(self, bar, hits, low=-np.inf, high=np.inf):
-        """Judge the share of true values in `hits`; an empty list adds no bar."""
-        hits = [bool(h) for h in hits]
-        if hits:
-            self.add(bar, sum(hits) / len(hits), low, high,
-                     intervals.share(sum(hits), len(hits)), f'{sum(hits)}/{len(hits)}')
-
-
 def _closure_bars(bars, rows, prefix):
     clear = [r for r in rows if r['closure']['before'] is not None
              and r['closure']['before'] >= CLEAR_GAP]
     reported = [r['closure']['reported'] for r in clear]
     if clear:
-        bars.add(f'{prefix}closed fraction, median',
-                 float(np.median([0.0 if v is None else v for v in reported])),
-                 low=0.99 if not prefix else -np.inf, count=str(len(clear)))
+        bars.judge(f'{prefix}closed fraction, median',
+                   float(np.median([0.0 if v is None else v for v in reported])),
+                   low=0.99 if not prefix else -np.inf, count=str(len(clear)))
     bars.share(f'{prefix}closed within 0.05 of truth',
                [v is not None and abs(v - r['closure']['true']) <= CLOSE
                 for v, r in zip(reported, clear)], 0.95)
@@ -288,7 +265,7 @@ def score(labels, verdicts, read, seconds=None, fresh=True, progress=lambda done
             row['left'], row['imitators'] = found['left'], found['imitators']
         rows.append(row)
         progress(len(rows), len(labels))
-    bars = Bars()
+    bars = BarTable()
     main = [r for r in rows if r['set'] == 'main' and r['class'] not in ('small', 'loo')]
     _main_bars(bars, main, False)
     stress = [r for r in rows if r['set'] == 'stress' and not r['options']]
@@ -306,10 +283,10 @@ def score(labels, verdicts, read, seconds=None, fresh=True, progress=lambda done
                 for r in imitable])
     if seconds:
         times = [s for s in seconds.values() if s is not None]
-        bars.add('longest diagnosis, s', float(max(times, default=np.inf)), high=MAX_SECONDS,
-                 count=str(len(times)))
+        bars.judge('longest diagnosis, s', float(max(times, default=np.inf)), high=MAX_SECONDS,
+                   count=str(len(times)))
     missing = [r['name'] for r in rows if r['verdict'] == 'missing']
-    bars.add('verdicts missing', float(len(missing)), high=0.0, count=str(len(rows)))
+    bars.judge('verdicts missing', float(len(missing)), high=0.0, count=str(len(rows)))
     named = [r for r in main if r['class'] == 'single' and r['verdict'] != 'missing']
     return {'rows': rows, 'bars': bars.rows, 'curve': curve(rows),
             'options': option_lines(rows), 'confusion': confusion(main),
@@ -365,10 +342,6 @@ def _percent(value):
     return f'{100 * value:5.0f}'
 
 
-def _between(interval):
-    return '' if interval is None else '[{:.3f}, {:.3f}]'.format(*interval)
-
-
 def missed(row):
     """Return why a row stands in the list of misses, or None."""
     if row['verdict'] == 'missing':
@@ -418,10 +391,4 @@ def text(data):
     lines.append('')
     if data['confusable'] is not None:
         lines += [f'Ids in `confusable`, mean over single effects: {data["confusable"]:.1f}', '']
-    for bar in data['bars']:
-        value = '-' if bar['value'] is None else f'{bar["value"]:.3f}'
-        met = 'MISSED' if not bar['met'] else 'met' if bar['expected'] else ''
-        line = (f'{met:<6} {bar["bar"]:<31}{value:>8} '
-                f'{_between(bar["interval"]):<14} {bar["count"]:>7} {bar["expected"]}')
-        lines.append(line.rstrip())
-    return '\n'.join(lines)
+    return '\n'.join([*lines, *bar_lines(data['bars'])])

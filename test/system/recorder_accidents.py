@@ -86,7 +86,7 @@ def killed(bench, name, kills, done, **parameters):
 
 def slow_disk(bench, done):
     """Kill a recorder that waits for its disk with every call."""
-    process, path = bench.record('slow_recorder', folder='benchmarks')
+    process, path = bench.record('slow_recorder')
     begun_ns = bench.until_begun([process], [path])
 
     def lost():

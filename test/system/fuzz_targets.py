@@ -16,6 +16,7 @@
 from dataclasses import dataclass
 import json
 
+from fuzz_damage import damaged_bytes, damaged_mcap, damaged_text
 import numpy as np
 from rosbags.typesys import get_typestore, Stores
 
@@ -26,7 +27,6 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import Player
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.bag.write import BagWriter
-from gearbox_monitor.benchmarks.fuzz_damage import damaged_bytes, damaged_mcap, damaged_text
 from gearbox_monitor.benchmarks.trust_runs import T0
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.baselines import load_baseline, load_state, save_baseline, save_state

@@ -22,26 +22,29 @@ that a diagnosis simulates side by side. The exponent p of CPU time ~ size^p is 
 sizes; 1 is linear.
 
 usage examples:
-  gearbox_monitor benchmark scale
-  gearbox_monitor benchmark scale --of length --minutes 1 10 60 240 --json scale.json
-  gearbox_monitor benchmark scale --of bags --bags 10 100 1000
+  .venv/bin/python test/system/scale.py
+  .venv/bin/python test/system/scale.py --of length --minutes 1 10 60 240 --json scale.json
+  .venv/bin/python test/system/scale.py --of bags --bags 10 100 1000
 """
-import json
 from pathlib import Path
+import sys
 import tempfile
 
 import numpy as np
+import scale_numbers
+from script import run_script
 from tqdm import tqdm
 
-from gearbox_monitor.benchmarks import scale_numbers
+from gearbox_monitor.benchmarks.harness import (
+    add_json_option, bar_lines, BarTable, finish, require_compiled, require_whole)
 from gearbox_monitor.benchmarks.replay import in_a_process, write_recording
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.kernels.jit import COMPILED
 
 MINUTES = (10.0, 20.0, 60.0)
 WARM = 12.0  # s of the recording that is replayed before: long enough for a drift window
-EXPONENT, MEMORY = (0.95, 1.05), (0.0, 1.2)  # lowest, highest
+EXPONENT = 0.95, 1.05  # lowest, highest
+MEMORY = 1.2  # highest
 LENGTH = 'length'
 AXES = (LENGTH, *scale_numbers.NUMBERS)
 MODES = {'estimates only': False, 'everything': True}
@@ -59,37 +62,30 @@ def add_arguments(parser):
                         help='what to vary (default: all)')
     parser.add_argument('--rounds', type=int, default=3,
                         help='interleaved rounds; medians count (default: 3)')
-    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+    add_json_option(parser)
 
 
 def evaluate(sizes, rounds):
     """Return all figures as plain data; sizes: {axis: sizes}."""
-    rows, bars = [], []
-    if LENGTH in sizes:
-        rows, bars = by_length(sizes[LENGTH], rounds)
+    bars = BarTable()
+    rows = by_length(sizes[LENGTH], rounds, bars) if LENGTH in sizes else []
     numbers = {axis: many for axis, many in sizes.items() if axis != LENGTH}
     by_number = []
     with tempfile.TemporaryDirectory() as folder:
         for axis, times in scale_numbers.cpu_times(folder, numbers, rounds).items():
             seconds = [float(np.median(values)) for values in times.values()]
             by_number += [{'axis': axis, 'number': n, 'cpu_s': s} for n, s in zip(times, seconds)]
-            bars.append(_bar(f'exponent of CPU time over {axis}', _exponent(times, seconds),
-                             EXPONENT))
-    return {'rounds': rounds, 'rows': rows, 'numbers': by_number, 'bars': bars}
+            bars.judge(f'exponent of CPU time over {axis}', _exponent(times, seconds),
+                       *EXPONENT)
+    return {'rounds': rounds, 'rows': rows, 'numbers': by_number, 'bars': bars.rows}
 
 
 def _exponent(sizes, seconds):
     return float(np.polyfit(np.log(list(sizes)), np.log(seconds), 1)[0])
 
 
-def _bar(name, value, allowed):
-    low, high = allowed
-    return {'bar': name, 'value': value, 'met': bool(low <= value <= high),
-            'expected': f'{low:g} to {high:g}' if low else f'<= {high:g}'}
-
-
-def by_length(minutes, rounds):
-    """Return (rows, bars) of replays of bags as long as `minutes`."""
+def by_length(minutes, rounds, bars):
+    """Return rows of `rounds` replays of bags as long as `minutes`; judges them in `bars`."""
     cells = [(name, length) for name in MODES for length in minutes]
     cpu, peak = ({cell: [] for cell in cells} for _ in range(2))
     with tempfile.TemporaryDirectory() as folder, tqdm(
@@ -106,17 +102,17 @@ def by_length(minutes, rounds):
                 cpu[name, length].append(found[0])
                 peak[name, length].append(found[1])
                 bar.update()
-    rows, bars = [], []
+    rows = []
     for name in MODES:
         seconds = [float(np.median(cpu[name, m])) for m in minutes]
         memory = [float(np.median(peak[name, m])) for m in minutes]
         rows += [{'mode': name, 'minutes': m, 'cpu_s': s, 'times_real_time': 60.0 * m / s,
                   'peak_mb': b / 1e6} for m, s, b in zip(minutes, seconds, memory)]
-        bars.append(_bar(f'{name}: exponent of CPU time over length',
-                         _exponent(minutes, seconds), (0.0, EXPONENT[1])))
-        bars.append(_bar(f'{name}: peak memory, {minutes[-1]:g} min over {minutes[0]:g} min',
-                         memory[-1] / memory[0], MEMORY))
-    return rows, bars
+        bars.judge(f'{name}: exponent of CPU time over length', _exponent(minutes, seconds),
+                   high=EXPONENT[1])
+        bars.judge(f'{name}: peak memory, {minutes[-1]:g} min over {minutes[0]:g} min',
+                   memory[-1] / memory[0], high=MEMORY)
+    return rows
 
 
 def text(data):
@@ -132,14 +128,11 @@ def text(data):
         lines += [f'  {row["axis"]:<16}{row["number"]:9d}{row["cpu_s"]:10.3f}'
                   for row in data['numbers']]
         lines.append('')
-    lines += [f'{"met   " if bar["met"] else "MISSED"}  {bar["bar"]:<52}{bar["value"]:8.3f}   '
-              f'expected {bar["expected"]}' for bar in data['bars']]
-    return '\n'.join(lines)
+    return '\n'.join([*lines, *bar_lines(data['bars'])])
 
 
 def run(args):
-    if not COMPILED:
-        raise InputError('benchmark scale: numba is missing, expected compiled kernels')
+    require_compiled('scale')
     sizes = {}
     for axis in args.of:
         option = 'minutes' if axis == LENGTH else axis
@@ -148,11 +141,11 @@ def run(args):
         if len(sizes[axis]) < 2 or not all(0.0 < size < np.inf for size in given):
             raise InputError(f'--{option}: {" ".join(f"{size:g}" for size in given)}, expected '
                              'two or more different numbers > 0')
-    if args.rounds < 1:
-        raise InputError(f'--rounds: {args.rounds}, expected a whole number >= 1')
+    require_whole('--rounds', args.rounds)
     expect_folder_of(args.json)
     data = evaluate(sizes, args.rounds)
-    print(text(data))
-    if args.json:
-        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
-    return 0 if all(bar['met'] for bar in data['bars']) else 1
+    return finish(data, text(data), args.json)
+
+
+if __name__ == '__main__':
+    sys.exit(run_script(sys.modules[__name__]))

@@ -17,11 +17,12 @@ from dataclasses import dataclass
 import os
 import time
 
+from fault_node import ScenarioNodes
 import numpy as np
+from witness import stamp_ns, Witness
 
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recover import recover
-from gearbox_monitor.benchmarks.fault_node import Nodes
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE
 
@@ -66,10 +67,8 @@ class Bench:
     def __init__(self, folder, domain, seed):
         self.folder, self.random = folder, np.random.default_rng(seed)
         self._count, self._plant = 0, None
-        self._nodes = Nodes(folder, domain, _environment(folder))
+        self._nodes = ScenarioNodes(folder, domain, _environment(folder))
         try:
-            from gearbox_monitor.ros.witness import stamp_ns, Witness
-            self._stamp_ns = stamp_ns
             self.witness = Witness(TOPICS, domain)
             self.plant(1000.0)
         except BaseException:
@@ -90,7 +89,7 @@ class Bench:
         self.until(lambda: len(self.witness.seen[TOPICS[0]]) > before + 100, 'a sample')
 
     def record(self, module='recorder_node', output=None, **kwargs):
-        """Start a recorder as Nodes.start() does; return (process, path of its bag)."""
+        """Start a recorder as ScenarioNodes.start() does; return (process, path of its bag)."""
         self._count += 1
         output = output or self.folder / f'bag{self._count}'
         return self._nodes.start(module, output=str(output), topics=list(TOPICS),
@@ -108,7 +107,7 @@ class Bench:
         def begun():
             for process in processes:
                 if process.poll() is not None:
-                    raise InputError('benchmark recorder: a recorder ended: '
+                    raise InputError('a recorder ended: '
                                      + self.said(process))
             return all((path / f'{path.name}_0.mcap').is_file() and
                        (path / f'{path.name}_0.mcap').stat().st_size > BEGUN for path in paths)
@@ -143,7 +142,7 @@ class Bench:
                 content = list(bag.messages(TOPICS))
         found = {topic: [] for topic in TOPICS}
         for topic, _, _, raw in content:
-            found[topic].append(self._stamp_ns(raw))
+            found[topic].append(stamp_ns(raw))
         for topic, stamps in found.items():
             messages += len(stamps)
             seen = np.array(self.witness.seen[topic], np.int64).reshape(-1, 2)

@@ -22,25 +22,31 @@ workers have run two bags before. Two workers against one count by the clock, an
 the machine has two cores to give, which two busy loops tell.
 
 usage examples:
-  gearbox_monitor benchmark fleet
-  gearbox_monitor benchmark fleet --bags 20 --seconds 50 --rounds 2 --json fleet.json
+  .venv/bin/python test/system/fleet.py
+  .venv/bin/python test/system/fleet.py --bags 20 --seconds 50 --rounds 2 --json fleet.json
 """
 from contextlib import ExitStack
 import importlib.util
-import json
 import multiprocessing
 from pathlib import Path
+import sys
 import tempfile
 import time
 
+from fleet_setup import cpu_seconds, dask_cluster
 import numpy as np
+from script import run_script
 from tqdm import tqdm
 
 from gearbox_monitor.bag.example import write_example_bag
-from gearbox_monitor.benchmarks.fleet_setup import cpu_seconds, dask_cluster
+from gearbox_monitor.benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.fleet.executors import DaskExecutor, PoolExecutor, SerialExecutor
+from gearbox_monitor.fleet.fleet_run import FleetRun
+from gearbox_monitor.fleet.fleet_table import FleetTable
+from gearbox_monitor.fleet.job import JobSettings
+from gearbox_monitor.fleet.paths import find_bags
 from gearbox_monitor.plant.drive import DriveModel
 
 WORKERS = 2
@@ -57,10 +63,10 @@ def add_arguments(parser):
                         help='length of each at 1 kHz (default: 100)')
     parser.add_argument('--rounds', type=int, default=5,
                         help='interleaved rounds; medians count (default: 5)')
-    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+    add_json_option(parser)
 
 
-class Runs:
+class FleetRuns:
     """Runs bags into a new folder each time; cluster: ids of processes that Dask alone needs."""
 
     def __init__(self, folder):
@@ -68,9 +74,6 @@ class Runs:
 
     def run(self, bags, engine):
         """Return (CPU time, time by the clock) of a run over `bags`, s."""
-        from gearbox_monitor.fleet.fleet_run import FleetRun
-        from gearbox_monitor.fleet.fleet_table import FleetTable
-        from gearbox_monitor.fleet.job import JobSettings
         self.count += 1
         # The cluster is idle, but for heartbeats.
         others = () if isinstance(engine, DaskExecutor) else self.cluster
@@ -102,7 +105,6 @@ def cores(seconds=1.0):
 
 def evaluate(count, seconds, rounds):
     """Return all figures as plain data."""
-    from gearbox_monitor.fleet.paths import find_bags
     skipped = None if importlib.util.find_spec('distributed') else \
         'distributed is not installed: pip install gearbox_monitor[fleet]'
     with ExitStack() as stack:
@@ -110,7 +112,7 @@ def evaluate(count, seconds, rounds):
         for k in tqdm(range(count), 'bags', disable=None, leave=False):
             write_example_bag(folder / f'bags/{k:03d}', DriveModel(), seconds, k)
         bags = find_bags([str(folder / 'bags')])
-        runs, engines = Runs(folder), {'serial': SerialExecutor()}
+        runs, engines = FleetRuns(folder), {'serial': SerialExecutor()}
         for name, workers in (('pool', WORKERS), ('one worker', 1)):
             engines[name] = PoolExecutor(workers)
             stack.callback(engines[name].close)
@@ -152,20 +154,19 @@ def figures(times, grown, seen, count, seconds, skipped):
     there = float(np.median(seen))
     reasons = {'Dask CPU / serial': skipped, 'two workers / one, clock': None if there >= IDLE else
                f'two busy loops got {there:.2f} of one here: no two idle cores'}
-    bars = []
+    bars = BarTable()
     for bar, (low, high) in BARS.items():
-        value, reason = values[bar], reasons.get(bar)
-        expected = (f'<= {high:g}' if low == 0.0 else f'>= {low:g}' if high == np.inf else
-                    f'{low:g} to {high:g}')
-        bars.append({'bar': bar, 'value': value, 'expected': expected, 'skipped': reason,
-                     'met': None if reason else bool(low <= value <= high)})
+        if reasons.get(bar):
+            bars.skip(bar, reasons[bar], values[bar])
+        else:
+            bars.judge(bar, values[bar], low or -np.inf, high)
     return {'bags': count, 'seconds_each': seconds, 'rounds': len(times['serial']),
             'cpu_s': {name: float(np.median([t[0] for t in rows]))
                       for name, rows in times.items()},
             'clock_s': {name: float(np.median([t[1] for t in rows]))
                         for name, rows in times.items()},
             'cpu_s_by_bags': {size: float(np.median(grown[size])) for size in sizes},
-            'cores_seen': there, 'bars': bars}
+            'cores_seen': there, 'bars': bars.rows}
 
 
 def text(data):
@@ -176,14 +177,7 @@ def text(data):
               for name, cpu in data['cpu_s'].items()]
     lines += ['', '  CPU s in the pool by number of bags: ' + ', '.join(
         f'{size}: {cpu:.2f}' for size, cpu in data['cpu_s_by_bags'].items()), '']
-    for bar in data['bars']:
-        value = '' if bar['value'] is None else f'{bar["value"]:8.2f}   '
-        if bar['met'] is None:
-            lines.append(f'skipped {bar["bar"]:<28}{value}{bar["skipped"]}')
-        else:
-            lines.append(f'{"met   " if bar["met"] else "MISSED"}  {bar["bar"]:<28}{value}'
-                         f'expected {bar["expected"]}')
-    return '\n'.join(lines)
+    return '\n'.join([*lines, *bar_lines(data['bars'])])
 
 
 def run(args):
@@ -196,7 +190,8 @@ def run(args):
         if importlib.util.find_spec(name) is None:
             raise InputError(f'{name} is not installed, expected it: pip install {name}')
     data = evaluate(args.bags, args.seconds, args.rounds)
-    print(text(data))
-    if args.json:
-        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
-    return 0 if all(bar['met'] is not False for bar in data['bars']) else 1
+    return finish(data, text(data), args.json)
+
+
+if __name__ == '__main__':
+    sys.exit(run_script(sys.modules[__name__]))

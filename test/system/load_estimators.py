@@ -13,9 +13,9 @@
 # limitations under the License.
 
 """
-Several estimators in one process, in a namespace each: what the load benchmark measures.
+Several estimators in one process, in a namespace each: what load.py and soak.py measure.
 
-  python -m gearbox_monitor.benchmarks.load_estimators g0 g1 --ros-args -p arm_load:=none
+  python -m load_estimators g0 g1 --ros-args -p arm_load:=none
 """
 import sys
 

@@ -109,7 +109,7 @@ class Said:
 NOTHING_SAID = Said(0, '', {})
 
 
-class Source:
+class SampleSource:
     """
     Publishes the same samples in each of `namespaces`, and takes the estimates made of them.
 

@@ -24,22 +24,23 @@ memory, and mounted again; only root may do so, and fill a small file system.
 What another subscriber has received is the measure. Every bag is recovered, too.
 
 usage examples:
-  gearbox_monitor benchmark recorder
-  gearbox_monitor benchmark recorder --kills 10 --power-cuts 3
-  gearbox_monitor benchmark recorder --kills 100 --domain 65 --json recorder.json
+  .venv/bin/python test/system/recorder.py
+  .venv/bin/python test/system/recorder.py --kills 10 --power-cuts 3
+  .venv/bin/python test/system/recorder.py --kills 100 --domain 65 --json recorder.json
 
 exit code: 0 all bars met, 1 one is missed, 2 bad usage.
 """
-import json
 import os
 from pathlib import Path
 import sys
 import tempfile
 
+import recorder_accidents as accidents
+from recorder_bench import Bench
+from script import run_script
 from tqdm import tqdm
 
-from gearbox_monitor.benchmarks import recorder_accidents as accidents
-from gearbox_monitor.benchmarks.recorder_bench import Bench
+from gearbox_monitor.benchmarks.harness import add_json_option, require_whole, write_json
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 
@@ -55,7 +56,7 @@ def add_arguments(parser):
                         help='seed of the moments (default: %(default)s)')
     parser.add_argument('--domain', type=int, default=None, metavar='ID',
                         help='ROS domain (default: ROS_DOMAIN_ID, 0)')
-    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+    add_json_option(parser)
 
 
 def text(rows):
@@ -84,9 +85,8 @@ def text(rows):
 
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
-    for name, value in (('kills', args.kills), ('power-cuts', args.power_cuts)):
-        if value < 0:
-            raise InputError(f'--{name}: {value}, expected a whole number >= 0')
+    require_whole('--kills', args.kills, 0)
+    require_whole('--power-cuts', args.power_cuts, 0)
     domain = args.domain
     if domain is None:
         text_id = os.environ.get('ROS_DOMAIN_ID') or '0'
@@ -115,6 +115,9 @@ def run(args):
         finally:
             bench.close()
     print(text(rows))
-    if args.json:
-        Path(args.json).write_text(json.dumps(rows, indent=2) + '\n', encoding='utf-8')
+    write_json(rows, args.json)
     return int(any(row['missed'] for row in rows))
+
+
+if __name__ == '__main__':
+    sys.exit(run_script(sys.modules[__name__]))

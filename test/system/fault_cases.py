@@ -12,14 +12,13 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The faults of "benchmark faults", and how soon each has to be told."""
+"""The faults of faults.py, and how soon each has to be told."""
 from dataclasses import dataclass
 
-import numpy as np
-
-from gearbox_monitor.benchmarks.fault_stream import (
+from fault_stream import (
     ARM, bursts, clock, copies, decimated, delayed_blocks, flipped, frozen, jittered, LASTS, lost,
     MOTOR, repeated_blocks, restarted, stalled, stuck_stamps, swapped, value, wrapped, zeroed)
+import numpy as np
 
 NAN = np.nan
 # When a fault must be told, s after its begin. At once: with the next diagnostics but one.

@@ -21,23 +21,26 @@ exception, a run longer than the limit, or memory beyond it. A case is named by 
 number, and comes again with --only, --seed and --first.
 
 usage examples:
-  gearbox_monitor benchmark fuzz --seconds 60
-  gearbox_monitor benchmark fuzz --only bag --seconds 600 --seed 7
-  gearbox_monitor benchmark fuzz --only "bag, lz4" --seed 7 --first 1234 --cases 1
+  .venv/bin/python test/system/fuzz.py --seconds 60
+  .venv/bin/python test/system/fuzz.py --only bag --seconds 600 --seed 7
+  .venv/bin/python test/system/fuzz.py --only "bag, lz4" --seed 7 --first 1234 --cases 1
 """
 from collections import Counter
 import contextlib
-import json
 import multiprocessing
 from pathlib import Path
 import random
 import resource
 import signal
+import sys
 import tempfile
 import time
 import traceback
 
-from gearbox_monitor.benchmarks.fuzz_targets import one_line, targets
+from fuzz_targets import one_line, targets
+from script import run_script
+
+from gearbox_monitor.benchmarks.harness import add_json_option, write_json
 from gearbox_monitor.benchmarks.memory import forget_peak, peak_bytes
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
@@ -59,7 +62,7 @@ def add_arguments(parser):
     parser.add_argument('--only', default='', metavar='TEXT', help='targets that contain TEXT')
     parser.add_argument('--first', type=int, default=0, metavar='N', help='first case of each')
     parser.add_argument('--cases', type=int, metavar='N', help='cases of each, then end')
-    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+    add_json_option(parser)
 
 
 def case_of(target, seed, number, folder):
@@ -192,7 +195,9 @@ def run(args):
             for what, number in wrong.items():
                 print(f'  MISSED --only "{target.name}" --seed {args.seed} --first {number} '
                       f'--cases 1: {what}', flush=True)
-    if args.json:
-        Path(args.json).write_text(json.dumps({'seed': args.seed, 'files': rows}, indent=2) + '\n',
-                                   encoding='utf-8')
+    write_json({'seed': args.seed, 'files': rows}, args.json)
     return 1 if any(row['wrong'] for row in rows) else 0
+
+
+if __name__ == '__main__':
+    sys.exit(run_script(sys.modules[__name__]))

@@ -15,16 +15,16 @@
 """
 CPU time against the number of things: bags of a fleet, candidates of a tuning, windows of a fit.
 
-Each function gives a row's function of a number, on inputs made once; see "benchmark scale".
+Each function gives a row's function of a number, on inputs made once; see scale.py.
 """
 from pathlib import Path
 import time
 
+from fleet import FleetRuns
 import numpy as np
 from tqdm import tqdm
 
 from gearbox_monitor.bag.example import NOISE, write_example_bag
-from gearbox_monitor.benchmarks.fleet import Runs
 from gearbox_monitor.estimation.batch_score import criteria
 from gearbox_monitor.fleet.executors import SerialExecutor
 from gearbox_monitor.fleet.paths import find_bags
@@ -47,7 +47,7 @@ def bags(folder, most):
     """Return a function that replays `n` different bags, one after the other, as a fleet run."""
     for k in range(most):
         write_example_bag(folder / f'bags/{k:03d}', DriveModel(), SECONDS['bags'], k)
-    found, runs = find_bags([str(folder / 'bags')]), Runs(folder)
+    found, runs = find_bags([str(folder / 'bags')]), FleetRuns(folder)
 
     def run(n):
         runs.run(found[:n], SerialExecutor())

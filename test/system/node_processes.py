@@ -28,7 +28,7 @@ from gearbox_monitor.ros.processes import Child, ChildFailed
 
 PATIENCE = 120.0  # s, for a start that compiles
 TICKS = os.sysconf('SC_CLK_TCK')
-NODES = 'gearbox_monitor.ros'
+HERE = str(Path(__file__).resolve().parent)  # nodes of the system tests stand here
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def usage(pid):
                  len(os.listdir(process / 'fd')), int(fields[17]))
 
 
-class Live:
+class LiveNodes:
     """Node processes, with a folder for all that they write."""
 
     def __init__(self, folder, domain):
@@ -67,7 +67,9 @@ class Live:
         ours = os.sched_getaffinity(0)
         try:
             os.sched_setaffinity(0, cores or ours)  # a child has what its parent has
-            child = Child(name, module, parameters, log, os.environ, arguments)
+            path = os.pathsep.join(filter(None, [HERE, os.environ.get('PYTHONPATH')]))
+            child = Child(name, module, parameters, log, {**os.environ, 'PYTHONPATH': path},
+                          arguments)
         finally:
             os.sched_setaffinity(0, ours)
         self.children.append(child)
@@ -91,9 +93,9 @@ class Live:
 
 
 @contextmanager
-def live():
+def live_nodes():
     """
-    Yield a Live on this machine only, in a ROS domain and a folder of its own.
+    Yield LiveNodes on this machine only, in a ROS domain and a folder of its own.
 
     A node that fails is an InputError with the end of its log.
     """
@@ -105,16 +107,10 @@ def live():
         logs = Path(folder) / 'log'
         os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST',
                           ROS_LOG_DIR=str(logs))
-        nodes = Live(Path(folder), domain)
+        nodes = LiveNodes(Path(folder), domain)
         try:
             yield nodes
         except ChildFailed as error:
             raise InputError(str(error)) from None
         finally:
             nodes.end()
-
-
-def verdicts(bars):
-    """Return lines of `bars`: dicts with bar, value and expected (texts), met."""
-    return [f'{"met   " if bar["met"] else "MISSED"}  {bar["bar"]:<62}{bar["value"]:>18}   '
-            f'expected {bar["expected"]}' for bar in bars]

@@ -21,8 +21,8 @@ work. Then every process, piece of shared memory, temporary file and handle must
 estimator must begin with what its state file held. On this machine only; docs/load.md explains it.
 
 usage examples:
-  gearbox_monitor benchmark restart
-  gearbox_monitor benchmark restart --times 5 --seed 3 --json restart.json
+  .venv/bin/python test/system/restart.py
+  .venv/bin/python test/system/restart.py --times 5 --seed 3 --json restart.json
 """
 from dataclasses import dataclass
 import json
@@ -31,15 +31,19 @@ from pathlib import Path
 import random
 import re
 import signal
+import sys
 import time
 
+from node_processes import live_nodes
+from script import run_script
 from tqdm import tqdm
 
-from gearbox_monitor.benchmarks.load import check_ros
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.benchmarks.harness import (
+    add_json_option, bar_lines, BarTable, finish, require_compiled, require_whole)
 from gearbox_monitor.files.baselines import load_state
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.ros.watcher import Watcher
 
 TIMES = 50
 BETWEEN, AT_WORK = (0.0, 1.0), (0.5, 6.0)  # s, drawn: from one start to the next; then to the end
@@ -55,7 +59,7 @@ def add_arguments(parser):
     parser.add_argument('--times', type=int, default=TIMES, metavar='N',
                         help='default: %(default)s')
     parser.add_argument('--seed', type=int, default=0, help='of orders and times (default: 0)')
-    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+    add_json_option(parser)
 
 
 @dataclass
@@ -71,7 +75,7 @@ class Found:
 
 
 class Restarts:
-    """Runs the nodes again and again in `nodes` (live.Live); drawn from `seed`."""
+    """Runs the nodes again and again in `nodes` (LiveNodes); drawn from `seed`."""
 
     def __init__(self, nodes, seed):
         self.nodes, self.random = nodes, random.Random(seed)
@@ -84,7 +88,6 @@ class Restarts:
 
     def once(self):
         """Start all, stop all; return the row of figures."""
-        from gearbox_monitor.ros.watcher import Watcher
         draw, watcher = self.random, Watcher('restarts', self.nodes.domain)
         kept, seen = self._state(), []
         early = draw.random() < EARLY
@@ -219,9 +222,8 @@ def _goes_on(kept, snapshot):
 
 def evaluate(times, seed):
     """Return all figures as plain data."""
-    from gearbox_monitor.benchmarks.live import live
     rows = []
-    with live() as nodes:
+    with live_nodes() as nodes:
         restarts = Restarts(nodes, seed)
         temporary = os.environ.get('TMPDIR')
         os.environ['TMPDIR'] = str(restarts.temporary)
@@ -241,12 +243,9 @@ def evaluate(times, seed):
 
 
 def bars(data):
-    """Return the verdicts: dicts with bar, value, expected and met."""
-    rows, found = data['rows'], []
-
-    def add(name, value, expected, met):
-        found.append({'bar': name, 'value': str(value), 'expected': str(expected),
-                      'met': bool(met)})
+    """Return the rows of a BarTable for the figures `data` of evaluate()."""
+    rows, table = data['rows'], BarTable()
+    add = table.check
     ends = [text for row in rows for text in row['wrong_ends']]
     add('nodes that did not end cleanly', len(ends), 0, not ends)
     processes = sum(row['processes'] for row in rows)
@@ -267,12 +266,11 @@ def bars(data):
     stamps = [row['windows'] for row in rows]
     add('drift went back', sum(b < a for a, b in zip(stamps, stamps[1:])), 0,
         stamps == sorted(stamps))
-    return found
+    return table.rows
 
 
 def text(data):
     """Return figures and verdicts for the terminal."""
-    from gearbox_monitor.benchmarks.live import verdicts
     rows = data['rows']
     lines = [f'{len(rows)} times plant, estimator, recorder: '
              f'{len({tuple(row["order"]) for row in rows})} orders, '
@@ -281,17 +279,17 @@ def text(data):
              f'{len({row["windows"] for row in rows})} states written', '']
     lines += [f'  {text}' for row in rows for text in row['wrong_ends']]
     lines += [f'  left: {name}' for names in data['left'].values() for name in names]
-    return '\n'.join([*lines, *verdicts(data['bars'])])
+    return '\n'.join([*lines, *bar_lines(data['bars'])])
 
 
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
-    check_ros('restart')
-    if args.times < 1:
-        raise InputError(f'--times: {args.times}, expected a whole number >= 1')
+    require_compiled('restart')
+    require_whole('--times', args.times)
     expect_folder_of(args.json)
     data = evaluate(args.times, args.seed)
-    print(text(data))
-    if args.json:
-        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
-    return 0 if all(bar['met'] for bar in data['bars']) else 1
+    return finish(data, text(data), args.json)
+
+
+if __name__ == '__main__':
+    sys.exit(run_script(sys.modules[__name__]))

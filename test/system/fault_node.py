@@ -26,12 +26,13 @@ import sys
 import tempfile
 import time
 
+from fault_runs import OK_AGAIN, TRUST
+
 import gearbox_monitor
 from gearbox_monitor.bag.comparison import Comparer
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import Player
 from gearbox_monitor.bag.replay_summary import ReplaySummary
-from gearbox_monitor.benchmarks.fault_runs import OK_AGAIN, TRUST
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.monitoring.checks.level import Level
 
@@ -40,11 +41,12 @@ TOLD = 3.0  # s: diagnostics come every second
 # Neither estimator nor recorder misses the first samples of a plant that sees both.
 RELIABLE = {'qos_overrides./joint_states.subscription.reliability': 'reliable'}
 SUBSCRIBERS = 3  # estimator and recorder of the samples, recorder of the truth
+HERE = Path(__file__).resolve().parent
 ROOT = str(Path(gearbox_monitor.__file__).resolve().parents[1])
 PATIENCE = 120.0  # s, for a start that compiles
 
 
-class Nodes:
+class ScenarioNodes:
     """
     Node processes in one ROS domain, on this machine only; `watcher` follows the estimator.
 
@@ -62,13 +64,18 @@ class Nodes:
         self.folder, self.processes, self._logs = folder, [], {}
         self.watcher = Watcher('fault_benchmark', domain)
 
-    def start(self, module, folder='nodes', **parameters):
-        """Start the node `module` of the package's `folder` and return its process."""
-        command = [sys.executable, '-m', f'gearbox_monitor.{folder}.{module}', '--ros-args',
+    def start(self, module, **parameters):
+        """
+        Start a node with `parameters` and return its process.
+
+        module: its name in gearbox_monitor.ros, or that of a module of this folder.
+        """
+        package = '' if (HERE / f'{module}.py').is_file() else 'gearbox_monitor.ros.'
+        command = [sys.executable, '-m', package + module, '--ros-args',
                    '--disable-external-lib-logs']
         for name, value in parameters.items():
             command += ['-p', f'{name}:={json.dumps(value)}']
-        path = os.pathsep.join(filter(None, [ROOT, os.environ.get('PYTHONPATH')]))
+        path = os.pathsep.join(filter(None, [ROOT, str(HERE), os.environ.get('PYTHONPATH')]))
         log_path = self.folder / f'{module}_{len(self._logs)}.log'
         with open(log_path, 'wb') as log:
             process = subprocess.Popen(command, stdout=log, stderr=log, cwd=self.folder,
@@ -121,7 +128,7 @@ def restart(domain):
     """Return the figures of one run in ROS domain `domain`, as plain data."""
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
-        nodes = Nodes(folder, domain)
+        nodes = ScenarioNodes(folder, domain)
         try:
             nodes.start('recorder_node', output=str(folder / 'bag'))
             nodes.start('estimator_node', arm_load='none', **RELIABLE)

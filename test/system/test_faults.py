@@ -15,12 +15,12 @@
 """Bad streams of samples: nothing that is wrong is called good, and all is well soon after."""
 import json
 
+from fault_cases import CASES
+from fault_runs import run_case
+from fault_stream import healthy, MOTOR, wrapped, zeroed
 import numpy as np
 import pytest
 
-from gearbox_monitor.benchmarks.fault_cases import CASES
-from gearbox_monitor.benchmarks.fault_runs import run_case
-from gearbox_monitor.benchmarks.fault_stream import healthy, MOTOR, wrapped, zeroed
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.monitoring.checks.level import Level
 from gearbox_monitor.monitoring.monitor import Monitor, Sample, Samples, SnapshotError

@@ -21,18 +21,21 @@ over DDS, on this machine only; below 500 Hz one that is slower in proportion: t
 moves too far in 10 ms. docs/load.md explains the bars.
 
 usage examples:
-  gearbox_monitor benchmark soak --hours 24 --rate 100
-  gearbox_monitor benchmark soak --minutes 20 --rate 1000 --json soak.json
+  .venv/bin/python test/system/soak.py --hours 24 --rate 100
+  .venv/bin/python test/system/soak.py --minutes 20 --rate 1000 --json soak.json
 """
-import json
-from pathlib import Path
+import sys
 import time
 
+from node_processes import live_nodes, usage
 import numpy as np
+from sample_source import NOTHING_SAID, parameters_of, SampleSource, slowness
 from scipy.stats import theilslopes
+from script import run_script
 from tqdm import tqdm
 
-from gearbox_monitor.benchmarks.load import check_ros
+from gearbox_monitor.benchmarks.harness import (
+    add_json_option, bar_lines, BarTable, finish, require_compiled)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 
@@ -54,21 +57,19 @@ def add_arguments(parser):
                         help='default: %(default)g')
     parser.add_argument('--every', type=float, default=1.0, metavar='S',
                         help='how often to look at the node (default: %(default)g)')
-    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+    add_json_option(parser)
 
 
 def evaluate(seconds, rate, real_time, every=1.0):
     """Return all figures of a run of `seconds` of stamps as plain data."""
-    from gearbox_monitor.benchmarks.live import live, usage
-    from gearbox_monitor.ros.source import NOTHING_SAID, parameters_of, slowness, Source
     slow = slowness(rate)
     parameters = parameters_of(slow)
     rows, count = [], round(seconds * rate)
-    with live() as nodes, tqdm(total=round(seconds), unit='s', desc='soak', disable=None,
-                               leave=False) as bar:
-        child = nodes.start('estimator', 'gearbox_monitor.benchmarks.load_estimators',
+    with live_nodes() as nodes, tqdm(total=round(seconds), unit='s', desc='soak', disable=None,
+                                     leave=False) as bar:
+        child = nodes.start('estimator', 'load_estimators',
                             parameters, ['g0'])
-        source = Source(nodes.domain, ['g0'])
+        source = SampleSource(nodes.domain, ['g0'])
         try:
             nodes.until(source.ready, 'a start of the estimator', lambda: source.spin(0.1))
             source.begin(rate, slow)
@@ -138,11 +139,9 @@ def _rate(rows):
 
 
 def bars(data):
-    """Return the verdicts: dicts with bar, value, expected and met."""
-    found = []
-
-    def add(name, value, expected, met):
-        found.append({'bar': name, 'value': value, 'expected': expected, 'met': bool(met)})
+    """Return the rows of a BarTable for the figures `data` of evaluate()."""
+    table = BarTable()
+    add = table.check
     rows = judged(data)
     if len(rows) < LEAST:
         raise InputError(f'--minutes or --hours: {len(rows)} looks at the node in the part that '
@@ -179,12 +178,11 @@ def bars(data):
     add('levels other than OK', str(len(data['not_ok'])) if data['judged'] else 'too short', '0',
         data['judged'] and not data['not_ok'])
     add('errors in the log', str(len(data['errors'])), '0', not data['errors'])
-    return found
+    return table.rows
 
 
 def text(data):
     """Return figures and verdicts for the terminal."""
-    from gearbox_monitor.benchmarks.live import verdicts
     rows = data['rows']
     lines = [f'{data["seconds"] / 3600.0:.2f} h of stamps at {data["rate"]:g} Hz in '
              f'{rows[-1]["wall"] / 60.0:.1f} min, {data["sent"]} samples, '
@@ -204,12 +202,12 @@ def text(data):
     lines += ['', *(f'  alert: {told}' for told in data['alerts'][:5]),
               *(f'  not OK: {told}' for told in data['not_ok'][:5]),
               *(f'  log: {told}' for told in data['errors'][:5])]
-    return '\n'.join([*lines, *verdicts(data['bars'])])
+    return '\n'.join([*lines, *bar_lines(data['bars'])])
 
 
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
-    check_ros('soak')
+    require_compiled('soak')
     option, value = ('--hours', args.hours) if args.minutes is None else (
         '--minutes', args.minutes)
     for name, number in ((option, value), ('--rate', args.rate), ('--every', args.every)):
@@ -218,7 +216,8 @@ def run(args):
     expect_folder_of(args.json)
     seconds = 3600.0 * args.hours if args.minutes is None else 60.0 * args.minutes
     data = evaluate(seconds, args.rate, args.minutes is not None, args.every)
-    print(text(data))
-    if args.json:
-        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
-    return 0 if all(bar['met'] for bar in data['bars']) else 1
+    return finish(data, text(data), args.json)
+
+
+if __name__ == '__main__':
+    sys.exit(run_script(sys.modules[__name__]))

@@ -21,21 +21,25 @@ from sending a stamped sample to publishing its estimate. And more is sent than 
 docs/load.md explains the tables.
 
 usage examples:
-  gearbox_monitor benchmark load
-  gearbox_monitor benchmark load --rates 1000 --numbers 1 7 14 --seconds 30
-  gearbox_monitor benchmark load --json load.json
+  .venv/bin/python test/system/load.py
+  .venv/bin/python test/system/load.py --rates 1000 --numbers 1 7 14 --seconds 30
+  .venv/bin/python test/system/load.py --json load.json
 """
-import json
 import os
-from pathlib import Path
+import sys
 import time
 
+from node_processes import live_nodes, usage
 import numpy as np
+from sample_source import SampleSource
+from script import run_script
 from tqdm import tqdm
 
+from gearbox_monitor.benchmarks.harness import (
+    add_json_option, bar_lines, BarTable, finish, require_compiled)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.ros.inputs import DEPTH
 
 RATES, NUMBERS = (100.0, 500.0, 1000.0, 2000.0, 4000.0), (1, 2, 4, 8)
 SECONDS, PAST = 10.0, 20_000.0
@@ -56,15 +60,14 @@ def add_arguments(parser):
                         help='length of each run (default: %(default)s)')
     parser.add_argument('--past', type=float, default=PAST, metavar='HZ',
                         help='rate that is more than can be taken (default: %(default)s)')
-    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+    add_json_option(parser)
 
 
 def evaluate(rates, numbers, seconds, past):
     """Return all figures as plain data; the numbers of gearboxes ascend."""
-    from gearbox_monitor.benchmarks.live import live
     rows, over = [], None
-    with live() as nodes, tqdm(total=len(LAYOUTS) * len(numbers) * len(rates) + 1, desc='load',
-                               disable=None, leave=False) as bar:
+    total = len(LAYOUTS) * len(numbers) * len(rates) + 1
+    with live_nodes() as nodes, tqdm(total=total, desc='load', disable=None, leave=False) as bar:
         for layout in LAYOUTS:
             left = set(rates)
             for number in numbers:
@@ -90,13 +93,12 @@ def _held(row):
 
 
 class _Estimators:
-    """`number` of estimators on the last core, and their Source on the others."""
+    """`number` of estimators on the last core, and their SampleSource on the others."""
 
     def __init__(self, nodes, layout, number):
         self.nodes, self.layout, self.number = nodes, layout, number
 
     def __enter__(self):
-        from gearbox_monitor.ros.source import Source
         cores = sorted(os.sched_getaffinity(0))
         self._cores = cores
         names = [f'g{k}' for k in range(self.number)]
@@ -109,7 +111,7 @@ class _Estimators:
                     self._start(name, [name])
             if len(cores) > 1:
                 os.sched_setaffinity(0, cores[:-1])
-            self.source = Source(self.nodes.domain, names)
+            self.source = SampleSource(self.nodes.domain, names)
             self.nodes.until(self.source.ready, 'a start of all estimators',
                              lambda: self.source.spin(0.1))
             self.source.begin(100.0)  # they know the source only a while after it knows them
@@ -123,7 +125,7 @@ class _Estimators:
 
     def _start(self, name, arguments):
         # Far past the limit numbers skip so far that they look like another publisher's.
-        self.nodes.start(name, 'gearbox_monitor.benchmarks.load_estimators',
+        self.nodes.start(name, 'load_estimators',
                          {'arm_load': 'none', 'other_publishers': 'accept'}, arguments,
                          cores=self._cores[-1:])
 
@@ -135,7 +137,6 @@ class _Estimators:
 
     def run(self, rate, seconds):
         """Return the row of one run."""
-        from gearbox_monitor.benchmarks.live import usage
         source, pids = self.source, [child.process.pid for child in self.nodes.children]
         memory = []
 
@@ -165,12 +166,9 @@ class _Estimators:
 
 
 def bars(rows, over):
-    """Return the verdicts: dicts with bar, value, expected and met."""
-    from gearbox_monitor.ros.inputs import DEPTH
-    found = []
-
-    def add(name, value, expected, met):
-        found.append({'bar': name, 'value': value, 'expected': expected, 'met': bool(met)})
+    """Return the rows of a BarTable for the runs `rows` and the run past the limit, `over`."""
+    table = BarTable()
+    add = table.check
     for row in rows:
         if row['number'] == 1 and row['rate'] in BARS:
             limit = BARS[row['rate']]
@@ -192,12 +190,11 @@ def bars(rows, over):
         f'<= {bound:.2f} s, {SLACK:g} full queues', over['max'] <= bound)
     add('past the limit: memory grows by', f'{1e-6 * growth:.1f} MB', f'<= {1e-6 * GROWTH:g} MB',
         growth <= GROWTH)
-    return found
+    return table.rows
 
 
 def text(data):
     """Return the figures as tables for the terminal."""
-    from gearbox_monitor.benchmarks.live import verdicts
     lines = ['  gearboxes in       number    Hz   dropped  counted    p50 ms    p99 ms  max ms'
              '  CPU of core']
     for row in [*data['runs'], data['past']]:
@@ -215,23 +212,12 @@ def text(data):
                            and _held(row)), default=0) for rate in rates}
         lines.append(f'  {layout:<18}' + ', '.join(
             f'{rate:g} Hz: {number}' for rate, number in best.items()))
-    return '\n'.join([*lines, '', *verdicts(data['bars'])])
-
-
-def check_ros(name):
-    """Raise InputError where the benchmark `name` cannot run nodes."""
-    try:
-        import gearbox_monitor.ros.source  # noqa: F401
-    except ImportError as error:
-        raise InputError(f'benchmark {name}: rclpy: {error}; expected a sourced ROS 2 or an '
-                         "installation with pip install 'gearbox_monitor[ros]'") from None
-    if not COMPILED:
-        raise InputError(f'benchmark {name}: numba is missing, expected compiled kernels')
+    return '\n'.join([*lines, '', *bar_lines(data['bars'])])
 
 
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
-    check_ros('load')
+    require_compiled('load')
     rates, numbers = sorted(set(args.rates)), sorted(set(args.numbers))
     for option, values in (('--rates', rates), ('--seconds', [args.seconds]),
                            ('--past', [args.past])):
@@ -241,7 +227,8 @@ def run(args):
         raise InputError(f'--numbers: {numbers[0]}, expected whole numbers >= 1')
     expect_folder_of(args.json)
     data = evaluate(rates, numbers, args.seconds, args.past)
-    print(text(data))
-    if args.json:
-        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
-    return 0 if all(bar['met'] for bar in data['bars']) else 1
+    return finish(data, text(data), args.json)
+
+
+if __name__ == '__main__':
+    sys.exit(run_script(sys.modules[__name__]))

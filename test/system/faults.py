@@ -21,23 +21,23 @@ arrives, and the silence of the stream is judged by the clock once per second, b
 node. docs/faults.md says what counts as bad data, and explains the table.
 
 usage examples:
-  gearbox_monitor benchmark faults
-  gearbox_monitor benchmark faults --only clock --seeds 5
-  gearbox_monitor benchmark faults --node 64 --json faults.json
+  .venv/bin/python test/system/faults.py
+  .venv/bin/python test/system/faults.py --only clock --seeds 5
+  .venv/bin/python test/system/faults.py --node 64 --json faults.json
 """
-import json
-from pathlib import Path
 import sys
 import time
 
+from fault_cases import CASES
+import fault_node
+from fault_runs import BARS, run_case
+from script import run_script
 from tqdm import tqdm
 
-from gearbox_monitor.benchmarks import fault_node
-from gearbox_monitor.benchmarks.fault_cases import CASES
-from gearbox_monitor.benchmarks.fault_runs import BARS, run_case
+from gearbox_monitor.benchmarks.harness import (
+    add_json_option, require_compiled, require_whole, write_json)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.monitor import JUDGED
 
 LOADS = ('none', 'unknown')
@@ -50,7 +50,7 @@ def add_arguments(parser):
     parser.add_argument('--node', type=int, metavar='DOMAIN',
                         help='besides, real nodes in this ROS domain: the source is killed and '
                         'started again')
-    parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
+    add_json_option(parser)
 
 
 def evaluate(only='', seeds=1, progress=lambda rows: rows):
@@ -106,10 +106,8 @@ def verdicts(rows):
 
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
-    if not COMPILED:
-        raise InputError('benchmark faults: numba is missing, expected compiled kernels')
-    if args.seeds < 1:
-        raise InputError(f'--seeds: {args.seeds}, expected a whole number >= 1')
+    require_compiled('faults')
+    require_whole('--seeds', args.seeds)
     if args.node is not None and not 0 <= args.node <= 232:
         raise InputError(f'--node: {args.node}, expected a ROS domain, 0 to 232')
     expect_folder_of(args.json)
@@ -124,6 +122,9 @@ def run(args):
     if args.node is not None:
         data['node'] = fault_node.restart(args.node)
         print('\n' + fault_node.text(data['node']))
-    if args.json:
-        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
+    write_json(data, args.json)
     return 1 if any(data['bars'].values()) or data.get('node', {}).get('missed') else 0
+
+
+if __name__ == '__main__':
+    sys.exit(run_script(sys.modules[__name__]))

@@ -16,9 +16,9 @@
 from dataclasses import dataclass
 from functools import lru_cache
 
+from fault_stream import healthy, SECOND, SECONDS, START
 import numpy as np
 
-from gearbox_monitor.benchmarks.fault_stream import healthy, SECOND, SECONDS, START
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.monitoring.checks.level import Level
 from gearbox_monitor.monitoring.monitor import COMPONENTS, Monitor, Samples

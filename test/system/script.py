@@ -1,0 +1,41 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The command line of the system tests: each of them runs as a script, from a checkout."""
+import argparse
+from pathlib import Path
+import sys
+
+from gearbox_monitor.errors import InputError
+
+
+def run_script(module, argv=None):
+    """
+    Run the system test `module` with the command line `argv` (default: that of the process).
+
+    The module has a docstring, add_arguments(parser) and run(args), which returns the exit code.
+    Returns the exit code: 0 all bars met, 1 a bar is missed, 2 bad usage, 130 after Ctrl-C.
+    """
+    name = Path(module.__file__).name
+    parser = argparse.ArgumentParser(
+        prog=name, description=module.__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter)
+    module.add_arguments(parser)
+    try:
+        return module.run(parser.parse_args(argv))
+    except InputError as error:
+        print(f'{name}: {error}', file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130

@@ -1,0 +1,43 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The system tests in full, as developers run them before a release: pytest -m system."""
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+
+FOLDER = Path(__file__).parent
+OFFLINE = {'fuzz': ['--seconds', '300'], 'faults': ['--seeds', '2'], 'scale': [], 'fleet': [],
+           'motion': []}
+NODES = {'load': [], 'soak': ['--minutes', '20', '--rate', '1000'], 'restart': ['--times', '50'],
+         'recorder': ['--kills', '100'], 'faults': ['--only', 'none', '--node', '64']}
+pytestmark = [pytest.mark.system, pytest.mark.timeout(7200)]
+
+
+def run(name, arguments):
+    return subprocess.run([sys.executable, FOLDER / f'{name}.py', *arguments]).returncode
+
+
+@pytest.mark.parametrize('name', OFFLINE)
+def test_offline_runs_meet_their_bars(name):
+    assert run(name, OFFLINE[name]) == 0
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize('name', NODES)
+def test_live_nodes_meet_their_bars(name):
+    pytest.importorskip('rclpy')
+    assert run(name, NODES[name]) == 0

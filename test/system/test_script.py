@@ -1,0 +1,50 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The command lines of the system tests: those in the pages can be typed as they stand."""
+import argparse
+import importlib
+from pathlib import Path
+import re
+import shlex
+
+import pytest
+import script
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
+COMMANDS = sorted({match.group(0) for page in PAGES for match in re.finditer(
+    r'\.venv/bin/python test/system/[^`#\n]*', page.read_text(encoding='utf-8'))})
+NODES = ('load', 'soak', 'restart')
+
+
+@pytest.mark.parametrize('command', COMMANDS)
+def test_commands_in_the_pages_are_accepted(command):
+    _, path, *arguments = shlex.split(command)
+    assert (ROOT / path).is_file()
+    name = Path(path).stem
+    if name in NODES:
+        pytest.importorskip('rclpy')
+    parser = argparse.ArgumentParser()
+    importlib.import_module(name).add_arguments(parser)
+    parser.parse_args(arguments)
+
+
+def test_the_exit_code_is_that_of_the_run(capsys, monkeypatch):
+    fuzz = importlib.import_module('fuzz')
+    assert script.run_script(fuzz, ['--seconds', '-1']) == 2
+    assert capsys.readouterr().err == 'fuzz.py: --seconds: -1, expected a number > 0\n'
+    for code in (0, 1):
+        monkeypatch.setattr(fuzz, 'run', lambda args, code=code: code)
+        assert script.run_script(fuzz, []) == code
