@@ -142,7 +142,8 @@ class Demo:
               + ('the gap grows' if self.fault else 'no fault')
               + '. To look in with ros2 tools:\n  export '
               f'ROS_DOMAIN_ID={domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST\n'
-              'starting recorder, estimator and plant (the first start compiles) ...', flush=True)
+              'starting recorder, estimator and plant (the first start compiles for about 30 s) '
+              '...', flush=True)
         began = False
         try:
             with contextlib.ExitStack() as stack:

@@ -14,6 +14,8 @@
 
 """The command line ``gearbox_monitor``: finds the subcommand and turns errors into exit codes."""
 import argparse
+import contextlib
+from functools import partial
 import importlib
 import os
 import sys
@@ -58,7 +60,8 @@ def main(argv=None):
         kernels = sys.modules.get('gearbox_monitor.kernels.jit')
         if kernels and kernels.CACHE_PROBLEM:
             print(f'gearbox_monitor {named}: {kernels.CACHE_PROBLEM}', file=sys.stderr)
-        return args.run(args) or 0
+        with _announced_compilation() if kernels else contextlib.nullcontext():
+            return args.run(args) or 0
     except InputError as error:
         print(f'gearbox_monitor {named}: {error}', file=sys.stderr)
         return 2
@@ -67,6 +70,16 @@ def main(argv=None):
     except BrokenPipeError:  # the reader of our output has gone (| head)
         sys.stderr.close()
         return 0
+
+
+def _announced_compilation() -> contextlib.AbstractContextManager[None]:
+    """Return the context that tells a user at a terminal why the first run takes so long."""
+    if not sys.stderr.isatty():
+        return contextlib.nullcontext()
+    from tqdm import tqdm
+
+    from gearbox_monitor.kernels.compilation import announced_compilation
+    return announced_compilation(partial(tqdm.write, file=sys.stderr))
 
 
 def _parse(argv, named):

@@ -40,6 +40,7 @@ from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.interfaces.signals import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, MOTOR, SIGNALS, SNAPSHOT)
+from gearbox_monitor.kernels.compilation import announced_compilation
 from gearbox_monitor.kernels.jit import CACHE_PROBLEM, COMPILED, KERNELS
 from gearbox_monitor.monitoring.backlash.change import COMPONENTS, TESTS, Tracker
 from gearbox_monitor.monitoring.checks import usability
@@ -78,7 +79,8 @@ class EstimatorNode(TableNode):
         self._recall(adaptation)
         if CACHE_PROBLEM:
             self.get_logger().warning(CACHE_PROBLEM)
-        _warm_up(model, values)
+        with announced_compilation(self.get_logger().info):
+            _warm_up(model, values)
         for test in TESTS:  # computed once, and not while a sample waits
             self.monitor.tracker.settings.threshold(test)
         self._gear_ratio = model.gear_ratio

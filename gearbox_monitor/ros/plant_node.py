@@ -38,6 +38,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE, TRANSMISSION
+from gearbox_monitor.kernels.compilation import announced_compilation
 from gearbox_monitor.parameters import PLANT, PLANT_MODEL, PlantParameters
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, GRAVITY, LOAD_TORQUE
@@ -89,8 +90,8 @@ class PlantNode(TableNode):
         self._command, self._command_at, self._refused = 0.0, None, 0
         self._use(v)
         self.plant = FaultyPlant(self._model, self._noise, v.seed, self._faults)
-        # Compiles the kernels, so that the first sample is not late.
-        Plant(self._model, Noise(process=(1.0,) * 4)).run(np.zeros(2), self.dt)
+        with announced_compilation(self.get_logger().info):  # the first sample must not be late
+            Plant(self._model, Noise(process=(1.0,) * 4)).run(np.zeros(2), self.dt)
         on_change(self, PLANT, self._change)
         self._open()
         # A node timer would follow /clock, which is this node's own.

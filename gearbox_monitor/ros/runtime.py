@@ -108,7 +108,8 @@ def spin_node(factory, args=None, doc=None):
         # hit any line, even of a destructor.
         if not nodes:
             raise KeyboardInterrupt
-    signal.signal(signal.SIGINT, on_interrupt)  # rclpy calls what it finds here at its start
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, on_interrupt)  # rclpy calls what it finds here at its start
     sys.unraisablehook = _without_signals
     try:
         _init(args, parser)

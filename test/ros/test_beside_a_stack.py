@@ -47,7 +47,7 @@ T0 = 1_700_000_000_000_000_000
 DT = 2_000_000  # 500 Hz
 DEEP = QoSProfile(depth=10000)
 LATCHED = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-RELIABLE = {'subscription': {'reliability': 'reliable'}}
+RELIABLE = {'subscription': {'reliability': 'reliable', 'depth': 20_000}}
 ROBOT = {
     '/**/estimator': {'ros__parameters': {
         'arm_load': 'none', 'snapshot_period': 1.0, 'use_sim_time': True,
@@ -127,6 +127,7 @@ def test_one_gearbox_of_a_robot(graph, drive, tmp_path):
     file.write_text(json.dumps(ROBOT))  # is YAML, without anchors
     recorder = graph.start(
         'recorder_node', '-r', '__ns:=/elbow', output=tmp_path / 'bag', use_sim_time='true',
+        queue_depth=20_000,
         topics='[/joint_states, /encoders/elbow, paired_joint_states, estimator/snapshot, /tau, '
                'innovations, transmission_state_smoothed, drift_alerts]')
     # The simulation clock does not run yet.

@@ -58,6 +58,8 @@ class Plants:
         node.create_subscription(Clock, '/clock', self.clock.append, qos)
 
     def start(self, **parameters):
+        for topic in ('joint_states', 'plant/transmission_state'):  # a starved test loses nothing
+            parameters[f'qos_overrides./{topic}.publisher.depth'] = 50_000
         command = [sys.executable, '-m', 'gearbox_monitor.ros.plant_node', '--ros-args']
         for name, value in parameters.items():
             command += ['-p', f'{name}:={value}']

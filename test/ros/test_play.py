@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Playing a bag as a real process: what is published, when, /clock and the end."""
+from functools import partial
 import os
 from pathlib import Path
 import signal
@@ -67,10 +68,16 @@ class Listener:
         self.executor = SingleThreadedExecutor(context=context)
         self.executor.add_node(self.node)
         self.raws, self.clock = {topic: [] for topic in TOPICS}, []
+        self.published = []  # ns, of each raw message
         for topic in TOPICS:
             self.node.create_subscription(
-                JointState, topic, self.raws[topic].append, QoSProfile(depth=10000), raw=True)
+                JointState, topic, partial(self._on_raw, topic), QoSProfile(depth=10000),
+                raw=True)
         self.node.create_subscription(Clock, '/clock', self._on_clock, QoSProfile(depth=10000))
+
+    def _on_raw(self, topic, raw, info):
+        self.raws[topic].append(raw)
+        self.published.append(info['source_timestamp'])
 
     def _on_clock(self, message):
         self.clock.append(message.clock.sec * 10**9 + message.clock.nanosec)
@@ -131,18 +138,12 @@ def test_rate_topics_and_remapping(bag, listener, play):
     path, raws = bag
     process = play(path, '--rate', 0.5, '--topics', 'joint_states', '--no-clock',
                    '--ros-args', '-r', '/joint_states:=/transmission_state')
-    times = []
-    seen = listener.raws[TOPICS[2]]
-
-    def ended():
-        if seen and len(times) < 1 or len(seen) == COUNT and len(times) < 2:
-            times.append(time.monotonic())
-        return process.poll() is not None and len(seen) == COUNT
-
-    listener.until(ended)
+    received = listener.raws[TOPICS[2]]
+    listener.until(lambda: process.poll() is not None and len(received) == COUNT)
     assert process.returncode == 0
-    assert list(map(bytes, seen)) == list(map(bytes, raws[TOPICS[0]]))
-    assert times[1] - times[0] > 0.9 * (COUNT - 1) * STEP_NS * 1e-9 / 0.5
+    assert list(map(bytes, received)) == list(map(bytes, raws[TOPICS[0]]))
+    # The first may be late on a starved machine, the last is never early.
+    assert listener.published[-1] - listener.published[0] > 0.75 * (COUNT - 1) * STEP_NS / 0.5
     assert not listener.clock
 
 

@@ -90,7 +90,7 @@ def test_policy_is_what_the_nodes_use(tmp_path, monkeypatch):
         graph.until(lambda: {'elbow/estimator: input', 'elbow/recorder: recording'} <= spoke
                     and graph.node.count_publishers('/elbow/plant/transmission_state'), 'start')
         try:
-            graph.until(lambda: used() == policy, timeout=10.0)
+            graph.until(lambda: used() == policy)
         except AssertionError:
             assert used() == policy
         for process in started:

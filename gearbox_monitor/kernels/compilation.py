@@ -1,0 +1,60 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Announce that numba compiles kernels, and how long that takes.
+
+numba broadcasts an event when it compiles a function, and none when it loads one from its cache:
+the announcement comes only where there is something to wait for.
+"""
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from gearbox_monitor.kernels.jit import CACHE_FOLDER, COMPILED
+
+FIRST_START = ('compiling numerical kernels for the first start: takes about 30 s on a free core; '
+               'later starts reuse them')
+EVERY_START = ('compiling numerical kernels: takes about 30 s on a free core; '
+               'no folder can keep the result, so every start compiles')
+
+
+@contextmanager
+def announced_compilation(announce: Callable[[str], object]) -> Iterator[None]:
+    """
+    Call `announce` with a line of text when the block compiles its first kernel, and at its end.
+
+    The last line tells for how long kernels were compiled. A block whose kernels all come from the
+    cache announces nothing; nor do functions that are compiled in every process by design.
+    """
+    if not COMPILED:
+        yield
+        return
+    from numba.core import event
+
+    class CompilationListener(event.TimingListener):
+        announced = False
+
+        def on_start(self, compilation: Any) -> None:
+            super().on_start(compilation)
+            cached = compilation.data['dispatcher'].stats.cache_path is not None
+            if not self.announced and (cached or CACHE_FOLDER is None):
+                self.announced = True
+                announce(FIRST_START if CACHE_FOLDER else EVERY_START)
+
+    listener = CompilationListener()
+    with event.install_listener('numba:compile', listener):
+        yield
+    if listener.announced:
+        announce(f'compiled in {listener.duration:.1f} s')
