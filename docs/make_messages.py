@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.estimation import rts_smoother, sample_loop  # noqa: E402
-from gearbox_monitor.interfaces.diagnostic_keys import VALUES  # noqa: E402
+from gearbox_monitor.interfaces.diagnostic_keys import DIAGNOSTIC_KEYS  # noqa: E402
 from gearbox_monitor.interfaces.signals import SIGNALS  # noqa: E402
 
 PAGE = ROOT / 'docs/messages.md'
@@ -42,8 +42,9 @@ that was not measured is left out.
 DIAGNOSTICS = """
 ## Values on /diagnostics and drift_alerts
 
-Each DiagnosticStatus is called `estimator: COMPONENT`. Values are texts, as ROS wants it; a value
-that is not known is left out. When a component leaves OK: [conditions](conditions.md).
+Each DiagnosticStatus is called `estimator: COMPONENT` (of the recorder: `recorder: recording`).
+Values are texts, as ROS wants it; a value that is not known is left out. When a component leaves
+OK: [conditions](conditions.md).
 """
 E, S = sample_loop, rts_smoother
 COLUMNS = {
@@ -71,15 +72,16 @@ def topics():
 
 
 def table(component):
-    """Return heading and Markdown table of the values of one component."""
+    """Return heading and Markdown table of the values of `component`."""
     lines = [f'### {component}', '', '| key | unit | what |', '|---|---|---|']
-    lines += [f'| `{v.key}` | {v.unit} | {v.what} |' for v in VALUES if v.component == component]
+    lines += [f'| `{row.key}` | {row.unit} | {row.description} |'
+              for row in DIAGNOSTIC_KEYS if row.component == component]
     return '\n'.join(lines)
 
 
 def page():
     """Return the text of the page."""
-    components = dict.fromkeys(value.component for value in VALUES)
+    components = dict.fromkeys(value.component for value in DIAGNOSTIC_KEYS)
     return (HEAD + topics() + '\n' + DIAGNOSTICS + '\n'
             + '\n\n'.join(table(component) for component in components) + '\n')
 

@@ -64,7 +64,7 @@ def _diagnostics(reader, recording):
                 alerts.append({'t': at, 'level': level.name, 'message': status.message})
             elif node == 'recorder':
                 losses = max(losses, *(int(v.value) for v in status.values
-                                       if v.key in ('lost', 'not written')))
+                                       if v.key in ('lost', 'not_written')))
             elif node == 'estimator' and log_ns <= last:
                 before = levels.get(component)
                 if before is None and level != Level.OK:

@@ -12,29 +12,35 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The table of key/values on /diagnostics and drift_alerts; docs/messages.md is made of it."""
+"""
+The table of key/values on /diagnostics and drift_alerts.
+
+Nodes publish by it, in its order; docs/messages.md is made of it. All keys are snake_case.
+"""
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gearbox_monitor.monitoring.backlash.conditions import ALONE, size_name, TESTS
+from gearbox_monitor.monitoring.backlash.conditions import ALONE, size_name, Test, TESTS
 from gearbox_monitor.parameters import ESTIMATOR
 
 
 @dataclass(frozen=True)
-class Value:
+class DiagnosticKey:
     """A key of a component, with unit ('-': a number without, '': a text) and meaning."""
 
     component: str
     key: str
     unit: str
-    what: str
+    description: str
 
 
-def _of(component, *rows):
-    return tuple(Value(component, *row) for row in rows)
+def _of(component: str, *rows: tuple[str, str, str]) -> tuple[DiagnosticKey, ...]:
+    """Return the keys of `component` with `rows` (key, unit, description)."""
+    return tuple(DiagnosticKey(component, *row) for row in rows)
 
 
-def _of_test(test):
-    """Return the Values that a watched.Test adds to its component."""
+def _of_test(test: Test) -> tuple[DiagnosticKey, ...]:
+    """Return the keys that a `test` on backlash or friction adds to its component."""
     size = size_name(test)
     scores = (
         (f'{test.key}_score', '-', f'normal score of "{test.words}", all stretches'),
@@ -55,25 +61,25 @@ _POINT = (
     ('operating_point', '', 'mean angle, rms speed, rms torque (and temperature) of its centre'),
     ('baseline_windows', '-', 'windows that its baseline rests on'),
     ('trusted', '0/1', 'whether the newest window may be learnt from'))
-VALUES = (
+DIAGNOSTIC_KEYS = (
     *_of('input',
          ('samples', '-', 'samples that came since the start'),
          ('rate_hz', 'Hz', 'usable samples in the last second'),
          ('longest_gap_s', 's', 'longest step between stamps in the last second'),
          ('starts', '-', 'starts of the filter'),
-         ('zero stamps', '-', 'refused: not stamped'),
-         ('repeated stamps', '-', 'refused: stamped as the one before'),
-         ('backward stamps', '-', 'refused: stamped earlier than the one before'),
-         ('stamps after a jump', '-', 'refused: the clock jumped, and has not settled yet'),
-         ('samples without effort', '-', 'refused: no torque at a start, or for `max_gap`'),
-         ('samples without measurement', '-', 'refused: no position at a start, or for `max_gap`'),
-         ('positions that jump', '-', 'refused: farther from the predicted than can be'),
-         ('values that are infinite or beyond 1e9', '-', 'taken for missing'),
-         ('missing motor positions', '-', 'bridged by prediction'),
-         ('missing arm positions', '-', 'bridged by prediction'),
-         ('missing efforts', '-', 'bridged with the effort before'),
-         ('samples missed (by stamps)', '-', 'left out, by the steps of the stamps'),
-         ('filter restarts after divergence', '-', 'the filter failed and began anew'),
+         ('zero_stamps', '-', 'refused: not stamped'),
+         ('repeated_stamps', '-', 'refused: stamped as the one before'),
+         ('backward_stamps', '-', 'refused: stamped earlier than the one before'),
+         ('stamps_after_a_jump', '-', 'refused: the clock jumped, and has not settled yet'),
+         ('samples_without_effort', '-', 'refused: no torque at a start, or for `max_gap`'),
+         ('samples_without_measurement', '-', 'refused: no position at a start, or for `max_gap`'),
+         ('positions_that_jump', '-', 'refused: farther from the predicted than can be'),
+         ('values_that_are_infinite_or_beyond_1e9', '-', 'taken for missing'),
+         ('missing_motor_positions', '-', 'bridged by prediction'),
+         ('missing_arm_positions', '-', 'bridged by prediction'),
+         ('missing_efforts', '-', 'bridged with the effort before'),
+         ('samples_missed_by_stamps', '-', 'left out, by the steps of the stamps'),
+         ('filter_restarts_after_divergence', '-', 'the filter failed and began anew'),
          ('messages_without_our_joints', '-', 'name neither joint; told while no samples come'),
          ('messages_unreadable', '-', 'longer than 256 KiB, or no joint states, if any'),
          ('messages_of_other_publishers', '-', 'refused: not of the publisher that is followed, '
@@ -157,6 +163,26 @@ VALUES = (
          ('coulomb_change_std', 'N m', 'its deviation'),
          ('torque_gain_change', '-', 'torque delivered per torque commanded, relative'),
          ('friction_change', '-', 'friction at the speed of the window, against the baseline'),
-         _KEPT, *_POINT))
-VALUES += tuple(value for test in TESTS for value in _of_test(test)
-                if value.key not in {v.key for v in VALUES if v.component == value.component})
+         _KEPT, *_POINT),
+    *_of('recording',
+         ('bag', '', 'folder that is written'),
+         ('messages', '-', 'written'), ('bytes', 'bytes', 'written'),
+         ('topics_with_messages', '-', 'topics that are in the bag'),
+         ('topics', '-', 'topics to record'),
+         ('lost', '-', 'messages that were sent and did not come, of all topics'),
+         ('not_written', '-', 'messages that came and could not be written'),
+         ('since_last_flush_s', 's', 'time since all was on the medium'),
+         ('free_disk_space_mb', 'MB', 'free on the disk of the bag'),
+         ('low_space_threshold_mb', 'MB', 'WARN below: `low_space`'),
+         ('lost_by_topic', '', 'lost messages of each topic')))
+DIAGNOSTIC_KEYS += tuple(
+    row for test in TESTS for row in _of_test(test)
+    if (row.component, row.key) not in {(own.component, own.key) for own in DIAGNOSTIC_KEYS})
+_PLACES = {(row.component, row.key): place for place, row in enumerate(DIAGNOSTIC_KEYS)}
+
+
+def published(component: str, values: Mapping[str, object]) -> list[tuple[str, str]]:
+    """Return (key, text) of the `values` of `component`, in the order of the table."""
+    keys = sorted(values, key=lambda key: _PLACES.get((component, key), len(_PLACES)))
+    return [(key, f'{value:.6g}' if isinstance(value, float) else str(value))
+            for key in keys for value in [values[key]]]

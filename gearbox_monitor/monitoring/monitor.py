@@ -629,7 +629,8 @@ class Monitor:
             new[sample_loop.ARM_MISSING] = 0
         within = stamps[np.searchsorted(stamps, stamp_ns - SECOND, 'right'):]
         values = {
-            **dict(zip(sample_loop.REASONS.values(), self.counts[REASON_CODES].tolist())),
+            **dict(zip(map(usability.key_of, sample_loop.REASONS.values()),
+                       self.counts[REASON_CODES].tolist())),
             'samples': self.input_count, 'rate_hz': float(len(within)),
             'longest_gap_s': float(np.diff(within).max() * 1e-9) if len(within) > 1 else 0.0}
         return usability.check(dict(zip(sample_loop.REASONS.values(), new[REASON_CODES].tolist())),

@@ -52,8 +52,8 @@ class Silence:
         if silent < MIN_SILENCE:
             return dict(monitor.findings)
         refused = monitor.input_count - inputs
-        counts = {text: int(monitor.counts[code]) for code, text in sample_loop.REASONS.items()
-                  if monitor.counts[code]}
+        counts = {usability.key_of(reason): int(monitor.counts[code])
+                  for code, reason in sample_loop.REASONS.items() if monitor.counts[code]}
         counts['messages_without_our_joints'] = foreign
         reason, advice, self.why = 'no samples came', usability.SILENT.advice, 'silent'
         if told:

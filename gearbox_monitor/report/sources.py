@@ -30,6 +30,7 @@ from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TWIST, S_TWIST_RA
 from gearbox_monitor.estimation.sample_loop import REASONS
 from gearbox_monitor.interfaces.signals import ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, TRANSMISSION
 from gearbox_monitor.kernels.jit import KERNELS
+from gearbox_monitor.monitoring.checks.usability import key_of
 from gearbox_monitor.monitoring.monitor import Monitor, Samples, SECOND
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -305,8 +306,10 @@ class _Heard:
             findings[component] = level, status.message
             values = {value.key: value.value for value in status.values}
             if component == 'input':
-                self.counts = {key: int(value) for key, value in values.items()
-                               if key in REASONS.values()}
+                counters = {key_of(reason): reason for reason in REASONS.values()}
+                # Bags of older versions hold the reasons themselves.
+                self.counts = {counters[key_of(key)]: int(value) for key, value in values.items()
+                               if key_of(key) in counters}
             elif component == 'prediction error' and 'nis_over_dof' in values:
                 self._line.add_nis(np.array([stamp]), np.array([float(values['nis_over_dof'])]))
             elif component == 'backlash':

@@ -21,6 +21,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
+from gearbox_monitor.interfaces.diagnostic_keys import published
 from gearbox_monitor.interfaces.signals import joint_values
 from gearbox_monitor.monitoring.monitor import Sample
 
@@ -105,15 +106,16 @@ def to_joint_state(signal, stamp_ns, row, names, gear_ratio):
     return message
 
 
-def _text(value):
-    return f'{value:.6g}' if isinstance(value, float) else str(value)
+def key_values(component, values):
+    """Return the KeyValues of `component` on /diagnostics for `values` {key: value}."""
+    return [KeyValue(key=key, value=text) for key, text in published(component, values)]
 
 
 def to_status(name, finding, hardware_id):
     """Return the DiagnosticStatus of a trust.level.Finding."""
     return DiagnosticStatus(
         level=LEVELS[finding.level], name=name, message=finding.message, hardware_id=hardware_id,
-        values=[KeyValue(key=key, value=_text(value)) for key, value in finding.values.items()])
+        values=key_values(name.rpartition(': ')[2], finding.values))
 
 
 def to_diagnostics(statuses, stamp):

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import shutil
 import time
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidTopicNameException, NoTypeSupportImportedException
@@ -36,6 +36,7 @@ from gearbox_monitor.bag.metadata import qos_profile
 from gearbox_monitor.bag.write import BagWriter, WriteError
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import RECORDER, RecorderParameters
+from gearbox_monitor.ros.convert import key_values
 from gearbox_monitor.ros.definition import import_message, message_definition
 from gearbox_monitor.ros.params import declare, TableNode
 from gearbox_monitor.ros.qos import advertise, overridden, subscribe
@@ -296,17 +297,17 @@ class Recorder(TableNode):
             level, message = DiagnosticStatus.ERROR, str(writer.error)
         values = {
             'bag': writer.path, 'messages': writer.message_count, 'bytes': writer.byte_count,
-            'topics with messages': sum(topic.in_bag for topic in self._topics.values()),
-            'topics': len(self._topics), 'lost': sum(lost.values()), 'not written': writer.dropped,
-            'since last flush (s)': f'{time.monotonic() - writer.last_flush:.3f}',
-            'free disk space (MB)': free // MEGABYTE, 'low space threshold (MB)': self._low_space,
-            **{f'lost {name}': count for name, count in lost.items()},
+            'topics_with_messages': sum(topic.in_bag for topic in self._topics.values()),
+            'topics': len(self._topics), 'lost': sum(lost.values()), 'not_written': writer.dropped,
+            'since_last_flush_s': f'{time.monotonic() - writer.last_flush:.3f}',
+            'free_disk_space_mb': free // MEGABYTE, 'low_space_threshold_mb': self._low_space,
+            'lost_by_topic': ', '.join(f'{name}: {count}' for name, count in lost.items()),
         }
         status = DiagnosticStatus(
             level=level, message=message,
             name=f'{self.get_fully_qualified_name().lstrip("/")}: recording',
             hardware_id=self._gearbox_serial,
-            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
+            values=key_values('recording', values))
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(array)

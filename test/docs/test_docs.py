@@ -26,8 +26,10 @@ import yaml
 
 from gearbox_monitor.cli.main import _parse, COMMANDS
 from gearbox_monitor.estimation.adaptation import ADAPTABLE
+from gearbox_monitor.estimation.sample_loop import REASONS
 from gearbox_monitor.interfaces import signals
-from gearbox_monitor.interfaces.diagnostic_keys import VALUES
+from gearbox_monitor.interfaces.diagnostic_keys import DIAGNOSTIC_KEYS, published
+from gearbox_monitor.monitoring.checks.usability import key_of
 from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import EstimatorParameters, PlantParameters, table_of
 from gearbox_monitor.plant.drive import DriveModel
@@ -73,12 +75,24 @@ def test_every_published_value_is_explained():
     monitor.run(Samples(10 ** 18 + np.round(t * 1e9).astype(np.int64),
                         np.column_stack([run.u, np.full(len(t), np.nan)]), run.y))
     assert monitor.baseline is not None
-    explained = {(value.component, value.key) for value in VALUES}
+    explained = {(row.component, row.key) for row in DIAGNOSTIC_KEYS}
     for component, finding in monitor.findings.items():
         for key in finding.values:
             assert (component, key) in explained, f'{component}: {key}'
+    for reason in REASONS.values():
+        assert ('input', key_of(reason)) in explained, reason
     for name in ADAPTABLE:
         assert ('covariance', f'adapted_{name}') in explained
+    for name in Monitor(model, {'filter': 'aekf', 'arm_load': 'none'}).adaptation_guards():
+        assert ('covariance', f'adaptation_{name}') in explained
+
+
+def test_keys_are_snake_case_and_published_in_the_order_of_the_table():
+    keys = [(row.component, row.key) for row in DIAGNOSTIC_KEYS]
+    assert len(set(keys)) == len(keys)
+    assert all(re.fullmatch('[a-z][a-z0-9]*(_[a-z0-9]+)*', key) for _, key in keys)
+    assert published('input', {'rate_hz': 1.0 / 3.0, 'zero_stamps': 2, 'samples': 7}) == [
+        ('samples', '7'), ('rate_hz', '0.333333'), ('zero_stamps', '2')]
 
 
 def test_index_has_every_page_and_command():

@@ -21,7 +21,7 @@ import pytest
 import yaml
 
 from gearbox_monitor.estimation import sample_loop
-from gearbox_monitor.interfaces.diagnostic_keys import VALUES
+from gearbox_monitor.interfaces.diagnostic_keys import DIAGNOSTIC_KEYS
 from gearbox_monitor.monitoring.checks import innovation, usability
 from gearbox_monitor.monitoring.checks.level import DEBOUNCE, Level
 from gearbox_monitor.monitoring.monitor import COMPONENTS, CONDITIONS, Monitor, Samples
@@ -57,7 +57,8 @@ def test_every_condition_names_values_that_are_published(monitor):
         assert c.level > Level.OK and c.says and c.when and c.window and c.advice
         values = monitor.findings[c.component].values
         if c in (usability.OTHERS, usability.LOST):  # the node publishes them
-            values = {**values, **dict.fromkeys(v.key for v in VALUES if v.component == 'input')}
+            values = {**values, **dict.fromkeys(
+                row.key for row in DIAGNOSTIC_KEYS if row.component == 'input')}
         for key in (*c.value, *c.threshold):
             assert key in values or key == 'adapted_...', key
 
@@ -71,7 +72,7 @@ def test_every_threshold_is_in_a_condition(monitor):
 
 
 def test_every_refused_sample_has_a_condition():
-    counters = [name for c in usability.REFUSED for name in c.value]
+    counters = [name for _, names in usability.REFUSED for name in names]
     others = {sample_loop.REASONS[sample_loop.START]}
     assert sorted(counters) == sorted(set(sample_loop.REASONS.values()) - others)
 

@@ -31,6 +31,7 @@ from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.interfaces.signals import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, MOTOR, SNAPSHOT)
+from gearbox_monitor.monitoring.checks.usability import key_of
 from gearbox_monitor.parameters import EstimatorParameters, PlantParameters, with_model_values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -53,7 +54,7 @@ LATCHED = QoSProfile(depth=16, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 SILENCE = 2.0    # s without an estimate: those that wait were lost
 PATIENCE = 10.0  # s without an estimate: no more will come
 # What an estimator counts where a sample gives no estimate.
-COUNTERS = ('messages_lost', *(sample_loop.REASONS[code] for code in (
+COUNTERS = ('messages_lost', *(key_of(sample_loop.REASONS[code]) for code in (
     sample_loop.START, sample_loop.ZERO_STAMP, sample_loop.DUPLICATE, sample_loop.BACKWARD,
     sample_loop.JUMP, sample_loop.NO_EFFORT, sample_loop.NO_MEASUREMENT, sample_loop.DIVERGED,
     sample_loop.POSITION_JUMP)))

@@ -140,7 +140,8 @@ def information_share(states: Array, dts: Array, seen: Array, p: Array) -> Array
 @jit_allocating
 def _condition(jacobian: Array) -> float:
     s = np.linalg.svd(jacobian, False)[1]
-    return s[-1] / max(s[0], TINY)
+    ratio: float = s[-1] / max(s[0], TINY)
+    return ratio
 
 
 @jit_allocating

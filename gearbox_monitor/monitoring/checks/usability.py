@@ -15,6 +15,7 @@
 """Whether the samples that came in could be used."""
 from collections.abc import Mapping
 from dataclasses import replace
+import re
 
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.monitoring.checks.level import Condition, Finding, finding_of, Level
@@ -40,9 +41,16 @@ OTHERS = Condition(
     ('messages_of_other_publishers', 'other_publishers'))
 
 
-def _refused(advice: str, *counters: str) -> Condition:
+def key_of(counter: str) -> str:
+    """Return the key on /diagnostics of a `counter`, one of sample_loop.REASONS."""
+    return re.sub(r'\W+', '_', counter).strip('_')
+
+
+def _refused(advice: str, *counters: str) -> tuple[Condition, tuple[str, ...]]:
+    """Return the Condition that any of `counters` breaks, and the counters."""
     names = ', '.join(counters)
-    return Condition('input', Level.WARN, names, f'any of: {names}', _WINDOW, advice, counters)
+    return Condition('input', Level.WARN, names, f'any of: {names}', _WINDOW, advice,
+                     tuple(map(key_of, counters))), counters
 
 
 REFUSED = (
@@ -62,21 +70,28 @@ LOST = Condition(
     'input', Level.WARN, 'messages lost', 'a number of a message is missing between two '
     'diagnostics: dropped on the way, or by the full queue of the node', '1 s, at once',
     'lower the rate or the load of this machine', ('messages_lost',))
-CONDITIONS = (SILENT, OTHERS, NO_SAMPLE, *REFUSED, LOST)
+CONDITIONS = (SILENT, OTHERS, NO_SAMPLE, *(condition for condition, _ in REFUSED), LOST)
 
 
-def check(new: Mapping[str, int], usable: int, values: Values) -> Finding:
+def check(counts: Mapping[str, int], usable: int, values: Values) -> Finding:
     """
-    Return the Finding: `new` {counter: how many in the last second}, `usable` samples in it.
+    Return the Finding on the samples of the last second.
 
-    values: what is shown beside it, with the totals of all counters.
+    Args:
+        counts: {counter of sample_loop.REASONS: how many in this second}.
+        usable: number of samples in it that gave an estimate.
+        values: {key: value} to publish, with `rate_hz` and the totals of all counters.
+
+    Returns:
+        ERROR if no sample was usable, WARN if a counter of REFUSED is not 0.
+
     """
-    broken = ([] if usable else [NO_SAMPLE]) + refused(new)
+    broken = ([] if usable else [NO_SAMPLE]) + refused(counts)
     return finding_of(broken, f'{values["rate_hz"]:.0f} samples/s', values)
 
 
-def refused(new: Mapping[str, int]) -> list[Condition]:
-    """Return the Conditions of REFUSED that `new` {counter: how many} shows, in these words."""
-    told = [(condition, [f'{new[name]} {name}' for name in condition.value if new.get(name)])
-            for condition in REFUSED]
-    return [replace(condition, says=', '.join(texts)) for condition, texts in told if texts]
+def refused(counts: Mapping[str, int]) -> list[Condition]:
+    """Return the Conditions of REFUSED that `counts` {counter: how many} break, with numbers."""
+    numbered = [(condition, [f'{counts[name]} {name}' for name in counters if counts.get(name)])
+                for condition, counters in REFUSED]
+    return [replace(condition, says=', '.join(texts)) for condition, texts in numbered if texts]
