@@ -167,12 +167,15 @@ def test_installed_copy_finds_its_own_configuration(installed, tmp_path):
 
 def test_installed_copy_renders_a_page(installed, tmp_path):
     _, library = installed
-    code = ('from gearbox_monitor.report.builder import render_page\n'
-            'print(render_page("a <page>", [("part", "<p>words</p>")]))')
+    code = ('from gearbox_monitor.report.builder import Page, render_page\n'
+            'from gearbox_monitor.report.fleet_page import BagProblems, FleetSummary\n'
+            'print(render_page(Page("a <page>", FleetSummary("", "<b>", ()), '
+            '[BagProblems.of([], 3)])))')
     result = subprocess.run([sys.executable, '-c', code], cwd=tmp_path, check=True,
                             env={**os.environ, 'PYTHONPATH': str(library)}, capture_output=True,
                             text=True)
-    assert '<h1>a &lt;page&gt;</h1>' in result.stdout and '<p>words</p>' in result.stdout
+    assert '<h1>a &lt;page&gt;</h1>' in result.stdout and '3 bags were analysed' in result.stdout
+    assert '<b>' not in result.stdout
     for asset in ('page.css', 'page.js'):
         text = (ROOT / 'gearbox_monitor/report/assets' / asset).read_text(encoding='utf-8')
         assert text in result.stdout and '</' not in text

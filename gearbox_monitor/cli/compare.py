@@ -220,8 +220,8 @@ def _draw(args, results, known, twist, axis):
     if known is not None:
         inside = (known[0] >= origin) & (known[0] <= max(r.estimates.stamp_ns[-1]
                                                          for r in results))
-        shown = (twist[1][inside] if twist is not None else None,
-                 (known[0][inside] - origin) * 1e-9, known[1][inside])
+        shown = compare_plot.TrueTorque((known[0][inside] - origin) * 1e-9, known[1][inside],
+                                        twist[1][inside] if twist is not None else None)
     figure = compare_plot.comparison(runs, shown, f'Filters on {Path(args.bag).name}',
                                      axis=axis)
     try:

@@ -131,7 +131,7 @@ def text(data):
 # ---------------------------------------------------------------------- picture
 
 def _run(reader, result, data, demo):
-    """Return the plots.Run of a replay."""
+    """Return the plots.RunCurves of a replay."""
     estimates, stamps = result.estimates, result.recording.samples.stamp_ns
     first = stamps.min() if len(stamps) else 0
 
@@ -151,11 +151,11 @@ def _run(reader, result, data, demo):
                  f'{data["tau_k_error_smoothed"]:.2f} smoothed, of {data["tau_k_rms"]:.2f}',
                  f'NIS {data["nis"]:.2f} (2 expected)',
                  f'replay identical: {data.get("replay_identical", "not compared")}']
-    return plots.Run(
+    return plots.RunCurves(
         title, _loops(demo, t_s[settled], smoothed[settled], truth, seconds),
-        plots.Torque(t, estimates.tau_k, estimates.tau_k_std),
-        plots.Torque(t_s, smoothed[:, S_TAU_K], smoothed[:, S_TAU_K_STD]),
-        truth and plots.Torque(seconds(truth.stamp_ns), truth.effort[:, 0]),
+        plots.TorqueCurve(t, estimates.tau_k, estimates.tau_k_std),
+        plots.TorqueCurve(t_s, smoothed[:, S_TAU_K], smoothed[:, S_TAU_K_STD]),
+        truth and plots.TorqueCurve(seconds(truth.stamp_ns), truth.effort[:, 0]),
         _gap(result, data, demo, seconds),
         plots.Innovations(
             t, np.column_stack([estimates.innovation_motor, estimates.innovation_arm]),
@@ -191,7 +191,7 @@ def _gap(result, data, demo, seconds):
     grown = 1.0 + demo.growth_rate * np.maximum(t - demo.growth_start, 0.0)
     alarms = [(a['t'], f'{a["level"].lower()}: {a["t"]:.1f} s', a['level'] == 'ERROR')
               for a in data['alarms'] if a['component'] == 'backlash']
-    return plots.Gap(
+    return plots.BacklashCurve(
         seconds([w.stamp_ns for w in windows]), np.array([w.gap for w in windows]),
         np.array([w.gap_std for w in windows]), demo.window, level,
         level and level * (1.0 + p.gap_warn), level and level * (1.0 + p.gap_error),

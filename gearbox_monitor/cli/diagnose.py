@@ -57,8 +57,9 @@ from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.admission import admitted
-from gearbox_monitor.report import diagnosis, overlay_plot
-from gearbox_monitor.report.evidence import gather
+from gearbox_monitor.report import overlay_plot
+from gearbox_monitor.report.diagnosis_evidence import gather
+from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
 from gearbox_monitor.report.suggestion import suggestion
 from gearbox_monitor.report.words import headline
 from gearbox_monitor.ros.processes import cores
@@ -231,9 +232,9 @@ def draw(verdict, data, recordings, model, command, args):
     found = gather(verdict, recordings, model, args.jobs)
     title = headline(data)
     drawn = {
-        'report.html': diagnosis.report(data, found, recordings, data['verdict'] == 'effect',
-                                        args.validate, command),
-        'overlay.png': overlay_plot.windows_figure(found.overlay, found.shown, title,
+        'report.html': diagnosis_page(data, found, recordings, PageContext(
+            data['verdict'] == 'effect', args.validate, command)),
+        'overlay.png': overlay_plot.windows_figure(found.overlay, found.windows, title,
                                                    on_axis('rad', model.axis)),
         'where.png': overlay_plot.maps_figure(found, title)}
     if data['gains']:

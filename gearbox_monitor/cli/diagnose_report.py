@@ -18,7 +18,7 @@ import textwrap
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.words import (
-    dense_regions, headline, ids_of, meaning, next_steps, number, percent, PLACES, SUGGESTED,
+    dense_regions, headline, ids_of, meaning, next_steps, number, percent, place_text, SUGGESTED,
     undefined, unit_of)
 
 WIDTH = 80
@@ -131,9 +131,8 @@ def _where(data):
     lines = []
     found = data['where']
     for place, part in found['places'].items():
-        shown = 'motor, actuator' if place == 'motor_side' else PLACES[place]
-        lines.append(f'{"" if lines else "where":<{LABEL}s}{shown:<18s}a free signal there '
-                     f'explains {100 * part["explained"]:5.1f} %')
+        lines.append(f'{"" if lines else "where":<{LABEL}s}{place_text(place):<18s}a free signal '
+                     f'there explains {100 * part["explained"]:5.1f} %')
     words = dense_regions(found.get('region') or {})
     return lines + (_entry('gap sits at', ', '.join(words)) if words else [])
 

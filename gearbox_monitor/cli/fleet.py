@@ -161,18 +161,18 @@ def finish(table, key, counts):
     key: of the settings of this run; counts: what became of its bags.
     """
     from gearbox_monitor.fleet.trend import gearboxes
-    from gearbox_monitor.report import fleet
+    from gearbox_monitor.report.fleet_page import fleet_page, headline
     table.finish()
     rows = sorted(table.rows.values(), key=lambda row: row['path'])
     boxes = gearboxes(rows)
     status = Counter(row['status'] for row in rows)
     other = sum(row['status'] == 'done' and row['settings'] != key for row in rows)
-    written = table.write_page(fleet.report(boxes, rows, status, other))
+    written = table.write_page(fleet_page(boxes, rows, status, other))
     failed = [row for row in rows if row['status'] == 'failed']
     return {
         'out': str(table.folder), 'page': str(written), 'bags': len(rows), **dict(counts),
         'to_be_tried_again': sum(bool(row['retry']) for row in failed),
-        'headline': fleet.headline(boxes), 'other_settings': other,
+        'headline': headline(boxes), 'other_settings': other,
         'gearboxes': [{**{name: value for name, value in box.items()
                           if name not in ('start', 'value', 'std', 'line', 'reach')},
                        # JSON knows no infinity.
@@ -183,10 +183,11 @@ def finish(table, key, counts):
 
 
 def _line(box):
-    from gearbox_monitor.report import fleet
+    from gearbox_monitor.report.fleet_page import (
+        FEATURES, growth_text, limit_text, width_text)
     return ', '.join(filter(None, (
-        f'{fleet.FEATURES[box["feature"]]} {fleet.width(box)}', fleet.grown(box),
-        fleet.reached(box), f'{box["measured"]} of {box["bags"]} bags')))
+        f'{FEATURES[box["feature"]]} {width_text(box)}', growth_text(box),
+        limit_text(box), f'{box["measured"]} of {box["bags"]} bags')))
 
 
 def text(data):

@@ -42,8 +42,8 @@ from gearbox_monitor.cli.inputs import check_filter
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
-from gearbox_monitor.report.life import figures, headline, report
-from gearbox_monitor.report.sources import Source
+from gearbox_monitor.report.recording_page import figures, headline, recording_page
+from gearbox_monitor.report.timeline_source import EstimatorChoice, TimelineSource
 
 
 def add_arguments(parser):
@@ -76,22 +76,22 @@ def run(args):
     with open_bag(args.bag) as reader, tqdm(
             total=100, desc='report', disable=None, leave=False,
             bar_format='{desc} {percentage:3.0f} %|{bar}| {elapsed} left {remaining}') as bar:
-        source = Source(reader, args.topic, model, given, args.replay,
-                        lambda share: bar.update(100.0 * share - bar.n))
-        line, facts = source.run()
-    if not line.samples:
+        source = TimelineSource(reader, args.topic, EstimatorChoice(model, given, args.replay),
+                                lambda share: bar.update(100.0 * share - bar.n))
+        timeline, facts = source.run()
+    if not timeline.samples:
         raise InputError(f'{args.bag}: topic {source.topic} holds no sample, expected some')
     name = '/'.join(Path(args.bag).parts[-2:])
-    _write(out, report(line, facts, name))
-    data = _plain({'bag': str(args.bag), 'page': str(out), 'headline': headline(line)[0],
-                   **figures(line, facts)})
+    _write(out, recording_page(timeline, facts, name))
+    data = _plain({'bag': str(args.bag), 'page': str(out), 'headline': headline(timeline)[0],
+                   **figures(timeline, facts)})
     if args.json == '-':
         print(json.dumps(data, indent=2, allow_nan=False))
         return 0
     if args.json:
         _write(Path(args.json), json.dumps(data, indent=2, allow_nan=False) + '\n')
-    print(f'{data["headline"]}\n{out}: {out.stat().st_size / 1e6:.1f} MB, {line.last:.1f} s, '
-          f'{line.samples} samples, {"live" if facts.live else "replayed"} estimates')
+    print(f'{data["headline"]}\n{out}: {out.stat().st_size / 1e6:.1f} MB, {timeline.last:.1f} s, '
+          f'{timeline.samples} samples, {"live" if facts.live else "replayed"} estimates')
     return 0
 
 

@@ -39,7 +39,7 @@ from gearbox_monitor.identification.closed_model import closed_of, rms
 from gearbox_monitor.identification.model_overlay import overlay
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report import overlay_plot
-from gearbox_monitor.report.evidence import shown_windows
+from gearbox_monitor.report.diagnosis_evidence import notable_windows
 from gearbox_monitor.report.words import number, percent, unit_of
 
 WIDTH = 80
@@ -165,7 +165,7 @@ def write(laid, data, args, unit='rad'):
             title = f'{Path(laid.recording.name).name}: gap {number(data["gap_before"])}'
             if data['gap_after'] is not None:
                 title += f', closed {number(data["gap_after"])}'
-            drawn = (overlay_plot.windows_figure(laid, shown_windows(laid, False), title, unit),
+            drawn = (overlay_plot.windows_figure(laid, notable_windows(laid, False), title, unit),
                      overlay_plot.free_figure(laid, title, unit))
             for name, figure in zip(PICTURES, drawn):
                 figure.savefig(out / name, dpi=110)

@@ -13,22 +13,59 @@
 # limitations under the License.
 
 """
-The builder of all pages: a skeleton, its style and its script make one file that loads nothing.
+The builder of all pages: a list of sections becomes one HTML file that loads nothing.
 
-Templates (Jinja2, autoescaped) stand in templates/, style and script in assets/.
+A section gathers its data and names its template. Templates (Jinja2, autoescaped) stand in
+templates/, style and script in assets/; both are inlined.
 """
 import base64
+from collections.abc import Sequence
+from dataclasses import dataclass
 import hashlib
 from importlib.resources import files
+from typing import ClassVar
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from gearbox_monitor import __version__
+from gearbox_monitor.plant.units import on_axis
 
-ENVIRONMENT = Environment(
-    loader=PackageLoader('gearbox_monitor.report'), autoescape=True, undefined=StrictUndefined,
-    trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
+
+class Section:
+    """
+    A part of a page: data gathered beforehand, and the template that shows them.
+
+    heading: above the part ('' for a summary); template: its file in templates/, which reads the
+    data as `section` and the axis of the drive as `axis`.
+    """
+
+    heading: ClassVar[str] = ''
+    template: ClassVar[str]
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page: its title, what stands above the sections, the sections, the axis of the drive."""
+
+    title: str
+    summary: Section
+    sections: Sequence[Section]
+    axis: str = 'rotary'
+
+
+def units_of(text: str, axis: str) -> str:
+    """Return `text` with the units of `axis`; what is escaped stays so."""
+    return type(text)(on_axis(text, axis))
+
+
+def environment() -> Environment:
+    """Return the Jinja2 environment of the pages."""
+    jinja = Environment(
+        loader=PackageLoader('gearbox_monitor.report'), autoescape=True, trim_blocks=True,
+        lstrip_blocks=True, undefined=StrictUndefined)
+    jinja.filters['units_of'] = units_of
+    return jinja
 
 
 def asset(name: str) -> Markup:
@@ -44,19 +81,9 @@ def content_policy(script: str) -> str:
         'img-src data:'
 
 
-def render_page(title: str, sections: list[tuple[str, str]], summary: str = '') -> str:
-    """
-    Return a whole page as HTML.
-
-    Args:
-        title: plain text of the title and the first heading.
-        sections: (heading, HTML) of each part, in order.
-        summary: HTML above the first section.
-
-    """
+def render_page(page: Page) -> str:
+    """Return `page` as HTML."""
     script = asset('page.js')
-    return ENVIRONMENT.get_template('page.html').render(
-        title=title, summary=Markup(summary),  # noqa: S704
-        sections=[(heading, Markup(content)) for heading, content in sections],  # noqa: S704
-        style=asset('page.css'), script=script, policy=content_policy(script),
-        version=__version__)
+    return environment().get_template('page.html').render(
+        page=page, axis=page.axis, style=asset('page.css'), script=script,
+        policy=content_policy(script), version=__version__)

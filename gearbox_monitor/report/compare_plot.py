@@ -13,11 +13,12 @@
 # limitations under the License.
 
 """Picture of several filters on one recording: loops, torque over time, errors."""
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from matplotlib.figure import Figure
-import numpy as np
 
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.plots import BLACK, BLUE, Curve, draw_loops, GREEN, ORANGE, RED, SKY
 
@@ -29,18 +30,33 @@ class FilterRun:
     """One filter: t [N] s, twist [N] rad, tau_k [N] and error [N] (or None) in N m."""
 
     name: str
-    t: np.ndarray
-    twist: np.ndarray
-    tau_k: np.ndarray
-    error: np.ndarray = None
+    t: Array
+    twist: Array
+    tau_k: Array
+    error: Array | None = None
 
 
-def comparison(runs, truth=None, title='', zoom_seconds=1.0,
-               axis='rotary'):
+@dataclass(frozen=True)
+class TrueTorque:
+    """The truth: t [N] s, tau_k [N] N m, twist [N] rad or None."""
+
+    t: Array
+    tau_k: Array
+    twist: Array | None = None
+
+
+def comparison(runs: Sequence[FilterRun], truth: TrueTorque | None = None, title: str = '',
+               zoom_seconds: float = 1.0, axis: str = 'rotary') -> Figure:
     """
-    Return the Figure of FilterRuns.
+    Return the Figure of several filters.
 
-    truth: (twist [N] rad or None, t [N] s, tau_k [N] N m), or None; axis: of the model.
+    Args:
+        runs: one per filter.
+        truth: or None.
+        title: above them.
+        zoom_seconds: length of the stretch of torque over time.
+        axis: of the drive, for units.
+
     """
     columns = min(3, len(runs))
     rows = -(-len(runs) // columns)
@@ -54,8 +70,8 @@ def comparison(runs, truth=None, title='', zoom_seconds=1.0,
             axes = figure.add_subplot(cells[column], sharex=first, sharey=first)
             first = first or axes
             curves = [Curve(runs[k].twist, runs[k].tau_k, runs[k].name, COLORS[k % len(COLORS)])]
-            if truth is not None and truth[0] is not None:
-                curves.append(Curve(truth[0], truth[2], 'true', BLACK))
+            if truth is not None and truth.twist is not None:
+                curves.append(Curve(truth.twist, truth.tau_k, 'true', BLACK))
             draw_loops(axes, curves, runs[k].name, axis)
     bottom = grid[rows].subgridspec(2, 1)
     zoom = figure.add_subplot(bottom[0])
@@ -63,15 +79,15 @@ def comparison(runs, truth=None, title='', zoom_seconds=1.0,
     middle = 0.5 * (runs[0].t[0] + min(run.t[-1] for run in runs))
     span = (middle - 0.5 * zoom_seconds, middle + 0.5 * zoom_seconds)
     if truth is not None:
-        keep = (truth[1] >= span[0]) & (truth[1] <= span[1])
-        zoom.plot(truth[1][keep], truth[2][keep], color=BLACK, lw=1.5, label='true')
+        keep = (truth.t >= span[0]) & (truth.t <= span[1])
+        zoom.plot(truth.t[keep], truth.tau_k[keep], color=BLACK, lw=1.5, label='true')
     # Filters that agree lie on each other: thicker lines below let each be seen.
     for k, run in enumerate(runs):
         keep = (run.t >= span[0]) & (run.t <= span[1])
-        style = {'color': COLORS[k % len(COLORS)], 'lw': 1.0 + 0.8 * (len(runs) - 1 - k)}
-        zoom.plot(run.t[keep], run.tau_k[keep], label=run.name, **style)
+        color, width = COLORS[k % len(COLORS)], 1.0 + 0.8 * (len(runs) - 1 - k)
+        zoom.plot(run.t[keep], run.tau_k[keep], label=run.name, color=color, lw=width)
         if run.error is not None:
-            errors.plot(run.t[keep], run.error[keep], **style)
+            errors.plot(run.t[keep], run.error[keep], color=color, lw=width)
     zoom.set_title(f'Filtered torque, {zoom_seconds:g} s of it', fontsize=11, loc='left')
     low, high = zoom.get_ylim()
     zoom.set_ylim(low, high + 0.2 * (high - low))  # room for the legend

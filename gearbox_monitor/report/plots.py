@@ -13,98 +13,104 @@
 # limitations under the License.
 
 """
-Pictures of a run: torque over twist, torque, gap and prediction errors over time.
+Pictures of a run: torque over twist, torque, backlash and prediction errors over time.
 
 Functions draw arrays on matplotlib axes; nothing here knows bags or ROS. No pyplot: no state, no
 display. Colours of Okabe and Ito, which colour-blind people can tell apart.
 """
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 import numpy as np
 
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.units import on_axis
 
 BLUE, ORANGE, GREEN, RED, SKY = '#0072B2', '#E69F00', '#009E73', '#D55E00', '#56B4E9'
 BLACK, GREY = '#000000', '#777777'
 MAX_POINTS = 6000  # more cannot be seen, but make the file large
+Span: TypeAlias = tuple[float, float]  # (begin, end) in s
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One loop: twist [N] rad, tau_k [N] N m, and what it is called."""
+    """One loop: twist [N] rad, tau_k [N] N m, and its name."""
 
-    twist: np.ndarray
-    tau_k: np.ndarray
+    twist: Array
+    tau_k: Array
     label: str
     color: str = BLUE
 
 
 @dataclass(frozen=True)
-class Torque:
+class TorqueCurve:
     """Torque over time: t [N] s, tau_k [N] N m, std [N] N m or None."""
 
-    t: np.ndarray
-    tau_k: np.ndarray
-    std: np.ndarray = None
+    t: Array
+    tau_k: Array
+    std: Array | None = None
 
 
 @dataclass(frozen=True)
-class Gap:
+class BacklashCurve:
     """
-    Gap of consecutive windows, each ending at t [W] s: value [W] and std [W] in rad.
+    Backlash of consecutive windows, each ending at t [W] s: value [W] and std [W] in rad.
 
-    baseline, warn, error: levels (rad) or None. alarms: (t, text, is_error). truth: (t, gap).
+    baseline, warn, error: levels (rad) or None. alarms: (t, text, is_error). truth: (t, value).
     """
 
-    t: np.ndarray
-    value: np.ndarray
-    std: np.ndarray
+    t: Array
+    value: Array
+    std: Array
     window: float
-    baseline: float = None
-    warn: float = None
-    error: float = None
-    alarms: tuple = ()
-    truth: tuple = None
+    baseline: float | None = None
+    warn: float | None = None
+    error: float | None = None
+    alarms: Sequence[tuple[float, str, bool]] = ()
+    truth: tuple[Array, Array] | None = None
 
 
 @dataclass(frozen=True)
 class Innovations:
     """Prediction errors over time: t [N] s, error [N, S] and std [N, S] of S sensors `names`."""
 
-    t: np.ndarray
-    error: np.ndarray
-    std: np.ndarray
-    names: tuple
+    t: Array
+    error: Array
+    std: Array
+    names: Sequence[str]
     unit: str = 'rad'
 
 
 @dataclass(frozen=True)
-class Run:
+class RunCurves:
     """All that :func:`overview` shows; None or empty leaves a part out."""
 
     title: str
-    loops: tuple = ()
-    filtered: Torque = None
-    smoothed: Torque = None
-    truth: Torque = None
-    gap: Gap = None
-    innovations: Innovations = None
-    notes: tuple = field(default=())
+    loops: Sequence[Curve] = ()
+    filtered: TorqueCurve | None = None
+    smoothed: TorqueCurve | None = None
+    truth: TorqueCurve | None = None
+    backlash: BacklashCurve | None = None
+    innovations: Innovations | None = None
+    notes: Sequence[str] = ()
 
 
-def overview(run, zoom_seconds=2.0):
-    """Return the Figure of `run`: loop, gap, torque (a stretch of `zoom_seconds`), innovations."""
+def overview(run: RunCurves, zoom_seconds: float = 2.0) -> Figure:
+    """Return the Figure of `run`: loop, backlash, torque (`zoom_seconds` of it), innovations."""
     figure = Figure(figsize=(14, 10), layout='constrained')
     figure.suptitle(run.title, fontsize=14, fontweight='bold')
     if run.notes:
         figure.supxlabel('   |   '.join(run.notes), fontsize=10, color=GREY)
     grid = figure.add_gridspec(3, 2, height_ratios=(1.5, 1.0, 0.9), width_ratios=(1.0, 1.25))
     draw_loops(figure.add_subplot(grid[0, 0]), run.loops)
-    if run.gap is not None:
-        draw_gap(figure.add_subplot(grid[0, 1]), run.gap)
-    last = max((s.t[-1] for s in (run.filtered, run.smoothed) if s is not None and len(s.t)),
-               default=0.0)
+    if run.backlash is not None:
+        draw_backlash(figure.add_subplot(grid[0, 1]), run.backlash)
+    last = max((float(s.t[-1]) for s in (run.filtered, run.smoothed)
+                if s is not None and len(s.t)), default=0.0)
     middle = grid[1, :].subgridspec(1, 2, width_ratios=(1.0, 1.25))
     whole, zoom = figure.add_subplot(middle[0, 0]), figure.add_subplot(middle[0, 1])
     begin = max(0.0, last - 1.25 * zoom_seconds)
@@ -121,13 +127,31 @@ def overview(run, zoom_seconds=2.0):
     return figure
 
 
-def save(figure, path, dpi=110):
-    """Write `figure` to `path`, in the format of its suffix."""
+def save(figure: Figure, path: str | Path, dpi: int = 110) -> None:
+    """
+    Write a figure.
+
+    Args:
+        figure: to write.
+        path: its suffix is the format.
+        dpi: points per inch.
+
+    """
     figure.savefig(path, dpi=dpi)
 
 
-def draw_loops(axes, curves, title='Torque over twist', axis='rotary'):
-    """Draw the loops `curves` over each other."""
+def draw_loops(axes: Axes, curves: Sequence[Curve], title: str = 'Torque over twist',
+               axis: str = 'rotary') -> None:
+    """
+    Draw loops over each other.
+
+    Args:
+        axes: to draw on.
+        curves: the loops; black ones as a thin line.
+        title: above them.
+        axis: of the drive, for units.
+
+    """
     for curve in curves:
         thin = curve.color == BLACK
         twist, tau_k = _thinned(1 if thin else 2, curve.twist, curve.tau_k)
@@ -145,29 +169,37 @@ def draw_loops(axes, curves, title='Torque over twist', axis='rotary'):
                 handle.set_markersize(9)
 
 
-def draw_gap(axes, gap, title='Width of the gap (backlash)'):
-    """Draw the measured gap with its levels, each window from its begin to its end."""
+def draw_backlash(axes: Axes, curve: BacklashCurve, title: str = 'Backlash') -> None:
+    """
+    Draw the measured backlash with its levels, each window from its begin to its end.
+
+    Args:
+        axes: to draw on.
+        curve: windows, levels and alarms.
+        title: above them.
+
+    """
     for level, color, style, text, side in (
-            (gap.error, RED, '--', 'error level', 'bottom'),
-            (gap.warn, ORANGE, '--', 'warning level', 'bottom'),
-            (gap.baseline, GREY, '-', 'baseline', 'top')):
+            (curve.error, RED, '--', 'error level', 'bottom'),
+            (curve.warn, ORANGE, '--', 'warning level', 'bottom'),
+            (curve.baseline, GREY, '-', 'baseline', 'top')):
         if level is not None:
             axes.axhline(level, color=color, ls=style, lw=1.2)
             axes.annotate(text, (0.005, level), xycoords=('axes fraction', 'data'), va=side,
                           color=color, fontsize=9)
-    if gap.truth is not None:
-        axes.plot(*gap.truth, color=BLACK, lw=1.0, label='true gap')
-    axes.errorbar(np.asarray(gap.t) - 0.5 * gap.window, gap.value, xerr=0.5 * gap.window,
-                  yerr=2.0 * np.asarray(gap.std), fmt='o', color=BLUE, ms=5, lw=1.5, capsize=3,
-                  label=f'measured in windows of {gap.window:.3g} s, ± 2σ')
-    for t, text, is_error in gap.alarms:
+    if curve.truth is not None:
+        axes.plot(*curve.truth, color=BLACK, lw=1.0, label='true backlash')
+    axes.errorbar(np.asarray(curve.t) - 0.5 * curve.window, curve.value, xerr=0.5 * curve.window,
+                  yerr=2.0 * np.asarray(curve.std), fmt='o', color=BLUE, ms=5, lw=1.5, capsize=3,
+                  label=f'measured in windows of {curve.window:.3g} s, ± 2σ')
+    for t, text, is_error in curve.alarms:
         color = RED if is_error else ORANGE
         axes.axvline(t, color=color, lw=2.0)
         axes.annotate(text, (t, 0.02), xycoords=('data', 'axes fraction'), rotation=90,
                       xytext=(-3, 0), textcoords='offset points', va='bottom', ha='right',
                       color=color, fontsize=9, fontweight='bold')
-    _label(axes, title, 'time (s)', 'gap (rad)')
-    values = [v for v in (*gap.value, gap.error, *(gap.truth[1] if gap.truth else ()))
+    _label(axes, title, 'time (s)', 'backlash (rad)')
+    values = [v for v in (*curve.value, curve.error, *(curve.truth[1] if curve.truth else ()))
               if v is not None and np.isfinite(v)]
     if values and max(values) > 0.0:
         axes.set_ylim(0.0, 1.2 * max(values))
@@ -175,8 +207,21 @@ def draw_gap(axes, gap, title='Width of the gap (backlash)'):
     _legend(axes, loc='upper left', fontsize=9)
 
 
-def draw_torque(axes, filtered, smoothed, truth, span=None, title='Transmission torque'):
-    """Draw torques, each a Torque or None, between the times `span` (s) or whole."""
+def draw_torque(axes: Axes, filtered: TorqueCurve | None, smoothed: TorqueCurve | None,
+                truth: TorqueCurve | None, span: Span | None = None,
+                title: str = 'Transmission torque') -> None:
+    """
+    Draw torques over time.
+
+    Args:
+        axes: to draw on.
+        filtered: live estimates, or None.
+        smoothed: with a band of two deviations if `span` is given, or None.
+        truth: or None.
+        span: (begin, end) in s; None: all.
+        title: above them.
+
+    """
     if smoothed is not None:
         t, tau_k, std = _cut(span, smoothed)
         if std is not None and span is not None:
@@ -197,25 +242,35 @@ def draw_torque(axes, filtered, smoothed, truth, span=None, title='Transmission 
     axes.set_ylim(low, high + 0.18 * (high - low))  # room for the legend
 
 
-def draw_innovations(axes, innovations, k, title=None):
-    """Draw the prediction errors of sensor `k` with the band that should hold 95 % of them."""
+def draw_innovations(axes: Axes, innovations: Innovations, k: int,
+                     title: str | None = None) -> None:
+    """
+    Draw the prediction errors of one sensor with the band that should hold 95 % of them.
+
+    Args:
+        axes: to draw on.
+        innovations: of all sensors.
+        k: number of the sensor.
+        title: above them; None: its name and the share within the band.
+
+    """
     error, std = innovations.error[:, k], innovations.std[:, k]
-    seen = np.isfinite(error)
-    t, error, std = innovations.t[seen], error[seen], std[seen]
-    inside = 100.0 * float(np.mean(np.abs(error) <= 2.0 * std)) if len(t) else 0.0
+    finite = np.isfinite(error)
+    t, error, std = innovations.t[finite], error[finite], std[finite]
+    coverage = 100.0 * float(np.mean(np.abs(error) <= 2.0 * std)) if len(t) else 0.0
     t, error, std = _thinned(1, t, error, std)
     axes.plot(t, error, color=BLUE, lw=0, marker=',', alpha=0.8)
     for sign in (-2.0, 2.0):
         axes.plot(t, sign * std, color=RED, lw=1.3, label='± 2σ stated' if sign > 0 else None)
     _label(axes, title or f'Prediction error of the {innovations.names[k]} encoder: '
-           f'{inside:.1f} % within ± 2σ (95 % expected)', 'time (s)',
+           f'{coverage:.1f} % within ± 2σ (95 % expected)', 'time (s)',
            f'error ({innovations.unit})')
     if len(t):
         axes.set_ylim(*(np.array([-1.0, 1.0]) * max(4.0 * np.median(std), 1e-12)))
     _legend(axes, loc='upper right', fontsize=8)
 
 
-def _label(axes, title, x, y):
+def _label(axes: Axes, title: str, x: str, y: str) -> None:
     axes.set_title(title, fontsize=11, loc='left')
     axes.set_xlabel(x, fontsize=9)
     axes.set_ylabel(y, fontsize=9)
@@ -224,22 +279,24 @@ def _label(axes, title, x, y):
     axes.set_axisbelow(True)
 
 
-def _legend(axes, **options):
+def _legend(axes: Axes, **options: Any) -> None:
     if axes.get_legend_handles_labels()[0]:
         axes.legend(**options)
 
 
-def _cut(span, torque):
+def _cut(span: Span | None, torque: TorqueCurve) -> tuple[Array, Array, Array | None]:
     t = torque.t
     keep = slice(None) if span is None else (t >= span[0]) & (t <= span[1])
     std = None if torque.std is None else torque.std[keep]
     t, tau_k = t[keep], torque.tau_k[keep]
     if std is None:
-        return (*_thinned(1, t, tau_k), None)
-    return _thinned(1, t, tau_k, std)
+        t, tau_k = _thinned(1, t, tau_k)
+        return t, tau_k, None
+    t, tau_k, std = _thinned(1, t, tau_k, std)
+    return t, tau_k, std
 
 
-def _thinned(share, *arrays):
+def _thinned(share: int, *arrays: Array) -> tuple[Array, ...]:
     """Return `arrays` with no more than MAX_POINTS / share evenly taken values each."""
     stride = max(1, share * len(arrays[0]) // MAX_POINTS)
     return tuple(np.asarray(a)[::stride] for a in arrays)

@@ -12,14 +12,18 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The command that looks for the motion a diagnosis asks for, ready to be run."""
+"""The command that finds the motion a diagnosis asks for, ready to be run."""
+from collections.abc import Mapping, Sequence
 import math
+from pathlib import Path
 import shlex
+from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.identification.isolability import TWINS
 from gearbox_monitor.kernels.sensor_noise import noise_levels
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.arm_side import LOAD_TORQUE
 from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
@@ -27,29 +31,38 @@ from gearbox_monitor.plant.effects.gearbox import BACKLASH_GAP
 from gearbox_monitor.plant.effects.motor_side import (
     COULOMB_ASYMMETRY, MOTOR_INERTIA, MOTOR_VISCOUS)
 from gearbox_monitor.quality.input_checks import Smooth
+from gearbox_monitor.quality.recording import Recording
 
-# What the check of a recording says that its motion lacks, and effects that then look alike.
+# Warnings of the check about a motion, and effects that then look alike.
 UNEXCITED = (('never crosses the gap', (BACKLASH_GAP.id, ENCODER_OFFSET.id)),
              (' reverses: friction', (COULOMB_ASYMMETRY.id, LOAD_TORQUE.id)),
              ('hardly accelerates', (MOTOR_INERTIA.id, MOTOR_VISCOUS.id)))
 
 
-def suggestion(data, recordings, model_file, out=None):
+def suggestion(data: Mapping[str, Any], recordings: Sequence[Recording], model_file: str | Path,
+               out: str | Path | None = None) -> list[str]:
     """
-    Return the parts [text] of a command line, [] where no motion would tell more.
+    Return the command that finds a more informative motion.
 
-    data: plain data of a verdict; recordings: [Recording] it is on: torque, speed and travel that
-    they reach are the limits; out: directory with its verdict.json, None where none is written.
+    Args:
+        data: plain data of a verdict.
+        recordings: those it is about: their torque, speed and travel are the limits.
+        model_file: of the drive.
+        out: directory with verdict.json, None if it is not written.
+
+    Returns:
+        Parts of the command line, none if no motion would be more informative.
+
     """
-    known = library()
+    effects = library()
     pairs = [(a, b) for a in data.get('params') or {} for b in data.get('confusable') or ()
-             if a in known and b in known and TWINS.get(a) != b]
-    lacking = [pair for words, pair in UNEXCITED
-               if any(words in warning for warning in data.get('warnings') or ())]
+             if a in effects and b in effects and TWINS.get(a) != b]
+    unexcited = [pair for words, pair in UNEXCITED
+                 if any(words in warning for warning in data.get('warnings') or ())]
     if pairs and out:
         question = shlex.quote(str(out))
-    elif pairs or lacking:
-        question = '--pair ' + ' '.join((pairs or lacking)[0])
+    elif pairs or unexcited:
+        question = '--pair ' + ' '.join((pairs or unexcited)[0])
     else:
         return []
     limits = zip(('torque', 'speed', 'travel'), _reached(recordings))
@@ -58,17 +71,17 @@ def suggestion(data, recordings, model_file, out=None):
             '--out motion.yaml', '--csv motion.csv']
 
 
-def _reached(recordings):
+def _reached(recordings: Sequence[Recording]) -> Array:
     """Return the largest torque, speed and travel from the start: N m, rad/s, rad."""
     rows = []
     for r in recordings:
         smooth = Smooth(r, noise_levels(r.y)[0])
         rows.append((np.abs(r.u).max(), np.abs(smooth.v).max(),
                      np.abs(smooth.p - smooth.p[0]).max()))
-    return np.max(rows, axis=0)
+    return np.asarray(rows).max(axis=0)
 
 
-def _below(value):
-    """Return `value` rounded down to two digits: what the drive has done, not more."""
+def _below(value: float) -> str:
+    """Return `value` rounded down to two digits: the drive has done that, not more."""
     digits = 1 - math.floor(math.log10(value))
     return f'{math.floor(value * 10.0 ** digits) / 10.0 ** digits:g}'

@@ -13,22 +13,26 @@
 # limitations under the License.
 
 """
-What a recording showed over time, gathered as it comes, in bounded memory.
+What a recording showed over time, gathered block by block, in bounded memory.
 
 Signals become envelopes (lowest, highest and mean value per bin of time), torque over twist one
 loop per slice, findings spans of one level. Stamps are ns of the measurements; times are s from
 the first of them.
 """
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 import math
+from typing import Any
 
 import numpy as np
+
+from gearbox_monitor.kernels.types import Array, Integers
 
 SECOND = 1e9
 MAX_BINS = 3000
 FIRST_BIN = 0.01       # s, doubled while there are more than MAX_BINS
 CLOUD = 400            # points of a loop
-BRANCH_BINS, LEAST = 36, 12  # of the mean of a branch; points in a bin
+BRANCH_BINS, MIN_POINTS = 36, 12  # of the mean of a branch; points in a bin
 MOVING = 0.05          # of the rms rate of the twist: slower belongs to no branch
 LEVELS = ('OK', 'WARN', 'ERROR')
 MAX_RATE_BINS = 3600   # of rate and longest step
@@ -37,15 +41,15 @@ MAX_RATE_BINS = 3600   # of rate and longest step
 class Envelope:
     """Lowest, highest and mean value of signals per bin of time; bins widen as time goes on."""
 
-    def __init__(self, count):
+    def __init__(self, count: int) -> None:
         """Begin with `count` signals."""
         self.width, self._bins = FIRST_BIN, 0
         self._low = np.full((count, MAX_BINS), np.inf)
         self._high = np.full((count, MAX_BINS), -np.inf)
-        self._sum, self._seen = np.zeros((2, count, MAX_BINS))
+        self._sum, self._count = np.zeros((2, count, MAX_BINS))
 
-    def add(self, t, *signals):
-        """Take signals [N] at the times t [N] s, all >= 0; NaN counts nothing."""
+    def add(self, t: Array, *signals: Array) -> None:
+        """Take `signals` [N] at the times `t` [N] s, all >= 0; NaN counts nothing."""
         if not len(t):
             return
         while t.max() >= MAX_BINS * self.width:
@@ -53,35 +57,35 @@ class Envelope:
         at = (t / self.width).astype(int)
         self._bins = max(self._bins, int(at.max()) + 1)
         for k, signal in enumerate(signals):
-            good = np.isfinite(signal)
-            where, value = (at, signal) if good.all() else (at[good], signal[good])
-            np.minimum.at(self._low[k], where, value)
-            np.maximum.at(self._high[k], where, value)
-            self._sum[k] += np.bincount(where, value, MAX_BINS)
-            self._seen[k] += np.bincount(where, minlength=MAX_BINS)
+            finite = np.isfinite(signal)
+            index, value = (at, signal) if finite.all() else (at[finite], signal[finite])
+            np.minimum.at(self._low[k], index, value)
+            np.maximum.at(self._high[k], index, value)
+            self._sum[k] += np.bincount(index, value, MAX_BINS)
+            self._count[k] += np.bincount(index, minlength=MAX_BINS)
 
-    def _widen(self):
+    def _widen(self) -> None:
         """Join two bins each."""
         for table, join, empty in ((self._low, np.minimum, np.inf),
                                    (self._high, np.maximum, -np.inf), (self._sum, np.add, 0.0),
-                                   (self._seen, np.add, 0.0)):
+                                   (self._count, np.add, 0.0)):
             half = join(table[:, ::2], table[:, 1::2])
             table[:] = empty
             table[:, :half.shape[1]] = half
         self.width, self._bins = 2.0 * self.width, -(-self._bins // 2)
 
     @property
-    def t(self):
+    def t(self) -> Array:
         """Middles of the bins [B], s."""
         return (np.arange(self._bins) + 0.5) * self.width
 
-    def of(self, k):
-        """Return (lowest, highest, mean) [B] of signal `k`; NaN where there was none."""
+    def of(self, k: int) -> tuple[Array, Array, Array]:
+        """Return (lowest, highest, mean) [B] of signal `k`; NaN in empty bins."""
         part = np.s_[k, :self._bins]
-        none = self._seen[part] == 0.0
-        low, high = (np.where(none, np.nan, table[part]) for table in (self._low, self._high))
+        empty = self._count[part] == 0.0
+        low, high = (np.where(empty, np.nan, table[part]) for table in (self._low, self._high))
         with np.errstate(invalid='ignore'):
-            return low, high, self._sum[part] / np.where(none, np.nan, self._seen[part])
+            return low, high, self._sum[part] / np.where(empty, np.nan, self._count[part])
 
 
 @dataclass(frozen=True)
@@ -95,48 +99,70 @@ class Loop:
 
     begin: float
     end: float
-    cloud: tuple
-    up: tuple
-    down: tuple
+    cloud: tuple[Array, Array]
+    up: tuple[Array, Array]
+    down: tuple[Array, Array]
 
 
-def loop_of(begin, end, twist, rate, tau_k):
-    """Return the Loop of twist [N] rad, its rate [N] rad/s and tau_k [N] N m."""
+def loop_of(begin: float, end: float, twist: Array, rate: Array, tau_k: Array) -> Loop:
+    """
+    Return the loop of one slice of time.
+
+    Args:
+        begin: of the slice, s.
+        end: of the slice, s.
+        twist: [N] rad.
+        rate: of the twist [N] rad/s.
+        tau_k: [N] N m.
+
+    Returns:
+        Its points, thinned, and the mean of each branch over bins of the twist.
+
+    """
     step = max(1, len(twist) // CLOUD)
     edges = np.linspace(*np.percentile(twist, (0.5, 99.5)), BRANCH_BINS + 1)
     slow = MOVING * float(np.sqrt(np.mean(rate ** 2)))
-    branches = []
-    for chosen in (rate > slow, rate < -slow):
-        x, y = twist[chosen], tau_k[chosen]
+
+    def branch(x: Array, y: Array) -> tuple[Array, Array]:
         at = np.searchsorted(edges, x) - 1
-        inside = (at >= 0) & (at < BRANCH_BINS)
-        count = np.bincount(at[inside], minlength=BRANCH_BINS)
-        mean = [np.bincount(at[inside], v[inside], BRANCH_BINS) / np.maximum(count, 1)
-                for v in (x, y)]
-        branches.append(tuple(v[count >= LEAST] for v in mean))
-    return Loop(begin, end, (twist[::step], tau_k[::step]), *branches)
+        valid = (at >= 0) & (at < BRANCH_BINS)
+        count = np.bincount(at[valid], minlength=BRANCH_BINS)
+        means = [np.bincount(at[valid], v[valid], BRANCH_BINS) / np.maximum(count, 1)
+                 for v in (x, y)]
+        return means[0][count >= MIN_POINTS], means[1][count >= MIN_POINTS]
+    grows, falls = rate > slow, rate < -slow
+    return Loop(begin, end, (twist[::step], tau_k[::step]), branch(twist[grows], tau_k[grows]),
+                branch(twist[falls], tau_k[falls]))
 
 
 @dataclass
-class Spans:
+class LevelSpans:
     """The levels of one component: begins [s], level of each, message of each; end (s)."""
 
-    begins: list = field(default_factory=list)
-    levels: list = field(default_factory=list)
-    messages: list = field(default_factory=list)
+    begins: list[float] = field(default_factory=list)
+    levels: list[int] = field(default_factory=list)
+    messages: list[str] = field(default_factory=list)
     end: float = 0.0
 
-    def add(self, t, level, message):
-        """Note that `level` is in force at `t` s."""
+    def add(self, t: float, level: int, message: str) -> None:
+        """
+        Note that a level is in force.
+
+        Args:
+            t: time, s.
+            level: 0 fine, 1 warning, 2 error.
+            message: of the finding.
+
+        """
         if not self.levels or level != self.levels[-1]:
             self.begins.append(t)
             self.levels.append(level)
             self.messages.append(message)
-        elif level:  # the words of an alarm grow better with time
+        elif level:  # messages of an alarm become more precise with time
             self.messages[-1] = message
         self.end = max(self.end, t)
 
-    def shares(self):
+    def shares(self) -> list[float]:
         """Return [share of the time at OK, WARN, ERROR]."""
         lengths = np.diff([*self.begins, self.end])
         total = max(float(lengths.sum()), 1e-300)
@@ -145,12 +171,12 @@ class Spans:
 
 
 @dataclass(frozen=True)
-class Window:
+class WindowBacklash:
     """
-    What one window of drift said, ended at `t` s; NaN: not known.
+    Measurement of one drift window, ended at `t` s; NaN: unknown.
 
-    gap, gap_std, lost_motion (rad); separable: whether it is the gap that counts; baseline, warn,
-    error: gaps (rad) of the baseline and of the limits at that operating point.
+    gap, gap_std, lost_motion (rad); separable: whether the gap is distinguished from compliance;
+    baseline, warn, error: gaps (rad) of the baseline and of the limits at that operating point.
     """
 
     t: float
@@ -158,14 +184,14 @@ class Window:
     gap_std: float
     lost_motion: float
     separable: bool
-    baseline: float
-    warn: float
-    error: float
+    baseline: float = math.nan
+    warn: float = math.nan
+    error: float = math.nan
 
 
 @dataclass(frozen=True)
-class Alert:
-    """Something that changed for good: `t` s, component, level and what was said."""
+class RecordedAlert:
+    """A lasting change: `t` s, component, level and message."""
 
     t: float
     component: str
@@ -177,113 +203,164 @@ class Timeline:
     """
     All that a page of a recording shows over time.
 
-    slice_seconds: length of a slice of the loops.
+    slice_seconds: length of a slice of the loops; errors: innovations of motor and arm with their
+    stated deviations (rad); coverage [motor, arm]: innovations, and those within two deviations;
+    torque: tau_K, its deviation, commanded torque (N m); nis: over its degrees of freedom.
     """
 
-    def __init__(self, slice_seconds):
+    def __init__(self, slice_seconds: float) -> None:
+        """Begin with slices of `slice_seconds`."""
         self.slice_seconds = slice_seconds
-        self.first_ns = None
-        self.errors = Envelope(4)   # innovation of motor, arm; their stated deviations: rad
-        self.inside = np.zeros((2, 2))  # [motor, arm]: errors, and those within two deviations
-        self.torque = Envelope(3)   # tau_K, its deviation, commanded torque: N m
-        self.nis = Envelope(1)      # over its degrees of freedom
-        self.spans, self.windows, self.alerts, self.loops = {}, [], [], []
+        self.first_ns: int | None = None
+        self.errors, self.torque, self.nis = Envelope(4), Envelope(3), Envelope(1)
+        self.coverage = np.zeros((2, 2))
+        self.spans: dict[str, LevelSpans] = {}
+        self.windows: list[WindowBacklash] = []
+        self.alerts: list[RecordedAlert] = []
+        self.loops: list[Loop] = []
         self.samples, self.last = 0, 0.0
-        self._slice, self._begin = [], 0.0
-        self._steps, self._counts, self._previous = {}, {}, None
+        self._slice: list[Array] = []
+        self._begin = 0.0
+        self._steps: dict[int, float] = {}
+        self._counts: dict[int, int] = {}
+        self._previous: float | None = None
 
-    def seconds(self, stamps):
-        """Return times (s) of stamps int64 [N] ns."""
-        return (stamps - self.first_ns) / SECOND
+    def seconds(self, stamps: Integers) -> Array:
+        """Return times (s) of `stamps` [N] ns."""
+        return (stamps - (self.first_ns or 0)) / SECOND
 
-    def add_inputs(self, stamps, torque):
-        """Take samples: stamps int64 [N] ns, torque [N] N m."""
+    def second(self, stamp_ns: int) -> float:
+        """Return the time (s) of `stamp_ns`."""
+        return float((stamp_ns - (self.first_ns or 0)) / SECOND)
+
+    def add_inputs(self, stamps: Integers, torque: Array) -> None:
+        """Take samples: `stamps` [N] ns, `torque` [N] N m."""
         if not len(stamps):
             return
         if self.first_ns is None:
             self.first_ns = int(stamps[stamps > 0][0]) if (stamps > 0).any() else 0
         t = self.seconds(stamps)
         self.samples += len(t)
-        known = np.concatenate([[t[0] if self._previous is None else self._previous], t])
+        steps = np.diff(np.append(t[0] if self._previous is None else self._previous, t))
         self._previous = float(t[-1])
-        steps, good = np.diff(known), t >= 0.0
+        valid = t >= 0.0
         self.last = max(self.last, float(t.max()))
-        nothing = np.full(int(good.sum()), np.nan)
-        self.torque.add(t[good], nothing, nothing, torque[good])
-        second = t[good].astype(int)
-        for k in np.unique(second):
-            here = second == k
-            self._counts[k] = self._counts.get(k, 0) + int(here.sum())
-            self._steps[k] = max(self._steps.get(k, 0.0), float(steps[good][here].max()))
+        nothing = np.full(int(valid.sum()), np.nan)
+        self.torque.add(t[valid], nothing, nothing, torque[valid])
+        second = t[valid].astype(int)
+        for k in np.unique(second).tolist():
+            same = second == k
+            self._counts[k] = self._counts.get(k, 0) + int(same.sum())
+            self._steps[k] = max(self._steps.get(k, 0.0), float(steps[valid][same].max()))
 
-    def add_errors(self, stamps, errors, stds):
-        """Take prediction errors [N, 2] and their stated deviations [N, 2], rad, arm side."""
+    def add_errors(self, stamps: Integers, errors: Array, stds: Array) -> None:
+        """
+        Take innovations.
+
+        Args:
+            stamps: [N] ns.
+            errors: measured less predicted position [N, 2] rad, arm side.
+            stds: their stated deviations [N, 2] rad, arm side.
+
+        """
         t = self.seconds(stamps)
-        good = t >= 0.0
-        self.errors.add(t[good], *errors[good].T, *stds[good].T)
-        known = np.isfinite(errors) & np.isfinite(stds)
+        valid = t >= 0.0
+        self.errors.add(t[valid], *errors[valid].T, *stds[valid].T)
+        finite = np.isfinite(errors) & np.isfinite(stds)
         with np.errstate(invalid='ignore'):
-            within = known & (np.abs(errors) <= 2.0 * stds)
-        self.inside += np.stack([known.sum(axis=0), within.sum(axis=0)], axis=1)
+            within = finite & (np.abs(errors) <= 2.0 * stds)
+        self.coverage += np.stack([finite.sum(axis=0), within.sum(axis=0)], axis=1)
 
-    def add_torque(self, stamps, tau_k, std):
-        """Take estimates of the torque [N] and their deviations [N], N m."""
+    def add_torque(self, stamps: Integers, tau_k: Array, std: Array) -> None:
+        """
+        Take estimates of the torque.
+
+        Args:
+            stamps: [N] ns.
+            tau_k: [N] N m.
+            std: stated deviations [N] N m.
+
+        """
         t = self.seconds(stamps)
-        good = t >= 0.0
-        self.torque.add(t[good], tau_k[good], std[good], np.full(int(good.sum()), np.nan))
+        valid = t >= 0.0
+        self.torque.add(t[valid], tau_k[valid], std[valid], np.full(int(valid.sum()), np.nan))
 
-    def add_nis(self, stamps, over_dof):
-        """Take NIS over its degrees of freedom [N]."""
+    def add_nis(self, stamps: Integers, over_dof: Array) -> None:
+        """Take the NIS `over_dof`, its degrees of freedom, [N] at `stamps` [N] ns."""
         t = self.seconds(stamps)
         self.nis.add(t[t >= 0.0], over_dof[t >= 0.0])
 
-    def add_loop(self, stamps, twist, rate, tau_k):
-        """Take twist [N] rad, its rate [N] rad/s and the torque [N] N m, smoothed."""
+    def add_loop(self, stamps: Integers, twist: Array, rate: Array, tau_k: Array) -> None:
+        """
+        Take points of the loop, smoothed.
+
+        Args:
+            stamps: [N] ns.
+            twist: [N] rad.
+            rate: of the twist [N] rad/s.
+            tau_k: [N] N m.
+
+        """
         rows = np.column_stack([self.seconds(stamps), twist, rate, tau_k])
         rows = rows[np.isfinite(rows).all(axis=1) & (rows[:, 0] >= self._begin)]
         while len(rows):
-            end = self._begin + self.slice_seconds
-            here = rows[:, 0] < end
-            self._slice.append(rows[here])
-            rows = rows[~here]
+            inside = rows[:, 0] < self._begin + self.slice_seconds
+            self._slice.append(rows[inside])
+            rows = rows[~inside]
             if len(rows):
                 self._end_slice()
 
-    def _end_slice(self):
+    def _end_slice(self) -> None:
         end = self._begin + self.slice_seconds
         rows = np.concatenate(self._slice) if self._slice else np.empty((0, 4))
         if len(rows) > 10 * BRANCH_BINS and np.ptp(rows[:, 1]) > 0.0:
             self.loops.append(loop_of(self._begin, min(end, float(rows[-1, 0])), *rows[:, 1:].T))
         self._slice, self._begin = [], end
 
-    def add_findings(self, stamp_ns, findings):
-        """Take {component: (level, message)} in force at `stamp_ns`."""
-        t = max(float(self.seconds(stamp_ns)), 0.0)
+    def add_findings(self, stamp_ns: int, findings: Mapping[str, tuple[int, str]]) -> None:
+        """Take `findings` {component: (level, message)} in force at `stamp_ns`."""
+        t = max(self.second(stamp_ns), 0.0)
         for component, (level, message) in findings.items():
-            self.spans.setdefault(component, Spans()).add(t, min(int(level), 2), message)
+            self.spans.setdefault(component, LevelSpans()).add(t, min(int(level), 2), message)
 
-    def add_window(self, stamp_ns, gap, gap_std, lost_motion, separable, values):
-        """Take a window of drift; values: {name: number} that the finding on backlash shows."""
-        def number(name):
-            return float(values.get(name, math.nan))
-        base = number('baseline_gap_rad')
-        self.windows.append(Window(
-            float(self.seconds(stamp_ns)), gap, gap_std, lost_motion, separable, base,
-            base * (1.0 + number('growth_warn')), base * (1.0 + number('growth_error'))))
+    def add_window(self, stamp_ns: int, window: WindowBacklash, values: Mapping[str, Any]) -> None:
+        """
+        Take a drift window.
 
-    def add_alert(self, stamp_ns, component, level, message):
-        """Take a change for good."""
-        self.alerts.append(Alert(max(float(self.seconds(stamp_ns)), 0.0), component,
-                                 min(int(level), 2), message))
+        Args:
+            stamp_ns: its end.
+            window: its measurement; time and limits are set here.
+            values: {name: number} of the finding on backlash, with baseline and limits.
 
-    def finish(self):
-        """End what is under way."""
+        """
+        baseline, warn, error = (float(values.get(name, math.nan)) for name in (
+            'baseline_gap_rad', 'growth_warn', 'growth_error'))
+        self.windows.append(WindowBacklash(
+            self.second(stamp_ns), window.gap, window.gap_std, window.lost_motion,
+            window.separable, baseline, baseline * (1.0 + warn), baseline * (1.0 + error)))
+
+    def add_alert(self, stamp_ns: int, component: str, level: int, message: str) -> None:
+        """
+        Take a lasting change.
+
+        Args:
+            stamp_ns: its time.
+            component: of the finding.
+            level: 0 fine, 1 warning, 2 and above error.
+            message: of the finding.
+
+        """
+        self.alerts.append(RecordedAlert(max(self.second(stamp_ns), 0.0), component,
+                                         min(int(level), 2), message))
+
+    def finish(self) -> None:
+        """End the last slice and all spans."""
         if self._slice:
             self._end_slice()
         for spans in self.spans.values():
             spans.end = max(spans.end, self.last)
 
-    def rates(self):
+    def rates(self) -> tuple[Array, Array, Array]:
         """Return (t [B] s, samples per second [B], longest step [B] s)."""
         seconds = int(self.last) + 1
         width = -(-seconds // MAX_RATE_BINS)

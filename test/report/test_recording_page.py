@@ -25,9 +25,9 @@ from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.report import life
-from gearbox_monitor.report.sources import Facts
-from gearbox_monitor.report.timeline import Envelope, loop_of, Timeline
+from gearbox_monitor.report import recording_page
+from gearbox_monitor.report.timeline import Envelope, loop_of, Timeline, WindowBacklash
+from gearbox_monitor.report.timeline_source import RecordingFacts
 
 SECONDS = 24
 LOST = (14500, 15500)  # samples without the arm
@@ -104,13 +104,15 @@ def test_an_hour_at_a_kilohertz_makes_a_small_page():
         line.add_nis(stamps, noise[3] ** 2)
         line.add_loop(stamps, noise[4], noise[5], noise[4] + noise[3])
         for k in range(6):
-            line.add_window(stamps[10_000 * k], 0.2, 0.01, 0.2, True, {})
+            line.add_window(stamps[10_000 * k], WindowBacklash(0.0, 0.2, 0.01, 0.2, True), {})
         for k in range(60):  # levels that change every second
             line.add_findings(stamps[1000 * k], {
-                name: (k % 3, 'far too often' * 5) for name in (*life.JUDGED, *life.WORN)})
+                name: (k % 3, 'far too often' * 5)
+                for name in (*recording_page.TRUST, *recording_page.WEAR)})
     line.finish()
     assert len(line.loops) == 60 and line.last == pytest.approx(3600.0, abs=0.01)
-    html = life.report(line, Facts(True, DriveModel(), Monitor(DriveModel()).parameters), 'hour')
+    html = recording_page.recording_page(
+        line, RecordingFacts(True, DriveModel(), Monitor(DriveModel()).parameters), 'hour')
     assert len(html.encode()) < 10e6
 
 
@@ -166,11 +168,11 @@ def test_headline_names_what_is_most_wrong():
             'prediction error': (2 * (k > 4), 'far too large: check it (for 2 s)'),
             'model': (1, 'no data yet'), 'backlash': (1, 'backlash not measured yet')})
     line.finish()
-    assert life.trusted(line) == pytest.approx(5.0 / 9.0)
-    assert life.headline(line) == (
+    assert recording_page.trusted_share(line) == pytest.approx(5.0 / 9.0)
+    assert recording_page.headline(line) == (
         'The estimates were trusted 56 % of the time: far too large.', 'warn')
     line.add_findings(T0 + 9_000_000_000, {'backlash': (2, 'gap has grown: service it (for 1 s)')})
-    assert life.headline(line) == ('Gap has grown: service it.', 'warn')
+    assert recording_page.headline(line) == ('Gap has grown: service it.', 'warn')
 
 
 # ---------------------------------------------------------------------- command and browser

@@ -33,7 +33,7 @@ from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.quality import input_checks
 from gearbox_monitor.quality.admission import admitted
-from gearbox_monitor.report import page
+from gearbox_monitor.report import figures
 from gearbox_monitor.report.suggestion import suggestion, UNEXCITED
 
 MODEL = DriveModel()
@@ -189,13 +189,13 @@ def test_page_in_a_browser(folder, browser, width):
 
 
 def test_ticks_and_thinning():
-    assert page.ticks(0.0, 1.0) == ([pytest.approx(0.2 * k) for k in range(6)], 1)
-    values, digits = page.ticks(-0.031, 0.002)
+    assert figures.ticks(0.0, 1.0) == ([pytest.approx(0.2 * k) for k in range(6)], 1)
+    values, digits = figures.ticks(-0.031, 0.002)
     assert digits == 3 and values[-1] == 0.0 and len(values) >= 3
     x = np.arange(100000.0)
     y = np.zeros(100000)
     y[54321] = 1.0
-    a, b = page.thinned(x, y, 1000)
+    a, b = figures.thinned(x, y, 1000)
     assert len(a) <= 1010 and b.max() == 1.0 and a[0] == 0.0 and a[-1] == x[-1]
 
 

@@ -1,0 +1,189 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What the page of a diagnosis shows, as arrays: overlays, maps, distinguishable effects."""
+from collections.abc import Mapping, Sequence
+import copy
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearbox_monitor.identification import (
+    basis_functions, input_estimation, isolability, localisation)
+from gearbox_monitor.identification.candidates import NOT_FITTED
+from gearbox_monitor.identification.diagnose import Verdict
+from gearbox_monitor.identification.model_overlay import Overlay, overlay
+from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.torque_domain import driven
+from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.quality.recording import concatenated, Recording
+from gearbox_monitor.report.words import ids_of
+
+COMPARED = 10  # effects in the matrix of distinguishable effects
+QUANTITIES = {'speed': 'speed of the motor (rad/s)', 'angle': 'angle of the arm (rad)',
+              'twist': 'twist, motor - arm (rad)', 'time': 'time (s)'}  # and units, rotary
+PLANE_BINS = 20
+
+
+@dataclass(frozen=True)
+class MissingSignal:
+    """The signal that is missing at one place, its unit, and {quantity: Law} of it."""
+
+    place: str
+    unit: str
+    laws: Mapping[str, basis_functions.Law]
+
+
+@dataclass(frozen=True)
+class ResidualPlanes:
+    """Rms [Y, X] of the residuals over two quantities x and y, one plane per run."""
+
+    x: str
+    y: str
+    x_edges: Array
+    y_edges: Array
+    values: Sequence[Array]
+
+
+@dataclass(frozen=True)
+class DiagnosisEvidence:
+    """
+    Arrays behind a verdict.
+
+    axis: of the model; labels {quantity: words with unit}; overlay: nominal model first; windows:
+    (words, window) of those to show; maps {quantity: maps of the residual in sigma, one per run};
+    missing: None without a gap; matrix: (ids, s2 [A, A]) or None; separations: {id: (d, {rival:
+    s2})} of identification.isolability.
+    """
+
+    axis: str
+    labels: Mapping[str, str]
+    overlay: Overlay
+    windows: Sequence[tuple[str, int]]
+    maps: Mapping[str, Sequence[basis_functions.Map]]
+    planes: ResidualPlanes
+    missing: MissingSignal | None
+    matrix: tuple[list[str], Array] | None
+    separations: Mapping[str, tuple[float, Mapping[str, float]]]
+
+
+def gather(verdict: Verdict, recordings: Sequence[Recording], model: DriveModel,
+           jobs: int = 1) -> DiagnosisEvidence:
+    """
+    Return the evidence behind a verdict.
+
+    Args:
+        verdict: with its search.
+        recordings: those it is about.
+        model: the nominal model.
+        jobs: threads.
+
+    Returns:
+        Arrays that the page and the pictures show.
+
+    """
+    data, search = verdict.data, verdict.search
+    recording = concatenated([driven(r, model) for r in recordings])
+    models = {'nominal model': model}
+    if verdict.model is not None:
+        models[closed_name(data)] = verdict.model
+    laid = overlay(recording, models, data['sigma'])
+    motion = basis_functions.motion(recording.positions, recording.dt, recording.cuts)
+    index = laid.windows.first[:, None] + np.arange(laid.windows.length)
+    motion = {name: value[index] for name, value in motion.items()
+              if name != 'twist' or model.transmission.kind != 'rigid'}
+    residuals = [laid.residual(run) for run in laid.runs]
+    edges = {name: basis_functions.edges_of(value) for name, value in motion.items()}
+    maps = {name: [basis_functions.binned(value, r, edges[name]) for r in residuals]
+            for name, value in motion.items()}
+    missing = None
+    if data['verdict'] != 'none':
+        missing = missing_signal(search, data['where']['place'], motion, jobs)
+    name = '+'.join(i for i in ids_of(data) if i not in NOT_FITTED)
+    separations = {}
+    if name in search.fitted and name:
+        separations = isolability.separations(search, search.fitted[name])
+    return DiagnosisEvidence(
+        model.axis, {name: on_axis(QUANTITIES[name], model.axis) for name in motion}, laid,
+        notable_windows(laid), maps, _planes(motion, residuals), missing,
+        distinguishable(search, data), separations)
+
+
+def _planes(motion: Mapping[str, Array], residuals: Sequence[Array]) -> ResidualPlanes:
+    """Return the residuals over speed and twist, or angle if there is no twist."""
+    x, y = 'speed', 'twist' if 'twist' in motion else 'angle'
+    x_edges, y_edges = (basis_functions.edges_of(motion[name], PLANE_BINS) for name in (x, y))
+    return ResidualPlanes(x, y, x_edges, y_edges, [
+        basis_functions.plane(motion[x], motion[y], r, x_edges, y_edges) for r in residuals])
+
+
+def closed_name(data: Values) -> str:
+    """Return the name of the model with the effect of the verdict `data`."""
+    if data['verdict'] == 'effect':
+        return f'with {data["effect"]}'
+    return f'nearest: with {"+".join(data.get("params") or {})}'
+
+
+def notable_windows(laid: Overlay, held_out: bool = True) -> tuple[tuple[str, int], ...]:
+    """Return (words, window) of the typical and the worst of `laid`, if `held_out` of those."""
+    held = np.flatnonzero(laid.held)
+    held = held if held_out and len(held) else np.arange(len(laid.held))
+    order = held[np.argsort(laid.runs[0].chi2[held])]
+    typical, highest = int(order[(len(order) - 1) // 2]), int(order[-1])
+    if typical == highest:
+        return (('window', typical),)
+    return ('typical window', typical), ('worst window', highest)
+
+
+def missing_signal(search: Search, place: str, motion: Mapping[str, Array],
+                   jobs: int = 1) -> MissingSignal:
+    """
+    Return the signal that the model without effect misses at one place.
+
+    Args:
+        search: of the diagnosis.
+        place: where a free signal is put.
+        motion: {quantity: values [W, L]} to see it over.
+        jobs: threads.
+
+    Returns:
+        The signal as a function of each quantity.
+
+    """
+    free = localisation.free_forms(search, search.fitted[''], jobs, (place,))[place]
+    unit = 'N m' if place in input_estimation.TORQUES else 'rad'
+    return MissingSignal(place, on_axis(unit, search.model.axis),
+                         localisation.laws(search, free, motion))
+
+
+def distinguishable(search: Search, data: Values) -> tuple[list[str], Array] | None:
+    """Return (ids, s2) of the leading effects of `search` and `data`, None for fewer than two."""
+    ids = [i for i in data['ranked'] if i in search.ids and i not in NOT_FITTED]
+    ids = list(dict.fromkeys([*ids[:COMPARED - 3],
+                              *(i for i in data['confusable'] if i in ids), *ids]))
+    if len(ids) < 2:
+        return None
+    fewer = copy.copy(search)
+    fewer.ids = ids[:COMPARED]
+    names, s2 = isolability.matrix(fewer)
+    return list(names), s2
+
+
+def explained_by(name: str, law: basis_functions.Law) -> str:
+    """Return a title for the `law` over the quantity `name`."""
+    if name == 'time':  # the past says nothing of other windows
+        return 'over time'
+    return f'over {name}: explains {100.0 * law.explained:.0f} %'

@@ -1,0 +1,522 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The page of a diagnosis: the effect, its place, how certain it is, and what it closes."""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+import json
+import re
+from typing import Any, TypeAlias
+
+from gearbox_monitor.identification.isolability import LIMIT
+from gearbox_monitor.identification.model_overlay import clipped_to_range, Overlay, smoothed
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects import library
+from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.quality.recording import Recording
+from gearbox_monitor.report.builder import Page, render_page, Section
+from gearbox_monitor.report.diagnosis_evidence import (
+    DiagnosisEvidence, explained_by, MissingSignal)
+from gearbox_monitor.report.figures import (
+    BarRow, bars, BarView, chart, ChartView, heat_maps, HeatAxis, HeatMapsView, PageTable, Panel,
+    Span, Trace)
+from gearbox_monitor.report.words import (
+    dense_regions, gain_text, headline, ids_of, meaning, MEANINGS, next_steps, number, percent,
+    place_text, undefined, unit_of)
+
+VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
+ROLES = ('nominal', 'closed')
+RANKED = 10
+RIVALS = 6
+NOISE_RANGE = (0.9, 1.5)  # gaps that are always in view: noise must not look large
+
+
+@dataclass(frozen=True)
+class PageContext:
+    """
+    What accompanies a verdict on its page.
+
+    closed_written: whether drive.closed.yaml was written beside the page; validated: name of the
+    second recording, or None; command: parts of the command that finds a better motion, see
+    report.suggestion.
+    """
+
+    closed_written: bool = False
+    validated: str | None = None
+    command: Sequence[str] = ()
+
+
+def diagnosis_page(data: VerdictData, evidence: DiagnosisEvidence,
+                   recordings: Sequence[Recording], context: PageContext | None = None) -> str:
+    """
+    Return the page of a diagnosis as HTML.
+
+    Args:
+        data: the verdict as plain data.
+        evidence: arrays behind it.
+        recordings: those it is about.
+        context: what accompanies it.
+
+    Returns:
+        One file that loads nothing.
+
+    """
+    context = context or PageContext()
+    names = ', '.join(short_name(recording) for recording in recordings)
+    return render_page(Page(f'Diagnosis of {names}', VerdictSummary.of(data, evidence.axis), (
+        NextSteps.of(data, context, evidence.axis), GapClosure.of(data, context.validated),
+        Overlays.of(evidence), GapLocation.of(data, evidence), EffectRanking.of(data, evidence),
+        FittedValues.of(data, evidence.axis), RecordingDoubts.of(data, recordings, evidence),
+        VerdictNumbers(json.dumps(data, indent=1))), evidence.axis))
+
+
+def short_name(recording: Recording) -> str:
+    """Return the name of `recording` without its folders."""
+    return re.split(r'[\\/]', recording.name)[-1]
+
+
+def sentence(words: str) -> str:
+    """Return `words` with a capital letter and a full stop."""
+    return f'{words[0].upper()}{words[1:]}.'.replace('..', '.')
+
+
+@dataclass(frozen=True)
+class VerdictSummary(Section):
+    """The verdict in one sentence, the meaning of its effects, the main figures."""
+
+    template = 'diagnosis/summary.html'
+    kind: str
+    headline: str
+    meanings: Sequence[tuple[str, str]]
+    facts: Sequence[tuple[str, str]]
+
+    @classmethod
+    def of(cls, data: VerdictData, axis: str) -> 'VerdictSummary':
+        """Return it for the verdict `data` on a drive with `axis`."""
+        facts = [('gap before', number(data['gap_before']))]
+        if data['verdict'] != 'none':
+            facts.append(('gap after' if data['verdict'] == 'effect' else 'gap, nearest effect',
+                          number(data['gap_after'])))
+            facts.append(('closed', percent(data.get('closed_fraction'))))
+        if data['verdict'] == 'effect':
+            facts.append(('indistinguishable from it', ', '.join(data['confusable']) or 'nothing'))
+        return cls({'none': 'good', 'unknown': 'warn'}.get(data['verdict'], ''), headline(data),
+                   [(name, meaning(name, axis)) for name in ids_of(data) if name in MEANINGS],
+                   facts)
+
+
+@dataclass(frozen=True)
+class NextSteps(Section):
+    """Advice, the command that finds a better motion ('' for none), files beside the page."""
+
+    heading = 'What to do next'
+    template = 'diagnosis/next.html'
+    steps: Sequence[str]
+    command: str
+    files: Sequence[str]
+
+    @classmethod
+    def of(cls, data: VerdictData, context: PageContext, axis: str) -> 'NextSteps':
+        """
+        Return the next steps.
+
+        Args:
+            data: the verdict.
+            context: what accompanies it.
+            axis: of the drive.
+
+        """
+        steps = next_steps(data, context.closed_written, context.validated, axis)
+        files = ['verdict.json', *(['drive.closed.yaml'] if context.closed_written else [])]
+        return cls([sentence(step) for step in steps], ' \\\n    '.join(context.command), files)
+
+
+@dataclass(frozen=True)
+class FreeRun:
+    """One run over the whole second recording: its name, seconds, unit, rms before and after."""
+
+    name: str
+    seconds: float
+    unit: str
+    rms: PageTable
+
+
+@dataclass(frozen=True)
+class GapClosure(Section):
+    """
+    The gap before and after, as bars; the share that is closed.
+
+    undefined: why there is no share, '' if there is one or no gap; free_run: on the second
+    recording, or None; regions: of the motion.
+    """
+
+    heading = 'The gap'
+    template = 'diagnosis/gap.html'
+    gaps: Sequence[BarView]
+    closed: Sequence[BarView]
+    undefined: str
+    free_run: FreeRun | None
+    regions: PageTable
+
+    @classmethod
+    def of(cls, data: VerdictData, validated: str | None) -> 'GapClosure':
+        """Return it for the verdict `data` and the name `validated` of the second recording."""
+        gaps, closed = [], []
+        for name, before, after, share, interval in _gap_parts(data):
+            gaps.append(BarRow(name, 'before', before, number(before), 'nominal'))
+            if data['verdict'] == 'none':
+                continue
+            gaps.append(BarRow('', 'after', after, number(after), 'closed'))
+            if share is not None:
+                note = (f'90 % interval {percent(interval[0])} to {percent(interval[1])}'
+                        if interval else '')
+                closed.append(BarRow(name, note, share, percent(share), 'closed', interval))
+        top = max([NOISE_RANGE[1], *(row.value for row in gaps if row.value is not None)])
+        whole = max([1.0, *(v for row in closed for v in (row.value, *(row.interval or ()))
+                            if v is not None)])
+        return cls(bars(gaps, True, top), bars(closed, top=whole),
+                   '' if closed or data['verdict'] == 'none' else undefined(data),
+                   _free_run(data, validated), PageTable(('region', 'part', 'before', 'after'), [
+                       (name.replace('_', ' '), part.replace('_', ' '), number(v['before']),
+                        number(v['after']))
+                       for name, bins in (data.get('regions') or {}).items()
+                       for part, v in bins.items() if v], (2, 3)))
+
+
+GapPart: TypeAlias = tuple[str, float, float, float | None, Span | None]
+
+
+def _gap_parts(data: VerdictData) -> list[GapPart]:
+    """Return (name, gap before, after, closed share, its interval) in all and of each reading."""
+    channels = data.get('channels') or {}
+    parts: list[GapPart] = [
+        (' and '.join(channels) or 'all', data['gap_before'], data['gap_after'],
+         data.get('closed_fraction'), data.get('closed_fraction_ci'))]
+    for name, part in channels.items() if len(channels) > 1 else ():
+        parts.append((name if name == 'torque' else f'{name} encoder', part['before'],
+                      part['after'], part['closed'], None))
+    validation = data.get('validation')
+    if validation:
+        parts.append(('second recording', validation['gap_before'], validation['gap_after'],
+                      validation['closed_fraction'], None))
+    return parts
+
+
+def _free_run(data: VerdictData, validated: str | None) -> FreeRun | None:
+    """Return the free run on the second recording, None without one."""
+    run = (data.get('validation') or {}).get('free_run')
+    if not run:
+        return None
+    units = ', '.join(dict.fromkeys(unit_of(name, 'rad') for name in run['before']))
+    return FreeRun(str(validated), run['seconds'], units, PageTable(('', 'before', 'after'), [
+        (name, number(run['before'][name]), number(run['after'][name]))
+        for name in run['before']], (1, 2)))
+
+
+@dataclass(frozen=True)
+class Overlays(Section):
+    """Recording and models over each other: (name, chart) of typical windows and of all."""
+
+    heading = 'Before and after'
+    template = 'diagnosis/overlays.html'
+    charts: Sequence[tuple[str, ChartView]]
+
+    @classmethod
+    def of(cls, evidence: DiagnosisEvidence) -> 'Overlays':
+        """Return it for `evidence`."""
+        overlay, charts = evidence.overlay, []
+        for words, window in evidence.windows:
+            panels = []
+            for channel in overlay.channels:
+                angle, residual = window_traces(overlay, window, channel)
+                panels += _channel_panels(overlay.recording.readings[channel], angle, residual,
+                                          evidence.axis)
+            title = (f'{words.capitalize()} among those held out: {overlay.t[window, 0]:.0f} to '
+                     f'{overlay.t[window, -1]:.0f} s')
+            charts.append((words, chart(title, panels, 'time (s)', 't (s)')))
+        whole = _whole(overlay, evidence.axis)
+        return cls([*charts, *([('whole recording, one run', whole)] if whole else [])])
+
+
+def window_traces(overlay: Overlay, window: int, channel: int) -> tuple[list[Trace], list[Trace]]:
+    """
+    Return the curves of one window and encoder.
+
+    Args:
+        overlay: models over the recording.
+        window: its number.
+        channel: column of the readings.
+
+    Returns:
+        Curves of the angle and of the residual, rad or N m.
+
+    """
+    t, measured = overlay.t[window], overlay.measured[window, :, channel]
+    angle = [Trace(t, measured, 'recording', 'recording')]
+    residual = []
+    for run, role in zip(overlay.runs, ROLES):
+        y = run.y[window, :, channel]
+        angle.append(Trace(t, y, run.name, role))
+        residual += [Trace(t, measured - y, '', f'{role} faint'),
+                     Trace(t, smoothed(measured - y, overlay.recording.dt), run.name,
+                           f'{role} firm')]
+    return angle, residual
+
+
+def _channel_panels(name: str, traces: Sequence[Trace], residual: Sequence[Trace],
+                    axis: str) -> list[Panel]:
+    """Return the panels of one encoder: readings and, below, the residual."""
+    unit = unit_of(name, 'rad')
+    quantity = f'{name}, angle' if unit == 'rad' else name
+    return [Panel(on_axis(f'{quantity} ({unit})', axis), traces),
+            Panel(on_axis(f'{name}, recording - model ({unit})', axis), residual, 0.0, 110)]
+
+
+def _whole(overlay: Overlay, axis: str) -> ChartView | None:
+    """Return the chart of one run over the whole recording, None if it was joined."""
+    free = [run.free for run in overlay.runs]
+    t, panels = overlay.recording.t, []
+    for channel in overlay.channels:
+        measured = overlay.recording.y[:, channel]
+        traces = [Trace(t, measured, 'recording', 'recording')]
+        for y, run, role in zip(free, overlay.runs, ROLES):
+            if y is None:
+                return None
+            traces.append(Trace(t, clipped_to_range(y[:, channel], measured), run.name, role))
+        residual = [Trace(trace.x, measured - trace.y, trace.name, f'{trace.role} firm')
+                    for trace in traces[1:]]
+        panels += _channel_panels(overlay.recording.readings[channel], traces, residual, axis)
+    return chart('One free run over the whole recording, from the state of its first window; '
+                 'errors add up', panels, 'time (s)', 't (s)')
+
+
+@dataclass(frozen=True)
+class MissingCurves:
+    """The missing signal as functions of the motion: its quantity, place and charts."""
+
+    quantity: str
+    place: str
+    charts: Sequence[ChartView]
+
+
+@dataclass(frozen=True)
+class GapLocation(Section):
+    """
+    Where the gap is: bars of places, regions of the motion, the missing signal, maps.
+
+    places: empty if there is no gap; effects: how many the verdict names.
+    """
+
+    heading = 'Where'
+    template = 'diagnosis/where.html'
+    places: Sequence[BarView]
+    regions: Sequence[str]
+    effects: int
+    missing: MissingCurves | None
+    charts: Sequence[ChartView]
+    planes: HeatMapsView
+
+    @classmethod
+    def of(cls, data: VerdictData, evidence: DiagnosisEvidence) -> 'GapLocation':
+        """Return it for the verdict `data` and its `evidence`."""
+        rows, regions = [], []
+        if data['verdict'] != 'none':
+            for place, part in data['where']['places'].items():
+                role = 'closed' if place == data['where']['place'] else 'closed faint'
+                rows.append(BarRow(place_text(place), '', part['explained'],
+                                   percent(part['explained']), role))
+            regions = dense_regions(data['where'].get('region') or {})
+        charts = []
+        for name, maps in evidence.maps.items():
+            label = evidence.labels[name]
+            traces = [Trace(residual.edges, residual.rms, run.name, role, step=True)
+                      for run, role, residual in zip(evidence.overlay.runs, ROLES, maps)]
+            panel = Panel('gap', traces, 1.0, 130, NOISE_RANGE)
+            charts.append(chart(f'over {name}', [panel], label, label, False))
+        planes = evidence.planes
+        return cls(bars(rows, top=1.0), regions, len(ids_of(data)),
+                   evidence.missing and _missing(evidence.missing, evidence.labels), charts,
+                   heat_maps(f'Gap over {planes.x} and {planes.y}',
+                             [(run.name, values) for run, values in zip(evidence.overlay.runs,
+                                                                        planes.values)],
+                             HeatAxis(planes.x_edges, evidence.labels[planes.x]),
+                             HeatAxis(planes.y_edges, evidence.labels[planes.y]), '= gap'))
+
+
+def _missing(missing: MissingSignal, labels: Mapping[str, str]) -> MissingCurves:
+    """Return the charts of the signal that is missing at one place."""
+    quantity = {'N m': 'torque', 'N': 'force'}.get(missing.unit, 'offset')
+    charts = []
+    for name, law in missing.laws.items():
+        margin: Array = 2.0 * law.error
+        trace = Trace(law.centers, law.value, f'missing {quantity}', 'signal',
+                      band=(law.value - margin, law.value + margin))
+        charts.append(chart(explained_by(name, law), [
+            Panel(f'{quantity} ({missing.unit})', (trace,), 0.0, 130)], labels[name],
+            labels[name], False))
+    return MissingCurves(quantity, place_text(missing.place), charts)
+
+
+@dataclass(frozen=True)
+class Imitators:
+    """Effects that could imitate one: its id, its evidence d, what they leave of it."""
+
+    effect: str
+    evidence: float
+    shares: PageTable
+
+
+@dataclass(frozen=True)
+class MatrixView:
+    """Shares [N, N] in percent that effects leave of each other; small ones stand out."""
+
+    names: Sequence[str]
+    shares: Sequence[Sequence[float]]
+
+
+@dataclass(frozen=True)
+class EffectRanking(Section):
+    """
+    Gains of the effects, and what the recording can distinguish.
+
+    named: whether the verdict names an effect; rivals: what is indistinguishable from it; close:
+    what explains the recording nearly as well; limit: evidence that distinguishes.
+    """
+
+    heading = 'Which effect'
+    template = 'diagnosis/ranking.html'
+    gains: Sequence[BarView]
+    named: bool
+    rivals: Sequence[str]
+    close: Sequence[str]
+    imitators: Sequence[Imitators]
+    matrix: MatrixView | None
+    limit: float = LIMIT
+
+    @classmethod
+    def of(cls, data: VerdictData, evidence: DiagnosisEvidence) -> 'EffectRanking':
+        """Return it for the verdict `data` and its `evidence`."""
+        gains: Mapping[str, float] = data.get('gains') or {}
+        effect, rivals = data.get('effect'), data.get('confusable') or ()
+        ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED]
+        rows = []
+        for name in ranking:
+            note = ('the verdict' if name == effect else 'indistinguishable from the verdict'
+                    if name in rivals else meaning(name, evidence.axis))
+            rows.append(BarRow(name, note, max(gains[name], 0.0), gain_text(gains, name),
+                               'closed' if name == effect else 'closed faint'))
+        named = data['verdict'] == 'effect'
+        close = [name for name in ranking if name != effect and name not in rivals
+                 and gains.get(effect or '', 0.0) - gains[name] < LIMIT] if named else []
+        matrix = evidence.matrix and MatrixView(
+            evidence.matrix[0], (100.0 * evidence.matrix[1]).tolist())
+        return cls(bars(rows), named, rivals, close, _imitators(evidence.separations), matrix)
+
+
+def _imitators(separations: Mapping[str, tuple[float, Mapping[str, float]]]) -> list[Imitators]:
+    """Return the nearest imitators of each effect."""
+    imitators = []
+    for name, (d, shares) in separations.items():
+        nearest = sorted(shares.items(), key=lambda item: item[1])[:RIVALS]
+        if nearest:
+            imitators.append(Imitators(name, d, PageTable(('effect', 's2', 'd s2', ''), [
+                (rival, f'{s2:.3f}', number(d * s2), '' if d * s2 > LIMIT else 'too close')
+                for rival, s2 in nearest], (1, 2))))
+    return imitators
+
+
+@dataclass(frozen=True)
+class FittedValues(Section):
+    """Values of the effects, their equations, values of the model that were estimated, too."""
+
+    heading = 'Values'
+    template = 'diagnosis/values.html'
+    nearest_only: bool
+    parameters: PageTable
+    equations: Sequence[tuple[str, str]]
+    nominal: PageTable
+
+    @classmethod
+    def of(cls, data: VerdictData, axis: str) -> 'FittedValues':
+        """Return it for the verdict `data` on a drive with `axis`."""
+        effects, rows = library(), []
+        errors = data.get('standard_errors') or {}
+        params = data.get('params') or {}
+        for name, values in params.items():
+            units = {p.name: p.unit for p in effects[name].parameters} if name in effects else {}
+            for parameter, value in values.items():
+                error = (errors.get(name) or {}).get(parameter)
+                text = number(value) if isinstance(value, (int, float)) else str(value)
+                rows.append((name, parameter, text, f'{error:.2g}' if error else '',
+                             on_axis(units.get(parameter, ''), axis)))
+        return cls(
+            data['verdict'] == 'unknown',
+            PageTable(('effect', 'parameter', 'value', 'standard error', 'unit'), rows, (2, 3)),
+            [(name, effects[name].equation) for name in params if name in effects],
+            PageTable(('value', 'estimate', 'off by tolerances'), [
+                (name, number(data['nominal'][name]), f'{shift:+.1f}')
+                for name, shift in (data.get('nominal_shift') or {}).items()], (1, 2)))
+
+
+@dataclass(frozen=True)
+class RecordingDoubts(Section):
+    """
+    Recordings, their noise, and what speaks against the verdict.
+
+    misfit: chi2 per reading and deviations from white noise, or None; condition: '' if unknown.
+    """
+
+    heading = 'Recording and doubts'
+    template = 'diagnosis/doubts.html'
+    recordings: PageTable
+    noise: str
+    torque_noise: str
+    misfit: tuple[float, float] | None
+    condition: str
+    warnings: Sequence[str]
+
+    @classmethod
+    def of(cls, data: VerdictData, recordings: Sequence[Recording],
+           evidence: DiagnosisEvidence) -> 'RecordingDoubts':
+        """
+        Return the doubts.
+
+        Args:
+            data: the verdict.
+            recordings: those it is about.
+            evidence: arrays behind it.
+
+        """
+        noise = ', '.join(
+            f'{name} {number(value)} {unit_of(name, "rad")}' for name, value in
+            zip(evidence.overlay.recording.readings, data['sigma']) if value is not None)
+        misfit = data.get('misfit') or {}
+        excess, structure = misfit.get('excess'), misfit.get('structure')
+        return cls(
+            PageTable(('recording', 's', 'samples/s'), [
+                (short_name(r), f'{r.duration:.1f}', f'{1.0 / r.dt:.0f}')
+                for r in recordings], (1, 2)),
+            noise, number(data['process_torque']),
+            None if excess is None or structure is None else (1.0 + excess, structure),
+            number(data['condition']) if data.get('condition') else '',
+            [sentence(warning) for warning in data.get('warnings') or ()])
+
+
+@dataclass(frozen=True)
+class VerdictNumbers(Section):
+    """The verdict as JSON."""
+
+    heading = 'All numbers'
+    template = 'diagnosis/numbers.html'
+    json: str

@@ -1,0 +1,633 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Geometry of the charts of a page: curves become SVG paths in the units of their panel.
+
+Functions are pure and return views, which templates/figures.html draws; nothing here is HTML.
+"""
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+import json
+import math
+from typing import TypeAlias
+
+import numpy as np
+
+from gearbox_monitor.kernels.types import Array
+
+Span: TypeAlias = tuple[float, float]  # (low, high)
+UNITS = 10000      # width and height of a panel's view box
+MAX_POINTS = 4000  # of a curve
+LANE_HEIGHT = 22
+CLOUD_PERCENTILES = (0.2, 99.8)  # range of a cloud that is in view
+LEVEL_HEIGHTS = (0.25, 0.6, 1.0)  # of a lane, by level
+# Cividis in nine steps: dark to bright for colour-blind eyes, too.
+CIVIDIS = ((0, 34, 78), (18, 53, 112), (59, 73, 108), (87, 93, 109), (112, 113, 115),
+           (138, 134, 120), (165, 156, 116), (195, 179, 105), (254, 232, 56))
+
+
+@dataclass(frozen=True)
+class Trace:
+    """
+    One curve: x [N], y [N] (NaN: no point), its name, and its role, which sets the colour.
+
+    role: recording, nominal, closed, signal, warn, error or limit. step: x [N + 1] are edges of y
+    [N]. band: (low [N], high [N]) drawn around it, NaN: no band, or None. dots: separate points.
+    """
+
+    x: Array
+    y: Array
+    name: str
+    role: str
+    step: bool = False
+    band: tuple[Array, Array] | None = None
+    dots: bool = False
+
+    @property
+    def style(self) -> str:
+        """Class of its path."""
+        return f'{self.role} dots' if self.dots else self.role
+
+
+@dataclass(frozen=True)
+class Panel:
+    """
+    Traces on one axis.
+
+    level: y of a dotted line, or None; height in pixels; include: values that are always in view;
+    limits: (low, high) of the y axis, whatever lies beyond; None: everything is in view.
+    """
+
+    label: str
+    traces: Sequence[Trace]
+    level: float | None = None
+    height: int = 170
+    include: Sequence[float] = ()
+    limits: Span | None = None
+
+
+@dataclass(frozen=True)
+class Lane:
+    """
+    Levels in force over time, as a bar on the x axis: higher is worse.
+
+    begins [K], end of the last one; levels [K]: 0 fine, 1 warning, 2 error; words: [K] of each.
+    """
+
+    label: str
+    begins: Sequence[float]
+    end: float
+    levels: Sequence[int]
+    words: Sequence[str]
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A moment on the x axis: x, its label (short) and its role: good, warn or error."""
+
+    x: float
+    label: str
+    role: str = 'error'
+
+
+@dataclass(frozen=True)
+class LoopSlice:
+    """
+    Curves of one slice of time in a loop plane: its name, and x, y of points and of lines.
+
+    cloud ([P], [P]); lines (([N], [N]), ...).
+    """
+
+    name: str
+    cloud: tuple[Array, Array]
+    lines: Sequence[tuple[Array, Array]]
+
+
+# ---------------------------------------------------------------------- views
+
+
+@dataclass(frozen=True)
+class Tick:
+    """A labelled place on an axis, in percent of its length."""
+
+    percent: float
+    text: str
+
+
+@dataclass(frozen=True)
+class PathView:
+    """One SVG path: class and d; name: of its curve, '' for lines that have no readout."""
+
+    style: str
+    d: str
+    name: str = ''
+
+
+@dataclass(frozen=True)
+class LegendEntry:
+    """A curve in the legend: name, class of its line, class of its band or ''."""
+
+    name: str
+    style: str
+    dots: bool
+    band: str
+
+
+@dataclass(frozen=True)
+class PanelView:
+    """
+    A panel or lane ready to be drawn.
+
+    height in pixels; low, high: ends of the y axis; horizontal: d of its grid; level: d of the
+    dotted line or ''; spans: JSON of [[begin, words], ...] and end: of a lane, else ''.
+    """
+
+    label: str
+    height: int
+    low: str
+    high: str
+    paths: Sequence[PathView]
+    ticks: Sequence[Tick] = ()
+    horizontal: str = ''
+    level: str = ''
+    spans: str = ''
+    end: str = ''
+
+
+@dataclass(frozen=True)
+class MarkView:
+    """A mark ready to be drawn: its place in percent, x, label, role, d of its line."""
+
+    percent: float
+    x: str
+    label: str
+    role: str
+    d: str
+
+
+@dataclass(frozen=True)
+class ChartView:
+    """A chart ready to be drawn; first, last: ends of the x axis."""
+
+    title: str
+    panels: Sequence[PanelView]
+    legend: Sequence[LegendEntry]
+    marks: Sequence[MarkView]
+    ticks: Sequence[Tick]
+    vertical: str
+    first: str
+    last: str
+    x_label: str
+    unit: str
+    group: str
+    zoom: bool
+
+
+@dataclass(frozen=True)
+class SliceView:
+    """One slice of a loop plane: share of its age (0 to 1), name, d of cloud and of lines."""
+
+    age: float
+    name: str
+    cloud: str
+    lines: str
+
+
+@dataclass(frozen=True)
+class PlaneView:
+    """A loop plane ready to be drawn; left, right, low, high: ends of both axes."""
+
+    title: str
+    slices: Sequence[SliceView]
+    left: str
+    right: str
+    low: str
+    high: str
+    x_ticks: Sequence[Tick]
+    y_ticks: Sequence[Tick]
+    lattice: str
+    x_label: str
+    y_label: str
+    height: int
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One rectangle of a heat map, its colour and its value in words."""
+
+    x: int
+    y: int
+    colour: str
+    text: str
+
+
+@dataclass(frozen=True)
+class HeatMap:
+    """One plane of values: its name and cells."""
+
+    name: str
+    cells: Sequence[Cell]
+    width: int
+    height: int
+
+
+@dataclass(frozen=True)
+class HeatMapsView:
+    """Heat maps side by side on one scale; stops: colours of the scale, top: its largest value."""
+
+    title: str
+    maps: Sequence[HeatMap]
+    x_ticks: Sequence[Tick]
+    y_ticks: Sequence[Tick]
+    stops: Sequence[str]
+    top: str
+    x_label: str
+    y_label: str
+    unit: str
+
+
+# ---------------------------------------------------------------------- axes
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Maps values between low and high to the units of a view box."""
+
+    low: float
+    high: float
+
+    def share(self, value: float) -> float:
+        """Return the place of `value` along the axis, 0 to 1."""
+        return (value - self.low) / (self.high - self.low)
+
+    def right(self, value: float) -> float:
+        """Return the place of `value` in units, growing to the right."""
+        return UNITS * (value - self.low) / (self.high - self.low)
+
+    def down(self, value: float) -> float:
+        """Return the place of `value` in units from above, as SVG counts y."""
+        return UNITS * (self.high - value) / (self.high - self.low)
+
+    def ticks(self, count: int = 5) -> list[tuple[float, str]]:
+        """Return about `count` round values with their texts."""
+        values, digits = ticks(self.low, self.high, count)
+        return [(value, f'{value:.{digits}f}') for value in values]
+
+
+def ticks(low: float, high: float, count: int = 5) -> tuple[list[float], int]:
+    """
+    Return round ticks of an axis.
+
+    Args:
+        low: lower end of the axis.
+        high: upper end of the axis.
+        count: about so many ticks.
+
+    Returns:
+        Their values and the digits behind the point that they need.
+
+    """
+    raw = (high - low) / count
+    power = 10.0 ** math.floor(math.log10(raw))
+    step = next(m * power for m in (1.0, 2.0, 5.0, 10.0) if m * power >= 0.75 * raw)
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return ([k * step for k in range(first, last + 1)],
+            max(0, -math.floor(math.log10(step) + 1e-9)))
+
+
+def range_of(values: Array) -> Axis:
+    """Return the Axis around `values` [N] with room at both ends; 0 to 1 if none is finite."""
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return Axis(0.0, 1.0)
+    low, high = float(values.min()), float(values.max())
+    room = 0.06 * (high - low) or 0.5 * abs(high) or 0.5
+    return Axis(low - room, high + room)
+
+
+def _panel_axis(panel: Panel) -> Axis:
+    """Return the y axis of a Panel, with room around its curves."""
+    if panel.limits is not None:
+        return Axis(*panel.limits)
+    curves = [np.asarray(v, float) for trace in panel.traces
+              for v in (trace.y, *(trace.band or ()))]
+    level = () if panel.level is None else (panel.level,)
+    return range_of(np.concatenate([*curves, level, panel.include]))
+
+
+# ---------------------------------------------------------------------- charts
+
+
+def chart(title: str, panels: Sequence[Panel | Lane], x_label: str, unit: str, zoom: bool = True,
+          marks: Sequence[Mark] = (), group: str = '', span: Span | None = None) -> ChartView:
+    """
+    Return Panels and Lanes above each other on one x axis.
+
+    Args:
+        title: plain text above the chart.
+        panels: from top to bottom.
+        x_label: label of the x axis.
+        unit: name of x in the readout under the pointer, as "t (s)".
+        zoom: whether the chart has buttons to zoom.
+        marks: moments drawn through all panels.
+        group: charts of one group zoom together.
+        span: (first, last) of x; None: as far as the curves go.
+
+    Returns:
+        The view that templates/figures.html draws.
+
+    """
+    if span is None:
+        xs = [trace.x for panel in panels if isinstance(panel, Panel) for trace in panel.traces]
+        span = min(x[0] for x in xs), max(x[-1] for x in xs)
+    first, last = float(span[0]), float(span[1])
+    axis = Axis(first, last if last > first else first + 1.0)
+    x_ticks = axis.ticks()
+    return ChartView(
+        title, [_panel(panel, axis) if isinstance(panel, Panel) else _lane(panel, axis)
+                for panel in panels],
+        _legend(panels),
+        [MarkView(100.0 * axis.share(mark.x), f'{mark.x:.9g}', mark.label, mark.role,
+                  f'M{axis.right(mark.x):.0f} 0V{UNITS}') for mark in marks],
+        [Tick(100.0 * axis.share(value), text) for value, text in x_ticks],
+        ''.join(f'M{axis.right(value):.0f} 0V{UNITS}' for value, _ in x_ticks),
+        f'{axis.low:.9g}', f'{axis.high:.9g}', x_label, unit, group, zoom)
+
+
+def _legend(panels: Sequence[Panel | Lane]) -> list[LegendEntry]:
+    """Return an entry for each name of a curve, as its first curve is drawn."""
+    entries: dict[str, LegendEntry] = {}
+    for panel in panels:
+        for trace in panel.traces if isinstance(panel, Panel) else ():
+            if trace.name:
+                entries.setdefault(trace.name, LegendEntry(
+                    trace.name, trace.style, trace.dots, '' if trace.band is None else trace.role))
+    return list(entries.values())
+
+
+def _lane(lane: Lane, axis: Axis) -> PanelView:
+    """Return the view of one Lane; colour and height say the same."""
+    ends = (*lane.begins[1:], lane.end)
+    paths = ['', '', '']
+    for begin, end, level in zip(lane.begins, ends, lane.levels):
+        low, high = (UNITS * (0.5 + side * 0.5 * LEVEL_HEIGHTS[level]) for side in (-1, 1))
+        paths[level] += (f'M{axis.right(begin):.0f} {low:.0f}H{axis.right(end):.0f}'
+                         f'V{high:.0f}H{axis.right(begin):.0f}Z')
+    spans = json.dumps([[float(f'{b:.6g}'), w] for b, w in zip(lane.begins, lane.words)])
+    return PanelView(
+        lane.label, LANE_HEIGHT, '0', '1',
+        [PathView(f'lane level{level}', path) for level, path in enumerate(paths) if path],
+        spans=spans, end=f'{lane.end:.6g}')
+
+
+def _panel(panel: Panel, axis: Axis) -> PanelView:
+    """Return the view of one Panel."""
+    y = _panel_axis(panel)
+    y_ticks = y.ticks(max(4, panel.height // 36))
+    paths = []
+    for trace in panel.traces:
+        if trace.band is not None:
+            area = _band(trace.x, trace.band, axis, y)
+            if area:
+                paths.append(PathView(f'band {trace.role}', area))
+        paths.append(PathView(trace.style, _path(trace, axis, y), trace.name))
+    return PanelView(
+        panel.label, panel.height, f'{y.low:.9g}', f'{y.high:.9g}', paths,
+        [Tick(100.0 * y.down(value) / UNITS, text) for value, text in y_ticks
+         if y.down(value) / UNITS * panel.height > 6.0],
+        ''.join(f'M0 {y.down(value):.0f}H{UNITS}' for value, _ in y_ticks),
+        '' if panel.level is None else f'M0 {y.down(panel.level):.0f}H{UNITS}')
+
+
+def thinned(x: Array, y: Array, most: int = MAX_POINTS) -> tuple[Array, Array]:
+    """
+    Return a curve with fewer points; its extremes stay.
+
+    Args:
+        x: [N], ascending.
+        y: [N]; values that are not finite count as 0 in the search for extremes.
+        most: about so many points are returned.
+
+    Returns:
+        x and y of lowest and highest point of each of `most` / 2 stretches, and of both ends.
+
+    """
+    if len(x) <= most:
+        return x, y
+    size = -(-2 * len(x) // most)
+    count = len(x) // size
+    part = y[:count * size].reshape(count, size)
+    part = np.where(np.isfinite(part), part, 0.0)
+    at = np.sort(np.stack([part.argmin(axis=1), part.argmax(axis=1)], axis=1), axis=1)
+    at = (at + np.arange(count)[:, None] * size).ravel()
+    at = np.unique(np.concatenate([[0], at, [len(x) - 1]]))
+    return x[at], y[at]
+
+
+def _path(trace: Trace, axis: Axis, y_axis: Axis) -> str:
+    """Return the d of an SVG path; it breaks where y is NaN."""
+    xs, ys = np.asarray(trace.x, float), np.asarray(trace.y, float)
+    if trace.step:
+        xs, ys = np.repeat(xs, 2)[1:-1], np.repeat(ys, 2)
+    xs, ys = thinned(xs, ys)
+    out, pen = [], 'M'
+    xs, ys = _mapped(axis.right, xs), _mapped(y_axis.down, ys)
+    for a, b in zip(xs, ys):
+        if not math.isfinite(b):
+            pen = 'M'
+            continue
+        out.append(f'{pen}{a:.0f} {b:.0f}{"h0" if trace.dots else ""}')
+        pen = 'M' if trace.dots else 'L'
+    return ''.join(out)
+
+
+def _mapped(place: Callable[..., Array], values: Array) -> Array:
+    """Return the places of `values` [N]: axes map arrays as they do numbers."""
+    return place(np.asarray(values, float))
+
+
+def _band(x: Array, band: tuple[Array, Array], axis: Axis, y_axis: Axis) -> str:
+    """Return the d of the area between the curves of `band`; it breaks where one is NaN."""
+    xs = _mapped(axis.right, x)
+    low, high = (_mapped(y_axis.down, v) for v in band)
+    finite = np.isfinite(low) & np.isfinite(high)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], finite, [False]])))
+    path = ''
+    for begin, end in zip(edges[::2], edges[1::2]):
+        upper = [f'{a:.0f} {b:.0f}' for a, b in zip(xs[begin:end], high[begin:end])]
+        lower = [f'{a:.0f} {b:.0f}' for a, b in zip(xs[begin:end][::-1], low[begin:end][::-1])]
+        path += f'M{"L".join(upper + lower)}Z'
+    return path
+
+
+# ---------------------------------------------------------------------- planes
+
+
+def loop_plane(title: str, slices: Sequence[LoopSlice], x_label: str, y_label: str,
+               height: int = 420) -> PlaneView:
+    """
+    Return slices of time over each other in one plane; both axes can be zoomed.
+
+    Args:
+        title: plain text above the plane.
+        slices: earliest first; colours go with their order.
+        x_label: label of the x axis.
+        y_label: label of the y axis.
+        height: of the plane in pixels.
+
+    Returns:
+        The view that templates/figures.html draws.
+
+    """
+    x_axis, y_axis = (
+        range_of(np.concatenate([np.percentile(s.cloud[k], CLOUD_PERCENTILES) for s in slices]))
+        for k in (0, 1))
+
+    def points(x: Array, y: Array) -> list[Span]:
+        return [(x_axis.right(a), y_axis.down(b)) for a, b in zip(x, y)
+                if math.isfinite(a) and math.isfinite(b)]
+    views = [SliceView(
+        k / max(len(slices) - 1, 1), s.name,
+        ''.join(f'M{a:.0f} {b:.0f}h0' for a, b in points(*s.cloud)),
+        ''.join('M' + 'L'.join(f'{a:.0f} {b:.0f}' for a, b in points(*line))
+                for line in s.lines if len(line[0]))) for k, s in enumerate(slices)]
+    x_ticks, y_ticks = x_axis.ticks(), y_axis.ticks(height // 48)
+    lattice = ''.join(f'M{x_axis.right(value):.0f} 0V{UNITS}' for value, _ in x_ticks)
+    lattice += ''.join(f'M0 {y_axis.down(value):.0f}H{UNITS}' for value, _ in y_ticks)
+    return PlaneView(
+        title, views, f'{x_axis.low:.9g}', f'{x_axis.high:.9g}', f'{y_axis.low:.9g}',
+        f'{y_axis.high:.9g}', [Tick(100.0 * x_axis.share(value), text) for value, text in x_ticks],
+        [Tick(100.0 * y_axis.down(value) / UNITS, text) for value, text in y_ticks], lattice,
+        x_label, y_label, height)
+
+
+@dataclass(frozen=True)
+class HeatAxis:
+    """Edges of the bins [N + 1] of one axis of heat maps, and its label."""
+
+    edges: Array
+    label: str
+
+    def ticks(self) -> list[Tick]:
+        """Return its ticks."""
+        axis = Axis(float(self.edges[0]), float(self.edges[-1]))
+        return [Tick(100.0 * axis.share(value), text) for value, text in axis.ticks()]
+
+
+def heat_maps(title: str, planes: Sequence[tuple[str, Array]], x: HeatAxis, y: HeatAxis,
+              unit: str) -> HeatMapsView:
+    """
+    Return planes side by side, with colours on one logarithmic scale.
+
+    Args:
+        title: plain text above them.
+        planes: (name, values [Y, X]) of each; values are 1 and above, NaN stays empty.
+        x: columns of the values.
+        y: rows of the values.
+        unit: words behind the largest value of the scale.
+
+    Returns:
+        The view that templates/figures.html draws.
+
+    """
+    finite = [values[np.isfinite(values)] for _, values in planes]
+    top = max((float(values.max()) for values in finite if len(values)), default=2.0)
+    top = max(top, 2.0)
+    maps = []
+    for name, values in planes:
+        rows, columns = values.shape
+        width, height = UNITS / columns, UNITS / rows
+        cells = [Cell(round(i * width), round(UNITS - (k + 1) * height),
+                      colour(math.log(max(values[k, i], 1.0)) / math.log(top)),
+                      f'{values[k, i]:.3g}')
+                 for k in range(rows) for i in range(columns) if np.isfinite(values[k, i])]
+        maps.append(HeatMap(name, cells, round(width + 1), round(height + 1)))
+    return HeatMapsView(title, maps, x.ticks(), y.ticks(), [colour(k / 8) for k in range(9)],
+                        f'{top:.3g}', x.label, y.label, unit)
+
+
+def colour(share: float) -> str:
+    """Return the colour of `share`, 0 to 1, on the scale Cividis."""
+    at = min(1.0, max(0.0, share)) * (len(CIVIDIS) - 1)
+    k = min(int(at), len(CIVIDIS) - 2)
+    mixed = [round(a + (at - k) * (b - a)) for a, b in zip(CIVIDIS[k], CIVIDIS[k + 1])]
+    return '#{:02x}{:02x}{:02x}'.format(*mixed)
+
+
+# ---------------------------------------------------------------------- bars and tables
+
+
+@dataclass(frozen=True)
+class BarRow:
+    """
+    One bar: name, note below it, value (None: no bar), its text, its role.
+
+    interval: (low, high) of a whisker, or None.
+    """
+
+    name: str
+    note: str
+    value: float | None
+    text: str
+    role: str
+    interval: Span | None = None
+
+
+@dataclass(frozen=True)
+class BarView:
+    """A bar ready to be drawn; fill in percent or None, whisker: (begin, length) or None."""
+
+    row: BarRow
+    fill: float | None
+    whisker: Span | None
+
+
+def bars(rows: Sequence[BarRow], log: bool = False, top: float | None = None) -> list[BarView]:
+    """
+    Return horizontal bars.
+
+    Args:
+        rows: from top to bottom.
+        log: whether lengths are logarithms, from 1 on.
+        top: value of a full bar (default: the largest value or end of a whisker).
+
+    Returns:
+        The views that templates/elements.html draws.
+
+    """
+    values = [v for row in rows for v in (row.value, *(row.interval or ())) if v is not None]
+    full = top or max(values, default=1.0)
+
+    def part(value: float) -> float:
+        if log:
+            share = math.log(max(value, 1.0)) / max(math.log(max(full, 1.0)), 1e-9)
+        else:
+            share = value / full if full > 0.0 else 0.0
+        return 100.0 * min(1.0, max(0.0, share))
+    views = []
+    for row in rows:
+        ends = None if row.interval is None else (part(row.interval[0]), part(row.interval[1]))
+        views.append(BarView(row, None if row.value is None else part(row.value),
+                             ends and (ends[0], max(ends[1] - ends[0], 0.0))))
+    return views
+
+
+@dataclass(frozen=True)
+class PageTable:
+    """A table: header and rows of text; numeric: columns aligned to the right."""
+
+    header: Sequence[str]
+    rows: Sequence[Sequence[object]]
+    numeric: Sequence[int] = field(default=())

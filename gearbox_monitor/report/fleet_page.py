@@ -1,0 +1,281 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The page of a fleet: backlash of each gearbox over time, the most worn first; failed bags."""
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from gearbox_monitor.monitoring.backlash.forecast import span, when
+from gearbox_monitor.report.builder import Page, render_page, Section
+from gearbox_monitor.report.figures import (
+    BarRow, bars, BarView, chart, ChartView, PageTable, Panel, Trace)
+
+Gearbox: TypeAlias = Mapping[str, Any]  # a row of fleet.trend.gearboxes
+Bag: TypeAlias = Mapping[str, Any]      # a row of the table of bags
+RANKED = 30   # gearboxes with a bar
+DRAWN = 24    # with a curve
+LISTED = 500  # bags in the table of those that need a look
+DAY = 86400e9
+SIGNIFICANT = 2.0  # standard deviations: less growth is none
+NOTABLE = 0.005    # relative growth that is worth a word
+FEATURES = {'gap': 'gap', 'lost_motion': 'lost motion'}
+
+
+def fleet_page(gearboxes: Sequence[Gearbox], bags: Sequence[Bag], counts: Mapping[str, int],
+               other_settings: int) -> str:
+    """
+    Return the page of a fleet as HTML.
+
+    Args:
+        gearboxes: fleet.trend.gearboxes(bags), the most worn first.
+        bags: rows of the table of bags.
+        counts: {status: bags}.
+        other_settings: analysed bags with other settings than the last run.
+
+    Returns:
+        One file that loads nothing.
+
+    """
+    sections: list[Section] = [
+        WearRanking.of(gearboxes), GrowthCurves.of(gearboxes), GearboxTable.of(gearboxes)]
+    if any(gearbox['diagnosis'] for gearbox in gearboxes):
+        sections.append(FleetDiagnoses.of(gearboxes))
+    sections.append(BagProblems.of(bags, other_settings))
+    return render_page(Page('Fleet', FleetSummary.of(gearboxes, counts), sections))
+
+
+def growing(gearboxes: Iterable[Gearbox]) -> list[Gearbox]:
+    """Return those of `gearboxes` whose growth is significant and notable."""
+    return [gearbox for gearbox in gearboxes if gearbox['growth'] is not None
+            and gearbox['growth'] - SIGNIFICANT * gearbox['growth_std'] > NOTABLE]
+
+
+def headline(gearboxes: Sequence[Gearbox]) -> str:
+    """Return the most important fact about `gearboxes` in one sentence."""
+    worn, compared = growing(gearboxes), sum(box['growth'] is not None for box in gearboxes)
+    if not compared:
+        return 'No gearbox was measured twice: growth needs two bags in which it moves both ways.'
+    if not worn:
+        return (f'No growth: {compared} gearboxes were measured more than once, none has '
+                'significantly grown.')
+    first = worn[0]
+    has = 'has' if len(worn) == 1 else 'have'
+    return (f'{len(worn)} of {compared} gearboxes {has} grown; most of all {first["gearbox"]}: '
+            f'{FEATURES[first["feature"]]} {growth_text(first)} since {day(first["start"][0])}.')
+
+
+def growth_text(gearbox: Gearbox) -> str:
+    """Return the growth of `gearbox` in words."""
+    if gearbox['growth'] is None:
+        return 'one bag' if gearbox['measured'] else 'not measured'
+    digits = 1 if gearbox['growth_std'] >= 0.001 else 2
+    return (f'{100 * gearbox["growth"]:+.{digits}f} +- '
+            f'{100 * gearbox["growth_std"]:.{digits}f} %')
+
+
+def day(stamp_ns: float) -> str:
+    """Return the date of `stamp_ns`, or its seconds if the clock was a simulated one."""
+    text = when(int(stamp_ns))
+    return text if text.startswith('t =') else text[:10]
+
+
+def width_text(gearbox: Gearbox) -> str:
+    """Return the newest measurement of `gearbox` in words."""
+    if gearbox['width'] is None:
+        return 'not measured'
+    return f'{gearbox["width"]:.4g} +- {gearbox["width_std"]:.1g} {gearbox["unit"]}'
+
+
+def limit_text(gearbox: Gearbox) -> str:
+    """Return when `gearbox` will reach its limit, '' if no trend says so."""
+    if not gearbox['reach']:
+        return ''
+    expected, low, high = gearbox['reach']
+    return f'{100 * gearbox["limit"]:+.0f} % in {span(expected)} ({span(low)} to {span(high)})'
+
+
+@dataclass(frozen=True)
+class FleetSummary(Section):
+    """Headline and figures of the fleet."""
+
+    template = 'fleet/summary.html'
+    kind: str
+    headline: str
+    facts: Sequence[tuple[str, str]]
+
+    @classmethod
+    def of(cls, gearboxes: Sequence[Gearbox], counts: Mapping[str, int]) -> 'FleetSummary':
+        """Return it for `gearboxes` and the `counts` {status: bags}."""
+        facts = [('gearboxes', str(len(gearboxes))), ('bags', str(sum(counts.values())))]
+        facts += [(name, str(counts[status])) for status, name in (
+            ('done', 'analysed'), ('failed', 'failed'), ('duplicate', 'duplicates'))
+            if counts.get(status)]
+        if gearboxes:
+            facts.append(('newest bag', day(max(gearbox['last'] for gearbox in gearboxes))))
+        kind = 'warn' if growing(gearboxes) else 'good' if gearboxes else ''
+        return cls(kind, headline(gearboxes), facts)
+
+
+@dataclass(frozen=True)
+class WearRanking(Section):
+    """Growth of each gearbox as a bar; more: gearboxes without one."""
+
+    heading = 'Worst first'
+    template = 'fleet/ranking.html'
+    bars: Sequence[BarView]
+    more: int
+
+    @classmethod
+    def of(cls, gearboxes: Sequence[Gearbox]) -> 'WearRanking':
+        """Return it for `gearboxes`."""
+        worn = {gearbox['gearbox'] for gearbox in growing(gearboxes)}
+        rows = []
+        for gearbox in gearboxes[:RANKED]:
+            growth = gearbox['growth']
+            interval = None if growth is None else (
+                growth - SIGNIFICANT * gearbox['growth_std'],
+                growth + SIGNIFICANT * gearbox['growth_std'])
+            note = '; '.join(filter(None, (width_text(gearbox), limit_text(gearbox))))
+            rows.append(BarRow(gearbox['gearbox'], note, growth, growth_text(gearbox),
+                               'nominal' if gearbox['gearbox'] in worn else 'closed faint',
+                               interval))
+        top = max([0.05, *(row.interval[1] for row in rows if row.interval)])
+        return cls(bars(rows, top=top), len(gearboxes) - RANKED)
+
+
+@dataclass(frozen=True)
+class GrowthCurves(Section):
+    """A chart per measured gearbox; more: gearboxes without one."""
+
+    heading = 'Over time'
+    template = 'fleet/curves.html'
+    charts: Sequence[ChartView]
+    more: int
+
+    @classmethod
+    def of(cls, gearboxes: Sequence[Gearbox]) -> 'GrowthCurves':
+        """Return it for `gearboxes`."""
+        measured = [gearbox for gearbox in gearboxes if gearbox['measured']]
+        if not measured:
+            return cls((), 0)
+        first = min(gearbox['start'][0] for gearbox in measured)
+        last = max(gearbox['start'][-1] for gearbox in measured)
+        days = max((last - first) / DAY, 1.0)
+        label = f'days since {day(first)}'
+        charts = [chart(
+            f'{gearbox["gearbox"]}: {growth_text(gearbox)}', [Panel(
+                f'{FEATURES[gearbox["feature"]]} ({gearbox["unit"]})', _traces(gearbox, first),
+                height=150)],
+            label, label, False, span=(-0.01 * days, 1.01 * days)) for gearbox in measured[:DRAWN]]
+        return cls(charts, len(measured) - DRAWN)
+
+
+def _traces(gearbox: Gearbox, first: float) -> list[Trace]:
+    """Return the curves of one gearbox over the days since `first`."""
+    x = (np.array(gearbox['start'], float) - first) / DAY
+    y, std = np.array(gearbox['value']), np.array(gearbox['std'])
+    traces = [Trace(x, y, 'each bag', 'closed', dots=True,
+                    band=(y - SIGNIFICANT * std, y + SIGNIFICANT * std))]
+    if gearbox['line']:
+        traces.append(Trace(x[[0, -1]], np.array(gearbox['line']), 'line', 'nominal'))
+    return traces
+
+
+@dataclass(frozen=True)
+class GearboxTable(Section):
+    """All gearboxes, and those that were never measured with the reason."""
+
+    heading = 'All gearboxes'
+    template = 'fleet/table.html'
+    gearboxes: PageTable
+    unmeasured: PageTable
+
+    @classmethod
+    def of(cls, gearboxes: Sequence[Gearbox]) -> 'GearboxTable':
+        """Return it for `gearboxes`."""
+        rows = []
+        for gearbox in gearboxes:
+            pace = '' if gearbox['per_year'] is None else \
+                f'{100 * gearbox["per_year"]:+.1f} +- {100 * gearbox["per_year_std"]:.1f}'
+            feature = 'lost motion ' if gearbox['measured'] and gearbox['feature'] != 'gap' else ''
+            days = f'{day(gearbox["first"])} to {day(gearbox["last"])}'.replace('-', '\u2011')
+            rows.append([_unbroken(text) for text in (
+                gearbox['gearbox'], feature + width_text(gearbox), growth_text(gearbox),
+                gearbox['trust'], gearbox['model_level'],
+                f'{gearbox["measured"]} of {gearbox["bags"]}', limit_text(gearbox), pace, days)])
+        return cls(
+            PageTable(('gearbox', 'newest gap', 'growth', 'trust', 'model', 'measured in bags',
+                       'limit', '% per year', 'recorded'), rows),
+            PageTable(('never measured', 'missing in the newest bag'),
+                      [(gearbox['gearbox'], gearbox['not_excited']) for gearbox in gearboxes
+                       if gearbox['not_excited']]))
+
+
+def _unbroken(text: str) -> str:
+    """Return `text` so that lines do not break in it."""
+    return text.replace('+-', '\u00b1').replace(' ', '\u00a0')
+
+
+@dataclass(frozen=True)
+class FleetDiagnoses(Section):
+    """Newest verdict of each diagnosed gearbox."""
+
+    heading = 'Diagnoses'
+    template = 'fleet/diagnoses.html'
+    verdicts: PageTable
+
+    @classmethod
+    def of(cls, gearboxes: Sequence[Gearbox]) -> 'FleetDiagnoses':
+        """Return it for `gearboxes`."""
+        return cls(PageTable(('gearbox', 'verdict', 'effect'), [
+            (gearbox['gearbox'], gearbox['diagnosis'], gearbox['diagnosis_effect'] or '')
+            for gearbox in gearboxes if gearbox['diagnosis']]))
+
+
+@dataclass(frozen=True)
+class BagProblems(Section):
+    """Bags that failed, duplicates, notes; other_settings: bags analysed with other settings."""
+
+    heading = 'Bags that need a look'
+    template = 'fleet/bags.html'
+    other_settings: int
+    bags: PageTable
+    more: int
+
+    @classmethod
+    def of(cls, bags: Sequence[Bag], other_settings: int) -> 'BagProblems':
+        """Return it for rows of the table of `bags` and the count `other_settings`."""
+        rows = [(bag['path'], 'failed, will be tried again' if bag['retry'] else 'failed',
+                 bag['reason'].removeprefix(bag['path'] + ': '))
+                for bag in bags if bag['status'] == 'failed']
+        rows += [(bag['path'], 'duplicate', f'of {bag["duplicate_of"]}')
+                 for bag in bags if bag['status'] == 'duplicate']
+        rows += _notes(bags)
+        return cls(other_settings, PageTable(('bag', '', 'reason'), rows[:LISTED]),
+                   len(rows) - LISTED)
+
+
+def _notes(bags: Iterable[Bag]) -> list[tuple[str, str, str]]:
+    """Return rows about analysed bags, one for all bags with the same note."""
+    paths_by_note: dict[str, list[str]] = {}
+    for bag in bags:
+        for note in (bag['notes'], bag['diagnosis_reason']):
+            if bag['status'] == 'done' and note:
+                note = note.replace(bag['path'] + ': ', '')
+                paths_by_note.setdefault(note, []).append(bag['path'])
+    return [(paths[0] + (f' and {len(paths) - 1} more' if paths[1:] else ''), 'note', note)
+            for note, paths in paths_by_note.items()]
