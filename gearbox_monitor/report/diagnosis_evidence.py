@@ -139,9 +139,9 @@ def closed_name(data: Values) -> str:
 
 def notable_windows(laid: Overlay, held_out: bool = True) -> tuple[tuple[str, int], ...]:
     """Return (words, window) of the typical and the worst of `laid`, if `held_out` of those."""
-    held = np.flatnonzero(laid.held)
-    held = held if held_out and len(held) else np.arange(len(laid.held))
-    order = held[np.argsort(laid.runs[0].chi2[held])]
+    windows = np.flatnonzero(laid.held) if held_out else np.arange(0)
+    windows = windows if len(windows) else np.arange(len(laid.held))
+    order = windows[np.argsort(laid.runs[0].chi2[windows])]
     typical, highest = int(order[(len(order) - 1) // 2]), int(order[-1])
     if typical == highest:
         return (('window', typical),)

@@ -173,11 +173,11 @@ class GapClosure(Section):
     def of(cls, data: VerdictData, validated: str | None) -> 'GapClosure':
         """Return it for the verdict `data` and the name `validated` of the second recording."""
         gaps, closed = [], []
-        for name, before, after, share, interval in _gap_parts(data):
-            gaps.append(BarRow(name, 'before', before, number(before), 'nominal'))
+        for name, nominal, closed_gap, share, interval in _gap_parts(data):
+            gaps.append(BarRow(name, 'before', nominal, number(nominal), 'nominal'))
             if data['verdict'] == 'none':
                 continue
-            gaps.append(BarRow('', 'after', after, number(after), 'closed'))
+            gaps.append(BarRow('', 'after', closed_gap, number(closed_gap), 'closed'))
             if share is not None:
                 note = (f'90 % interval {percent(interval[0])} to {percent(interval[1])}'
                         if interval else '')
@@ -390,14 +390,15 @@ class EffectRanking(Section):
     """
     Gains of the effects, and what the recording can distinguish.
 
-    named: whether the verdict names an effect; rivals: what is indistinguishable from it; close:
-    what explains the recording nearly as well; limit: evidence that distinguishes.
+    has_effect: whether the verdict names an effect; rivals: effects that are indistinguishable
+    from it; close: those that explain the recording nearly as well; limit: evidence that
+    distinguishes.
     """
 
     heading = 'Which effect'
     template = 'diagnosis/ranking.html'
     gains: Sequence[BarView]
-    named: bool
+    has_effect: bool
     rivals: Sequence[str]
     close: Sequence[str]
     imitators: Sequence[Imitators]
@@ -416,12 +417,12 @@ class EffectRanking(Section):
                     if name in rivals else meaning(name, evidence.axis))
             rows.append(BarRow(name, note, max(gains[name], 0.0), gain_text(gains, name),
                                'closed' if name == effect else 'closed faint'))
-        named = data['verdict'] == 'effect'
+        has_effect = data['verdict'] == 'effect'
         close = [name for name in ranking if name != effect and name not in rivals
-                 and gains.get(effect or '', 0.0) - gains[name] < LIMIT] if named else []
+                 and gains.get(effect or '', 0.0) - gains[name] < LIMIT] if has_effect else []
         matrix = evidence.matrix and MatrixView(
             evidence.matrix[0], (100.0 * evidence.matrix[1]).tolist())
-        return cls(bars(rows), named, rivals, close, _imitators(evidence.separations), matrix)
+        return cls(bars(rows), has_effect, rivals, close, _imitators(evidence.separations), matrix)
 
 
 def _imitators(separations: Mapping[str, tuple[float, Mapping[str, float]]]) -> list[Imitators]:

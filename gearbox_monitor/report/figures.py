@@ -207,14 +207,14 @@ class SliceView:
 
 @dataclass(frozen=True)
 class PlaneView:
-    """A loop plane ready to be drawn; left, right, low, high: ends of both axes."""
+    """A loop plane ready to be drawn; x_low to y_high: ends of both axes."""
 
     title: str
     slices: Sequence[SliceView]
-    left: str
-    right: str
-    low: str
-    high: str
+    x_low: str
+    x_high: str
+    y_low: str
+    y_high: str
     x_ticks: Sequence[Tick]
     y_ticks: Sequence[Tick]
     lattice: str
@@ -411,22 +411,22 @@ def _panel(panel: Panel, axis: Axis) -> PanelView:
         '' if panel.level is None else f'M0 {y.down(panel.level):.0f}H{UNITS}')
 
 
-def thinned(x: Array, y: Array, most: int = MAX_POINTS) -> tuple[Array, Array]:
+def thinned(x: Array, y: Array, limit: int = MAX_POINTS) -> tuple[Array, Array]:
     """
     Return a curve with fewer points; its extremes stay.
 
     Args:
         x: [N], ascending.
         y: [N]; values that are not finite count as 0 in the search for extremes.
-        most: about so many points are returned.
+        limit: about so many points are returned.
 
     Returns:
-        x and y of lowest and highest point of each of `most` / 2 stretches, and of both ends.
+        x and y of lowest and highest point of each of `limit` / 2 stretches, and of both ends.
 
     """
-    if len(x) <= most:
+    if len(x) <= limit:
         return x, y
-    size = -(-2 * len(x) // most)
+    size = -(-2 * len(x) // limit)
     count = len(x) // size
     part = y[:count * size].reshape(count, size)
     part = np.where(np.isfinite(part), part, 0.0)
@@ -496,6 +496,7 @@ def loop_plane(title: str, slices: Sequence[LoopSlice], x_label: str, y_label: s
         for k in (0, 1))
 
     def points(x: Array, y: Array) -> list[Span]:
+        """Return the finite points of x and y in units."""
         return [(x_axis.right(a), y_axis.down(b)) for a, b in zip(x, y)
                 if math.isfinite(a) and math.isfinite(b)]
     views = [SliceView(
@@ -611,6 +612,7 @@ def bars(rows: Sequence[BarRow], log: bool = False, top: float | None = None) ->
     full = top or max(values, default=1.0)
 
     def part(value: float) -> float:
+        """Return the length of a bar of `value` in percent."""
         if log:
             share = math.log(max(value, 1.0)) / max(math.log(max(full, 1.0)), 1e-9)
         else:

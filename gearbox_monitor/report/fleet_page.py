@@ -132,12 +132,12 @@ class FleetSummary(Section):
 
 @dataclass(frozen=True)
 class WearRanking(Section):
-    """Growth of each gearbox as a bar; more: gearboxes without one."""
+    """Growth of each gearbox as a bar; unlisted: gearboxes without one."""
 
     heading = 'Worst first'
     template = 'fleet/ranking.html'
     bars: Sequence[BarView]
-    more: int
+    unlisted: int
 
     @classmethod
     def of(cls, gearboxes: Sequence[Gearbox]) -> 'WearRanking':
@@ -159,12 +159,12 @@ class WearRanking(Section):
 
 @dataclass(frozen=True)
 class GrowthCurves(Section):
-    """A chart per measured gearbox; more: gearboxes without one."""
+    """A chart per measured gearbox; unlisted: gearboxes without one."""
 
     heading = 'Over time'
     template = 'fleet/curves.html'
     charts: Sequence[ChartView]
-    more: int
+    unlisted: int
 
     @classmethod
     def of(cls, gearboxes: Sequence[Gearbox]) -> 'GrowthCurves':
@@ -254,7 +254,7 @@ class BagProblems(Section):
     template = 'fleet/bags.html'
     other_settings: int
     bags: PageTable
-    more: int
+    unlisted: int
 
     @classmethod
     def of(cls, bags: Sequence[Bag], other_settings: int) -> 'BagProblems':

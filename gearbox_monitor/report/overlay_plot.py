@@ -94,7 +94,7 @@ def maps_figure(evidence: DiagnosisEvidence, title: str = '') -> Figure:
 
 
 def ranking_figure(gains: Mapping[str, float], effect: str | None, title: str = '',
-                   most: int = 12) -> Figure:
+                   count: int = 12) -> Figure:
     """
     Return the Figure of gains.
 
@@ -102,10 +102,10 @@ def ranking_figure(gains: Mapping[str, float], effect: str | None, title: str = 
         gains: {effect: gain over the nominal model}.
         effect: the one of the verdict, which stands out.
         title: above them.
-        most: so many effects.
+        count: so many effects.
 
     """
-    ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:most][::-1]
+    ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:count][::-1]
     figure = Figure(figsize=(9, 0.34 * len(ranking) + 1.4), layout='constrained')
     figure.suptitle(title, fontsize=13, fontweight='bold')
     axes = figure.subplots()

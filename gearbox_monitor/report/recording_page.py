@@ -102,8 +102,8 @@ def figures(timeline: Timeline, facts: RecordingFacts) -> dict[str, Any]:
         'samples': timeline.samples, 'duration_s': timeline.last, 'live': facts.live,
         'filter': facts.parameters.filter, 'loops': len(timeline.loops),
         'nis_over_dof': float(nis.mean()) if len(nis) else None,
-        'within_2_sigma': {name: float(within / count) if count else None for name, (count, within)
-                           in zip(CHANNELS, timeline.coverage)},
+        'within_2_sigma': {name: float(covered / count) if count else None
+                           for name, (count, covered) in zip(CHANNELS, timeline.coverage)},
         'windows': len(timeline.windows),
         'gap_rad': [w.gap for w in windows], 'gap_std_rad': [w.gap_std for w in windows],
         'levels': {name: dict(zip(LEVELS, spans.shares()))
@@ -349,12 +349,12 @@ class PredictionErrors(Section):
         for k, name in enumerate(CHANNELS):
             low, high, mean = timeline.errors.of(k)
             _, _, std = timeline.errors.of(k + 2)
-            count, within = timeline.coverage[k]
+            count, covered = timeline.coverage[k]
             if not count:
                 continue
             top = 3.0 * float(np.nanmedian(2.0 * std))
             panels.append(Panel(
-                on_axis(f'{name}, rad: {100 * within / count:.1f} % within 2 sigma', axis),
+                on_axis(f'{name}, rad: {100 * covered / count:.1f} % within 2 sigma', axis),
                 (Trace(t, mean, 'mean, lowest, highest', 'closed', band=(low, high)),
                  Trace(t, 2.0 * std, '2 sigma as stated', 'nominal firm'),
                  Trace(t, -2.0 * std, '', 'nominal firm')), 0.0, 150, limits=(-top, top)))
@@ -378,9 +378,9 @@ def _nis_chart(timeline: Timeline, time: TimeAxis) -> ChartView | None:
             Trace(t, nis, 'NIS', 'closed')), 1.0, 140, limits=(0.0, top))])
 
 
-def _coarser(t: Array, values: Array, most: int = 400) -> tuple[Array, Array]:
-    """Return means of neighbours of `t` and `values`, no more than `most`."""
-    size = -(-len(t) // most)
+def _coarser(t: Array, values: Array, limit: int = 400) -> tuple[Array, Array]:
+    """Return means of neighbours of `t` and `values`, no more than `limit`."""
+    size = -(-len(t) // limit)
     count = len(t) // size
     return (t[:count * size].reshape(count, size).mean(axis=1),
             values[:count * size].reshape(count, size).mean(axis=1))

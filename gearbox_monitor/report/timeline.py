@@ -124,6 +124,7 @@ def loop_of(begin: float, end: float, twist: Array, rate: Array, tau_k: Array) -
     slow = MOVING * float(np.sqrt(np.mean(rate ** 2)))
 
     def branch(x: Array, y: Array) -> tuple[Array, Array]:
+        """Return the means of x and y per bin."""
         at = np.searchsorted(edges, x) - 1
         valid = (at >= 0) & (at < BRANCH_BINS)
         count = np.bincount(at[valid], minlength=BRANCH_BINS)
@@ -268,8 +269,8 @@ class Timeline:
         self.errors.add(t[valid], *errors[valid].T, *stds[valid].T)
         finite = np.isfinite(errors) & np.isfinite(stds)
         with np.errstate(invalid='ignore'):
-            within = finite & (np.abs(errors) <= 2.0 * stds)
-        self.coverage += np.stack([finite.sum(axis=0), within.sum(axis=0)], axis=1)
+            covered = finite & (np.abs(errors) <= 2.0 * stds)
+        self.coverage += np.stack([finite.sum(axis=0), covered.sum(axis=0)], axis=1)
 
     def add_torque(self, stamps: Integers, tau_k: Array, std: Array) -> None:
         """
@@ -304,9 +305,9 @@ class Timeline:
         rows = np.column_stack([self.seconds(stamps), twist, rate, tau_k])
         rows = rows[np.isfinite(rows).all(axis=1) & (rows[:, 0] >= self._begin)]
         while len(rows):
-            inside = rows[:, 0] < self._begin + self.slice_seconds
-            self._slice.append(rows[inside])
-            rows = rows[~inside]
+            in_slice = rows[:, 0] < self._begin + self.slice_seconds
+            self._slice.append(rows[in_slice])
+            rows = rows[~in_slice]
             if len(rows):
                 self._end_slice()
 

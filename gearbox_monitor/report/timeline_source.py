@@ -70,13 +70,13 @@ class EstimatorChoice:
     """
     What the estimator is run with on the samples of a bag, instead of the estimates in it.
 
-    model: or None; parameters: {name: value} that replace those of the bag; again: run it even
-    without either of them.
+    model: or None; parameters: {name: value} that replace those of the bag; replay: run it
+    even without either of them.
     """
 
     model: DriveModel | None = None
     parameters: Values = field(default_factory=dict)
-    again: bool = False
+    replay: bool = False
 
 
 class TimelineSource:
@@ -108,7 +108,7 @@ class TimelineSource:
             recorded_model, recorded = snapshots[0].used(reader.path)
         values = EstimatorParameters.from_mapping({**recorded, **choice.parameters})
         estimated = all(self._count(name) for name in (STATE, ERRORS, ERRORS_STD))
-        live = estimated and choice.model is None and not choice.parameters and not choice.again
+        live = estimated and choice.model is None and not choice.parameters and not choice.replay
         self.facts = RecordingFacts(live, choice.model or recorded_model, values,
                                     self._versions(snapshots))
         if choice.model is None and not snapshots:
