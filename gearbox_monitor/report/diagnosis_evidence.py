@@ -29,7 +29,7 @@ from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.recording import concatenated, Recording
+from gearbox_monitor.quality.recording import concatenated, UniformRecording
 from gearbox_monitor.report.words import ids_of
 
 COMPARED = 10  # effects in the matrix of distinguishable effects
@@ -80,7 +80,7 @@ class DiagnosisEvidence:
     separations: Mapping[str, tuple[float, Mapping[str, float]]]
 
 
-def gather(verdict: Verdict, recordings: Sequence[Recording], model: DriveModel,
+def gather(verdict: Verdict, recordings: Sequence[UniformRecording], model: DriveModel,
            jobs: int = 1) -> DiagnosisEvidence:
     """
     Return the evidence behind a verdict.

@@ -24,7 +24,7 @@ from gearbox_monitor.identification.model_overlay import clipped_to_range, Overl
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.recording import Recording
+from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.diagnosis_evidence import (
     DiagnosisEvidence, explained_by, MissingSignal)
@@ -58,7 +58,8 @@ class PageContext:
 
 
 def diagnosis_page(data: VerdictData, evidence: DiagnosisEvidence,
-                   recordings: Sequence[Recording], context: PageContext | None = None) -> str:
+                   recordings: Sequence[UniformRecording],
+                   context: PageContext | None = None) -> str:
     """
     Return the page of a diagnosis as HTML.
 
@@ -81,7 +82,7 @@ def diagnosis_page(data: VerdictData, evidence: DiagnosisEvidence,
         VerdictNumbers(json.dumps(data, indent=1))), evidence.axis))
 
 
-def short_name(recording: Recording) -> str:
+def short_name(recording: UniformRecording) -> str:
     """Return the name of `recording` without its folders."""
     return re.split(r'[\\/]', recording.name)[-1]
 
@@ -488,7 +489,7 @@ class RecordingDoubts(Section):
     warnings: Sequence[str]
 
     @classmethod
-    def of(cls, data: VerdictData, recordings: Sequence[Recording],
+    def of(cls, data: VerdictData, recordings: Sequence[UniformRecording],
            evidence: DiagnosisEvidence) -> 'RecordingDoubts':
         """
         Return the doubts.

@@ -31,7 +31,7 @@ from gearbox_monitor.plant.effects.gearbox import BACKLASH_GAP
 from gearbox_monitor.plant.effects.motor_side import (
     COULOMB_ASYMMETRY, MOTOR_INERTIA, MOTOR_VISCOUS)
 from gearbox_monitor.quality.input_checks import Smooth
-from gearbox_monitor.quality.recording import Recording
+from gearbox_monitor.quality.recording import UniformRecording
 
 # Warnings of the check about a motion, and effects that then look alike.
 UNEXCITED = (('never crosses the gap', (BACKLASH_GAP.id, ENCODER_OFFSET.id)),
@@ -39,8 +39,8 @@ UNEXCITED = (('never crosses the gap', (BACKLASH_GAP.id, ENCODER_OFFSET.id)),
              ('hardly accelerates', (MOTOR_INERTIA.id, MOTOR_VISCOUS.id)))
 
 
-def suggestion(data: Mapping[str, Any], recordings: Sequence[Recording], model_file: str | Path,
-               out: str | Path | None = None) -> list[str]:
+def suggestion(data: Mapping[str, Any], recordings: Sequence[UniformRecording],
+               model_file: str | Path, out: str | Path | None = None) -> list[str]:
     """
     Return the command that finds a more informative motion.
 
@@ -71,7 +71,7 @@ def suggestion(data: Mapping[str, Any], recordings: Sequence[Recording], model_f
             '--out motion.yaml', '--csv motion.csv']
 
 
-def _reached(recordings: Sequence[Recording]) -> Array:
+def _reached(recordings: Sequence[UniformRecording]) -> Array:
     """Return the largest torque, speed and travel from the start: N m, rad/s, rad."""
     rows = []
     for r in recordings:
