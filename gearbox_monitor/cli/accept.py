@@ -13,15 +13,15 @@
 # limitations under the License.
 
 """
-Accept or refuse a gearbox: backlash and stiffness from a bag, against the limits you give.
+Accept or reject a gearbox: check backlash and stiffness from a bag against limits.
 
 The bag is run through the estimator as "replay" does; torque over twist is fitted on windows of
 drift_window seconds, and the windows are combined. Gap and limits are at the output. A limit is
-met, or missed, when the measurement says so with --confidence; the uncertainty holds the spread of
-the windows and 1 % of the gap, 2 % of the stiffness for what the method itself rounds off.
+met or missed with probability --confidence; the uncertainty contains the spread of the windows and
+the error of the method, 1 % of the gap and 2 % of the stiffness.
 
-Where the motion cannot tell gap and compliance apart (slow motion against friction), the lost
-motion is judged: the gap is no larger, so it can pass by it, and never fail.
+If the motion cannot distinguish backlash from compliance (slow motion against friction), the lost
+motion is tested in its place: the gap is no larger, so the gearbox can pass, but not fail.
 
 usage examples:
   gearbox_monitor accept BAG --max-gap 0.21
@@ -29,52 +29,55 @@ usage examples:
   gearbox_monitor accept BAG --model drive.yaml --params estimator.yaml --max-gap 0.5deg --json
   gearbox_monitor accept BAG --write-model measured.yaml
 
-exit code: 0 pass, 1 fail, 2 neither (not excited, too close to the limit) or bad usage or input.
+exit code: 0 pass, 1 fail, 2 undecided (not excited, close to the limit) or bad usage or input.
 """
+from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping, Sequence
 import json
 import math
 from pathlib import Path
 import re
+from typing import Any
 
 import numpy as np
 from scipy.stats import norm
 
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import replay
+from gearbox_monitor.bag.replay import Replay, replay
+from gearbox_monitor.cli.options import add_estimator_arguments, estimator_options, expect_new
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_model, load_parameters, save_model
+from gearbox_monitor.files.yaml_files import load_model, save_model
+from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
 from gearbox_monitor.monitoring.backlash.loop_windows import (
     combine, reason_of, separable_of, Windows)
-from gearbox_monitor.parameters import SETTINGS
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 
 UNITS = {'': 1.0, 'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
          'arcmin': math.radians(1.0) / 60.0}
 # What averaging over windows does not remove, relative.
 GAP_ERROR, STIFFNESS_ERROR = 0.01, 0.02
-SEEN = 3.0  # standard deviations from which on a hysteresis goes into the model file
+SIGNIFICANT = 3.0  # standard deviations: a larger hysteresis goes into the model file
+INSEPARABLE = 'the motion does not distinguish gap and compliance'
 EXIT = {'pass': 0, 'fail': 1, 'not excited': 2, 'undecided': 2, 'measured': 0}
 
 
-def add_arguments(parser):
-    """Declare the options."""
-    parser.add_argument('bag', help='bag directory or .mcap file, whole or cut')
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
+    add_estimator_arguments(parser)
     parser.add_argument('--max-gap', metavar='ANGLE',
                         help='largest gap at the output, rad; or with a unit: 12arcmin, 0.2deg')
     parser.add_argument('--min-stiffness', metavar='K', type=float,
                         help='smallest stiffness in contact, N m/rad')
     parser.add_argument('--confidence', metavar='P', type=float, default=0.95,
                         help='probability that a verdict needs (default: 0.95)')
-    parser.add_argument('--params', metavar='FILE', help='ROS parameter file of the estimator')
-    parser.add_argument('--model', metavar='FILE', help='model file of the drive')
-    parser.add_argument('--topic', default='joint_states', help='topic of the inputs')
     parser.add_argument('--write-model', metavar='FILE',
                         help='write a model file with the measured transmission')
     parser.add_argument('--json', action='store_true', help='print the result as JSON')
 
 
-def run(args):
-    """Run the command; returns the exit code."""
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
     limits = {'max_gap': angle(args.max_gap) if args.max_gap else None,
               'min_stiffness': args.min_stiffness}
     if args.min_stiffness is not None and not 0.0 < args.min_stiffness < math.inf:
@@ -84,11 +87,8 @@ def run(args):
         raise InputError(f'--confidence: {args.confidence:g}, expected a number >= 0.5 and < 1')
     if all(v is None for v in limits.values()) and not args.write_model:
         raise InputError('no limit, expected --max-gap or --min-stiffness (or --write-model)')
-    if args.write_model and Path(args.write_model).exists():
-        raise InputError(f'{args.write_model}: exists, expected a new file')
-    parameters = (load_parameters(args.params, 'estimator', SETTINGS, args.topic)
-                  if args.params else {})
-    model_file = args.model or parameters.pop('model', '')
+    expect_new(args.write_model)
+    parameters, model_file = estimator_options(args)
     with open_bag(args.bag) as reader:
         result = replay(reader, load_model(model_file) if model_file else None, parameters,
                         args.topic)
@@ -105,12 +105,12 @@ def run(args):
     return EXIT[data['verdict']]
 
 
-def angle(word):
-    """Return the angle `word` in rad: a number and perhaps a unit. Raises InputError."""
+def angle(word: str) -> float:
+    """Return the angle `word`, a number with or without a unit, in rad. Raises InputError."""
     match = re.fullmatch(r'\s*([-+.0-9eE]+)\s*([a-z]*)\s*', word)
     try:
-        value = float(match[1]) * UNITS[match[2]]
-    except (TypeError, ValueError, KeyError):
+        value = float(match[1]) * UNITS[match[2]] if match else math.nan
+    except (ValueError, KeyError):
         value = math.nan
     if not 0.0 < value < math.inf:
         raise InputError(f'--max-gap: {word!r}, expected a number > 0 with '
@@ -118,27 +118,35 @@ def angle(word):
     return value
 
 
-def windows(result):
-    """Return what features.fit says of each window of a Replay."""
-    found = Windows(result.monitor.drive, result.monitor.parameters)
-    found.add(result.estimates.smoothed_stamp_ns, result.estimates.smoothed)
-    return found.finish()
+def windows(result: Replay) -> Sequence[Backlash | NotExcited]:
+    """Return what features.fit finds in each window of the replay `result`."""
+    loops = Windows(result.monitor.drive, result.monitor.parameters)
+    loops.add(result.estimates.smoothed_stamp_ns, result.estimates.smoothed)
+    return loops.finish()
 
 
-def judge(found, limits, confidence):
+def judge(fits: Sequence[Backlash | NotExcited], limits: Mapping[str, float | None],
+          confidence: float) -> dict[str, Any]:
     """
-    Return the verdict on windows (list of Backlash and NotExcited) as plain data.
+    Return the verdict on a gearbox as plain data.
 
-    limits: {'max_gap': rad or None, 'min_stiffness': N m/rad or None}.
+    Args:
+        fits: of the windows.
+        limits: {'max_gap': rad or None, 'min_stiffness': N m/rad or None}.
+        confidence: probability that a verdict needs.
+
+    Returns:
+        'verdict', 'reason', the measured values with their deviations, probabilities.
+
     """
-    used, separable = separable_of(found)
-    data = {'windows': len(found), 'windows_used': len(used)}
+    used, separable = separable_of(fits)
+    data: dict[str, Any] = {'windows': len(fits), 'windows_used': len(used)}
     if not used:
-        return {'verdict': 'not excited', 'reason': reason_of(found), **data}
+        return {'verdict': 'not excited', 'reason': reason_of(fits), **data}
     gap, stiffness = combine(used, 'gap', GAP_ERROR), combine(used, 'stiffness', STIFFNESS_ERROR)
-    hysteresis, lost = combine(used, 'hysteresis'), combine(used, 'lost_motion', GAP_ERROR)
+    hysteresis, lost_motion = combine(used, 'hysteresis'), combine(used, 'lost_motion', GAP_ERROR)
     for name, value in (('gap_rad', gap), ('stiffness', stiffness), ('hysteresis', hysteresis),
-                        ('lost_motion_rad', lost)):
+                        ('lost_motion_rad', lost_motion)):
         if value:
             data[name], data[name + '_std'] = value.value, value.std
     data['gap_arcmin'] = math.degrees(gap.value) * 60.0
@@ -149,50 +157,58 @@ def judge(found, limits, confidence):
     data['crossings'] = float(np.mean([w.coverage for w in used]))
     met, missed, reasons = [], [], []
     if limits['max_gap'] is not None:
-        judged = gap if separable else lost
-        p = _below(judged, limits['max_gap']) if judged else 0.5
+        measured = gap if separable else lost_motion
+        p = _below(measured, limits['max_gap']) if measured else 0.5
         data['probability_gap'] = p
         met.append(p >= confidence)
         missed.append(separable and 1.0 - p >= confidence)
         if not met[-1] and not missed[-1]:
-            reasons.append('gap and compliance cannot be told apart, and the lost motion exceeds '
-                           'the limit' if not separable else
-                           'the gap is too close to its limit for this confidence: record longer')
+            reasons.append(
+                'the gap is too close to its limit for this confidence: record longer'
+                if separable else f'{INSEPARABLE}, and the lost motion exceeds the limit')
     if limits['min_stiffness'] is not None:
         p = 1.0 - _below(stiffness, limits['min_stiffness'])
         data['probability_stiffness'] = p
         met.append(separable and p >= confidence)
         missed.append(separable and 1.0 - p >= confidence)
         if not met[-1] and not missed[-1]:
-            reasons.append('gap and compliance cannot be told apart' if not separable else
-                           'the stiffness is too close to its limit for this confidence: record '
-                           'longer')
+            reasons.append(
+                'the stiffness is too close to its limit for this confidence: record longer'
+                if separable else INSEPARABLE)
     verdict = ('measured' if not met else 'fail' if any(missed) else 'pass' if all(met) else
                'undecided' if separable else 'not excited')
-    reason = '; '.join(reasons)
-    if not separable and not reason:
-        reason = 'gap and compliance cannot be told apart'
+    reason = '; '.join(reasons) or ('' if separable else INSEPARABLE)
     return {'verdict': verdict, 'reason': reason, **data}
 
 
-def _below(combined, limit):
+def _below(combined: Any, limit: float) -> float:
     """Return the probability that the value lies below `limit`."""
     if combined.std <= 0.0:
         return float(combined.value <= limit)
     return float(norm.cdf((limit - combined.value) / combined.std))
 
 
-def write_model(path, model, data, bag):
-    """Write `model` with the transmission in `data` to the new file `path`."""
+def write_model(path: str, model: DriveModel, data: Mapping[str, Any], bag: str) -> None:
+    """
+    Write a model file with the measured transmission.
+
+    Args:
+        path: of the new file.
+        model: with all other values.
+        data: of the verdict.
+        bag: that was measured.
+
+    """
     gap, stiffness, width = data['gap_rad'], data['stiffness'], data['width']
-    seen = abs(data['hysteresis']) > SEEN * data['hysteresis_std']
-    changes = {'kind': 'dead_zone', 'stiffness': stiffness, 'half_gap': gap / 2.0,
-               'hysteresis_width': 0.0, 'hysteresis_stiffness': 0.0}
-    if seen and data['hysteresis'] > 0.0:
+    significant = abs(data['hysteresis']) > SIGNIFICANT * data['hysteresis_std']
+    changes: dict[str, Any] = {
+        'kind': 'dead_zone', 'stiffness': stiffness, 'half_gap': gap / 2.0,
+        'hysteresis_width': 0.0, 'hysteresis_stiffness': 0.0}
+    if significant and data['hysteresis'] > 0.0:
         width = data['hysteresis'] / (2.0 * stiffness)
         changes.update(kind='play', hysteresis_width=width,
                        half_gap=max(gap / 2.0 - width, 0.0))
-    elif seen and data['passive']:
+    elif significant and data['passive']:
         changes.update(kind='passive_play', hysteresis_width=width,
                        hysteresis_stiffness=-data['hysteresis'] / (2.0 * width))
     changes = {name: v if isinstance(v, str) else float(f'{v:.6g}')
@@ -202,32 +218,33 @@ def write_model(path, model, data, bag):
         f'{data["windows_used"]} windows:',
         on_axis(f'gap {gap:.5g} +- {data["gap_rad_std"]:.2g} rad, stiffness {stiffness:.5g} +- '
                 f'{data["stiffness_std"]:.2g} N m/rad, hysteresis {data["hysteresis"]:.3g} +- '
-                f'{data["hysteresis_std"]:.2g} N m.', model.axis), 'The rest as it was given.'])
+                f'{data["hysteresis_std"]:.2g} N m.', model.axis), 'All other values as before.'])
 
 
-def text(data, axis='rotary'):
-    """Return the result as lines for people."""
+def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
+    """Return the result `data` of a drive with `axis` as lines for people."""
     lines = [f'bag          {data["bag"]}',
              f'windows      {data["windows_used"]} used of {data["windows"]}']
-    found = []
+    results = []
     if 'gap_rad' in data:
         if data['separable']:
-            found += [
+            results += [
                 f'gap          {data["gap_rad"]:.4g} +- {data["gap_rad_std"]:.2g} rad'
                 + _arcmin(data['gap_rad'], data['gap_rad_std'], axis),
                 f'stiffness    {data["stiffness"]:.4g} +- {data["stiffness_std"]:.2g} N m/rad',
                 f'hysteresis   {data["hysteresis"]:.3g} +- {data["hysteresis_std"]:.2g} N m']
         else:
-            found.append('gap          not separable from compliance in this motion')
+            results.append('gap          not distinguished from compliance by this motion')
         if 'lost_motion_rad' in data:
             value, std = data['lost_motion_rad'], data['lost_motion_rad_std']
-            found.append(f'lost motion  {value:.4g} +- {std:.2g} rad' + _arcmin(value, std, axis))
+            results.append(f'lost motion  {value:.4g} +- {std:.2g} rad'
+                           + _arcmin(value, std, axis))
     for name, limit, unit, sign in (('gap', 'max_gap', 'rad', '<='),
                                     ('stiffness', 'min_stiffness', 'N m/rad', '>=')):
         if f'probability_{name}' in data:
-            found.append(f'limit        {name} {sign} {data[limit]:.4g} {unit}: holds with '
-                         f'probability {data["probability_" + name]:.3f}')
-    lines += [on_axis(line, axis) for line in found]
+            results.append(f'limit        {name} {sign} {data[limit]:.4g} {unit}: holds with '
+                           f'probability {data["probability_" + name]:.3f}')
+    lines += [on_axis(line, axis) for line in results]
     lines += [f'note         {note}' for note in data['notes']]
     if 'model_file' in data:
         lines.append(f'model        written to {data["model_file"]}')
@@ -237,7 +254,7 @@ def text(data, axis='rotary'):
     return '\n'.join(lines)
 
 
-def _arcmin(value, std, axis):
+def _arcmin(value: float, std: float, axis: str) -> str:
     """Return an angle of `value` +- `std` rad in arc minutes, '' for a prismatic axis."""
     return '' if axis == 'prismatic' else (
         f' = {math.degrees(value) * 60.0:.4g} +- {math.degrees(std) * 60.0:.2g} arcmin at the '

@@ -13,12 +13,12 @@
 # limitations under the License.
 
 """
-Say what is in a recording, and whether it suits estimation, drift and diagnosis.
+Show the contents of a recording, and whether it suits estimation, drift and diagnosis.
 
 Looks at the stamps, the torque, both encoders and the motion, without running a filter: seconds
-for an hour of recording. Each line has a verdict (ok, warn, bad), the figure behind it and what to
-do. A model file is not needed; with --model, or in a bag of the estimator, signs, units and motion
-are checked against it as well. docs/check.md explains each line.
+for an hour of recording. Each line has a verdict (ok, warn, bad), the figure behind it and advice.
+A model file is not needed; with --model, or in a bag of the estimator, signs, units and motion are
+checked against it as well. docs/check.md explains each line.
 
 usage examples:
   gearbox_monitor check BAG
@@ -26,22 +26,25 @@ usage examples:
   gearbox_monitor check BAG --motor-joint joint3_motor --arm-joint joint3 --for estimation
   gearbox_monitor check BAG --json - | jq .suits
 
-exit code: 0 usable, 1 not suited for one of --for, 2 bad usage or input.
+exit code: 0 usable, 1 unsuitable for one of --for, 2 bad usage or input.
 """
-import json
+from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping, Sequence
 import os
-from pathlib import Path
 import sys
 import textwrap
+from typing import Any
 
 from tqdm import tqdm
 
-from gearbox_monitor.bag.joint_input import find_input
-from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.joint_input import find_input, JointInput
+from gearbox_monitor.bag.read import BagReader, open_bag
 from gearbox_monitor.bag.replay import read_snapshots, sample_parts
+from gearbox_monitor.cli.options import (
+    add_estimator_arguments, dump, estimator_options, expect_new, write_new)
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_model, load_parameters
-from gearbox_monitor.parameters import resolve, SETTINGS
+from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.parameters import EstimatorParameters, resolve
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.examine import examine, Examined
@@ -57,34 +60,30 @@ NEXT = {'estimation': 'gearbox_monitor tune BAG --model FILE --out params.yaml',
         'diagnosis': 'gearbox_monitor diagnose BAG --model FILE'}
 
 
-def add_arguments(parser):
-    """Declare the options."""
-    parser.add_argument('bag', metavar='BAG', help='bag directory or .mcap file, whole or cut')
-    parser.add_argument('--model', metavar='FILE', help='model file of the drive')
-    parser.add_argument('--params', metavar='FILE', help='ROS parameter file of the estimator')
-    parser.add_argument('--topic', default='joint_states', help='topic of the inputs')
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
+    add_estimator_arguments(parser)
     parser.add_argument('--motor-joint', metavar='NAME', help='name of the motor joint '
                         '(default: as --params, motor)')
     parser.add_argument('--arm-joint', metavar='NAME', help='name of the arm joint '
                         '(default: as --params, arm)')
     parser.add_argument('--for', dest='purposes', nargs='+', choices=PURPOSES, metavar='PURPOSE',
-                        default=PURPOSES, help='what the recording is for: '
+                        default=PURPOSES, help='purpose of the recording: '
                         f'{", ".join(PURPOSES)} (default: all)')
     parser.add_argument('--json', metavar='FILE',
                         help='write all findings as JSON; - prints them, and nothing else')
 
 
-def run(args):
-    """Run the command; returns the exit code."""
-    if args.json and args.json != '-' and Path(args.json).exists():
-        raise InputError(f'{args.json}: exists, expected a new file')
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
+    expect_new(args.json)
     with open_bag(args.bag) as reader:
-        found = find_input(reader, args.topic)
-        topic = found.topic
-        model, parameters = _known(args, reader, found)
-        found, notes, there = _examined(reader, topic, model, parameters)
+        source = find_input(reader, args.topic)
+        topic = source.topic
+        model, parameters = _model_and_parameters(args, reader, source)
+        examined, notes, joints = _examined(reader, topic, model, parameters)
         data = {'bag': str(args.bag), 'topic': topic,
-                'joints': {'there': there, 'motor': parameters.motor_joint,
+                'joints': {'there': joints, 'motor': parameters.motor_joint,
                            'arm': parameters.arm_joint},
                 'model': model is not None, 'topics': _topics(reader), 'notes': notes}
     axis = model.axis if model is not None else 'rotary'
@@ -94,29 +93,30 @@ def run(args):
         'advice': on_axis(line.advice, axis) if line.verdict(args.purposes) > OK else '',
         'values': line.values,
         'hurts': {purpose: verdict.name.lower() for purpose, verdict in line.hurts.items()}}
-        for line in found.lines]
+        for line in examined.lines]
     data['suits'] = {purpose: {'verdict': SUITS[verdict], 'because': list(names)}
-                     for purpose, (verdict, names) in found.suits.items()
+                     for purpose, (verdict, names) in examined.suits.items()
                      if purpose in args.purposes}
-    if args.json:
-        write(args.json, data)
-    if args.json != '-':
+    if args.json == '-':
+        print(dump(data))
+    else:
+        if args.json:
+            write_new(args.json, dump(data) + '\n')
         print(text(data, sys.stdout.isatty() and not os.environ.get('NO_COLOR')))
-    return int(any(found.suits[purpose][0] == BAD for purpose in args.purposes))
+    return int(any(examined.suits[purpose][0] == BAD for purpose in args.purposes))
 
 
-def _known(args, reader, found):
-    """Return (DriveModel or None, all parameters): as given, else as recorded."""
-    given = (load_parameters(args.params, 'estimator', SETTINGS, args.topic)
-             if args.params else {})
-    model_file = args.model or given.pop('model', '')
+def _model_and_parameters(args: Namespace, reader: BagReader,
+                          source: JointInput) -> tuple[DriveModel | None, EstimatorParameters]:
+    """Return model, or None, and all parameters: of the options, else as recorded."""
+    options, model_file = estimator_options(args)
     model, recorded = None, {}
-    snapshots = read_snapshots(reader, found)
+    snapshots = read_snapshots(reader, source)
     if snapshots:
         model, recorded = snapshots[0].used(reader.path)
     if model_file:
         model = load_model(model_file)
-    values = {**recorded, **given}
+    values = {**recorded, **options}
     for name in ('motor_joint', 'arm_joint'):
         values[name] = getattr(args, name) or values.get(name, name.split('_')[0])
     values.pop('model', None)
@@ -124,53 +124,55 @@ def _known(args, reader, found):
     return model and changed, parameters
 
 
-def _examined(reader, topic, model, parameters):
-    """Return (Examined, notes, joints that are there) of a recording, judged part by part."""
+def _examined(reader: BagReader, topic: str, model: DriveModel | None,
+              parameters: EstimatorParameters) -> tuple[Examined, list[str], list[str]]:
+    """Return findings, notes and joints of a recording, examined part by part."""
     motor, arm = parameters.motor_joint, parameters.arm_joint
-    decode, found = reader.decoder(topic, (motor, arm)), []
+    decode = reader.decoder(topic, (motor, arm))
+    parts: list[Examined | InputError] = []
     with tqdm(total=reader.topics[topic][1], desc='check', unit=' samples', unit_scale=True,
               disable=None, leave=False) as bar:
         for samples in sample_parts(reader, topic, decode, model or DriveModel(),
-                                    _least(reader, topic, parameters), bar.update):
+                                    _min_samples(reader, topic, parameters), bar.update):
             if motor in decode.there:
                 try:
-                    found.append(examine(samples, parameters, model))
+                    parts.append(examine(samples, parameters, model))
                 except InputError as error:
-                    found.append(error)
+                    parts.append(error)
     reader.require_joints(topic, [motor], decode.there)
-    judged = [part for part in found if isinstance(part, Examined)]
-    if not judged:
-        raise InputError(f'{reader.path}: {topic}: {found[0]}')
+    examined = [part for part in parts if isinstance(part, Examined)]
+    if not examined:
+        raise InputError(f'{reader.path}: {topic}: {parts[0]}')
     notes = [reader.notice] if reader.notice else []
-    notes += [f'part {k} of {len(found)} is not judged: {part}'
-              for k, part in enumerate(found, 1) if isinstance(part, InputError)]
-    if len(found) > 1:
-        notes.append(f'judged in {len(found)} parts: a line shows the one in which it is worst, '
-                     'of equal ones the first')
+    notes += [f'part {k} of {len(parts)} is not evaluated: {part}'
+              for k, part in enumerate(parts, 1) if isinstance(part, InputError)]
+    if len(parts) > 1:
+        notes.append(f'evaluated in {len(parts)} parts: each line shows the first of the worst '
+                     'parts')
     if arm not in decode.there:  # it was never measured
         notes.append(f'{topic} has no joint {arm!r}, only {", ".join(decode.there)}: name it with '
                      '--arm-joint')
-    return joined(judged, parameters.drift_window), notes, list(decode.there)
+    return joined(examined, parameters.drift_window), notes, list(decode.there)
 
 
-def _least(reader, topic, parameters):
-    """Return how many samples a part of a recording has at least."""
+def _min_samples(reader: BagReader, topic: str, parameters: EstimatorParameters) -> int:
+    """Return the smallest number of samples in a part of a recording."""
     rates = {row['topic']: row['rate_hz'] or 0.0 for row in _topics(reader)}
     return max(SAMPLES, int(WINDOWS * parameters.drift_window * rates[topic]))
 
 
-def _topics(reader):
+def _topics(reader: BagReader) -> list[dict[str, Any]]:
     seconds = (reader.end_ns - reader.start_ns) * 1e-9 if reader.end_ns else 0.0
     return [{'topic': topic, 'type': kind, 'messages': count,
              'rate_hz': (count - 1) / seconds if seconds > 0.0 and count > 1 else None}
             for topic, (kind, count) in sorted(reader.topics.items())]
 
 
-def text(data, colours=False):
-    """Return the findings `data` as lines of at most 80 columns."""
+def text(data: Mapping[str, Any], colours: bool = False) -> str:
+    """Return the findings `data` as lines of at most 80 columns, with `colours` or without."""
     joints = data['joints']
     lines = [*_wrapped(data['bag']), '', *_table(data['topics']), '',
-             *_wrapped(f'judged: {data["topic"]}, motor joint {joints["motor"]}, arm joint '
+             *_wrapped(f'evaluated: {data["topic"]}, motor joint {joints["motor"]}, arm joint '
                        f'{joints["arm"]}, {"with" if data["model"] else "without"} a model file')]
     group = None
     for line in data['lines']:
@@ -188,7 +190,7 @@ def text(data, colours=False):
     return '\n'.join([*lines, '', *(f'next: {command}' for command in good)]).rstrip()
 
 
-def _table(topics):
+def _table(topics: Sequence[Mapping[str, Any]]) -> list[str]:
     room = min(31, max((len(row['topic']) for row in topics), default=0))
     lines = [f'{"topic":{room}s} {"type":31s} {"messages":>8s} {"Hz":>7s}']
     for row in topics:
@@ -202,31 +204,18 @@ def _table(topics):
     return lines
 
 
-def _entry(name, verdict, figure, advice, colours):
+def _entry(name: str, verdict: str, figure: str, advice: str, colours: bool) -> list[str]:
     """Return the lines of one finding; the verdict is coloured on a terminal."""
-    shown = verdict if not colours else f'\x1b[{COLOURS[_BY_WORD[verdict]]}m{verdict}\x1b[0m'
-    first, *more = textwrap.wrap(figure, WIDTH - INDENT, break_on_hyphens=False)
-    lines = [f'  {name:16s} {shown}{" " * (5 - len(verdict))}{first}']
-    more += textwrap.wrap(f'-> {advice}', WIDTH - INDENT, subsequent_indent='   ',
-                          break_on_hyphens=False) if advice else []
-    return [*lines, *(' ' * INDENT + line for line in more)]
+    word = verdict if not colours else f'\x1b[{COLOURS[_BY_WORD[verdict]]}m{verdict}\x1b[0m'
+    first, *continued = textwrap.wrap(figure, WIDTH - INDENT, break_on_hyphens=False)
+    lines = [f'  {name:16s} {word}{" " * (5 - len(verdict))}{first}']
+    continued += textwrap.wrap(f'-> {advice}', WIDTH - INDENT, subsequent_indent='   ',
+                               break_on_hyphens=False) if advice else []
+    return [*lines, *(' ' * INDENT + line for line in continued)]
 
 
 _BY_WORD = {verdict.name.lower(): verdict for verdict in (OK, WARN, BAD)}
 
 
-def _wrapped(words):
+def _wrapped(words: str) -> list[str]:
     return textwrap.wrap(words, WIDTH, break_on_hyphens=False) or ['']
-
-
-def write(path, data):
-    """Write the findings as JSON to the new file `path`, or print them where it is '-'."""
-    dumped = json.dumps(data, indent=2, allow_nan=False)
-    if path == '-':
-        print(dumped)
-        return
-    try:
-        with open(path, 'x', encoding='utf-8') as file:
-            file.write(dumped + '\n')
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None

@@ -13,12 +13,12 @@
 # limitations under the License.
 
 """
-Run several filters on one recording and set them side by side.
+Compare several filters on one recording.
 
-All get the same model and the same parameters (tune them first). filterpy_ekf and filterpy_ukf are
-the filters of the package filterpy on the same process model; being tens of times slower they
-take only the first part of a long bag (--filterpy-samples), and so do the others then, so that the
-figures can be compared. Errors appear where the bag holds a true or measured torque
+All use the same model and the same parameters (tune them first). filterpy_ekf and filterpy_ukf are
+the filters of the package filterpy on the same process model. They are tens of times slower: with
+one of them, all filters run on the first part of a long bag only (--filterpy-samples), so that the
+figures are comparable. Errors appear if the bag contains a true or measured torque
 (plant/transmission_state or reference/transmission_state).
 
 columns: tau_K rms error of the filtered and of the smoothed torque (N m); share of errors within
@@ -32,24 +32,29 @@ usage examples:
 
 exit code: 0 done, 2 bad usage or input.
 """
+from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 import json
 from pathlib import Path
 import sys
 import time
+from typing import Any, NamedTuple
 
 import numpy as np
 from tqdm import tqdm
 
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import truth
-from gearbox_monitor.benchmarks import filterpy_reference
-from gearbox_monitor.cli.inputs import add_input_arguments, check_filter, load
+from gearbox_monitor.bag.read import BagReader, open_bag
+from gearbox_monitor.bag.replay import RecordedSamples, truth
+from gearbox_monitor.cli.filter_inputs import load_filter_inputs
+from gearbox_monitor.cli.options import add_estimator_arguments, check_filter, expect_new
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation import filterpy_reference, sample_loop
 from gearbox_monitor.estimation.score import known_at, score, settled, torque_errors, WHITE_LIMIT
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.monitoring.monitor import Monitor, Samples
-from gearbox_monitor.parameters import FILTER_NAMES
+from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report import compare_plot, plots
 
@@ -59,45 +64,59 @@ SHORTEST = 1000
 
 
 @dataclass(frozen=True)
-class Result:
-    """What one filter gave: estimates, CPU time per sample (s), divergences and words on them."""
+class FilterResult:
+    """Estimates of one filter, CPU time per sample (s), divergences and notes about them."""
 
     name: str
-    estimates: object
+    estimates: Any
     cpu: float
     diverged: int
-    notes: tuple = ()
+    notes: Sequence[str] = ()
 
 
-def add_arguments(parser):
-    """Declare the options."""
-    add_input_arguments(parser)
+class KnownTorque(NamedTuple):
+    """True or measured torque in a bag: stamps [N] ns, torque [N] N m."""
+
+    stamp_ns: Integers
+    tau_k: Array
+
+
+class KnownTwist(NamedTuple):
+    """True twist in a bag: stamps [N] ns, twist [N] rad."""
+
+    stamp_ns: Integers
+    twist: Array
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
+    add_estimator_arguments(parser)
     parser.add_argument('--filters', default=','.join(FILTER_NAMES), metavar='A,B,...',
                         help='filters, separated by commas: '
                         + ', '.join((*FILTER_NAMES, *filterpy_reference.NAMES)))
     parser.add_argument('--png', metavar='FILE', help='write the figure')
     parser.add_argument('--filterpy-samples', type=int, default=20000, metavar='N',
-                        help='with a filter of filterpy, take the first N samples only '
+                        help='with a filter of filterpy, use only the first N samples '
                         '(default: %(default)s)')
     parser.add_argument('--json', action='store_true', help='print the table as JSON')
 
 
-def run(args):
-    """Run the command; returns the exit code."""
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
     names = [check_filter(name.strip(), filterpy_reference.NAMES)
              for name in args.filters.split(',')]
     names = list(dict.fromkeys(names))
     if args.filterpy_samples < SHORTEST:
         raise InputError(f'--filterpy-samples: {args.filterpy_samples}, expected at least '
                          f'{SHORTEST}')
-    if args.png and Path(args.png).exists():
-        raise InputError(f'{args.png}: exists, expected a new file')
+    expect_new(args.png)
     if args.png and Path(args.png).suffix.lower() != '.png':
         raise InputError(f'{args.png}: expected a name that ends in .png')
     with open_bag(args.bag) as reader:
-        inputs = load(args, reader)
-        known = truth(reader, inputs.recording)
-        twist = _true_twist(reader, inputs.recording) if known is not None else None
+        inputs = load_filter_inputs(args, reader)
+        recorded = truth(reader, inputs.recording)
+        torque = None if recorded is None else KnownTorque(*recorded)
+        twist = None if torque is None else _true_twist(reader, inputs.recording)
         notes = [reader.notice] if reader.notice else []
     samples, count = inputs.samples, len(inputs.samples.stamp_ns)
     if count < SHORTEST:
@@ -106,7 +125,7 @@ def run(args):
     if set(names) & set(filterpy_reference.NAMES) and count > args.filterpy_samples:
         samples = Samples(*(getattr(samples, field)[:args.filterpy_samples]
                             for field in ('stamp_ns', 'u', 'y')))
-        notes.append(f'first {args.filterpy_samples} of {count} samples only, for filterpy '
+        notes.append(f'only the first {args.filterpy_samples} of {count} samples, for filterpy '
                      '(--filterpy-samples)')
     results = []
     for name in tqdm(names, desc='compare', disable=None, leave=False):
@@ -116,22 +135,38 @@ def run(args):
             raise InputError(f'{args.bag}: {error}') from None
     notes += [f'{result.name}: {note}' for result in results for note in result.notes]
     data = {'bag': args.bag, 'samples': len(samples.stamp_ns), 'white_limit': WHITE_LIMIT,
-            'rows': [row(result, results, known) for result in results], 'notes': notes}
+            'rows': [row(result, results, torque) for result in results], 'notes': notes}
     if args.png:
-        _draw(args, results, known, twist, inputs.model.axis)
+        _draw(args, results, torque, twist, inputs.model.axis)
     print(json.dumps(data, indent=2) if args.json else text(data, inputs.model.axis))
     return 0
 
 
-def run_filter(name, model, parameters, samples):
-    """Return the Result of filter `name` on Samples. Raises InputError."""
+def run_filter(name: str, model: DriveModel, parameters: EstimatorParameters,
+               samples: Samples) -> FilterResult:
+    """
+    Run a filter on a recording.
+
+    Args:
+        name: of the filter.
+        model: of the drive.
+        parameters: of the estimator.
+        samples: of the recording.
+
+    Returns:
+        Its estimates and the CPU time of its fastest run.
+
+    Raises:
+        InputError: the filter cannot take these samples.
+
+    """
     if name in filterpy_reference.NAMES:
         few = Samples(*(getattr(samples, field)[:3] for field in ('stamp_ns', 'u', 'y')))
         filterpy_reference.run(name, model, parameters, few)
         begin = time.process_time()
         estimates = filterpy_reference.run(name, model, parameters, samples)
-        return Result(name, estimates,
-                      (time.process_time() - begin) / len(samples.stamp_ns), 0)
+        return FilterResult(name, estimates,
+                            (time.process_time() - begin) / len(samples.stamp_ns), 0)
     parameters = parameters.replace(filter=name)
     monitor = Monitor(model, parameters)
     estimates = monitor.run(samples)
@@ -145,14 +180,24 @@ def run_filter(name, model, parameters, samples):
         begin = time.process_time()
         timed.run(samples)
         cpu.append(time.process_time() - begin)
-    return Result(name, estimates, min(cpu) / len(samples.stamp_ns),
-                  int(monitor.counts[sample_loop.DIVERGED]), tuple(monitor.divergence_notes()))
+    return FilterResult(name, estimates, min(cpu) / len(samples.stamp_ns),
+                        int(monitor.counts[sample_loop.DIVERGED]),
+                        tuple(monitor.divergence_notes()))
 
 
-def row(result, results, known):
-    """Return {column: value} of one Result."""
+def row(result: FilterResult, results: Sequence[FilterResult],
+        torque: KnownTorque | None) -> dict[str, Any]:
+    """
+    Return a row of the table as {column: value}.
+
+    Args:
+        result: of the filter.
+        results: of all filters; the CPU time is compared with that of the EKF.
+        torque: true or measured, or None.
+
+    """
     data = asdict(score(result.estimates, result.name, result.diverged))
-    errors = torque_errors(result.estimates, *known) if known is not None else {}
+    errors = torque_errors(result.estimates, *torque) if torque is not None else {}
     for name in ('rmse', 'rmse_smoothed', 'coverage', 'coverage_smoothed'):
         data[name] = errors.get(name)
     data['cpu_us'] = 1e6 * result.cpu
@@ -162,8 +207,8 @@ def row(result, results, known):
             for name, value in data.items()}
 
 
-def text(data, axis='rotary'):
-    """Return the table as lines of at most 80 columns."""
+def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
+    """Return the table `data` of a drive with `axis` as lines of at most 80 columns."""
     lines = [f'bag  {data["bag"]}, {data["samples"]} samples', '',
              f'{"":12s}{"tau_K":>8s}{"smooth":>8s}{"in 1 s.":>8s}{"log-lik.":>11s}{"NIS":>7s}'
              f'{"white":>8s}{"us/step":>9s}{"/ EKF":>7s}']
@@ -185,25 +230,26 @@ def text(data, axis='rotary'):
     return '\n'.join(lines)
 
 
-def _white(value):
+def _white(value: float | None) -> str:
     """Return a Ljung-Box figure in at most seven columns up to a million."""
     return _show(value, '.1f' if value is None or value < 1e4 else '.0f')
 
 
-def _show(value, form):
+def _show(value: float | None, form: str) -> str:
     return '-' if value is None or not np.isfinite(value) else format(value, form)
 
 
-def _true_twist(reader, recording):
-    """Return (stamps, twist) of the truth in the bag, or None where it holds a torque only."""
+def _true_twist(reader: BagReader, recording: RecordedSamples) -> KnownTwist | None:
+    """Return the true twist in the bag, or None if it contains a torque only."""
     topic = f'{recording.namespace}/plant/transmission_state'
     if topic not in reader.topics or not reader.topics[topic][1]:
         return None
     states = reader.joint_states(topic, ('transmission',))
-    return states.stamp_ns, states.position[:, 0]
+    return KnownTwist(states.stamp_ns, states.position[:, 0])
 
 
-def _draw(args, results, known, twist, axis):
+def _draw(args: Namespace, results: Sequence[FilterResult], torque: KnownTorque | None,
+          twist: KnownTwist | None, axis: str) -> None:
     """Write the figure."""
     origin = min(r.estimates.stamp_ns[0] for r in results)
     runs = []
@@ -211,18 +257,19 @@ def _draw(args, results, known, twist, axis):
         e = r.estimates
         keep = settled(e.stamp_ns)
         error = None
-        if known is not None:
-            value, found = known_at(e.stamp_ns, *known)
-            error = np.where(found, e.tau_k - value, np.nan)[keep]
+        if torque is not None:
+            value, valid = known_at(e.stamp_ns, *torque)
+            error = np.where(valid, e.tau_k - value, np.nan)[keep]
         runs.append(compare_plot.FilterRun(
             r.name, (e.stamp_ns[keep] - origin) * 1e-9, e.twist[keep], e.tau_k[keep], error))
-    shown = None
-    if known is not None:
-        inside = (known[0] >= origin) & (known[0] <= max(r.estimates.stamp_ns[-1]
-                                                         for r in results))
-        shown = compare_plot.TrueTorque((known[0][inside] - origin) * 1e-9, known[1][inside],
-                                        twist[1][inside] if twist is not None else None)
-    figure = compare_plot.comparison(runs, shown, f'Filters on {Path(args.bag).name}',
+    truth_curve = None
+    if torque is not None:
+        end = max(r.estimates.stamp_ns[-1] for r in results)
+        keep = (torque.stamp_ns >= origin) & (torque.stamp_ns <= end)
+        truth_curve = compare_plot.TrueTorque(
+            (torque.stamp_ns[keep] - origin) * 1e-9, torque.tau_k[keep],
+            None if twist is None else twist.twist[keep])
+    figure = compare_plot.comparison(runs, truth_curve, f'Filters on {Path(args.bag).name}',
                                      axis=axis)
     try:
         plots.save(figure, args.png)

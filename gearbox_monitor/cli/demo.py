@@ -24,9 +24,10 @@ usage examples:
   gearbox_monitor demo --no-fault --duration 60 --out healthy
   gearbox_monitor demo --json > summary.json
 
-exit code: 0 done, 1 a node failed, the replay differed, the fault was not found (or, with
---no-fault, something alarmed), 2 bad usage or input, 130 ended by Ctrl-C.
+exit code: 0 done, 1 a node failed, the replay differed, the fault was not detected (or, with
+--no-fault, there was an alarm), 2 bad usage or input, 130 ended by Ctrl-C.
 """
+from argparse import ArgumentParser, Namespace
 import contextlib
 import json
 import os
@@ -34,26 +35,27 @@ from pathlib import Path
 import shutil
 import sys
 import time
+from typing import Any
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.ros.domain import own_domain
 from gearbox_monitor.ros.processes import Child, ChildFailed, Interrupt
 
-# Heavy modules are imported where they are used, after Ctrl-C has been taken care of.
+# Heavy modules are imported where they are used, after the handler of Ctrl-C is installed.
 
 RATE = 1000.0          # Hz
 WINDOWS = 8            # windows for the fit of the gap, in whole seconds: it runs at 1 Hz
 GROWTH_AFTER = 3.3     # windows; the first three are the baseline
 GROWTH = 0.6           # of the gap, at the end
 SUBSCRIBERS = 3        # estimator and recorder of the samples, recorder of the truth
-# A few short windows must do for baseline and alarm, and they hold no whole period of the motion:
-# one operating point, and a false alarm a day.
+# A few short windows must suffice for baseline and alarm, and they contain no whole period of the
+# motion: one operating point, and a false alarm a day.
 DRIFT = {'false_alarm_interval': 86400.0, 'angle_bin': 0.0, 'speed_bin': 1.0, 'load_bin': 1.0}
 MIN_DURATION = 16.0    # s, for windows of two seconds
-READY_SECONDS = 240.0  # compiling takes long the first time
+READY_SECONDS = 240.0  # the first start compiles
 STOP_SECONDS = {'plant': 10.0, 'estimator': 15.0, 'recorder': 30.0}
 STALL_SECONDS = 30.0
-# Lets the plant see that the estimator listens.
+# Shows the plant that the estimator listens.
 RELIABLE = {'qos_overrides./joint_states.subscription.reliability': 'reliable'}
 
 
@@ -61,22 +63,23 @@ class Interrupted(Exception):
     """The user wants to end."""
 
 
-def add_arguments(parser):
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
     parser.add_argument('--out', metavar='DIR',
                         help='directory to create (default: gearbox_demo_ and the time)')
     parser.add_argument('--duration', metavar='S', type=float, default=30.0,
                         help=f'simulated time in s, at least {MIN_DURATION:g} (default: 30)')
     parser.add_argument('--filter', metavar='F', default='ekf',
                         help='filter of the estimator (default: ekf)')
-    parser.add_argument('--no-fault', action='store_true', help='let the backlash not grow')
+    parser.add_argument('--no-fault', action='store_true', help='keep the backlash constant')
     parser.add_argument('--json', action='store_true',
                         help='print the summary as JSON, and nothing else')
 
 
-def run(args):
-    """Run the command; returns the exit code."""
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
     output = sys.stdout
-    # With --json that is all on standard output: what is told meanwhile goes to the other one.
+    # With --json, standard output gets nothing else: progress goes to standard error.
     with contextlib.redirect_stdout(sys.stderr if args.json else output), \
             Interrupt() as interrupt:
         try:
@@ -101,8 +104,8 @@ def run(args):
 class Demo:
     """One run of the demo: `live`, then `evaluate`."""
 
-    def __init__(self, args, interrupt):
-        """Check the input and create the directory; raises InputError."""
+    def __init__(self, args: Namespace, interrupt: Interrupt) -> None:
+        """Check `args` and create the directory; `interrupt` ends early. Raises InputError."""
         from gearbox_monitor.parameters import FILTER_NAMES
         if args.filter not in FILTER_NAMES:
             raise InputError(f'--filter: {args.filter!r} is unknown, expected one of '
@@ -117,7 +120,8 @@ class Demo:
         self.interrupt = interrupt
         self.out = Path(args.out or time.strftime('gearbox_demo_%Y_%m_%d-%H_%M_%S'))
         self.bag = self.out / 'bag'
-        self.children, self.notes = [], []
+        self.children: list[Child] = []
+        self.notes: list[str] = []
         self.check_interrupt()
         try:
             self.out.mkdir(parents=True)
@@ -127,13 +131,14 @@ class Demo:
             raise InputError(f'{self.out}: {error.strerror}, expected a directory that can be '
                              'created') from None
 
-    def check_interrupt(self):
+    def check_interrupt(self) -> None:
+        """Raise Interrupted if the user wants to end."""
         if self.interrupt.requested:
             raise Interrupted
 
     # ------------------------------------------------------------------ live
 
-    def live(self, domain):
+    def live(self, domain: int) -> None:
         """Run the three nodes in ROS domain `domain` until the plant ends."""
         for name in ('ROS_LOCALHOST_ONLY', 'ROS_STATIC_PEERS'):
             os.environ.pop(name, None)  # they would override the range
@@ -164,24 +169,34 @@ class Demo:
             if began:
                 print(f'bag {self.bag}')
             elif not (self.bag / 'metadata.yaml').exists():
-                shutil.rmtree(self.bag, ignore_errors=True)  # it was not begun: nothing is in it
+                shutil.rmtree(self.bag, ignore_errors=True)  # the recorder never began
             raise
         finally:
             for note in self.notes:
                 print(f'note: {note}', file=sys.stderr)
 
-    def start(self, name, module, **parameters):
+    def start(self, name: str, module: str, **parameters: Any) -> None:
+        """
+        Start a node.
+
+        Args:
+            name: of the node and its log.
+            module: of gearbox_monitor.ros.
+            parameters: of the node.
+
+        """
         self.check_interrupt()
         self.children.append(Child(name, f'gearbox_monitor.ros.{module}', parameters,
                                    self.out / f'{name}.log', os.environ))
 
-    def stop(self):
-        """Stop all nodes: whoever sends first, the recorder last."""
+    def stop(self) -> None:
+        """Stop all nodes: senders first, the recorder last."""
         order = list(STOP_SECONDS)
         for child in sorted(self.children, key=lambda c: order.index(c.name)):
             self.notes += filter(None, [child.stop(STOP_SECONDS[child.name])])
 
-    def watcher(self, domain):
+    def watcher(self, domain: int) -> Any:
+        """Return a node that watches the others in `domain`. Raises InputError."""
         try:
             from gearbox_monitor.ros.watcher import Watcher
         except ImportError as error:
@@ -190,16 +205,17 @@ class Demo:
         self.check_interrupt()
         return Watcher('demo', domain)
 
-    def spin(self, watcher, seconds=0.1):
-        """Take what comes, look after the nodes and the user."""
+    def spin(self, watcher: Any, seconds: float = 0.1) -> None:
+        """Let `watcher` receive for so many `seconds`; check the nodes and Ctrl-C."""
         watcher.spin(seconds)
         for child in self.children:
             child.check()
             if child.name != 'plant' and not child.running:
-                raise ChildFailed(f'{child.name} ended before its time:\n{child.tail()}')
+                raise ChildFailed(f'{child.name} ended too early:\n{child.tail()}')
         self.check_interrupt()
 
-    def wait_ready(self, watcher):
+    def wait_ready(self, watcher: Any) -> None:
+        """Wait until `watcher` sees estimator and recorder. Raises ChildFailed."""
         end = time.monotonic() + READY_SECONDS
         while not watcher.ready():
             self.spin(watcher)
@@ -208,17 +224,17 @@ class Demo:
                     f'estimator and recorder were not ready within {READY_SECONDS:g} s:\n'
                     + '\n'.join(child.tail() for child in self.children))
 
-    def follow(self, watcher):
-        """Show the state until the plant has ended and the estimator has all its samples."""
-        plant, status = self.children[-1], Status(self.duration)
-        seen, changed = None, time.monotonic()
+    def follow(self, watcher: Any) -> None:
+        """Show what `watcher` sees until the estimator has all samples of the plant."""
+        plant, status = self.children[-1], DemoStatus(self.duration)
+        previous, changed = None, time.monotonic()
         try:
             while plant.running:
                 self.spin(watcher)
                 status.show(watcher)
                 samples = status.samples(watcher)
-                if samples != seen:
-                    seen, changed = samples, time.monotonic()
+                if samples != previous:
+                    previous, changed = samples, time.monotonic()
                 elif time.monotonic() - changed > STALL_SECONDS:
                     raise ChildFailed(f'no samples arrived for {STALL_SECONDS:g} s:\n'
                                       + plant.tail())
@@ -232,7 +248,7 @@ class Demo:
 
     # ------------------------------------------------------------------ afterwards
 
-    def evaluate(self):
+    def evaluate(self) -> tuple[dict[str, Any], str]:
         """Replay the bag, write JSON and PNG; return ({name: value}, the summary in words)."""
         print('replaying ...', flush=True)
         from gearbox_monitor.bag.read import open_bag
@@ -248,22 +264,23 @@ class Demo:
         return data, demo_report.text(data)
 
 
-class Status:
+class DemoStatus:
     """Live status on standard output: one line in place on a terminal, else one per second."""
 
-    def __init__(self, duration):
+    def __init__(self, duration: float) -> None:
+        """Show the progress through `duration` s."""
         self.duration = duration
         self._terminal = sys.stdout.isatty()
         self._updates, self._alerts = 0, 0
 
     @staticmethod
-    def samples(watcher):
-        """Return how many samples the estimator has taken, as it says."""
+    def samples(watcher: Any) -> int:
+        """Return the number of samples that the estimator reports to `watcher`."""
         finding = watcher.findings.get('input')
         return int(finding.values.get('samples', 0)) if finding else 0
 
-    def show(self, watcher):
-        """Print what is new."""
+    def show(self, watcher: Any) -> None:
+        """Print the news of `watcher`."""
         for text in watcher.alerts[self._alerts:]:
             self._print(f'ALERT {text}')
         self._alerts = len(watcher.alerts)
@@ -279,15 +296,15 @@ class Status:
         else:
             print(line, flush=True)
 
-    def end(self):
-        """Leave the line."""
+    def end(self) -> None:
+        """End the line."""
         if self._terminal and self._updates:
             print(flush=True)
 
-    def _print(self, text):
+    def _print(self, text: str) -> None:
         print(('\r\x1b[K' if self._terminal else '') + text, flush=True)
 
-    def _line(self, watcher):
+    def _line(self, watcher: Any) -> str:
         values = watcher.findings['input'].values
         line = (f'{self.samples(watcher) / RATE:5.1f}/{self.duration:g} s  '
                 f'{float(values.get("rate_hz", "nan")):4.0f} Hz  ')

@@ -12,21 +12,29 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a demo run has shown: figures, alarms, words and picture, all from its bag."""
+"""Results of a demo run: figures, alarms, words and picture, all from its bag."""
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
+
+from matplotlib.figure import Figure
 import numpy as np
 
 from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY
-from gearbox_monitor.bag.replay import replay
+from gearbox_monitor.bag.read import BagReader
+from gearbox_monitor.bag.replay import RecordedSamples, Replay, replay
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
 from gearbox_monitor.interfaces.signals import DIAGNOSTICS, DRIFT_ALERTS, PLANT_TRANSMISSION_STATE
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.checks.level import Level
 from gearbox_monitor.report import plots
 
 SECOND = 1e9
+Alarms: TypeAlias = list[dict[str, Any]]
+Seconds: TypeAlias = Callable[[Any], Array]  # stamps (ns) to s from the first sample
 
 
-def evaluate(reader, demo):
-    """Replay `reader`; return ({name: value}, matplotlib Figure). `demo`: cli.demo.Demo."""
+def evaluate(reader: BagReader, demo: Any) -> tuple[dict[str, Any], Figure]:
+    """Replay the bag `reader` of `demo` (cli.demo.Demo); return ({name: value}, the picture)."""
     result = replay(reader)
     data = dict(result.told)
     stamps = result.recording.samples.stamp_ns
@@ -40,11 +48,12 @@ def evaluate(reader, demo):
     return data, plots.overview(_run(reader, result, data, demo))
 
 
-def _live_count(reader):
-    return reader.topics.get('/transmission_state', ('', 0))[1]
+def _live_count(reader: BagReader) -> int:
+    count: int = reader.topics.get('/transmission_state', ('', 0))[1]
+    return count
 
 
-def _diagnostics(reader, recording):
+def _diagnostics(reader: BagReader, recording: RecordedSamples) -> tuple[Alarms, Alarms, int]:
     """
     Return (alarms, alerts, messages that the recorder lost) of the recording.
 
@@ -52,9 +61,12 @@ def _diagnostics(reader, recording):
     after it was OK for the first time.
     """
     stamps, last = recording.samples.stamp_ns, recording.log_ns.max(initial=0)
-    # Behind the first sample the plant may have waited for its subscribers.
+    # After the first sample the plant may have waited for its subscribers.
     first = last - (np.ptp(stamps) if len(stamps) else 0)
-    alarms, alerts, losses, levels = [], [], 0, {}
+    alarms: Alarms = []
+    alerts: Alarms = []
+    losses = 0
+    levels: dict[str, Level] = {}
     for topic, log_ns, _, raw in reader.messages([DIAGNOSTICS, '/' + DRIFT_ALERTS]):
         at = round((log_ns - first) / SECOND, 3)
         for status in reader.decode(DIAGNOSTIC_ARRAY, raw).status:
@@ -66,40 +78,40 @@ def _diagnostics(reader, recording):
                 losses = max(losses, *(int(v.value) for v in status.values
                                        if v.key in ('lost', 'not_written')))
             elif node == 'estimator' and log_ns <= last:
-                before = levels.get(component)
-                if before is None and level != Level.OK:
-                    continue  # not judged yet
-                if before is not None and level > before:
+                previous = levels.get(component)
+                if previous is None and level != Level.OK:
+                    continue  # not evaluated yet
+                if previous is not None and level > previous:
                     alarms.append({'t': at, 'component': component, 'level': level.name,
                                    'message': status.message})
                 levels[component] = level
     return alarms, alerts, losses
 
 
-def problems(data, fault):
-    """Return lines about what should not be, none for a good run."""
-    found = []
+def problems(data: Mapping[str, Any], fault: bool) -> list[str]:
+    """Return the failures in the results `data` of a run with or without a `fault`."""
+    failures = []
     if not data['estimates']:
-        found.append('there are no estimates')
+        failures.append('there are no estimates')
     if data.get('replay_identical') != 'yes':
         comparison = data.get('comparison', {})
-        found.append('replay was not identical: '
-                     + (comparison.get('first') or data.get('replay_identical', 'not compared')))
+        failures.append('replay was not identical: ' + (
+            comparison.get('first') or data.get('replay_identical', 'not compared')))
     backlash = [alarm for alarm in data['alarms'] if alarm['component'] == 'backlash']
     if fault and not backlash:
-        found.append('the backlash grew, but no backlash alarm came')
+        failures.append('the backlash grew without a backlash alarm')
     if not fault:
-        # What a slow machine drops has a line of its own and is no fault of the gearbox.
+        # Samples dropped by a slow machine have a line of their own: no fault of the gearbox.
         dropped = data['samples_missing'] + data['estimates_missing'] > 0
-        found += [f'alarm without a fault: {alarm["component"]} {alarm["level"]}: '
-                  f'{alarm["message"]}' for alarm in data['alarms'] + [
-                      {'component': 'drift alert', **alert} for alert in data['alerts']]
-                  if not (dropped and alarm['component'] == 'input')]
-    return found
+        failures += [f'alarm without a fault: {alarm["component"]} {alarm["level"]}: '
+                     f'{alarm["message"]}' for alarm in data['alarms'] + [
+                         {'component': 'drift alert', **alert} for alert in data['alerts']]
+                     if not (dropped and alarm['component'] == 'input')]
+    return failures
 
 
-def text(data):
-    """Return the summary in words."""
+def text(data: Mapping[str, Any]) -> str:
+    """Return the summary `data` in words."""
     comparison = data.get('comparison', {})
     lines = [
         f'samples      {data["samples"]} of {data["samples_expected"]} recorded, '
@@ -130,12 +142,14 @@ def text(data):
 
 # ---------------------------------------------------------------------- picture
 
-def _run(reader, result, data, demo):
+def _run(reader: BagReader, result: Replay, data: Mapping[str, Any],
+         demo: Any) -> plots.RunCurves:
     """Return the plots.RunCurves of a replay."""
     estimates, stamps = result.estimates, result.recording.samples.stamp_ns
     first = stamps.min() if len(stamps) else 0
 
-    def seconds(stamps):
+    def seconds(stamps: Any) -> Array:
+        """Return stamps (ns) as s from the first sample."""
         return (np.asarray(stamps) - first) / SECOND
 
     t, t_s = seconds(estimates.stamp_ns), seconds(estimates.smoothed_stamp_ns)
@@ -156,7 +170,7 @@ def _run(reader, result, data, demo):
         plots.TorqueCurve(t, estimates.tau_k, estimates.tau_k_std),
         plots.TorqueCurve(t_s, smoothed[:, S_TAU_K], smoothed[:, S_TAU_K_STD]),
         truth and plots.TorqueCurve(seconds(truth.stamp_ns), truth.effort[:, 0]),
-        _gap(result, data, demo, seconds),
+        _backlash(result, data, demo, seconds),
         plots.Innovations(
             t, np.column_stack([estimates.innovation_motor, estimates.innovation_arm]),
             np.column_stack([estimates.innovation_std_motor, estimates.innovation_std_arm]),
@@ -164,7 +178,8 @@ def _run(reader, result, data, demo):
         tuple(notes))
 
 
-def _loops(demo, t, smoothed, truth, seconds):
+def _loops(demo: Any, t: Array, smoothed: Array, truth: Any,
+           seconds: Seconds) -> tuple[plots.Curve, ...]:
     """Return the curves of the first and the last window, and the truth of the same times."""
     w = demo.window
     spans = (('first', plots.BLUE, 1.0, 1.0 + w),
@@ -183,7 +198,9 @@ def _loops(demo, t, smoothed, truth, seconds):
     return tuple(curves)
 
 
-def _gap(result, data, demo, seconds):
+def _backlash(result: Replay, data: Mapping[str, Any], demo: Any,
+              seconds: Seconds) -> plots.BacklashCurve:
+    """Return the backlash of the windows, with limits, alarms and truth."""
     windows, p = list(result.monitor.windows), result.monitor.parameters
     baseline = result.monitor.baseline
     level = baseline.gap if baseline else None

@@ -12,26 +12,40 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The verdict of a diagnosis in words: what was found, where, how sure, what to do next."""
+"""The verdict of a diagnosis in words: effect, place, certainty, next steps."""
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 import textwrap
+from typing import Any, TypeAlias
 
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.words import (
     dense_regions, headline, ids_of, meaning, next_steps, number, percent, place_text, SUGGESTED,
     undefined, unit_of)
 
+VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
 WIDTH = 80
 LABEL = 15
-SHOWN = 8  # lines of the ranking
+RANKED = 8  # lines of the ranking
 
 
-def text(data, recordings, model, written=(), validated=None, command=()):
+def text(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel,
+         written: Sequence[Path] = (), validated: str | None = None,
+         command: Sequence[str] = ()) -> str:
     """
-    Return the verdict `data` as lines for people, at most 80 columns.
+    Return a verdict as lines for people, at most 80 columns.
 
-    recordings: gap.recording.Recording of it; model: nominal DriveModel; written: files;
-    command: parts of the one that looks for a better motion.
+    Args:
+        data: the verdict as plain data.
+        recordings: those it is about.
+        model: the nominal model.
+        written: files.
+        validated: name of the second recording, or None.
+        command: parts of the command that finds a more informative motion.
+
     """
     lines = []
     for recording in recordings:
@@ -59,13 +73,13 @@ def text(data, recordings, model, written=(), validated=None, command=()):
     return '\n'.join(lines)
 
 
-def _entry(label, words):
+def _entry(label: str, words: str) -> list[str]:
     """Return `words` as lines beside `label`."""
     return textwrap.wrap(words, WIDTH, initial_indent=f'{label:<{LABEL}s}',
                          subsequent_indent=' ' * LABEL, break_on_hyphens=False) or [label]
 
 
-def _meaning(name, axis):
+def _meaning(name: str, axis: str) -> list[str]:
     effect = library().get(name)
     means = meaning(name, axis)
     lines = textwrap.wrap(f'{means[0].upper()}{means[1:]}.', WIDTH - 2) if means else []
@@ -73,7 +87,7 @@ def _meaning(name, axis):
     return [f'  {line}' for line in lines]
 
 
-def _gap(data):
+def _gap(data: VerdictData) -> list[str]:
     lines = _entry('gap', f'{number(data["gap_before"])} before, {number(data["gap_after"])} '
                    'after, in standard deviations of the noise; 1 is the floor')
     closed, interval = data.get('closed_fraction'), data.get('closed_fraction_ci')
@@ -91,13 +105,14 @@ def _gap(data):
     return lines
 
 
-def _parameters(data, model):
-    lines, known = [], library()
+def _parameters(data: VerdictData, model: DriveModel) -> list[str]:
+    lines: list[str] = []
+    effects = library()
     errors = data.get('standard_errors') or {}
     if data['verdict'] == 'unknown' and data.get('params'):
         lines += _entry('nearest', ' + '.join(data['params']) + ', which leaves the gap "after"')
     for name, values in (data.get('params') or {}).items():
-        units = {p.name: p.unit for p in known[name].parameters} if name in known else {}
+        units = {p.name: p.unit for p in effects[name].parameters} if name in effects else {}
         for parameter, value in values.items():
             if not isinstance(value, (int, float)):
                 value, error = str(value), None
@@ -111,58 +126,57 @@ def _parameters(data, model):
     return lines
 
 
-def _ranking(data):
-    gains = data.get('gains') or {}
-    best = sorted(gains, key=gains.get, reverse=True)[:SHOWN]
+def _ranking(data: VerdictData) -> list[str]:
+    gains: Mapping[str, float] = data.get('gains') or {}
+    ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED]
     lines = [f'{"" if k else "ranking":<{LABEL}s}{k + 1}. {name:<44s}{gains[name]:12.1f}'
-             for k, name in enumerate(best)]
+             for k, name in enumerate(ranking)]
     if lines:
-        lines += _entry('', 'gain: by how much it beats the plain model, in 2 log likelihood less '
-                        'a price per parameter')
+        lines += _entry('', 'gain over the nominal model: 2 log likelihood less a penalty per '
+                        'parameter')
     if data.get('confusable') and data['verdict'] == 'effect':
         lines += _entry('not separable', ', '.join(data['confusable'])
-                        + ': this recording cannot tell it from the effect named')
+                        + ': this recording does not distinguish it from the effect')
     return lines
 
 
-def _where(data):
+def _where(data: VerdictData) -> list[str]:
     if data['verdict'] == 'none':
         return []
-    lines = []
-    found = data['where']
-    for place, part in found['places'].items():
+    lines: list[str] = []
+    for place, part in data['where']['places'].items():
         lines.append(f'{"" if lines else "where":<{LABEL}s}{place_text(place):<18s}a free signal '
                      f'there explains {100 * part["explained"]:5.1f} %')
-    words = dense_regions(found.get('region') or {})
+    words = dense_regions(data['where'].get('region') or {})
     return lines + (_entry('gap sits at', ', '.join(words)) if words else [])
 
 
-def _nominal(data, model):
+def _nominal(data: VerdictData, model: DriveModel) -> list[str]:
     shifts = data.get('nominal_shift')
     if not shifts:
         return []
     words = [f'{name} {number(data["nominal"][name])} ({shift:+.1f})'
              for name, shift in shifts.items()]
-    lines = _entry('model values', ', '.join(words) + '; in brackets: off by so many tolerances')
+    lines = _entry('model values', ', '.join(words) + '; in brackets: deviation in tolerances')
     if model.tolerance:
         lines += _entry(on_axis('torque noise', model.axis), f'{number(data["process_torque"])} '
                         f'{on_axis("N m", model.axis)} rms per sample')
     return lines
 
 
-def _validation(data, validated, unit):
-    found = data.get('validation')
-    if not found:
+def _validation(data: VerdictData, validated: str | None, unit: str) -> list[str]:
+    result = data.get('validation')
+    if not result:
         return []
-    lines = _entry('validation', f'{validated}: gap {number(found.get("gap_before"))} before, '
-                   f'{number(found.get("gap_after"))} after, closed '
-                   f'{percent(found.get("closed_fraction"))}')
-    run = found.get('free_run')
+    lines = _entry('validation', f'{validated}: gap {number(result.get("gap_before"))} before, '
+                   f'{number(result.get("gap_after"))} after, closed '
+                   f'{percent(result.get("closed_fraction"))}')
+    run = result.get('free_run')
     if run:
-        one, other = (', '.join(
+        nominal, closed = (', '.join(
             f'{name} {number(value)}' for name, value in run[when].items())
             for when in ('before', 'after'))
         units = ', '.join(dict.fromkeys(unit_of(name, unit) for name in run['before']))
-        lines += _entry('', f'one free run of {run["seconds"]:.0f} s, rms in {units}: {one} '
-                        f'before; {other} after')
+        lines += _entry('', f'one free run of {run["seconds"]:.0f} s, rms in {units}: {nominal} '
+                        f'before; {closed} after')
     return lines

@@ -25,6 +25,7 @@ usage examples:
   gearbox_monitor example bag
   gearbox_monitor example worn --model worn.yaml --seconds 60 --seed 2
 """
+from argparse import ArgumentParser, Namespace
 import json
 import math
 from pathlib import Path
@@ -36,8 +37,8 @@ from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.plant.simulate import Noise
 
 
-def add_arguments(parser):
-    """Declare the options."""
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
     parser.add_argument('bag', metavar='BAG', help='bag to write; must not exist')
     parser.add_argument('--model', metavar='FILE',
                         help='model file of the drive (default: the packaged drive.yaml)')
@@ -54,8 +55,8 @@ def add_arguments(parser):
     parser.add_argument('--json', action='store_true', help='print what was written as JSON')
 
 
-def run(args):
-    """Run the command; returns the exit code."""
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
     for name, value, low, high in (('seconds', args.seconds, 1.0, 86400.0),
                                    ('rest', args.rest, 0.0, 86400.0),
                                    ('rate', args.rate, 100.0, 10000.0),

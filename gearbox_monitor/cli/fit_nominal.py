@@ -13,16 +13,16 @@
 # limitations under the License.
 
 """
-Find the values of a model file from recordings of the drive, and say which of them the data show.
+Identify the values of a model file from recordings, and report which of them the data determine.
 
 All values of the drive are fitted (or those named with --free), each within physical bounds and
-held weakly at the value of the model file, which must be right within a factor of some ten. What
-the recordings do not determine is listed as such and stays near its start.
+held weakly at the value of the model file, which must be right within a factor of about ten.
+Values that the recordings do not determine are listed as such and stay near their start.
 
 names: m1 m2 (inertias) D (damping) Cv Cc (friction) K (stiffness) b (half gap), kt
-(torque_constant: torque per A of effort, 1 where the effort is a torque), u0 (torque offset), zero
+(torque_constant: torque per A of effort, 1 if the effort is a torque), u0 (torque offset), zero
 (of the encoders), and ids of effects that the model file has (all their parameters; torque_gain
-goes into torque_constant). Without a load that is known, torque constant, inertia, friction and
+goes into torque_constant). Without a known load, torque constant, inertia, friction and
 stiffness share one scale: fix one of them.
 
 usage examples:
@@ -32,13 +32,16 @@ usage examples:
 
 exit code: 0 all values determined, 1 some are not, 2 bad usage or input.
 """
+from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping
 import json
 import math
 from pathlib import Path
+from typing import Any
 
-from tqdm import tqdm
-
-from gearbox_monitor.cli.diagnose import add_inputs, load, plain, shown_by
+from gearbox_monitor.cli.drive_recordings import (
+    add_recording_arguments, load_recording, percent_bar, progress_of)
+from gearbox_monitor.cli.options import check_jobs, plain
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model, save_model
 from gearbox_monitor.identification.nominal import fit_nominal
@@ -47,9 +50,9 @@ from gearbox_monitor.ros.processes import cores
 SECONDS = 1.0
 
 
-def add_arguments(parser):
-    """Declare the options."""
-    add_inputs(parser)
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
+    add_recording_arguments(parser)
     parser.add_argument('--free', metavar='NAME', nargs='+',
                         help='values that are fitted (default: all of this drive but kt)')
     parser.add_argument('--validate', metavar='BAG2',
@@ -63,10 +66,9 @@ def add_arguments(parser):
                         help='threads (default: one per core)')
 
 
-def run(args):
-    """Run the command; returns the exit code."""
-    if args.jobs < 1:
-        raise InputError(f'--jobs: {args.jobs}, expected a whole number >= 1')
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
+    check_jobs(args.jobs)
     if not args.windows >= SECONDS:
         raise InputError(f'--windows: {args.windows:g}, expected at least {SECONDS:g} s')
     expect_folder_of(args.out)
@@ -75,58 +77,57 @@ def run(args):
         raise InputError(f'--out {args.out}: exists, expected a new file')
     model = load_model(args.model)
     paths = [*args.bag, *([args.validate] if args.validate else [])]
-    loaded = [load(path, model, args) for path in paths]
+    loaded = [load_recording(path, model, args) for path in paths]
     recordings = [recording for recording, _ in loaded]
     validate = recordings.pop() if args.validate else None
-    with tqdm(total=100, desc='fit', disable=None, leave=False,
-              bar_format='{percentage:3.0f} %|{bar:20}| {elapsed} {desc}') as bar:
-        found = fit_nominal(
+    with percent_bar('fit') as bar:
+        result = fit_nominal(
             recordings, model, args.free, validate=validate, jobs=args.jobs,
-            seconds=args.windows if args.windows > SECONDS else None, progress=shown_by(bar))
+            seconds=args.windows if args.windows > SECONDS else None, progress=progress_of(bar))
     if args.out:
-        save_model(args.out, found.model, ['Fitted with gearbox_monitor fit-nominal to '
-                                           + ', '.join(Path(path).name for path in args.bag)])
+        save_model(args.out, result.model, ['Fitted with gearbox_monitor fit-nominal to '
+                                            + ', '.join(Path(path).name for path in args.bag)])
     data = plain({
         'values': {v.name: {k: x for k, x in vars(v).items() if k != 'name'}
-                   for v in found.values},
-        'correlated': found.correlated, 'gap_before': found.gap_before,
-        'gap_after': found.gap_after, 'validation': found.validation,
-        'notes': [note for _, said in loaded for note in said]})
+                   for v in result.values},
+        'correlated': result.correlated, 'gap_before': result.gap_before,
+        'gap_after': result.gap_after, 'validation': result.validation,
+        'notes': [note for _, notes in loaded for note in notes]})
     if args.json and args.json != '-':
         Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
     print(json.dumps(data, indent=2) if args.json == '-' else text(data, args))
-    return 0 if all(v.determined for v in found.values) else 1
+    return 0 if all(v.determined for v in result.values) else 1
 
 
-def text(data, args):
-    """Return the figures as lines of at most 80 columns."""
+def text(data: Mapping[str, Any], args: Namespace) -> str:
+    """Return the figures `data` under the options `args` as lines of at most 80 columns."""
     wide = max(6, *(len(name) + 1 for name in data['values']))
     lines = [f'{"":{wide}s}{"model file":>12s}{"fitted":>12s}{"+-":>10s}  unit']
     for name, v in data['values'].items():
         lines.append(f'{name:{wide}s}{v["start"]:12.5g}{v["value"]:12.5g}{v["error"]:10.2g}  '
                      f'{v["unit"]:10s}' + ('' if v['determined'] else 'not determined'))
-    for one, other, r in data['correlated']:
-        lines.append(f'{one} and {other} can hardly be told apart (correlation {r:.2f})')
+    for first, second, r in data['correlated']:
+        lines.append(f'{first} and {second} are hardly distinguishable (correlation {r:.2f})')
     gap = f'gap {data["gap_after"]:.4g}'
     if data['gap_before'] is not None:
         gap += f' after, {data["gap_before"]:.4g} before'
     lines.append(f'{gap} (in standard deviations of the encoders, runs of '
                  f'{args.windows:g} s)')
-    found = data['validation']
-    if found:
-        runs = found['free_run']
-        lines.append(f'{Path(args.validate).name}: gap {found["gap_before"]:.4g} before, '
-                     f'{found["gap_after"]:.4g} after')
+    validation = data['validation']
+    if validation:
+        runs = validation['free_run']
+        lines.append(f'{Path(args.validate).name}: gap {validation["gap_before"]:.4g} before, '
+                     f'{validation["gap_after"]:.4g} after')
         for name in runs['before']:
-            one, other = runs['before'][name], runs['after'][name]
-            if one is not None or other is not None:
+            start, fitted = runs['before'][name], runs['after'][name]
+            if start is not None or fitted is not None:
                 lines.append(f'  one free run of {runs["seconds"]:.0f} s, {name}: '
-                             f'{_rms(one)} before, {_rms(other)} after')
+                             f'{_rms(start)} before, {_rms(fitted)} after')
     lines += [f'note: {note}'[:80] for note in data['notes']]
     if args.out:
         lines.append(f'written: {args.out}')
     return '\n'.join(lines)
 
 
-def _rms(value):
+def _rms(value: float | None) -> str:
     return 'diverges' if value is None or not math.isfinite(value) else f'{value:.3g} rms'

@@ -13,18 +13,18 @@
 # limitations under the License.
 
 """
-Replay many bags, measure the backlash in each, and see which gearboxes wear.
+Replay many bags, measure the backlash in each, and report which gearboxes wear.
 
 BAGS are bags, .mcap files, folders of them, patterns, or URLs that fsspec can open (zip://, s3://
 with s3fs, ...). Each is run through the estimator as "replay" does, with the model and parameters
 recorded in it, and the backlash fitted on windows of drift_window seconds. DIR then holds
   features/     a Parquet dataset (by gearbox and date), a row per window
   bags.parquet  a row per bag: done, failed and why, duplicate of which; features; versions
-  fleet.html    the page: gap of each gearbox over time, the worst first
+  fleet.html    the page: backlash of each gearbox over time, the most worn first
 
 Bags run in a pool of processes, or on a Dask cluster. A bag whose worker dies is tried again. The
-same command goes on where an earlier one ended, however that was: bags that are done are skipped,
-until their content, the model, the parameters or the version change.
+same command continues where an earlier one ended, for whatever reason: bags that are done are
+skipped until their content, the model, the parameters or the version change.
 
 usage examples:
   gearbox_monitor fleet archive/ --out fleet
@@ -33,28 +33,31 @@ usage examples:
   gearbox_monitor fleet archive/ --out fleet --scheduler tcp://head:8786
   gearbox_monitor fleet 'zip://**/*.mcap::2025.zip' --out fleet --json | jq .gearboxes[0]
 
-exit code: 0 every bag has its row, 1 some are to be tried again by the same command (their workers
-died, their files could not be read), 2 bad usage or input, disk full, scheduler lost; 130 after
+exit code: 0 every bag has its row, 1 the same command should try some again (their workers died or
+their files could not be read), 2 bad usage or input, disk full, scheduler lost; 130 after
 Ctrl-C.
 """
+from argparse import ArgumentParser, Namespace
 from collections import Counter
+from collections.abc import Mapping
 from contextlib import suppress
 import json
 import re
 import sys
+from typing import Any
 
 from tqdm import tqdm
 
+from gearbox_monitor.cli.options import estimator_options
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_model, load_parameters
-from gearbox_monitor.parameters import SETTINGS
+from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.ros.processes import cores, Interrupt
 
-SHOWN = 10  # gearboxes, and bags that failed, on the terminal
+PRINTED = 10  # gearboxes, and bags that failed, on the terminal
 
 
-def add_arguments(parser):
-    """Declare the options."""
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
     parser.add_argument('bags', nargs='+', metavar='BAGS',
                         help='bag, .mcap file, folder of bags, pattern or URL')
     parser.add_argument('--out', metavar='DIR', required=True,
@@ -64,9 +67,9 @@ def add_arguments(parser):
     parser.add_argument('--workers', metavar='N', type=int,
                         help='processes (default: one per core); 0: in this one')
     parser.add_argument('--diagnose', action='store_true',
-                        help='diagnose 14 s of each bag, too: about a minute of computing each')
+                        help='also diagnose 14 s of each bag: about a minute of computing each')
     parser.add_argument('--only', metavar='ID,ID', default='',
-                        help='effects that --diagnose tries, no other: far quicker')
+                        help='effects that --diagnose tries, and no others: far quicker')
     parser.add_argument('--model', metavar='FILE',
                         help='model file of the drive (default: that recorded in each bag)')
     parser.add_argument('--params', metavar='FILE', help='ROS parameter file of the estimator')
@@ -77,8 +80,8 @@ def add_arguments(parser):
     parser.add_argument('--json', action='store_true', help='print the summary as JSON')
 
 
-def run(args):
-    """Run the command; returns the exit code."""
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
     _check(args)
     try:
         from gearbox_monitor.fleet.fleet_run import FleetRun
@@ -113,14 +116,14 @@ def run(args):
     return 1 if data['to_be_tried_again'] else 0
 
 
-def _check(args):
-    """Raise InputError for options that contradict."""
+def _check(args: Namespace) -> None:
+    """Raise InputError for options that contradict each other."""
     if args.scheduler and args.workers is not None:
-        raise InputError('--workers: not with --scheduler, expected one of them')
+        raise InputError('--workers and --scheduler exclude each other, expected one of them')
     if args.workers is not None and args.workers < 0:
         raise InputError(f'--workers: {args.workers}, expected a whole number >= 0')
     if args.only and not args.diagnose:
-        raise InputError('--only: not without --diagnose, expected both')
+        raise InputError('--only requires --diagnose')
     try:
         re.compile(args.gearbox)
     except re.error as error:
@@ -128,37 +131,41 @@ def _check(args):
                          'expression') from None
 
 
-def _engine(args, left):
-    """Return the engine that the options ask for; `left`: bags there are for it."""
+def _engine(args: Namespace, bags: int) -> Any:
+    """Return the engine of the options for so many `bags`."""
     from gearbox_monitor.fleet.executors import DaskExecutor, PoolExecutor, SerialExecutor
     if args.scheduler:
         engine = DaskExecutor(args.scheduler)
         if not engine.threads():
             print('fleet: the cluster has no workers yet', file=sys.stderr)
         return engine
-    workers = min(cores() if args.workers is None else args.workers, left)
+    workers = min(cores() if args.workers is None else args.workers, bags)
     return PoolExecutor(workers) if workers else SerialExecutor()
 
 
-def _settings(args):
+def _settings(args: Namespace) -> Any:
     """Return the JobSettings of the options."""
     from gearbox_monitor.fleet.job import JobSettings
     from gearbox_monitor.identification.diagnose import chosen_ids
-    parameters = (load_parameters(args.params, 'estimator', SETTINGS, args.topic)
-                  if args.params else {})
-    model_file = args.model or parameters.pop('model', '')
-    parameters.pop('model', None)
+    parameters, model_file = estimator_options(args)
     only = tuple(filter(None, args.only.split(',')))
     chosen_ids(only or None, ())
     return JobSettings(load_model(model_file) if model_file else None, model_file, parameters,
                        args.topic, args.gearbox, args.diagnose, only)
 
 
-def finish(table, key, counts):
+def finish(table: Any, key: str, counts: Mapping[str, int]) -> dict[str, Any]:
     """
-    Write the table of bags and the page; return the summary as plain data.
+    Write the table of bags and the page.
 
-    key: of the settings of this run; counts: what became of its bags.
+    Args:
+        table: of the fleet.
+        key: of the settings of this run.
+        counts: {result: bags} of this run.
+
+    Returns:
+        The summary as plain data.
+
     """
     from gearbox_monitor.fleet.trend import gearboxes
     from gearbox_monitor.report.fleet_page import fleet_page, headline
@@ -166,13 +173,13 @@ def finish(table, key, counts):
     rows = sorted(table.rows.values(), key=lambda row: row['path'])
     boxes = gearboxes(rows)
     status = Counter(row['status'] for row in rows)
-    other = sum(row['status'] == 'done' and row['settings'] != key for row in rows)
-    written = table.write_page(fleet_page(boxes, rows, status, other))
+    other_settings = sum(row['status'] == 'done' and row['settings'] != key for row in rows)
+    written = table.write_page(fleet_page(boxes, rows, status, other_settings))
     failed = [row for row in rows if row['status'] == 'failed']
     return {
         'out': str(table.folder), 'page': str(written), 'bags': len(rows), **dict(counts),
         'to_be_tried_again': sum(bool(row['retry']) for row in failed),
-        'headline': headline(boxes), 'other_settings': other,
+        'headline': headline(boxes), 'other_settings': other_settings,
         'gearboxes': [{**{name: value for name, value in box.items()
                           if name not in ('start', 'value', 'std', 'line', 'reach')},
                        # JSON knows no infinity.
@@ -182,7 +189,7 @@ def finish(table, key, counts):
                      for row in failed]}
 
 
-def _line(box):
+def _line(box: Mapping[str, Any]) -> str:
     from gearbox_monitor.report.fleet_page import (
         FEATURES, growth_text, limit_text, width_text)
     return ', '.join(filter(None, (
@@ -190,8 +197,8 @@ def _line(box):
         limit_text(box), f'{box["measured"]} of {box["bags"]} bags')))
 
 
-def text(data):
-    """Return the summary as lines for people."""
+def text(data: Mapping[str, Any]) -> str:
+    """Return the summary `data` as lines for people."""
     lines = [f'bags         {data["done"]} done, {data["failed"]} failed, {data["duplicate"]} '
              f'duplicates, {data["skipped"]} skipped: done before',
              f'fleet        {data["headline"]}']
@@ -199,7 +206,7 @@ def text(data):
             ('gearboxes', [f'{box["gearbox"]}: {box["summary"]}' for box in data['gearboxes']]),
             ('failed', [entry['reason'] + (' (will be tried again)' if entry['retry'] else '')
                         for entry in data['failures']])):
-        shown = entries[:SHOWN] + ([f'and {len(entries) - SHOWN} more']
-                                   if len(entries) > SHOWN else [])
-        lines += [f'{"" if k else label:<12s} {entry}' for k, entry in enumerate(shown)]
+        listed = entries[:PRINTED] + ([f'and {len(entries) - PRINTED} more']
+                                      if len(entries) > PRINTED else [])
+        lines += [f'{"" if k else label:<12s} {entry}' for k, entry in enumerate(listed)]
     return '\n'.join([*lines, f'written      {data["page"]}'])

@@ -12,8 +12,9 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The command line ``gearbox_monitor``: finds the subcommand and turns errors into exit codes."""
+"""The command line ``gearbox_monitor``: runs a subcommand and turns errors into exit codes."""
 import argparse
+from collections.abc import Sequence
 import contextlib
 from functools import partial
 import importlib
@@ -23,57 +24,58 @@ import sys
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
 
-# name -> (module, one line of help). Modules are imported only when their command is asked for.
+# name -> (module, one line of help). Only the module of the requested command is imported.
 COMMANDS = {
     'demo': ('demo', 'simulate, estimate, record and check one worn gearbox, on this machine'),
-    'example': ('example', 'write a bag of a simulated drive, to try the others on'),
+    'example': ('example', 'write a bag of a simulated drive, to try other commands on'),
     'replay': ('replay', 'run a bag through the estimator, offline'),
     'play': ('play', 'publish a bag to live nodes, with /clock'),
-    'recover': ('recover', 'make a whole bag of one that was cut'),
-    'import': ('import_', 'turn CSV, .mat or JSON recordings into a bag'),
-    'tune': ('tune', 'find R and Q of a filter from a recording'),
-    'compare': ('compare', 'run several filters on one recording, side by side'),
-    'check': ('check', 'say what is in a recording and what it suits'),
+    'recover': ('recover', 'repair a truncated bag'),
+    'import': ('import_', 'convert CSV, .mat or JSON recordings into a bag'),
+    'tune': ('tune', 'estimate R and Q of a filter from a recording'),
+    'compare': ('compare', 'compare several filters on one recording'),
+    'check': ('check', 'show the contents of a recording and what it suits'),
     'report': ('report', 'write one page about a recording'),
     'accept': ('accept', 'check the backlash and stiffness of a delivered gearbox from a bag'),
-    'simulate': ('simulate', 'lay a recording, its model and the closed model over each other'),
-    'diagnose': ('diagnose', 'find the effect that simulator and drive differ by, from a bag'),
-    'suggest': ('suggest', 'find the motion that tells confused effects apart'),
-    'fit-nominal': ('fit_nominal', 'find the values of a model file from recordings'),
-    'fleet': ('fleet', 'replay many bags and see which gearboxes wear'),
+    'simulate': ('simulate', 'overlay a recording, its model and the closed model'),
+    'diagnose': ('diagnose', 'identify the unmodelled effect behind the sim-to-real gap'),
+    'suggest': ('suggest', 'find the motion that distinguishes confused effects'),
+    'fit-nominal': ('fit_nominal', 'identify the values of a model file from recordings'),
+    'fleet': ('fleet', 'replay many bags and report which gearboxes wear'),
     'benchmark': ('benchmark', 'measure this package against its bars'),
 }
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """
-    Run one subcommand.
+    Run one subcommand with `argv`, or the arguments of the process.
 
     Returns 0 when done, 1 for a finding that asks for action, 2 for bad usage or bad input, 130
     after Ctrl-C.
     """
     argv = sys.argv[1:] if argv is None else argv
-    named = next((word for word in argv if not word.startswith('-')), None)
+    command = next((word for word in argv if not word.startswith('-')), None)
     try:
-        args = _parse(argv, named)
+        args = _parse(argv, command)
         # Of a command that uses no kernel: absent.
         kernels = sys.modules.get('gearbox_monitor.kernels.jit')
         if kernels and kernels.CACHE_PROBLEM:
-            print(f'gearbox_monitor {named}: {kernels.CACHE_PROBLEM}', file=sys.stderr)
+            print(f'gearbox_monitor {command}: {kernels.CACHE_PROBLEM}', file=sys.stderr)
         with _announced_compilation() if kernels else contextlib.nullcontext():
-            return args.run(args) or 0
+            code: int = args.run(args) or 0
+            return code
     except InputError as error:
-        print(f'gearbox_monitor {named}: {error}', file=sys.stderr)
+        print(f'gearbox_monitor {command}: {error}', file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130
-    except BrokenPipeError:  # the reader of our output has gone (| head)
+    except BrokenPipeError:  # the reader of the output has ended (| head)
         sys.stderr.close()
         return 0
 
 
 def _announced_compilation() -> contextlib.AbstractContextManager[None]:
-    """Return the context that tells a user at a terminal why the first run takes so long."""
+    """Return the context that explains at a terminal why the first run takes so long."""
     if not sys.stderr.isatty():
         return contextlib.nullcontext()
     from tqdm import tqdm
@@ -82,8 +84,8 @@ def _announced_compilation() -> contextlib.AbstractContextManager[None]:
     return announced_compilation(partial(tqdm.write, file=sys.stderr))
 
 
-def _parse(argv, named):
-    """Return the parsed `argv`; only the module of the command `named` is imported."""
+def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:
+    """Return the parsed `argv`; only the module of `command` is imported."""
     parser = argparse.ArgumentParser(
         prog='gearbox_monitor', description='Condition monitor for robot joint gearboxes.')
     parser.add_argument('--version', action='version', version=__version__)
@@ -91,13 +93,13 @@ def _parse(argv, named):
     for name, (module, summary) in COMMANDS.items():
         sub = subparsers.add_parser(
             name, help=summary, formatter_class=argparse.RawDescriptionHelpFormatter)
-        if name == named:
-            # Small matrices, and fits in threads of our own: those of BLAS would be in the way.
+        if name == command:
+            # Small matrices, and fits in own threads: threads of BLAS would only slow them down.
             os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
-            command = importlib.import_module('gearbox_monitor.cli.' + module)
-            sub.description = command.__doc__
-            command.add_arguments(sub)
-            sub.set_defaults(run=command.run)
+            shell = importlib.import_module('gearbox_monitor.cli.' + module)
+            sub.description = shell.__doc__
+            shell.add_arguments(sub)
+            sub.set_defaults(run=shell.run)
     return parser.parse_args(argv)
 
 

@@ -16,12 +16,12 @@
 Run a bag through the estimator, offline, and compare with what was published live.
 
 Without options the recorded parameters and snapshots apply, and every recorded estimate is
-compared bit for bit. With --filter, --params or --model the given ones replace the recorded.
-The bag is read block by block: memory does not grow with its length. --estimates-only leaves out
-the smoother, trust and drift, for the same estimates in a fraction of the time.
---smooth adds columns to a table: estimates that know the whole recording (fixed-interval smoother,
-with the filter's parameters but for a fifth of the noise density of tau_K and softened friction);
-it holds the whole recording in memory.
+compared bit for bit. --filter, --params and --model replace what is recorded.
+The bag is read block by block: memory does not grow with its length. --estimates-only omits
+smoother, trust and drift: the same estimates in a fraction of the time. --smooth adds columns to a
+table: estimates from the whole recording (fixed-interval smoother, with the filter's parameters
+except a fifth of the noise density of tau_K and softened friction); it keeps the whole recording
+in memory.
 
 usage examples:
   gearbox_monitor replay gearbox_2026_11_21-10_00_00
@@ -30,34 +30,34 @@ usage examples:
   gearbox_monitor replay BAG --filter ekf --out BAG2 --json
   gearbox_monitor replay BAG --smooth --out smoothed.csv
 
-exit code: 0 done, 1 the recorded estimates came out differently, 2 bad usage or input.
+exit code: 0 done, 1 replayed and recorded estimates differ, 2 bad usage or input.
 """
+from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping
 import json
 from pathlib import Path
+from typing import Any
 
 from tqdm import tqdm
 
-from gearbox_monitor.bag.comparison import Comparer
+from gearbox_monitor.bag.comparison import Comparer, Comparison
 from gearbox_monitor.bag.estimate_table import CsvTable, ParquetTable
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import interval_error, Player, ReplayCollector, smoothed
 from gearbox_monitor.bag.replay_output import BagOutput
 from gearbox_monitor.bag.replay_summary import ReplaySummary
-from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_model, load_parameters
-from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
+from gearbox_monitor.cli.options import add_estimator_arguments, estimator_options, expect_new
+from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.units import on_axis
 
 TABLES = {'.csv': CsvTable, '.parquet': ParquetTable}
 
 
-def add_arguments(parser):
-    """Declare the options."""
-    parser.add_argument('bag', help='bag directory or .mcap file, whole or cut')
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
+    add_estimator_arguments(parser)
     parser.add_argument('--filter', help=f'filter to use: {", ".join(FILTER_NAMES)}')
-    parser.add_argument('--params', metavar='FILE', help='ROS parameter file of the estimator')
-    parser.add_argument('--model', metavar='FILE', help='model file of the drive')
-    parser.add_argument('--topic', default='joint_states', help='topic of the inputs')
     parser.add_argument('--out', metavar='PATH', help='write the estimates: FILE.parquet or '
                         'FILE.csv, else inputs and estimates to a new bag')
     parser.add_argument('--csv', metavar='FILE', help='write the estimates as CSV, whatever the '
@@ -69,17 +69,13 @@ def add_arguments(parser):
     parser.add_argument('--json', action='store_true', help='print the summary as JSON')
 
 
-def run(args):
-    """Run the command; returns the exit code."""
-    parameters = (load_parameters(args.params, 'estimator', SETTINGS, args.topic)
-                  if args.params else {})
-    # In a parameter file the model is a path; replay takes the model itself.
-    model_file = args.model or parameters.pop('model', '')
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
+    parameters, model_file = estimator_options(args)
     if args.filter:
         parameters['filter'] = args.filter
     for path in (args.out, args.csv):
-        if path and Path(path).exists():
-            raise InputError(f'{path}: exists, expected a new file')
+        expect_new(path)
     with open_bag(args.bag) as reader:
         model = load_model(model_file) if model_file else None
         whole = not args.estimates_only
@@ -89,12 +85,12 @@ def run(args):
     return 1 if comparison and comparison.different else 0
 
 
-def _play(args, player):
-    """Run the Player into everything that was asked for; return (summary, Comparison or None)."""
-    told = ReplaySummary(player)
+def _play(args: Namespace, player: Player) -> tuple[dict[str, Any], Comparison | None]:
+    """Run `player` into all outputs of the options; return the summary and the comparison."""
+    summary = ReplaySummary(player)
     comparer = Comparer(player) if player.compared else None
-    kept = ReplayCollector(player) if args.smooth else None
-    outputs = []
+    collector = ReplayCollector(player) if args.smooth else None
+    outputs: list[Any] = []
     try:
         for kind, path in ((TABLES.get(Path(args.out or '').suffix), args.out),
                            (CsvTable, args.csv)):
@@ -105,12 +101,12 @@ def _play(args, player):
             output, BagOutput)]
         with tqdm(total=player.reader.topics[player.topic][1], desc='replay', unit=' samples',
                   unit_scale=True, disable=None, leave=False) as bar:
-            player.run([sink for sink in (told, comparer, kept, *outputs, Progress(bar))
+            player.run([sink for sink in (summary, comparer, collector, *outputs, Progress(bar))
                         if sink and sink not in tables])
         comparison = comparer and comparer.comparison
-        data = told.data(comparison)
+        data = summary.data(comparison)
         if args.smooth:
-            result = kept.replay()
+            result = collector.replay()
             rows = smoothed(result)
             for table in tables:
                 table.write(result.estimates, rows)
@@ -127,21 +123,22 @@ def _play(args, player):
 class Progress:
     """Takes the parts of a Player and moves a progress bar."""
 
-    topics = ()
+    topics: tuple[str, ...] = ()
 
-    def __init__(self, bar):
+    def __init__(self, bar: 'tqdm[None]') -> None:
+        """Move `bar`."""
         self._bar = bar
 
-    def add(self, part):
-        """Take a Part."""
+    def add(self, part: Any) -> None:
+        """Take a `part` of the recording."""
         self._bar.update(len(part.samples.stamp_ns))
 
-    def finish(self):
+    def finish(self) -> None:
         """Leave the bar to its owner."""
 
 
-def text(data, axis='rotary'):
-    """Return the summary as lines for people."""
+def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
+    """Return the summary `data` of a drive with `axis` as lines for people."""
     lines = [
         f'bag          {data["bag"]}',
         f'samples      {data["samples"]} in {data["duration_s"]:.2f} s '
@@ -180,7 +177,7 @@ def text(data, axis='rotary'):
         if c['explained'] or c['lost_inputs'] or c['lost_outputs']:
             lines.append(
                 f'             missing in the bag: {c["lost_inputs"]} inputs, '
-                f'{c["lost_outputs"]} outputs; {c["explained"]} values differ behind such a '
+                f'{c["lost_outputs"]} outputs; {c["explained"]} values differ after such a '
                 'loss, up to the next snapshot')
         if c['early_inputs']:
             lines.append(f'             {c["early_inputs"]} samples came before the estimator was '
@@ -191,5 +188,5 @@ def text(data, axis='rotary'):
     return '\n'.join(lines)
 
 
-def _number(value):
+def _number(value: float | None) -> str:
     return 'none' if value is None else f'{value:.4g}'

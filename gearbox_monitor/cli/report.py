@@ -13,14 +13,14 @@
 # limitations under the License.
 
 """
-Write one page about a recording: what the gearbox did, and how far to trust it.
+Write one page about a recording: the state of the gearbox, and the trust in its estimates.
 
 One HTML file that loads nothing, for a screen, a phone or paper: torque over twist minute by
-minute, gap width with alarms, prediction errors with two sigma, NIS, levels of trust over time,
-rate and gaps of the input, parameters and versions. Drag in a chart to zoom.
+minute, backlash with alarms, prediction errors with two sigma, NIS, levels of trust over time,
+rate and dropouts of the input, parameters and versions. Drag in a chart to zoom.
 
-Estimates in the bag are shown as they were published; where there are none, or with --model,
---params, --filter or --replay, the estimator is run on the recorded samples. Signals over time are
+Estimates in the bag are shown as they were published; without any, or with --model, --params,
+--filter or --replay, the estimator is run on the recorded samples. Signals over time are
 thinned to envelopes of lowest and highest value, so that an hour makes a page of some MB.
 
 usage examples:
@@ -31,82 +31,61 @@ usage examples:
 
 exit code: 0 done, 2 bad usage or input.
 """
-import json
-import math
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from tqdm import tqdm
 
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.cli.inputs import check_filter
+from gearbox_monitor.cli.options import (
+    add_estimator_arguments, check_filter, dump, estimator_options, expect_new, JSON_FILE_HELP,
+    plain, write_new)
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_model, load_parameters
-from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
+from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.report.recording_page import figures, headline, recording_page
 from gearbox_monitor.report.timeline_source import EstimatorChoice, TimelineSource
 
 
-def add_arguments(parser):
-    """Declare the options."""
-    parser.add_argument('bag', metavar='BAG', help='bag directory or .mcap file, whole or cut')
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
+    add_estimator_arguments(parser)
     parser.add_argument('--out', metavar='FILE', help='page to write (default: name of BAG.html, '
                         'here)')
-    parser.add_argument('--model', metavar='FILE', help='model file of the drive')
-    parser.add_argument('--params', metavar='FILE', help='ROS parameter file of the estimator')
     parser.add_argument('--filter', metavar='F', help='filter to run: ' + ', '.join(FILTER_NAMES))
-    parser.add_argument('--topic', default='joint_states', help='topic of the inputs')
     parser.add_argument('--replay', action='store_true',
                         help='run the estimator although the bag holds estimates')
     parser.add_argument('--json', metavar='FILE',
-                        help='write the figures as JSON; - prints them, and nothing else')
+                        help='write the figures as JSON' + JSON_FILE_HELP)
 
 
-def run(args):
-    """Run the command; returns the exit code."""
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
     out = Path(args.out or f'{Path(args.bag).resolve().stem}.html')
-    for path in (out, Path(args.json) if args.json and args.json != '-' else None):
-        if path is not None and path.exists():
-            raise InputError(f'{path}: exists, expected a new file')
-    given = (load_parameters(args.params, 'estimator', SETTINGS, args.topic)
-             if args.params else {})
-    model_file = args.model or given.pop('model', '')
+    expect_new(out)
+    expect_new(args.json)
+    parameters, model_file = estimator_options(args)
     if args.filter:
-        given['filter'] = check_filter(args.filter)
+        parameters['filter'] = check_filter(args.filter)
     model = load_model(model_file) if model_file else None
     with open_bag(args.bag) as reader, tqdm(
             total=100, desc='report', disable=None, leave=False,
             bar_format='{desc} {percentage:3.0f} %|{bar}| {elapsed} left {remaining}') as bar:
-        source = TimelineSource(reader, args.topic, EstimatorChoice(model, given, args.replay),
-                                lambda share: bar.update(100.0 * share - bar.n))
+        source = TimelineSource(
+            reader, args.topic, EstimatorChoice(model, parameters, args.replay),
+            lambda share: bar.update(100.0 * share - bar.n))
         timeline, facts = source.run()
     if not timeline.samples:
         raise InputError(f'{args.bag}: topic {source.topic} holds no sample, expected some')
     name = '/'.join(Path(args.bag).parts[-2:])
-    _write(out, recording_page(timeline, facts, name))
-    data = _plain({'bag': str(args.bag), 'page': str(out), 'headline': headline(timeline)[0],
-                   **figures(timeline, facts)})
+    write_new(out, recording_page(timeline, facts, name))
+    data = plain({'bag': str(args.bag), 'page': str(out), 'headline': headline(timeline)[0],
+                  **figures(timeline, facts)})
     if args.json == '-':
-        print(json.dumps(data, indent=2, allow_nan=False))
+        print(dump(data))
         return 0
     if args.json:
-        _write(Path(args.json), json.dumps(data, indent=2, allow_nan=False) + '\n')
+        write_new(args.json, dump(data) + '\n')
     print(f'{data["headline"]}\n{out}: {out.stat().st_size / 1e6:.1f} MB, {timeline.last:.1f} s, '
           f'{timeline.samples} samples, {"live" if facts.live else "replayed"} estimates')
     return 0
-
-
-def _write(path, text):
-    try:
-        with open(path, 'x', encoding='utf-8') as file:
-            file.write(text)
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
-
-
-def _plain(value):
-    """Return `value` with None for numbers that are not finite."""
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

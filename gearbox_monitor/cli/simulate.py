@@ -13,9 +13,9 @@
 # limitations under the License.
 
 """
-Simulate a recording: lay the recording, its model and the closed model over each other.
+Simulate a recording: overlay the recording, its model and the closed model.
 
-Over windows of 1 s each model starts from the state that fits best: what is left is the gap, in
+Over windows of 1 s each model starts from the state that fits best: its residual is the gap, in
 standard deviations of the encoder noise, 1 is the floor. Over the whole recording it runs once,
 from the state of the first window, with the recorded torque alone: errors add up, as in a
 simulator. Nothing else is fitted.
@@ -27,17 +27,22 @@ usage examples:
   gearbox_monitor simulate --model drive.yaml --closed drive.closed.yaml --against BAG2 --out pics
   gearbox_monitor simulate --model drive.yaml --against run.csv --json - | jq .gap_before
 """
+from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 import textwrap
+from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.cli.diagnose import add_drive, dump, load, plain
+from gearbox_monitor.cli.drive_recordings import add_drive_arguments, load_recording
+from gearbox_monitor.cli.options import dump, expect_new, JSON_FILE_HELP, plain
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
 from gearbox_monitor.identification.closed_model import closed_of, rms
-from gearbox_monitor.identification.model_overlay import overlay
+from gearbox_monitor.identification.model_overlay import Overlay, overlay
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report import overlay_plot
 from gearbox_monitor.report.diagnosis_evidence import notable_windows
 from gearbox_monitor.report.words import number, percent, unit_of
@@ -46,9 +51,9 @@ WIDTH = 80
 PICTURES = ('windows.png', 'free_run.png')
 
 
-def add_arguments(parser):
-    """Declare the options."""
-    add_drive(parser)
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
+    add_drive_arguments(parser)
     parser.add_argument('--closed', metavar='FILE',
                         help='model file with the effect, as diagnose writes it')
     parser.add_argument('--against', metavar='BAG', required=True,
@@ -56,18 +61,18 @@ def add_arguments(parser):
     parser.add_argument('--out', metavar='DIR',
                         help='write windows.png and free_run.png: recording, models, residuals')
     parser.add_argument('--json', metavar='FILE',
-                        help='write the numbers as JSON; - prints them, and nothing else')
+                        help='write the numbers as JSON' + JSON_FILE_HELP)
 
 
-def run(args):
-    """Run the command; returns the exit code."""
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
     _check_targets(args)
     models = {'nominal model': load_model(args.model)}
     if args.closed:
         # The recording is read once, with the torque constant of the first.
         models['closed model'] = load_model(args.closed).with_torque_constant(
             models['nominal model'].torque_constant)
-    recording, notes = load(args.against, models['nominal model'], args)
+    recording, notes = load_recording(args.against, models['nominal model'], args)
     laid = overlay(recording, models)
     data = plain(figures(laid))
     data['notes'] = notes
@@ -77,23 +82,25 @@ def run(args):
     return 0
 
 
-def figures(laid):
+def figures(laid: Overlay) -> dict[str, Any]:
     """
-    Return the numbers of an Overlay with one or two runs, as plain data.
+    Return the numbers of an overlay `laid` of one or two runs, as plain data.
 
     {'gap_before', 'gap_after', 'closed_fraction', 'channels' {name: {before, after}}, 'windows',
     'sigma', 'free_run' {'seconds', 'before', 'after' {name: rad rms}}}; after: None without a
-    closed model, rms None where a run diverges.
+    closed model, rms None if a run diverges.
     """
     gaps = [run.gap for run in laid.runs]
-    channels, free, names = {}, [{}, {}], laid.recording.readings
+    channels: dict[str, Any] = {}
+    free: list[dict[str, float]] = [{}, {}]
+    names = laid.recording.readings
     for column, k in enumerate(laid.channels):
         parts = [float(np.sqrt(np.mean(laid.residual(run)[:, :, column] ** 2)))
                  for run in laid.runs]
         channels[names[k]] = {'before': parts[0], 'after': parts[1] if parts[1:] else None}
-    for run, found in zip(laid.runs, free):
+    for run, values_by_name in zip(laid.runs, free):
         values = rms(laid.recording, run.free)
-        found.update({names[k]: float(values[k]) for k in laid.channels})
+        values_by_name.update({names[k]: float(values[k]) for k in laid.channels})
     both = len(gaps) > 1
     return {'gap_before': gaps[0], 'gap_after': gaps[1] if both else None,
             'closed_fraction': closed_of(*gaps) if both else None, 'channels': channels,
@@ -102,8 +109,18 @@ def figures(laid):
                          'after': free[1] if both else None}}
 
 
-def text(data, recording, written=(), unit='rad'):
-    """Return the numbers `data` as lines for people, at most 80 columns."""
+def text(data: Mapping[str, Any], recording: UniformRecording, written: Sequence[Path] = (),
+         unit: str = 'rad') -> str:
+    """
+    Return the numbers as lines for people, at most 80 columns.
+
+    Args:
+        data: of figures.
+        recording: of the drive.
+        written: files.
+        unit: of the encoders.
+
+    """
     both = data['gap_after'] is not None
     sigma = ', '.join(
         f'{name} {data["sigma"][1 if name == "arm" else 0]:.3g} {unit_of(name, unit)}'
@@ -112,8 +129,9 @@ def text(data, recording, written=(), unit='rad'):
                      f'{1.0 / recording.dt:.0f} samples/s, noise {sigma}')
     lines += ['', f'{"":<34s}{"nominal":>12s}' + (f'{"closed":>12s}' if both else '')]
 
-    def row(words, before, after):
-        cells = [before, after] if both else [before]
+    def row(words: str, *values: float | None) -> None:
+        """Add a line of words with the values of one model or both."""
+        cells = values if both else values[:1]
         lines.append(f'{words:<34s}' + ''.join(f'{_cell(v):>12s}' for v in cells))
     row(f'gap in {data["windows"]} windows of 1 s', data['gap_before'], data['gap_after'])
     for name, part in data['channels'].items():
@@ -127,37 +145,47 @@ def text(data, recording, written=(), unit='rad'):
         lines += _wrapped('The closed model closes '
                           f'{percent(data["closed_fraction"])} of the gap.', first=True)
     if free['before'] and None in (*free['before'].values(), *(free['after'] or {}).values()):
-        lines += _wrapped('diverges: the run leaves what numbers can hold.')
+        lines += _wrapped('diverges: the values of the run overflow.')
     for note in data['notes']:
         lines += _wrapped(f'note: {note}')
     return '\n'.join([*lines, *(f'written {path}' for path in written)])
 
 
-def _cell(value):
+def _cell(value: float | None) -> str:
     return 'diverges' if value is None else number(value)
 
 
-def _wrapped(words, first=False):
+def _wrapped(words: str, first: bool = False) -> list[str]:
     return [''] * first + textwrap.wrap(words, WIDTH, break_on_hyphens=False)
 
 
-def _check_targets(args):
-    """Raise InputError where a file to write exists or has no folder."""
+def _check_targets(args: Namespace) -> None:
+    """Raise InputError if a file to write exists or has no folder."""
     paths = [Path(args.out) / name for name in PICTURES] if args.out else []
-    if args.json and args.json != '-':
-        paths.append(Path(args.json))
-    for path in paths:
-        if path.exists():
-            raise InputError(f'{path}: exists, expected a new file')
+    for path in (*paths, args.json):
+        expect_new(path)
     expect_folder_of(args.out)
     expect_folder_of(args.json)
     if args.out and Path(args.out).exists() and not Path(args.out).is_dir():
         raise InputError(f'{args.out}: is a file, expected a directory')
 
 
-def write(laid, data, args, unit='rad'):
-    """Write the pictures and the JSON that were asked for; returns their Paths."""
-    written = []
+def write(laid: Overlay, data: Mapping[str, Any], args: Namespace,
+          unit: str = 'rad') -> list[Path]:
+    """
+    Write pictures and JSON.
+
+    Args:
+        laid: models over the recording.
+        data: of figures.
+        args: options of the command.
+        unit: of the encoders.
+
+    Returns:
+        The files.
+
+    """
+    written: list[Path] = []
     try:
         if args.out:
             out = Path(args.out)

@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-Suggest the motion that tells effects apart which a recording could not separate.
+Suggest the motion that distinguishes effects which a recording could not separate.
 
-VERDICT is verdict.json of a diagnosis (diagnose --out DIR), or DIR itself: the effect that was
-found, at its size, against those listed as confusable. Without it, --pair names two effects of the
+VERDICT is verdict.json of a diagnosis (diagnose --out DIR), or DIR itself: the identified effect,
+at its size, against those listed as confusable. Without it, --pair names two effects of the
 library, at a usual size. Some sixty torque signals that the plant node knows are simulated within
 the limits; d s2 is the evidence for the effect that the other one cannot imitate, above 20 is
 enough. Limits are on the arm side; the simulation starts at rest and has no end stops.
@@ -29,9 +29,12 @@ usage examples:
 
 exit code: 0 a motion separates all pairs, 1 none within the limits does, 2 bad usage or input.
 """
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -44,15 +47,16 @@ from gearbox_monitor.identification.isolability import LIMIT
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 
-SHOWN = 3
-NOISE = 1e-3  # rad, where no recording says otherwise
+PRINTED = 3
+NOISE = 1e-3  # rad, without a recording
 
 
-def add_arguments(parser):
-    """Declare the options."""
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
     parser.add_argument('verdict', nargs='?', metavar='VERDICT',
                         help='verdict.json of diagnose, or the directory it stands in')
-    parser.add_argument('--pair', nargs=2, metavar='ID', help='tell the first from the second')
+    parser.add_argument('--pair', nargs=2, metavar='ID',
+                        help='distinguish the first from the second')
     parser.add_argument('--model', metavar='FILE', required=True,
                         help='model file of the drive, as given to diagnose')
     parser.add_argument('--max-torque', type=float, required=True, metavar='NM')
@@ -68,8 +72,8 @@ def add_arguments(parser):
     parser.add_argument('--json', metavar='FILE', help='write the motions as JSON; - prints them')
 
 
-def run(args):
-    """Run the command; returns the exit code."""
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
     for option in ('max_torque', 'max_speed', 'max_travel', 'seconds', 'noise'):
         value = getattr(args, option)
         if value is not None and not value > 0.0:
@@ -83,19 +87,20 @@ def run(args):
     limits = Limits(args.max_torque, args.max_speed, args.max_travel)
     with tqdm(total=1, desc='suggest', disable=None, leave=False,
               bar_format='{percentage:3.0f} %|{bar:20}| {elapsed} {desc}') as bar:
-        def progress(done, total):
+        def progress(done: float, total: float) -> None:
+            """Move the bar to the share of done in total."""
             bar.update(done / total - bar.n)
         motions = suggest(model, effects, pairs, limits, np.array(sigma), args.seconds,
                           progress=progress)
     if not motions:
         raise InputError(f'--max-speed, --max-travel: no motion of {args.seconds:g} s stays '
                          'within them, expected wider limits')
-    best = motions[0]
+    motion = motions[0]
     if args.out:
-        Path(args.out).write_text(yaml.safe_dump({'plant': {'ros__parameters': _plant(best)}}),
+        Path(args.out).write_text(yaml.safe_dump({'plant': {'ros__parameters': _plant(motion)}}),
                                   encoding='utf-8')
     if args.csv:
-        np.savetxt(args.csv, np.column_stack(best.torque()), '%.9g', ',', header='t,u',
+        np.savetxt(args.csv, np.column_stack(motion.torque()), '%.9g', ',', header='t,u',
                    comments='')
     data = [{'excitation': _plant(m), 'seconds': m.seconds, 'least': m.least,
              'separation': {f'{a}|{b}': v for (a, b), v in m.separation.items()},
@@ -103,27 +108,28 @@ def run(args):
     if args.json and args.json != '-':
         Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
     print(json.dumps(data, indent=2) if args.json == '-' else text(motions, args, model.axis))
-    return 0 if best.least > LIMIT else 1
+    return 0 if motion.least > LIMIT else 1
 
 
-def _question(args):
+def _question(args: Namespace) -> tuple[dict[str, Any], list[tuple[str, str]], list[float]]:
     """Return (effects {id: values or None}, pairs [(a, b)], sigma [2])."""
-    known = library()
+    library_ids = library()
     if bool(args.pair) == bool(args.verdict):
         raise InputError('suggest: expected either VERDICT or --pair ID ID')
     if args.pair:
         for name in args.pair:
-            if name not in known:
+            if name not in library_ids:
                 raise InputError(f'--pair: unknown effect {name!r}, expected ids of '
-                                 f'{", ".join(known)}')
-        return {}, [tuple(args.pair)], [args.noise or NOISE] * 2
+                                 f'{", ".join(library_ids)}')
+        return {}, [(args.pair[0], args.pair[1])], [args.noise or NOISE] * 2
     path = Path(args.verdict)
     path = path / 'verdict.json' if path.is_dir() else path
     try:
         data = json.loads(path.read_text(encoding='utf-8'))
         effects, rivals = data['params'], data['confusable']
         sigma = [args.noise or s or NOISE for s in data['sigma']]
-        pairs = [(a, b) for a in effects if a in known for b in rivals if b in known]
+        pairs = [(a, b) for a in effects if a in library_ids for b in rivals
+                 if b in library_ids]
     except OSError as error:
         raise InputError(f'{path}: {error.strerror or error}, expected a verdict of diagnose'
                          ) from None
@@ -132,28 +138,36 @@ def _question(args):
                          'diagnose --out') from None
     if not pairs:
         raise InputError(f'{path}: nothing is confusable there, expected a verdict with effects '
-                         'to tell apart, or --pair')
+                         'to distinguish, or --pair')
     return effects, pairs, sigma
 
 
-def _plant(motion):
+def _plant(motion: Any) -> dict[str, Any]:
     """Return the parameters of the plant node that run `motion`."""
     return {'excitation': motion.kind, 'amplitudes': [float(a) for a in motion.amplitudes],
             'frequencies': [float(f) for f in motion.frequencies],
             'period': float(motion.seconds)}
 
 
-def text(motions, args, axis='rotary'):
-    """Return the best motions as lines of at most 80 columns."""
+def text(motions: Sequence[Any], args: Namespace, axis: str = 'rotary') -> str:
+    """
+    Return the most informative motions as lines of at most 80 columns.
+
+    Args:
+        motions: in order of their evidence.
+        args: options of the command.
+        axis: of the drive, for units.
+
+    """
     lines = []
-    for k, motion in enumerate(motions[:SHOWN]):
+    for k, motion in enumerate(motions[:PRINTED]):
         sizes = ', '.join(f'{a:.3g}' for a in motion.amplitudes)
         rates = ', '.join(f'{f:.3g}' for f in motion.frequencies)
         reached = motion.reached
-        told = [f'{k + 1}. {motion.kind}: {sizes} N m at {rates} Hz, {motion.seconds:g} s',
-                f'   reaches {reached.torque:.3g} N m, {reached.speed:.3g} rad/s, '
-                f'{reached.travel:.3g} rad from the start']
-        lines += [on_axis(line, axis) for line in told]
+        entry = [f'{k + 1}. {motion.kind}: {sizes} N m at {rates} Hz, {motion.seconds:g} s',
+                 f'   reaches {reached.torque:.3g} N m, {reached.speed:.3g} rad/s, '
+                 f'{reached.travel:.3g} rad from the start']
+        lines += [on_axis(line, axis) for line in entry]
         for (a, b), value in sorted(motion.separation.items(), key=lambda item: item[1]):
             lines.append(f'   {a} from {b}: d s2 {value:.3g}'
                          + ('' if value > LIMIT else ', not enough'))

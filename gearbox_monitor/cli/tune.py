@@ -13,13 +13,13 @@
 # limitations under the License.
 
 """
-Find R and Q of a filter from a recording, and write them as a parameter file.
+Estimate R and Q of a filter from a recording, and write them as a parameter file.
 
-The noise of the encoders (R) comes from a stretch in which motor and arm stand still, when there
-is one of half a second; else it is found together with the process noise (Q), by maximising the
+The noise of the encoders (R) comes from a stretch of at least half a second in which motor and arm
+stand still; without one it is estimated together with the process noise (Q) by maximising the
 likelihood of the prediction errors. No truth is read. The search starts from the recording itself,
-so the result does not depend on the parameters given; those serve as the "before" and keep what is
-not tuned. Record at least 5 s in which the drive moves as it does at work; 20 s are better.
+so the result does not depend on --params, which are the "before" and keep all other values. Record
+at least 5 s in which the drive moves as it does at work; 20 s are better.
 
 With --reference TOPIC (a JointState whose effort[0] is a measured torque, N m) Q makes the error
 of tau_K small instead, and tau_k_model_std makes its stated deviation cover 68 %.
@@ -36,29 +36,35 @@ usage examples:
 
 exit code: 0 done, 2 bad usage or input.
 """
+from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping, Sequence
 import json
 import math
 from pathlib import Path
 import sys
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.joint_input import JOINT_STATE
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.cli.inputs import add_input_arguments, check_filter, load
+from gearbox_monitor.bag.read import BagReader, open_bag
+from gearbox_monitor.cli.filter_inputs import FilterInputs, load_filter_inputs
+from gearbox_monitor.cli.options import (
+    add_estimator_arguments, check_filter, expect_new, write_new)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.tune import tune
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import ESTIMATOR, SETTINGS
 from gearbox_monitor.plant.units import on_axis
 
 
-def add_arguments(parser):
-    """Declare the options."""
-    add_input_arguments(parser)
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
+    add_estimator_arguments(parser)
     parser.add_argument('--filter', metavar='F', help='filter to tune (default: as --params, ekf)')
     parser.add_argument('--out', metavar='FILE', required=True, help='parameter file to write')
     parser.add_argument('--smoother', action='store_true',
@@ -69,15 +75,14 @@ def add_arguments(parser):
     parser.add_argument('--json', action='store_true', help='print the result as JSON')
 
 
-def run(args):
-    """Run the command; returns the exit code."""
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
     if args.filter:
         check_filter(args.filter)
-    if Path(args.out).exists():
-        raise InputError(f'{args.out}: exists, expected a new file')
+    expect_new(args.out)
     expect_folder_of(args.out)
     with open_bag(args.bag) as reader:
-        inputs = load(args, reader, args.filter)
+        inputs = load_filter_inputs(args, reader, args.filter)
         reference = _reference(reader, args.reference) if args.reference else None
         notice = reader.notice
     if not COMPILED:
@@ -98,7 +103,7 @@ def run(args):
     return 0
 
 
-def _reference(reader, topic):
+def _reference(reader: BagReader, topic: str) -> tuple[Integers, Array]:
     """Return (stamps, torque) of the reference topic. Raises InputError."""
     topic = topic if topic.startswith('/') else '/' + topic
     reader.require(topic, JOINT_STATE)
@@ -109,8 +114,19 @@ def _reference(reader, topic):
     return states.stamp_ns, states.effort[:, 0]
 
 
-def write(path, inputs, data):
-    """Write the parameter file `path` that node and replay load. Raises InputError."""
+def write(path: str, inputs: FilterInputs, data: Mapping[str, Any]) -> None:
+    """
+    Write the parameter file that node and replay load.
+
+    Args:
+        path: of the new file.
+        inputs: model and parameters before.
+        data: result of the tuning.
+
+    Raises:
+        InputError: the file cannot be written.
+
+    """
     rows = {row.name: row for row in SETTINGS}
     values = inputs.parameters.changes()
     values.update(inputs.model_values, **data['parameters'], filter=data['filter'])
@@ -130,14 +146,10 @@ def write(path, inputs, data):
                 comment.append('tuned' + _error(error))
             entry = f'    {name}: {_yaml(values[name])}'
             lines.append(f'{entry:40s} # {", ".join(comment)}' if comment else entry)
-    try:
-        with open(path, 'x', encoding='utf-8') as file:
-            file.write('\n'.join(lines) + '\n')
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
+    write_new(path, '\n'.join(lines) + '\n')
 
 
-def _yaml(value):
+def _yaml(value: object) -> str:
     """Return `value` as YAML 1.1 reads it back: 1e-05 would be a string."""
     if isinstance(value, float):
         digits = repr(value)
@@ -146,30 +158,31 @@ def _yaml(value):
     return json.dumps(value)
 
 
-def text(data, axis='rotary'):
-    """Return the result as lines for people."""
+def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
+    """Return the result `data` of a drive with `axis` as lines for people."""
     where = {'standstill': f'a stretch of {data["rest_seconds"]:.1f} s at standstill',
-             'likelihood': 'the likelihood (no half second of standstill found)',
-             'fourth differences': 'fourth differences (no half second of standstill found)'}
+             'likelihood': 'the likelihood (no standstill of half a second)',
+             'fourth differences': 'fourth differences (no standstill of half a second)'}
     lines = [
         f'bag          {data["bag"]}, {data["seconds"]:.1f} s; filter {data["filter"]}',
         f'R from       {where[data["noise_from"]]}',
         f'search       {data["evaluations"]} runs; {data["starts_met"]} of {data["starts"]} '
         f'starts met within {100 * data["spread"]:.2g} %', '',
         f'{"":24s}{"before":>14s}{"after":>14s}']
-    before, after = data['before'], data['after']
+    start, tuned = data['before'], data['after']
 
-    def row(label, values, note=''):
-        shown = ''.join(f'{_number(v):>14s}' for v in values)
-        lines.append(f'{label:24s}{shown}  {note}'.rstrip())
+    def row(label: str, values: Sequence[Any], note: str = '') -> None:
+        """Add a line with label, values and note."""
+        cells = ''.join(f'{_number(v):>14s}' for v in values)
+        lines.append(f'{label:24s}{cells}  {note}'.rstrip())
 
-    row('log-likelihood', [before['loglik'], after['loglik']])
-    row('mean NIS', [before['nis'], after['nis']],
-        f'95 % band {after["nis_low"]:.3f}..{after["nis_high"]:.3f}')
+    row('log-likelihood', [start['loglik'], tuned['loglik']])
+    row('mean NIS', [start['nis'], tuned['nis']],
+        f'95 % band {tuned["nis_low"]:.3f}..{tuned["nis_high"]:.3f}')
     for k, name in enumerate(('motor', 'arm')):
-        row(f'Ljung-Box, {name}', [before['ljung_box'][k], after['ljung_box'][k]],
+        row(f'Ljung-Box, {name}', [start['ljung_box'][k], tuned['ljung_box'][k]],
             f'white below {data["white_limit"]:.1f}')
-    row('divergences', [before['diverged'], after['diverged']])
+    row('divergences', [start['diverged'], tuned['diverged']])
     if 'reference_after' in data:
         a, b = data['reference_before'], data['reference_after']
         row(on_axis('tau_K error rms (N m)', axis), [a['rmse'], b['rmse']], f'of {b["rms"]:.4g}')
@@ -189,13 +202,13 @@ def text(data, axis='rotary'):
     return '\n'.join(lines)
 
 
-def _error(error):
+def _error(error: float | None) -> str:
     if not error:
         return ''
     return f' +- {100 * error:.2g} %' if error < 1.0 else ', undetermined'
 
 
-def _number(value):
+def _number(value: Any) -> str:
     if isinstance(value, str):
         return value
     if value is None or not math.isfinite(value):

@@ -127,7 +127,7 @@ def test_a_close_call_is_no_verdict():
     # Not separable: the lost motion bounds the gap, so it can pass but not fail.
     for lost, verdict in ((0.9, 'pass'), (1.1, 'not excited')):
         found = judge([window(0.5, False, lost_motion=lost, lost_motion_std=0.001)], limits, 0.95)
-        assert found['verdict'] == verdict and 'told apart' in found['reason']
+        assert found['verdict'] == verdict and 'distinguish' in found['reason']
     stiff = {'max_gap': None, 'min_stiffness': 4.0}
     assert judge([window(0.5, False)], stiff, 0.95)['verdict'] == 'not excited'
     assert judge([window(0.5)], stiff, 0.95)['verdict'] == 'pass'

@@ -36,7 +36,7 @@ def bag(tmp_path_factory):
 @pytest.mark.parametrize('name', ['ekf', 'ukf'])
 def test_filterpy_agrees(name):
     pytest.importorskip('filterpy')
-    from gearbox_monitor.benchmarks import filterpy_reference
+    from gearbox_monitor.estimation import filterpy_reference
     samples = samples_of(simulated(4, 1000))
     parameters = {**TUNED, 'arm_load': 'unknown', 'filter': name}
     theirs = filterpy_reference.run('filterpy_' + name, DRIVE, parameters, samples)
@@ -48,7 +48,7 @@ def test_filterpy_agrees(name):
 
 
 def test_without_filterpy_one_line(monkeypatch):
-    from gearbox_monitor.benchmarks import filterpy_reference
+    from gearbox_monitor.estimation import filterpy_reference
     monkeypatch.setitem(sys.modules, 'filterpy.kalman', None)
     with pytest.raises(InputError, match='filterpy is not installed'):
         filterpy_reference.run('filterpy_ekf', DRIVE, TUNED, samples_of(simulated(4, 100)))

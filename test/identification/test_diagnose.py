@@ -233,7 +233,7 @@ def test_an_unknown_effect_is_told_by_what_it_follows(folder, tmp_path, capsys):
     report = tmp_path / 'verdict.json'
     assert call(folder, path, '--only', 'arm_viscous', 'torque_gain', '--json', str(report)) == 1
     shown = ' '.join(capsys.readouterr().out.split())
-    assert 'what is left is a function of the angle of the arm in its turn; record again' in shown
+    assert 'the residual depends on the angle of the arm in its turn; record again' in shown
     left = json.loads(report.read_text())['misfit']['follows']
     assert (left['place'], left['over']) == ('arm_side', 'angle of the arm in its turn')
 
@@ -275,7 +275,7 @@ def test_bad_recordings_get_no_verdict(folder, tmp_path, capsys):
     (['nowhere'], 'nowhere: no such file or directory'),
     (['worn.csv', '--only', 'gravity,gravitiy'], "--only: unknown effect 'gravitiy', expected"),
     (['worn.csv', '--exclude', 'x'], "--exclude: unknown effect 'x', expected ids of motor_"),
-    (['worn.csv', '--only', 'gravity', '--exclude', 'gravity'], 'no effect is left'),
+    (['worn.csv', '--only', 'gravity', '--exclude', 'gravity'], 'no effect remains'),
     (['worn.csv', '--jobs', '0'], '--jobs: 0, expected'),
     (['worn.csv', '--seed', '-1'], '--seed: -1, expected'),
     (['worn.csv', '--json', 'no/where.json'], 'no such folder'),

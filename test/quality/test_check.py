@@ -282,8 +282,8 @@ def test_command_with_a_long_recording(bags, monkeypatch, capsys):
     monkeypatch.setattr(check, 'WINDOWS', 0)
     main(words)
     parts = json.loads(capsys.readouterr().out)
-    assert parts['notes'] == ['judged in 2 parts: a line shows the one in which it is worst, of '
-                              'equal ones the first']
+    assert parts['notes'] == ['evaluated in 2 parts: each line shows the first of the worst '
+                              'parts']
     assert [line['name'] for line in parts['lines']] == [line['name'] for line in whole['lines']]
     length = next(line for line in parts['lines'] if line['name'] == 'length')
     assert length['values']['duration_s'] == pytest.approx(11.999)

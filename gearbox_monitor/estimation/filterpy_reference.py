@@ -13,12 +13,14 @@
 # limitations under the License.
 
 """
-The EKF and UKF of filterpy on the same process model: the reference that a user knows.
+The EKF and UKF of filterpy on the same process model: an independent cross-check.
 
 filterpy is no dependency of this package; it comes with the extra "test".
 """
+from collections.abc import Mapping
 from dataclasses import dataclass
 import math
+from typing import Any
 
 import numpy as np
 
@@ -27,8 +29,9 @@ from gearbox_monitor.estimation.process_model import (
     advance, EIGENVALUE, markers, noise, P0, pack, propagate, R1, R2, state_names, TAU_K,
     TAU_K_MODEL_STD)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import EstimatorParameters
-from gearbox_monitor.plant.drive import substeps
+from gearbox_monitor.plant.drive import DriveModel, substeps
 
 NAMES = ('filterpy_ekf', 'filterpy_ukf')
 
@@ -37,23 +40,24 @@ NAMES = ('filterpy_ekf', 'filterpy_ukf')
 class ReferenceEstimates:
     """M estimates with the columns of monitor.Estimates that scores and pictures read."""
 
-    stamp_ns: np.ndarray
-    x: np.ndarray
-    tau_k_std: np.ndarray
-    innovations: np.ndarray
-    white: np.ndarray
-    nis: np.ndarray
-    loglik: np.ndarray
-    dof: np.ndarray
-    smoothed_stamp_ns: np.ndarray
-    smoothed: np.ndarray
+    stamp_ns: Integers
+    x: Array
+    tau_k_std: Array
+    innovations: Array
+    white: Array
+    nis: Array
+    loglik: Array
+    dof: Array
+    smoothed_stamp_ns: Integers
+    smoothed: Array
 
-    def __getattr__(self, name):
-        """Give columns by the names that Estimates has."""
+    def __getattr__(self, name: str) -> Array:
+        """Return the column `name` of Estimates."""
         column = {'innovation_motor': ('innovations', 0), 'innovation_arm': ('innovations', 1),
                   'white_1': ('white', 0), 'white_2': ('white', 1)}.get(name)
         if column:
-            return getattr(self, column[0])[:, column[1]]
+            values: Array = getattr(self, column[0])[:, column[1]]
+            return values
         if name == 'tau_k':
             return self.x[:, TAU_K]
         if name == 'twist':
@@ -61,13 +65,23 @@ class ReferenceEstimates:
         raise AttributeError(name)
 
 
-def run(name, model, parameters, samples):
+def run(name: str, model: DriveModel, parameters: EstimatorParameters | Mapping[str, object],
+        samples: Any) -> ReferenceEstimates:
     """
-    Return the ReferenceEstimates of filter `name` on Samples; raises InputError.
+    Run a filter of filterpy.
 
-    model: DriveModel; parameters: EstimatorParameters or a mapping. Samples must be in order and
-    complete in the torque (and in the load, when measured); others are refused with their
-    number.
+    Args:
+        name: one of NAMES.
+        model: of the drive.
+        parameters: of the estimator.
+        samples: monitor.Samples, in order and complete in the torque (and in a measured load).
+
+    Returns:
+        Estimates from the second sample on.
+
+    Raises:
+        InputError: filterpy is not installed, or a sample is incomplete or out of order.
+
     """
     try:
         from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints
@@ -83,7 +97,8 @@ def run(name, model, parameters, samples):
     states = markers(p, n)
     load = samples.u[:, 1] if model.arm_load == 'measured' else np.zeros(len(samples.u))
 
-    def move(z, dt, u=0.0, load=0.0):
+    def move(z: Array, dt: float, u: float = 0.0, load: float = 0.0) -> Array:
+        """Return state z after dt (s) under torque u and load (N m)."""
         z = np.array(z)
         advance(states, z, u, load, dt, substeps(dt, p[EIGENVALUE]), p)
         return z
@@ -109,8 +124,8 @@ def run(name, model, parameters, samples):
         if name == 'filterpy_ekf':
             z, phi = np.array(kf.x), np.empty((n, n))
             propagate(states, z, phi.reshape(-1), u, load_k, dt, substeps(dt, p[EIGENVALUE]), p)
-            after = np.diag([0.5 * dt * noise(z, p, i) for i in range(n)])
-            kf.F, kf.Q = phi, phi @ half @ phi.T + after
+            half_at_end = np.diag([0.5 * dt * noise(z, p, i) for i in range(n)])
+            kf.F, kf.Q = phi, phi @ half @ phi.T + half_at_end
             kf.predict_x = lambda u=0, z=z: setattr(kf, 'x', z)
             kf.predict()
             kf.update(y, lambda z: H, lambda z: z[:2])
@@ -129,8 +144,8 @@ def run(name, model, parameters, samples):
         np.empty(0, np.int64), np.empty((0, N_SMOOTHED)))
 
 
-def _check(name, model, parameters, samples):
-    """Raise InputError where the plain loop above would not do."""
+def _check(name: str, model: DriveModel, parameters: EstimatorParameters, samples: Any) -> None:
+    """Raise InputError if the plain loop of run does not suffice."""
     needed = np.column_stack([samples.u[:, :1], samples.y])
     if model.arm_load == 'measured':
         needed = np.column_stack([needed, samples.u[:, 1]])

@@ -1,0 +1,127 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Recordings of a drive, from bags or CSV files, as commands compare them with models."""
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from tqdm import tqdm
+
+from gearbox_monitor.bag.csv import read_csv
+from gearbox_monitor.bag.joint_input import find_input
+from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.replay import read_samples
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.quality.admission import admitted
+from gearbox_monitor.quality.recording import UniformRecording
+
+CSV = ('.csv', '.tsv', '.txt', '.csv.gz', '.tsv.gz', '.txt.gz')
+FIELDS = {'t': 'stamp', 'u': 'effort of the motor', 'motor': 'position of the motor',
+          'arm': 'position of the arm', 'arm_torque': 'effort of the arm'}
+
+
+class Readings(NamedTuple):
+    """Columns of a recording; place(row, field): where a value stands in the file, in words."""
+
+    t: Array
+    u: Array
+    y: Array
+    arm_torque: Array | None
+    place: Callable[[int, str], str]
+    notes: list[str]
+
+
+def add_drive_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` the model file and the joints of a drive."""
+    parser.add_argument('--model', metavar='FILE', required=True, help='model file of the drive')
+    parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
+    parser.add_argument('--motor-joint', metavar='NAME', default='motor',
+                        help='name of the motor joint, in bags (default: motor)')
+    parser.add_argument('--arm-joint', metavar='NAME', default='arm',
+                        help='name of the arm joint, in bags (default: arm)')
+
+
+def add_recording_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` recordings of one drive, its model file and its joints."""
+    parser.add_argument('bag', nargs='+', metavar='BAG',
+                        help='bag directory, .mcap file or CSV file; several of one drive at once')
+    add_drive_arguments(parser)
+
+
+def load_recording(name: str, model: DriveModel,
+                   args: Namespace) -> tuple[UniformRecording, list[str]]:
+    """
+    Read a recording and check it.
+
+    Args:
+        name: of a bag or CSV file.
+        model: of the drive.
+        args: options of add_drive_arguments.
+
+    Returns:
+        The recording and notes about it.
+
+    Raises:
+        InputError: it cannot be read, or allows no statement about the drive.
+
+    """
+    path = Path(name)
+    if not path.exists():
+        raise InputError(f'{path}: no such file or directory, expected a bag or a CSV file')
+    csv = path.is_file() and path.name.lower().endswith(CSV)
+    readings = _read_csv(path, model) if csv else _read_bag(path, model, args)
+    recording, notes = admitted(readings.t, readings.u, readings.y, readings.arm_torque, str(path),
+                                readings.place, model, Path(args.model).name)
+    return recording, [*readings.notes, *notes]
+
+
+def _read_csv(path: Path, model: DriveModel) -> Readings:
+    columns = read_csv(path)
+    return Readings(columns.t, columns.u * model.torque_constant,
+                    np.column_stack([columns.motor, columns.arm]), columns.arm_torque,
+                    columns.place, list(columns.notices))
+
+
+def _read_bag(path: Path, model: DriveModel, args: Namespace) -> Readings:
+    """Return the readings of a bag, t in ns, from its measurement topic alone."""
+    with open_bag(path) as reader:
+        topic = find_input(reader, args.topic).topic
+        samples = read_samples(reader, args.motor_joint, args.arm_joint, model, topic).samples
+        notes = [reader.notice] if reader.notice else []
+
+    def place(row: int, field: str) -> str:
+        """Return where the value of field in a row stands."""
+        return f'{topic}, sample {row}, {FIELDS[field]}'
+    return Readings(samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1], place, notes)
+
+
+def percent_bar(name: str) -> 'tqdm[None]':
+    """Return a progress bar in percent, called `name`."""
+    return tqdm(total=100, desc=name, disable=None, leave=False,
+                bar_format='{percentage:3.0f} %|{bar:20}| {elapsed} {desc}')
+
+
+def progress_of(bar: 'tqdm[None]') -> Callable[..., None]:
+    """Return progress(done, total, text) that moves `bar`, never back."""
+    def progress(done: float, total: float, text: str = '') -> None:
+        """Show the share of done in total, and text."""
+        if text:
+            bar.set_description_str(text[:40], refresh=False)
+        bar.update(max(0.0, 100.0 * done / max(total, 1) - bar.n))
+    return progress

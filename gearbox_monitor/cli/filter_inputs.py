@@ -1,0 +1,86 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The samples, model and parameters of commands that run filters over a bag."""
+from argparse import Namespace
+from dataclasses import dataclass
+from typing import Any
+
+from gearbox_monitor.bag.joint_input import find_input
+from gearbox_monitor.bag.read import BagReader
+from gearbox_monitor.bag.replay import read_samples, read_snapshots, RecordedSamples
+from gearbox_monitor.cli.options import check_filter, estimator_options
+from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.monitoring.monitor import Samples
+from gearbox_monitor.parameters import EstimatorParameters, MODEL, resolve
+from gearbox_monitor.plant.drive import DriveModel
+
+
+@dataclass(frozen=True)
+class FilterInputs:
+    """
+    A recording, the DriveModel (from model_file, '' for none) and all parameters.
+
+    model_values: values of the model that the parameter file sets besides.
+    """
+
+    recording: RecordedSamples
+    model: DriveModel
+    model_file: str
+    parameters: EstimatorParameters
+    model_values: dict[str, Any]
+
+    @property
+    def samples(self) -> Samples:
+        """The Samples of the recording."""
+        return self.recording.samples
+
+
+def load_filter_inputs(args: Namespace, reader: BagReader,
+                       filter_name: str | None = None) -> FilterInputs:
+    """
+    Return the inputs of a bag, as replay reads them.
+
+    Model and parameters are those that an estimator has recorded, else defaults; files replace
+    what they name.
+
+    Args:
+        args: options of add_estimator_arguments.
+        reader: of the bag.
+        filter_name: filter to run, None: that of the parameters.
+
+    Returns:
+        What a filter is run on and with.
+
+    Raises:
+        InputError: an option or the bag is unusable.
+
+    """
+    options, model_file = estimator_options(args)
+    source = find_input(reader, args.topic)
+    model, recorded = DriveModel(), {}
+    snapshots = read_snapshots(reader, source)
+    if snapshots:
+        model, recorded = snapshots[0].used(reader.path)
+    if model_file:
+        model = load_model(model_file)
+    values = {**recorded, **options}
+    values.pop('model', None)
+    if filter_name:
+        values['filter'] = check_filter(filter_name)
+    model, parameters = resolve(model, values, args.params or str(reader.path))
+    recording = read_samples(reader, parameters.motor_joint, parameters.arm_joint, model,
+                             source.topic)
+    return FilterInputs(recording, model, model_file, parameters,
+                        {row.name: options[row.name] for row in MODEL if row.name in options})

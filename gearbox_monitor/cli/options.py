@@ -1,0 +1,91 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Options, files and progress bars that several commands share."""
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.yaml_files import load_parameters
+from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
+
+BAG_HELP = 'bag directory or .mcap file, complete or truncated'
+JSON_FILE_HELP = '; - prints it, and nothing else'
+
+
+def add_estimator_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` the bag and what an estimator is run with."""
+    parser.add_argument('bag', metavar='BAG', help=BAG_HELP)
+    parser.add_argument('--model', metavar='FILE', help='model file of the drive')
+    parser.add_argument('--params', metavar='FILE', help='ROS parameter file of the estimator')
+    parser.add_argument('--topic', default='joint_states', help='topic of the inputs')
+
+
+def estimator_options(args: Namespace) -> tuple[dict[str, Any], str]:
+    """Return (parameters without the model, model file or '') that `args` name."""
+    parameters = (load_parameters(args.params, 'estimator', SETTINGS, args.topic)
+                  if args.params else {})
+    recorded_file = parameters.pop('model', '')
+    return parameters, args.model or recorded_file
+
+
+def check_filter(name: str, extra: Sequence[str] = ()) -> str:
+    """Return the `name` of a filter, one of those of `extra`, too. Raises InputError."""
+    names = (*FILTER_NAMES, *extra)
+    if name not in names:
+        raise InputError(f'filter: {name!r}, expected one of {", ".join(names)}')
+    return name
+
+
+def check_jobs(jobs: int) -> None:
+    """Raise InputError if the number of threads `jobs` is below one."""
+    if jobs < 1:
+        raise InputError(f'--jobs: {jobs}, expected a whole number >= 1')
+
+
+def expect_new(path: str | Path | None) -> None:
+    """Raise InputError if the file `path` exists; None and '-' (standard output) never do."""
+    if path and path != '-' and Path(path).exists():
+        raise InputError(f'{path}: exists, expected a new file')
+
+
+def write_new(path: str | Path, text: str) -> None:
+    """Write `text` to the new file `path`. Raises InputError."""
+    try:
+        with open(path, 'x', encoding='utf-8') as file:
+            file.write(text)
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
+
+
+def plain(value: Any) -> Any:
+    """Return `value` of plain Python types; numbers that are not finite become None."""
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [plain(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def dump(data: Any) -> str:
+    """Return the plain `data` as JSON."""
+    return json.dumps(data, indent=2, allow_nan=False)
