@@ -25,47 +25,20 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant import batch, effects
 from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue
 from gearbox_monitor.plant.effects import MAX_DELAY
-from gearbox_monitor.plant.effects.equations import actuator, DELAY, GAIN, LAG, reading, UMAX
-from gearbox_monitor.plant.simulate import advance, N_STATE, plugin_of, with_plugin
+from gearbox_monitor.plant.effects.composition import actuator, COMMAND_PLACES, steady_command
+from gearbox_monitor.plant.free_runs import Begin, Driving, free_runs, RunResult, Spans
+from gearbox_monitor.plant.simulate import (
+    N_STATE, PackedDrive, plugin_of, ProcessNoise, with_plugin)
 from gearbox_monitor.quality.recording import UniformRecording
 
 N_MEMORY = N_STATE - 4
 # Accuracy, not stability, sets the step: h lambda <= 1.2 keeps free runs of 1 s within 0.01 sigma.
 STEP_EIGENVALUE = 1.2
 COARSE_EIGENVALUE = 2.0  # for finding a place to start from
-
-
-@jit
-def _free_runs(begin: Integers, first: Integers, length: int, carry_at: Integers, states: Array,
-               memory: Array, t0: float, dt: float, n: int, u: Array, extra: Array, zero: Array,
-               p: Array, e: Array, theta: Array, noise: Array, rows: Array, y: Array,
-               carry: Array) -> None:
-    for w in range(len(begin)):
-        state = rows[0]
-        for i in range(4):
-            state[i] = states[w, i]
-            state[4 + i] = memory[w, i]
-        path = rows[1:]
-        late = first[w] - begin[w]
-        for k in range(begin[w], first[w] + length):
-            for i in range(8):
-                path[k - begin[w], i] = state[i]
-            if k == carry_at[w]:
-                for i in range(8):
-                    carry[w, i] = state[i]
-            outside = (extra[k, 0], extra[k, 1], extra[k, 2])
-            advance(state, t0 + k * dt, u[k], outside, dt, n, noise, zero, p, e, theta)
-        if carry_at[w] == first[w] + length:
-            for i in range(8):
-                carry[w, i] = state[i]
-        for k in range(length):
-            y[w, k, 0] = reading(path, late + k, 0, dt, e)
-            y[w, k, 1] = reading(path, late + k, 1, dt, e)
 
 
 @dataclass(frozen=True)
@@ -136,18 +109,17 @@ class Simulator:
         self._keep = math.ceil(MAX_DELAY / self.dt) + 2
         self._padded = np.concatenate([np.full(self._keep, self.u[0]), self.u])
         self._acting: dict[Any, Array] = {}
-        self._kernels: dict[str | None, Any] = {None: _free_runs}
-        self._noise, self._zero = np.zeros((self.n, 4)), np.zeros(4)
+        self._kernels: dict[str | None, Any] = {None: free_runs}
+        self._noise = ProcessNoise(np.zeros((self.n, 4)), np.zeros(4))
         self.passes = 0.0
 
     def acting(self, e: Array) -> Array:
         """Return the torque of the actuator [N, n] for packed effects `e`."""
-        key = (e[DELAY], e[UMAX], e[GAIN], e[LAG])
+        key = tuple(e[COMMAND_PLACES])
         found = self._acting.get(key)
         if found is None:
             found = np.empty((len(self.u), self.n))
-            start = min(max(self.u[0], -e[UMAX]), e[UMAX]) * (1.0 + e[GAIN])
-            actuator(self._padded, self._keep, start, self.dt, self.n, e, found)
+            actuator(self._padded, self._keep, steady_command(self.u[0], e), self.dt, e, found)
             if len(self._acting) > 4:
                 self._acting.clear()
             self._acting[key] = found
@@ -163,7 +135,7 @@ class Simulator:
         plugin, theta = plugin_of(model) if model.effects else (None, np.zeros(0))
         name = plugin.id if plugin else None
         if plugin and name not in self._kernels:
-            self._kernels[name] = with_plugin(plugin.torques, _free_runs)[0]
+            self._kernels[name] = with_plugin(plugin.torques, free_runs)[0]
         e = effects.pack(model.effects)
         if model.transmission.kind == 'rigid':
             states = states[:, [0, 0, 2, 2]]
@@ -171,15 +143,13 @@ class Simulator:
         y, carry = np.empty((w, windows.length, 2)), np.empty((w, N_STATE))
         p, extra = model.pack(), self.extra if extra is None else extra
         self.passes += w * windows.length / max(1, len(self.u))
+        spans = Spans(windows.begin, windows.first, windows.length, windows.carry_at)
+        start, driving = Begin(states, memory), Driving(self.acting(e), extra, self.dt)
+        drive, result = PackedDrive(p, e, theta), RunResult(y, carry)
         if batch.suited(windows, p, plugin):
-            batch.runs(windows.begin, windows.first, windows.length, windows.carry_at, states,
-                       memory, self.dt, self.n, self.acting(e), extra, p, e,
-                       np.empty(batch.N_LANE_STATE),
-                       np.empty((batch.LANES, windows.length + self._keep, 4)), y, carry)
+            batch.runs(spans, start, driving, drive, np.empty(batch.N_LANE_STATE),
+                       np.empty((batch.LANES, windows.length + self._keep, 4)), result)
             return y, carry
         rows = np.empty((windows.length + self._keep + 1, N_STATE))
-        self._kernels[name](
-            windows.begin, windows.first, windows.length, windows.carry_at, states, memory, 0.0,
-            self.dt, self.n, self.acting(e), extra, self._zero, p, e, theta, self._noise, rows, y,
-            carry)
+        self._kernels[name](spans, start, driving, drive, self._noise, rows, result)
         return y, carry

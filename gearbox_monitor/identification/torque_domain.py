@@ -32,8 +32,9 @@ from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant import effects, prescribed_motion as kernels
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects import equations
-from gearbox_monitor.plant.simulate import N_STATE, plugin_of
+from gearbox_monitor.plant.effects.composition import arm_positions, DELAY2
+from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, Spans
+from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, plugin_of
 from gearbox_monitor.quality.recording import UniformRecording
 
 HALF_WIDTHS = (0.003, 0.005, 0.008, 0.012, 0.018, 0.025, 0.035, 0.05)  # s
@@ -139,19 +140,20 @@ class DrivenSimulator(Simulator):
         y, carry = np.empty((w, windows.length, 2)), np.empty((w, N_STATE))
         rows = np.empty((windows.length + self._keep + 1, N_STATE))
         self._kernels[name](
-            windows.begin, windows.first, windows.length, windows.carry_at,
-            self._begun(windows.begin, e), memory, self.dt, self.n, self.acting(e),
-            self._logged, self.extra if extra is None else extra, self.motor, model.pack(), e,
-            theta, rows, y, carry)
+            Spans(windows.begin, windows.first, windows.length, windows.carry_at),
+            Begin(self._begun(windows.begin, e), memory),
+            Driving(self.acting(e), self.extra if extra is None else extra, self.dt),
+            kernels.Motion(self._logged, self.motor), PackedDrive(model.pack(), e, theta), rows,
+            RunResult(y, carry))
         self.passes += w * windows.length / max(1, len(self.u))
         return y, carry
 
     def _begun(self, begin: Integers, e: Array) -> Array:
         read, speed = self._arm[begin].T
-        x2 = read - e[equations.OFFSET2]
-        x2 -= e[equations.ECC2_A] * np.sin(x2 + e[equations.ECC2_PHI])
+        x2 = np.empty(len(read))
+        arm_positions(read, e, x2)
         states = np.zeros((len(begin), 4))
-        states[:, 1], states[:, 3] = x2 + e[equations.DELAY2] * speed, speed
+        states[:, 1], states[:, 3] = x2 + e[DELAY2] * speed, speed
         return states
 
 

@@ -136,11 +136,12 @@ def jit_part(function: Kernel) -> Kernel:
     Return `function` as jit_inline does, without a file of its own in the cache.
 
     For parts that kernels are composed of: closures, and functions of an effect's parameters. The
-    kernel around them is cached as a whole.
+    kernel around them is cached as a whole. They can be called from kernels only.
     """
     if not COMPILED:
         return function
-    return numba.njit(error_model='numpy', nogil=True, forceinline=True, **LEAN)(function)
+    return numba.njit(error_model='numpy', nogil=True, forceinline=True, no_cpython_wrapper=True,
+                      no_cfunc_wrapper=True, **LEAN)(function)
 
 
 def _compiled(function: Kernel, options: dict[str, Any]) -> Kernel:

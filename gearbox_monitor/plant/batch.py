@@ -15,121 +15,199 @@
 """
 Free runs of many windows side by side: lanes of a vector unit instead of one after the other.
 
-The equations are those of drive.simulate, bit for bit, for models with a dead zone and without a
-plug-in: the most of all runs of a diagnosis. Effects with an equation of their own take a step in
-which each of their terms is a loop over the lanes.
+The results are those of free_runs, bit for bit, for models with a dead zone and without a plug-in:
+most of the runs of a diagnosis. Effects with an equation of their own take a step in which each of
+their terms is a loop over the lanes, composed of the same equations as those of single runs.
 
-p, e, plugin: model, effects and plug-in, packed; begin, first [W]: samples where runs and their
-windows begin; n: steps in a sample of dt seconds; carry_at [W]: samples whose states are kept;
-states, memory [W, 4]: where runs begin; u [N]: torque; extra: free-form signals; s: the lanes.
+s [N_LANE_STATE]: rows of LANES numbers, one for each quantity below.
 """
-from collections.abc import Sized
+from collections.abc import Callable, Sized
+from functools import reduce
+from typing import Any, TypeAlias
 
-from gearbox_monitor.kernels.jit import COMPILED, jit, jit_inline
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.jit import COMPILED, jit, jit_inline, jit_part
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import (
     ALPHA, arm_acceleration, arm_friction, CAC, CC, CV, G, gravity, HALF_GAP, KIND,
     motor_acceleration, steady_arm_load, STIFFNESS)
-from gearbox_monitor.plant.effects.equations import (
-    BRANCH_DS, BRANCH_H, bristle, CA, COG_A, cogging, CS, DH, DRIFT_R, friction_side, hardening,
-    K3, loop_memory, lugre, MESH_A, mesh_error, reading, ripple, RIPPLE_A, SIGMA0, stribeck, TH,
-    viscous_drift)
+from gearbox_monitor.plant.effects.composition import reader, reading, STEP_PLACES
+from gearbox_monitor.plant.effects.effect import Effect, MotorFriction
+from gearbox_monitor.plant.effects.registry import in_slot, MEMORIES, N_MEMORY, PLACES
+from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, Spans
+from gearbox_monitor.plant.runge_kutta import Four, runge_kutta
+from gearbox_monitor.plant.simulate import N_STATE, PackedDrive
 from gearbox_monitor.plant.transmission import DEAD_ZONE, dead_zone
 
 LANES = 16
 FEWEST = 3  # windows from which on lanes are faster than one run after the other
-OWN_EQUATIONS = (CS, SIGMA0, CA, DRIFT_R, COG_A, K3, TH, BRANCH_H, MESH_A, RIPPLE_A)
-PARTS = 31
-# State: motion, memories of lugre, bouc_wen and branch, time. Then torques from outside.
-(X1, X2, X3, X4, Z, LOOP, BRANCH, T, U, ON_MOTOR, ON_ARM, WITHIN,
- # A stage of a step with effects: where it is, what comes out, sums over stages, parts of torques.
- Y1, Y2, Y3, Y4, YZ, YLOOP, YBRANCH, RATE3, RATE4, SUM1, SUM2, SUM3, SUM4, TWIST, TAU_K, LOAD,
- MOTOR, FRICTION, SIDE) = (LANES * i for i in range(PARTS))
+PARTS = 24 + 2 * N_MEMORY
+# State: motion, then memories, time. Then torque of the actuator and torques from outside.
+X1, X2, X3, X4, M = (LANES * i for i in range(5))
+T, U, ON_MOTOR, ON_ARM, WITHIN = (M + LANES * (N_MEMORY + i) for i in range(5))
+# A stage of a step with effects: where it is, its memories.
+Y1, Y2, Y3, Y4, YM = (WITHIN + LANES * (1 + i) for i in range(5))
+# Accelerations, sums over stages, parts of torques.
+RATE3, RATE4, SUM1, SUM2, SUM3, SUM4, TWIST, TAU_K, LOAD, MOTOR, FRICTION = (
+    YM + LANES * (N_MEMORY + i) for i in range(11))
 N_LANE_STATE = PARTS * LANES
+Term: TypeAlias = Callable[..., None]
 
 
-def suited(windows: Sized, p: Array, plugin: object) -> bool:
-    """Return whether `runs` gives what these windows and the packed model ask for."""
-    return bool(COMPILED and len(windows) >= FEWEST and plugin is None and p[KIND] == DEAD_ZONE)
+def suited(spans: Sized, p: Array, plugin: object) -> bool:
+    """Return whether `runs` can do windows `spans` of the packed model `p` with this `plugin`."""
+    return bool(COMPILED and len(spans) >= FEWEST and plugin is None and p[KIND] == DEAD_ZONE)
+
+
+# ---------------------------------------------------------------------- without effects
 
 
 @jit_inline
-def _derivative(x1: float, x2: float, x3: float, x4: float, u: float, on_motor: float,
-                on_arm: float, within: float, p: Array) -> tuple[float, float, float, float]:
+def _derivative(t: float, x: Four, m: Any, inputs: Any) -> Four:
+    x1, x2, x3, x4 = x
+    u, on_motor, on_arm, within, p = inputs
     tau_k = p[STIFFNESS] * dead_zone(x1 - x2, p[HALF_GAP]) + within
     return (x3, x4, motor_acceleration(x1, x3, x4, u + on_motor, tau_k, p),
             arm_acceleration(x3, x4, tau_k, steady_arm_load(x4, p) - on_arm, p))
 
 
+@jit_inline
+def _no_memories(m: Any, x3: float, x4: float, h: float, inputs: Any) -> Any:
+    return m
+
+
+_rk4 = runge_kutta(_derivative, _no_memories)
+
+
 @jit
 def _step(s: Array, h: float, p: Array) -> None:
-    """Advance the LANES states in s [N_LANE_STATE] by one RK4 step of `h` s."""
-    half = 0.5 * h
+    """Advance the LANES states in s by one Runge-Kutta step of `h` s."""
     for i in range(LANES):
-        x1, x2, x3, x4 = s[X1 + i], s[X2 + i], s[X3 + i], s[X4 + i]
-        u, on_motor, on_arm, within = s[U + i], s[ON_MOTOR + i], s[ON_ARM + i], s[WITHIN + i]
-        a1, a2, a3, a4 = _derivative(x1, x2, x3, x4, u, on_motor, on_arm, within, p)
-        b1, b2, b3, b4 = _derivative(x1 + half * a1, x2 + half * a2, x3 + half * a3,
-                                     x4 + half * a4, u, on_motor, on_arm, within, p)
-        c1, c2, c3, c4 = _derivative(x1 + half * b1, x2 + half * b2, x3 + half * b3,
-                                     x4 + half * b4, u, on_motor, on_arm, within, p)
-        d1, d2, d3, d4 = _derivative(x1 + h * c1, x2 + h * c2, x3 + h * c3, x4 + h * c4, u,
-                                     on_motor, on_arm, within, p)
-        s[X1 + i] = x1 + h * ((a1 + 2.0 * b1 + 2.0 * c1 + d1) / 6.0)
-        s[X2 + i] = x2 + h * ((a2 + 2.0 * b2 + 2.0 * c2 + d2) / 6.0)
-        s[X3 + i] = x3 + h / 6.0 * (a3 + 2.0 * b3 + 2.0 * c3 + d3)
-        s[X4 + i] = x4 + h / 6.0 * (a4 + 2.0 * b4 + 2.0 * c4 + d4)
+        change, _ = _rk4(s[T + i], (s[X1 + i], s[X2 + i], s[X3 + i], s[X4 + i]), 0.0, h,
+                         (s[U + i], s[ON_MOTOR + i], s[ON_ARM + i], s[WITHIN + i], p))
+        s[X1 + i] += change[0]
+        s[X2 + i] += change[1]
+        s[X3 + i] += change[2]
+        s[X4 + i] += change[3]
+
+
+# ---------------------------------------------------------------------- with effects
+
+
+def _loops(slot: str, term: Callable[[Effect], Term]) -> Term:
+    """Return the function that runs the loop over the lanes of each effect in `slot`."""
+    def joined(first: Term, second: Term) -> Term:
+        def both(*arguments: Any) -> None:
+            first(*arguments)
+            second(*arguments)
+        return jit_part(both)
+
+    def nothing(*arguments: Any) -> None:
+        pass
+    return reduce(joined, [term(effect) for effect in in_slot(slot)], jit_part(nothing))
+
+
+def _friction(effect: Effect) -> Term:
+    equation, read, place = effect.friction, reader(effect), PLACES[effect.id]
+    memory = YM + LANES * MEMORIES.get(effect.id, 0)
+
+    def term(s: Array, late: float, p: Array, e: Array) -> None:
+        if e[place] != 0.0:
+            c, base = read(e), MotorFriction(p[CV], p[CC], p[ALPHA])
+            for i in range(len(s) // PARTS):
+                s[FRICTION + i] += equation(c, s[T + i] + late, s[Y3 + i], s[memory + i], base)
+    return jit_part(term)
+
+
+def _arm_torque(effect: Effect) -> Term:
+    equation, read, place = effect.arm_torque, reader(effect), PLACES[effect.id]
+    memory = YM + LANES * MEMORIES.get(effect.id, 0)
+
+    def term(s: Array, late: float, e: Array) -> None:
+        if e[place] != 0.0:
+            c = read(e)
+            for i in range(len(s) // PARTS):
+                s[LOAD + i] += equation(c, s[T + i] + late, s[Y2 + i], s[Y4 + i], s[memory + i])
+    return jit_part(term)
+
+
+def _twist(effect: Effect) -> Term:
+    equation, read, place = effect.twist, reader(effect), PLACES[effect.id]
+    memory = YM + LANES * MEMORIES.get(effect.id, 0)
+
+    def term(s: Array, e: Array) -> None:
+        if e[place] != 0.0:
+            c = read(e)
+            for i in range(len(s) // PARTS):
+                s[TWIST + i] += equation(c, s[Y1 + i], s[Y2 + i], s[memory + i])
+    return jit_part(term)
+
+
+def _elastic(effect: Effect) -> Term:
+    equation, read, place = effect.elastic, reader(effect), PLACES[effect.id]
+    memory = YM + LANES * MEMORIES.get(effect.id, 0)
+
+    def term(s: Array, p: Array, e: Array) -> None:
+        if e[place] != 0.0:
+            c = read(e)
+            for i in range(len(s) // PARTS):
+                s[TAU_K + i] += equation(c, s[TWIST + i], s[memory + i], p[HALF_GAP])
+    return jit_part(term)
+
+
+def _motor_torque(effect: Effect) -> Term:
+    equation, read, place = effect.motor_torque, reader(effect), PLACES[effect.id]
+
+    def term(s: Array, e: Array) -> None:
+        if e[place] != 0.0:
+            c = read(e)
+            for i in range(len(s) // PARTS):
+                s[MOTOR + i] = equation(c, s[Y1 + i], s[Y3 + i], s[MOTOR + i])
+    return jit_part(term)
+
+
+def _memory(effect: Effect) -> Term:
+    equation, read, place = effect.memory, reader(effect), PLACES[effect.id]
+    row, begin = YM + LANES * MEMORIES[effect.id], M + LANES * MEMORIES[effect.id]
+
+    def term(s: Array, x3: int, x4: int, h: float, p: Array, e: Array) -> None:
+        if e[place] != 0.0:
+            c, base = read(e), MotorFriction(p[CV], p[CC], p[ALPHA])
+            for i in range(len(s) // PARTS):
+                s[row + i] = equation(c, s[begin + i], s[x3 + i], s[x4 + i], h, base)
+    return jit_part(term)
+
+
+_friction_loops = _loops('friction', _friction)
+_arm_loops = _loops('arm_torque', _arm_torque)
+_twist_loops = _loops('twist', _twist)
+_elastic_loops = _loops('elastic', _elastic)
+_motor_loops = _loops('motor_torque', _motor_torque)
+# Memories of a stage: h s after the begin of the step at the speeds s[x3], s[x4].
+_memory_loops = _loops('memory', _memory)
 
 
 @jit
 def _rates(s: Array, late: float, p: Array, e: Array) -> None:
-    """Fill in the accelerations of a stage, `late` s after the step's begin."""
+    """Fill in the accelerations of a stage, `late` s after the begin of the step."""
     lanes = len(s) // PARTS  # LANES: known to the compiler, it would unroll loops lane by lane
     for i in range(lanes):
         s[TWIST + i] = s[Y1 + i] - s[Y2 + i]
         s[FRICTION + i] = 0.0
         s[MOTOR + i] = s[U + i]
         s[LOAD + i] = steady_arm_load(s[Y4 + i], p)
-    if e[MESH_A] != 0.0:
-        for i in range(lanes):
-            s[TWIST + i] += mesh_error(s[Y1 + i], e)
-    if e[BRANCH_H] != 0.0:
-        for i in range(lanes):
-            s[TWIST + i] -= e[BRANCH_H] * s[YBRANCH + i]
+    _twist_loops(s, e)
     for i in range(lanes):
         s[TAU_K + i] = p[STIFFNESS] * dead_zone(s[TWIST + i], p[HALF_GAP])
-    if e[K3] != 0.0:
-        for i in range(lanes):
-            s[TAU_K + i] += hardening(s[TWIST + i], p[HALF_GAP], e)
-    if e[TH] != 0.0:
-        for i in range(lanes):
-            s[TAU_K + i] += e[TH] * s[YLOOP + i]
-    if e[RIPPLE_A] != 0.0:
-        for i in range(lanes):
-            s[MOTOR + i] *= ripple(s[Y1 + i], e)
-    if e[COG_A] != 0.0:
-        for i in range(lanes):
-            s[MOTOR + i] += cogging(s[Y1 + i], e)
-    if e[CS] != 0.0 or e[SIGMA0] != 0.0 or e[CA] != 0.0:
-        for i in range(lanes):
-            s[SIDE + i] = friction_side(s[Y3 + i], p[ALPHA])
-        if e[CS] != 0.0:
-            for i in range(lanes):
-                s[FRICTION + i] += stribeck(s[Y3 + i], s[SIDE + i], e)
-        if e[SIGMA0] != 0.0:
-            for i in range(lanes):
-                s[FRICTION + i] += lugre(s[Y3 + i], s[YZ + i], s[SIDE + i], p[CC], e)
-        for i in range(lanes):
-            s[FRICTION + i] += e[CA] * abs(s[SIDE + i])
-    if e[DRIFT_R] != 0.0:
-        for i in range(lanes):
-            s[FRICTION + i] += viscous_drift(s[Y3 + i], s[T + i] + late, p[CV], e)
+    _elastic_loops(s, p, e)
+    _motor_loops(s, e)
+    _friction_loops(s, late, p, e)
     if p[CAC] != 0.0:
         for i in range(lanes):
             s[LOAD + i] += arm_friction(s[Y4 + i], p)
     if p[G] != 0.0:
         for i in range(lanes):
             s[LOAD + i] += gravity(s[Y2 + i], p)
+    _arm_loops(s, late, e)
     for i in range(lanes):
         u, tau_k = s[U + i], s[TAU_K + i] + s[WITHIN + i]
         motor = s[MOTOR + i] - u - s[FRICTION + i]
@@ -140,28 +218,19 @@ def _rates(s: Array, late: float, p: Array, e: Array) -> None:
 
 
 @jit
-def _remember(s: Array, x3: int, x4: int, h: float, p: Array, e: Array) -> None:
-    """Fill in the memories of a stage: `h` s after the step's begin at the speeds s[x3], s[x4]."""
-    lanes = len(s) // PARTS
-    if e[SIGMA0] != 0.0:
-        for i in range(lanes):
-            s[YZ + i] = bristle(s[Z + i], s[x3 + i], h, p[CC], e)
-    if e[TH] != 0.0:
-        for i in range(lanes):
-            s[YLOOP + i] = loop_memory(s[LOOP + i], s[x3 + i] - s[x4 + i], e[DH], h)
-    if e[BRANCH_H] != 0.0:
-        for i in range(lanes):
-            s[YBRANCH + i] = loop_memory(s[BRANCH + i], s[x3 + i] - s[x4 + i], e[BRANCH_DS], h)
-
-
-@jit
 def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
-    """Advance the LANES states in s [N_LANE_STATE] by one RK4 step of `h` s, as _step does."""
+    """
+    Advance the LANES states in `s` by one step of `h` s, as runge_kutta does.
+
+    Stage by stage: each term of `p` and `e` is a loop of its own, so that what an effect needs is
+    decided once for all lanes.
+    """
     lanes = len(s) // PARTS
     half = 0.5 * h
     for i in range(lanes):
         s[Y1 + i], s[Y2 + i], s[Y3 + i], s[Y4 + i] = s[X1 + i], s[X2 + i], s[X3 + i], s[X4 + i]
-        s[YZ + i], s[YLOOP + i], s[YBRANCH + i] = s[Z + i], s[LOOP + i], s[BRANCH + i]
+    for i in range(N_MEMORY * lanes):
+        s[YM + i] = s[M + i]
     for stage in range(4):
         late = 0.0 if stage == 0 else (half if stage < 3 else h)
         _rates(s, late, p, e)
@@ -178,7 +247,7 @@ def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
                 s[SUM4 + i] += factor * s[RATE4 + i]
         if stage < 3:
             ahead = half if stage < 2 else h
-            _remember(s, Y3, Y4, ahead, p, e)
+            _memory_loops(s, Y3, Y4, ahead, p, e)
             for i in range(lanes):
                 s[Y1 + i] = s[X1 + i] + ahead * s[Y3 + i]
                 s[Y2 + i] = s[X2 + i] + ahead * s[Y4 + i]
@@ -191,23 +260,33 @@ def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
         s[X3 + i] += h / 6.0 * s[SUM3 + i]
         s[X4 + i] += h / 6.0 * s[SUM4 + i]
         s[T + i] += h
-    _remember(s, SUM1, SUM2, h, p, e)
-    for i in range(lanes):
-        s[Z + i], s[LOOP + i], s[BRANCH + i] = s[YZ + i], s[YLOOP + i], s[YBRANCH + i]
+    _memory_loops(s, SUM1, SUM2, h, p, e)
+    for i in range(N_MEMORY * lanes):
+        s[M + i] = s[YM + i]
 
 
 @jit
-def runs(begin: Integers, first: Integers, length: int, carry_at: Integers, states: Array,
-         memory: Array, dt: float, n: int, u: Array, extra: Array, p: Array, e: Array, s: Array,
-         path: Array, y: Array, carry: Array) -> None:
+def runs(spans: Spans, start: Begin, driving: Driving, drive: PackedDrive, s: Array, path: Array,
+         result: RunResult) -> None:
     """
-    Run windows as windows.Simulator.run does; fill y [W, length, 2] and carry [W, 8].
+    Run windows side by side, as free_runs.free_runs does one after the other.
 
-    s [N_LANE_STATE], path [LANES, longest lead + length, 4]: room to work in.
+    Args:
+        spans: the windows.
+        start: where they begin.
+        driving: what acts on the drive.
+        drive: PackedDrive, for which `suited` holds.
+        s: room to work in [N_LANE_STATE].
+        path: room to work in [LANES, longest run, 4].
+        result: is filled in.
     """
+    begin, first, length, carry_at = spans
+    u, extra, dt = driving
+    p, e = drive.p, drive.e
+    n = u.shape[1]
     h, last = dt / n, len(begin) - 1
     plain = p[CAC] == 0.0 and p[G] == 0.0
-    for i in OWN_EQUATIONS:
+    for i in STEP_PLACES:
         plain = plain and e[i] == 0.0
     for group in range(0, len(begin), LANES):
         longest = 0
@@ -215,19 +294,16 @@ def runs(begin: Integers, first: Integers, length: int, carry_at: Integers, stat
             w = min(group + i, last)
             longest = max(longest, first[w] - begin[w])
             for j in range(4):
-                s[X1 + LANES * j + i] = states[w, j]
-            for j in range(3):
-                s[Z + LANES * j + i] = memory[w, 1 + j]
+                s[X1 + LANES * j + i] = start.states[w, j]
+            for j in range(N_MEMORY):
+                s[M + LANES * j + i] = start.memory[w, j]
         for k in range(longest + length + 1):
             for i in range(LANES):
                 w = min(group + i, last)
                 at = begin[w] + k
                 if at == carry_at[w]:
-                    for j in range(4):
-                        carry[w, j] = s[X1 + LANES * j + i]
-                    carry[w, 4] = memory[w, 0]
-                    for j in range(3):
-                        carry[w, 5 + j] = s[Z + LANES * j + i]
+                    for j in range(N_STATE):
+                        result.carry[w, j] = s[X1 + LANES * j + i]
                 s[T + i] = at * dt
                 at = min(at, len(u) - 1)
                 for j in range(3):
@@ -247,5 +323,5 @@ def runs(begin: Integers, first: Integers, length: int, carry_at: Integers, stat
         for w in range(group, min(group + LANES, last + 1)):
             rows, late = path[w - group], first[w] - begin[w]
             for k in range(length):
-                y[w, k, 0] = reading(rows, late + k, 0, dt, e)
-                y[w, k, 1] = reading(rows, late + k, 1, dt, e)
+                result.y[w, k, 0] = reading(rows, late + k, 0, dt, e)
+                result.y[w, k, 1] = reading(rows, late + k, 1, dt, e)

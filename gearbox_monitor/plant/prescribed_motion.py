@@ -26,19 +26,21 @@ takes any value and the torque tells nothing.
 """
 from functools import cache
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from gearbox_monitor.kernels.elementary import arctan
 from gearbox_monitor.kernels.jit import jit, jit_inline
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import (
-    ARM_ALPHA, CAC, CAV, D, DriveModel, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S, KIND,
+    ALPHA, ARM_ALPHA, CAC, CAV, CC, CV, D, DriveModel, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S, KIND,
     motor_acceleration, STIFFNESS, TWO_OVER_PI, WIDTH)
 from gearbox_monitor.plant.effects import Three, Torques
-from gearbox_monitor.plant.effects.equations import (
-    BRANCH_H, DELAY1, ECC1_A, ECC1_PHI, elastic_torque, GAIN, reading, RIPPLE_A, RIPPLE_N,
-    RIPPLE_PHI, TH)
-from gearbox_monitor.plant.simulate import _memories, _torques, rebuilt
+from gearbox_monitor.plant.effects.composition import (
+    advanced_memories, DELAY1, elastic_torque, motor_corrected, motor_error, motor_gain, reading,
+    stored_memories)
+from gearbox_monitor.plant.effects.effect import MotorFriction
+from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, Spans
+from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, rebuilt, torques
 from gearbox_monitor.plant.transmission import RIGID, transmission_torque
 
 X1, X3, A1, MOVES, SMOOTH_U = range(5)  # columns of the motor's motion; SMOOTH_U acts on it
@@ -48,7 +50,7 @@ THETA = 0.55                  # weight of a step's end: a little above the trape
 DIFFERENCE = 1e-4             # rad/s, for the slope of the elastic torque
 ITERATIONS, CLOSE = 4, 1e-9   # of Newton's method for the arm's speed; rad/s
 FRICTION_ITERATIONS = 30
-LEAST_GAIN = 0.05
+MIN_GAIN = 0.05  # of the torque that acts over the torque that is logged
 
 
 def steps(model: DriveModel, dt: float) -> int:
@@ -60,13 +62,31 @@ def steps(model: DriveModel, dt: float) -> int:
     return min(MAX_STEPS, max(1, math.ceil(dt * fastest / STEP_EIGENVALUE)))
 
 
+class Motion(NamedTuple):
+    """
+    A recording whose motor drives the model.
+
+    logged: torque of the recording [N], N m. motor: motion of the motor [N, 5], columns X1, X3,
+    A1, MOVES, SMOOTH_U; where it does not move, the torque that it needs counts as the logged one.
+    """
+
+    logged: Array
+    motor: Array
+
+
 @jit_inline
 def motor_motion(motor: Array, at: float, dt: float, e: Array) -> Three:
     """
-    Return position (rad), speed and acceleration of the motor at the row `at` of motor [N, 5].
+    Return the motion of the motor between samples.
 
-    motor holds what its encoder says, `dt` s a row, parts of a row count; effects of the encoder,
-    packed in e, are taken out.
+    Args:
+        motor: motion by the encoder [N, 5].
+        at: row of `motor`, parts of a row count.
+        dt: time from row to row, s.
+        e: packed effects; those of the encoder are taken out.
+
+    Returns:
+        Position (rad), speed (rad/s) and acceleration (rad/s^2).
     """
     at += e[DELAY1] / dt
     k = min(int(at), len(motor) - 2)
@@ -77,137 +97,141 @@ def motor_motion(motor: Array, at: float, dt: float, e: Array) -> Three:
     x = a + f * (va + f * (c2 + f * c3))
     v = (va + f * (2.0 * c2 + 3.0 * f * c3)) / dt
     acceleration = motor[k, A1] + f * (motor[k + 1, A1] - motor[k, A1])
-    if e[ECC1_A] != 0.0:
-        at = x + e[ECC1_PHI] - e[ECC1_A] * math.sin(x + e[ECC1_PHI])
-        s, c = e[ECC1_A] * math.sin(at), e[ECC1_A] * math.cos(at)
-        x, v, acceleration = x - s, v * (1.0 - c), acceleration * (1.0 - c) + s * v * v
-    return x, v, acceleration
-
-
-@jit_inline
-def _elastic(x1: float, x2: float, w: float, z: float, s: float, p: Array, e: Array) -> float:
-    tau_k, _ = elastic_torque(x1, x2, w, z, s, int(p[KIND]), p[STIFFNESS], p[HALF_GAP], p[WIDTH],
-                              p[K_S], e)
-    return tau_k
+    error, slope, curvature = motor_error((0.0, 0.0, 0.0), e, motor_corrected(x, e))
+    return (x - error, v * (1.0 - slope), acceleration * (1.0 - slope) - curvature * v * v)
 
 
 @jit_inline
 def _with_friction(slope: float, push: float, friction: float, alpha: float,
-                   near: float) -> float:
-    """Return v of slope v + friction s(v) = push: Newton's method, from below; near: a guess."""
+                   guess: float) -> float:
+    """Return v of slope v + friction s(v) = push: Newton's method, from below or a `guess`."""
     if friction == 0.0:
         return push / slope
-    size, near = abs(push), math.copysign(1.0, push) * near
+    size, guess = abs(push), math.copysign(1.0, push) * guess
     v = max(0.0, (size - friction) / slope)
-    if near > v and slope * near + friction * TWO_OVER_PI * arctan(alpha * near) < size:
-        v = near
+    if guess > v and slope * guess + friction * TWO_OVER_PI * arctan(alpha * guess) < size:
+        v = guess
     for _ in range(FRICTION_ITERATIONS):
         av = alpha * v
         off = size - slope * v - friction * TWO_OVER_PI * arctan(av)
-        step = off / (slope + friction * TWO_OVER_PI * alpha / (1.0 + av * av))
-        v += step
-        if abs(step) < CLOSE:
+        change = off / (slope + friction * TWO_OVER_PI * alpha / (1.0 + av * av))
+        v += change
+        if abs(change) < CLOSE:
             break
     return math.copysign(v, push)
 
 
 @jit
-def advance_arm(state: Array, t: float, h: float, ahead_x1: float, ahead_x3: float, outside: Three,
-                p: Array, e: Array, theta: Array) -> None:
+def advance_arm(state: Array, t: float, h: float, end_x1: float, end_x3: float, outside: Three,
+                drive: PackedDrive) -> None:
     """
-    Advance `state` [N_STATE] in place by `h` s from time `t`, the motor to the motion given.
+    Advance the arm by one step of the theta method, the motor to a prescribed motion.
 
-    ahead_x1, ahead_x3: motor at the end, rad, rad/s. outside: `extra` as of simulate.advance.
-    Implicit in the arm's speed: light arms, stiff springs and dry friction on the arm take no
-    smaller steps.
+    Implicit in the arm's speed, solved by Newton's method: light arms, stiff springs and dry
+    friction on the arm take no smaller steps.
+
+    Args:
+        state: [N_STATE], changed in place.
+        t: time at the begin, s.
+        h: length of the step, s.
+        end_x1: position of the motor at the end, rad.
+        end_x3: its speed there, rad/s.
+        outside: torques from outside on motor, arm and in the transmission, N m.
+        drive: PackedDrive.
     """
-    x1, x2, x3, x4, w = state[0], state[1], state[2], state[3], state[4]
-    z, loop, branch = state[5], state[6], state[7]
-    tau_k, tau_arm, _ = _torques(t, x1, x2, x3, x4, 0.0, w, z, loop, branch, p, e, theta)
-    begun = _elastic(x1, x2, w, loop, branch, p, e)
+    p, e = drive.p, drive.e
+    x1, x2, x3, x4 = state[0], state[1], state[2], state[3]
+    m = stored_memories(state)
+    base = MotorFriction(p[CV], p[CC], p[ALPHA])
+    tau_k, tau_arm, _ = torques(t, (x1, x2, x3, x4), m, 0.0, drive)
+    elastic = elastic_torque(x1, x2, m, p, e)
     load = tau_arm - outside[1]
     if p[CAC] != 0.0:
         load -= p[CAC] * TWO_OVER_PI * arctan(p[ARM_ALPHA] * x4)
-    force = tau_k + outside[2] - THETA * begun - load + p[D] * (1.0 - THETA) * (x3 - x4)
-    force += p[D] * THETA * ahead_x3 + p[CAV] * THETA * x4
-    remembers = e[TH] != 0.0 or e[BRANCH_H] != 0.0
+    force = tau_k + outside[2] - THETA * elastic - load + p[D] * (1.0 - THETA) * (x3 - x4)
+    force += p[D] * THETA * end_x3 + p[CAV] * THETA * x4
     inertia, v = 1.0 / p[INVERSE_M2], x4
-    end, there = loop, branch
     for _ in range(ITERATIONS):
-        lack = slope = 0.0
+        residual = slope = 0.0
         for shift in (DIFFERENCE, 0.0):
             moved = v + shift
-            if remembers:
-                _, end, there = _memories(0.5 * (x3 + ahead_x3), 0.5 * (x4 + moved), z, loop,
-                                          branch, h, p, e)
-            tau = _elastic(ahead_x1, x2 + 0.5 * h * (x4 + moved), w, end, there, p, e)
-            slope = lack
-            lack = inertia * (moved - x4) - h * (
+            end = advanced_memories(m, 0.5 * (x3 + end_x3), 0.5 * (x4 + moved), h, base, e)
+            tau = elastic_torque(end_x1, x2 + 0.5 * h * (x4 + moved), end, p, e)
+            slope = residual
+            residual = inertia * (moved - x4) - h * (
                 force + THETA * (tau - (p[D] + p[CAV]) * moved))
-        slope = max((slope - lack) / DIFFERENCE, inertia)
-        found = _with_friction(slope, slope * v - lack, h * p[CAC], p[ARM_ALPHA], v)
-        near = abs(found - v) < CLOSE
-        v = found
-        if near:
+        slope = max((slope - residual) / DIFFERENCE, inertia)
+        last = v
+        v = _with_friction(slope, slope * v - residual, h * p[CAC], p[ARM_ALPHA], v)
+        if abs(v - last) < CLOSE:
             break
-    mean1, mean2 = 0.5 * (x3 + ahead_x3), 0.5 * (x4 + v)
+    mean1, mean2 = 0.5 * (x3 + end_x3), 0.5 * (x4 + v)
     x2 += h * mean2
-    _, w = transmission_torque(ahead_x1 - x2, w, int(p[KIND]), p[STIFFNESS], p[HALF_GAP],
+    _, w = transmission_torque(end_x1 - x2, m[0], int(p[KIND]), p[STIFFNESS], p[HALF_GAP],
                                p[WIDTH], p[K_S])
-    z, loop, branch = _memories(mean1, mean2, z, loop, branch, h, p, e)
-    state[0], state[1], state[2], state[3], state[4] = ahead_x1, x2, ahead_x3, v, w
-    state[5], state[6], state[7] = z, loop, branch
+    m = advanced_memories(m, mean1, mean2, h, base, e)
+    state[0], state[1], state[2], state[3], state[4] = end_x1, x2, end_x3, v, w
+    for i in range(1, N_STATE - 4):
+        state[4 + i] = m[i]
 
 
 @jit
-def lacking(state: Array, t: float, acceleration: float, u: float, outside: Three, p: Array,
-            e: Array, theta: Array) -> float:
+def torque_surplus(state: Array, t: float, acceleration: float, u: float, outside: Three,
+                   drive: PackedDrive) -> float:
     """
-    Return the torque (N m) that acts on the motor beyond what its motion needs.
+    Return the torque that acts on the motor beyond what its motion needs.
 
-    state, t, outside, p, e, theta: see advance_arm. acceleration (rad/s^2) of the motor; u: torque
-    of the actuator. In a rigid drive, of both.
+    In a rigid drive, on motor and arm.
+
+    Args:
+        state: [N_STATE].
+        t: time, s.
+        acceleration: of the motor, rad/s^2.
+        u: torque of the actuator, N m.
+        outside: torques from outside on motor, arm and in the transmission, N m.
+        drive: PackedDrive.
+
+    Returns:
+        Torque, N m.
     """
-    x1, x2, x3, x4 = state[0], state[1], state[2], state[3]
-    tau_k, tau_arm, motor = _torques(t, x1, x2, x3, x4, u, state[4], state[5], state[6],
-                                     state[7], p, e, theta)
+    p = drive.p
+    x = (state[0], state[1], state[2], state[3])
+    tau_k, tau_arm, motor = torques(t, x, stored_memories(state), u, drive)
     if int(p[KIND]) == RIGID:
         tau_k = acceleration / p[INVERSE_M2] + tau_arm - outside[1]
     else:
         tau_k += outside[2]
-    found = motor_acceleration(x1, x3, x4, u + motor + outside[0], tau_k, p)
-    return (found - acceleration) / p[INVERSE_M1]
-
-
-@jit_inline
-def _gain(x1: float, e: Array) -> float:
-    """Return d u_act / d u: what is lacking counts as torque that was logged."""
-    gain = 1.0 + e[GAIN]
-    if e[RIPPLE_A] != 0.0:
-        gain *= 1.0 + e[RIPPLE_A] * math.sin(e[RIPPLE_N] * x1 + e[RIPPLE_PHI])
-    return max(gain, LEAST_GAIN)
+    modelled = motor_acceleration(x[0], x[2], x[3], u + motor + outside[0], tau_k, p)
+    return (modelled - acceleration) / p[INVERSE_M1]
 
 
 @jit
-def driven_runs(begin: Integers, first: Integers, length: int, carry_at: Integers, states: Array,
-                memory: Array, dt: float, n: int, u: Array, logged: Array, extra: Array,
-                motor: Array, p: Array, e: Array, theta: Array, rows: Array, y: Array,
-                carry: Array) -> None:
+def driven_runs(spans: Spans, start: Begin, driving: Driving, motion: Motion, drive: PackedDrive,
+                rows: Array, result: RunResult) -> None:
     """
-    Fill y [W, L, 2], N m and rad: the torque that the motor needs, the reading of the arm.
+    Run windows with the motor on its measured motion.
 
-    begin, first, length, carry_at: the Windows of gap.windows, which start at states [W, 4] with
-    memory [W, 4]; carry [W, 8]: where the next window begins. dt, n, u [N, n], extra [N, 3], p, e,
-    theta: as of simulate.advance. logged [N]: torque of the recording. motor [N, 5]: its motion,
-    columns as above; where it stands, the torque that is needed counts as the logged one. rows
-    [R, 8]: room to work in.
+    Args:
+        spans: the windows.
+        start: where they begin; states of the motor do not count.
+        driving: torques, with n steps in each sample.
+        motion: of the motor, and its torque.
+        drive: PackedDrive.
+        rows: room to work in [longest run + 1, N_STATE].
+        result: is filled in; y has the torque that the motor needs (N m) and the reading of the
+            arm (rad).
     """
+    begin, first, length, carry_at = spans
+    u, extra, dt = driving
+    motor, p, e = motion.motor, drive.p, drive.e
+    y, carry = result
+    n = u.shape[1]
     h = dt / n
     for w in range(len(begin)):
         state = rows[0]
-        state[1], state[3] = states[w, 1], states[w, 3]
-        for i in range(4):
-            state[4 + i] = memory[w, i]
+        state[1], state[3] = start.states[w, 1], start.states[w, 3]
+        for i in range(N_STATE - 4):
+            state[4 + i] = start.memory[w, i]
         path = rows[1:]
         late = first[w] - begin[w]
         for k in range(begin[w], first[w] + length):
@@ -215,33 +239,34 @@ def driven_runs(begin: Integers, first: Integers, length: int, carry_at: Integer
             state[0], state[2] = x1, x3
             if int(p[KIND]) == RIGID:
                 state[1], state[3] = x1, x3
-            for i in range(8):
+            for i in range(N_STATE):
                 path[k - begin[w], i] = state[i]
             if k == carry_at[w]:
-                for i in range(8):
+                for i in range(N_STATE):
                     carry[w, i] = state[i]
             outside = (extra[k, 0], extra[k, 1], extra[k, 2])
             if k >= first[w]:
-                y[w, k - first[w], 0] = logged[k]
+                y[w, k - first[w], 0] = motion.logged[k]
                 if motor[k, MOVES] != 0.0:
-                    y[w, k - first[w], 0] -= lacking(
-                        state, k * dt, acceleration, u[k, 0], outside, p, e,
-                        theta) / _gain(x1, e)
+                    # What is missing counts as torque that was logged.
+                    y[w, k - first[w], 0] -= torque_surplus(
+                        state, k * dt, acceleration, u[k, 0], outside, drive) / max(
+                            motor_gain(1.0, e, x1), MIN_GAIN)
             if int(p[KIND]) == RIGID:
                 continue
             for i in range(n):
                 x1, x3, _ = motor_motion(motor, k + (i + 1.0) / n, dt, e)
-                advance_arm(state, k * dt + i * h, h, x1, x3, outside, p, e, theta)
+                advance_arm(state, k * dt + i * h, h, x1, x3, outside, drive)
         if carry_at[w] == first[w] + length:
-            for i in range(8):
+            for i in range(N_STATE):
                 carry[w, i] = state[i]
         for k in range(length):
             y[w, k, 1] = reading(path, late + k, 1, dt, e)
 
 
 @cache
-def with_plugin(torques: Torques) -> Any:
-    """Return driven_runs rebuilt around the `torques` of a plug-in effect."""
-    all_torques = rebuilt(_torques, plugged=torques)
-    return rebuilt(driven_runs, advance_arm=rebuilt(advance_arm, _torques=all_torques),
-                   lacking=rebuilt(lacking, _torques=all_torques))
+def with_plugin(added: Torques) -> Any:
+    """Return driven_runs rebuilt around the torques `added` by a plug-in."""
+    with_added = rebuilt(torques, plugged=added)
+    return rebuilt(driven_runs, advance_arm=rebuilt(advance_arm, torques=with_added),
+                   torque_surplus=rebuilt(torque_surplus, torques=with_added))

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 import math
 import types
-from typing import Any
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -29,15 +29,48 @@ from gearbox_monitor.plant.drive import (
     ALPHA, arm_acceleration, arm_load, CC, CV, DriveModel, fastest_eigenvalue, HALF_GAP, K_S, KIND,
     motor_acceleration, rigid_torque, STIFFNESS, substeps, WIDTH)
 from gearbox_monitor.plant.effects import arm_profile, Effect, MAX_DELAY, quantised, Three, Torques
-from gearbox_monitor.plant.effects.equations import (
-    actuator, BRANCH_DS, BRANCH_H, bristle, DH, elastic_torque, friction_effects, loop_memory,
-    motor_torque, reading, SIGMA0, TH)
+from gearbox_monitor.plant.effects.composition import (
+    actuator, advanced_memories, arm_effects, elastic_torque, friction_effects, motor_effects,
+    reading, stored_memories)
+from gearbox_monitor.plant.effects.effect import MotorFriction
+from gearbox_monitor.plant.runge_kutta import Four, runge_kutta
 from gearbox_monitor.plant.transmission import RIGID, transmission_torque
 
-# State of a simulation: x1..x4, memory of the transmission, of lugre, bouc_wen and branch.
-N_STATE = 8
+# State of a simulation: x1..x4, then the memories of the transmission and of effects.
+N_STATE = 4 + effects.N_MEMORY
 MOTOR, ARM, TRANSMISSION = range(3)  # where a torque from outside acts
-NO_TORQUE = np.zeros((0, 3))
+
+
+class PackedDrive(NamedTuple):
+    """A drive as kernels take it: DriveModel.pack, effects.pack, parameters of a plug-in."""
+
+    p: Array
+    e: Array
+    theta: Array
+
+
+class ProcessNoise(NamedTuple):
+    """Standard normal numbers [..., n, 4] and their standard deviations [4] per sqrt(s)."""
+
+    numbers: Array
+    std: Array
+
+
+class Schedule(NamedTuple):
+    """
+    What drives a run of N samples.
+
+    t: times [N], s. u: torque of the actuator [N, n] in each of n substeps, N m. extra: torque
+    from outside [N, 3] on motor, arm and in the transmission, N m. dt: length of a sample, s.
+    """
+
+    t: Array
+    u: Array
+    extra: Array
+    dt: float
+
+
+Inputs: TypeAlias = tuple[float, Three, PackedDrive]  # of a substep: u, extra, drive
 
 
 @dataclass(frozen=True)
@@ -82,124 +115,147 @@ def plugged(t: float, x1: float, x2: float, x3: float, x4: float, u: float, tau_
 
 
 @jit_inline
-def _torques(t: float, x1: float, x2: float, x3: float, x4: float, u: float, w: float, z: float,
-             loop: float, branch: float, p: Array, e: Array, theta: Array) -> Three:
-    """Return (tau_k, tau_arm, torque on the motor beyond equation (1)) in N m."""
-    tau_k, _ = elastic_torque(x1, x2, w, loop, branch, int(p[KIND]), p[STIFFNESS], p[HALF_GAP],
-                              p[WIDTH], p[K_S], e)
-    motor = motor_torque(x1, u, e) - u - friction_effects(x3, z, t, p[CV], p[CC], p[ALPHA], e)
-    m, a, k = plugged(t, x1, x2, x3, x4, u, tau_k, theta)
-    return tau_k + k, arm_load(x2, x4, p) + a, motor + m
+def torques(t: float, x: Four, m: Any, u: float, drive: PackedDrive) -> Three:
+    """
+    Return the torques of effects and of the transmission.
+
+    Args:
+        t: time, s.
+        x: positions and speeds of motor and arm, rad and rad/s.
+        m: memories [N_MEMORY].
+        u: torque of the actuator, N m.
+        drive: PackedDrive.
+
+    Returns:
+        (tau_k, tau_arm, torque on the motor beyond equation (1)) in N m.
+    """
+    x1, x2, x3, x4 = x
+    p, e = drive.p, drive.e
+    tau_k = elastic_torque(x1, x2, m, p, e)
+    motor = motor_effects(u, e, x1, x3) - u - friction_effects(
+        0.0, e, t, x3, m, MotorFriction(p[CV], p[CC], p[ALPHA]))
+    tau_arm = arm_effects(arm_load(x2, x4, p), e, t, x2, x4, m)
+    on_motor, on_arm, within = plugged(t, x1, x2, x3, x4, u, tau_k, drive.theta)
+    return tau_k + within, tau_arm + on_arm, motor + on_motor
 
 
 @jit_inline
-def _constrained(x1: float, x3: float, u: float, extra: Three, tau_k: float, tau_arm: float,
-                 motor: float, p: Array) -> float:
-    """Return tau_K: of the constraint where the transmission is rigid, else with what is added."""
+def constrained(x: Four, u: float, extra: Three, acting: Three, p: Array) -> float:
+    """
+    Return tau_K: of the constraint in a rigid transmission, else with what is added.
+
+    Args:
+        x: state, see torques.
+        u: torque of the actuator, N m.
+        extra: torques from outside on motor, arm and in the transmission, N m.
+        acting: see torques.
+        p: packed model.
+
+    Returns:
+        Torque, N m.
+    """
     if int(p[KIND]) == RIGID:
-        return rigid_torque(x1, x3, u + motor + extra[0], tau_arm - extra[1], p)
-    return tau_k + extra[2]
+        return rigid_torque(x[0], x[2], u + acting[2] + extra[0], acting[1] - extra[1], p)
+    return acting[0] + extra[2]
 
 
 @jit_inline
-def _derivative(t: float, x1: float, x2: float, x3: float, x4: float, u: float, extra: Three,
-                w: float, z: float, loop: float, branch: float, p: Array, e: Array,
-                theta: Array) -> tuple[float, float, float, float]:
-    tau_k, tau_arm, motor = _torques(t, x1, x2, x3, x4, u, w, z, loop, branch, p, e, theta)
-    tau_k = _constrained(x1, x3, u, extra, tau_k, tau_arm, motor, p)
-    return (x3, x4, motor_acceleration(x1, x3, x4, u + motor + extra[0], tau_k, p),
-            arm_acceleration(x3, x4, tau_k, tau_arm - extra[1], p))
+def _derivative(t: float, x: Four, m: Any, inputs: Inputs) -> Four:
+    u, extra, drive = inputs
+    acting = torques(t, x, m, u, drive)
+    tau_k = constrained(x, u, extra, acting, drive.p)
+    return (x[2], x[3], motor_acceleration(x[0], x[2], x[3], u + acting[2] + extra[0], tau_k,
+                                           drive.p),
+            arm_acceleration(x[2], x[3], tau_k, acting[1] - extra[1], drive.p))
 
 
 @jit_inline
-def _memories(x3: float, x4: float, z: float, loop: float, branch: float, h: float, p: Array,
-              e: Array) -> Three:
-    """Return the memories of lugre, bouc_wen and branch after `h` s at these speeds."""
-    if e[SIGMA0] != 0.0:
-        z = bristle(z, x3, h, p[CC], e)
-    if e[TH] != 0.0:
-        loop = loop_memory(loop, x3 - x4, e[DH], h)
-    if e[BRANCH_H] != 0.0:
-        branch = loop_memory(branch, x3 - x4, e[BRANCH_DS], h)
-    return z, loop, branch
+def _memories(m: Any, x3: float, x4: float, h: float, inputs: Inputs) -> Any:
+    p = inputs[2].p
+    return advanced_memories(m, x3, x4, h, MotorFriction(p[CV], p[CC], p[ALPHA]), inputs[2].e)
+
+
+step = runge_kutta(_derivative, _memories)
 
 
 @jit
-def advance(state: Array, t: float, u: Array, extra: Three, dt: float, n: int, noise: Array,
-            process_std: Array, p: Array, e: Array, theta: Array) -> None:
+def advance(state: Array, t: float, dt: float, u: Array, extra: Three, noise: ProcessNoise,
+            drive: PackedDrive) -> None:
     """
-    Advance `state` [N_STATE] in place by `dt` s from time `t` in `n` RK4 substeps.
+    Advance `state` in place by one sample, in n steps of the Runge-Kutta method.
 
-    u [n]: torque of the actuator in each substep. extra: torques (N m) from outside on motor, arm
-    and in the transmission. noise: standard normal numbers [n, 4], process_std [4] per square
-    root of a second. p, e, theta: packed model, effects, parameters of a plug-in. The memory of
-    the transmission is updated once per substep, and clamped in every stage; the others relax
-    over each stage as at its speed.
+    The memory of the transmission is updated once per step, and clamped in every stage; those of
+    effects relax over each stage at its speed.
+
+    Args:
+        state: [N_STATE].
+        t: time at the begin, s.
+        dt: length of the sample, s.
+        u: torque of the actuator in each step [n], N m.
+        extra: torques from outside on motor, arm and in the transmission, N m.
+        noise: ProcessNoise with numbers [n, 4].
+        drive: PackedDrive.
     """
+    n, p = u.shape[0], drive.p
     h = dt / n
-    root_h, half = math.sqrt(h), 0.5 * h
-    x1, x2, x3, x4, w = state[0], state[1], state[2], state[3], state[4]
-    z, loop, branch = state[5], state[6], state[7]
+    root_h = math.sqrt(h)
+    x1, x2, x3, x4 = state[0], state[1], state[2], state[3]
+    m = stored_memories(state)
     for i in range(n):
-        a1, a2, a3, a4 = _derivative(t, x1, x2, x3, x4, u[i], extra, w, z, loop, branch, p, e,
-                                     theta)
-        m1, m2, m3 = _memories(a1, a2, z, loop, branch, half, p, e)
-        b1, b2, b3, b4 = _derivative(
-            t + half, x1 + half * a1, x2 + half * a2, x3 + half * a3, x4 + half * a4, u[i],
-            extra, w, m1, m2, m3, p, e, theta)
-        m1, m2, m3 = _memories(b1, b2, z, loop, branch, half, p, e)
-        c1, c2, c3, c4 = _derivative(
-            t + half, x1 + half * b1, x2 + half * b2, x3 + half * b3, x4 + half * b4, u[i],
-            extra, w, m1, m2, m3, p, e, theta)
-        m1, m2, m3 = _memories(c1, c2, z, loop, branch, h, p, e)
-        d1, d2, d3, d4 = _derivative(
-            t + h, x1 + h * c1, x2 + h * c2, x3 + h * c3, x4 + h * c4, u[i], extra, w, m1, m2,
-            m3, p, e, theta)
-        v1, v2 = (a1 + 2.0 * b1 + 2.0 * c1 + d1) / 6.0, (a2 + 2.0 * b2 + 2.0 * c2 + d2) / 6.0
-        x1 += h * v1 + root_h * process_std[0] * noise[i, 0]
-        x2 += h * v2 + root_h * process_std[1] * noise[i, 1]
-        x3 += h / 6.0 * (a3 + 2.0 * b3 + 2.0 * c3 + d3) + root_h * process_std[2] * noise[i, 2]
-        x4 += h / 6.0 * (a4 + 2.0 * b4 + 2.0 * c4 + d4) + root_h * process_std[3] * noise[i, 3]
+        change, m = step(t, (x1, x2, x3, x4), m, h, (u[i], extra, drive))
+        x1 += change[0] + root_h * noise.std[0] * noise.numbers[i, 0]
+        x2 += change[1] + root_h * noise.std[1] * noise.numbers[i, 1]
+        x3 += change[2] + root_h * noise.std[2] * noise.numbers[i, 2]
+        x4 += change[3] + root_h * noise.std[3] * noise.numbers[i, 3]
         _, w = transmission_torque(
-            x1 - x2, w, int(p[KIND]), p[STIFFNESS], p[HALF_GAP], p[WIDTH], p[K_S])
-        z, loop, branch = _memories(v1, v2, z, loop, branch, h, p, e)
+            x1 - x2, m[0], int(p[KIND]), p[STIFFNESS], p[HALF_GAP], p[WIDTH], p[K_S])
+        m = (w,) + m[1:]
         t += h
-    state[0], state[1], state[2], state[3], state[4] = x1, x2, x3, x4, w
-    state[5], state[6], state[7] = z, loop, branch
+    state[0], state[1], state[2], state[3] = x1, x2, x3, x4
+    for i in range(N_STATE - 4):
+        state[4 + i] = m[i]
 
 
 @jit
-def _run(state: Array, t: Array, u: Array, extra: Array, dt: float, n: int, noise: Array,
-         process_std: Array, p: Array, e: Array, theta: Array, x: Array, tau: Array) -> None:
+def _run(state: Array, schedule: Schedule, noise: ProcessNoise, drive: PackedDrive, x: Array,
+         tau: Array) -> None:
+    t, u, extra, dt = schedule
     for k in range(u.shape[0]):
         for i in range(4):
             x[k, i] = state[i]
         outside = (extra[k, 0], extra[k, 1], extra[k, 2])
-        tau_k, tau_arm, motor = _torques(t[k], state[0], state[1], state[2], state[3], u[k, 0],
-                                         state[4], state[5], state[6], state[7], p, e, theta)
-        tau[k, 0] = _constrained(state[0], state[2], u[k, 0], outside, tau_k, tau_arm, motor, p)
-        tau[k, 1] = tau_arm - outside[1]
-        advance(state, t[k], u[k], outside, dt, n, noise[k], process_std, p, e, theta)
+        at = (state[0], state[1], state[2], state[3])
+        acting = torques(t[k], at, stored_memories(state), u[k, 0], drive)
+        tau[k, 0] = constrained(at, u[k, 0], outside, acting, drive.p)
+        tau[k, 1] = acting[1] - outside[1]
+        advance(state, t[k], dt, u[k], outside, ProcessNoise(noise.numbers[k], noise.std), drive)
 
 
 def rebuilt(kernel: Any, **names: Any) -> Any:
-    """Return `kernel` compiled anew with other functions under the global `names` it calls."""
+    """Return a copy of `kernel` that calls the functions `names` under these global names."""
     kernel = getattr(kernel, 'py_func', kernel)
     copy = types.FunctionType(kernel.__code__, {**kernel.__globals__, **names}, kernel.__name__)
     return jit_anew(copy)
 
 
 @cache
-def with_plugin(torques: Torques, *kernels: Any) -> tuple[Any, ...]:
+def with_plugin(added: Torques, *kernels: Any) -> tuple[Any, ...]:
     """
-    Return the `kernels` of this module rebuilt around the `torques` of a plug-in effect.
+    Return `kernels` that call torques or advance, rebuilt around a plug-in.
 
     Compiled anew in each process, once; without a plug-in the cached ones stay as they are.
+
+    Args:
+        added: the `torques` of the plug-in's Effect.
+        kernels: compiled functions.
+
+    Returns:
+        As many compiled functions.
     """
-    all_torques = rebuilt(_torques, plugged=torques)
-    derivative = rebuilt(_derivative, _torques=all_torques)
-    step = rebuilt(advance, _derivative=derivative)
-    return tuple(rebuilt(kernel, _torques=all_torques, advance=step) for kernel in kernels)
+    with_added = rebuilt(torques, plugged=added)
+    derivative = rebuilt(_derivative, torques=with_added)
+    sample = rebuilt(advance, step=runge_kutta(derivative, _memories))
+    return tuple(rebuilt(kernel, torques=with_added, advance=sample) for kernel in kernels)
 
 
 @cache
@@ -215,17 +271,18 @@ def _sum(first: Torques, second: Torques, n: int) -> Torques:
 
 def plugin_of(model: DriveModel) -> tuple[Effect | None, Array]:
     """Return (Effect or None, theta): the plug-in effect of `model`, several joined to one."""
-    joined, theta = None, []
-    for given in model.effects:
-        if given['id'] in effects.EFFECTS:
+    joined: Effect | None = None
+    theta: list[float] = []
+    for values in model.effects:
+        if values['id'] in effects.EFFECTS:
             continue
-        effect = effects.plugins()[given['id']]
+        effect = effects.plugins()[values['id']]
         if joined is None:
             joined = effect
         else:
             joined = replace(joined, id=f'{joined.id}+{effect.id}',
                              torques=_sum(joined.torques, effect.torques, len(theta)))
-        theta += [float(given[p.name]) for p in effect.parameters]
+        theta += [float(values[p.name]) for p in effect.parameters]
     return joined, np.array(theta, float)
 
 
@@ -256,18 +313,27 @@ class Plant:
 
     @model.setter
     def model(self, model: DriveModel) -> None:
-        plugin, self._theta = plugin_of(model)
+        plugin, theta = plugin_of(model)
         if plugin is None:
             self._kernel, self._plugin = _run, None
         elif plugin.id != getattr(self, '_plugin', None):
             self._kernel, self._plugin = with_plugin(plugin.torques, _run)[0], plugin.id
         self._model = model
-        self._packed = model.pack()
-        self._effects = effects.pack(model.effects)
+        self._drive = PackedDrive(model.pack(), effects.pack(model.effects), theta)
         self._eigenvalue = fastest_eigenvalue(model)
 
     def run(self, u: Array, dt: float, t0: float = 0.0) -> Trajectory:
-        """Apply u [N] (N m), one value per `dt` s, and return the Trajectory from `t0` s on."""
+        """
+        Apply a torque and return what the drive does.
+
+        Args:
+            u: torque [N], held over a sample, N m.
+            dt: length of a sample, s.
+            t0: time at the begin, s.
+
+        Returns:
+            The Trajectory.
+        """
         u = np.ascontiguousarray(u, float)
         n = substeps(dt, self._eigenvalue)
         process = np.asarray(self.noise.process, float)
@@ -280,17 +346,17 @@ class Plant:
         keep = math.ceil(MAX_DELAY / dt) + 2
         if len(self._past_u) != keep:
             self._past_u = np.zeros(keep)  # before the start there was no torque
-        known = np.concatenate([self._past_u, u])
-        self._lagged = actuator(known, keep, self._lagged, dt, n, self._effects, acting)
-        self._past_u = known[-keep:]
+        commanded = np.concatenate([self._past_u, u])
+        self._lagged = actuator(commanded, keep, self._lagged, dt, self._drive.e, acting)
+        self._past_u = commanded[-keep:]
         extra = np.zeros((len(u), 3))
         extra[:, ARM] = -arm_profile(self._model.effects, t, dt)
-        self._kernel(self.state, t, acting, extra, dt, n, noise, process, self._packed,
-                     self._effects, self._theta, x, tau)
+        self._kernel(self.state, Schedule(t, acting, extra, dt), ProcessNoise(noise, process),
+                     self._drive, x, tau)
         rows = np.concatenate([self._past_x, x])
         self._past_x = rows[-keep:]
         y = np.empty((len(u), 2))
-        read_all(rows, len(rows) - len(u), dt, self._effects, y)
+        read_all(rows, len(rows) - len(u), dt, self._drive.e, y)
         y += self.measurement_random.standard_normal((len(u), 2)) * self.noise.measurement
         return Trajectory(t, u, quantised(y, self._model.effects), x, tau[:, 0], tau[:, 1])
 
@@ -298,9 +364,14 @@ class Plant:
 @jit
 def read_all(x: Array, begin: int, dt: float, e: Array, y: Array) -> None:
     """
-    Fill y [N, 2] with what the encoders read, without noise, at x [begin:begin + N, 4].
+    Fill `y` [N, 2] (rad) with what the encoders read, without noise.
 
-    dt: s between rows; e: effects.pack.
+    Args:
+        x: states [begin + N, 4].
+        begin: row of x of the first reading.
+        dt: time from row to row, s.
+        e: packed effects.
+        y: room for the readings.
     """
     for k in range(y.shape[0]):
         y[k, 0] = reading(x, begin + k, 0, dt, e)
@@ -310,8 +381,16 @@ def read_all(x: Array, begin: int, dt: float, e: Array, y: Array) -> None:
 def simulate(model: DriveModel, u: Array, dt: float, noise: Noise | None = None,
              seed: int = 0) -> Trajectory:
     """
-    Return the Trajectory of the drive `model` from rest under u [N] (N m), `dt` s a sample.
+    Simulate the drive from rest.
 
-    noise: Noise, None for none; seed: of that noise.
+    Args:
+        model: DriveModel.
+        u: torque [N], held over a sample, N m.
+        dt: length of a sample, s.
+        noise: Noise, None for none.
+        seed: of that noise.
+
+    Returns:
+        The Trajectory.
     """
     return Plant(model, noise, seed).run(u, dt)

@@ -33,7 +33,7 @@ from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.plant.effects.equations import actuator
+from gearbox_monitor.plant.effects.composition import actuator
 from gearbox_monitor.plant.faults import Faults, FaultyPlant
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.quality.recording import UniformRecording
@@ -158,7 +158,7 @@ def test_actuator_exactly():
     """A ramp comes a delay later; a step is lagged as exp(-t/T) says, in the mean of each part."""
     n, e = 4, effects.pack(given('actuator_delay'))
     u, out = np.concatenate([np.zeros(30), np.arange(100.0)]), np.empty((100, n))
-    actuator(u, 30, 0.0, DT, n, e, out)
+    actuator(u, 30, 0.0, DT, e, out)
     # Mean over each part of the held command, 3.6 samples earlier.
     fine = np.repeat(u, 1000)
     ends = 30_000 + np.arange(100 * n + 1) * 250 - 3600
@@ -167,7 +167,7 @@ def test_actuator_exactly():
 
     e = effects.pack([*given('actuator_lag'), {'id': 'torque_gain', 'g': 0.5},
                       {'id': 'saturation', 'umax': 2.0}])
-    actuator(np.concatenate([np.zeros(30), np.full(100, 7.0)]), 30, 0.0, DT, n, e, out)
+    actuator(np.concatenate([np.zeros(30), np.full(100, 7.0)]), 30, 0.0, DT, e, out)
     t = np.arange(100 * n + 1) * DT / n
     reached = 3.0 * (t + 0.004 * np.exp(-t / 0.004))  # its integral
     np.testing.assert_allclose(out.ravel(), np.diff(reached) * n / DT, atol=1e-9)

@@ -27,10 +27,17 @@ def scaled_command(c: Coefficients, u: float) -> float:
     return u * (1.0 + c.g)
 
 
+@jit_part
+def gain_of_command(c: Coefficients, x1: float) -> float:
+    """Return 1 + g of `c`, at any position `x1` of the motor."""
+    return 1.0 + c.g
+
+
 TORQUE_GAIN = Effect(
     'torque_gain', 'actuator', 'u_act = (1 + g) u', (Parameter('g', '-', -1.0),),
     meaning='torque is commanded in another scale, as by a wrong torque constant',
-    command=scaled_command, starts=lambda s: [[FreeParameter('g', 0.0, 0.1, -0.95)]],
+    command=scaled_command, motor_gain=gain_of_command,
+    starts=lambda s: [[FreeParameter('g', 0.0, 0.1, -0.95)]],
     separated_by={'motor_coulomb': 'dynamic torque instead of slow motion'})
 
 TORQUE_OFFSET = Effect(

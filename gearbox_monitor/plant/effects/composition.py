@@ -1,0 +1,357 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What all effects together do to the drive: kernels composed of the equations in the registry.
+
+Each equation becomes a term: a closure over the place of its parameters in the packed array e
+(registry.pack) that is skipped where the effect is off. The terms of a slot are chained, each
+around the one that acts before it, and compiled into the kernels that call the chain: an effect is
+written once, and where a model does not have it, it costs a comparison.
+"""
+from collections import namedtuple
+from collections.abc import Callable, Sequence
+from functools import reduce
+import math
+from typing import Any
+
+from gearbox_monitor.kernels.jit import jit, jit_part
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import HALF_GAP, K_S, KIND, STIFFNESS, WIDTH
+from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, ACTUATOR_LAG
+from gearbox_monitor.plant.effects.effect import Coefficients, Effect, Three
+from gearbox_monitor.plant.effects.encoder import ARM_ENCODER_DELAY, MOTOR_ENCODER_DELAY
+from gearbox_monitor.plant.effects.registry import in_slot, MEMORIES, N_MEMORY, PLACES
+from gearbox_monitor.plant.transmission import transmission_torque
+
+LAG, DELAY = PLACES[ACTUATOR_LAG.id], PLACES[ACTUATOR_DELAY.id]
+DELAY1, DELAY2 = PLACES[MOTOR_ENCODER_DELAY.id], PLACES[ARM_ENCODER_DELAY.id]
+# What happens between command and actuator depends on these alone.
+COMMAND_PLACES = [PLACES[effect.id] for effect in (
+    *in_slot('command'), ACTUATOR_LAG, ACTUATOR_DELAY)]
+# Where an effect with an equation in each step switches on.
+STEP_SLOTS = ('friction', 'arm_torque', 'twist', 'elastic', 'motor_torque')
+STEP_PLACES = tuple(sorted({PLACES[e.id] for slot in STEP_SLOTS for e in in_slot(slot)}))
+Kernel = Callable[..., Any]
+
+
+def reader(effect: Effect) -> Callable[[Array], Coefficients]:
+    """Return the function that takes the parameters of `effect` by name from a packed array."""
+    coefficients: Any = namedtuple(effect.id, [p.name for p in effect.parameters])
+    k = PLACES[effect.id]
+
+    def one(e: Array) -> Coefficients:
+        return coefficients(e[k])
+
+    def two(e: Array) -> Coefficients:
+        return coefficients(e[k], e[k + 1])
+
+    def three(e: Array) -> Coefficients:
+        return coefficients(e[k], e[k + 1], e[k + 2])
+
+    def four(e: Array) -> Coefficients:
+        return coefficients(e[k], e[k + 1], e[k + 2], e[k + 3])
+    return jit_part((one, two, three, four)[len(effect.parameters) - 1])
+
+
+def chained(terms: Sequence[Kernel]) -> Kernel:
+    """Return the function (value, *arguments) -> value that applies `terms` one by one."""
+    def unchanged(value: Any, *arguments: Any) -> Any:
+        return value
+
+    def joined(first: Kernel, second: Kernel) -> Kernel:
+        def both(value: Any, *arguments: Any) -> Any:
+            return second(first(value, *arguments), *arguments)
+        return jit_part(both)
+    return reduce(joined, terms) if terms else jit_part(unchanged)
+
+
+def _friction(effect: Effect) -> Kernel:
+    equation, read, place = effect.friction, reader(effect), PLACES[effect.id]
+    memory = MEMORIES.get(effect.id, 0)
+
+    def term(torque: float, e: Array, t: float, x3: float, m: Any, base: Any) -> float:
+        if e[place] != 0.0:
+            torque += equation(read(e), t, x3, m[memory], base)
+        return torque
+    return jit_part(term)
+
+
+def _arm_torque(effect: Effect) -> Kernel:
+    equation, read, place = effect.arm_torque, reader(effect), PLACES[effect.id]
+    memory = MEMORIES.get(effect.id, 0)
+
+    def term(torque: float, e: Array, t: float, x2: float, x4: float, m: Any) -> float:
+        if e[place] != 0.0:
+            torque += equation(read(e), t, x2, x4, m[memory])
+        return torque
+    return jit_part(term)
+
+
+def _twist(effect: Effect) -> Kernel:
+    equation, read, place = effect.twist, reader(effect), PLACES[effect.id]
+    memory = MEMORIES.get(effect.id, 0)
+
+    def term(twist: float, e: Array, x1: float, x2: float, m: Any) -> float:
+        if e[place] != 0.0:
+            twist += equation(read(e), x1, x2, m[memory])
+        return twist
+    return jit_part(term)
+
+
+def _elastic(effect: Effect) -> Kernel:
+    equation, read, place = effect.elastic, reader(effect), PLACES[effect.id]
+    memory = MEMORIES.get(effect.id, 0)
+
+    def term(torque: float, e: Array, twist: float, m: Any, half_gap: float) -> float:
+        if e[place] != 0.0:
+            torque += equation(read(e), twist, m[memory], half_gap)
+        return torque
+    return jit_part(term)
+
+
+def _motor_torque(effect: Effect) -> Kernel:
+    equation, read, place = effect.motor_torque, reader(effect), PLACES[effect.id]
+
+    def term(u: float, e: Array, x1: float, x3: float) -> float:
+        if e[place] != 0.0:
+            u = equation(read(e), x1, x3, u)
+        return u
+    return jit_part(term)
+
+
+def _motor_gain(effect: Effect) -> Kernel:
+    equation, read, place = effect.motor_gain, reader(effect), PLACES[effect.id]
+
+    def term(gain: float, e: Array, x1: float) -> float:
+        if e[place] != 0.0:
+            gain *= equation(read(e), x1)
+        return gain
+    return jit_part(term)
+
+
+def _command(effect: Effect) -> Kernel:
+    equation, read, place, off = effect.command, reader(effect), PLACES[effect.id], effect.off
+
+    def term(u: float, e: Array) -> float:
+        if e[place] != off:
+            u = equation(read(e), u)
+        return u
+    return jit_part(term)
+
+
+def _read(effect: Effect) -> Kernel:
+    equation, read, place = effect.encoder_error, reader(effect), PLACES[effect.id]
+
+    def term(position: float, e: Array) -> float:
+        if e[place] != 0.0:
+            position += equation(read(e), position)[0]
+        return position
+    return jit_part(term)
+
+
+def _corrected(effect: Effect) -> Kernel:
+    equation, read, place = effect.encoder_error, reader(effect), PLACES[effect.id]
+
+    def term(position: float, e: Array) -> float:
+        if e[place] != 0.0:
+            position -= equation(read(e), position)[0]
+        return position
+    return jit_part(term)
+
+
+def _error(effect: Effect) -> Kernel:
+    equation, read, place = effect.encoder_error, reader(effect), PLACES[effect.id]
+
+    def term(total: Three, e: Array, x: float) -> Three:
+        if e[place] != 0.0:
+            error, slope, curvature = equation(read(e), x)
+            return total[0] + error, total[1] + slope, total[2] + curvature
+        return total
+    return jit_part(term)
+
+
+def _memory(effect: Effect) -> Kernel:
+    equation, read, place = effect.memory, reader(effect), PLACES[effect.id]
+    memory = MEMORIES[effect.id]
+
+    def term(after: Any, e: Array, m: Any, x3: float, x4: float, h: float, base: Any) -> Any:
+        z = m[memory]
+        if e[place] != 0.0:
+            z = equation(read(e), z, x3, x4, h, base)
+        return after + (z,)
+    return jit_part(term)
+
+
+def _stored(place: int) -> Kernel:
+    def term(memories: Any, state: Array) -> Any:
+        return memories + (state[4 + place],)
+    return jit_part(term)
+
+
+def _chain(slot: str, term: Callable[[Effect], Kernel]) -> Kernel:
+    return chained([term(effect) for effect in in_slot(slot)])
+
+
+# (value, e, ...) -> value, see the terms above; m: the memories, a tuple of N_MEMORY numbers, of
+# which the first is that of the transmission.
+friction_effects = _chain('friction', _friction)
+arm_effects = _chain('arm_torque', _arm_torque)
+twist_effects = _chain('twist', _twist)
+elastic_effects = _chain('elastic', _elastic)
+motor_effects = _chain('motor_torque', _motor_torque)
+motor_gain = _chain('motor_gain', _motor_gain)
+command_effects = _chain('command', _command)
+_IN_MOTOR, _IN_ARM = ([effect for effect in in_slot('encoder_error') if effect.location == place]
+                      for place in ('motor_sensor', 'arm_sensor'))
+motor_read, arm_read = (chained([_read(e) for e in part]) for part in (_IN_MOTOR, _IN_ARM))
+motor_corrected, arm_corrected = (
+    chained([_corrected(e) for e in reversed(part)]) for part in (_IN_MOTOR, _IN_ARM))
+motor_error = chained([_error(e) for e in _IN_MOTOR])
+_advanced = _chain('memory', _memory)
+memories_of = chained([_stored(place) for place in range(1, N_MEMORY)])
+
+
+@jit_part
+def advanced_memories(m: Any, x3: float, x4: float, h: float, base: Any, e: Array) -> Any:
+    """
+    Return the memories of all effects after a step.
+
+    Args:
+        m: memories at the begin [N_MEMORY]; the first, of the transmission, stays.
+        x3: speed of the motor, rad/s.
+        x4: speed of the arm, rad/s.
+        h: length of the step, s.
+        base: MotorFriction of the model.
+        e: packed effects.
+
+    Returns:
+        The memories at the end.
+    """
+    return _advanced((m[0],), e, m, x3, x4, h, base)
+
+
+@jit_part
+def stored_memories(state: Array) -> Any:
+    """Return the memories in `state` [4 + N_MEMORY] as a tuple."""
+    return memories_of((state[4],), state)
+
+
+@jit_part
+def elastic_torque(x1: float, x2: float, m: Any, p: Array, e: Array) -> float:
+    """
+    Return tau_K of a transmission that is not rigid, with all effects in it.
+
+    Args:
+        x1: position of the motor, rad.
+        x2: position of the arm, rad.
+        m: memories.
+        p: packed model.
+        e: packed effects.
+
+    Returns:
+        Torque, N m.
+    """
+    twist = twist_effects(x1 - x2, e, x1, x2, m)
+    tau_k, _ = transmission_torque(twist, m[0], int(p[KIND]), p[STIFFNESS], p[HALF_GAP], p[WIDTH],
+                                   p[K_S])
+    return elastic_effects(tau_k, e, twist, m, p[HALF_GAP])
+
+
+@jit
+def steady_command(u: float, e: Array) -> float:
+    """Return the torque (N m) of an actuator at rest under the command `u`, `e` packed effects."""
+    return command_effects(u, e)
+
+
+@jit
+def actuator(u: Array, before: int, act: float, dt: float, e: Array, out: Array) -> float:
+    """
+    Fill `out` with the mean torque of the actuator in each part of each sample.
+
+    In this order: dead time, effects on the command, lag.
+
+    Args:
+        u: commanded torque [before + N], held over a sample, N m.
+        before: number of samples of the past at the front of u.
+        act: torque at the begin, N m.
+        dt: length of a sample, s.
+        e: packed effects.
+        out: torque [N, n], N m.
+
+    Returns:
+        The torque at the end, N m.
+    """
+    n = out.shape[1]
+    h = dt / n
+    fade = math.exp(-h / e[LAG]) if e[LAG] > 0.0 else 0.0
+    share = e[LAG] / h * (1.0 - fade)
+    for k in range(out.shape[0]):
+        for i in range(n):
+            command = u[before + k]
+            if e[DELAY] > 0.0:
+                begin = (i * h - e[DELAY]) / dt
+                first = math.floor(begin)
+                last = math.floor(begin + 1.0 / n)
+                command = u[max(0, before + k + int(first))]
+                if last > first:
+                    over = (begin + 1.0 / n - last) * n
+                    command += over * (u[max(0, before + k + int(last))] - command)
+            command = command_effects(command, e)
+            if e[LAG] > 0.0:
+                out[k, i] = command + (act - command) * share
+                act = command + (act - command) * fade
+            else:
+                out[k, i] = act = command
+    return act
+
+
+@jit
+def reading(x: Array, k: int, i: int, dt: float, e: Array) -> float:
+    """
+    Return what an encoder reads, without noise.
+
+    Delayed between samples by a cubic through positions and speeds; before row 0 the drive stood.
+
+    Args:
+        x: states [N, 4].
+        k: row of x.
+        i: 0 for the encoder of the motor, 1 for that of the arm.
+        dt: time from row to row, s.
+        e: packed effects.
+
+    Returns:
+        The reading, rad.
+    """
+    late = (e[DELAY1] if i == 0 else e[DELAY2]) / dt
+    position = x[k, i]
+    if late > 0.0:
+        # Parts of the delay, not of the row: then the numbers do not depend on where x begins.
+        f = math.ceil(late) - late
+        j = k - int(math.ceil(late))
+        if j < 0:
+            position = x[0, i]
+        else:
+            a, b = x[j, i], x[j + 1, i]
+            va, vb = x[j, 2 + i] * dt, x[j + 1, 2 + i] * dt
+            position = (a + f * (va + f * (3.0 * (b - a) - 2.0 * va - vb
+                                           + f * (2.0 * (a - b) + va + vb))))
+    return motor_read(position, e) if i == 0 else arm_read(position, e)
+
+
+@jit
+def arm_positions(y: Array, e: Array, x: Array) -> None:
+    """Fill `x` [N] with the positions at which the arm's encoder reads `y` [N], all in rad."""
+    for k in range(y.shape[0]):
+        x[k] = arm_corrected(y[k], e)

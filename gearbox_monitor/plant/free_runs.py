@@ -1,0 +1,104 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Free runs of the drive over windows of a recording, one after the other; see batch, too."""
+from typing import NamedTuple
+
+from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.plant.effects.composition import reading
+from gearbox_monitor.plant.simulate import advance, N_STATE, PackedDrive, ProcessNoise
+
+
+class Spans(NamedTuple):
+    """
+    Windows of one length in a recording, in samples.
+
+    first: first sample of each window [W]; length: of all; begin: where its run starts [W], a
+    little earlier, so that delayed readings have a past; carry_at: where the next begins [W].
+    """
+
+    begin: Integers
+    first: Integers
+    length: int
+    carry_at: Integers
+
+
+class Begin(NamedTuple):
+    """Where runs begin: states [W, 4] (rad, rad/s) and memories [W, N_MEMORY]."""
+
+    states: Array
+    memory: Array
+
+
+class Driving(NamedTuple):
+    """
+    What drives a recording of N samples.
+
+    u: torque of the actuator [N, n] in each of n substeps, N m. extra: torque from outside [N, 3]
+    on motor, arm and in the transmission, N m. dt: length of a sample, s.
+    """
+
+    u: Array
+    extra: Array
+    dt: float
+
+
+class RunResult(NamedTuple):
+    """Room for readings y [W, L, 2] and for states where the next window begins [W, N_STATE]."""
+
+    y: Array
+    carry: Array
+
+
+@jit
+def free_runs(spans: Spans, start: Begin, driving: Driving, drive: PackedDrive,
+              noise: ProcessNoise, rows: Array, result: RunResult) -> None:
+    """
+    Run windows one after the other.
+
+    Args:
+        spans: the windows.
+        start: where they begin.
+        driving: what acts on the drive.
+        drive: PackedDrive.
+        noise: ProcessNoise of a sample, without any: numbers [n, 4] and std [4] are 0.
+        rows: room to work in [longest run + 1, N_STATE].
+        result: is filled in.
+    """
+    begin, first, length, carry_at = spans
+    u, extra, dt = driving
+    y, carry = result
+    for w in range(len(begin)):
+        state = rows[0]
+        for i in range(4):
+            state[i] = start.states[w, i]
+        for i in range(N_STATE - 4):
+            state[4 + i] = start.memory[w, i]
+        path = rows[1:]
+        late = first[w] - begin[w]
+        for k in range(begin[w], first[w] + length):
+            for i in range(N_STATE):
+                path[k - begin[w], i] = state[i]
+            if k == carry_at[w]:
+                for i in range(N_STATE):
+                    carry[w, i] = state[i]
+            outside = (extra[k, 0], extra[k, 1], extra[k, 2])
+            advance(state, k * dt, dt, u[k], outside, noise, drive)
+        if carry_at[w] == first[w] + length:
+            for i in range(N_STATE):
+                carry[w, i] = state[i]
+        for k in range(length):
+            y[w, k, 0] = reading(path, late + k, 0, dt, drive.e)
+            y[w, k, 1] = reading(path, late + k, 1, dt, drive.e)

@@ -1,0 +1,56 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The classical Runge-Kutta method of fourth order for the drive, in one place for its kernels."""
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+from gearbox_monitor.kernels.jit import jit_part
+
+Four: TypeAlias = tuple[float, float, float, float]
+
+
+def runge_kutta(derivative: Callable[..., Four], memories: Callable[..., Any]) -> (
+        Callable[..., tuple[Four, Any]]):
+    """
+    Return a compiled step of the classical Runge-Kutta method (Kutta, 1901).
+
+    Memories of effects are stiff, and exact for a constant speed: in each stage they are advanced
+    by `memories` from the begin of the step at the speed of the stage before.
+
+    Args:
+        derivative: (t, x, m, inputs) -> (x1', x2', x3', x4') at time t (s), state x, memories m.
+        memories: (m, x3, x4, h, inputs) -> m after h s at the speeds x3, x4.
+
+    Returns:
+        A function (t, x, m, h, inputs) -> (changes of the four states, m after the step).
+    """
+    def step(t: float, x: Four, m: Any, h: float, inputs: Any) -> tuple[Four, Any]:
+        x1, x2, x3, x4 = x
+        half = 0.5 * h
+        a1, a2, a3, a4 = derivative(t, x, m, inputs)
+        b1, b2, b3, b4 = derivative(
+            t + half, (x1 + half * a1, x2 + half * a2, x3 + half * a3, x4 + half * a4),
+            memories(m, a1, a2, half, inputs), inputs)
+        c1, c2, c3, c4 = derivative(
+            t + half, (x1 + half * b1, x2 + half * b2, x3 + half * b3, x4 + half * b4),
+            memories(m, b1, b2, half, inputs), inputs)
+        d1, d2, d3, d4 = derivative(
+            t + h, (x1 + h * c1, x2 + h * c2, x3 + h * c3, x4 + h * c4),
+            memories(m, c1, c2, h, inputs), inputs)
+        v1, v2 = (a1 + 2.0 * b1 + 2.0 * c1 + d1) / 6.0, (a2 + 2.0 * b2 + 2.0 * c2 + d2) / 6.0
+        change = (h * v1, h * v2, h / 6.0 * (a3 + 2.0 * b3 + 2.0 * c3 + d3),
+                  h / 6.0 * (a4 + 2.0 * b4 + 2.0 * c4 + d4))
+        return change, memories(m, v1, v2, h, inputs)
+    return jit_part(step)
