@@ -30,9 +30,9 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import (
     ALPHA, arm_acceleration, arm_friction, CAC, CC, CV, G, gravity, HALF_GAP, KIND,
     motor_acceleration, steady_arm_load, STIFFNESS)
-from gearbox_monitor.plant.effects.composition import reader, reading, STEP_PLACES
+from gearbox_monitor.plant.effects.composition import reading, STEP_PLACES, term_of
 from gearbox_monitor.plant.effects.effect import Effect, MotorFriction
-from gearbox_monitor.plant.effects.registry import in_slot, MEMORIES, N_MEMORY, PLACES
+from gearbox_monitor.plant.effects.registry import in_slot, N_MEMORY
 from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, Spans
 from gearbox_monitor.plant.runge_kutta import Four, runge_kutta
 from gearbox_monitor.plant.simulate import N_STATE, PackedDrive
@@ -43,18 +43,28 @@ FEWEST = 3  # windows from which on lanes are faster than one run after the othe
 PARTS = 24 + 2 * N_MEMORY
 # State: motion, then memories, time. Then torque of the actuator and torques from outside.
 X1, X2, X3, X4, M = (LANES * i for i in range(5))
-T, U, ON_MOTOR, ON_ARM, WITHIN = (M + LANES * (N_MEMORY + i) for i in range(5))
+T, U, ON_MOTOR, ON_ARM, IN_GEARBOX = (M + LANES * (N_MEMORY + i) for i in range(5))
 # A stage of a step with effects: where it is, its memories.
-Y1, Y2, Y3, Y4, YM = (WITHIN + LANES * (1 + i) for i in range(5))
+Y1, Y2, Y3, Y4, YM = (IN_GEARBOX + LANES * (1 + i) for i in range(5))
 # Accelerations, sums over stages, parts of torques.
 RATE3, RATE4, SUM1, SUM2, SUM3, SUM4, TWIST, TAU_K, LOAD, MOTOR, FRICTION = (
     YM + LANES * (N_MEMORY + i) for i in range(11))
 N_LANE_STATE = PARTS * LANES
-Term: TypeAlias = Callable[..., None]
+Loop: TypeAlias = Callable[..., None]
 
 
 def suited(spans: Sized, p: Array, plugin: object) -> bool:
-    """Return whether `runs` can do windows `spans` of the packed model `p` with this `plugin`."""
+    """
+    Return whether `runs` can do the runs.
+
+    Args:
+        spans: the windows.
+        p: packed model.
+        plugin: effect of a plug-in, None for none.
+
+    Returns:
+        True if it is faster, too.
+    """
     return bool(COMPILED and len(spans) >= FEWEST and plugin is None and p[KIND] == DEAD_ZONE)
 
 
@@ -64,8 +74,8 @@ def suited(spans: Sized, p: Array, plugin: object) -> bool:
 @jit_inline
 def _derivative(t: float, x: Four, m: Any, inputs: Any) -> Four:
     x1, x2, x3, x4 = x
-    u, on_motor, on_arm, within, p = inputs
-    tau_k = p[STIFFNESS] * dead_zone(x1 - x2, p[HALF_GAP]) + within
+    u, on_motor, on_arm, in_gearbox, p = inputs
+    tau_k = p[STIFFNESS] * dead_zone(x1 - x2, p[HALF_GAP]) + in_gearbox
     return (x3, x4, motor_acceleration(x1, x3, x4, u + on_motor, tau_k, p),
             arm_acceleration(x3, x4, tau_k, steady_arm_load(x4, p) - on_arm, p))
 
@@ -83,7 +93,7 @@ def _step(s: Array, h: float, p: Array) -> None:
     """Advance the LANES states in s by one Runge-Kutta step of `h` s."""
     for i in range(LANES):
         change, _ = _rk4(s[T + i], (s[X1 + i], s[X2 + i], s[X3 + i], s[X4 + i]), 0.0, h,
-                         (s[U + i], s[ON_MOTOR + i], s[ON_ARM + i], s[WITHIN + i], p))
+                         (s[U + i], s[ON_MOTOR + i], s[ON_ARM + i], s[IN_GEARBOX + i], p))
         s[X1 + i] += change[0]
         s[X2 + i] += change[1]
         s[X3 + i] += change[2]
@@ -93,9 +103,9 @@ def _step(s: Array, h: float, p: Array) -> None:
 # ---------------------------------------------------------------------- with effects
 
 
-def _loops(slot: str, term: Callable[[Effect], Term]) -> Term:
+def _loops(slot: str, term: Callable[[Effect], Loop]) -> Loop:
     """Return the function that runs the loop over the lanes of each effect in `slot`."""
-    def joined(first: Term, second: Term) -> Term:
+    def joined(first: Loop, second: Loop) -> Loop:
         def both(*arguments: Any) -> None:
             first(*arguments)
             second(*arguments)
@@ -106,56 +116,56 @@ def _loops(slot: str, term: Callable[[Effect], Term]) -> Term:
     return reduce(joined, [term(effect) for effect in in_slot(slot)], jit_part(nothing))
 
 
-def _friction(effect: Effect) -> Term:
-    equation, read, place = effect.friction, reader(effect), PLACES[effect.id]
-    memory = YM + LANES * MEMORIES.get(effect.id, 0)
+def _friction(effect: Effect) -> Loop:
+    equation, read, place, memory = term_of(effect, 'friction')
+    row = YM + LANES * memory
 
-    def term(s: Array, late: float, p: Array, e: Array) -> None:
+    def term(s: Array, elapsed: float, p: Array, e: Array) -> None:
         if e[place] != 0.0:
             c, base = read(e), MotorFriction(p[CV], p[CC], p[ALPHA])
             for i in range(len(s) // PARTS):
-                s[FRICTION + i] += equation(c, s[T + i] + late, s[Y3 + i], s[memory + i], base)
+                s[FRICTION + i] += equation(c, s[T + i] + elapsed, s[Y3 + i], s[row + i], base)
     return jit_part(term)
 
 
-def _arm_torque(effect: Effect) -> Term:
-    equation, read, place = effect.arm_torque, reader(effect), PLACES[effect.id]
-    memory = YM + LANES * MEMORIES.get(effect.id, 0)
+def _arm_torque(effect: Effect) -> Loop:
+    equation, read, place, memory = term_of(effect, 'arm_torque')
+    row = YM + LANES * memory
 
-    def term(s: Array, late: float, e: Array) -> None:
+    def term(s: Array, elapsed: float, e: Array) -> None:
         if e[place] != 0.0:
             c = read(e)
             for i in range(len(s) // PARTS):
-                s[LOAD + i] += equation(c, s[T + i] + late, s[Y2 + i], s[Y4 + i], s[memory + i])
+                s[LOAD + i] += equation(c, s[T + i] + elapsed, s[Y2 + i], s[Y4 + i], s[row + i])
     return jit_part(term)
 
 
-def _twist(effect: Effect) -> Term:
-    equation, read, place = effect.twist, reader(effect), PLACES[effect.id]
-    memory = YM + LANES * MEMORIES.get(effect.id, 0)
+def _twist(effect: Effect) -> Loop:
+    equation, read, place, memory = term_of(effect, 'twist')
+    row = YM + LANES * memory
 
     def term(s: Array, e: Array) -> None:
         if e[place] != 0.0:
             c = read(e)
             for i in range(len(s) // PARTS):
-                s[TWIST + i] += equation(c, s[Y1 + i], s[Y2 + i], s[memory + i])
+                s[TWIST + i] += equation(c, s[Y1 + i], s[Y2 + i], s[row + i])
     return jit_part(term)
 
 
-def _elastic(effect: Effect) -> Term:
-    equation, read, place = effect.elastic, reader(effect), PLACES[effect.id]
-    memory = YM + LANES * MEMORIES.get(effect.id, 0)
+def _elastic(effect: Effect) -> Loop:
+    equation, read, place, memory = term_of(effect, 'elastic')
+    row = YM + LANES * memory
 
     def term(s: Array, p: Array, e: Array) -> None:
         if e[place] != 0.0:
             c = read(e)
             for i in range(len(s) // PARTS):
-                s[TAU_K + i] += equation(c, s[TWIST + i], s[memory + i], p[HALF_GAP])
+                s[TAU_K + i] += equation(c, s[TWIST + i], s[row + i], p[HALF_GAP])
     return jit_part(term)
 
 
-def _motor_torque(effect: Effect) -> Term:
-    equation, read, place = effect.motor_torque, reader(effect), PLACES[effect.id]
+def _motor_torque(effect: Effect) -> Loop:
+    equation, read, place, _ = term_of(effect, 'motor_torque')
 
     def term(s: Array, e: Array) -> None:
         if e[place] != 0.0:
@@ -165,9 +175,9 @@ def _motor_torque(effect: Effect) -> Term:
     return jit_part(term)
 
 
-def _memory(effect: Effect) -> Term:
-    equation, read, place = effect.memory, reader(effect), PLACES[effect.id]
-    row, begin = YM + LANES * MEMORIES[effect.id], M + LANES * MEMORIES[effect.id]
+def _memory(effect: Effect) -> Loop:
+    equation, read, place, memory = term_of(effect, 'memory')
+    row, begin = YM + LANES * memory, M + LANES * memory
 
     def term(s: Array, x3: int, x4: int, h: float, p: Array, e: Array) -> None:
         if e[place] != 0.0:
@@ -187,8 +197,8 @@ _memory_loops = _loops('memory', _memory)
 
 
 @jit
-def _rates(s: Array, late: float, p: Array, e: Array) -> None:
-    """Fill in the accelerations of a stage, `late` s after the begin of the step."""
+def _rates(s: Array, elapsed: float, p: Array, e: Array) -> None:
+    """Fill in the accelerations of a stage, `elapsed` s after the begin of the step."""
     lanes = len(s) // PARTS  # LANES: known to the compiler, it would unroll loops lane by lane
     for i in range(lanes):
         s[TWIST + i] = s[Y1 + i] - s[Y2 + i]
@@ -200,16 +210,16 @@ def _rates(s: Array, late: float, p: Array, e: Array) -> None:
         s[TAU_K + i] = p[STIFFNESS] * dead_zone(s[TWIST + i], p[HALF_GAP])
     _elastic_loops(s, p, e)
     _motor_loops(s, e)
-    _friction_loops(s, late, p, e)
+    _friction_loops(s, elapsed, p, e)
     if p[CAC] != 0.0:
         for i in range(lanes):
             s[LOAD + i] += arm_friction(s[Y4 + i], p)
     if p[G] != 0.0:
         for i in range(lanes):
             s[LOAD + i] += gravity(s[Y2 + i], p)
-    _arm_loops(s, late, e)
+    _arm_loops(s, elapsed, e)
     for i in range(lanes):
-        u, tau_k = s[U + i], s[TAU_K + i] + s[WITHIN + i]
+        u, tau_k = s[U + i], s[TAU_K + i] + s[IN_GEARBOX + i]
         motor = s[MOTOR + i] - u - s[FRICTION + i]
         s[RATE3 + i] = motor_acceleration(s[Y1 + i], s[Y3 + i], s[Y4 + i],
                                           u + motor + s[ON_MOTOR + i], tau_k, p)
@@ -232,8 +242,8 @@ def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
     for i in range(N_MEMORY * lanes):
         s[YM + i] = s[M + i]
     for stage in range(4):
-        late = 0.0 if stage == 0 else (half if stage < 3 else h)
-        _rates(s, late, p, e)
+        elapsed = 0.0 if stage == 0 else (half if stage < 3 else h)
+        _rates(s, elapsed, p, e)
         if stage == 0:
             for i in range(lanes):
                 s[SUM1 + i], s[SUM2 + i] = s[Y3 + i], s[Y4 + i]
@@ -246,13 +256,13 @@ def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
                 s[SUM3 + i] += factor * s[RATE3 + i]
                 s[SUM4 + i] += factor * s[RATE4 + i]
         if stage < 3:
-            ahead = half if stage < 2 else h
-            _memory_loops(s, Y3, Y4, ahead, p, e)
+            span = half if stage < 2 else h
+            _memory_loops(s, Y3, Y4, span, p, e)
             for i in range(lanes):
-                s[Y1 + i] = s[X1 + i] + ahead * s[Y3 + i]
-                s[Y2 + i] = s[X2 + i] + ahead * s[Y4 + i]
-                s[Y3 + i] = s[X3 + i] + ahead * s[RATE3 + i]
-                s[Y4 + i] = s[X4 + i] + ahead * s[RATE4 + i]
+                s[Y1 + i] = s[X1 + i] + span * s[Y3 + i]
+                s[Y2 + i] = s[X2 + i] + span * s[Y4 + i]
+                s[Y3 + i] = s[X3 + i] + span * s[RATE3 + i]
+                s[Y4 + i] = s[X4 + i] + span * s[RATE4 + i]
     for i in range(lanes):
         s[SUM1 + i], s[SUM2 + i] = s[SUM1 + i] / 6.0, s[SUM2 + i] / 6.0
         s[X1 + i] += h * s[SUM1 + i]
@@ -321,7 +331,7 @@ def runs(spans: Spans, start: Begin, driving: Driving, drive: PackedDrive, s: Ar
                 else:
                     _step_with_effects(s, h, p, e)
         for w in range(group, min(group + LANES, last + 1)):
-            rows, late = path[w - group], first[w] - begin[w]
+            rows, lead = path[w - group], first[w] - begin[w]
             for k in range(length):
-                result.y[w, k, 0] = reading(rows, late + k, 0, dt, e)
-                result.y[w, k, 1] = reading(rows, late + k, 1, dt, e)
+                result.y[w, k, 0] = reading(rows, lead + k, 0, dt, e)
+                result.y[w, k, 1] = reading(rows, lead + k, 1, dt, e)

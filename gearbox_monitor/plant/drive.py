@@ -110,40 +110,40 @@ class DriveModel:
         """
         ratio = self.torque_constant / constant
         gain = ratio
-        rest: list[Values] = []
+        remaining: list[Values] = []
         for effect in self.effects:
             if effect['id'] == TORQUE_GAIN.id:
                 gain *= 1.0 + effect['g']
             elif effect['id'] in EFFECTS:
                 scaled = {p.name: effect[p.name] / ratio
                           for p in EFFECTS[effect['id']].parameters if p.of_command}
-                rest.append({**effect, **scaled})
+                remaining.append({**effect, **scaled})
             else:
-                rest.append(effect)
+                remaining.append(effect)
         if abs(gain - 1.0) > 1e-12:
-            rest.append({'id': TORQUE_GAIN.id, 'g': gain - 1.0})
-        return replace(self, torque_constant=constant, effects=tuple(rest))
+            remaining.append({'id': TORQUE_GAIN.id, 'g': gain - 1.0})
+        return replace(self, torque_constant=constant, effects=tuple(remaining))
 
     def folded(self) -> 'DriveModel':
         """Return the model with the effects in its values that only replace one of them."""
         changes: dict[str, Any] = {}
         shape: dict[str, Any] = {}
-        rest = []
+        remaining = []
         names = {f.name for f in fields(Transmission)}
         for effect in self.effects:
-            known = EFFECTS.get(effect['id'])
-            if known and known.adds_to:
-                value = changes.get(known.adds_to, getattr(self, known.adds_to))
-                changes[known.adds_to] = value + effect[known.parameters[0].name]
-            elif known and known.replaces:
-                value = effect[known.parameters[0].name]
-                (shape if known.replaces in names else changes)[known.replaces] = value
+            entry = EFFECTS.get(effect['id'])
+            if entry and entry.adds_to:
+                value = changes.get(entry.adds_to, getattr(self, entry.adds_to))
+                changes[entry.adds_to] = value + effect[entry.parameters[0].name]
+            elif entry and entry.replaces:
+                value = effect[entry.parameters[0].name]
+                (shape if entry.replaces in names else changes)[entry.replaces] = value
             else:
-                rest.append(effect)
-        if len(rest) == len(self.effects):
+                remaining.append(effect)
+        if len(remaining) == len(self.effects):
             return self
         return replace(self, transmission=replace(self.transmission, **shape),
-                       effects=tuple(rest), **changes)
+                       effects=tuple(remaining), **changes)
 
     def without_arm(self) -> 'DriveModel':
         """
@@ -304,18 +304,18 @@ def _effects(items: Any, source: str, axis: str) -> tuple[Values, ...]:
     if not isinstance(items, (list, tuple)):
         raise InputError(f'{source}: effects: {items!r}, expected a list')
     result: list[Values] = []
-    known, problems = EFFECTS, Problems()
+    entries, problems = EFFECTS, Problems()
     for item in items:
         name = item.get('id') if isinstance(item, dict) else None
-        if isinstance(name, str) and name not in known:
-            known = {**EFFECTS, **plugins()}
+        if isinstance(name, str) and name not in entries:
+            entries = {**EFFECTS, **plugins()}
         with problems:
-            if not isinstance(name, str) or name not in known:
+            if not isinstance(name, str) or name not in entries:
                 raise InputError(f'{source}: effects: {item!r}: unknown id, '
-                                 f'{unknown(name, known)}')
-            if not known[name].additive and any(name == other['id'] for other in result):
+                                 f'{unknown(name, entries)}')
+            if not entries[name].additive and any(name == e['id'] for e in result):
                 raise InputError(f'{source}: effects.{name}: given twice, expected each id once')
-            result.append(_effect(item, name, known[name].parameters, source, axis))
+            result.append(_effect(item, name, entries[name].parameters, source, axis))
     problems.raise_all()
     return tuple(result)
 
@@ -353,13 +353,13 @@ def loads_arm(name: str) -> bool:
 
 
 def _at_rest(effect: Values, sharpness: float) -> AtRest:
-    known = EFFECTS.get(effect['id'])
-    return known.at_rest(effect, sharpness) if known and known.at_rest else AtRest(0.0)
+    entry = EFFECTS.get(effect['id'])
+    return entry.at_rest(effect, sharpness) if entry and entry.at_rest else AtRest(0.0)
 
 
 def fastest_eigenvalue(model: DriveModel) -> float:
     """
-    Return the magnitude of the fastest eigenvalue (1/s) of a DriveModel linearised at rest.
+    Return the magnitude of the fastest eigenvalue (1/s) of the drive `model`, linearised at rest.
 
     In contact, and where the friction slopes Cv + Cc (2/pi) alpha of motor and arm are steepest.
     Friction that depends on the load counts with the torque of a twist by the half gap.
@@ -397,20 +397,50 @@ def substeps(dt: float, eigenvalue: float) -> int:
 
 @jit_inline
 def motor_friction(x3: float, tau_k: float, p: Packed) -> float:
-    """Return tau_f (N m), the last of equations (1)."""
+    """
+    Return the friction of the motor, the last of equations (1).
+
+    Args:
+        x3: speed of the motor, rad/s.
+        tau_k: torque of the transmission, N m.
+        p: packed model.
+
+    Returns:
+        tau_f, N m.
+    """
     return p[CV] * x3 + (p[CC] + p[CL] * abs(tau_k)) * TWO_OVER_PI * arctan(p[ALPHA] * x3)
 
 
 @jit
 def motor_friction_slope(x3: float, tau_k: float, p: Packed) -> float:
-    """Return d tau_f / d x3 (N m s/rad)."""
+    """
+    Return the slope of the motor's friction over its speed.
+
+    Args:
+        x3: speed of the motor, rad/s.
+        tau_k: torque of the transmission, N m.
+        p: packed model.
+
+    Returns:
+        d tau_f / d x3, N m s/rad.
+    """
     v = p[ALPHA] * x3
     return p[CV] + (p[CC] + p[CL] * abs(tau_k)) * TWO_OVER_PI * p[ALPHA] / (1.0 + v * v)
 
 
 @jit
 def motor_friction_load_slope(x3: float, tau_k: float, p: Array) -> float:
-    """Return d tau_f / d tau_K (N m per N m); 0 at tau_K = 0, the mean of both sides."""
+    """
+    Return the slope of the motor's friction over the transmitted torque.
+
+    Args:
+        x3: speed of the motor, rad/s.
+        tau_k: torque of the transmission, N m.
+        p: packed model.
+
+    Returns:
+        d tau_f / d tau_K, N m per N m; at tau_K = 0 the mean of both sides, 0.
+    """
     if p[CL] == 0.0:
         return 0.0  # spares an arctangent in each stage of each step
     sign = 1.0 if tau_k > 0.0 else (-1.0 if tau_k < 0.0 else 0.0)
@@ -420,26 +450,61 @@ def motor_friction_load_slope(x3: float, tau_k: float, p: Array) -> float:
 @jit_inline
 def motor_acceleration(x1: float, x3: float, x4: float, u: float, tau_k: float,
                        p: Packed) -> float:
-    """Return x3' (rad/s^2), third of equations (1)."""
+    """
+    Return the acceleration of the motor, the third of equations (1).
+
+    Args:
+        x1: position of the motor, rad.
+        x3: speed of the motor, rad/s.
+        x4: speed of the arm, rad/s.
+        u: torque of the actuator, N m.
+        tau_k: torque of the transmission, N m.
+        p: packed model.
+
+    Returns:
+        x3', rad/s^2.
+    """
     return (u + p[OFFSET] - p[D] * (x3 - x4) - tau_k - p[KR] * x1
             - motor_friction(x3, tau_k, p)) * p[INVERSE_M1]
 
 
 @jit_inline
 def arm_acceleration(x3: float, x4: float, tau_k: float, tau_arm: float, p: Packed) -> float:
-    """Return x4' (rad/s^2), fourth of equations (1), with the load `tau_arm` (N m) on the arm."""
+    """
+    Return the acceleration of the arm, the fourth of equations (1).
+
+    Args:
+        x3: speed of the motor, rad/s.
+        x4: speed of the arm, rad/s.
+        tau_k: torque of the transmission, N m.
+        tau_arm: load on the arm, N m.
+        p: packed model.
+
+    Returns:
+        x4', rad/s^2.
+    """
     return (p[D] * (x3 - x4) + tau_k - tau_arm) * p[INVERSE_M2]
 
 
 @jit_inline
 def steady_arm_load(x4: float, p: Packed) -> float:
-    """Return the part of tau_arm (N m) that needs no branch: viscous friction, constant load."""
+    """Return viscous friction at `x4` (rad/s) and constant load (N m) on the arm of `p`."""
     return p[CAV] * x4 + p[TL]
 
 
 @jit
 def arm_load(x2: float, x4: float, p: Packed) -> float:
-    """Return tau_arm (N m): viscous and Coulomb friction, gravity and a constant load."""
+    """
+    Return the load on the arm: viscous and Coulomb friction, gravity and a constant load.
+
+    Args:
+        x2: position of the arm, rad.
+        x4: speed of the arm, rad/s.
+        p: packed model.
+
+    Returns:
+        tau_arm, N m.
+    """
     torque = steady_arm_load(x4, p)
     # Most drives have neither: this spares two transcendental functions in each stage of a step.
     if p[CAC] != 0.0:
@@ -451,19 +516,29 @@ def arm_load(x2: float, x4: float, p: Packed) -> float:
 
 @jit_inline
 def arm_friction(x4: float, p: Packed) -> float:
-    """Return the arm's Coulomb friction (N m)."""
+    """Return Coulomb friction (N m) on the arm of `p` at the speed `x4` (rad/s)."""
     return p[CAC] * TWO_OVER_PI * arctan(p[ARM_ALPHA] * x4)
 
 
 @jit_inline
 def gravity(x2: float, p: Packed) -> float:
-    """Return the load (N m) of the arm's weight."""
+    """Return the load (N m) of the weight of the arm of `p` at `x2` (rad)."""
     return p[G] * sine(x2)
 
 
 @jit
 def arm_load_slopes(x2: float, x4: float, p: Array) -> tuple[float, float]:
-    """Return d tau_arm / d x2 (N m/rad) and d tau_arm / d x4 (N m s/rad) of arm_load."""
+    """
+    Return the slopes of arm_load over position and speed of the arm.
+
+    Args:
+        x2: position of the arm, rad.
+        x4: speed of the arm, rad/s.
+        p: packed model.
+
+    Returns:
+        d tau_arm / d x2 (N m/rad) and d tau_arm / d x4 (N m s/rad).
+    """
     v = p[ARM_ALPHA] * x4
     on_speed = p[CAV] + p[CAC] * TWO_OVER_PI * p[ARM_ALPHA] / (1.0 + v * v)
     return p[G] * math.cos(x2) if p[G] != 0.0 else 0.0, on_speed
@@ -472,10 +547,19 @@ def arm_load_slopes(x2: float, x4: float, p: Array) -> tuple[float, float]:
 @jit
 def rigid_torque(x1: float, x3: float, u: float, tau_arm: float, p: Array) -> float:
     """
-    Return tau_K (N m) of a rigid transmission: the one with which motor and arm accelerate alike.
+    Return tau_K of a rigid transmission: with it motor and arm accelerate alike.
 
-    u: all torques on the motor but friction; tau_arm: the load. Friction that grows with the
-    transmitted torque makes tau + k |tau| = c of it, |k| < 1.
+    Friction that grows with the transmitted torque makes tau + k |tau| = c of it, |k| < 1.
+
+    Args:
+        x1: position of the motor, rad.
+        x3: speed of the motor, rad/s.
+        u: all torques on the motor but friction, N m.
+        tau_arm: load on the arm, N m.
+        p: packed model.
+
+    Returns:
+        Torque, N m.
     """
     both = 1.0 / (p[INVERSE_M1] + p[INVERSE_M2])
     c = both * (p[INVERSE_M1] * (u + p[OFFSET] - motor_friction(x3, 0.0, p) - p[KR] * x1)

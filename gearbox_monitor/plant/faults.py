@@ -85,7 +85,17 @@ class Faults:
                    self.gap_growth_max)
 
     def model(self, model: DriveModel, active: bool, t: float) -> DriveModel:
-        """Return the DriveModel at `t` s; `active`: the faults with a start are in force."""
+        """
+        Return the drive with its faults.
+
+        Args:
+            model: the healthy DriveModel.
+            active: whether the faults with a start are in force.
+            t: time, s.
+
+        Returns:
+            The DriveModel at that time.
+        """
         gap = 1.0 + self.growth(t)
         if not active:
             if gap == 1.0:
@@ -116,9 +126,17 @@ class Encoders:
 
     def read(self, x: Array, y: Array, dt: float, faults: Faults, active: bool) -> Array:
         """
-        Return readings [N, 2] (rad), `dt` s apart, of true positions x and healthy ones y [N, 2].
+        Return what the encoders read.
 
-        `active`: the faults are in force over the whole block.
+        Args:
+            x: true positions [N, 2], rad.
+            y: readings of healthy encoders [N, 2], rad.
+            dt: time between them, s.
+            faults: Faults.
+            active: whether they are in force, over the whole block.
+
+        Returns:
+            Readings [N, 2], rad.
         """
         # Outliers are drawn for both encoders at once: one does not move the other's.
         chance = None
@@ -138,15 +156,15 @@ class Encoders:
             sign = np.where(chance[:, 1] < 0.5, -fault.outlier_size, fault.outlier_size)
             reading = reading + np.where(chance[:, 0] < fault.outlier_rate, sign, 0.0)
         # Kept while healthy, too: a delay that begins finds the readings it delays.
-        known = np.concatenate([self._past[i], reading])
-        self._past[i] = known[-round(MAX_DELAY / dt):]
-        late = round(fault.delay / dt)
-        if late:
-            at = len(known) - len(reading) - late + np.arange(len(reading))
-            reading = known[np.maximum(at, 0)]  # before the first of all: the first
+        history = np.concatenate([self._past[i], reading])
+        self._past[i] = history[-round(MAX_DELAY / dt):]
+        delay = round(fault.delay / dt)
+        if delay:
+            at = len(history) - len(reading) - delay + np.arange(len(reading))
+            reading = history[np.maximum(at, 0)]  # before the first of all: the first
         if fault.frozen and len(reading):
-            held = self._shown[i] if math.isfinite(self._shown[i]) else reading[0]
-            reading = np.full(len(reading), held)
+            frozen = self._shown[i] if math.isfinite(self._shown[i]) else reading[0]
+            reading = np.full(len(reading), frozen)
         if len(reading):
             self._shown[i] = float(reading[-1])
         return np.full(len(reading), math.nan) if fault.lost else reading
@@ -196,7 +214,17 @@ class FaultyPlant:
         self.plant.noise = noise
 
     def run(self, u: Array, dt: float, t0: float = 0.0) -> Trajectory:
-        """Apply u [N] (N m), one value per `dt` s, and return the Trajectory from `t0` s on."""
+        """
+        Apply a torque and return what the drive does.
+
+        Args:
+            u: torque [N], held over a sample, N m.
+            dt: length of a sample, s.
+            t0: time at the begin, s.
+
+        Returns:
+            The Trajectory.
+        """
         u = np.ascontiguousarray(u, float)
         first = round(t0 / dt)  # samples are counted: sums of dt would differ by how they are cut
         cuts = self._cuts(first, first + len(u), dt)
@@ -223,9 +251,9 @@ class FaultyPlant:
         f = self._faults
         active = _sample(f.start, dt) <= k < _sample(f.start + f.duration, dt)
         step = max(1, round(GROWTH_STEP / dt))
-        now = (active, f.growth(k // step * step * dt))
-        if now != self._in_force:
-            self._in_force = now
+        state = (active, f.growth(k // step * step * dt))
+        if state != self._in_force:
+            self._in_force = state
             self.plant.model = f.model(self._model, active, k // step * step * dt)
         run = self.plant.run(f.torque * u if active and f.torque != 1.0 else u, dt, k * dt)
         y = self.encoders.read(run.x[:, :2], run.y, dt, f, active)

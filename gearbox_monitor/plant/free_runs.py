@@ -87,18 +87,18 @@ def free_runs(spans: Spans, start: Begin, driving: Driving, drive: PackedDrive,
         for i in range(N_STATE - 4):
             state[4 + i] = start.memory[w, i]
         path = rows[1:]
-        late = first[w] - begin[w]
+        lead = first[w] - begin[w]
         for k in range(begin[w], first[w] + length):
             for i in range(N_STATE):
                 path[k - begin[w], i] = state[i]
             if k == carry_at[w]:
                 for i in range(N_STATE):
                     carry[w, i] = state[i]
-            outside = (extra[k, 0], extra[k, 1], extra[k, 2])
-            advance(state, k * dt, dt, u[k], outside, noise, drive)
+            external = (extra[k, 0], extra[k, 1], extra[k, 2])
+            advance(state, k * dt, dt, u[k], external, noise, drive)
         if carry_at[w] == first[w] + length:
             for i in range(N_STATE):
                 carry[w, i] = state[i]
         for k in range(length):
-            y[w, k, 0] = reading(path, late + k, 0, dt, drive.e)
-            y[w, k, 1] = reading(path, late + k, 1, dt, drive.e)
+            y[w, k, 0] = reading(path, lead + k, 0, dt, drive.e)
+            y[w, k, 1] = reading(path, lead + k, 1, dt, drive.e)

@@ -122,7 +122,7 @@ def _with_friction(slope: float, push: float, friction: float, alpha: float,
 
 
 @jit
-def advance_arm(state: Array, t: float, h: float, end_x1: float, end_x3: float, outside: Three,
+def advance_arm(state: Array, t: float, h: float, end_x1: float, end_x3: float, external: Three,
                 drive: PackedDrive) -> None:
     """
     Advance the arm by one step of the theta method, the motor to a prescribed motion.
@@ -136,7 +136,7 @@ def advance_arm(state: Array, t: float, h: float, end_x1: float, end_x3: float, 
         h: length of the step, s.
         end_x1: position of the motor at the end, rad.
         end_x3: its speed there, rad/s.
-        outside: torques from outside on motor, arm and in the transmission, N m.
+        external: torques from outside on motor, arm and in the transmission, N m.
         drive: PackedDrive.
     """
     p, e = drive.p, drive.e
@@ -145,10 +145,10 @@ def advance_arm(state: Array, t: float, h: float, end_x1: float, end_x3: float, 
     base = MotorFriction(p[CV], p[CC], p[ALPHA])
     tau_k, tau_arm, _ = torques(t, (x1, x2, x3, x4), m, 0.0, drive)
     elastic = elastic_torque(x1, x2, m, p, e)
-    load = tau_arm - outside[1]
+    load = tau_arm - external[1]
     if p[CAC] != 0.0:
         load -= p[CAC] * TWO_OVER_PI * arctan(p[ARM_ALPHA] * x4)
-    force = tau_k + outside[2] - THETA * elastic - load + p[D] * (1.0 - THETA) * (x3 - x4)
+    force = tau_k + external[2] - THETA * elastic - load + p[D] * (1.0 - THETA) * (x3 - x4)
     force += p[D] * THETA * end_x3 + p[CAV] * THETA * x4
     inertia, v = 1.0 / p[INVERSE_M2], x4
     for _ in range(ITERATIONS):
@@ -176,7 +176,7 @@ def advance_arm(state: Array, t: float, h: float, end_x1: float, end_x3: float, 
 
 
 @jit
-def torque_surplus(state: Array, t: float, acceleration: float, u: float, outside: Three,
+def torque_surplus(state: Array, t: float, acceleration: float, u: float, external: Three,
                    drive: PackedDrive) -> float:
     """
     Return the torque that acts on the motor beyond what its motion needs.
@@ -188,7 +188,7 @@ def torque_surplus(state: Array, t: float, acceleration: float, u: float, outsid
         t: time, s.
         acceleration: of the motor, rad/s^2.
         u: torque of the actuator, N m.
-        outside: torques from outside on motor, arm and in the transmission, N m.
+        external: torques from outside on motor, arm and in the transmission, N m.
         drive: PackedDrive.
 
     Returns:
@@ -198,10 +198,10 @@ def torque_surplus(state: Array, t: float, acceleration: float, u: float, outsid
     x = (state[0], state[1], state[2], state[3])
     tau_k, tau_arm, motor = torques(t, x, stored_memories(state), u, drive)
     if int(p[KIND]) == RIGID:
-        tau_k = acceleration / p[INVERSE_M2] + tau_arm - outside[1]
+        tau_k = acceleration / p[INVERSE_M2] + tau_arm - external[1]
     else:
-        tau_k += outside[2]
-    modelled = motor_acceleration(x[0], x[2], x[3], u + motor + outside[0], tau_k, p)
+        tau_k += external[2]
+    modelled = motor_acceleration(x[0], x[2], x[3], u + motor + external[0], tau_k, p)
     return (modelled - acceleration) / p[INVERSE_M1]
 
 
@@ -233,7 +233,7 @@ def driven_runs(spans: Spans, start: Begin, driving: Driving, motion: Motion, dr
         for i in range(N_STATE - 4):
             state[4 + i] = start.memory[w, i]
         path = rows[1:]
-        late = first[w] - begin[w]
+        lead = first[w] - begin[w]
         for k in range(begin[w], first[w] + length):
             x1, x3, acceleration = motor_motion(motor, float(k), dt, e)
             state[0], state[2] = x1, x3
@@ -244,24 +244,24 @@ def driven_runs(spans: Spans, start: Begin, driving: Driving, motion: Motion, dr
             if k == carry_at[w]:
                 for i in range(N_STATE):
                     carry[w, i] = state[i]
-            outside = (extra[k, 0], extra[k, 1], extra[k, 2])
+            external = (extra[k, 0], extra[k, 1], extra[k, 2])
             if k >= first[w]:
                 y[w, k - first[w], 0] = motion.logged[k]
                 if motor[k, MOVES] != 0.0:
                     # What is missing counts as torque that was logged.
                     y[w, k - first[w], 0] -= torque_surplus(
-                        state, k * dt, acceleration, u[k, 0], outside, drive) / max(
+                        state, k * dt, acceleration, u[k, 0], external, drive) / max(
                             motor_gain(1.0, e, x1), MIN_GAIN)
             if int(p[KIND]) == RIGID:
                 continue
             for i in range(n):
                 x1, x3, _ = motor_motion(motor, k + (i + 1.0) / n, dt, e)
-                advance_arm(state, k * dt + i * h, h, x1, x3, outside, drive)
+                advance_arm(state, k * dt + i * h, h, x1, x3, external, drive)
         if carry_at[w] == first[w] + length:
             for i in range(N_STATE):
                 carry[w, i] = state[i]
         for k in range(length):
-            y[w, k, 1] = reading(path, late + k, 1, dt, e)
+            y[w, k, 1] = reading(path, lead + k, 1, dt, e)
 
 
 @cache

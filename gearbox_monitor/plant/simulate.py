@@ -107,9 +107,20 @@ class Trajectory:
 def plugged(t: float, x1: float, x2: float, x3: float, x4: float, u: float, tau_k: float,
             theta: Array) -> Three:
     """
-    Return torques on motor, arm (its load) and in the transmission: none, see with_plugin.
+    Return the torques of a plug-in: none, see with_plugin.
 
-    Arguments t, x1, x2, x3, x4, u, tau_k, theta: those of every plug-in (docs/plugins.md).
+    Args:
+        t: time, s.
+        x1: position of the motor, rad.
+        x2: position of the arm, rad.
+        x3: speed of the motor, rad/s.
+        x4: speed of the arm, rad/s.
+        u: torque of the actuator, N m.
+        tau_k: torque of the transmission without plug-ins, N m.
+        theta: parameters of the plug-ins.
+
+    Returns:
+        Torques on the motor, on the arm (its load) and in the transmission, N m.
     """
     return 0.0, 0.0, 0.0
 
@@ -135,8 +146,8 @@ def torques(t: float, x: Four, m: Any, u: float, drive: PackedDrive) -> Three:
     motor = motor_effects(u, e, x1, x3) - u - friction_effects(
         0.0, e, t, x3, m, MotorFriction(p[CV], p[CC], p[ALPHA]))
     tau_arm = arm_effects(arm_load(x2, x4, p), e, t, x2, x4, m)
-    on_motor, on_arm, within = plugged(t, x1, x2, x3, x4, u, tau_k, drive.theta)
-    return tau_k + within, tau_arm + on_arm, motor + on_motor
+    on_motor, on_arm, in_gearbox = plugged(t, x1, x2, x3, x4, u, tau_k, drive.theta)
+    return tau_k + in_gearbox, tau_arm + on_arm, motor + on_motor
 
 
 @jit_inline
@@ -223,12 +234,12 @@ def _run(state: Array, schedule: Schedule, noise: ProcessNoise, drive: PackedDri
     for k in range(u.shape[0]):
         for i in range(4):
             x[k, i] = state[i]
-        outside = (extra[k, 0], extra[k, 1], extra[k, 2])
+        external = (extra[k, 0], extra[k, 1], extra[k, 2])
         at = (state[0], state[1], state[2], state[3])
         acting = torques(t[k], at, stored_memories(state), u[k, 0], drive)
-        tau[k, 0] = constrained(at, u[k, 0], outside, acting, drive.p)
-        tau[k, 1] = acting[1] - outside[1]
-        advance(state, t[k], dt, u[k], outside, ProcessNoise(noise.numbers[k], noise.std), drive)
+        tau[k, 0] = constrained(at, u[k, 0], external, acting, drive.p)
+        tau[k, 1] = acting[1] - external[1]
+        advance(state, t[k], dt, u[k], external, ProcessNoise(noise.numbers[k], noise.std), drive)
 
 
 def rebuilt(kernel: Any, **names: Any) -> Any:

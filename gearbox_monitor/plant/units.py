@@ -29,4 +29,4 @@ def on_axis(label: str, axis: str) -> str:
     """
     if axis != 'prismatic':
         return label
-    return _WORDS.sub(lambda found: found[1] + PRISMATIC[found[2]] + found[3], label)
+    return _WORDS.sub(lambda match: match[1] + PRISMATIC[match[2]] + match[3], label)

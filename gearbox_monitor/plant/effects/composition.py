@@ -24,7 +24,7 @@ from collections import namedtuple
 from collections.abc import Callable, Sequence
 from functools import reduce
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from gearbox_monitor.kernels.jit import jit, jit_part
 from gearbox_monitor.kernels.types import Array
@@ -46,9 +46,19 @@ STEP_PLACES = tuple(sorted({PLACES[e.id] for slot in STEP_SLOTS for e in in_slot
 Kernel = Callable[..., Any]
 
 
-def reader(effect: Effect) -> Callable[[Array], Coefficients]:
-    """Return the function that takes the parameters of `effect` by name from a packed array."""
-    coefficients: Any = namedtuple(effect.id, [p.name for p in effect.parameters])
+class Term(NamedTuple):
+    """What the term of an effect is built of: its equation, and how it finds its parameters."""
+
+    equation: Kernel                       # of the slot
+    read: Callable[[Array], Coefficients]  # the parameters by name, from a packed array
+    place: int                             # of the first parameter in a packed array
+    memory: int                            # place of its memory, 0 for an effect without
+
+
+def term_of(effect: Effect, slot: str) -> Term:
+    """Return the Term of `effect` in `slot`."""
+    make_type: Any = namedtuple  # made at run time: no type for mypy
+    coefficients = make_type(effect.id, [p.name for p in effect.parameters])
     k = PLACES[effect.id]
 
     def one(e: Array) -> Coefficients:
@@ -62,7 +72,8 @@ def reader(effect: Effect) -> Callable[[Array], Coefficients]:
 
     def four(e: Array) -> Coefficients:
         return coefficients(e[k], e[k + 1], e[k + 2], e[k + 3])
-    return jit_part((one, two, three, four)[len(effect.parameters) - 1])
+    read: Kernel = (one, two, three, four)[len(effect.parameters) - 1]
+    return Term(getattr(effect, slot), jit_part(read), k, MEMORIES.get(effect.id, 0))
 
 
 def chained(terms: Sequence[Kernel]) -> Kernel:
@@ -78,8 +89,7 @@ def chained(terms: Sequence[Kernel]) -> Kernel:
 
 
 def _friction(effect: Effect) -> Kernel:
-    equation, read, place = effect.friction, reader(effect), PLACES[effect.id]
-    memory = MEMORIES.get(effect.id, 0)
+    equation, read, place, memory = term_of(effect, 'friction')
 
     def term(torque: float, e: Array, t: float, x3: float, m: Any, base: Any) -> float:
         if e[place] != 0.0:
@@ -89,8 +99,7 @@ def _friction(effect: Effect) -> Kernel:
 
 
 def _arm_torque(effect: Effect) -> Kernel:
-    equation, read, place = effect.arm_torque, reader(effect), PLACES[effect.id]
-    memory = MEMORIES.get(effect.id, 0)
+    equation, read, place, memory = term_of(effect, 'arm_torque')
 
     def term(torque: float, e: Array, t: float, x2: float, x4: float, m: Any) -> float:
         if e[place] != 0.0:
@@ -100,8 +109,7 @@ def _arm_torque(effect: Effect) -> Kernel:
 
 
 def _twist(effect: Effect) -> Kernel:
-    equation, read, place = effect.twist, reader(effect), PLACES[effect.id]
-    memory = MEMORIES.get(effect.id, 0)
+    equation, read, place, memory = term_of(effect, 'twist')
 
     def term(twist: float, e: Array, x1: float, x2: float, m: Any) -> float:
         if e[place] != 0.0:
@@ -111,8 +119,7 @@ def _twist(effect: Effect) -> Kernel:
 
 
 def _elastic(effect: Effect) -> Kernel:
-    equation, read, place = effect.elastic, reader(effect), PLACES[effect.id]
-    memory = MEMORIES.get(effect.id, 0)
+    equation, read, place, memory = term_of(effect, 'elastic')
 
     def term(torque: float, e: Array, twist: float, m: Any, half_gap: float) -> float:
         if e[place] != 0.0:
@@ -122,7 +129,7 @@ def _elastic(effect: Effect) -> Kernel:
 
 
 def _motor_torque(effect: Effect) -> Kernel:
-    equation, read, place = effect.motor_torque, reader(effect), PLACES[effect.id]
+    equation, read, place, _ = term_of(effect, 'motor_torque')
 
     def term(u: float, e: Array, x1: float, x3: float) -> float:
         if e[place] != 0.0:
@@ -132,7 +139,7 @@ def _motor_torque(effect: Effect) -> Kernel:
 
 
 def _motor_gain(effect: Effect) -> Kernel:
-    equation, read, place = effect.motor_gain, reader(effect), PLACES[effect.id]
+    equation, read, place, _ = term_of(effect, 'motor_gain')
 
     def term(gain: float, e: Array, x1: float) -> float:
         if e[place] != 0.0:
@@ -142,7 +149,8 @@ def _motor_gain(effect: Effect) -> Kernel:
 
 
 def _command(effect: Effect) -> Kernel:
-    equation, read, place, off = effect.command, reader(effect), PLACES[effect.id], effect.off
+    equation, read, place, _ = term_of(effect, 'command')
+    off = effect.off
 
     def term(u: float, e: Array) -> float:
         if e[place] != off:
@@ -152,7 +160,7 @@ def _command(effect: Effect) -> Kernel:
 
 
 def _read(effect: Effect) -> Kernel:
-    equation, read, place = effect.encoder_error, reader(effect), PLACES[effect.id]
+    equation, read, place, _ = term_of(effect, 'encoder_error')
 
     def term(position: float, e: Array) -> float:
         if e[place] != 0.0:
@@ -162,7 +170,7 @@ def _read(effect: Effect) -> Kernel:
 
 
 def _corrected(effect: Effect) -> Kernel:
-    equation, read, place = effect.encoder_error, reader(effect), PLACES[effect.id]
+    equation, read, place, _ = term_of(effect, 'encoder_error')
 
     def term(position: float, e: Array) -> float:
         if e[place] != 0.0:
@@ -172,7 +180,7 @@ def _corrected(effect: Effect) -> Kernel:
 
 
 def _error(effect: Effect) -> Kernel:
-    equation, read, place = effect.encoder_error, reader(effect), PLACES[effect.id]
+    equation, read, place, _ = term_of(effect, 'encoder_error')
 
     def term(total: Three, e: Array, x: float) -> Three:
         if e[place] != 0.0:
@@ -183,14 +191,13 @@ def _error(effect: Effect) -> Kernel:
 
 
 def _memory(effect: Effect) -> Kernel:
-    equation, read, place = effect.memory, reader(effect), PLACES[effect.id]
-    memory = MEMORIES[effect.id]
+    equation, read, place, memory = term_of(effect, 'memory')
 
-    def term(after: Any, e: Array, m: Any, x3: float, x4: float, h: float, base: Any) -> Any:
+    def term(advanced: Any, e: Array, m: Any, x3: float, x4: float, h: float, base: Any) -> Any:
         z = m[memory]
         if e[place] != 0.0:
             z = equation(read(e), z, x3, x4, h, base)
-        return after + (z,)
+        return advanced + (z,)
     return jit_part(term)
 
 
@@ -276,15 +283,15 @@ def steady_command(u: float, e: Array) -> float:
 
 
 @jit
-def actuator(u: Array, before: int, act: float, dt: float, e: Array, out: Array) -> float:
+def actuator(u: Array, past: int, act: float, dt: float, e: Array, out: Array) -> float:
     """
     Fill `out` with the mean torque of the actuator in each part of each sample.
 
     In this order: dead time, effects on the command, lag.
 
     Args:
-        u: commanded torque [before + N], held over a sample, N m.
-        before: number of samples of the past at the front of u.
+        u: commanded torque [past + N], held over a sample, N m.
+        past: number of samples of the past at the front of u.
         act: torque at the begin, N m.
         dt: length of a sample, s.
         e: packed effects.
@@ -299,15 +306,15 @@ def actuator(u: Array, before: int, act: float, dt: float, e: Array, out: Array)
     share = e[LAG] / h * (1.0 - fade)
     for k in range(out.shape[0]):
         for i in range(n):
-            command = u[before + k]
+            command = u[past + k]
             if e[DELAY] > 0.0:
                 begin = (i * h - e[DELAY]) / dt
                 first = math.floor(begin)
                 last = math.floor(begin + 1.0 / n)
-                command = u[max(0, before + k + int(first))]
+                command = u[max(0, past + k + int(first))]
                 if last > first:
                     over = (begin + 1.0 / n - last) * n
-                    command += over * (u[max(0, before + k + int(last))] - command)
+                    command += over * (u[max(0, past + k + int(last))] - command)
             command = command_effects(command, e)
             if e[LAG] > 0.0:
                 out[k, i] = command + (act - command) * share
@@ -334,12 +341,12 @@ def reading(x: Array, k: int, i: int, dt: float, e: Array) -> float:
     Returns:
         The reading, rad.
     """
-    late = (e[DELAY1] if i == 0 else e[DELAY2]) / dt
+    delay = (e[DELAY1] if i == 0 else e[DELAY2]) / dt
     position = x[k, i]
-    if late > 0.0:
+    if delay > 0.0:
         # Parts of the delay, not of the row: then the numbers do not depend on where x begins.
-        f = math.ceil(late) - late
-        j = k - int(math.ceil(late))
+        f = math.ceil(delay) - delay
+        j = k - int(math.ceil(delay))
         if j < 0:
             position = x[0, i]
         else:
@@ -352,6 +359,13 @@ def reading(x: Array, k: int, i: int, dt: float, e: Array) -> float:
 
 @jit
 def arm_positions(y: Array, e: Array, x: Array) -> None:
-    """Fill `x` [N] with the positions at which the arm's encoder reads `y` [N], all in rad."""
+    """
+    Find the positions at which the arm's encoder reads something.
+
+    Args:
+        y: readings [N], rad.
+        e: packed effects.
+        x: room for the positions [N], rad.
+    """
     for k in range(y.shape[0]):
         x[k] = arm_corrected(y[k], e)

@@ -212,7 +212,17 @@ class Effect:
 
 
 def positive(name: str, unit: str, high: float = math.inf) -> Parameter:
-    """Return the Parameter `name` in `unit` that is >= 0 and <= `high`."""
+    """
+    Return a Parameter that is not negative.
+
+    Args:
+        name: of the parameter.
+        unit: its unit.
+        high: upper bound.
+
+    Returns:
+        The Parameter.
+    """
     return Parameter(name, unit, 0.0, high)
 
 
@@ -262,7 +272,18 @@ def wave(size: Callable[[Scales], float]) -> Callable[[Scales], Starts]:
 
 
 def logarithmic(name: str, start: float, low: float, high: float) -> FreeParameter:
-    """Return the coordinate `name` on a log scale from `start`, between `low` and `high`."""
+    """
+    Return a coordinate on a logarithmic scale.
+
+    Args:
+        name: of the parameter.
+        start: where the fit begins.
+        low: lower bound.
+        high: upper bound.
+
+    Returns:
+        The FreeParameter.
+    """
     return FreeParameter(name, start, start, low, high, log=True)
 
 

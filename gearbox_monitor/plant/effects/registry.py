@@ -30,8 +30,12 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.jit import jit_anew
 from gearbox_monitor.kernels.types import Array, Values
-from gearbox_monitor.plant.effects import actuator, arm_side, encoder, gearbox, motor_side
+import gearbox_monitor.plant.effects.actuator as actuator
+import gearbox_monitor.plant.effects.arm_side as arm_side
 from gearbox_monitor.plant.effects.effect import Effect, LOCATIONS, Parameter
+import gearbox_monitor.plant.effects.encoder as encoder
+import gearbox_monitor.plant.effects.gearbox as gearbox
+import gearbox_monitor.plant.effects.motor_side as motor_side
 
 PLUGIN_GROUP = 'gearbox_monitor.effects'
 

@@ -1,0 +1,63 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The Runge-Kutta step of the drive, of single runs and of lanes: the order of its error."""
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows, Simulator
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.plant import batch
+from gearbox_monitor.plant.drive import model_from_dict
+from gearbox_monitor.quality.recording import UniformRecording
+
+DT, SAMPLES, TORQUE = 0.02, 10, 1.5
+START = np.array([0.3, 0.1, 1.0, -0.5])
+COGGING = {'id': 'cogging', 'A': 0.4, 'N': 3, 'phi': 0.2}
+SMOOTH = {'coulomb_friction': 0.0, 'position_gain': 0.0,
+          'transmission': {'stiffness': 5.0, 'half_gap': 0.0}}
+
+
+def exact(model, cogging):
+    """Return the positions [SAMPLES, 2] (rad) by another method, from equation (1)."""
+    m1, m2, d = model.motor_inertia, model.arm_inertia, model.damping
+
+    def rates(t, x):
+        elastic = model.transmission.stiffness * (x[0] - x[1]) + d * (x[2] - x[3])
+        u = TORQUE + cogging * np.sin(COGGING['N'] * x[0] + COGGING['phi'])
+        return (x[2], x[3], (u - elastic - model.viscous_friction * x[2]) / m1, elastic / m2)
+    t = DT * np.arange(SAMPLES)
+    return solve_ivp(rates, (0.0, t[-1]), START, 'DOP853', t, rtol=1e-12, atol=1e-13).y[:2].T
+
+
+@pytest.mark.parametrize('side_by_side', [
+    False, pytest.param(True, marks=pytest.mark.skipif(not COMPILED, reason='no lanes'))])
+@pytest.mark.parametrize('effects', [[], [COGGING]], ids=['plain', 'cogging'])
+def test_half_the_step_leaves_a_sixteenth_of_the_error(side_by_side, effects):
+    model = model_from_dict({**SMOOTH, 'effects': effects}, 'test')
+    recording = UniformRecording(DT * np.arange(SAMPLES), np.full(SAMPLES, TORQUE),
+                                 np.zeros((SAMPLES, 2)), DT)
+    count = batch.FEWEST if side_by_side else 1
+    zeros = np.zeros(count, int)
+    windows = ShootingWindows(zeros, SAMPLES, zeros, zeros + SAMPLES)
+    assert batch.suited(windows, model.pack(), None) == side_by_side
+    expected = exact(model, COGGING['A'] if effects else 0.0)
+    errors = []
+    for finer in (2, 4):
+        y, _ = Simulator(recording, model, finer=finer).run(
+            windows, model, np.tile(START, (count, 1)), np.zeros((count, N_MEMORY)))
+        errors.append(np.abs(y - expected).max())
+    assert 1e-10 < errors[1] < 1e-4
+    assert 12.0 < errors[0] / errors[1] < 20.0
