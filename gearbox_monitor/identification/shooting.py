@@ -30,7 +30,7 @@ from gearbox_monitor.plant import batch, effects
 from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue
 from gearbox_monitor.plant.effects import MAX_DELAY
 from gearbox_monitor.plant.effects.composition import actuator, COMMAND_PLACES, steady_command
-from gearbox_monitor.plant.free_runs import Begin, Driving, free_runs, RunResult, Spans
+from gearbox_monitor.plant.free_runs import Begin, Driving, free_runs, RunResult, RunSpans
 from gearbox_monitor.plant.simulate import (
     N_STATE, PackedDrive, plugin_of, ProcessNoise, with_plugin)
 from gearbox_monitor.quality.recording import UniformRecording
@@ -143,7 +143,7 @@ class Simulator:
         y, carry = np.empty((w, windows.length, 2)), np.empty((w, N_STATE))
         p, extra = model.pack(), self.extra if extra is None else extra
         self.passes += w * windows.length / max(1, len(self.u))
-        spans = Spans(windows.begin, windows.first, windows.length, windows.carry_at)
+        spans = RunSpans(windows.begin, windows.first, windows.length, windows.carry_at)
         start, driving = Begin(states, memory), Driving(self.acting(e), extra, self.dt)
         drive, result = PackedDrive(p, e, theta), RunResult(y, carry)
         if batch.suited(windows, p, plugin):

@@ -33,7 +33,7 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant import effects, prescribed_motion as kernels
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.composition import arm_positions, DELAY2
-from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, Spans
+from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, RunSpans
 from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, plugin_of
 from gearbox_monitor.quality.recording import UniformRecording
 
@@ -140,11 +140,11 @@ class DrivenSimulator(Simulator):
         y, carry = np.empty((w, windows.length, 2)), np.empty((w, N_STATE))
         rows = np.empty((windows.length + self._keep + 1, N_STATE))
         self._kernels[name](
-            Spans(windows.begin, windows.first, windows.length, windows.carry_at),
+            RunSpans(windows.begin, windows.first, windows.length, windows.carry_at),
             Begin(self._begun(windows.begin, e), memory),
             Driving(self.acting(e), self.extra if extra is None else extra, self.dt),
-            kernels.Motion(self._logged, self.motor), PackedDrive(model.pack(), e, theta), rows,
-            RunResult(y, carry))
+            kernels.MotorMotion(self._logged, self.motor), PackedDrive(model.pack(), e, theta),
+            rows, RunResult(y, carry))
         self.passes += w * windows.length / max(1, len(self.u))
         return y, carry
 

@@ -33,7 +33,7 @@ from gearbox_monitor.plant.drive import (
 from gearbox_monitor.plant.effects.composition import reading, STEP_PLACES, term_of
 from gearbox_monitor.plant.effects.effect import Effect, MotorFriction
 from gearbox_monitor.plant.effects.registry import in_slot, N_MEMORY
-from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, Spans
+from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, RunSpans
 from gearbox_monitor.plant.runge_kutta import Four, runge_kutta
 from gearbox_monitor.plant.simulate import N_STATE, PackedDrive
 from gearbox_monitor.plant.transmission import DEAD_ZONE, dead_zone
@@ -276,8 +276,8 @@ def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
 
 
 @jit
-def runs(spans: Spans, start: Begin, driving: Driving, drive: PackedDrive, s: Array, path: Array,
-         result: RunResult) -> None:
+def runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive, s: Array,
+         path: Array, result: RunResult) -> None:
     """
     Run windows side by side, as free_runs.free_runs does one after the other.
 

@@ -21,7 +21,7 @@ from gearbox_monitor.plant.effects.composition import reading
 from gearbox_monitor.plant.simulate import advance, N_STATE, PackedDrive, ProcessNoise
 
 
-class Spans(NamedTuple):
+class RunSpans(NamedTuple):
     """
     Windows of one length in a recording, in samples.
 
@@ -63,7 +63,7 @@ class RunResult(NamedTuple):
 
 
 @jit
-def free_runs(spans: Spans, start: Begin, driving: Driving, drive: PackedDrive,
+def free_runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive,
               noise: ProcessNoise, rows: Array, result: RunResult) -> None:
     """
     Run windows one after the other.

@@ -39,7 +39,7 @@ from gearbox_monitor.plant.effects.composition import (
     advanced_memories, DELAY1, elastic_torque, motor_corrected, motor_error, motor_gain, reading,
     stored_memories)
 from gearbox_monitor.plant.effects.effect import MotorFriction
-from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, Spans
+from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, RunSpans
 from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, rebuilt, torques
 from gearbox_monitor.plant.transmission import RIGID, transmission_torque
 
@@ -62,7 +62,7 @@ def steps(model: DriveModel, dt: float) -> int:
     return min(MAX_STEPS, max(1, math.ceil(dt * fastest / STEP_EIGENVALUE)))
 
 
-class Motion(NamedTuple):
+class MotorMotion(NamedTuple):
     """
     A recording whose motor drives the model.
 
@@ -206,8 +206,8 @@ def torque_surplus(state: Array, t: float, acceleration: float, u: float, extern
 
 
 @jit
-def driven_runs(spans: Spans, start: Begin, driving: Driving, motion: Motion, drive: PackedDrive,
-                rows: Array, result: RunResult) -> None:
+def driven_runs(spans: RunSpans, start: Begin, driving: Driving, motion: MotorMotion,
+                drive: PackedDrive, rows: Array, result: RunResult) -> None:
     """
     Run windows with the motor on its measured motion.
 

@@ -34,7 +34,7 @@ def dead_zone(twist: float, half_gap: float) -> float:
 def transmission_torque(twist: float, memory: float, kind: int, stiffness: float, half_gap: float,
                         width: float, hysteresis_stiffness: float) -> tuple[float, float]:
     """
-    Return (tau_k, memory): torque (N m) at `twist` (rad) and the memory it leaves behind.
+    Return the torque of the transmission and the memory that it keeps.
 
     dead_zone: tau = K dz(twist, b); no memory.
     play: generalised play in the paper's orientation, lower branch while the twist grows:
@@ -42,11 +42,19 @@ def transmission_torque(twist: float, memory: float, kind: int, stiffness: float
     This orientation supplies energy; it stays bounded only through friction.
     passive_play: tau = K dz(twist, b) + k_s (twist - w), w <- min(max(w, twist - r), twist + r):
     upper branch while the twist grows, as physics wants it. Memory: w in rad.
+    rigid: 0; the torque is that of the constraint, drive.rigid_torque.
 
-    rigid: 0; the torque is that of the constraint, model.rigid_torque.
+    Args:
+        twist: x1 - x2, rad.
+        memory: w at the begin.
+        kind: place in KINDS.
+        stiffness: K, N m/rad.
+        half_gap: b, rad.
+        width: c or r, rad.
+        hysteresis_stiffness: k_s, N m/rad.
 
-    `kind`: place in KINDS. `stiffness` is K (N m/rad), `half_gap` is b (rad), `width` is c or r
-    (rad), `hysteresis_stiffness` is k_s (N m/rad).
+    Returns:
+        (tau_k in N m, memory).
     """
     if kind == PLAY:
         lower = stiffness * dead_zone(twist - width, half_gap)
