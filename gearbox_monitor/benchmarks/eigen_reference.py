@@ -20,6 +20,7 @@ tangent I + hA + h^2 A^2/2; the bar is set against it, because that is what peop
 cheaper of the two. "Eigen EKF, exact" takes the exact tangent of the RK4 step as this package
 does, and gives the same estimates.
 """
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 import ctypes
 import os
@@ -28,15 +29,18 @@ import re
 import shutil
 import subprocess
 import tempfile
+from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, K_P, P0, pack, Q0, R1, R2, state_names)
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import (
-    ALPHA, CAC, CAV, CC, CL, CV, D, G, INVERSE_M1, INVERSE_M2, KR, OFFSET, substeps, TL)
+    ALPHA, CAC, CAV, CC, CL, CV, D, DriveModel, G, INVERSE_M1, INVERSE_M2, KR, OFFSET, substeps,
+    TL)
 
 SOURCE = Path(__file__).with_name('eigen_ekf.cpp')
 VARIABLE = 'EIGEN3_INCLUDE_DIR'
@@ -45,11 +49,15 @@ FLAGS = ('-O3', '-march=native', '-DNDEBUG', '-std=c++14', '-shared', '-fPIC')
 KINDS = {'Eigen EKF': 'eigen_ekf', 'Eigen EKF, exact': 'eigen_ekf_exact'}
 
 
-def find_eigen(chosen=None):
+def find_eigen(chosen: str | os.PathLike[str] | None = None) -> str | os.PathLike[str]:
     """
-    Return the folder that holds Eigen/Core; raises InputError.
+    Return the folder that holds Eigen/Core.
 
-    chosen: what the user named; else the environment, pkg-config and the usual folders.
+    Args:
+        chosen: by the user; None: look in the environment, pkg-config and the usual folders.
+
+    Raises:
+        InputError: if no folder does.
     """
     chosen = chosen or os.environ.get(VARIABLE)
     for folder in [chosen] if chosen else [*_from_pkg_config(), *FOLDERS]:
@@ -60,18 +68,18 @@ def find_eigen(chosen=None):
                      'libeigen3-dev')
 
 
-def _from_pkg_config():
+def _from_pkg_config() -> list[str]:
     try:
-        found = subprocess.run(['pkg-config', '--cflags-only-I', 'eigen3'], text=True,
+        flags = subprocess.run(['pkg-config', '--cflags-only-I', 'eigen3'], text=True,
                                capture_output=True).stdout
     except OSError:
         return []
-    return re.findall(r'-I(\S+)', found)
+    return re.findall(r'-I(\S+)', flags)
 
 
 @contextmanager
-def library(eigen=None):
-    """Give the compiled eigen_ekf.cpp; eigen: folder of the headers, see find_eigen."""
+def library(eigen: str | os.PathLike[str] | None = None) -> Iterator[ctypes.CDLL]:
+    """Give the compiled eigen_ekf.cpp; `eigen`: folder of the headers, see find_eigen."""
     compiler = shutil.which(os.environ.get('CXX', 'c++'))
     if compiler is None:
         raise InputError(f'{os.environ.get("CXX", "c++")}: not found, expected a C++ compiler')
@@ -84,27 +92,38 @@ def library(eigen=None):
             last = next((line for line in done.stderr.splitlines() if 'error:' in line),
                         f'exit code {done.returncode}')
             raise InputError(f'{compiler}: {last}, expected it to compile {SOURCE.name}')
-        found = ctypes.CDLL(str(built))
+        shared_library = ctypes.CDLL(str(built))
         array = np.ctypeslib.ndpointer(np.float64, flags='C_CONTIGUOUS')
         for name in KINDS.values():
-            function = getattr(found, name)
+            function = getattr(shared_library, name)
             function.restype = None
             function.argtypes = [ctypes.c_long, ctypes.c_double, *[array] * 5]
-        yield found
+        yield shared_library
 
 
-def steppers(compiled, model, parameters, u, y, dt):
+def steppers(compiled: ctypes.CDLL, model: DriveModel, parameters: Mapping[str, Any], u: Array,
+             y: Array, dt: float) -> dict[str, Callable[[], tuple[Array, Array]]]:
     """
-    Return {name: function that runs the filter over u [N], y [N, 2]}.
+    Return functions that run the reference filters over a recording.
 
-    Each returns (states [N, 5], NIS [N]), without the first row. compiled: of `library`; model,
-    parameters: DriveModel without a load on the arm and EstimatorParameters, for one RK4 step
-    per sample and a random walk of tau_K, else InputError.
+    Args:
+        compiled: from library().
+        model: drive without a load on the arm.
+        parameters: of the estimator; a random walk of tau_K, one RK4 step per sample.
+        u: motor torque [N], N m.
+        y: encoder readings [N, 2], rad.
+        dt: sample time, s.
+
+    Returns:
+        Functions by name; each returns states [N, 5] and NIS [N], undefined in the first row.
+
+    Raises:
+        InputError: for a model or parameters that the references do not implement.
     """
-    parameters = EstimatorParameters.of(parameters)
-    model = model.with_(arm_load=parameters.arm_load)
-    p = pack(model, parameters)
-    if (len(state_names(model, parameters)) != 5 or p[K_P] or substeps(dt, p[EIGENVALUE]) != 1
+    checked = EstimatorParameters.of(parameters)
+    model = model.with_(arm_load=checked.arm_load)
+    p = pack(model, checked)
+    if (len(state_names(model, checked)) != 5 or p[K_P] or substeps(dt, p[EIGENVALUE]) != 1
             or p[[CAV, CAC, G, TL, CL]].any()):
         raise InputError('parameters: expected five states, a random walk of tau_K, no load on '
                          'the arm and one RK4 step per sample')
@@ -112,8 +131,8 @@ def steppers(compiled, model, parameters, u, y, dt):
               *range(P0, P0 + 5)]
     values, u, y = p[places], np.ascontiguousarray(u), np.ascontiguousarray(y)
 
-    def stepper(function):
-        def run():
+    def stepper(function: Callable[..., None]) -> Callable[[], tuple[Array, Array]]:
+        def run() -> tuple[Array, Array]:
             states, nis = np.empty((len(u), 5)), np.empty(len(u))
             function(len(u), dt, values, u, y, states, nis)
             return states, nis

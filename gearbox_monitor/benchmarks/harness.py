@@ -163,10 +163,10 @@ def bar_lines(rows: Sequence[BarRow]) -> list[str]:
             value = '' if row['value'] is None else f'{_value_text(row["value"])}, '
             lines.append(f'skipped {row["bar"]}: {value}{row["skipped"]}')
             continue
-        name, *others = next(cells)
+        name, value, *optional = next(cells)
         verdict = MISSED if not row['met'] else MET if row['expected'] else ''
-        texts = [f'{name:<{widths[0]}}', f'{others[0]:>{widths[1]}}',
-                 *(f'{cell:<{width}}' for cell, width in zip(others[1:], widths[2:]) if width)]
+        texts = [f'{name:<{widths[0]}}', f'{value:>{widths[1]}}',
+                 *(f'{cell:<{width}}' for cell, width in zip(optional, widths[2:]) if width)]
         expected = word + row['expected'] if row['expected'] else ''
         lines.append(f'{verdict:<7}' + ' '.join([*texts, expected]).rstrip())
     return lines

@@ -13,38 +13,42 @@
 # limitations under the License.
 
 """95 % confidence intervals of what benchmarks count and measure."""
+from collections.abc import Sequence
+
 import numpy as np
 from scipy import stats
+
+from gearbox_monitor.kernels.types import Array
 
 LEVEL = 0.95
 
 
-def share(hits, total):
-    """Return [low, high] (Wilson) of a share of which `hits` of `total` were seen."""
+def share(hits: int, total: int) -> list[float]:
+    """Return [low, high] (Wilson) of a share for `hits` in `total` trials."""
     if total == 0:
         return [0.0, 1.0]
-    found = stats.binomtest(int(hits), int(total)).proportion_ci(LEVEL, method='wilson')
-    return [float(found.low), float(found.high)]
+    interval = stats.binomtest(int(hits), int(total)).proportion_ci(LEVEL, method='wilson')
+    return [float(interval.low), float(interval.high)]
 
 
-def rate(events, exposure):
+def rate(events: int, exposure: float) -> list[float]:
     """Return [low, high] of a Poisson rate after `events` in `exposure` (s, h ...), exact."""
     tail = 0.5 * (1.0 - LEVEL)
     low = stats.chi2.ppf(tail, 2 * events) / 2.0 if events else 0.0
     return [float(low / exposure), float(stats.chi2.isf(tail, 2 * events + 2) / 2.0 / exposure)]
 
 
-def mean(values):
+def mean(values: Sequence[float] | Array) -> list[float]:
     """Return [low, high] of the mean of `values`, by bootstrap (delays are skewed)."""
     values = np.asarray(values, float)
     if len(values) < 2 or np.ptp(values) == 0.0:
         return [float(v) for v in (values.min(), values.max())] if len(values) else [np.nan] * 2
-    found = stats.bootstrap((values,), np.mean, confidence_level=LEVEL, n_resamples=2000,
-                            method='percentile', random_state=np.random.default_rng(0))
-    return [float(v) for v in found.confidence_interval]
+    bootstrapped = stats.bootstrap((values,), np.mean, confidence_level=LEVEL, n_resamples=2000,
+                                   method='percentile', random_state=np.random.default_rng(0))
+    return [float(v) for v in bootstrapped.confidence_interval]
 
 
-def spread(values):
+def spread(values: Sequence[float] | Array) -> list[float]:
     """Return [low, high] of the standard deviation of normal, independent `values`."""
     n, s = len(values), float(np.std(values, ddof=1))
     tail = 0.5 * (1.0 - LEVEL)

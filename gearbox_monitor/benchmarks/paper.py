@@ -24,22 +24,28 @@ usage examples:
   gearbox_monitor benchmark paper
   gearbox_monitor benchmark paper --seeds 25 --json paper.json --png paper.png
 """
+import argparse
+from collections.abc import Callable, Mapping
+from typing import Any
+
 from matplotlib.figure import Figure
 import numpy as np
 
 from gearbox_monitor.benchmarks import paper_adaptive
 from gearbox_monitor.benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, progress_line, require_compiled, require_whole)
+    add_json_option, bar_lines, BarRow, BarTable, finish, progress_line, require_compiled,
+    require_whole)
 from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, smoother_parameters
 from gearbox_monitor.estimation.tune import tuned as tune
 from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
-from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.plant.simulate import Noise, simulate, Trajectory
 from gearbox_monitor.report import plots
 
 DT, SECONDS, BURN_IN = 1e-3, 20.0, 0.5
@@ -47,7 +53,7 @@ T0 = 1_000_000_000
 TUNING_SEEDS = (1001, 1002, 1003)  # never judged on
 RELATIVE_NOISE = 0.02  # "two percent": of the standard deviation of each state and position
 
-CASES = {
+CASES: dict[str, dict[str, Any]] = {
     'A': {'kind': 'play', 'stiffness': 5.0, 'half_gap': 0.3, 'hysteresis_width': 0.3},
     'B': {'kind': 'dead_zone', 'stiffness': 5.0, 'half_gap': 0.6},
 }
@@ -60,7 +66,7 @@ PUBLISHED = {
           'SRUKF': (2.25, 0.058, 0.0063, 0.829), 'AEKF': (3.46, 0.098, 0.078, 0.828)},
 }
 ADAPTED = ['q_std_tau_k', 'r_std_motor', 'r_std_arm']
-FILTERS = {
+FILTERS: dict[str, dict[str, Any]] = {
     'EKF': {'filter': 'ekf'},
     'EKF numeric': {'filter': 'ekf', 'ekf_jacobian': 'numeric'},
     'EKF-SL': {'filter': 'ekf', 'friction_linearisation': 'statistical'},
@@ -79,30 +85,31 @@ LAG = 0.04  # s, of the fixed-lag smoother
 SMOOTHER_BARS = {'A': {'RTS': 0.23, 'lag 40 ms': 0.34}, 'B': {'RTS': 0.20, 'lag 40 ms': 0.34}}
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this benchmark to `parser`."""
     parser.add_argument('--seeds', type=int, default=25, help='runs per case (default: 25)')
     add_json_option(parser)
     parser.add_argument('--png', metavar='FILE', help='draw Figures 3 and 4')
 
 
-def drive(case):
-    """Return (DriveModel, Noise, u [N]) of the case; noise scales with the noise-free motion."""
+def drive(case: str) -> tuple[DriveModel, Noise, Array]:
+    """Return (DriveModel, Noise, u [N]) of a `case`; noise scales with the noise-free motion."""
     model = DriveModel().with_(arm_load='none', **CASES[case])
     u = Excitation().torque(DT * np.arange(round(SECONDS / DT)))
     std = simulate(model, u, DT).x.std(axis=0)
     return model, Noise(tuple(RELATIVE_NOISE * std), tuple(RELATIVE_NOISE * std[:2])), u
 
 
-def run_samples(trajectory, y=None):
-    """Return the Samples of a simulated Trajectory; y [N, 2]: other measurements than its own."""
+def run_samples(trajectory: Trajectory, y: Array | None = None) -> Samples:
+    """Return the Samples of a simulated `trajectory`, with readings `y` [N, 2] if given."""
     n = len(trajectory.u)
     return Samples(T0 + np.arange(n, dtype=np.int64) * round(DT * 1e9),
                    np.column_stack([trajectory.u, np.full(n, np.nan)]),
                    trajectory.y if y is None else y)
 
 
-def tuned(case):
-    """Return the parameters of the case: process noise as stated, q and R by likelihood."""
+def tuned(case: str) -> dict[str, Any]:
+    """Return the parameters of a `case`: process noise as stated, q and R by likelihood."""
     model, noise, u = drive(case)
     start = {
         'arm_load': 'none', 'smoother_lag': 0.0,
@@ -112,19 +119,32 @@ def tuned(case):
     return tune(model, start, recordings)
 
 
-def score(case, parameters, seeds, progress):
-    """Return {filter: {figure: [one per seed]}} of the case, figures after BURN_IN."""
+def score(case: str, parameters: Mapping[str, Any], seeds: int,
+          progress: Callable[[str], None]) -> dict[str, dict[str, list[float]]]:
+    """
+    Measure the errors of all filters from BURN_IN on.
+
+    Args:
+        case: key of CASES.
+        parameters: tuned parameters of the estimator.
+        seeds: runs.
+        progress: called with a line of text.
+
+    Returns:
+        {filter: {figure: [one per seed]}}; e1, e2 (innovations) and f1, f2 (errors) in rad, tau in
+        N m, nis.
+    """
     model, noise, u = drive(case)
-    after = round(BURN_IN / DT)
-    found = {name: {} for name in FILTERS}
+    first = round(BURN_IN / DT)
+    figures: dict[str, dict[str, list[float]]] = {name: {} for name in FILTERS}
     for seed in range(seeds):
         trajectory = simulate(model, u, DT, noise, seed)
         samples = run_samples(trajectory)
         for name, changes in FILTERS.items():
             e = Monitor(model, {**parameters, **changes}).run(samples)
             k = (e.stamp_ns - T0) // round(DT * 1e9)
-            take = k >= after
-            k, rows = k[take], found[name]
+            take = k >= first
+            k, rows = k[take], figures[name]
             for figure, error in (
                     ('e1', e.innovation_motor[take]), ('e2', e.innovation_arm[take]),
                     ('f1', e.x1[take] - trajectory.x[k, 0]),
@@ -133,39 +153,51 @@ def score(case, parameters, seeds, progress):
                 rows.setdefault(figure, []).append(float(np.sqrt(np.mean(error ** 2))))
             rows.setdefault('nis', []).append(float(e.nis[take].mean()))
         progress(f'case {case}: {seed + 1} of {seeds} runs')
-    return found
+    return figures
 
 
-def smoothers(case, parameters, seeds, progress):
-    """Return {smoother: [error of tau_K per seed]}, of the whole recording and of a fixed lag."""
+def smoothers(case: str, parameters: Mapping[str, Any], seeds: int,
+              progress: Callable[[str], None]) -> dict[str, list[float]]:
+    """
+    Measure the error of tau_K smoothed over the whole recording (RTS) and with a fixed lag.
+
+    Args:
+        case: key of CASES.
+        parameters: tuned parameters of the estimator.
+        seeds: runs.
+        progress: called with a line of text.
+
+    Returns:
+        {smoother: [root mean square error per seed, N m]}.
+    """
     model, noise, u = drive(case)
-    better = smoother_parameters(EstimatorParameters.of(parameters))
-    found = {'RTS': [], 'lag 40 ms': []}
+    smoothing = smoother_parameters(EstimatorParameters.of(parameters))
+    figures: dict[str, list[float]] = {'RTS': [], 'lag 40 ms': []}
     for seed in range(seeds):
         trajectory = simulate(model, u, DT, noise, seed)
         samples = run_samples(trajectory)
-        whole = smooth_interval(model, better, samples)
-        fixed = Monitor(model, better.replace(smoother_lag=LAG)).run(samples)
+        whole = smooth_interval(model, smoothing, samples)
+        fixed = Monitor(model, smoothing.replace(smoother_lag=LAG)).run(samples)
         for name, stamps, rows in (('RTS', whole.stamp_ns, whole.rows),
                                    ('lag 40 ms', fixed.smoothed_stamp_ns, fixed.smoothed)):
             k = (stamps - T0) // round(DT * 1e9)
             take = k >= round(BURN_IN / DT)
             error = rows[take, S_TAU_K] - trajectory.tau_k[k[take]]
-            found[name].append(float(np.sqrt(np.mean(error ** 2))))
+            figures[name].append(float(np.sqrt(np.mean(error ** 2))))
         progress(f'case {case}: smoothed {seed + 1} of {seeds} runs')
-    return found
+    return figures
 
 
-def energy(case):
-    """Return (work of the coupling, work of the motor torque), J, in one noise-free run."""
+def energy(case: str) -> tuple[float, float]:
+    """Return the work of coupling and motor torque (J) in one noise-free run of a `case`."""
     model, _, u = drive(case)
     t = simulate(model, u, DT)
     power = t.tau_k * (t.x[:, 2] - t.x[:, 3])
     return float(-np.sum(power) * DT), float(np.sum(t.u * t.x[:, 2]) * DT)
 
 
-def cpu(case, parameters):
-    """Return {filter: CPU time per step, s}."""
+def cpu(case: str, parameters: Mapping[str, Any]) -> dict[str, float]:
+    """Return the CPU time per step (s) of each filter in a `case` with tuned `parameters`."""
     model, noise, u = drive(case)
     trajectory = simulate(model, u[:5000], DT, noise, 0)
     y = np.ascontiguousarray(trajectory.y)
@@ -173,17 +205,18 @@ def cpu(case, parameters):
                          for name, changes in FILTERS.items()}, len(trajectory.u))
 
 
-def evaluate(seeds, progress=lambda text: None):
-    """Return all figures of both cases as plain data."""
-    data = {'seeds': seeds, 'cases': {}}
+def evaluate(seeds: int,
+             progress: Callable[[str], None] = lambda line: None) -> dict[str, Any]:
+    """Return all figures of both cases over `seeds` runs; `progress` is called with a line."""
+    data: dict[str, Any] = {'seeds': seeds, 'cases': {}}
     for case in CASES:
         progress(f'case {case}: tuning')
         parameters = tuned(case)
-        found = score(case, parameters, seeds, progress)
+        figures_of = score(case, parameters, seeds, progress)
         costs = cpu(case, parameters)
         rows = {}
-        for name, figures in found.items():
-            difference = np.subtract(figures['tau'], found['EKF']['tau'])
+        for name, figures in figures_of.items():
+            difference = np.subtract(figures['tau'], figures_of['EKF']['tau'])
             rows[name] = {
                 **{figure: [float(np.mean(v)), float(np.std(v, ddof=1)) if seeds > 1 else 0.0]
                    for figure, v in figures.items()},
@@ -203,7 +236,7 @@ def evaluate(seeds, progress=lambda text: None):
     return data
 
 
-def bars(data):
+def bars(data: Mapping[str, Any]) -> list[BarRow]:
     """Return the rows of a BarTable for the figures `data` of evaluate()."""
     table = BarTable()
     add = table.judge
@@ -221,17 +254,17 @@ def bars(data):
     return table.rows
 
 
-def text(data):
-    """Return tables, bars and what to think of them, at most 80 columns."""
-    lines = []
+def text(data: Mapping[str, Any]) -> str:
+    """Return tables and bars of `data` with conclusions, at most 80 columns."""
+    lines: list[str] = []
     for case, content in data['cases'].items():
         lines += [f'Case {TITLES[case]}, {data["seeds"]} runs; published figures in brackets', '',
                   f'{"":<12}{"CPU":>6}{"CPU":>6}{"e1 (rad)":>16}{"e2 (rad)":>16}'
                   f'{"tau_K (N m)":>23}',
                   f'{"":<12}{"/ana":>6}{"/num":>6}{"":>16}{"":>16}{"mean +- sd":>23}']
         for name, row in content['filters'].items():
-            known = content['published'].get(name)
-            e1, e2, tau = (f'({v:.4g})' if known else '' for v in (known or (0, 0, 0, 0))[1:])
+            published = content['published'].get(name)
+            e1, e2, tau = (f'({v:.4g})' for v in published[1:]) if published else ('', '', '')
             lines.append(
                 f'{name:<12}{row["cpu"]:6.2f}{row["cpu_numeric"]:6.2f}{row["e1"][0]:8.4f}'
                 f'{e1:>8}{row["e2"][0]:8.4f}{e2:>8}{row["tau"][0]:8.3f} +-{row["tau"][1]:6.3f}'
@@ -264,32 +297,33 @@ twist grows) the coupling supplies energy in case A, which no gearbox does; a
 real one absorbs it (transmission kind passive_play)."""
 
 
-def picture(data):
-    """Return the Figure: torque over twist, true and estimated, of both cases."""
+def picture(data: Mapping[str, Any]) -> Figure:
+    """Return a Figure of torque over twist, true and estimated, of both cases in `data`."""
     figure = Figure(figsize=(13, 10), layout='constrained')
     for row, case in enumerate(CASES):
         model, noise, u = drive(case)
         trajectory = simulate(model, u, DT, noise, 0)
-        samples, after = run_samples(trajectory), round(BURN_IN / DT)
+        samples, first = run_samples(trajectory), round(BURN_IN / DT)
         parameters = data['cases'][case]['parameters']
-        truth = plots.Curve(trajectory.x[after:, 0] - trajectory.x[after:, 1],
-                            trajectory.tau_k[after:], 'true', plots.BLACK)
+        truth = plots.Curve(trajectory.x[first:, 0] - trajectory.x[first:, 1],
+                            trajectory.tau_k[first:], 'true', plots.BLACK)
         for column, (name, color) in enumerate((('EKF', plots.BLUE), ('UKF', plots.ORANGE))):
             e = Monitor(model, {**parameters, **FILTERS[name]}).run(samples)
             axes = figure.add_subplot(2, 3, 3 * row + column + 1)
-            plots.draw_loops(axes, (plots.Curve(e.twist[after:], e.tau_k[after:], name, color),
+            plots.draw_loops(axes, (plots.Curve(e.twist[first:], e.tau_k[first:], name, color),
                                     truth))
             axes.set_title(f'{case}: {name}, filtered', loc='left')
         e = Monitor(model, {**parameters, 'smoother_lag': 0.1}).run(samples)
         axes = figure.add_subplot(2, 3, 3 * row + 3)
-        plots.draw_loops(axes, (plots.Curve(e.smoothed[after:, 0], e.smoothed[after:, S_TAU_K],
+        plots.draw_loops(axes, (plots.Curve(e.smoothed[first:, 0], e.smoothed[first:, S_TAU_K],
                                             'EKF, smoothed', plots.GREEN), truth))
         axes.set_title(f'{case}: EKF, smoothed with a lag of 0.1 s', loc='left')
     figure.suptitle('Torque over twist: Figures 3 (A) and 4 (B) of the paper', fontsize=14)
     return figure
 
 
-def run(args):
+def run(args: argparse.Namespace) -> int:
+    """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
     require_compiled('benchmark paper')
     require_whole('--seeds', args.seeds)
     for path in (args.json, args.png):

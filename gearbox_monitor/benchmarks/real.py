@@ -32,9 +32,12 @@ usage examples:
   gearbox_monitor benchmark real path/to/davinci_backend
   gearbox_monitor benchmark real davinci_backend --split speed --json
 """
+import argparse
+from collections.abc import Callable
 import json
 from pathlib import Path
 import sys
+from typing import Any
 
 import numpy as np
 
@@ -44,6 +47,7 @@ from gearbox_monitor.benchmarks.harness import all_met, bar_lines, BarTable
 from gearbox_monitor.benchmarks.static_compensation import fit_static
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.kernels.types import Array
 
 NAMES = [f'{x}{y}' for x in range(5) for y in range(4)]
 SPLITS = {
@@ -58,19 +62,16 @@ MAX_RUN_RATIO = 1.05
 ONE_SIGMA, TWO_SIGMA = (0.60, 0.78), 0.92
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this benchmark to `parser`."""
     parser.add_argument('data', metavar='DATA', help='folder with the recordings XY.TXT.gz')
     parser.add_argument('--split', choices=SPLITS, default='orig',
                         help='which runs are for training (default: orig)')
     parser.add_argument('--json', action='store_true', help='print one JSON object, no table')
 
 
-def load_runs(folder):
-    """
-    Return ({name: real_fit.Run} of the recordings in `folder`, step of the arm encoder in rad).
-
-    Raises InputError.
-    """
+def load_runs(folder: str | Path) -> tuple[dict[str, real_fit.DriveRecording], float]:
+    """Return the recordings in `folder` by name, and the step of the arm encoder in rad."""
     mapping = load_mapping('davinci_backend')
     constant = mapping.signals['motor_effort'].torque_constant
     runs = {}
@@ -81,14 +82,26 @@ def load_runs(folder):
             continue
         path = paths[0]
         r = read_recording(path, mapping)
-        runs[name] = real_fit.Run(
+        runs[name] = real_fit.DriveRecording(
             name, r.stamp_ns, r.motor_effort / constant,
             np.column_stack([r.motor_position, r.arm_position]), r.reference_torque)
     return runs, 2.0 * np.pi / mapping.signals['arm_position'].counts_per_rev
 
 
-def compare(runs, arm_step, split, progress=None):
-    """Fit both methods on the training runs of `split`; return figures and bars as plain data."""
+def compare(runs: dict[str, real_fit.DriveRecording], arm_step: float, split: str,
+            progress: Callable[[int, int], None] | None = None) -> dict[str, Any]:
+    """
+    Fit both methods on training runs and compare them on the other runs.
+
+    Args:
+        runs: recordings by name.
+        arm_step: step of the arm encoder, rad.
+        split: key of SPLITS.
+        progress: called with the numbers of passes done and in all.
+
+    Returns:
+        Figures and bars as plain data.
+    """
     train = [r for n, r in runs.items() if n in SPLITS[split]]
     test = [r for n, r in runs.items() if n not in SPLITS[split]]
     burn_in = round(BURN_IN / train[0].period)
@@ -96,33 +109,33 @@ def compare(runs, arm_step, split, progress=None):
     second = static if static.order == 2 else fit_static(train, burn_in, orders=(2,))
     values = real_fit.fit(train, burn_in, arm_step, progress=progress)
 
-    def by_filter(run):
+    def by_filter(run: real_fit.DriveRecording) -> tuple[Array, Array]:
         return real_fit.replay(values, run, arm_step)
 
-    def by_static(run):
+    def by_static(run: real_fit.DriveRecording) -> tuple[Array, Array]:
         return static.torque(run), np.ones(len(run.stamps))
-    found = {(method, part): real_fit.errors(estimator, members, burn_in)
-             for method, estimator in (('ekf', by_filter), ('static', by_static))
-             for part, members in (('train', train), ('test', test))}
+    errors = {(method, part): real_fit.errors(estimator, members, burn_in)
+              for method, estimator in (('ekf', by_filter), ('static', by_static))
+              for part, members in (('train', train), ('test', test))}
     rows = [{'run': run.name, 'static': real_fit.rmse([s]), 'ekf': real_fit.rmse([e]),
              'ratio': real_fit.rmse([e]) / real_fit.rmse([s]),
              'coverage_1': real_fit.coverage([e]), 'coverage_2': real_fit.coverage([e], 2.0)}
-            for run, e, s in zip(test, found['ekf', 'test'], found['static', 'test'])]
-    pooled = {f'{method}_{part}': real_fit.rmse(f) for (method, part), f in found.items()}
+            for run, e, s in zip(test, errors['ekf', 'test'], errors['static', 'test'])]
+    pooled = {f'{method}_{part}': real_fit.rmse(f) for (method, part), f in errors.items()}
     pooled['second_order_test'] = real_fit.rmse(real_fit.errors(
         lambda run: (second.torque(run), np.ones(len(run.stamps))), test, burn_in))
     ratio = pooled['ekf_test'] / pooled['static_test']
-    worst = max(rows, key=lambda row: row['ratio'])
-    one, two = (real_fit.coverage(found['ekf', 'test'], s) for s in (1.0, 2.0))
+    largest = max(rows, key=lambda row: row['ratio'])
+    one_sigma, two_sigma = (real_fit.coverage(errors['ekf', 'test'], s) for s in (1.0, 2.0))
     bars = BarTable()
     bars.judge('pooled RMSE, EKF / static', ratio, high=MAX_RATIO[split])
-    bars.judge(f'worst run ({worst["run"]})', worst['ratio'], high=MAX_RUN_RATIO)
+    bars.judge(f'worst run ({largest["run"]})', largest['ratio'], high=MAX_RUN_RATIO)
     if split == 'orig':
-        bars.judge('errors within 1 sigma', one, *ONE_SIGMA)
-        bars.judge('errors within 2 sigma', two, low=TWO_SIGMA)
+        bars.judge('errors within 1 sigma', one_sigma, *ONE_SIGMA)
+        bars.judge('errors within 2 sigma', two_sigma, low=TWO_SIGMA)
     return {
         'split': split, 'train': [r.name for r in train],
-        'missing': [n for n in NAMES if n not in runs], 'coverage': [one, two],
+        'missing': [n for n in NAMES if n not in runs], 'coverage': [one_sigma, two_sigma],
         'rmse': pooled, 'runs': rows,
         'static': {'order': static.order, 'low_pass': static.frequency, 'width': static.width,
                    'coefficients': static.coefficients.tolist()},
@@ -131,8 +144,8 @@ def compare(runs, arm_step, split, progress=None):
     }
 
 
-def table(result):
-    """Return the result of `compare` as lines of at most 80 columns."""
+def table(result: dict[str, Any]) -> list[str]:
+    """Return the `result` of compare() as lines of at most 80 columns."""
     static, rmse = result['static'], result['rmse']
     lines = [
         f'split {result["split"]}: fitted on {" ".join(result["train"])}', '',
@@ -163,15 +176,15 @@ def table(result):
     return [*lines, *bar_lines(result['bars'])]
 
 
-def _progress(done, total):
+def _progress(done: int, total: int) -> None:
     if done % 10 == 0 or done == total:
         end = '\n' if done == total else ''
         print(f'\rfitting on the training runs: {done}/{total}', end=end, file=sys.stderr,
               flush=True)
 
 
-def run(args):
-    """Run the benchmark; returns 1 when a bar is missed."""
+def run(args: argparse.Namespace) -> int:
+    """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
     if not COMPILED:
         raise InputError('numba: not in use, expected it installed (some hundred passes over '
                          '120 000 samples) and GEARBOX_MONITOR_JIT not 0')
@@ -180,7 +193,7 @@ def run(args):
         if not any((name in SPLITS[args.split]) == part for name in runs):
             raise InputError(f'{args.data}: no {"training" if part else "test"} run of split '
                              f'{args.split}, expected recordings 00.TXT.gz to 43.TXT.gz')
-    shown = _progress if sys.stderr.isatty() else None
-    result = compare(runs, arm_step, args.split, shown)
+    progress = _progress if sys.stderr.isatty() else None
+    result = compare(runs, arm_step, args.split, progress)
     print(json.dumps(result, indent=2) if args.json else '\n'.join(table(result)))
     return 0 if all_met(result['bars']) else 1

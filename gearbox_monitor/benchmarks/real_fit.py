@@ -69,7 +69,7 @@ MODEL_KEYS = ('motor_inertia', 'coulomb_friction', 'viscous_friction', 'torque_o
 
 
 @dataclass(frozen=True)
-class Run:
+class DriveRecording:
     """One recording: stamps int64 [N] ns, current [N] A, outputs [N, 2] rad, reference [N] N m."""
 
     name: str
@@ -96,9 +96,11 @@ def configure(values, arm_step, sharpness=SHARPNESS):
         'damping': 0.0, 'friction_sharpness': sharpness, 'position_gain': 0.0, 'arm_load': 'none',
         'transmission': {'kind': 'dead_zone', 'stiffness': STIFFNESS, 'half_gap': 0.01},
     }, 'real drive')
-    rest = {k: v for k, v in values.items() if k not in MODEL_KEYS and k != 'torque_constant'}
+    estimator_values = {k: v for k, v in values.items()
+                        if k not in MODEL_KEYS and k != 'torque_constant'}
     parameters = EstimatorParameters.from_mapping({
-        'r_std_arm': arm_step / np.sqrt(12.0), **rest, 'arm_load': 'none', 'smoother_lag': 0.0,
+        'r_std_arm': arm_step / np.sqrt(12.0), **estimator_values, 'arm_load': 'none',
+        'smoother_lag': 0.0,
         'p0_std_speed': 0.1, 'p0_std_torque': 0.03}, 'real drive')
     return model, parameters
 
@@ -142,10 +144,10 @@ def _monitored(values, run, arm_step):
 
 def replay(values, run, arm_step):
     """Return what `estimate` returns, from the Monitor that nodes and replay use."""
-    found = _monitored(values, run, arm_step)
+    estimates = _monitored(values, run, arm_step)
     torque, std = np.full((2, len(run.stamps)), np.nan)
-    at = np.searchsorted(run.stamps, found.stamp_ns)
-    torque[at], std[at] = found.tau_k, found.tau_k_std
+    at = np.searchsorted(run.stamps, estimates.stamp_ns)
+    torque[at], std[at] = estimates.tau_k, estimates.tau_k_std
     return torque, std
 
 
@@ -157,14 +159,14 @@ def errors(estimator, runs, burn_in):
             for run, (torque, std) in zip(runs, results)]
 
 
-def rmse(found):
+def rmse(pooled):
     """Return the root mean square of the pooled errors of `errors` (N m)."""
-    return float(np.sqrt(np.mean(np.concatenate([e for e, _ in found]) ** 2)))
+    return float(np.sqrt(np.mean(np.concatenate([e for e, _ in pooled]) ** 2)))
 
 
-def coverage(found, sigmas=1.0):
+def coverage(pooled, sigmas=1.0):
     """Return the pooled share of errors within `sigmas` stated standard deviations."""
-    return float(np.mean(np.concatenate([np.abs(e) < sigmas * s for e, s in found])))
+    return float(np.mean(np.concatenate([np.abs(e) < sigmas * s for e, s in pooled])))
 
 
 def fit(runs, burn_in, arm_step, budget=(12, 12, 16), progress=None):
@@ -182,7 +184,7 @@ def fit(runs, burn_in, arm_step, budget=(12, 12, 16), progress=None):
     scales = [POSITIVE[k][1] if k in POSITIVE else 1.0 for k in names]
     low = [np.log(LEAST_NOISE) if k == 'q_std_tau_k' else -np.inf for k in names]
     done, total = 0, sum(budget) * (1 + len(names))
-    worst = max(np.abs(run.reference).max() for run in runs)  # for a filter that diverges
+    largest = max(np.abs(run.reference).max() for run in runs)  # for a filter that diverges
 
     def residuals(x, sharpness):
         nonlocal done
@@ -191,11 +193,12 @@ def fit(runs, burn_in, arm_step, budget=(12, 12, 16), progress=None):
             progress(min(done, total - 1), total)
         trial = _values(names, x)
         try:
-            found = errors(lambda run: estimate(trial, run, arm_step, sharpness), runs, burn_in)
+            trial_errors = errors(
+                lambda run: estimate(trial, run, arm_step, sharpness), runs, burn_in)
         except InputError:  # outside what a model file admits
-            found = [(np.full(len(run.stamps) - burn_in, worst), None) for run in runs]
-        error = np.concatenate([e[::THIN] for e, _ in found])
-        return np.nan_to_num(error, nan=worst, posinf=worst, neginf=worst) / worst
+            trial_errors = [(np.full(len(run.stamps) - burn_in, largest), None) for run in runs]
+        error = np.concatenate([e[::THIN] for e, _ in trial_errors])
+        return np.nan_to_num(error, nan=largest, posinf=largest, neginf=largest) / largest
 
     for sharpness, steps in zip(APPROACH, budget):
         x0 = np.array([np.log(values[k]) if k in POSITIVE else values[k] / SIGNED[k][1]
@@ -221,9 +224,9 @@ def _values(names, x):
                 for k, v in zip(names, x)}
 
 
-def _model_std(found):
+def _model_std(pooled):
     """Return what to add to the standard deviations in quadrature for a coverage of one sigma."""
     def excess(added):
-        return coverage([(e, np.hypot(s, added)) for e, s in found]) - ONE_SIGMA
-    high = 3.0 * rmse(found)
+        return coverage([(e, np.hypot(s, added)) for e, s in pooled]) - ONE_SIGMA
+    high = 3.0 * rmse(pooled)
     return float(brentq(excess, 0.0, high, xtol=1e-6)) if excess(0.0) < 0.0 else 0.0

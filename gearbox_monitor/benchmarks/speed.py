@@ -28,11 +28,15 @@ usage examples:
   gearbox_monitor benchmark speed --json speed.json
   gearbox_monitor benchmark speed --eigen path/to/eigen3
 """
+import argparse
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.benchmarks import eigen_reference, filterpy_user, free_run, replay, startup
+from gearbox_monitor.benchmarks import (
+    eigen_reference, filterpy_user, free_run, replay_cost, startup)
 from gearbox_monitor.benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, require_compiled, require_whole)
 from gearbox_monitor.benchmarks.paper import drive, DT
@@ -44,7 +48,7 @@ from gearbox_monitor.plant.simulate import simulate
 SAMPLES, FEW = 5000, 300  # of our filters, and of filterpy's
 BANKS = {16: SAMPLES, 4096: 500}  # filters that run side by side: samples
 FIXED = {'arm_load': 'none'}
-FILTERS = {
+FILTERS: dict[str, dict[str, Any]] = {
     'EKF': {'filter': 'ekf'},
     'EKF, unknown load': {'filter': 'ekf', 'arm_load': 'unknown'},
     'EKF numeric': {'filter': 'ekf', 'ekf_jacobian': 'numeric'},
@@ -54,7 +58,7 @@ FILTERS = {
     'AEKF, 3 theta': {'filter': 'aekf', 'adapt': ['q_std_tau_k', 'r_std_motor', 'r_std_arm']},
 }
 # bar: (value from {name: s per step, or of a start}, lowest, highest)
-BARS = {
+BARS: dict[str, tuple[Callable[[Mapping[str, float]], float], float, float]] = {
     'EKF bank, 16 / EKF': (lambda t: t['EKF bank, 16'] / t['EKF'], 0.0, 0.33),
     'EKF bank, 4096 and 16, larger / smaller': (
         lambda t: float(np.exp(abs(np.log(t['EKF bank, 4096'] / t['EKF bank, 16'])))), 0.0, 1.1),
@@ -68,7 +72,7 @@ BARS = {
     'each further theta / Eigen EKF': (
         lambda t: (t['AEKF, 3 theta'] - t['AEKF, 1 theta']) / 2.0 / t['Eigen EKF'], 0.0, 1.3),
     'replay, estimates only, x real time': (
-        lambda t: 1.0 / replay.RATE / t['replay, estimates only'], 1500.0, np.inf),
+        lambda t: 1.0 / replay_cost.RATE / t['replay, estimates only'], 1500.0, np.inf),
     'rosbags / decoding': (
         lambda t: t['rosbags, decoding'] / t['replay, decoding alone'], 25.0, np.inf),
     'start and first step / import numba': (
@@ -82,7 +86,8 @@ BARS = {
 }
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this benchmark to `parser`."""
     parser.add_argument('--rounds', type=int, default=15,
                         help='interleaved rounds; medians count (default: 15)')
     parser.add_argument('--eigen', metavar='DIR',
@@ -91,14 +96,14 @@ def add_arguments(parser):
     add_json_option(parser)
 
 
-def evaluate(rounds, eigen=None):
-    """Return all figures as plain data; eigen: folder of its headers, None searches."""
+def evaluate(rounds: int, eigen: str | None = None) -> dict[str, Any]:
+    """Return all figures over `rounds`; `eigen`: folder of its headers, None: search for it."""
     model, noise, u = drive('A')
     run = simulate(model, u[:SAMPLES], DT, noise, 0)
     y = np.ascontiguousarray(run.y)
     rows = {name: stepper(model, {**FIXED, **changes}, run.u, y, DT)
             for name, changes in FILTERS.items()}
-    counts = {}
+    counts: dict[str, float] = {}
     skipped = {}  # {word in a bar's name: why it is skipped}
     with ExitStack() as stack:
         try:
@@ -112,15 +117,17 @@ def evaluate(rounds, eigen=None):
             rows[name] = bank_stepper(model, FIXED, run.u[:samples], y[:samples], DT, size)
             counts[name] = size * samples
         try:
-            others = filterpy_user.steppers(model, noise.measurement, run.u[:FEW], y[:FEW], DT)
-            counts.update(dict.fromkeys(others, FEW))
-            rows.update(others)
+            filterpy_rows = filterpy_user.steppers(
+                model, noise.measurement, run.u[:FEW], y[:FEW], DT)
+            counts.update(dict.fromkeys(filterpy_rows, FEW))
+            rows.update(filterpy_rows)
         except InputError as error:
             skipped['filterpy'] = str(error)
         rows['EKF, a call per sample'] = caller(model, {**FIXED, 'filter': 'ekf'}, run.u, y, DT)
         counts['EKF, a call per sample'] = SAMPLES
-        for more, samples in (free_run.steppers(), stack.enter_context(replay.steppers())):
-            rows.update(more)
+        for steppers, samples in (free_run.steppers(),
+                                  stack.enter_context(replay_cost.steppers())):
+            rows.update(steppers)
             counts.update(samples)
         times = cpu_per_step(rows, counts, rounds)
     starts = startup.cpu_seconds(rounds)
@@ -135,8 +142,8 @@ def evaluate(rounds, eigen=None):
             'bars': bars.rows}
 
 
-def text(data):
-    """Return the figures as a table for the terminal."""
+def text(data: Mapping[str, Any]) -> str:
+    """Return the figures `data` of evaluate() as a table for the terminal."""
     times = data['seconds_per_step']
     lines = ['CPU time per step or sample (median), and as a multiple of a step of the EKF:', '']
     lines += [f'  {name:<24}{1e9 * value:10.0f} ns{value / times["EKF"]:9.2f}'
@@ -146,7 +153,8 @@ def text(data):
     return '\n'.join([*lines, *bar_lines(data['bars'])])
 
 
-def run(args):
+def run(args: argparse.Namespace) -> int:
+    """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
     require_compiled('benchmark speed')
     require_whole('--rounds', args.rounds)
     expect_folder_of(args.json)

@@ -32,9 +32,9 @@ assert monitor.stamp_ns == 2_000_000
 }
 
 
-def cpu_seconds(rounds):
-    """Return {name of CODES: median CPU time of a process of its own, s}; rounds interleaved."""
-    times = {name: [] for name in CODES}
+def cpu_seconds(rounds: int) -> dict[str, float]:
+    """Return the CPU time (s) of a process for each of CODES, median of interleaved `rounds`."""
+    times: dict[str, list[float]] = {name: [] for name in CODES}
     for k in range(rounds + 1):
         for name, code in CODES.items():
             begin = _of_children()
@@ -44,6 +44,6 @@ def cpu_seconds(rounds):
     return {name: float(np.median(values)) for name, values in times.items()}
 
 
-def _of_children():
+def _of_children() -> float:
     times = os.times()
     return times.children_user + times.children_system

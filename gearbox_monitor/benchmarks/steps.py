@@ -76,13 +76,14 @@ def bank_stepper(model, parameters, u, y, dt, size):
     """Return a function that runs `size` EKFs of different Q side by side, over u, y once."""
     samples = Samples(np.round((1.0 + dt * np.arange(len(u))) * 1e9).astype(np.int64),
                       np.column_stack([u, np.full(len(u), np.nan)]), y)
-    one = Monitor(model, parameters, judged=False, smoothed=False)
-    packed = np.array([pack(one.drive, one.parameters.replace(q_std_tau_k=float(q)))
-                       for q in one.parameters.q_std_tau_k * np.geomspace(0.2, 5.0, size)])
+    monitor = Monitor(model, parameters, judged=False, smoothed=False)
+    packed = np.array([pack(monitor.drive, monitor.parameters.replace(q_std_tau_k=float(q)))
+                       for q in monitor.parameters.q_std_tau_k * np.geomspace(0.2, 5.0, size)])
 
     def run():
-        if not np.isfinite(batch_score.run(packed, one.states, one.settings, samples, 1)).all():
-            raise InputError('EKF bank: a filter diverged, expected all to run through')
+        scores = batch_score.run(packed, monitor.states, monitor.settings, samples, 1)
+        if not np.isfinite(scores).all():
+            raise InputError('a filter of the batch diverged')
     return run
 
 

@@ -79,7 +79,7 @@ def add_arguments(parser):
 # ---------------------------------------------------------------------- what is measured
 
 def healthy_runs(size, progress):
-    """Return ({name: Drive}, {name: Watched}) of all drives without fault."""
+    """Return ({name: SimulatedDrive}, {name: MonitoredRun}) of all drives without fault."""
     drives, runs = {}, {}
     seeds = paper.TUNING_SEEDS[:size['tuning']]
     makers = []
@@ -121,8 +121,8 @@ def healthy_table(runs, size, bars):
 def fault_table(drive, reference, runs, bars, progress):
     """Return a row per fault of `drive`: shares flagged per test, delay of the first alarm."""
     rows = []
-    due = {**trust_runs.faults(drive.noise), **dict.fromkeys(trust_runs.MISTUNED)}
-    for fault, make in due.items():
+    makers = {**trust_runs.faults(drive.noise), **dict.fromkeys(trust_runs.MISTUNED)}
+    for fault, make in makers.items():
         flags, delays, said = [], [], []
         for run in range(runs):
             # Anywhere within the second between two evaluations, and in the excitation.
@@ -130,14 +130,14 @@ def fault_table(drive, reference, runs, bars, progress):
             extra = None if make else {
                 'q_std_tau_k': drive.parameters['q_std_tau_k']
                 * np.sqrt(trust_runs.MISTUNED[fault])}
-            found = trust_runs.watch(
+            watched = trust_runs.watch(
                 drive, start + FAULTY, FAULT_SEED + run, make(start) if make else None, extra,
                 reference)
-            late = found.began >= start
-            flags.append(np.array([*(found.flags[t][late] for t in trust_runs.TESTS),
-                                   found.any()[late]]))
+            faulty = watched.began >= start
+            flags.append(np.array([*(watched.flags[t][faulty] for t in trust_runs.TESTS),
+                                   watched.any()[faulty]]))
             if make:
-                delay, name = found.delay(start)
+                delay, name = watched.delay(start)
                 delays += [] if delay is None else [delay]
                 said += [] if name is None else [name]
         flags = np.concatenate(flags, axis=1)
@@ -160,24 +160,24 @@ def fault_table(drive, reference, runs, bars, progress):
 def gap_figures(drive, windows, size, bars, progress):
     """Return what the gap of `drive` was measured as over healthy `windows`; judges it."""
     case, truth = drive.name, trust_drift.true_gap(drive.model)
-    found = trust_drift.gaps(windows)[1:]  # the first window begins at rest
-    if len(found) < 3:
-        bars.judge(f'{case}: windows with a gap', len(found), low=3)
-        return {'windows': len(found)}
+    gaps = trust_drift.gaps(windows)[1:]  # the first window begins at rest
+    if len(gaps) < 3:
+        bars.judge(f'{case}: windows with a gap', len(gaps), low=3)
+        return {'windows': len(gaps)}
     progress(f'{case}: gap under changed friction')
     stated = float(np.sqrt(np.mean([w.gap_std ** 2 for w in windows[1:]])))
-    std, bias = float(found.std(ddof=1)), float(found.mean() / truth - 1.0)
-    neighbours = float(np.corrcoef(found[1:], found[:-1])[0, 1])
-    error = std / np.sqrt(len(found)) / truth
+    std, bias = float(gaps.std(ddof=1)), float(gaps.mean() / truth - 1.0)
+    neighbours = float(np.corrcoef(gaps[1:], gaps[:-1])[0, 1])
+    error = std / np.sqrt(len(gaps)) / truth
     shift = trust_drift.friction_shift(drive, size['shift'], HEALTHY_SEED + 1, lambda: None)
     bars.judge(f'{case}: gap, deviation (rad)', std, high=GAP_STD[case],
-               interval=intervals.spread(found))
+               interval=intervals.spread(gaps))
     bars.judge(f'{case}: gap, bias (%)', 100 * bias, -GAP_BIAS[case], GAP_BIAS[case],
                interval=[100 * (bias - 2 * error), 100 * (bias + 2 * error)])
     bars.judge(f'{case}: stated / empirical deviation', stated / std, 1 / STATED, STATED,
-               interval=[stated / v for v in intervals.spread(found)[::-1]])
+               interval=[stated / v for v in intervals.spread(gaps)[::-1]])
     bars.judge(f'{case}: gap, shift by 10 % of Cv', shift, high=MAX_SHIFT)
-    return {'windows': len(found), 'truth': truth, 'mean': float(found.mean()), 'std': std,
+    return {'windows': len(gaps), 'truth': truth, 'mean': float(gaps.mean()), 'std': std,
             'bias': bias, 'stated': stated, 'neighbours': neighbours, 'shift': shift}
 
 
@@ -213,14 +213,15 @@ def drift_figures(drive, windows, size, full, bars, progress):
             ('+2 %', 0.02, size['changes'] // 2, False),
             ('5 %/h', trust_drift.SLOW, size['ramps'], True)):
         progress(f'{case}: gap grows by {change}')
-        found = trust_drift.delays(drive, trackers, growth, runs, DELAY_SEED, lambda: None, ramp)
-        for name, delays in found.items():
-            seen = [d for d in delays if d is not None]
+        delays_of = trust_drift.delays(
+            drive, trackers, growth, runs, DELAY_SEED, lambda: None, ramp)
+        for name, delays in delays_of.items():
+            detected = [d for d in delays if d is not None]
             result['delays'][f'{change} {name}'] = {
-                'runs': len(delays), 'found': len(seen), 'values': delays,
-                'mean': float(np.mean(seen)) if seen else None,
-                'interval': intervals.mean(seen) if seen else None,
-                'worst': max(seen) if seen else None}
+                'runs': len(delays), 'found': len(detected), 'values': delays,
+                'mean': float(np.mean(detected)) if detected else None,
+                'interval': intervals.mean(detected) if detected else None,
+                'worst': max(detected) if detected else None}
     for change, name, high in (('+1 %', 'yearly', MAX_DELAY),
                                ('+1 %', 'daily', MAX_DELAY_DAILY[case])):
         row = result['delays'][f'{change} {name}']
@@ -246,15 +247,16 @@ def costs(drive):
     trajectory = simulate(drive.model, u, paper.DT, drive.noise, 0)
     samples, n = paper.run_samples(trajectory), len(trajectory.u)
     plain = {**drive.parameters, 'smoother_lag': 0.0}
-    every = {**drive.parameters, **paper.FILTERS['AEKF'], **trust_drift.SMOOTHED}
-    found = cpu_per_step({
+    everything = {**drive.parameters, **paper.FILTERS['AEKF'], **trust_drift.SMOOTHED}
+    costs_of = cpu_per_step({
         'step': stepper(drive.assumed, plain, trajectory.u, np.ascontiguousarray(trajectory.y),
                         paper.DT),
         'monitor': lambda: Monitor(drive.assumed, plain).run(samples),
-        'all': lambda: Monitor(drive.assumed, every).run(samples)}, n)
-    return {'step_us': 1e6 * found['step'],
+        'all': lambda: Monitor(drive.assumed, everything).run(samples)}, n)
+    return {'step_us': 1e6 * costs_of['step'],
             'trust': trust_cost.cost_ratio(drive.parameters)['ratio'],
-            'monitor': found['monitor'] / found['step'], 'all': found['all'] / found['step']}
+            'monitor': costs_of['monitor'] / costs_of['step'],
+            'all': costs_of['all'] / costs_of['step']}
 
 
 def evaluate(size, full=False, data=None, progress=lambda text: None):
@@ -307,9 +309,9 @@ def text(data):
         for row in rows:
             delay = '-' if row['delay'] is None else \
                 f'{row["delay"]:.1f} {interval_text(row["delay_interval"], 1)}'
-            found = f'{row["found"]}/{row["runs"]}' if row['runs'] else ''
+            figures = f'{row["found"]}/{row["runs"]}' if row['runs'] else ''
             lines.append(f'{row["fault"]:<16}{_percent(row)}{100 * row["any"]:6.1f}{delay:>16}'
-                         f'  {found}')
+                         f'  {figures}')
     lines += ['', 'Gap, windows of 10 s, smoothed', '',
               f'{"drive":<8}{"true":>8}{"mean":>9}{"deviation":>11}{"stated":>9}'
               f'{"shift by 10 % Cv":>18}{"windows":>9}{"r1":>7}']
@@ -328,11 +330,12 @@ def text(data):
                   f'{row["alarms"]["daily"]} at one per day',
                   f'{"  gap grows by":<20}{"s to the alarm [95 %]":>26}{"worst":>8}   found '
                   '(simulated)']
-        for change, found in row['delays'].items():
-            mean = '-' if found['mean'] is None else \
-                f'{found["mean"]:.0f} {interval_text(found["interval"], 0)}'
-            worst = '-' if found['worst'] is None else f'{found["worst"]:.0f}'
-            lines.append(f'  {change:<18}{mean:>26}{worst:>8}   {found["found"]}/{found["runs"]}')
+        for change, figures in row['delays'].items():
+            mean = '-' if figures['mean'] is None else \
+                f'{figures["mean"]:.0f} {interval_text(figures["interval"], 0)}'
+            longest = '-' if figures['worst'] is None else f'{figures["worst"]:.0f}'
+            lines.append(f'  {change:<18}{mean:>26}{longest:>8}   '
+                         f'{figures["found"]}/{figures["runs"]}')
     if 'real' in data:
         lines += ['', *trust_real.table(data['real'])]
     cost = data['cost']

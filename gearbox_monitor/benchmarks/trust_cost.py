@@ -13,25 +13,30 @@
 # limitations under the License.
 
 """Cost of the trust indicators per sample against one EKF step, in one run."""
+from collections.abc import Callable, Mapping
 import time
+from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.benchmarks import paper
 from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate
 
 ROUNDS = 9
 
 
-def cost_ratio(parameters=None, rounds=ROUNDS):
+def cost_ratio(parameters: Mapping[str, Any] | None = None,
+               rounds: int = ROUNDS) -> dict[str, float]:
     """
     Return {'step', 'trust', 'ratio'}: CPU time (s) of an EKF step and of trust, per sample.
 
-    Trust is all that Monitor does beside filter, smoother and drift: keeping the history, judging
-    once per second, debouncing. Medians over `rounds` runs of 20 s at 1 kHz of case A, the two
-    interleaved, so that a machine that changes its speed hits both alike.
+    Trust is all that a Monitor with these `parameters` does beside filter, smoother and drift:
+    keeping the history, judging once per second, debouncing. Medians over `rounds` runs of 20 s at
+    1 kHz of case A, the two interleaved, so that a change in the speed of the machine affects both
+    alike.
     """
     model, noise, u = paper.drive('A')
     parameters = {'arm_load': 'none', 'smoother_lag': 0.0, **(parameters or {})}
@@ -47,11 +52,12 @@ def cost_ratio(parameters=None, rounds=ROUNDS):
             'ratio': float(np.median([b / a for a, b in costs]))}
 
 
-def _trust_cost(model, parameters, samples):
+def _trust_cost(model: DriveModel, parameters: Mapping[str, Any],
+                samples: Samples) -> Callable[[], float]:
     """Return a function that runs a Monitor over `samples` and returns the CPU time of trust."""
-    def run():
+    def run() -> float:
         monitor, spent = Monitor(model, parameters), [0.0]
-        monitor._check_backlash = lambda found: {}
+        monitor._check_backlash = lambda findings: {}
         for name in ('_remember', '_evaluate'):
             setattr(monitor, name, _timed(getattr(monitor, name), spent))
         monitor.run(samples)
@@ -59,8 +65,8 @@ def _trust_cost(model, parameters, samples):
     return run
 
 
-def _timed(function, spent):
-    def call(*args):
+def _timed(function: Callable[..., object], spent: list[float]) -> Callable[..., None]:
+    def call(*args: Any) -> None:
         begin = time.process_time()
         function(*args)
         spent[0] += time.process_time() - begin

@@ -13,18 +13,22 @@
 # limitations under the License.
 
 """Backlash and its drift in simulated running: how well the gap is measured, growth found when."""
+from collections.abc import Callable, Mapping, Sequence
 import copy
 from dataclasses import replace
 
 import numpy as np
 
-from gearbox_monitor.benchmarks.trust_runs import T0, watch
+from gearbox_monitor.benchmarks.trust_runs import SimulatedDrive, T0, watch
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.backlash import change
-from gearbox_monitor.monitoring.backlash.features import Backlash
-from gearbox_monitor.monitoring.checks.level import Level
+from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
+from gearbox_monitor.monitoring.checks.level import Finding, Level
 from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Faults
 
+Window = Backlash | NotExcited
 SMOOTHED = {'smoother_lag': 0.1}
 PERIOD = 10.0       # s of a drift window
 DAY = 86400.0       # s between two false alarms, of the faster setting
@@ -35,29 +39,38 @@ JUMP_TIME, RAMP_TIME = 600.0, 2400.0  # s after it
 SLOW = 0.05 / 3600.0  # 1/s: 5 % in an hour
 
 
-def true_gap(model):
-    """Return the width of the gap (rad) of a DriveModel as docs/trust_benchmark.md defines it."""
+def true_gap(model: DriveModel) -> float:
+    """Return the backlash (rad) of a `model` as docs/trust_benchmark.md defines it."""
     shape = model.transmission
     return 2.0 * (shape.half_gap + (shape.hysteresis_width if shape.kind == 'play' else 0.0))
 
 
-def half_gap_growth(model, growth):
-    """Return the relative growth of half_gap that lets the gap grow by `growth`."""
+def half_gap_growth(model: DriveModel, growth: float) -> float:
+    """Return the relative growth of half_gap for a `growth` of the backlash of `model`."""
     return growth * true_gap(model) / (2.0 * model.transmission.half_gap)
 
 
-def measured(windows):
+def measured(windows: Sequence[Window]) -> list[Backlash]:
     """Return those of `windows` that are a Backlash."""
     return [w for w in windows if isinstance(w, Backlash)]
 
 
-def gaps(windows):
+def gaps(windows: Sequence[Window]) -> Array:
     """Return the gaps [N] of `windows`, rad."""
     return np.array([w.gap for w in measured(windows)])
 
 
-def friction_shift(drive, seconds, seed, progress):
-    """Return the largest relative shift of the mean gap under +-10 % of Cv, same noise."""
+def friction_shift(drive: SimulatedDrive, seconds: float, seed: int,
+                   progress: Callable[[], object]) -> float:
+    """
+    Return the largest relative shift of the mean backlash under +-10 % of Cv, same noise.
+
+    Args:
+        drive: simulated drive.
+        seconds: length of each run.
+        seed: of the noise.
+        progress: called after each minute.
+    """
     means = []
     for factor in (1.0, 1.0 + FRICTION, 1.0 - FRICTION):
         run = watch(drive, seconds, seed, Faults(viscous_friction=factor), SMOOTHED, flags=False,
@@ -66,84 +79,108 @@ def friction_shift(drive, seconds, seed, progress):
     return max(abs(m / means[0] - 1.0) for m in means[1:])
 
 
-def settings(drive, interval=None):
-    """Return change.Settings: as delivered, or with a false alarm every `interval` s."""
+def settings(drive: SimulatedDrive, interval: float | None = None) -> change.Settings:
+    """Return Settings for `drive`, by default or for one false alarm every `interval` s."""
     extra = {} if interval is None else {'false_alarm_interval': interval}
     return change.Settings.of(
         EstimatorParameters.from_mapping({**drive.parameters, **SMOOTHED, **extra}),
         drive.assumed)
 
 
-def drawn(windows, count, random, begin_ns=T0):
-    """Return `count` of `windows`, drawn in blocks with replacement, stamped PERIOD apart."""
+def drawn(windows: Sequence[Backlash], count: int, random: np.random.Generator,
+          begin_ns: int = T0) -> list[Backlash]:
+    """
+    Draw windows in blocks with replacement, stamped PERIOD apart (block bootstrap).
+
+    Args:
+        windows: to draw from.
+        count: how many.
+        random: source of random numbers.
+        begin_ns: stamp before the first, ns.
+    """
     starts = random.integers(0, len(windows) - BLOCK + 1, -(-count // BLOCK))
     at = (starts[:, None] + np.arange(BLOCK)).ravel()[:count]
     return [replace(windows[i], stamp_ns=begin_ns + (k + 1) * round(PERIOD * 1e9))
             for k, i in enumerate(at)]
 
 
-def trained(windows, goal):
-    """Return a Tracker that has learnt its baseline from healthy `windows`."""
+def trained(windows: Sequence[Window], goal: change.Settings) -> change.Tracker:
+    """Return a Tracker with the settings `goal` that has learnt from healthy `windows`."""
     tracker = change.Tracker(goal)
     for window in windows:
         tracker.update(window)
     return tracker
 
 
-def raised(findings):
-    """Return whether a backlash alarm is in force ("no data yet" is none)."""
+def raised(findings: Mapping[str, Finding]) -> bool:
+    """Return whether `findings` hold a backlash alarm ("no data yet" is none)."""
     return findings['backlash'].level > Level.OK
 
 
-def false_alarms(tracker, windows):
-    """Return how often the alarm of a `tracker` was raised by `windows`, which come after."""
+def false_alarms(tracker: change.Tracker, windows: Sequence[Window]) -> int:
+    """Return how often later `windows` raise the alarm of a `tracker`."""
     said = [False] + [any(f.level > Level.OK for f in tracker.update(w).values())
                       for w in windows]
-    return sum(now and not before for before, now in zip(said, said[1:]))
+    return sum(current and not previous for previous, current in zip(said, said[1:]))
 
 
-def later(windows, tracker):
-    """Return `windows` with stamps that follow what `tracker` has seen."""
-    ahead = tracker.stamp_ns + round(PERIOD * 1e9) - windows[0].stamp_ns
-    return [replace(w, stamp_ns=w.stamp_ns + ahead) for w in windows]
+def later(windows: Sequence[Window], tracker: change.Tracker) -> list[Window]:
+    """Return `windows` with stamps that follow those that `tracker` has taken."""
+    shift_ns = tracker.stamp_ns + round(PERIOD * 1e9) - windows[0].stamp_ns
+    return [replace(w, stamp_ns=w.stamp_ns + shift_ns) for w in windows]
 
 
-def delays(drive, trackers, growth, runs, seed, progress, ramp=False):
+def delays(drive: SimulatedDrive, trackers: Mapping[str, change.Tracker], growth: float,
+           runs: int, seed: int, progress: Callable[[], object],
+           ramp: bool = False) -> dict[str, list[float | None]]:
     """
-    Return {tracker: [delay (s) per run, None = not found]} of a simulated change of the gap.
+    Measure how soon a simulated change of the backlash is detected.
 
-    A jump by `growth`, or a ramp with `growth` per second, at a random time within a window.
-    trackers {name: trained Tracker}; each run continues with copies of them. An alarm from before
-    the change is none of its findings: such a run is drawn anew.
+    The change begins at a random time within a window. A run in which an alarm comes before the
+    change is drawn again.
+
+    Args:
+        drive: simulated drive.
+        trackers: trained trackers by name; each run continues with copies of them.
+        growth: relative jump, or relative growth per second of a ramp.
+        runs: how many.
+        seed: of the first run.
+        progress: called after each run.
+        ramp: whether the backlash grows steadily.
+
+    Returns:
+        {tracker: [delay (s) of each run, None: not detected]}.
     """
-    found = {name: [] for name in trackers}
+    delays_of: dict[str, list[float | None]] = {name: [] for name in trackers}
     random = np.random.default_rng(seed)
     relative = half_gap_growth(drive.model, growth)
     for run in range(runs):
         start = HEALTHY_TIME + random.uniform(0.0, PERIOD)
-        due = (Faults(gap_growth_rate=relative, gap_growth_start=start) if ramp else
-               Faults(start, gap=1.0 + relative))
-        asked = {name: copy.deepcopy(tracker) for name, tracker in trackers.items()}
-        hits = {}
+        faults = (Faults(gap_growth_rate=relative, gap_growth_start=start) if ramp else
+                  Faults(start, gap=1.0 + relative))
+        copies = {name: copy.deepcopy(tracker) for name, tracker in trackers.items()}
+        hits: dict[str, float] = {}
 
-        def stop(windows, asked=asked, hits=hits, start=start):
+        def stop(windows: Sequence[Window], copies: dict[str, change.Tracker] = copies,
+                 hits: dict[str, float] = hits, start: float = start) -> bool:
             for window in windows:
                 since = (window.stamp_ns - T0) * 1e-9 - start
-                for name in asked.keys() - hits.keys():
-                    ahead = round(trackers[name].stamp_ns - T0)
-                    said = asked[name].update(replace(window, stamp_ns=window.stamp_ns + ahead))
-                    if raised(said):
+                for name in copies.keys() - hits.keys():
+                    shift_ns = round(trackers[name].stamp_ns - T0)
+                    findings = copies[name].update(
+                        replace(window, stamp_ns=window.stamp_ns + shift_ns))
+                    if raised(findings):
                         hits[name] = since
-            return len(hits) == len(asked)
-        watch(drive, start + (RAMP_TIME if ramp else JUMP_TIME), seed + 1 + run, due, SMOOTHED,
+            return len(hits) == len(copies)
+        watch(drive, start + (RAMP_TIME if ramp else JUMP_TIME), seed + 1 + run, faults, SMOOTHED,
               flags=False, stop=stop)
-        for name in asked:
+        for name in copies:
             if hits.get(name, 1.0) > 0.0:
-                found[name].append(hits.get(name))
+                delays_of[name].append(hits.get(name))
         progress()
-    return found
+    return delays_of
 
 
-def fresh(tracker):
+def fresh(tracker: change.Tracker) -> change.Tracker:
     """Return a copy of `tracker`."""
     return copy.deepcopy(tracker)

@@ -18,8 +18,6 @@ Backlash of a real drive over its 20 recordings (davinci_backend), as it is and 
 Widened: from recording 11 on the motor encoder turns so much further while the twist crosses the
 dead zone, as it would had the dead zone grown by WIDENED.
 """
-from dataclasses import dataclass
-
 import numpy as np
 
 from gearbox_monitor.benchmarks import real, real_fit
@@ -45,14 +43,6 @@ LOST_MOTION, SPREAD = (1.65, 1.82), 0.08  # deg: mean; largest minus smallest
 ONE_POINT = {'angle_bin': 0.0, 'speed_bin': 1.0, 'load_bin': 1.0}
 
 
-@dataclass(frozen=True)
-class Found:
-    """Windows (Backlash or NotExcited) of all recordings, one each, and whether it alerted."""
-
-    windows: list
-    alerted: list  # names of recordings with which an alert began
-
-
 def widened(y, width, growth):
     """
     Return readings y [N, 2] (rad) of a dead zone of `width` rad that has grown by `growth`.
@@ -61,12 +51,12 @@ def widened(y, width, growth):
     """
     twist = y[:, 0] - y[:, 1]
     middle = 0.5 * (np.quantile(twist, 0.02) + np.quantile(twist, 0.98))
-    inside = np.clip((twist - middle) / (0.5 * width), -1.0, 1.0)
-    return np.column_stack([y[:, 0] + 0.5 * growth * width * inside, y[:, 1]])
+    position = np.clip((twist - middle) / (0.5 * width), -1.0, 1.0)
+    return np.column_stack([y[:, 0] + 0.5 * growth * width * position, y[:, 1]])
 
 
 def window(run, y, arm_step, number):
-    """Return the Backlash (or NotExcited) of a real_fit.Run with readings `y` [N, 2]."""
+    """Return the Backlash (or NotExcited) of a DriveRecording with readings `y`."""
     model, parameters = real_fit.configure(FITTED, arm_step)
     u = np.column_stack([FITTED['torque_constant'] * run.current, np.full(len(y), np.nan)])
     smoothed = smooth_interval(model, parameters, Samples(run.stamps, u, y))
@@ -78,12 +68,13 @@ def follow(runs, windows, arm_step):
     """Return the names of the recordings at which an alert was given, in their order."""
     model, parameters = real_fit.configure(FITTED, arm_step)
     tracker = change.Tracker(change.Settings.of(parameters.replace(**ONE_POINT), model))
-    alerted, before = [], False
-    for name, one in zip(runs, windows):
-        now = tracker.update(one)['backlash'].level > Level.OK and bool(tracker.changes)
-        if now and not before:
+    alerted, was_alerted = [], False
+    for name, window_of_run in zip(runs, windows):
+        level = tracker.update(window_of_run)['backlash'].level
+        is_alerted = level > Level.OK and bool(tracker.changes)
+        if is_alerted and not was_alerted:
             alerted.append(name)
-        before = now
+        was_alerted = is_alerted
     return alerted
 
 
@@ -98,35 +89,35 @@ def figures(folder, bars):
     """Return what was found in the recordings of `folder` as plain data; judges it."""
     runs, step = real.load_runs(folder)
     healthy = [window(run, run.outputs, step, i) for i, run in enumerate(runs.values())]
-    known = [w for w in healthy if isinstance(w, Backlash)]
-    lost = np.degrees([w.lost_motion for w in known])
-    width = float(np.radians(np.nanmean(lost)))
-    worn = [one if i < FROM else
+    measured = [w for w in healthy if isinstance(w, Backlash)]
+    lost_motion = np.degrees([w.lost_motion for w in measured])
+    width = float(np.radians(np.nanmean(lost_motion)))
+    worn = [window_of_run if i < FROM else
             window(run, widened(run.outputs, width, WIDENED), step, i)
-            for i, (run, one) in enumerate(zip(runs.values(), healthy))]
+            for i, (run, window_of_run) in enumerate(zip(runs.values(), healthy))]
     alerted, alerted_worn = (follow(runs, windows, step) for windows in (healthy, worn))
-    late = [name for name in alerted_worn if list(runs).index(name) >= FROM]
+    alerted_when_worn = [name for name in alerted_worn if list(runs).index(name) >= FROM]
     grown = np.degrees([w.lost_motion for w in worn[FROM:] if not isinstance(w, NotExcited)])
     result = {
-        'runs': list(runs), 'windows': len(known), 'lost_motion': lost.tolist(),
-        'mean': float(np.mean(lost)), 'spread': float(np.ptp(lost)),
-        'separable': sum(bool(w.separable) for w in known),
-        'gap': np.degrees([w.gap for w in known]).tolist(),
-        'alerts': alerted, 'alerts_widened': late,
-        'growth_seen': float(np.mean(grown) / np.mean(lost[FROM:]) - 1.0)}
-    bars.judge('real: recordings measured', len(known), low=len(runs))
+        'runs': list(runs), 'windows': len(measured), 'lost_motion': lost_motion.tolist(),
+        'mean': float(np.mean(lost_motion)), 'spread': float(np.ptp(lost_motion)),
+        'separable': sum(bool(w.separable) for w in measured),
+        'gap': np.degrees([w.gap for w in measured]).tolist(),
+        'alerts': alerted, 'alerts_widened': alerted_when_worn,
+        'growth_seen': float(np.mean(grown) / np.mean(lost_motion[FROM:]) - 1.0)}
+    bars.judge('real: recordings measured', len(measured), low=len(runs))
     bars.judge('real: lost motion, mean (deg)', result['mean'], *LOST_MOTION)
     bars.judge('real: lost motion, spread (deg)', result['spread'], high=SPREAD)
     bars.judge('real: gap told from compliance', result['separable'], high=0)
     bars.judge('real: alerts', len(alerted), high=0)
-    bars.judge('real: alerts, gap 5 % wider', len(late), low=1)
+    bars.judge('real: alerts, gap 5 % wider', len(alerted_when_worn), low=1)
     return result
 
 
 def table(data):
     """Return lines of at most 80 columns."""
-    late = (f'first alert with recording {data["alerts_widened"][0]}'
-            if data['alerts_widened'] else 'no alert')
+    first_alert = (f'first alert with recording {data["alerts_widened"][0]}'
+                   if data['alerts_widened'] else 'no alert')
     return [
         f'Real drive, {data["windows"]} of {len(data["runs"])} recordings, one baseline:',
         f'  lost motion (medians of both directions) {data["mean"]:.3f} deg, '
@@ -134,4 +125,4 @@ def table(data):
         f'  dead zone told from compliance in {data["separable"]} recordings; alerts: '
         f'{", ".join(data["alerts"]) or "none"}',
         f'  dead zone {100 * WIDENED:.0f} % wider from recording {data["runs"][FROM]} on: lost '
-        f'motion {100 * data["growth_seen"]:+.1f} %, {late}']
+        f'motion {100 * data["growth_seen"]:+.1f} %, {first_alert}']

@@ -44,7 +44,7 @@ TESTS = ('mean', 'whiteness', 'nis', 'covariance', 'observability')
 
 
 @dataclass(frozen=True)
-class Drive:
+class SimulatedDrive:
     """A simulated drive: truth `model` and `noise`; the estimator's `assumed` and `parameters`."""
 
     name: str
@@ -55,7 +55,7 @@ class Drive:
 
 
 @dataclass(frozen=True)
-class Watched:
+class MonitoredRun:
     """
     What one run gave.
 
@@ -77,23 +77,23 @@ class Watched:
 
     def alarms(self):
         """Return {component: how often it left OK; once, too, when it never was OK}."""
-        found = {}
+        counts = {}
         for name, levels in self.levels.items():
             raised = int(np.sum((levels[1:] > Level.OK) & (levels[:-1] == Level.OK)))
-            found[name] = raised if (levels == Level.OK).any() else 1
-        return found
+            counts[name] = raised if (levels == Level.OK).any() else 1
+        return counts
 
     def delay(self, start):
         """Return (s from `start` to the first alarm, its component), (None, None) without."""
-        before, after = self.at <= start, self.at > start
-        found = []
+        is_before, is_after = self.at <= start, self.at > start
+        first_alarms = []
         for name, levels in self.levels.items():
-            if not before.any() or levels[before][-1] != Level.OK:
+            if not is_before.any() or levels[is_before][-1] != Level.OK:
                 continue  # has not been OK: nothing to leave
-            late = np.flatnonzero(after & (levels > Level.OK))
-            if len(late):
-                found.append((float(self.at[late[0]] - start), name))
-        return min(found, default=(None, None))
+            raised = np.flatnonzero(is_after & (levels > Level.OK))
+            if len(raised):
+                first_alarms.append((float(self.at[raised[0]] - start), name))
+        return min(first_alarms, default=(None, None))
 
 
 def loaded(model):
@@ -101,15 +101,23 @@ def loaded(model):
     u = Excitation().torque(DT * np.arange(round(10.0 / DT)))
     size = 0.1
     for _ in range(12):
-        found = model.with_(effects=({'id': 'gravity', 'G': size},
-                                     {'id': 'arm_coulomb', 'Cac': size}))
-        run = simulate(found, u, DT)
+        loaded_model = model.with_(effects=({'id': 'gravity', 'G': size},
+                                            {'id': 'arm_coulomb', 'Cac': size}))
+        run = simulate(loaded_model, u, DT)
         size *= (LOAD * np.sqrt(np.mean(run.tau_k ** 2) / np.mean(run.tau_arm ** 2))) ** 0.7
-    return found
+    return loaded_model
 
 
 def paper_drive(case, with_load, seeds=paper.TUNING_SEEDS, parameters=None):
-    """Return the Drive of the paper's `case`: R and Q by likelihood on `seeds`, unless given."""
+    """
+    Return the SimulatedDrive of a case of the paper.
+
+    Args:
+        case: key of paper.CASES.
+        with_load: whether gravity and friction act on the arm.
+        seeds: of the recordings that R and Q are tuned on, by likelihood.
+        parameters: estimator parameters; None: tune them.
+    """
     model, noise, u = paper.drive(case)
     start = {
         'arm_load': 'unknown' if with_load else 'none', 'smoother_lag': 0.0,
@@ -117,16 +125,17 @@ def paper_drive(case, with_load, seeds=paper.TUNING_SEEDS, parameters=None):
         'q_std_motor_speed': noise.process[2], 'q_std_arm_speed': noise.process[3]}
     start = {k: float(v) if k.startswith('q') else v for k, v in start.items()}
     truth = loaded(model) if with_load else model
-    found = parameters or tuned(
+    estimator_parameters = parameters or tuned(
         model, start, [paper.run_samples(simulate(truth, u, DT, noise, seed)) for seed in seeds])
-    return Drive(f'{case}, arm load' if with_load else case, truth, noise, model, found)
+    return SimulatedDrive(f'{case}, arm load' if with_load else case, truth, noise, model,
+                          estimator_parameters)
 
 
 def packaged_drive():
-    """Return the Drive that the package's nodes start with, with a load that nobody measures."""
+    """Return the SimulatedDrive that the nodes start with, with an unmeasured load on the arm."""
     plant, model = PlantParameters(), DriveModel()
     noise = Noise(plant.process_noise, plant.measurement_noise)
-    return Drive('packaged', loaded(model), noise, model, {})
+    return SimulatedDrive('packaged', loaded(model), noise, model, {})
 
 
 def faults(noise):
@@ -159,53 +168,53 @@ def faults(noise):
 MISTUNED = {'q_p /10': 0.1, 'q_p x10': 10.0}
 
 
-def watch(drive, seconds, seed, due=None, parameters=None, reference=None, flags=True,
+def watch(drive, seconds, seed, faults=None, parameters=None, reference=None, flags=True,
           progress=lambda: None, stop=None):
     """
-    Run `drive` for `seconds` s with the Faults `due` and return what was Watched.
+    Run `drive` for `seconds` s with the Faults `due` and return what was MonitoredRun.
 
     parameters: estimator parameters that differ from the drive's. reference: tau_K's usual
     deviation (N m), else that of this run. flags: judge windows, too. stop: called now and then
     with new drift windows; ends the run early when it returns True.
     """
-    plant = FaultyPlant(drive.model, drive.noise, seed, due)
+    plant = FaultyPlant(drive.model, drive.noise, seed, faults)
     monitor = Monitor(drive.assumed, {**drive.parameters, **(parameters or {})})
     excitation, n, second = Excitation(), round(seconds / DT), round(1.0 / DT)
     rows, at, levels, windows = [], [], [], []
     for begin in range(0, n, CHUNK * second):
         k = np.arange(begin, min(n, begin + CHUNK * second))
         run = plant.run(excitation.torque(k * DT), DT, begin * DT)
-        kept = []
+        estimates = []
         for a in range(0, len(k), second):
             part = slice(a, a + second)
             u = np.column_stack([run.u[part], np.full(len(k[part]), np.nan)])
             e = monitor.run(Samples(T0 + k[part] * DT_NS, u, run.y[part]))
-            kept.append(e.rows)
+            estimates.append(e.rows)
             at.append((k[part][-1] + 1) * DT)
             levels.append({name: int(f.level) for name, f in monitor.findings.items()})
         last = windows[-1].stamp_ns if windows else 0
         new = [w for w in monitor.windows if w.stamp_ns > last]
         windows += new
         if flags:
-            rows.append(_judged(np.concatenate(kept), monitor, at[-1]))
+            rows.append(_judged(np.concatenate(estimates), monitor, at[-1]))
         progress()
         if stop and stop(new):
             break
     at = np.array(at)
     settled = at > BURN_IN + 1.0
-    levels = {name: np.array([found[name] for found in levels])[settled]
+    levels = {name: np.array([flags_of[name] for flags_of in levels])[settled]
               for name in (levels[-1] if levels else {})}
-    found, began, std = {}, np.empty(0), np.nan
+    flags_of, began, std = {}, np.empty(0), np.nan
     if flags:
         began = np.concatenate([r['began'] for r in rows])
         keep = began >= BURN_IN - 1e-9
         std = float(np.median(np.concatenate([r['std'] for r in rows])[keep]))
-        found = {name: np.concatenate([r[name] for r in rows])[keep] for name in TESTS
-                 if name != 'covariance'}
+        flags_of = {name: np.concatenate([r[name] for r in rows])[keep] for name in TESTS
+                    if name != 'covariance'}
         ratio = np.concatenate([r['std'] for r in rows])[keep] / (reference or std)
-        found['covariance'] = (ratio < covariance.LOWER) | (ratio > covariance.UPPER)
+        flags_of['covariance'] = (ratio < covariance.LOWER) | (ratio > covariance.UPPER)
         began = began[keep]
-    return Watched(found, began, at[settled], levels, windows, std)
+    return MonitoredRun(flags_of, began, at[settled], levels, windows, std)
 
 
 def _judged(rows, monitor, end):
@@ -213,8 +222,8 @@ def _judged(rows, monitor, end):
     count = len(rows) // WINDOW
     rows = rows[len(rows) - count * WINDOW:].reshape(count, WINDOW, -1)
     white = [sample_loop.E_WHITE_1, sample_loop.E_WHITE_2]
-    found = [innovation.flags(w[:, white], w[:, sample_loop.E_NIS], w[:, sample_loop.E_DOF])
-             for w in rows]
+    results = [innovation.flags(w[:, white], w[:, sample_loop.E_NIS], w[:, sample_loop.E_DOF])
+               for w in rows]
     packed, names = pack(monitor.drive, monitor.parameters), monitor.names
     columns = [{'tau_arm': sample_loop.E_TAU_ARM, 'tau_e': sample_loop.E_TAU_E}.get(name, i)
                for i, name in enumerate(names)]
@@ -226,7 +235,7 @@ def _judged(rows, monitor, end):
         for w in last]
     return {
         'began': end - np.arange(count, 0, -1) * WINDOW * DT,
-        **{name: np.array([bool(f[name]) for f in found], bool)
+        **{name: np.array([bool(f[name]) for f in results], bool)
            for name in ('mean', 'whiteness', 'nis')},
         'observability': ~(np.asarray(share) <= observability.UNTRUSTED),
         'std': np.median(rows[:, :, sample_loop.E_STD + TAU_K], axis=1)}

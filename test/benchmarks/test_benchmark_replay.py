@@ -13,12 +13,12 @@
 # limitations under the License.
 
 """The benchmark of replay counts every sample; its figures are not judged here."""
-from gearbox_monitor.benchmarks import replay
+from gearbox_monitor.benchmarks import replay_cost
 
 
 def test_every_row_takes_all_samples(monkeypatch):
-    monkeypatch.setattr(replay, 'SECONDS', 2.0)
-    monkeypatch.setattr(replay, 'FEW', 1.0)
-    with replay.steppers() as (steppers, samples):
+    monkeypatch.setattr(replay_cost, 'SECONDS', 2.0)
+    monkeypatch.setattr(replay_cost, 'FEW', 1.0)
+    with replay_cost.steppers() as (steppers, samples):
         assert {name: run() for name, run in steppers.items()} == samples
         assert samples['replay, everything'] == 2000 and samples['rosbags, decoding'] == 1000

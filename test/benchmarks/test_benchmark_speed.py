@@ -19,7 +19,7 @@ import re
 import numpy as np
 import pytest
 
-from gearbox_monitor.benchmarks import eigen_reference, free_run, replay, speed
+from gearbox_monitor.benchmarks import eigen_reference, free_run, replay_cost, speed
 from gearbox_monitor.benchmarks.paper import drive, DT, T0
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
@@ -76,7 +76,7 @@ def test_what_cannot_be_measured_is_told(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(speed, 'FILTERS', {'EKF': speed.FILTERS['EKF']})
     monkeypatch.setattr(speed, 'BARS', {name: bar for name, bar in speed.BARS.items()
                                         if 'Eigen' in name or 'start' in name})
-    monkeypatch.setattr(replay, 'steppers', lambda: nullcontext(({}, {})))
+    monkeypatch.setattr(replay_cost, 'steppers', lambda: nullcontext(({}, {})))
     monkeypatch.setattr(free_run, 'steppers', lambda: ({}, {}))
     monkeypatch.setattr(speed, 'FEW', 3)
     monkeypatch.setenv(eigen_reference.VARIABLE, str(tmp_path))

@@ -46,7 +46,7 @@ def test_intervals():
 
 def watched(levels, at=None):
     at = np.arange(1.0, len(levels) + 1) if at is None else at
-    return trust_runs.Watched({}, np.empty(0), at, {'input': np.array(levels)}, [], 1.0)
+    return trust_runs.MonitoredRun({}, np.empty(0), at, {'input': np.array(levels)}, [], 1.0)
 
 
 def test_alarms_and_delays_are_counted():
@@ -101,8 +101,9 @@ def test_a_watched_drive_is_healthy_until_its_fault():
 
 @compiled
 def test_a_table_judges_its_rows():
-    drive = trust_runs.Drive('B', DriveModel(), Noise((0.0, 0.0, 0.4, 0.4), (0.005, 0.005)),
-                             DriveModel(), {'arm_load': 'none', 'q_std_tau_k': 8.0})
+    drive = trust_runs.SimulatedDrive(
+        'B', DriveModel(), Noise((0.0, 0.0, 0.4, 0.4), (0.005, 0.005)), DriveModel(),
+        {'arm_load': 'none', 'q_std_tau_k': 8.0})
     run = trust_runs.watch(drive, 8.0, 1)
     bars = BarTable()
     rows = trust.healthy_table({'B': run}, {'healthy': 8.0}, bars)

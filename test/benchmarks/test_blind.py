@@ -26,7 +26,7 @@ import yaml
 
 from gearbox_monitor.benchmarks import blind
 from gearbox_monitor.benchmarks.blind import (
-    evidence, generate, motions, plant, runner, score, sizing)
+    generate, motions, plant, runner, scorer, sizing, window_fit)
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.effects import EFFECTS
 
@@ -49,6 +49,7 @@ def sign(v, alpha=100.0):
 def test_shares_no_code_with_what_it_judges(path):
     allowed = ('gearbox_monitor.benchmarks.blind', 'gearbox_monitor.benchmarks.harness',
                'gearbox_monitor.benchmarks', 'gearbox_monitor.kernels.jit',
+               'gearbox_monitor.kernels.types',
                'gearbox_monitor.errors')
     for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
         names = [a.name for a in node.names] if isinstance(node, ast.Import) else (
@@ -97,7 +98,7 @@ def test_actuator_effects_are_another_torque(effect, same):
 
 def test_lag_is_the_exact_filter_of_a_held_command():
     u, lag = torque(), 0.013
-    windows = plant.Windows(NOMINAL, [{'id': 'actuator_lag', 'T': lag}], u, DT, [0], 100)
+    windows = plant.WindowRuns(NOMINAL, [{'id': 'actuator_lag', 'T': lag}], u, DT, [0], 100)
     keep = np.exp(-DT / lag)
     exact = signal.lfilter([0.0, 1.0 - keep], [1.0, -keep], u)
     np.testing.assert_allclose(windows.lagged, exact, atol=1e-10)
@@ -206,23 +207,23 @@ def test_windows_continue_the_recording(effects):
     u = torque(2500)
     x, y = plant.simulate(NOMINAL, effects, u, DT)
     starts = np.array([1000, 1500])
-    runs = plant.Windows(NOMINAL, effects, u, DT, starts, 500)
+    runs = plant.WindowRuns(NOMINAL, effects, u, DT, starts, 500)
     if effects and effects[0]['id'].startswith('hyst'):
-        before = plant.Windows(NOMINAL, effects, u, DT, np.array([0, 500, 1000]), 500)
+        before = plant.WindowRuns(NOMINAL, effects, u, DT, np.array([0, 500, 1000]), 500)
         for _ in range(3):
             before.run(x[[0, 500, 1000]], keep=True)
         runs.memory[0] = before.memory[2]
         for _ in range(2):
             runs.run(x[starts - runs.lead], keep=True)
     found = runs.run(x[starts - runs.lead])
-    np.testing.assert_allclose(found, evidence.pieces(y, starts, 500), atol=2e-5)
+    np.testing.assert_allclose(found, window_fit.pieces(y, starts, 500), atol=2e-5)
 
 
 def oracle(label, recording):
     """Return the verdict of somebody who knows the label."""
     ids, effects = label['ids'], label['effects']
     known = [i for i in ids if i in plant.EFFECTS]
-    closed = score.closures(label, None, recording)['true']
+    closed = scorer.closures(label, None, recording)['true']
     return {
         'verdict': 'none' if not ids else 'effect' if known and not label['exclude'] else
         'unknown', 'effect': '+'.join(ids) if known else None,
@@ -272,8 +273,8 @@ def test_oracle_meets_the_bars_and_others_do_not(labelled):
     seconds = dict.fromkeys(labels, 5.0)
 
     def judged(given, **more):
-        data = score.score(labels, given, read, seconds, fresh=False, **more)
-        assert all(len(line) <= 80 for line in score.text(data).splitlines())
+        data = scorer.score(labels, given, read, seconds, fresh=False, **more)
+        assert all(len(line) <= 80 for line in scorer.text(data).splitlines())
         return {bar['bar']: bar['met'] for bar in data['bars']}, data
     bars, data = judged(verdicts)
     assert all(bars.values()), [b for b in data['bars'] if not b['met']]
@@ -334,13 +335,14 @@ def test_states_of_windows_are_found_where_impacts_follow_each_other():
     nominal = {**plant.NOMINAL, 'm1': 0.0083, 'm2': 0.0231, 'D': 0.0075, 'Cv': 0.1081,
                'Cc': 0.2061, 'K': 49.37, 'b': 0.089}
     random = np.random.default_rng(1)
-    u, control, reference = motions.draw('tri_sine', random, 6000, DT)
-    x, y, u = plant.simulate(nominal, [{'id': 'hysteresis_bouc_wen', 'Th': 0.01, 'dh': 0.028}], u,
-                             DT, control=control, reference=reference)
+    motion = motions.draw('tri_sine', random, 6000, DT)
+    x, y, u = plant.simulate_motion(
+        nominal, [{'id': 'hysteresis_bouc_wen', 'Th': 0.01, 'dh': 0.028}], motion, DT)
     sigma = 0.012 * x[:, :2].std(axis=0)
     recording = {'u': u, 'y': y + sigma * random.standard_normal(y.shape), 'dt': DT}
-    chi2, *_ = evidence.fit_windows(nominal, [], recording, sigma, states=x[evidence.cut(6000)])
-    assert (chi2 < 2 * evidence.LENGTH + 500.0).all()
+    chi2, *_ = window_fit.fit_windows(
+        nominal, [], recording, sigma, states=x[window_fit.cut(6000)])
+    assert (chi2 < 2 * window_fit.LENGTH + 500.0).all()
 
 
 @compiled
@@ -366,14 +368,14 @@ def test_what_the_real_diagnosis_says(labelled):
 
 def test_twins_are_one_class():
     label = {'ids': ['coulomb_asymmetry']}
-    found = score.judge(label, {'verdict': 'effect', 'effect': 'torque_offset',
-                                'location': 'actuator', 'ranked': ['torque_offset']})
+    found = scorer.judge(label, {'verdict': 'effect', 'effect': 'torque_offset',
+                                 'location': 'actuator', 'ranked': ['torque_offset']})
     assert found['top1'] and found['top2'] and found['located']
-    assert not score.judge(label, {'verdict': 'effect', 'effect': 'gravity', 'ranked': [],
-                                   'location': 'arm_side'})['located']
-    assert score.located(['transmission', 'arm_side'], ['gravity', 'stiffness'])
-    assert not score.located(['transmission', 'motor_side'], ['gravity', 'stiffness'])
-    assert not score.located('none', ['gravity'])
+    assert not scorer.judge(label, {'verdict': 'effect', 'effect': 'gravity', 'ranked': [],
+                                    'location': 'arm_side'})['located']
+    assert scorer.located(['transmission', 'arm_side'], ['gravity', 'stiffness'])
+    assert not scorer.located(['transmission', 'motor_side'], ['gravity', 'stiffness'])
+    assert not scorer.located('none', ['gravity'])
 
 
 SPY = """
@@ -408,7 +410,7 @@ def test_a_slow_diagnosis_is_timed_alone(tmp_path, monkeypatch):
     orders = [{'name': name, 'exclude': []} for name in ('one', 'two')]
     for order in orders:
         (tmp_path / order['name']).mkdir()
-    monkeypatch.setattr(score, 'MAX_SECONDS', 0.0)
+    monkeypatch.setattr(scorer, 'MAX_SECONDS', 0.0)
     command = [sys.executable, '-c', "open('begun', 'a').write('once ')"]
     for jobs, times in ((1, 1), (2, 3)):  # alone already, then shared and again
         runner.diagnose_all(tmp_path, orders, jobs, lambda done, total: None, command)

@@ -13,27 +13,40 @@
 # limitations under the License.
 
 """Random nominal drives and effects of random size."""
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
-from gearbox_monitor.benchmarks.blind.plant import EFFECTS, NOMINAL, OUTSIDE
+from gearbox_monitor.benchmarks.blind.plant import EFFECTS, NOMINAL, Nominal, OUTSIDE
 
 QUANTISATION = ('motor_encoder_quantisation', 'arm_encoder_quantisation')
 # A change of one value of the nominal model.
 REPLACES = {'motor_viscous': 'Cv', 'motor_coulomb': 'Cc', 'motor_inertia': 'm1',
             'arm_inertia': 'm2', 'backlash_gap': 'b', 'stiffness': 'K',
             'transmission_damping': 'D'}
+# Nominal values that scatter in the stress set.
+SCATTERED = ('m1', 'm2', 'D', 'Cv', 'Cc', 'K', 'b')
 # Not both at once: they act on the same number, are the same torque, or have no evidence.
 CONFLICTS = [{'motor_viscous', 'viscous_drift'}, {'lugre', 'stribeck'},
              {'lugre', 'motor_coulomb'}, {'torque_offset', 'coulomb_asymmetry'}]
 NEVER_IN_PAIRS = {'disturbance', *QUANTISATION}
 
 
-def log_uniform(random, low, high):
+def log_uniform(random: np.random.Generator, low: float, high: float) -> float:
+    """
+    Return a number whose logarithm is uniformly distributed.
+
+    Args:
+        random: source of random numbers.
+        low: smallest value, > 0.
+        high: largest value.
+    """
     return float(np.exp(random.uniform(np.log(low), np.log(high))))
 
 
-def nominal(random):
-    """Return the nominal values of a drive, spread around the paper's."""
+def nominal(random: np.random.Generator) -> dict[str, float]:
+    """Return nominal values of a drive that `random` spreads around the paper's."""
     values = dict(NOMINAL)
     for name in ('m1', 'm2', 'Cv', 'Cc'):
         values[name] *= log_uniform(random, 0.7, 1.4)
@@ -69,8 +82,8 @@ SIZES = {
 assert set(SIZES) == {*EFFECTS, *OUTSIDE}
 
 
-def shape(name, random, duration):
-    """Return all of an effect but its size: signs, phases, widths."""
+def shape(random: np.random.Generator, duration: float) -> dict[str, Any]:
+    """Draw with `random` all of an effect but its size, for a recording of `duration` s."""
     return {'sign': float(random.choice([-1.0, 1.0])), 'phi': float(random.uniform(-3.1, 3.1)),
             'N': int(random.integers(1, 41)), 'vs': log_uniform(random, 0.1, 3.0),
             'sigma0': log_uniform(random, 20.0, 500.0), 'sigma1': log_uniform(random, 0.01, 0.3),
@@ -82,15 +95,20 @@ def shape(name, random, duration):
                        for _ in range(int(random.integers(2, 5)))]}
 
 
-def effect(name, size, form, values, scene):
+def effect(name: str, size: float, form: Mapping[str, Any], values: Nominal,
+           scene: Mapping[str, Any]) -> dict[str, Any]:
     """
-    Return the effect `name` of `size`, in the vocabulary's parameters.
+    Return an effect in the parameters of the vocabulary.
 
-    form: from shape(); values: nominal; scene: peak torque `peak` (N m), its rms `rms`, noise
-    `sigma` [2] (rad).
+    Args:
+        name: its id.
+        size: see SIZES.
+        form: everything else about it, from shape().
+        values: nominal values of the drive.
+        scene: peak torque `peak` (N m), its rms `rms` (N m), encoder noise `sigma` [2] (rad).
     """
     sign, phi = form['sign'], form['phi']
-    out = {'id': name}
+    out: dict[str, Any] = {'id': name}
     if name in REPLACES:
         key = REPLACES[name]
         # down by a factor, up by a share: never below zero
@@ -137,8 +155,8 @@ def effect(name, size, form, values, scene):
     return out
 
 
-def compatible(first, second):
-    """Return whether two ids can be a pair of which both are visible and well defined."""
+def compatible(first: str, second: str) -> bool:
+    """Return whether the ids `first` and `second` can be a pair: both visible, well defined."""
     places = EFFECTS[first][0], EFFECTS[second][0]
     return (first != second and not {first, second} & NEVER_IN_PAIRS
             and {first, second} not in CONFLICTS and places != ('actuator', 'actuator'))

@@ -16,18 +16,23 @@
 Recordings of drives with a known deviation from their model, and the sealed labels.
 
 A recording is a folder of random name with recording.csv (t, u, motor, arm) and drive.yaml (the
-nominal model as told to the diagnosis). What was drawn stands in the labels file alone.
+nominal model that the diagnosis is given). The labels file alone holds what was drawn.
 """
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
 
-from gearbox_monitor.benchmarks.blind import draw, evidence, motions, plant, scene, sizing
+from gearbox_monitor.benchmarks.blind import draw, motions, plant, scene, sizing, window_fit
 from gearbox_monitor.benchmarks.blind.scene import DT
 from gearbox_monitor.benchmarks.blind.sizing import LEAST, MOST, NotDrawn
+from gearbox_monitor.kernels.types import Array
+
+Spec = Mapping[str, Any]  # set, class, ids, options: what is to be drawn
 
 STRESS = {'scatter': 0.015, 'torque': 0.01}
 CORRELATION = 0.005         # s, of coloured noise
@@ -35,17 +40,24 @@ JITTER = 1e-4               # s rms, of stamps
 TRIES = 30                  # motions, until one moves the drive through its gap
 
 
-def plan(counts, random, sets=('main',), options=None):
+def plan(counts: Mapping[str, int], random: np.random.Generator,
+         sets: Sequence[str] = ('main',), options: Mapping[str, Any] | None = None) -> list[Spec]:
     """
-    Return specifications, in random order: what is to be drawn.
+    Return specifications of recordings, in random order.
 
-    counts: {class: number}, classes: single, none, pair, outside, small (d < 250), loo.
+    Args:
+        counts: number of recordings by class; classes are single, none, pair, outside, small
+            (d < 250) and loo.
+        random: source of random numbers.
+        sets: main, stress or both.
+        options: of the stress set, see make().
     """
-    specs = []
+    specs: list[Spec] = []
+    chosen: list[list[str]]
 
-    def cycle(ids, count):
-        ids = list(ids)
-        out = []
+    def cycle(names: Iterable[str], count: int) -> list[str]:
+        ids = list(names)
+        out: list[str] = []
         while len(out) < count:
             out += [ids[i] for i in random.permutation(len(ids))]
         return out[:count]
@@ -72,7 +84,7 @@ def plan(counts, random, sets=('main',), options=None):
     return [specs[i] for i in random.permutation(len(specs))]
 
 
-def _noise(random, n, correlation):
+def _noise(random: np.random.Generator, n: int, correlation: float | None) -> Array:
     """Return noise [n, 2] of unit variance, coloured where `correlation` (s) is not 0."""
     white = random.standard_normal((n, 2))
     if not correlation:
@@ -85,8 +97,8 @@ def _noise(random, n, correlation):
     return out
 
 
-def make(spec, seed):
-    """Return (recording, label) of a specification; raises NotDrawn."""
+def make(spec: Spec, seed: Sequence[int]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return (recording, label) of `spec`, drawn from `seed`; raises NotDrawn."""
     random = np.random.default_rng(seed)
     options, ids, stressed = spec.get('options', {}), spec['ids'], spec['set'] == 'stress'
     scatter = options.get('scatter', STRESS['scatter']) if stressed else 0.0
@@ -105,43 +117,43 @@ def make(spec, seed):
     n = len(x)
     share = draw.log_uniform(random, 0.002, 0.02)
     sigma = share * x[:, :2].std(axis=0)
-    forms = [draw.shape(i, random, n * DT) for i in ids]
+    forms = [draw.shape(random, n * DT) for _ in ids]
     low, high = (0.0, LEAST) if spec['class'] == 'small' else (LEAST, 4.0 * MOST)
     wish = (8.0, LEAST) if spec['class'] == 'small' else (1.3 * LEAST, MOST)
-    wanted = [draw.log_uniform(random, *wish) for _ in ids]
+    targets = [draw.log_uniform(random, *wish) for _ in ids]
     sizes = [max(draw.log_uniform(random, *draw.SIZES[i]), sizing.least_size(place, i))
              for i in ids]
     limits = {'peak': float(np.abs(u).max()), 'rms': float(np.sqrt(np.mean(u * u))) + 1e-9,
               'sigma': [float(s) for s in sigma]}
     noise = sigma * _noise(np.random.default_rng(place.seeds[1]), n,
                            options.get('coloured') and CORRELATION)
-    found, d, each = sizing.sized(sizing.Subject(place, forms, limits, noise), sizes, wanted,
-                                  low, high)
+    realisation, d, each = sizing.sized(sizing.Subject(place, forms, limits, noise), sizes,
+                                        targets, low, high)
     t = np.arange(n) * DT
     if options.get('jitter'):
         t = t + JITTER * np.clip(random.standard_normal(n), -4, 4)
     label = {
-        'set': spec['set'], 'class': spec['class'], 'ids': ids, 'effects': found.effects,
+        'set': spec['set'], 'class': spec['class'], 'ids': ids, 'effects': realisation.effects,
         'options': options, 'exclude': ids if spec['class'] == 'loo' else [],
-        'truth': place.truth, 'told': place.told, 'sigma': limits['sigma'], 'noise': share,
+        'truth': place.truth, 'told': place.nominal, 'sigma': limits['sigma'], 'noise': share,
         'kind': kind, 'seeds': place.seeds, 'torque': torque, 'samples': n, 'd': d,
         'd_each': each, 'places': [plant.place_of(i) for i in ids], 'scatter': scatter,
-        'states': found.x[evidence.cut(n)].tolist()}
-    return {**found.recording, 't': t, 'told': place.told, 'tolerance': scatter}, label
+        'states': realisation.x[window_fit.cut(n)].tolist()}
+    return {**realisation.recording, 't': t, 'told': place.nominal, 'tolerance': scatter}, label
 
 
-def model_file(told, tolerance):
-    """Return the mapping of a drive.yaml."""
-    return {'motor_inertia': told['m1'], 'arm_inertia': told['m2'], 'damping': told['D'],
-            'viscous_friction': told['Cv'], 'coulomb_friction': told['Cc'],
-            'friction_sharpness': told['alpha'], 'position_gain': told['Kr'],
-            'transmission': {'kind': 'dead_zone', 'stiffness': told['K'],
-                             'half_gap': told['b']},
+def model_file(nominal: Mapping[str, float], tolerance: float) -> dict[str, Any]:
+    """Return the content of a drive.yaml with `nominal` values and their `tolerance`."""
+    return {'motor_inertia': nominal['m1'], 'arm_inertia': nominal['m2'], 'damping': nominal['D'],
+            'viscous_friction': nominal['Cv'], 'coulomb_friction': nominal['Cc'],
+            'friction_sharpness': nominal['alpha'], 'position_gain': nominal['Kr'],
+            'transmission': {'kind': 'dead_zone', 'stiffness': nominal['K'],
+                             'half_gap': nominal['b']},
             'effects': [], 'tolerance': tolerance}
 
 
-def write(folder, recording):
-    """Write recording.csv and drive.yaml into `folder`."""
+def write(folder: Path, recording: Mapping[str, Any]) -> None:
+    """Write recording.csv and drive.yaml of a `recording` into the new `folder`."""
     folder.mkdir(parents=True)
     table = np.column_stack([recording['t'], recording['u'], recording['y']])
     np.savetxt(folder / 'recording.csv', table, '%.9g', ',', header='t,u,motor,arm', comments='')
@@ -150,14 +162,14 @@ def write(folder, recording):
         encoding='utf-8')
 
 
-def read(folder):
-    """Return dict of u, y, dt of a recording.csv, on the nominal grid of time."""
+def read(folder: str | Path) -> window_fit.MotionRecord:
+    """Return u, y and dt of the recording.csv in `folder`, on the nominal grid of time."""
     table = np.loadtxt(Path(folder) / 'recording.csv', delimiter=',', skiprows=1)
     return {'u': table[:, 1], 'y': table[:, 2:4], 'dt': DT}
 
 
-def _one(arguments):
-    """Make and write one recording; tries further seeds where nothing could be drawn."""
+def _one(arguments: tuple[Spec, int, str, str]) -> tuple[str, dict[str, Any] | None]:
+    """Make and write one recording; tries further seeds if nothing could be drawn."""
     spec, seed, base, name = arguments
     for attempt in range(40):
         try:
@@ -176,22 +188,31 @@ def _one(arguments):
     return name, None
 
 
-def generate(specs, folder, seed, jobs=1, progress=lambda done, total: None, sealed=None):
+def generate(specs: Sequence[Spec], folder: Path, seed: int, jobs: int = 1,
+             progress: Callable[[int, int], object] = lambda done, total: None,
+             sealed: Path | None = None) -> list[dict[str, Any]]:
     """
-    Write all recordings below folder/recordings and the labels; returns orders.
+    Write all recordings below folder/recordings, and the labels.
 
-    sealed: the file of the labels, folder/labels.json if None.
+    Args:
+        specs: what is to be drawn, from plan().
+        folder: new directory.
+        seed: of all random numbers.
+        jobs: processes that draw at once.
+        progress: called with the numbers of recordings done and in all.
+        sealed: file of the labels; None: folder/labels.json.
 
-    Orders, [{'name', 'exclude'}], are all that the diagnosis may know.
+    Returns:
+        Orders {'name', 'exclude'}: all that the diagnosis may know.
     """
-    folder = Path(folder)
     base = folder / 'recordings'
     base.mkdir(parents=True)
     random = np.random.default_rng([seed, 99])
     names = [random.bytes(6).hex() for _ in specs]
     work = [(spec, int(random.integers(2 ** 31)), str(base), name)
             for spec, name in zip(specs, names)]
-    labels, failed = {}, []
+    labels: dict[str, dict[str, Any]] = {}
+    failed = []
     pool = ProcessPoolExecutor(jobs) if jobs > 1 else None
     try:
         for name, label in (pool.map(_one, work) if pool else map(_one, work)):
@@ -209,8 +230,8 @@ def generate(specs, folder, seed, jobs=1, progress=lambda done, total: None, sea
     return [{'name': name, 'exclude': label['exclude']} for name, label in labels.items()]
 
 
-def counts_for(n):
+def counts_for(n: int) -> dict[str, int]:
     """Return how many of each class make a set of `n` recordings."""
-    none, pair, outside, small = (max(1, round(share * n)) for share in (0.30, 0.12, 0.12, 0.06))
-    return {'single': max(1, n - none - pair - outside - small), 'none': none, 'pair': pair,
-            'outside': outside, 'small': small}
+    shares = {'none': 0.30, 'pair': 0.12, 'outside': 0.12, 'small': 0.06}
+    counts = {name: max(1, round(share * n)) for name, share in shares.items()}
+    return {'single': max(1, n - sum(counts.values())), **counts}

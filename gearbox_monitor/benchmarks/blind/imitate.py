@@ -13,13 +13,23 @@
 # limitations under the License.
 
 """
-What other models can make of a recording: fits of parameters, and the best imitator of an effect.
+How well other models explain a recording: fits of parameters, the best imitator of an effect.
 
-Gauss-Newton over shared parameters and the four initial states of each window.
+Gauss-Newton over shared parameters and the four initial states of each window; the states are
+profiled out (Schur complement). A linear screening selects the candidates that are fitted.
 """
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 import numpy as np
 
-from gearbox_monitor.benchmarks.blind import draw, evidence, plant
+from gearbox_monitor.benchmarks.blind import draw, plant, window_fit
+from gearbox_monitor.benchmarks.blind.plant import Effects, Nominal, WindowRuns
+from gearbox_monitor.kernels.types import Array
+
+Row = tuple[str, float, float, float, float]  # parameter, start, step, low, high
+CandidatePart = tuple[str, list[Row], int | None]      # id, its parameters, number of the harmonic
+Model = tuple[Nominal, Effects]
 
 LEAD = 30           # samples that runs with a delayed encoder start earlier
 FITTED = 5          # single candidates fitted after the linear screening
@@ -27,7 +37,7 @@ PAIRS = 2           # pairs fitted
 KEPT = 2            # singles that a second id is added to
 # id -> starts: lists of (parameter, start, step, low, high); None: filled in from the nominal.
 _SMALL = 1e-4
-_PROBES = {
+_PROBES: dict[str, list[list[Row]]] = {
     'stribeck': [[('Cs', 0.05, 1e-3, 0.0, 2.0), ('vs', v, 0.02, 0.02, 20.0)]
                  for v in (0.2, 0.8, 3.0)],
     'lugre': [[('sigma0', s, 1.0, 5.0, 5e3), ('sigma1', 0.05, 0.01, 0.0, 3.0),
@@ -57,14 +67,25 @@ _WAVES = {'cogging': 0.02, 'torque_ripple': 0.03, 'mesh_error': 0.001,
           'motor_encoder_eccentricity': 0.004, 'arm_encoder_eccentricity': 0.004}
 
 
-def probes(name, told, recording):
-    """Return starts of the id `name`: lists of (parameter, start, step, low, high)."""
+def probes(name: str, nominal: Nominal,
+           recording: window_fit.MotionRecord) -> list[list[Row]]:
+    """
+    Return starting values of an effect.
+
+    Args:
+        name: its id.
+        nominal: values of the drive.
+        recording: u [N], y [N, 2], dt.
+
+    Returns:
+        Starts, each a list of (parameter, start, step, low, high).
+    """
     if name in draw.REPLACES:
         key = draw.REPLACES[name]
-        value = told[key]
+        value = nominal[key]
         return [[(key, 1.03 * value, 1e-3 * value, 0.02 * value, 50.0 * value)]]
     if name == 'hardening':
-        k3 = 0.1 * told['K'] ** 3 / np.mean(recording['u'] ** 2)
+        k3 = 0.1 * nominal['K'] ** 3 / np.mean(recording['u'] ** 2)
         return [[('K3', k3, 0.01 * k3, -3.0 * k3, 100.0 * k3)]]
     if name == 'saturation':
         peak = np.abs(recording['u']).max()
@@ -73,109 +94,153 @@ def probes(name, told, recording):
     return _PROBES[name]
 
 
-def wave_effect(name, sine, cosine, n):
-    """Return a periodic effect of the amplitudes of sine and cosine."""
-    out = {'id': name, 'A': float(np.hypot(sine, cosine)),
-           'phi': float(np.arctan2(cosine, sine))}
-    return out if 'eccentricity' in name else {**out, 'N': int(n)}
+def wave_effect(name: str, sine: float, cosine: float, n: int | None) -> dict[str, Any]:
+    """
+    Return a periodic effect.
+
+    Args:
+        name: its id.
+        sine: amplitude of the sine.
+        cosine: amplitude of the cosine.
+        n: number of the harmonic; encoder eccentricity has none.
+    """
+    out: dict[str, Any] = {'id': name, 'A': float(np.hypot(sine, cosine)),
+                           'phi': float(np.arctan2(cosine, sine))}
+    return out if 'eccentricity' in name else {**out, 'N': n}
 
 
-class Candidate:
+class ImitatorCandidate:
     """A set of ids with starting values; `build` makes the model of a parameter vector."""
 
-    def __init__(self, parts, told):
-        """Keep parts: [(id, [(name, start, step, low, high)], fixed parameters)]."""
-        self.parts, self.told = parts, told
+    def __init__(self, parts: Sequence[CandidatePart], nominal: Nominal) -> None:
+        """Keep the `parts` of a model whose other values are `nominal`."""
+        self.parts, self.nominal = list(parts), nominal
         rows = [row for _, table, _ in parts for row in table]
         self.start, self.step, self.low, self.high = (
             np.array([row[i] for row in rows], float) for i in (1, 2, 3, 4))
         self.ids = [name for name, _, _ in parts]
 
-    def build(self, theta):
-        """Return (nominal, effects)."""
-        effects, k = [], 0
+    def build(self, theta: Array) -> tuple[Nominal, list[dict[str, Any]]]:
+        """Return (nominal, effects) of the parameter vector `theta` [P]."""
+        effects: list[dict[str, Any]] = []
+        k = 0
         for name, table, fixed in self.parts:
             values = {row[0]: float(theta[k + i]) for i, row in enumerate(table)}
             k += len(table)
             effects.append(wave_effect(name, values['sine'], values['cosine'], fixed)
                            if name in _WAVES else {'id': name, **values})
-        return self.told, effects
+        return self.nominal, effects
 
-    def joined(self, other):
-        return Candidate(self.parts + other.parts, self.told)
+    def joined(self, second: 'ImitatorCandidate') -> 'ImitatorCandidate':
+        """Return the candidate with the effects of this one and of a `second`."""
+        return ImitatorCandidate(self.parts + second.parts, self.nominal)
 
-    def at(self, theta):
-        """Return the candidate started from `theta`."""
-        parts, k = [], 0
+    def at(self, theta: Array) -> 'ImitatorCandidate':
+        """Return the candidate started from `theta` [P]."""
+        parts: list[CandidatePart] = []
+        k = 0
         for name, table, fixed in self.parts:
-            parts.append((name, [(row[0], float(theta[k + i]), *row[2:])
+            parts.append((name, [(row[0], float(theta[k + i]), row[2], row[3], row[4])
                                  for i, row in enumerate(table)], fixed))
             k += len(table)
-        return Candidate(parts, self.told)
+        return ImitatorCandidate(parts, self.nominal)
 
 
-def candidates(names, told, recording, waves=True):
-    """Return Candidates of the ids `names`; periodic ones for each N of 1..40."""
+def candidates(names: Sequence[str], nominal: Nominal,
+               recording: window_fit.MotionRecord) -> list[ImitatorCandidate]:
+    """
+    Return candidates of single effects; periodic ones for each harmonic of 1 .. 40.
+
+    Args:
+        names: ids of the effects.
+        nominal: values of the drive.
+        recording: u [N], y [N, 2], dt.
+    """
     out = []
     for name in names:
         if name in draw.QUANTISATION or name == 'disturbance':
             continue
         if name in _WAVES:
             size = _WAVES[name]
-            table = [('sine', size, 0.1 * size, -2.0, 2.0),
-                     ('cosine', size, 0.1 * size, -2.0, 2.0)]
-            for n in (range(1, 41) if waves and 'eccentricity' not in name else [1]):
-                out.append(Candidate([(name, table, n)], told))
+            wave: list[Row] = [('sine', size, 0.1 * size, -2.0, 2.0),
+                               ('cosine', size, 0.1 * size, -2.0, 2.0)]
+            out += [ImitatorCandidate([(name, wave, n)], nominal)
+                    for n in ([1] if 'eccentricity' in name else range(1, 41))]
             continue
-        out += [Candidate([(name, table, None)], told)
-                for table in probes(name, told, recording)]
+        out += [ImitatorCandidate([(name, table, None)], nominal)
+                for table in probes(name, nominal, recording)]
     return out
 
 
 class Fitter:
-    """Fits on one recording; starts from the states of the nominal model."""
+    """Fits models to one `recording` with encoder noise `sigma` [2], rad."""
 
-    def __init__(self, recording, sigma):
+    def __init__(self, recording: window_fit.MotionRecord, sigma: Sequence[float] | Array) -> None:
         self.recording, self.sigma = recording, np.asarray(sigma, float)
-        self.starts = evidence.cut(len(recording['u']))
-        self.measured = evidence.pieces(recording['y'], self.starts)
+        self.starts = window_fit.cut(len(recording['u']))
+        self.measured = window_fit.pieces(recording['y'], self.starts)
 
-    def runs(self, model, lead=0):
-        return plant.Windows(*model, self.recording['u'], self.recording['dt'], self.starts,
-                             evidence.LENGTH, evidence.SUBSTEPS, lead)
+    def runs(self, model: Model, lead: int = 0) -> WindowRuns:
+        """Return the free runs of a `model`, which start at least `lead` samples earlier."""
+        nominal, effects = model
+        return WindowRuns(nominal, effects, self.recording['u'], self.recording['dt'],
+                          self.starts, window_fit.LENGTH, window_fit.SUBSTEPS, lead)
 
-    def back(self, states, lead):
-        """Return states at the starts of runs that begin `lead` samples earlier."""
+    def back(self, states: Array, lead: int) -> Array:
+        """Return the `states` [W, 4], extrapolated to `lead` samples earlier."""
         states = np.array(states)
         states[:, :2] -= lead * self.recording['dt'] * states[:, 2:]
         return states
 
-    def states_columns(self, runs, states, found):
-        columns = np.empty((*found.shape, 4))
-        for i, step in enumerate(evidence.STEPS):
+    def states_columns(self, runs: WindowRuns, states: Array, predictions: Array) -> Array:
+        """
+        Return the sensitivity to the initial states by finite differences, in units of the noise.
+
+        Args:
+            runs: the model's free runs.
+            states: initial states [W, 4].
+            predictions: readings [W, L, 2] from these states, rad.
+
+        Returns:
+            Jacobian [W, 2 L, 4].
+        """
+        columns = np.empty((*predictions.shape, 4))
+        for i, step in enumerate(window_fit.STEPS):
             moved = states.copy()
             moved[:, i] += step
-            columns[..., i] = (runs.run(moved) - found) / step / self.sigma[:, None].T
+            columns[..., i] = (runs.run(moved) - predictions) / step / self.sigma[:, None].T
         return np.nan_to_num(columns.reshape(len(states), -1, 4))
 
-    def fit(self, candidate, states, iterations=10):
-        """Return (chi2, theta, states) from the start of `candidate`."""
+    def fit(self, candidate: ImitatorCandidate, states: Array,
+            iterations: int = 10) -> tuple[float, Array, Array]:
+        """
+        Fit a candidate by Gauss-Newton with step control.
+
+        Args:
+            candidate: model and its starting values.
+            states: first guess of the initial states [W, 4].
+            iterations: at most so many.
+
+        Returns:
+            chi2, parameters [P] and initial states [W, 4].
+        """
         lead = LEAD if any('encoder_delay' in i for i in candidate.ids) else 0
         theta, states = candidate.start.copy(), self.back(states, lead)
         runs = self.runs(candidate.build(theta), lead)
-        states, chi2, found = evidence.fit_states(runs, self.measured, self.sigma, states, 3)
-        cost, damping = chi2.sum(), 1e-3
+        states, chi2, predictions = window_fit.fit_states(
+            runs, self.measured, self.sigma, states, 3)
+        cost, damping, gained = chi2.sum(), 1e-3, 0.0
         for _ in range(iterations):
             memory = runs.memory.copy()
-            jx = self.states_columns(runs, states, found)
-            residual = ((self.measured - found) / self.sigma).reshape(len(states), -1)
+            jx = self.states_columns(runs, states, predictions)
+            residual = ((self.measured - predictions) / self.sigma).reshape(len(states), -1)
             jt = np.empty((*residual.shape, len(theta)))
             for i, step in enumerate(candidate.step):
                 moved = theta.copy()
                 moved[i] += step if theta[i] + step <= candidate.high[i] else -step
-                other = self.runs(candidate.build(moved), lead)
-                other.memory[:] = memory
-                jt[..., i] = ((other.run(states) - found) / (moved[i] - theta[i])
+                shifted = self.runs(candidate.build(moved), lead)
+                shifted.memory[:] = memory
+                jt[..., i] = ((shifted.run(states) - predictions) / (moved[i] - theta[i])
                               / self.sigma).reshape(len(states), -1)
             jt, residual = np.nan_to_num(jt), np.nan_to_num(residual)
             # windows that sit in the wrong contact must not decide
@@ -203,36 +268,47 @@ class Fitter:
                 fresh = self.runs(candidate.build(trial), lead)
                 fresh.memory[:] = memory
                 # windows settle before the step is judged
-                new_states, new_chi2, new_found = evidence.fit_states(
+                new_states, new_chi2, new_found = window_fit.fit_states(
                     fresh, self.measured, self.sigma, np.where(
                         np.isfinite(moved), moved, states), 1)
                 new = new_chi2.sum()
                 if new < cost:
                     gained, cost, theta, states = cost - new, new, trial, new_states
-                    chi2, found, runs, improved = new_chi2, new_found, fresh, True
+                    chi2, predictions, runs, improved = new_chi2, new_found, fresh, True
                     damping *= 0.2
                     break
                 damping = max(damping * 10.0, 1e-6)
             if not improved or gained < 0.5:
                 break
-        return cost, theta, self.back(states, -lead)
+        return float(cost), theta, self.back(states, -lead)
 
-    def polish(self, candidate, theta, others):
-        """Return chi2 with windows started again where they stick."""
-        chi2, *_ = evidence.fit_windows(*candidate.build(theta), self.recording, self.sigma,
-                                        others=others)
+    def polish(self, candidate: ImitatorCandidate, alternatives: Sequence[Array]) -> float:
+        """Return chi2 of the start of `candidate`, windows also tried from `alternatives`."""
+        chi2, *_ = window_fit.fit_windows(*candidate.build(candidate.start), self.recording,
+                                          self.sigma, alternatives=alternatives)
         return float(chi2.sum())
 
-    def screen(self, many, states, base=None):
-        """Return the linear gain in chi2 of each candidate, beyond the model `base`."""
-        told, effects = base if base is not None else (many[0].told, [])
-        runs = self.runs((told, effects))
-        states, _, found = evidence.fit_states(runs, self.measured, self.sigma, states, 2)
-        jx = self.states_columns(runs, states, found)
+    def screen(self, many: Sequence[ImitatorCandidate], states: Array,
+               base: Model | None = None) -> Array:
+        """
+        Return the gain in chi2 of each candidate by a linear fit of its sensitivity.
+
+        Args:
+            many: candidates [C].
+            states: initial states [W, 4].
+            base: model that they are added to; None: the nominal one.
+        """
+        nominal, effects = base if base is not None else (many[0].nominal, [])
+        runs = self.runs((nominal, effects))
+        states, _, predictions = window_fit.fit_states(
+            runs, self.measured, self.sigma, states, 2)
+        jx = self.states_columns(runs, states, predictions)
         q, _ = np.linalg.qr(jx)
-        residual = np.nan_to_num(((self.measured - found) / self.sigma).reshape(len(states), -1))
+        residual = np.nan_to_num(
+            ((self.measured - predictions) / self.sigma).reshape(len(states), -1))
         residual -= np.einsum('wni,wmi,wm->wn', q, q, residual, optimize=True)
-        gains, led = [], None
+        gains: list[float] = []
+        led: Array | None = None
         for candidate in many:
             start = candidate.start.copy()
             models = [start]
@@ -243,13 +319,13 @@ class Fitter:
                 extra = candidate.build(theta)[1]
                 if any('encoder_delay' in e['id'] for e in extra):
                     if led is None:
-                        led = self.runs((told, effects), LEAD).run(self.back(states, LEAD))
-                    y = self.runs((told, effects + extra), LEAD).run(self.back(states, LEAD))
+                        led = self.runs((nominal, effects), LEAD).run(self.back(states, LEAD))
+                    y = self.runs((nominal, [*effects, *extra]), LEAD).run(self.back(states, LEAD))
                     change = y - led
                 else:
-                    other = self.runs((told, effects + extra))
-                    other.memory[:] = runs.memory
-                    change = other.run(states) - found
+                    extended = self.runs((nominal, [*effects, *extra]))
+                    extended.memory[:] = runs.memory
+                    change = extended.run(states) - predictions
                 column = np.nan_to_num((change / self.sigma).reshape(len(states), -1))
                 columns.append(column - np.einsum('wni,wmi,wm->wn', q, q, column,
                                                   optimize=True))
@@ -260,68 +336,79 @@ class Fitter:
         return np.array(gains)
 
 
-def _best(many, gains, count):
-    """Return the `count` best candidates, of each id the best two at most."""
-    chosen, seen = [], {}
+def _best(many: Sequence[ImitatorCandidate], gains: Array,
+          count: int) -> list[ImitatorCandidate]:
+    """Return the `count` candidates of the largest gain, of each id two at most."""
+    chosen: list[ImitatorCandidate] = []
+    count_by_id: dict[str, int] = {}
     for i in np.argsort(-gains):
         key = many[i].ids[-1]
-        if seen.get(key, 0) < 2:
-            seen[key] = seen.get(key, 0) + 1
+        if count_by_id.get(key, 0) < 2:
+            count_by_id[key] = count_by_id.get(key, 0) + 1
             chosen.append(many[i])
         if len(chosen) == count:
             break
     return chosen
 
 
-def best_imitator(label, recording, reported=None):
+def best_imitator(label: Mapping[str, Any], recording: window_fit.MotionRecord,
+                  reported: Model | None = None) -> dict[str, Any]:
     """
-    Return what the best other single id and pair leave of the evidence of a label's effect.
+    Find the models without an effect that come closest to it.
 
-    reported: (nominal, effects) that a verdict describes, which may be the best one. left: 2 log
-    likelihood by which the truth stays ahead of the best imitator; imitators: ids (or id+id) that
-    leave least, best first.
+    Args:
+        label: what was drawn.
+        recording: u [N], y [N, 2], dt.
+        reported: model that a verdict describes, which may be the best imitator.
+
+    Returns:
+        left: twice the log likelihood ratio of the truth to the best imitator; evidence: the same
+        for the nominal model; imitators: ids (or id+id) with about that likelihood.
     """
-    sigma, told = np.array(label['sigma']), label['told']
+    sigma, nominal = np.array(label['sigma']), label['told']
     quantised = [e for e in label['effects'] if e['id'] in draw.QUANTISATION]
     if quantised or 'disturbance' in label['ids']:
         return {'left': None, 'imitators': [], 'why': 'no evidence to imitate'}
     names = [i for i in plant.EFFECTS if i not in label['ids'] and i not in label['exclude']]
     fitter = Fitter(recording, sigma)
-    known = np.array(label['states'])[:len(fitter.starts)]
+    true_states = np.array(label['states'])[:len(fitter.starts)]
     lead = plant.lead_of(label['effects'], recording['dt'])
-    true, *_ = evidence.fit_windows(label['truth'], label['effects'], recording, sigma,
-                                    states=fitter.back(known, lead))
-    none, states, _ = evidence.fit_windows(told, [], recording, sigma, others=(known,))
-    many = candidates(names, told, recording)
+    true, *_ = window_fit.fit_windows(label['truth'], label['effects'], recording, sigma,
+                                      states=fitter.back(true_states, lead))
+    none, states, _ = window_fit.fit_windows(nominal, [], recording, sigma,
+                                             alternatives=(true_states,))
+    many = candidates(names, nominal, recording)
     gains = fitter.screen(many, states)
     fits = []
     for candidate in _best(many, gains, FITTED):
-        cost, theta, found = fitter.fit(candidate, states)
-        fits.append((cost, candidate.at(theta), found))
+        cost, theta, end_states = fitter.fit(candidate, states)
+        fits.append((cost, candidate.at(theta), end_states))
     fits.sort(key=lambda f: f[0])
-    for _, single, found in list(fits[:KEPT]):
-        rest = [c for c in many if c.ids[0] not in single.ids
-                and draw.compatible(c.ids[0], single.ids[0])]
-        if not rest:
+    for _, single, end_states in list(fits[:KEPT]):
+        partners = [c for c in many if c.ids[0] not in single.ids
+                    and draw.compatible(c.ids[0], single.ids[0])]
+        if not partners:
             continue
         base = single.build(single.start)
         if any('encoder_delay' in i for i in single.ids):
-            order = gains[[many.index(c) for c in rest]]
+            order = gains[[many.index(c) for c in partners]]
         else:
-            order = fitter.screen(rest, found, base)
-        for second in _best(rest, order, PAIRS):
+            order = fitter.screen(partners, end_states, base)
+        for second in _best(partners, order, PAIRS):
             pair = single.joined(second)
-            cost, theta, end = fitter.fit(pair, found, 6)
+            cost, theta, end = fitter.fit(pair, end_states, 6)
             fits.append((cost, pair.at(theta), end))
     fits.sort(key=lambda f: f[0])
     polished = []
-    for cost, candidate, found in fits[:3]:
-        chi2 = fitter.polish(candidate, candidate.start, (found, known))
+    for cost, candidate, end_states in fits[:3]:
+        chi2 = fitter.polish(candidate, (end_states, true_states))
         polished.append((min(cost, chi2), '+'.join(candidate.ids)))
     if reported is not None:
-        chi2, *_ = evidence.fit_windows(*reported, recording, sigma, others=(known,))
-        polished.append((float(chi2.sum()), '+'.join(e['id'] for e in reported[1])))
+        reported_chi2, *_ = window_fit.fit_windows(*reported, recording, sigma,
+                                                   alternatives=(true_states,))
+        polished.append((float(reported_chi2.sum()), '+'.join(e['id'] for e in reported[1])))
     polished.sort()
-    left = polished[0][0] - true.sum()
-    near = [name for chi2, name in polished if chi2 - true.sum() <= left + 25.0]
-    return {'left': float(left), 'evidence': float(none.sum() - true.sum()), 'imitators': near}
+    remaining = polished[0][0] - true.sum()
+    imitators = [name for chi2, name in polished if chi2 - true.sum() <= remaining + 25.0]
+    return {'left': float(remaining), 'evidence': float(none.sum() - true.sum()),
+            'imitators': imitators}

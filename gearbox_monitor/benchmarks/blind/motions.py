@@ -13,38 +13,52 @@
 # limitations under the License.
 
 """Motions for recordings: torque alone, or a controller that follows a path."""
+from collections.abc import Callable
+
 import numpy as np
+
+from gearbox_monitor.benchmarks.blind.plant import DriveMotion
+from gearbox_monitor.kernels.types import Array
 
 KINDS = ('multisine', 'chirp', 'steps', 'rbs', 'trapezoid', 'triangle', 'wide', 'tri_sine')
 LIMIT = 8.0  # N m
 
 
-def _uniform_log(random, low, high):
+def _uniform_log(random: np.random.Generator, low: float, high: float) -> float:
     return float(np.exp(random.uniform(np.log(low), np.log(high))))
 
 
-def _held(random, n, dt, shortest, longest, draw):
-    """Return [n] of levels from draw(), each held for a random time."""
+def _held(random: np.random.Generator, n: int, dt: float, shortest: float, longest: float,
+          level: Callable[[], float]) -> Array:
+    """Return [n] values of level(), each held for a random time."""
     out, k = np.empty(n), 0
     while k < n:
         length = max(1, int(random.uniform(shortest, longest) / dt))
-        out[k:k + length] = draw()
+        out[k:k + length] = level()
         k += length
     return out
 
 
-def _triangle(t, rate):
+def _triangle(t: Array, rate: float) -> Array:
     return 1.0 - 4.0 * np.abs(np.mod(t * rate + 0.25, 1.0) - 0.5)
 
 
-def draw(kind, random, n, dt):
+def draw(kind: str, random: np.random.Generator, n: int, dt: float) -> DriveMotion:
     """
-    Return (u [n], control, reference [n, 2]) of a motion: feed-forward torque and a controller.
+    Draw a motion: feed-forward torque [n], controller, reference [n, 2].
 
-    control: (kp N m/rad, kd N m s/rad, limit N m, followed position: 0 motor, 1 arm).
+    Args:
+        kind: one of KINDS.
+        random: source of random numbers.
+        n: samples.
+        dt: sample time, s.
+
+    Raises:
+        ValueError: for another kind.
     """
     t = np.arange(n) * dt
-    u, path = np.zeros(n), np.zeros(n)
+    u: Array = np.zeros(n)
+    path: Array = np.zeros(n)
     control = [random.uniform(2.0, 8.0), random.uniform(0.05, 0.25), LIMIT, 0]
     amplitude = random.uniform(1.0, 3.5)
     soft = [random.uniform(0.2, 1.5) if random.random() < 0.5 else 0.0, 0.0, LIMIT,
@@ -76,8 +90,8 @@ def draw(kind, random, n, dt):
         goal = _held(random, n, dt, 0.5, 1.4, lambda: random.uniform(-reach, reach))
         v = 0.0
         for k in range(1, n):  # speed- and acceleration-limited
-            rest = goal[k] - path[k - 1]
-            wish = np.sign(rest) * min(speed, np.sqrt(2.0 * slope * abs(rest)))
+            distance = goal[k] - path[k - 1]
+            wish = np.sign(distance) * min(speed, np.sqrt(2.0 * slope * abs(distance)))
             v += np.clip(wish - v, -slope * dt, slope * dt)
             path[k] = path[k - 1] + v * dt
     elif kind == 'triangle':
@@ -90,4 +104,5 @@ def draw(kind, random, n, dt):
         u = 0.6 * amplitude * np.sin(2 * np.pi * random.uniform(1.5, 6.0) * t)
     else:
         raise ValueError(kind)
-    return u, tuple(control), np.column_stack([path, np.gradient(path, dt)])
+    kp, kd, limit, channel = control
+    return u, (kp, kd, limit, channel), np.column_stack([path, np.gradient(path, dt)])

@@ -25,12 +25,20 @@ RK4 at 0.1 ms and finer where a memory (bristle, hysteresis) is faster than that
 command -> delay -> saturation -> lag -> gain -> ripple -> offset. Before t = 0 the drive stood
 still with u = 0.
 """
+from collections.abc import Iterable, Mapping, Sequence
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.types import Array, Integers
 
+Nominal = Mapping[str, float]          # value of each name in NOMINAL
+Effects = Sequence[Mapping[str, Any]]  # {'id': .., parameter: value} each
+# Feed-forward torque [N] (N m), controller (kp N m/rad, kd N m s/rad, limit N m, position that it
+# follows: 0 motor, 1 arm) and its reference [N, 2] (rad, rad/s).
+DriveMotion = tuple[Array, tuple[float, float, float, float], Array]
 NOMINAL = {'m1': 0.006442, 'm2': 0.023454, 'D': 0.01, 'Cv': 0.1, 'Cc': 0.27, 'alpha': 100.0,
            'Kr': 0.01, 'K': 25.0, 'b': 0.1}
 SUBSTEPS = 10   # per sample of 1 ms
@@ -135,13 +143,36 @@ SENSORS = {'motor_encoder_eccentricity', 'motor_encoder_quantisation', 'motor_en
            'encoder_offset', 'motor_encoder_harmonic', 'arm_encoder_harmonic'}
 
 
-def place_of(effect):
+class PackedPlant(NamedTuple):
+    """
+    A drive as the kernels take it.
+
+    p: parameters in the order of _NAMES; bursts [m, 3]: t0 (s), duration (s), amplitude (N m) of
+    each disturbance; dt: sample time, s; min_substeps: integration steps per sample, at least.
+    """
+
+    p: Array
+    bursts: Array
+    dt: float
+    min_substeps: int
+
+
+def place_of(effect: str) -> str:
     """Return the place of the id `effect`, of the vocabulary or outside of it."""
     return {**EFFECTS, **OUTSIDE}[effect][0]
 
 
-def pack(nominal, effects):
-    """Return the kernel's parameters [n] and bursts [m, 3] (t0, duration, amplitude)."""
+def pack(nominal: Nominal, effects: Effects, dt: float,
+         min_substeps: int = SUBSTEPS) -> PackedPlant:
+    """
+    Pack a drive for the kernels.
+
+    Args:
+        nominal: values by name; NOMINAL stands in for missing ones.
+        effects: what the drive has besides.
+        dt: sample time, s.
+        min_substeps: integration steps per sample, at least.
+    """
     p = np.zeros(len(_NAMES))
     p[VS] = p[LVS] = p[DRIFT_T] = p[DH] = p[DS] = 1.0
     p[UMAX] = p[RATE] = np.inf
@@ -158,16 +189,18 @@ def pack(nominal, effects):
         for name, value in effect.items():
             if name != 'id' and effect['id'] not in SENSORS:
                 p[_PLACE[_SET[effect['id'], name]]] = value
-    return p, bursts
+    return PackedPlant(p, bursts, dt, min_substeps)
 
 
 @jit
-def _sign(v, alpha):
+def _sign(v: float, alpha: float) -> float:
     return 2.0 / math.pi * math.atan(alpha * v)
 
 
 @jit
-def _rates(x1, x2, x3, x4, z, w, s, t, u, push, p, bursts):
+def _rates(x1: float, x2: float, x3: float, x4: float, z: float, w: float, s: float, t: float,
+           u: float, push: float, p: Array,
+           bursts: Array) -> tuple[float, float, float, float, float]:
     """Return d/dt of (x3, x4, z, w, s); u: after the lag; push: process torque on the motor."""
     delta, speed = x1 - x2, x3 - x4
     torque = u * (1.0 + p[GAIN])
@@ -242,8 +275,9 @@ def _rates(x1, x2, x3, x4, z, w, s, t, u, push, p, bursts):
 
 
 @jit
-def _substeps(x3, x4, p, dt, least):
-    """Return the number of substeps of a sample: at least `least`, more for fast memories."""
+def _substeps(x3: float, x4: float, plant: PackedPlant) -> int:
+    """Return the number of substeps of a sample: more than the minimum for fast memories."""
+    p = plant.p
     rate, speed = 0.0, abs(x3 - x4)
     if p[LUGRE] != 0.0:
         g = p[CC] + p[LCS] * math.exp(-(x3 / p[LVS]) ** 2)
@@ -252,18 +286,18 @@ def _substeps(x3, x4, p, dt, least):
         rate = max(rate, speed / p[DH])
     if p[H] != 0.0:
         rate = max(rate, speed / p[DS])
-    return min(max(least, int(math.ceil(rate * dt / FASTEST))), 400)
+    return min(max(plant.min_substeps, int(math.ceil(rate * plant.dt / FASTEST))), 400)
 
 
 @jit
-def _command(u, before, p, dt):
-    """Return the command after the drive's electronics, `before`: that of the last sample."""
+def _command(u: float, previous: float, p: Array, dt: float) -> float:
+    """Return the command behind the drive's electronics; `previous`: that of the last sample."""
     u = u + p[CUBIC] * u ** 3
-    return min(max(u, before - p[RATE] * dt), before + p[RATE] * dt)
+    return min(max(u, previous - p[RATE] * dt), previous + p[RATE] * dt)
 
 
 @jit
-def _delayed(command, begin, end, dt, p):
+def _delayed(command: Array, begin: float, end: float, dt: float, p: Array) -> float:
     """Return the mean of the held command, saturated, over `begin` .. `end` (s), 0 before 0."""
     i = int(math.floor(begin / dt + 1e-9))
     j = int(math.floor(end / dt - 1e-9))
@@ -279,9 +313,11 @@ def _delayed(command, begin, end, dt, p):
 
 
 @jit
-def _advance(state, lagged, k, command, push, dt, p, bursts, least):
+def _advance(state: Array, lagged: float, k: int, command: Array, push: float,
+             plant: PackedPlant) -> float:
     """Carry state [7] from sample k to k + 1, in place; returns the lagged torque (N m)."""
-    n = _substeps(state[2], state[3], p, dt, least)
+    p, bursts, dt = plant.p, plant.bursts, plant.dt
+    n = _substeps(state[2], state[3], plant)
     h = dt / n
     half = 0.5 * h
     decay = math.exp(-half / p[LAG]) if p[LAG] > 0.0 else 0.0
@@ -323,46 +359,48 @@ def _advance(state, lagged, k, command, push, dt, p, bursts, least):
 
 
 @jit
-def _run(u, command, push, x, state, dt, p, bursts, least, control, reference):
+def _run(u: Array, command: Array, push: Array, x: Array, state: Array, plant: PackedPlant,
+         control: Array, reference: Array) -> None:
     """
-    Fill x [N, 4], and u [N] and command [N] where a controller makes them.
+    Fill x [N, 4], and u [N] and command [N] if a controller makes them.
 
-    control: kp, kd, limit (N m), which position (0 motor, 1 arm); kp = kd = 0: u as given.
+    control: kp, kd, limit (N m), position that it follows (0 motor, 1 arm); kp = kd = 0: u stays.
     reference [N, 2]: position and speed.
     """
-    lagged, before = 0.0, 0.0
-    which = int(control[3])
+    lagged, previous = 0.0, 0.0
+    channel = int(control[3])
     for k in range(u.shape[0]):
         for i in range(4):
             x[k, i] = state[i]
         if control[0] != 0.0 or control[1] != 0.0:
-            torque = (u[k] + control[0] * (reference[k, 0] - state[which])
+            torque = (u[k] + control[0] * (reference[k, 0] - state[channel])
                       + control[1] * (reference[k, 1] - state[2]))
             u[k] = min(max(torque, -control[2]), control[2])
-        before = _command(u[k], before, p, dt)
-        command[k] = before
-        lagged = _advance(state, lagged, k, command, push[k], dt, p, bursts, least)
+        previous = _command(u[k], previous, plant.p, plant.dt)
+        command[k] = previous
+        lagged = _advance(state, lagged, k, command, push[k], plant)
 
 
 @jit
-def _window(x, state, first, lagged, command, dt, p, bursts, least):
+def _window(x: Array, state: Array, first: int, lagged: float, command: Array,
+            plant: PackedPlant) -> None:
     """Fill x [n, 4] from `state` [7] at sample `first`, which may be negative."""
     for k in range(x.shape[0]):
         for i in range(4):
             x[k, i] = state[i]
-        lagged = _advance(state, lagged, first + k, command, 0.0, dt, p, bursts, least)
+        lagged = _advance(state, lagged, first + k, command, 0.0, plant)
 
 
 @jit
-def _commands(u, command, dt, p):
-    before = 0.0
+def _commands(u: Array, command: Array, dt: float, p: Array) -> None:
+    previous = 0.0
     for k in range(u.shape[0]):
-        before = _command(u[k], before, p, dt)
-        command[k] = before
+        previous = _command(u[k], previous, p, dt)
+        command[k] = previous
 
 
 @jit
-def _lagged(command, out, dt, p):
+def _lagged(command: Array, out: Array, dt: float, p: Array) -> None:
     """Fill out [N] with the lagged torque at each sample, from rest."""
     value = 0.0
     parts = 20
@@ -376,8 +414,8 @@ def _lagged(command, out, dt, p):
             value = u + (value - u) * decay
 
 
-def sensor_delays(effects):
-    """Return the delays (s) of the two encoders."""
+def sensor_delays(effects: Effects) -> list[float]:
+    """Return the delays (s) that `effects` give to the two encoders."""
     delays = [0.0, 0.0]
     for effect in effects:
         if effect['id'] in ('motor_encoder_delay', 'arm_encoder_delay'):
@@ -385,16 +423,25 @@ def sensor_delays(effects):
     return delays
 
 
-def lead_of(effects, dt):
-    """Return how many samples before a window its run must start."""
+def lead_of(effects: Effects, dt: float) -> int:
+    """Return how many samples of `dt` s before a window its run starts: `effects` may delay y."""
     return int(math.ceil(max(sensor_delays(effects)) / dt - 1e-9))
 
 
-def read_encoders(x, effects, dt, lead=0):
+def read_encoders(x: Array, effects: Effects, dt: float, lead: int = 0) -> Array:
     """
-    Return y [..., N - lead, 2] of states x [..., N, 4], without noise and without rounding.
+    Return encoder readings without noise and without rounding.
 
     Before the first state the drive stood still.
+
+    Args:
+        x: states [..., N, 4].
+        effects: effects of the drive.
+        dt: sample time, s.
+        lead: samples that are left out at the beginning.
+
+    Returns:
+        y [..., N - lead, 2], rad.
     """
     n = x.shape[-2]
     y = []
@@ -422,8 +469,8 @@ def read_encoders(x, effects, dt, lead=0):
     return np.stack(y, axis=-1)
 
 
-def quantise(y, effects):
-    """Return y [N, 2] (noise included), rounded where an effect says so."""
+def quantise(y: Array, effects: Effects) -> Array:
+    """Return readings `y` [N, 2], noise included, rounded to the encoder steps of `effects`."""
     y = np.array(y, float)
     for effect in effects:
         if effect['id'].endswith('_encoder_quantisation'):
@@ -432,57 +479,97 @@ def quantise(y, effects):
     return y
 
 
-def simulate(nominal, effects, u, dt, x0=(0.0, 0.0, 0.0, 0.0), torque_std=0.0, rng=None,
-             control=None, reference=None, substeps=SUBSTEPS):
+def simulate(nominal: Nominal, effects: Effects, u: Array, dt: float,
+             x0: Iterable[float] = (0.0, 0.0, 0.0, 0.0)) -> tuple[Array, Array]:
     """
-    Return (x [N, 4], y [N, 2]): states and encoders without noise; with `control` also u [N].
+    Simulate a drive under a given torque, without noise.
 
-    nominal: m1 m2 D Cv Cc alpha Kr K b. effects: [{'id': .., parameter: value}]. u (N m) is held
-    over each sample of `dt` s. torque_std: process torque on the motor, N m rms per sample.
-    control: (kp, kd, limit, 0 motor or 1 arm) adds feedback of the position to u towards
-    `reference` [N, 2] (rad, rad/s).
+    Args:
+        nominal: values by name, see NOMINAL.
+        effects: effects of the drive.
+        u: commanded torque [N], N m, held over each sample.
+        dt: sample time, s.
+        x0: initial positions (rad) and speeds (rad/s).
+
+    Returns:
+        States x [N, 4] and encoder readings y [N, 2].
     """
-    p, bursts = pack(nominal, effects)
+    motion = u, (0.0, 0.0, 0.0, 0.0), np.zeros((len(u), 2))
+    x, y, _ = simulate_motion(nominal, effects, motion, dt, x0=x0)
+    return x, y
+
+
+def simulate_motion(nominal: Nominal, effects: Effects, motion: DriveMotion, dt: float,
+                    push: Array | None = None, x0: Iterable[float] = (0.0, 0.0, 0.0, 0.0)
+                    ) -> tuple[Array, Array, Array]:
+    """
+    Simulate a drive whose controller adds feedback of a position to the torque, without noise.
+
+    Args:
+        nominal: values by name, see NOMINAL.
+        effects: effects of the drive.
+        motion: feed-forward torque, controller and reference.
+        dt: sample time, s.
+        push: process torque on the motor [N], N m.
+        x0: initial positions (rad) and speeds (rad/s).
+
+    Returns:
+        States x [N, 4], encoder readings y [N, 2] and commanded torque u [N].
+    """
+    u, control, reference = motion
     u = np.array(u, float)
     n = len(u)
-    push = np.zeros(n) if not torque_std else torque_std * rng.standard_normal(n)
     x, state = np.empty((n, 4)), np.zeros(7)
-    state[:4] = x0
-    _run(u, np.zeros(n), push, x, state, dt, p, bursts, substeps,
-         np.array(control if control is not None else (0.0, 0.0, 0.0, 0.0), float),
-         np.zeros((n, 2)) if reference is None else np.ascontiguousarray(reference, float))
-    y = read_encoders(x, effects, dt)
-    return (x, y) if control is None else (x, y, u)
+    state[:4] = tuple(x0)
+    _run(u, np.zeros(n), np.zeros(n) if push is None else push, x, state,
+         pack(nominal, effects, dt), np.array(control, float),
+         np.ascontiguousarray(reference, float))
+    return x, read_encoders(x, effects, dt), u
 
 
-class Windows:
+class WindowRuns:
     """Free runs of one model over windows of a recording, each from its own state."""
 
-    def __init__(self, nominal, effects, u, dt, starts, length, substeps=SUBSTEPS, lead=0):
+    def __init__(self, nominal: Nominal, effects: Effects, u: Array, dt: float, starts: Integers,
+                 length: int, substeps: int = SUBSTEPS, lead: int = 0) -> None:
         """
-        Keep what does not change: `starts` [W]: first samples; length: samples.
+        Prepare the runs.
 
-        lead: least number of samples that a run starts earlier.
+        Args:
+            nominal: values by name, see NOMINAL.
+            effects: effects of the drive.
+            u: commanded torque of the recording [N], N m.
+            dt: sample time, s.
+            starts: first sample of each window [W].
+            length: samples of a window.
+            substeps: integration steps per sample, at least.
+            lead: samples that a run starts earlier, at least.
         """
         self.effects, self.dt, self.length = effects, dt, int(length)
-        self.p, self.bursts = pack(nominal, effects)
+        self.packed = pack(nominal, effects, dt, substeps)
         self.substeps = substeps
-        # A delayed encoder sees what was before the window: start that much earlier.
+        # A delayed encoder sees samples before the window: start that much earlier.
         self.lead = max(lead, lead_of(effects, dt))
         self.firsts = np.asarray(starts, int) - self.lead
         self.command = np.empty(len(u))
-        _commands(np.ascontiguousarray(u, float), self.command, dt, self.p)
+        _commands(np.ascontiguousarray(u, float), self.command, dt, self.packed.p)
         self.lagged = np.zeros(len(u))
-        if self.p[LAG] > 0.0:
-            _lagged(self.command, self.lagged, dt, self.p)
+        if self.packed.p[LAG] > 0.0:
+            _lagged(self.command, self.lagged, dt, self.packed.p)
         self.memory = np.zeros((len(self.firsts), 3))
 
-    def run(self, states, chosen=None, keep=False):
+    def run(self, states: Array, chosen: Sequence[int] | Integers | None = None,
+            keep: bool = False) -> Array:
         """
-        Return y [W, length, 2] from `states` [W, 4] at the windows' starts less `lead` samples.
+        Run the model freely through the windows.
 
-        chosen: indices of the windows that `states` belong to (default: all). keep: let the
-        memories (bristle, hysteresis) at the end of each window start the next one.
+        Args:
+            states: initial states [W, 4], `lead` samples before the windows start.
+            chosen: windows that `states` belong to; None: all.
+            keep: let the memories (bristle, hysteresis) at the end of each window start the next.
+
+        Returns:
+            Encoder readings y [W, length, 2], rad.
         """
         chosen = range(len(self.firsts)) if chosen is None else chosen
         y = np.empty((len(chosen), self.length, 2))
@@ -490,17 +577,8 @@ class Windows:
         for row, w in enumerate(chosen):
             state[:4], state[4:] = states[row], self.memory[w]
             first = int(self.firsts[w])
-            _window(x, state, first, self.lagged[max(first, 0)], self.command, self.dt, self.p,
-                    self.bursts, self.substeps)
+            _window(x, state, first, self.lagged[max(first, 0)], self.command, self.packed)
             y[row] = read_encoders(x, self.effects, self.dt, self.lead)
             if keep and w + 1 < len(self.memory):
                 self.memory[w + 1] = np.clip(np.nan_to_num(state[4:]), -1e3, 1e3)
         return y
-
-
-def windows(nominal, effects, u, dt, starts, states, length, memory=None, substeps=SUBSTEPS):
-    """Return y [W, length, 2]: free runs from `states` [W, 4]; memory [W, 3]: z, z, s there."""
-    runs = Windows(nominal, effects, u, dt, starts, length, substeps)
-    if memory is not None:
-        runs.memory[:] = memory
-    return runs.run(states)

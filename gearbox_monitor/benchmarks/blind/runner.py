@@ -25,6 +25,8 @@ usage examples:
   gearbox_monitor benchmark blind --n 24 --jobs 2 --keep blind/
   gearbox_monitor benchmark blind --set stress --json stress.json
 """
+import argparse
+from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed, ThreadPoolExecutor
 import json
 from pathlib import Path
@@ -33,10 +35,11 @@ import subprocess
 import sys
 import tempfile
 import time
+from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.benchmarks.blind import generate, imitate, score
+from gearbox_monitor.benchmarks.blind import generate, imitate, scorer
 from gearbox_monitor.benchmarks.harness import (
     add_json_option, finish, progress_line, require_compiled, require_whole)
 from gearbox_monitor.errors import InputError
@@ -47,7 +50,8 @@ TIMEOUT = 300.0  # s, of one diagnosis
 OPTIONS = ({'torque': 0.04}, {'scatter': 0.03}, {'coloured': True}, {'jitter': True})
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this benchmark to `parser`."""
     parser.add_argument('--n', type=int, default=240, metavar='N',
                         help='recordings of the main set; the others are sized by it '
                         '(default: %(default)s)')
@@ -64,12 +68,19 @@ def add_arguments(parser):
                         'labels in this new directory')
 
 
-def plans(which, n, random):
-    """Return the specifications of the set `which` of size `n`."""
-    specs = []
-    if which in ('main', 'all'):
+def plans(set_name: str, n: int, random: np.random.Generator) -> list[generate.Spec]:
+    """
+    Return the specifications of a set, in random order.
+
+    Args:
+        set_name: one of SETS.
+        n: size of the main set, on which those of the others depend.
+        random: source of random numbers.
+    """
+    specs: list[generate.Spec] = []
+    if set_name in ('main', 'all'):
         specs += generate.plan(generate.counts_for(n), random)
-    if which in ('stress', 'all'):
+    if set_name in ('stress', 'all'):
         third = max(n // 3, 4)
         specs += generate.plan({'single': third // 2, 'none': third // 2 - third // 6,
                                 'pair': third // 6}, random, ('stress',))
@@ -77,16 +88,23 @@ def plans(which, n, random):
         for options in OPTIONS:
             specs += generate.plan({'single': few // 2 + 1, 'none': few - few // 2 - 1,
                                     'pair': 1}, random, ('stress',), options)
-    if which in ('loo', 'all'):
+    if set_name in ('loo', 'all'):
         specs += generate.plan({'loo': max(n // 4, 2)}, random)
     return [specs[i] for i in random.permutation(len(specs))]
 
 
-def diagnose(folder, exclude, command=None):
+def diagnose(folder: str | Path, exclude: Sequence[str],
+             command: Sequence[str] | None = None) -> tuple[dict[str, Any] | None, float, str]:
     """
-    Return (verdict or None, seconds, last line of a failure) of the recording in `folder`.
+    Diagnose one recording in a process of its own.
 
-    command: the start of the command line, for tests.
+    Args:
+        folder: of the recording.
+        exclude: ids that the diagnosis must not know.
+        command: beginning of the command line; None: that of this package.
+
+    Returns:
+        The verdict or None, seconds, last line of a failure.
     """
     out = Path(folder) / 'verdict.json'
     line = [*(command or [sys.executable, '-m', 'gearbox_monitor.cli.main', 'diagnose']),
@@ -98,49 +116,80 @@ def diagnose(folder, exclude, command=None):
         done = subprocess.run(line, cwd=folder, stdout=subprocess.DEVNULL,
                               stderr=subprocess.PIPE, timeout=TIMEOUT, check=False)
         said = done.stderr.decode(errors='replace').strip().splitlines()[-1:]
-        why = '' if done.returncode in (0, 1) else (said or [f'exit {done.returncode}'])[0]
+        failure = '' if done.returncode in (0, 1) else (said or [f'exit {done.returncode}'])[0]
     except subprocess.TimeoutExpired:
-        why = f'no answer within {TIMEOUT:g} s'
+        failure = f'no answer within {TIMEOUT:g} s'
     seconds = time.monotonic() - began
     try:
-        return json.loads(out.read_text(encoding='utf-8')), seconds, why
+        return json.loads(out.read_text(encoding='utf-8')), seconds, failure
     except (OSError, ValueError):
-        return None, seconds, why or 'no readable verdict'
+        return None, seconds, failure or 'no readable verdict'
 
 
-def diagnose_all(recordings, orders, jobs, progress, command=None):
-    """Return ({name: verdict}, {name: s}, {name: failure}) of all `orders`."""
-    verdicts, seconds, failures = {}, {}, {}
+def diagnose_all(recordings: Path, orders: Sequence[dict[str, Any]], jobs: int,
+                 progress: Callable[[int, int], object], command: Sequence[str] | None = None
+                 ) -> tuple[dict[str, dict[str, Any] | None], dict[str, float], dict[str, str]]:
+    """
+    Diagnose all recordings.
+
+    Args:
+        recordings: folder that holds them.
+        orders: name and excluded ids of each.
+        jobs: diagnoses that run at once.
+        progress: called with the numbers of diagnoses done and in all.
+        command: see diagnose().
+
+    Returns:
+        Verdict, seconds and failure, each by name of the recording.
+    """
+    verdicts: dict[str, dict[str, Any] | None] = {}
+    seconds: dict[str, float] = {}
+    failures: dict[str, str] = {}
     with ThreadPoolExecutor(jobs) as pool:
-        asked = {pool.submit(diagnose, Path(recordings) / order['name'], order['exclude'],
-                             command): order['name'] for order in orders}
+        futures = {pool.submit(diagnose, Path(recordings) / order['name'], order['exclude'],
+                               command): order['name'] for order in orders}
         try:
-            for future in as_completed(asked):
-                name = asked[future]
-                verdicts[name], seconds[name], why = future.result()
+            for future in as_completed(futures):
+                name = futures[future]
+                verdicts[name], seconds[name], failure = future.result()
                 if verdicts[name] is None:
-                    failures[name] = why
+                    failures[name] = failure
                 progress(len(verdicts), len(orders))
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
     for order in orders:
-        if jobs > 1 and seconds[order['name']] > score.MAX_SECONDS:
+        if jobs > 1 and seconds[order['name']] > scorer.MAX_SECONDS:
             # It shared the machine with others: how long does it take alone?
             _, seconds[order['name']], _ = diagnose(Path(recordings) / order['name'],
                                                     order['exclude'], command)
     return verdicts, seconds, failures
 
 
-def evaluate(n, which, seed, jobs, keep=None, progress=lambda what, done, total: None,
-             command=None):
-    """Return the figures of score.score() with failures and what could not be drawn."""
+def evaluate(n: int, set_name: str, seed: int, jobs: int, keep: str | Path | None = None,
+             progress: Callable[[str, int, int], object] = lambda stage, done, total: None,
+             command: Sequence[str] | None = None) -> dict[str, Any]:
+    """
+    Generate, diagnose and score a set.
+
+    Args:
+        n: size of the main set.
+        set_name: one of SETS.
+        seed: of all random numbers.
+        jobs: processes at once.
+        keep: new directory for recordings, verdicts and, at the end, labels.
+        progress: called with the stage and the numbers done and in all.
+        command: see diagnose().
+
+    Returns:
+        The figures of scorer.score(), failures and specifications that could not be drawn.
+    """
     random = np.random.default_rng([seed, 1])
     # The labels lie where no path from a recording leads, and open to this user alone.
     with tempfile.TemporaryDirectory() as hidden, tempfile.TemporaryDirectory() as open_to_see:
         base = Path(keep or Path(open_to_see) / 'blind')
         sealed = Path(hidden) / 'labels.json'
-        orders = generate.generate(plans(which, n, random), base, seed, jobs,
+        orders = generate.generate(plans(set_name, n, random), base, seed, jobs,
                                    lambda d, t: progress('recordings', d, t), sealed)
         recordings = base / 'recordings'
         verdicts, seconds, failures = diagnose_all(
@@ -149,19 +198,19 @@ def evaluate(n, which, seed, jobs, keep=None, progress=lambda what, done, total:
         if keep:
             shutil.copy(sealed, base / 'labels.json')
 
-        data = score.score(drawn['labels'], verdicts,
-                           lambda name: generate.read(recordings / name), seconds,
-                           progress=lambda d, t: progress('scores', d, t),
-                           imitator=imitate.best_imitator)
-    return {'n': n, 'set': which, 'seed': seed, 'failures': failures,
+        data = scorer.score(drawn['labels'], verdicts,
+                            lambda name: generate.read(recordings / name), seconds,
+                            progress=lambda d, t: progress('scores', d, t),
+                            imitator=imitate.best_imitator)
+    return {'n': n, 'set': set_name, 'seed': seed, 'failures': failures,
             'not_drawn': drawn['not_drawn'], **data}
 
 
-def text(data):
-    """Return all tables, at most 80 columns."""
-    lines = [score.text(data)]
-    for name, why in data['failures'].items():
-        lines.append(f'{name}: {why}'[:80])
+def text(data: dict[str, Any]) -> str:
+    """Return all tables of `data` from evaluate(), at most 80 columns."""
+    lines = [scorer.text(data)]
+    for name, failure in data['failures'].items():
+        lines.append(f'{name}: {failure}'[:80])
     if data['not_drawn']:
         lines.append(f'could not be drawn: {len(data["not_drawn"])}, '
                      + ', '.join('+'.join(ids) or 'none' for ids in data['not_drawn']))
@@ -172,8 +221,8 @@ def text(data):
     return '\n'.join(lines)
 
 
-def run(args):
-    """Run the benchmark; returns 1 when a bar is missed."""
+def run(args: argparse.Namespace) -> int:
+    """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
     require_compiled('benchmark blind')
     require_whole('--n', args.n)
     require_whole('--jobs', args.jobs)

@@ -13,12 +13,14 @@
 # limitations under the License.
 
 
-"""A drive, the values that its diagnosis is told, and a motion: all of a recording but effects."""
+"""A drive, its nominal values and a motion: everything about a recording except effects."""
 from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.benchmarks.blind import draw, motions, plant, stress
+from gearbox_monitor.benchmarks.blind import draw, motions, plant
+from gearbox_monitor.benchmarks.blind.plant import DriveMotion, Effects
+from gearbox_monitor.kernels.types import Array
 
 DT = 1e-3
 MAX_TRAVEL = 60.0  # rad
@@ -27,49 +29,64 @@ MAX_TRAVEL = 60.0  # rad
 @dataclass(frozen=True)
 class Scene:
     """
-    What moves, and how.
+    A drive that moves.
 
-    told, truth: nominal values; scatter: tolerance of those told; ids: of the effects to come;
-    motion: (u, control, reference); torque: standard deviation of its noise, N m; seeds: of that
-    noise and of the encoders'.
+    nominal: values that the diagnosis is given; truth: those of the drive; scatter: tolerance of
+    the nominal values; ids: of the effects to come; motion: see plant.DriveMotion; torque:
+    standard deviation of the process torque, N m; seeds: of that torque and of the encoder noise.
     """
 
-    told: dict
-    truth: dict
+    nominal: dict[str, float]
+    truth: dict[str, float]
     scatter: float
-    ids: list
-    motion: tuple
+    ids: list[str]
+    motion: DriveMotion
     torque: float
-    seeds: list
+    seeds: list[int]
 
-    def run(self, effects):
-        """Return (x [N, 4], y [N, 2], u [N], whether it stays within MAX_TRAVEL)."""
-        u, control, reference = self.motion
+    def run(self, effects: Effects) -> tuple[Array, Array, Array, bool]:
+        """Return (x [N, 4], y [N, 2], u [N], whether `effects` leave it within MAX_TRAVEL)."""
+        push = None if not self.torque else self.torque * np.random.default_rng(
+            self.seeds[0]).standard_normal(len(self.motion[0]))
         with np.errstate(all='ignore'):
-            x, y, u = plant.simulate(self.truth, effects, u, DT, torque_std=self.torque,
-                                     rng=np.random.default_rng(self.seeds[0]), control=control,
-                                     reference=reference)
-        return x, y, u, np.isfinite(x).all() and np.abs(x[:, :2]).max() < MAX_TRAVEL
+            x, y, u = plant.simulate_motion(self.truth, effects, self.motion, DT, push)
+        return x, y, u, bool(np.isfinite(x).all() and np.abs(x[:, :2]).max() < MAX_TRAVEL)
 
 
-def drawn(ids, kind, random, scatter, torque):
-    """Return a Scene for effects `ids` with a motion of `kind`, 10 to 14 s."""
-    told = draw.nominal(random)
-    truth = dict(told)
+def drawn(ids: list[str], kind: str, random: np.random.Generator, scatter: float,
+          torque: float) -> Scene:
+    """
+    Draw a scene of 10 to 14 s.
+
+    Args:
+        ids: effects that it is for.
+        kind: of the motion, see motions.KINDS.
+        random: source of random numbers.
+        scatter: relative tolerance of the nominal values.
+        torque: standard deviation of the process torque, N m.
+    """
+    nominal = draw.nominal(random)
+    truth = dict(nominal)
     replaced = {draw.REPLACES[i] for i in ids if i in draw.REPLACES}
-    for name in stress.SCATTERED if scatter else ():
+    for name in draw.SCATTERED if scatter else ():
         shift = scatter * float(np.clip(random.standard_normal(), -3, 3))
         if name not in replaced:  # its change is the effect
             truth[name] *= 1.0 + shift
     n = int(float(random.uniform(10.0, 14.0)) / DT)
     motion = motions.draw(kind, random, n, DT)
     seeds = [int(s) for s in random.integers(2 ** 31, size=2)]
-    return Scene(told, truth, scatter, ids, motion, torque, seeds)
+    return Scene(nominal, truth, scatter, ids, motion, torque, seeds)
 
 
-def moves(x, gap):
-    """Return whether the drive moves, and both flanks of the gap carry load several times."""
+def moves(x: Array, half_gap: float) -> bool:
+    """
+    Return whether the drive moves, and both flanks of the backlash carry load several times.
+
+    Args:
+        x: states [N, 4].
+        half_gap: half width of the backlash, rad.
+    """
     twist = x[:, 0] - x[:, 1]
-    side = np.sign(twist) * (np.abs(twist) > gap)
+    side = np.sign(twist) * (np.abs(twist) > half_gap)
     side = side[side != 0]
-    return x[:, 1].std() > 0.1 and len(side) > 500 and np.sum(np.diff(side) != 0) >= 6
+    return bool(x[:, 1].std() > 0.1 and len(side) > 500 and np.sum(np.diff(side) != 0) >= 6)

@@ -13,32 +13,35 @@
 # limitations under the License.
 
 
-"""How large effects are: so that their evidence d in a scene is what is wanted."""
+"""Sizes of effects, chosen so that their evidence d in a scene comes near a target."""
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.benchmarks.blind import draw, evidence, plant, stress
+from gearbox_monitor.benchmarks.blind import draw, plant, stress, window_fit
 from gearbox_monitor.benchmarks.blind.scene import DT, moves, Scene
+from gearbox_monitor.kernels.types import Array
 
-LEAST, MOST = 250.0, 1e6    # wanted evidence d
+LEAST, MOST = 250.0, 1e6    # target of the evidence d
 PARAMETER_TOLERANCES = 5.0  # smallest change of a nominal value under scatter
 LARGER = (1.3, 5.0)         # factors by which an effect is made larger that scatter hides
-TRIES = 8                   # changes of the sizes, until the evidence is as wanted
+TRIES = 8                   # changes of the sizes, until the evidence is near its target
 
 
 class NotDrawn(Exception):
-    """No recording with the wanted evidence came out of these random numbers."""
+    """These random numbers gave no recording with evidence near its target."""
 
 
 @dataclass(frozen=True)
-class Found:
+class Realisation:
     """Effects in a scene: recording {u, y, dt}, states x [N, 4] and those where runs begin."""
 
-    recording: dict
-    effects: list
-    x: np.ndarray
-    known: np.ndarray
+    recording: window_fit.MotionRecord
+    effects: list[dict[str, Any]]
+    x: Array
+    window_states: Array
 
 
 @dataclass(frozen=True)
@@ -50,12 +53,12 @@ class Subject:
     """
 
     scene: Scene
-    forms: list
-    limits: dict
-    noise: np.ndarray
+    forms: list[dict[str, Any]]
+    limits: dict[str, Any]
+    noise: Array
 
-    def at(self, sizes):
-        """Return Found with effects of `sizes`, None where the drive cannot have them."""
+    def at(self, sizes: Sequence[float]) -> Realisation | None:
+        """Return the Realisation with effects of these `sizes`, None if the drive diverges."""
         ids, truth = self.scene.ids, self.scene.truth
         effects = [draw.effect(i, size, form, truth, self.limits)
                    for i, size, form in zip(ids, sizes, self.forms)]
@@ -63,88 +66,115 @@ class Subject:
         if not sane or (ids and not moves(x, 0.0)):
             return None
         recording = {'u': u, 'y': plant.quantise(y + self.noise, effects), 'dt': DT}
-        starts = np.maximum(evidence.cut(len(u)) - plant.lead_of(effects, DT), 0)
-        return Found(recording, effects, x, x[starts])
+        starts = np.maximum(window_fit.cut(len(u)) - plant.lead_of(effects, DT), 0)
+        return Realisation(recording, effects, x, x[starts])
 
-    def changed(self, sizes, factors):
-        """Return sizes changed by factors, within what is drawn."""
+    def changed(self, sizes: Sequence[float], factors: Sequence[float]) -> list[float]:
+        """Return `sizes` changed by `factors`, within the range of draw.SIZES."""
         out = []
         for size, factor, name in zip(sizes, factors, self.scene.ids):
-            least, most = draw.SIZES[name]
-            out.append(float(np.clip(size * factor, max(least, least_size(self.scene, name)),
-                                     most)))
+            smallest, largest = draw.SIZES[name]
+            out.append(float(np.clip(size * factor, max(smallest, least_size(self.scene, name)),
+                                     largest)))
         return out
 
-    def evidence(self, found, lacking, careful=True):
-        """Return d of the effects over those without the ones numbered in `lacking`."""
-        return evidence.evidence_of(
-            found.recording, self.scene.truth, found.effects,
-            [e for k, e in enumerate(found.effects) if k not in lacking],
-            self.limits['sigma'], found.known, careful)
+    def evidence(self, realisation: Realisation, lacking: Container[int],
+                 careful: bool = True) -> float:
+        """
+        Return d of all effects over a model without some of them.
 
-    def evidence_of_each(self, found, careful=True):
-        """Return [d of each effect, over the others alone]."""
-        return [self.evidence(found, [k], careful) for k in range(len(found.effects))]
+        Args:
+            realisation: effects and recording.
+            lacking: indices of the effects that the other model lacks.
+            careful: start windows of the other model again if they do not fit.
+        """
+        return window_fit.evidence_of(
+            realisation.recording, self.scene.truth, realisation.effects,
+            [e for k, e in enumerate(realisation.effects) if k not in lacking],
+            self.limits['sigma'], realisation.window_states, careful)
+
+    def evidence_of_each(self, realisation: Realisation, careful: bool = True) -> list[float]:
+        """Return d of each effect of `realisation` over the others; `careful`: see evidence()."""
+        return [self.evidence(realisation, [k], careful)
+                for k in range(len(realisation.effects))]
 
 
-def least_size(scene, name):
-    """Return the size below which scatter is as large as the effect `name`."""
+def least_size(scene: Scene, name: str) -> float:
+    """Return the size below which the scatter of a `scene` is as large as the effect `name`."""
     return 1.1 * PARAMETER_TOLERANCES * scene.scatter if name in draw.REPLACES else 0.0
 
 
-def sized(subject, sizes, wanted, low, high):
+def sized(subject: Subject, sizes: Sequence[float], targets: Sequence[float], low: float,
+          high: float) -> tuple[Realisation, float | None, list[float] | None]:
     """
-    Return (Found, d, d of each effect): about as visible as `wanted`, within low and high.
+    Size effects so that they are about as visible as their targets.
 
-    subject: Subject; sizes, wanted: first sizes and wanted evidence of its effects. Nothing is
-    weighed for quantisation, which changes the noise. Raises NotDrawn.
+    Quantisation, which changes the noise, is not sized.
+
+    Args:
+        subject: scene and form of the effects.
+        sizes: first sizes.
+        targets: evidence d of each effect to aim at.
+        low: smallest permitted evidence.
+        high: largest permitted evidence.
+
+    Returns:
+        The Realisation, d of all effects and d of each.
+
+    Raises:
+        NotDrawn: if no sizes give that evidence.
     """
     for _ in range(TRIES):
-        found = subject.at(sizes)
-        if found is None:
+        realisation = subject.at(sizes)
+        if realisation is None:
             sizes = [0.6 * s for s in sizes]
             continue
         if not sizes or any(i in draw.QUANTISATION for i in subject.scene.ids):
-            return found, None, None
-        each = subject.evidence_of_each(found, careful=False)
+            return realisation, None, None
+        each = subject.evidence_of_each(realisation, careful=False)
         allowed = all(low <= value <= high for value in each)
-        if allowed and all(0.2 < value / wish < 5.0 for value, wish in zip(each, wanted)):
+        if allowed and all(0.2 < value / wish < 5.0 for value, wish in zip(each, targets)):
             break
-        before = sizes
+        previous = sizes
         sizes = subject.changed(sizes, [np.clip(np.sqrt(wish / max(value, 1.0)), 0.1, 10.0)
-                                        for value, wish in zip(each, wanted)])
-        if np.allclose(before, sizes, rtol=1e-3):
+                                        for value, wish in zip(each, targets)])
+        if np.allclose(previous, sizes, rtol=1e-3):
             if allowed:
                 break
             raise NotDrawn('evidence')
     else:
         raise NotDrawn('evidence')
-    each = subject.evidence_of_each(found)
+    each = subject.evidence_of_each(realisation)
     if not all(low <= value <= high for value in each):
         raise NotDrawn('evidence')
     if subject.scene.scatter:
-        found, each = _under_scatter(subject, found, sizes)
-    d = each[0] if len(each) == 1 else subject.evidence(found, range(len(each)))
-    return found, d, each
+        realisation, each = _under_scatter(subject, realisation, sizes)
+    d = each[0] if len(each) == 1 else subject.evidence(realisation, range(len(each)))
+    return realisation, d, each
 
 
-def _under_scatter(subject, found, sizes):
+def _under_scatter(subject: Subject, realisation: Realisation,
+                   sizes: Sequence[float]) -> tuple[Realisation, list[float]]:
     """
-    Return (Found, d of each effect) where nominal values scatter and torque noise acts.
+    Return (Realisation, d of each effect) under scattered nominal values and process torque.
 
     Effects that these hide are made larger.
     """
     # A changed nominal value has (change / tolerance)^2 at most.
-    least = [PARAMETER_TOLERANCES ** 2 if i in draw.REPLACES else LEAST
-             for i in subject.scene.ids]
+    thresholds = [PARAMETER_TOLERANCES ** 2 if i in draw.REPLACES else LEAST
+                  for i in subject.scene.ids]
     for _ in range(TRIES):
-        each = stress.Likelihood(subject.scene, found, subject.limits['sigma']).evidence()
-        if all(value >= low for value, low in zip(each, least)):
-            return found, each
-        before = sizes
-        sizes = subject.changed(sizes, [1.0 if value >= low else float(np.clip(
-            np.sqrt(1.5 * low / max(value, 1.0)), *LARGER)) for value, low in zip(each, least)])
-        found = None if sizes == before else subject.at(sizes)
-        if found is None:
+        each = stress.Likelihood(
+            subject.scene, realisation.recording, realisation.effects, realisation.window_states,
+            subject.limits['sigma']).evidence()
+        if all(value >= low for value, low in zip(each, thresholds)):
+            return realisation, each
+        factors = [1.0 if value >= low else float(np.clip(np.sqrt(1.5 * low / max(value, 1.0)),
+                                                          *LARGER))
+                   for value, low in zip(each, thresholds)]
+        previous, sizes = sizes, subject.changed(sizes, factors)
+        larger = None if sizes == previous else subject.at(sizes)
+        if larger is None:
             break
+        realisation = larger
     raise NotDrawn('hidden by scatter')

@@ -15,14 +15,24 @@
 """
 Score verdicts against the sealed labels. Opens the labels; nothing here runs before all verdicts.
 
-What counts: top-1, the verdict is `effect` and names exactly what was drawn; top-2, the drawn id
-is among the first two of `ranked` (and the verdict is not `none`); location, the place is right,
-whether the effect was named or called unknown. A missing verdict is a miss everywhere.
+Top-1: the verdict is `effect` and names exactly the drawn ids; top-2: the drawn id is among the
+first two of `ranked` (and the verdict is not `none`); location: the place is right, whether the
+effect was named or called unknown. A missing verdict is a miss everywhere.
 """
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
 import numpy as np
 
-from gearbox_monitor.benchmarks.blind import draw, evidence, generate, motions, plant
+from gearbox_monitor.benchmarks.blind import draw, motions, plant, window_fit
+from gearbox_monitor.benchmarks.blind.plant import Effects, Nominal
+from gearbox_monitor.benchmarks.blind.scene import DT
 from gearbox_monitor.benchmarks.harness import bar_lines, BarTable
+from gearbox_monitor.kernels.types import Array
+
+Label = Mapping[str, Any]        # of a recording, see generate.make
+Judgement = Mapping[str, Any]    # of a diagnosis: the content of its verdict.json
+ScoredRow = dict[str, Any]
 
 TWINS = {'coulomb_asymmetry': 'torque_offset'}  # the same torque: one class
 PLACES = {'torque_offset': {'motor_side', 'actuator'},
@@ -30,72 +40,74 @@ PLACES = {'torque_offset': {'motor_side', 'actuator'},
 NO_CLOSURE = {'disturbance', *draw.QUANTISATION}
 CLOSE = 0.05            # of a closed fraction
 SIGMA_NEAR = 0.02
-CLEAR_GAP = 1.03        # of the true gap before: above, a closed fraction must be given
+CLEAR_MISFIT = 1.03        # of the true misfit: above, a verdict must state a closed fraction
 FRESH_WINDOWS = 24      # of a new motion, on which an interval is checked
 IMITABLE = 40.0         # left by the best imitator, in units of 2 log likelihood
 BINS = (8.0, 60.0, 250.0, 1e3, 1e4, 1e5, np.inf)
 MAX_SECONDS = 60.0
 
 
-def canonical(effect):
+def canonical(effect: str | None) -> frozenset[str]:
     """Return the ids of a verdict's `effect` as a set of classes."""
     return frozenset(TWINS.get(i, i) for i in str(effect or '').split('+') if i)
 
 
-def _places(ids):
+def _places(ids: Sequence[str]) -> list[set[str]]:
     """Return, for each id, the set of places that count as right."""
     return [PLACES.get(TWINS.get(i, i), {plant.place_of(i)}) for i in ids]
 
 
-def located(location, ids):
-    """Return whether `location` (class, or two) is where `ids` act."""
-    given = [location] if isinstance(location, str) or location is None else list(location)
-    wanted = _places(ids)
-    if not wanted:
-        return given in (['none'], [None], [])
+def located(location: str | Sequence[str] | None, ids: Sequence[str]) -> bool:
+    """Return whether `location` (class, or two) is the place on which `ids` act."""
+    locations = [location] if isinstance(location, str) or location is None else list(location)
+    allowed = _places(ids)
+    if not allowed:
+        return locations in (['none'], [None], [])
     # A pair at one place may name it once.
-    if len(wanted) == 2 and len(given) == 1:
-        given = given * 2
-    if len(given) != len(wanted):
+    if len(allowed) == 2 and len(locations) == 1:
+        locations = locations * 2
+    if len(locations) != len(allowed):
         return False
-    if len(wanted) == 1:
-        return given[0] in wanted[0]
-    return any(all(g in w for g, w in zip(order, wanted)) for order in (given, given[::-1]))
+    if len(allowed) == 1:
+        return locations[0] in allowed[0]
+    return any(all(place in places for place, places in zip(order, allowed))
+               for order in (locations, locations[::-1]))
 
 
-def judge(label, verdict):
-    """Return what is right in one verdict (None: missing), without simulating anything."""
+def judge(label: Label, verdict: Judgement | None) -> ScoredRow:
+    """Compare one `verdict` (None: missing) with its `label`, without simulating anything."""
     ids = label['ids']
     verdict = verdict or {}
     kind = verdict.get('verdict', 'missing')
-    named = canonical(verdict.get('effect')) if kind == 'effect' else frozenset()
+    named_ids = canonical(verdict.get('effect')) if kind == 'effect' else frozenset()
     truth = canonical('+'.join(ids))
     ranked = [canonical(r) for r in verdict.get('ranked') or []][:2]
     return {
-        'verdict': kind, 'named': '+'.join(sorted(named)) if named else kind,
-        'top1': named == truth if ids else kind == 'none',
+        'verdict': kind, 'named': '+'.join(sorted(named_ids)) if named_ids else kind,
+        'top1': named_ids == truth if ids else kind == 'none',
         'top2': bool(ids) and kind not in ('none', 'missing') and (
-            named == truth or truth in ranked),
+            named_ids == truth or truth in ranked),
         'located': located(verdict.get('location'), ids) and (kind != 'none' or not ids)
         and kind != 'missing',
-        'both': len(ids) == 2 and truth <= named, 'one': bool(truth & named),
+        'both': len(ids) == 2 and truth <= named_ids, 'one': bool(truth & named_ids),
         'unknown': kind == 'unknown',
         'false_alarm': not ids and kind != 'none',
         'confusable': len(verdict.get('confusable') or [])}
 
 
-def reported_model(label, verdict):
-    """Return (nominal, effects) that a verdict describes, or None where it gives no effect."""
+def reported_model(label: Label,
+                   verdict: Judgement) -> tuple[Nominal, list[dict[str, Any]]] | None:
+    """Return (nominal, effects) that a `verdict` on `label` describes, None without effect."""
     params = verdict.get('params') or {}
     ids = [i for i in str(verdict.get('effect') or '').split('+') if i]
-    effects = []
+    effects: list[dict[str, Any]] = []
     for name in ids:
         if name not in plant.EFFECTS or name not in params:
             return None
-        given = {k: v for k, v in params[name].items() if k in plant.EFFECTS[name][1]}
-        if set(given) != set(plant.EFFECTS[name][1]):
+        values = {k: v for k, v in params[name].items() if k in plant.EFFECTS[name][1]}
+        if set(values) != set(plant.EFFECTS[name][1]):
             return None
-        effects.append({'id': name, **{k: float(v) for k, v in given.items()}})
+        effects.append({'id': name, **{k: float(v) for k, v in values.items()}})
     nominal = dict(label['told'])
     for name, value in (verdict.get('nominal') or {}).items():
         if label['scatter'] and name in nominal and value is not None:
@@ -103,87 +115,99 @@ def reported_model(label, verdict):
     return nominal, effects
 
 
-def _simulated(label, verdict):
+def _simulated(label: Label, verdict: Judgement | None
+               ) -> tuple[Nominal, list[dict[str, Any]]] | None:
     """Return reported_model() of a verdict of effects that repeat, else None."""
-    if (verdict or {}).get('verdict') != 'effect' or set(
+    if not verdict or verdict.get('verdict') != 'effect' or set(
             verdict['effect'].split('+')) & NO_CLOSURE:
         return None
     return reported_model(label, verdict)
 
 
-def _held_out_chi2(nominal, effects, recording, sigma, label, true=False):
-    starts = evidence.cut(len(recording['u']))
-    test = evidence.held_out(len(starts))
-    known = np.array(label['states'])[:len(starts)]
+def _held_out_chi2(nominal: Nominal, effects: Effects, recording: window_fit.MotionRecord,
+                   sigma: Sequence[float], label: Label, true: bool = False) -> Array:
+    starts = window_fit.cut(len(recording['u']))
+    test = window_fit.held_out(len(starts))
+    start_states = np.array(label['states'])[:len(starts)]
     lead = plant.lead_of(effects, recording['dt'])
-    known[:, :2] -= lead * recording['dt'] * known[:, 2:]
+    start_states[:, :2] -= lead * recording['dt'] * start_states[:, 2:]
     carries = {e['id'] for e in effects} & {'lugre', 'hysteresis_bouc_wen', 'hysteresis_branch'}
     if not carries:
-        starts, known = starts[test], known[test]
-    chi2, *_ = evidence.fit_windows(nominal, effects, recording, np.asarray(sigma), starts,
-                                    known if true else None, others=(known,))
+        starts, start_states = starts[test], start_states[test]
+    chi2, *_ = window_fit.fit_windows(nominal, effects, recording, np.asarray(sigma), starts,
+                                      start_states if true else None,
+                                      alternatives=(start_states,))
     return chi2[test] if carries else chi2
 
 
-def fresh_closure(label, model):
+def fresh_closure(label: Label, model: tuple[Nominal, Effects]) -> float | None:
     """
-    Return the closed fraction of `model` on a new motion of the same kind, without noise luck.
+    Return the closed fraction of a `model` of `label` on a new motion of the same kind.
 
-    The misfit to noise-free data plus what noise adds on average.
+    Free of chance: the misfit to noise-free data plus the expected contribution of the noise.
     """
     seeds = label['seeds']
-    n = FRESH_WINDOWS * evidence.LENGTH
+    n = FRESH_WINDOWS * window_fit.LENGTH
     random = np.random.default_rng([*seeds, 5])
     sigma = np.array(label['sigma'])
-    u, control, reference = motions.draw(label['kind'], random, n, generate.DT)
-    effects = label['effects']
-    x, y, u = plant.simulate(label['truth'], effects, u, generate.DT, control=control,
-                             reference=reference)
+    motion = motions.draw(label['kind'], random, n, DT)
+    x, y, u = plant.simulate_motion(label['truth'], label['effects'], motion, DT)
     if not np.isfinite(x).all():
         return None
-    recording = {'u': u, 'y': y, 'dt': generate.DT}
-    starts = evidence.cut(n)
-    floor = 2 * evidence.LENGTH - 4
-    gaps = []
+    recording = {'u': u, 'y': y, 'dt': DT}
+    starts = window_fit.cut(n)
+    floor = 2 * window_fit.LENGTH - 4
+    misfits = []
     for nominal, chosen in ((label['told'], []), model):
-        lead = plant.lead_of(chosen, generate.DT)
-        chi2, *_ = evidence.fit_windows(nominal, chosen, recording, sigma,
-                                        states=x[np.maximum(starts - lead, 0)], rescue=False)
+        lead = plant.lead_of(chosen, DT)
+        chi2, *_ = window_fit.fit_windows(nominal, chosen, recording, sigma,
+                                          states=x[np.maximum(starts - lead, 0)],
+                                          alternatives=None)
         chi2 = np.minimum(chi2, 1e9)
-        gaps.append(evidence.gap(chi2 + floor))
-    return evidence.closed(*gaps)
+        misfits.append(window_fit.misfit(chi2 + floor))
+    return window_fit.closed(*misfits)
 
 
-def closures(label, verdict, recording, fresh=True):
-    """Return closed fractions: of the true model, as reported, recomputed, on a new motion."""
-    out = {'before': None, 'true': None, 'reported': None, 'recomputed': None, 'fresh': None,
-           'interval': None}
+def closures(label: Label, verdict: Judgement | None, recording: window_fit.MotionRecord,
+             fresh: bool = True) -> dict[str, Any]:
+    """
+    Return closed fractions: of the true model, as reported, recomputed, on a new motion.
+
+    Args:
+        label: what was drawn.
+        verdict: of the diagnosis, None: missing.
+        recording: u [N], y [N, 2], dt.
+        fresh: whether to simulate a new motion.
+    """
+    out: dict[str, Any] = {'before': None, 'true': None, 'reported': None, 'recomputed': None,
+                           'fresh': None, 'interval': None}
     if not label['ids'] or set(label['ids']) & NO_CLOSURE or set(label['ids']) & set(
             plant.OUTSIDE) or label['exclude']:
         return out
     verdict = verdict or {}
-    # In units of the noise that the verdict found: what is compared are models. How well the noise
-    # was found is judged by itself.
+    # In units of the noise that the verdict states: this compares models. The noise itself has a
+    # bar of its own.
     sigma = verdict.get('sigma') or label['sigma']
-    before = evidence.gap(_held_out_chi2(label['told'], [], recording, sigma, label))
-    after = evidence.gap(_held_out_chi2(label['truth'], label['effects'], recording, sigma,
-                                        label, True))
-    out['before'], out['true'] = before, evidence.closed(before, after)
+    nominal_misfit = window_fit.misfit(
+        _held_out_chi2(label['told'], [], recording, sigma, label))
+    true_misfit = window_fit.misfit(_held_out_chi2(
+        label['truth'], label['effects'], recording, sigma, label, True))
+    out['before'], out['true'] = nominal_misfit, window_fit.closed(nominal_misfit, true_misfit)
     out['reported'], out['interval'] = verdict.get('closed_fraction'), verdict.get(
         'closed_fraction_ci')
     model = _simulated(label, verdict)
     if model is not None and out['reported'] is not None:
-        again = evidence.gap(_held_out_chi2(*model, recording, sigma, label))
-        out['recomputed'] = evidence.closed(before, again)
-        out['recomputed_after'] = again
+        reported_misfit = window_fit.misfit(_held_out_chi2(*model, recording, sigma, label))
+        out['recomputed'] = window_fit.closed(nominal_misfit, reported_misfit)
+        out['recomputed_after'] = reported_misfit
         if fresh and out['interval']:
             out['fresh'] = fresh_closure(label, model)
     return out
 
 
-def _closure_bars(bars, rows, prefix):
+def _closure_bars(bars: BarTable, rows: Sequence[ScoredRow], prefix: str) -> None:
     clear = [r for r in rows if r['closure']['before'] is not None
-             and r['closure']['before'] >= CLEAR_GAP]
+             and r['closure']['before'] >= CLEAR_MISFIT]
     reported = [r['closure']['reported'] for r in clear]
     if clear:
         bars.judge(f'{prefix}closed fraction, median',
@@ -194,18 +218,18 @@ def _closure_bars(bars, rows, prefix):
                 for v, r in zip(reported, clear)], 0.95)
     if prefix:
         return
-    given = [r for r in clear if r['verdict'] == 'effect']
+    diagnosed = [r for r in clear if r['verdict'] == 'effect']
     bars.share('closed recomputed within 0.05',
                [r['closure']['recomputed'] is not None
                 and abs(r['closure']['reported'] - r['closure']['recomputed']) <= CLOSE
-                for r in given], 0.95)
+                for r in diagnosed], 0.95)
     covered = [r['closure']['interval'][0] <= r['closure']['fresh']
-               <= r['closure']['interval'][1] for r in given
+               <= r['closure']['interval'][1] for r in diagnosed
                if r['closure']['interval'] and r['closure']['fresh'] is not None]
     bars.share('interval covers a new motion', covered, 0.80, 0.97)
 
 
-def _main_bars(bars, rows, stress):
+def _main_bars(bars: BarTable, rows: Sequence[ScoredRow], stress: bool) -> None:
     """Judge singles and nones; the same figures with other limits under `stress`."""
     prefix = 'stress: ' if stress else ''
     singles = [r for r in rows if r['class'] == 'single']
@@ -219,33 +243,44 @@ def _main_bars(bars, rows, stress):
     low = -np.inf if stress else 0.88
     bars.share(f'{prefix}pairs, both named', [r['both'] for r in pairs], low)
     if not stress:
-        outside = [r for r in rows if r['class'] == 'outside']
-        bars.share('outside called unknown', [r['unknown'] for r in outside], 0.90)
-        clear = [r for r in outside if r['left'] is None or r['left'] > IMITABLE]
+        outside_rows = [r for r in rows if r['class'] == 'outside']
+        bars.share('outside called unknown', [r['unknown'] for r in outside_rows], 0.90)
+        clear = [r for r in outside_rows if r['left'] is None or r['left'] > IMITABLE]
         bars.share('outside, no imitator: unknown', [r['unknown'] for r in clear], 0.90)
-        bars.share('outside located', [r['located'] for r in outside], 0.75)
+        bars.share('outside located', [r['located'] for r in outside_rows], 0.75)
         bars.share('known called unknown', [r['unknown'] for r in singles], high=0.04)
     _closure_bars(bars, [r for r in rows if r['class'] in ('single', 'pair')], prefix)
     bars.share(f'{prefix}sigma within 2 %', [r['sigma_off'] <= SIGMA_NEAR for r in rows
                                              if r['sigma_off'] is not None])
 
 
-def _sigma_off(label, verdict):
-    """Return the relative error of the noise that was found, None with steps of an encoder."""
-    found = (verdict or {}).get('sigma')
-    if not found or any('quantisation' in i for i in label['ids']):
+def _sigma_off(label: Label, verdict: Judgement | None) -> float | None:
+    """Return the relative error of the stated noise, None with steps of an encoder."""
+    sigma = (verdict or {}).get('sigma')
+    if not sigma or any('quantisation' in i for i in label['ids']):
         return None
-    return float(np.abs(np.array(found) / label['sigma'] - 1.0).max())
+    return float(np.abs(np.array(sigma) / label['sigma'] - 1.0).max())
 
 
-def score(labels, verdicts, read, seconds=None, fresh=True, progress=lambda done, total: None,
-          imitator=None):
+def score(labels: Mapping[str, Label], verdicts: Mapping[str, Judgement | None],
+          read: Callable[[str], window_fit.MotionRecord],
+          seconds: Mapping[str, float] | None = None, fresh: bool = True,
+          progress: Callable[[int, int], object] = lambda done, total: None,
+          imitator: Callable[..., dict[str, Any]] | None = None) -> dict[str, Any]:
     """
-    Return all figures as plain data.
+    Score all verdicts.
 
-    labels: {name: label}; verdicts: {name: verdict or None}; read(name): the recording;
-    seconds: {name: s}; imitator(label, recording, model reported or None): what the best imitator
-    leaves (left out and outside effects), None: not asked.
+    Args:
+        labels: by name of the recording.
+        verdicts: by name; None: missing.
+        read: returns a recording by its name.
+        seconds: time of each diagnosis.
+        fresh: whether closed fractions are also checked on a new motion.
+        progress: called with the numbers of verdicts scored and in all.
+        imitator: imitate.best_imitator or None; judges left-out and outside effects.
+
+    Returns:
+        All figures as plain data.
     """
     rows = []
     for name, label in labels.items():
@@ -261,8 +296,8 @@ def score(labels, verdicts, read, seconds=None, fresh=True, progress=lambda done
         row['sigma_off'] = _sigma_off(label, verdict)
         row['left'] = None
         if label['class'] in ('loo', 'outside') and imitator is not None:
-            found = imitator(label, recording, _simulated(label, verdict))
-            row['left'], row['imitators'] = found['left'], found['imitators']
+            imitation = imitator(label, recording, _simulated(label, verdict))
+            row['left'], row['imitators'] = imitation['left'], imitation['imitators']
         rows.append(row)
         progress(len(rows), len(labels))
     bars = BarTable()
@@ -287,35 +322,35 @@ def score(labels, verdicts, read, seconds=None, fresh=True, progress=lambda done
                    count=str(len(times)))
     missing = [r['name'] for r in rows if r['verdict'] == 'missing']
     bars.judge('verdicts missing', float(len(missing)), high=0.0, count=str(len(rows)))
-    named = [r for r in main if r['class'] == 'single' and r['verdict'] != 'missing']
+    singles = [r for r in main if r['class'] == 'single' and r['verdict'] != 'missing']
     return {'rows': rows, 'bars': bars.rows, 'curve': curve(rows),
             'options': option_lines(rows), 'confusion': confusion(main),
-            'confusable': float(np.mean([r['confusable'] for r in named])) if named else None}
+            'confusable': float(np.mean([r['confusable'] for r in singles])) if singles else None}
 
 
-def curve(rows):
-    """Return accuracy against evidence, singles of the main set and the small ones."""
+def curve(rows: Sequence[ScoredRow]) -> list[dict[str, Any]]:
+    """Return accuracy against evidence from `rows`: singles of the main set and small ones."""
     out = []
     chosen = [r for r in rows if r['set'] == 'main' and r['class'] in ('single', 'small')
               and r['d'] is not None]
     for low, high in zip(BINS, BINS[1:]):
-        some = [r for r in chosen if low <= r['d'] < high]
-        if some:
-            out.append({'from': low, 'to': None if np.isinf(high) else high, 'n': len(some),
-                        **{k: float(np.mean([r[k] for r in some]))
+        members = [r for r in chosen if low <= r['d'] < high]
+        if members:
+            out.append({'from': low, 'to': None if np.isinf(high) else high, 'n': len(members),
+                        **{k: float(np.mean([r[k] for r in members]))
                            for k in ('located', 'top1', 'top2', 'unknown')},
-                        'none': float(np.mean([r['verdict'] == 'none' for r in some]))})
+                        'none': float(np.mean([r['verdict'] == 'none' for r in members]))})
     return out
 
 
-def option_lines(rows):
-    """Return a line per set of options of the stress set: reported, not judged."""
+def option_lines(rows: Sequence[ScoredRow]) -> list[dict[str, Any]]:
+    """Return counts from `rows` for each set of options of the stress set: shown, not judged."""
     out = []
     for options in sorted({str(r['options']) for r in rows if r['options']}):
-        some = [r for r in rows if str(r['options']) == options]
-        singles = [r for r in some if r['class'] == 'single']
-        nones = [r for r in some if r['class'] == 'none']
-        pairs = [r for r in some if r['class'] == 'pair']
+        members = [r for r in rows if str(r['options']) == options]
+        singles = [r for r in members if r['class'] == 'single']
+        nones = [r for r in members if r['class'] == 'none']
+        pairs = [r for r in members if r['class'] == 'pair']
         out.append({'options': options, 'singles': len(singles), 'nones': len(nones),
                     'pairs': len(pairs), 'located': sum(r['located'] for r in singles),
                     'top1': sum(r['top1'] for r in singles),
@@ -325,9 +360,9 @@ def option_lines(rows):
     return out
 
 
-def confusion(rows):
-    """Return {drawn: {named: count}} of singles, nones and effects outside the library."""
-    out = {}
+def confusion(rows: Sequence[ScoredRow]) -> dict[str, dict[str, int]]:
+    """Return {drawn: {named: count}} from `rows` of singles, nones and outside effects."""
+    out: dict[str, dict[str, int]] = {}
     for row in rows:
         if row['class'] in ('single', 'none', 'outside'):
             drawn = '+'.join(row['ids']) or 'none'
@@ -338,12 +373,12 @@ def confusion(rows):
 
 # ---------------------------------------------------------------------- tables
 
-def _percent(value):
+def _percent(value: float) -> str:
     return f'{100 * value:5.0f}'
 
 
-def missed(row):
-    """Return why a row stands in the list of misses, or None."""
+def missed(row: ScoredRow) -> str | None:
+    """Return why a `row` stands in the list of misses, or None."""
     if row['verdict'] == 'missing':
         return 'no verdict'
     if row['class'] == 'none':
@@ -356,14 +391,14 @@ def missed(row):
     return None if row['top1'] else 'top-2' if row['top2'] else 'effect'
 
 
-def text(data):
-    """Return tables, misses and bars, at most 80 columns."""
+def text(data: Mapping[str, Any]) -> str:
+    """Return tables, misses and bars of `data` from score(), at most 80 columns."""
     lines = ['What was named (rows: what was drawn)', '']
-    for drawn, found in data['confusion'].items():
+    for drawn, counts in data['confusion'].items():
         right = '+'.join(sorted(canonical(drawn))) if drawn != 'none' else 'none'
-        total = sum(found.values())
-        good = found.get('unknown' if drawn in plant.OUTSIDE else right, 0)
-        wrong = ', '.join(f'{k} {v}' for k, v in sorted(found.items())
+        total = sum(counts.values())
+        good = counts.get('unknown' if drawn in plant.OUTSIDE else right, 0)
+        wrong = ', '.join(f'{k} {v}' for k, v in sorted(counts.items())
                           if k != ('unknown' if drawn in plant.OUTSIDE else right))
         lines.append(f'{drawn[:27]:<28}{good:3d}/{total:<3d} {wrong[:44]}'.rstrip())
     if data['curve']:
@@ -382,9 +417,9 @@ def text(data):
     misses = [(missed(r), r) for r in data['rows'] if missed(r)]
     if misses:
         lines += ['', 'Misses', '']
-    for why, row in misses:
+    for reason, row in misses:
         d = '' if row['d'] is None else f'd {row["d"]:.3g}'
-        lines += [f'{row["name"]} {why:<14} {row["set"]}/{row["class"]} {row["kind"]} {d} '
+        lines += [f'{row["name"]} {reason:<14} {row["set"]}/{row["class"]} {row["kind"]} {d} '
                   f'noise {100 * row["noise"]:.2g} %',
                   f'  {"+".join(row["ids"]) or "none"} -> {row["named"]}'[:80],
                   f'  {str(row["location"])}, ranked {", ".join(map(str, row["ranked"]))}'[:80]]

@@ -12,7 +12,8 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Replay of a simulated recording: what "benchmark speed" and "benchmark scale" measure of it."""
+"""Replay of a simulated recording: what "benchmark speed" and test/system/scale.py measure."""
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 import json
 import os
@@ -21,6 +22,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from typing import Any
 
 import numpy as np
 from rosbags.highlevel import AnyReader
@@ -44,8 +46,15 @@ AT_ONCE = 100_000  # messages encoded at once
 SECONDS, FEW = 600.0, 10.0  # length of the recording, and of that which rosbags decodes
 
 
-def write_recording(path, seconds, compression='lz4'):
-    """Write the new bag `path` of a drive that is measured and commanded at RATE."""
+def write_recording(path: Path, seconds: float, compression: str = 'lz4') -> None:
+    """
+    Write a bag of a simulated drive that is measured and commanded at RATE.
+
+    Args:
+        path: new bag.
+        seconds: length.
+        compression: lz4, zstd or none.
+    """
     count = int(seconds * RATE)
     run = simulate(DriveModel(), Excitation().torque(np.arange(count) / RATE), 1.0 / RATE,
                    Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed=0)
@@ -61,22 +70,26 @@ def write_recording(path, seconds, compression='lz4'):
                 writer.write(TOPIC, stamp, raw)
 
 
-def replayed(bag, whole, parameters=None):
+def replayed(bag: str | Path, whole: bool, parameters: Mapping[str, Any] | None = None) -> int:
     """
-    Replay `bag` into a Parquet file that is thrown away; return the samples.
+    Replay a bag into a temporary Parquet file; return the number of samples.
 
-    whole: with smoother, trust and drift. parameters: other than the default ones.
+    Args:
+        bag: to replay.
+        whole: with smoother, trust and drift.
+        parameters: of the estimator, where they differ from the defaults.
     """
     with tempfile.TemporaryDirectory() as folder, open_bag(bag) as reader:
         player = Player(reader, None, parameters, judged=whole, smoothed=whole)
-        told, table = ReplaySummary(player), ParquetTable(Path(folder) / 'out.parquet', player)
-        player.run([told, table])
+        summary = ReplaySummary(player)
+        table = ParquetTable(Path(folder) / 'out.parquet', player)
+        player.run([summary, table])
         table.close()
-        return told.data()['samples']
+        return summary.data()['samples']
 
 
-def decoded(bag):
-    """Read `bag` into arrays, block by block; return the samples."""
+def decoded(bag: str | Path) -> int:
+    """Read `bag` into arrays, block by block; return the number of samples."""
     count = 0
     with open_bag(bag) as reader:
         decode = reader.decoder(TOPIC, JOINTS)
@@ -85,8 +98,8 @@ def decoded(bag):
     return count
 
 
-def decoded_by_rosbags(reader):
-    """Decode all messages of rosbags' open `reader` as its users do; return the samples."""
+def decoded_by_rosbags(reader: AnyReader) -> int:
+    """Decode all messages of rosbags' open `reader` as its users do; return their number."""
     rows = []
     for connection, _, raw in reader.messages():
         message = reader.deserialize(raw, connection.msgtype)
@@ -96,7 +109,7 @@ def decoded_by_rosbags(reader):
 
 
 @contextmanager
-def steppers():
+def steppers() -> Iterator[tuple[dict[str, Callable[[], int]], dict[str, float]]]:
     """Give ({row: function}, {row: samples}) on recordings that are gone afterwards."""
     with tempfile.TemporaryDirectory() as folder:
         bag, short = Path(folder) / 'bag', Path(folder) / 'short'
@@ -114,23 +127,29 @@ def steppers():
                     'replay, decoding alone': SECONDS * RATE, 'rosbags, decoding': FEW * RATE})
 
 
-def in_a_process(bag, whole, warm):
+def in_a_process(bag: Path, whole: bool, warm: Path) -> tuple[float, int]:
     """
-    Replay `bag` in a process of its own; return (CPU s, peak resident memory in bytes).
+    Replay a bag in a process of its own.
 
-    warm: a short bag that is replayed first, uncounted: start and compilation do not depend on
-    the length of a bag.
+    Args:
+        bag: to replay.
+        whole: with smoother, trust and drift.
+        warm: short bag that is replayed first, uncounted: start and compilation do not depend on
+            the length of a bag.
+
+    Returns:
+        CPU time (s) and peak resident memory (bytes).
     """
     done = subprocess.run(
         [sys.executable, '-m', __name__, str(bag), str(int(whole)), str(warm)],
         stdout=subprocess.PIPE, text=True, check=True,
         env={**os.environ, 'OPENBLAS_NUM_THREADS': '1'})
-    found = json.loads(done.stdout)
-    return found['cpu_s'], found['peak_bytes']
+    result = json.loads(done.stdout)
+    return result['cpu_s'], result['peak_bytes']
 
 
-def main(argv):
-    """Replay the bags of `in_a_process`."""
+def main(argv: list[str]) -> None:
+    """Replay the bags of in_a_process() that `argv` names."""
     bag, whole, warm = argv[0], argv[1] == '1', argv[2]
     replayed(warm, whole)
     begin = time.process_time()
