@@ -125,13 +125,13 @@ def windows(result: Replay) -> Sequence[Backlash | NotExcited]:
     return loops.finish()
 
 
-def judge(fits: Sequence[Backlash | NotExcited], limits: Mapping[str, float | None],
+def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
           confidence: float) -> dict[str, Any]:
     """
     Return the verdict on a gearbox as plain data.
 
     Args:
-        fits: of the windows.
+        fits: Backlash or NotExcited of each window.
         limits: {'max_gap': rad or None, 'min_stiffness': N m/rad or None}.
         confidence: probability that a verdict needs.
 
@@ -149,8 +149,8 @@ def judge(fits: Sequence[Backlash | NotExcited], limits: Mapping[str, float | No
                         ('lost_motion_rad', lost_motion)):
         if value:
             data[name], data[name + '_std'] = value.value, value.std
-    data['gap_arcmin'] = math.degrees(gap.value) * 60.0
-    data['gap_arcmin_std'] = math.degrees(gap.std) * 60.0
+    data['gap_arcmin'] = math.degrees(data['gap_rad']) * 60.0
+    data['gap_arcmin_std'] = math.degrees(data['gap_rad_std']) * 60.0
     data['separable'] = separable
     data['width'] = float(np.mean([w.width for w in used]))
     data['passive'] = 2 * sum(w.passive for w in used) > len(used)

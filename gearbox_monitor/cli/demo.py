@@ -98,7 +98,7 @@ def run(args: Namespace) -> int:
             return 130
         except ChildFailed as error:
             print(f'gearbox_monitor demo: {error}', file=sys.stderr)
-            return error.code
+            return int(error.code)
 
 
 class Demo:

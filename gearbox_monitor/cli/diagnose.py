@@ -51,7 +51,8 @@ from gearbox_monitor.cli.drive_recordings import (
 from gearbox_monitor.cli.options import check_jobs, dump, expect_new, JSON_FILE_HELP, plain
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model, save_model
-from gearbox_monitor.identification.diagnose import diagnose, Verdict
+from gearbox_monitor.identification.diagnose import diagnose
+from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library

@@ -54,8 +54,9 @@ def run(args: Namespace) -> int:
         raise InputError(f'rclpy: not installed here ({error}), expected a sourced ROS 2 or '
                          'this package installed with the extra [ros]') from None
     ros_args = ['--ros-args', *args.ros_args] if args.ros_args else []
-    return play(args.bag, args.rate, args.topics, args.all, args.loop, not args.no_clock,
-                ros_args)
+    code: int = play(args.bag, args.rate, args.topics, args.all, args.loop, not args.no_clock,
+                     ros_args)
+    return code
 
 
 def _rate(text: str) -> float:

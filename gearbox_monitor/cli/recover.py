@@ -60,7 +60,7 @@ def run(args: Namespace) -> int:
     name = source.stem if source.suffix == '.mcap' else source.name
     out = Path(args.out) if args.out else source.with_name(f'{name}_recovered')
 
-    def progress(parts: Iterable[Any]) -> Iterable[Any]:
+    def progress(parts: Iterable[Any]) -> Any:
         """Show the progress through parts."""
         return tqdm(parts, desc='recover', unit=' chunks', disable=None, leave=False)
 

@@ -103,9 +103,9 @@ def _play(args: Namespace, player: Player) -> tuple[dict[str, Any], Comparison |
                   unit_scale=True, disable=None, leave=False) as bar:
             player.run([sink for sink in (summary, comparer, collector, *outputs, Progress(bar))
                         if sink and sink not in tables])
-        comparison = comparer and comparer.comparison
+        comparison = comparer.comparison if comparer else None
         data = summary.data(comparison)
-        if args.smooth:
+        if collector:
             result = collector.replay()
             rows = smoothed(result)
             for table in tables:

@@ -22,10 +22,10 @@ import numpy as np
 from gearbox_monitor.identification import (
     basis_functions, input_estimation, isolability, localisation)
 from gearbox_monitor.identification.candidates import NOT_FITTED
-from gearbox_monitor.identification.diagnose import Verdict
 from gearbox_monitor.identification.model_overlay import Overlay, overlay
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.torque_domain import driven
+from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
@@ -94,8 +94,13 @@ def gather(verdict: Verdict, recordings: Sequence[UniformRecording], model: Driv
     Returns:
         Arrays that the page and the pictures show.
 
+    Raises:
+        ValueError: the verdict has no search.
+
     """
     data, search = verdict.data, verdict.search
+    if search is None:
+        raise ValueError('verdict: no search, expected one')
     recording = concatenated([driven(r, model) for r in recordings])
     models = {'nominal model': model}
     if verdict.model is not None:

@@ -347,7 +347,7 @@ class GapLocation(Section):
             charts.append(chart(f'over {name}', [panel], label, label, False))
         planes = evidence.planes
         return cls(bars(rows, top=1.0), regions, len(ids_of(data)),
-                   evidence.missing and _missing(evidence.missing, evidence.labels), charts,
+                   _missing(evidence.missing, evidence.labels), charts,
                    heat_maps(f'Gap over {planes.x} and {planes.y}',
                              [(run.name, values) for run, values in zip(evidence.overlay.runs,
                                                                         planes.values)],
@@ -355,8 +355,10 @@ class GapLocation(Section):
                              HeatAxis(planes.y_edges, evidence.labels[planes.y]), '= gap'))
 
 
-def _missing(missing: MissingSignal, labels: Mapping[str, str]) -> MissingCurves:
-    """Return the charts of the signal that is missing at one place."""
+def _missing(missing: MissingSignal | None, labels: Mapping[str, str]) -> MissingCurves | None:
+    """Return the charts of the signal that is missing at one place, None without a gap."""
+    if missing is None:
+        return None
     quantity = {'N m': 'torque', 'N': 'force'}.get(missing.unit, 'offset')
     charts = []
     for name, law in missing.laws.items():

@@ -17,7 +17,7 @@ Geometry of the charts of a page: curves become SVG paths in the units of their 
 
 Functions are pure and return views, which templates/figures.html draws; nothing here is HTML.
 """
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 import json
 import math
@@ -443,7 +443,7 @@ def _path(trace: Trace, axis: Axis, y_axis: Axis) -> str:
         xs, ys = np.repeat(xs, 2)[1:-1], np.repeat(ys, 2)
     xs, ys = thinned(xs, ys)
     out, pen = [], 'M'
-    xs, ys = _mapped(axis.right, xs), _mapped(y_axis.down, ys)
+    xs, ys = _right(axis, xs), _down(y_axis, ys)
     for a, b in zip(xs, ys):
         if not math.isfinite(b):
             pen = 'M'
@@ -453,15 +453,20 @@ def _path(trace: Trace, axis: Axis, y_axis: Axis) -> str:
     return ''.join(out)
 
 
-def _mapped(place: Callable[..., Array], values: Array) -> Array:
-    """Return the places of `values` [N]: axes map arrays as they do numbers."""
-    return place(np.asarray(values, float))
+def _right(axis: Axis, values: Array) -> Array:
+    """Return the places of `values` [N] in units, growing to the right."""
+    return UNITS * (np.asarray(values, float) - axis.low) / (axis.high - axis.low)
+
+
+def _down(axis: Axis, values: Array) -> Array:
+    """Return the places of `values` [N] in units from above."""
+    return UNITS * (axis.high - np.asarray(values, float)) / (axis.high - axis.low)
 
 
 def _band(x: Array, band: tuple[Array, Array], axis: Axis, y_axis: Axis) -> str:
     """Return the d of the area between the curves of `band`; it breaks where one is NaN."""
-    xs = _mapped(axis.right, x)
-    low, high = (_mapped(y_axis.down, v) for v in band)
+    xs = _right(axis, x)
+    low, high = (_down(y_axis, v) for v in band)
     finite = np.isfinite(low) & np.isfinite(high)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], finite, [False]])))
     path = ''

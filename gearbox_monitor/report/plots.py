@@ -25,6 +25,7 @@ from typing import Any, TypeAlias
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array
@@ -38,11 +39,11 @@ Span: TypeAlias = tuple[float, float]  # (begin, end) in s
 
 @dataclass(frozen=True)
 class Curve:
-    """One loop: twist [N] rad, tau_k [N] N m, and its name."""
+    """One loop: twist [N] rad, tau_k [N] N m, and its name in the legend, None: no entry."""
 
     twist: Array
     tau_k: Array
-    label: str
+    label: str | None
     color: str = BLUE
 
 
@@ -164,9 +165,10 @@ def draw_loops(axes: Axes, curves: Sequence[Curve], title: str = 'Torque over tw
     if curves:
         legend = axes.legend(loc='upper left', fontsize=9)
         for handle in legend.legend_handles:
-            handle.set_alpha(1.0)
-            if handle.get_marker() == '.':
-                handle.set_markersize(9)
+            if isinstance(handle, Line2D):
+                handle.set_alpha(1.0)
+                if handle.get_marker() == '.':
+                    handle.set_markersize(9)
 
 
 def draw_backlash(axes: Axes, curve: BacklashCurve, title: str = 'Backlash') -> None:

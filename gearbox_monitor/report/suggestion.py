@@ -78,7 +78,8 @@ def _reached(recordings: Sequence[UniformRecording]) -> Array:
         smooth = Smooth(r, noise_levels(r.y)[0])
         rows.append((np.abs(r.u).max(), np.abs(smooth.v).max(),
                      np.abs(smooth.p - smooth.p[0]).max()))
-    return np.asarray(rows).max(axis=0)
+    reached: Array = np.asarray(rows).max(axis=0)
+    return reached
 
 
 def _below(value: float) -> str:

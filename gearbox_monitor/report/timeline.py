@@ -120,7 +120,8 @@ def loop_of(begin: float, end: float, twist: Array, rate: Array, tau_k: Array) -
 
     """
     step = max(1, len(twist) // CLOUD)
-    edges = np.linspace(*np.percentile(twist, (0.5, 99.5)), BRANCH_BINS + 1)
+    low, high = (float(np.percentile(twist, share)) for share in (0.5, 99.5))
+    edges = np.linspace(low, high, BRANCH_BINS + 1)
     slow = MOVING * float(np.sqrt(np.mean(rate ** 2)))
 
     def branch(x: Array, y: Array) -> tuple[Array, Array]:
