@@ -25,12 +25,12 @@ import math
 from typing import Any, Self, TypeAlias, TypeVar
 
 from gearbox_monitor.errors import InputError, Problems, unknown
+from gearbox_monitor.estimation.filters import FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import KINDS as EXCITATIONS
 
 # When a change takes effect: at once; with a restart of the filter; or never while it runs.
 AT_ONCE, RESTART, FIXED = 'at once', 'restart', 'fixed'
-FILTER_NAMES = ('ekf', 'ukf', 'srukf', 'aekf')
 # Whose messages a node takes when several publishers give the same joints.
 REFUSE, FOLLOW_FIRST, ACCEPT = POLICIES = ('refuse', 'follow_first', 'accept')
 

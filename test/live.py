@@ -17,8 +17,9 @@ import numpy as np
 from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.interfaces.signals import signal_values, SIGNALS
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.faults import Faults, FaultyPlant

@@ -69,13 +69,13 @@ class Comparer:
     def __init__(self, player):
         self._player, self._now = player, 0
         self.comparison = Comparison(early_inputs=player.early_inputs)
-        names = {MOTOR: player.monitor.parameters.motor_joint,
-                 ARM: player.monitor.parameters.arm_joint}
+        names = {MOTOR: player.estimator.parameters.motor_joint,
+                 ARM: player.estimator.parameters.arm_joint}
         self._signals = {}  # topic: (Signal, Decoder or None, StampMatcher)
         for signal in SIGNALS:
             topic = player.input.name(signal.topic)
             there = player.reader.topics.get(topic, ('', 0))[1] > 0
-            if signal.smoothed and not player.smoothed:
+            if signal.smoothed and not player.estimator.parameters['smoother_lag']:
                 continue
             if there or signal is SIGNALS[0]:  # its stamps tell what was lost
                 joints = [names.get(joint, joint) for joint in signal.joints]
@@ -94,7 +94,7 @@ class Comparer:
         self._resumed(part.resumed)
         for topic, (signal, decode, pairing) in self._signals.items():
             stamps, values = signal_values(
-                signal, part.estimates, self._player.monitor.model.gear_ratio)
+                signal, part.estimates, self._player.estimator.model.gear_ratio)
             left = stamps, np.hstack(list(values.values()))
             right = left[0][:0], left[1][:0]
             if decode:
@@ -168,7 +168,7 @@ class Comparer:
     def _decide(self, signal, stamps, near):
         """Say what the differences of `signal` at `stamps` come from."""
         # A smoothed value depends on samples behind it, up to one and a half lags.
-        lag = self._player.monitor.parameters.smoother_lag * 1e9
+        lag = self._player.estimator.parameters.smoother_lag * 1e9
         ahead = round(1.5 * lag) + 1 if signal.smoothed else 0
         loss = self._loss[np.searchsorted(self._since, stamps, 'right') - 1]
         explained = loss <= stamps + ahead

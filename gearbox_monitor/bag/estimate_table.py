@@ -109,11 +109,11 @@ class ParquetTable(EstimateTable):
         self._arrow, self._rows = pyarrow, 0
         self._stamps = np.empty(ROW_GROUP, np.int64)
         self._columns = np.empty((len(self._names), ROW_GROUP))
-        monitor = player.monitor
+        estimator = player.estimator
         about = {'version': __version__, 'kernels': KERNELS,
                  'replayed_from': str(player.reader.path),
-                 'parameters': json.dumps(monitor.parameters.to_dict()),
-                 'model': json.dumps(monitor.model.to_dict())}
+                 'parameters': json.dumps(estimator.parameters.to_dict()),
+                 'model': json.dumps(estimator.model.to_dict())}
         self._schema = pyarrow.schema(
             [('stamp_ns', pyarrow.int64()), *((name, pyarrow.float64()) for name in self._names)],
             metadata={f'gearbox_monitor.{key}': value for key, value in about.items()})

@@ -16,7 +16,8 @@
 Run a recording through the estimator, block by block in bounded memory.
 
 Replay starts at the estimator's recorded snapshots (state, parameters, input counter) and hands
-each sample to the same Monitor. Where no message was lost the live estimates come out bit for bit.
+each sample to the same Monitor, or to an Estimator alone. Where no message was lost the live
+estimates come out bit for bit.
 """
 from dataclasses import dataclass
 import json
@@ -30,14 +31,17 @@ from gearbox_monitor.bag.message_block import MessageBlock
 from gearbox_monitor.bag.replay_summary import BURN_IN, ReplaySummary, truth_topic
 from gearbox_monitor.bag.stamp_matching import match_stamps
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Estimates, Samples
+from gearbox_monitor.estimation.estimator import Estimator, SnapshotError, unsmoothed
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TAU_K, smoother_parameters
 from gearbox_monitor.kernels.jit import KERNELS
-from gearbox_monitor.monitoring.monitor import Estimates, Monitor, Samples, SnapshotError
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 
 _NOTHING = Samples(np.empty(0, np.int64), *np.empty((2, 0, 2)))
+STATE = ('z', 'P', 'memory', 'gate', 'clock', 'efforts', 'parameters', 'model')
 KEEP_GOING = ('period', 'baseline')  # snapshots that do not touch the state
 
 
@@ -114,14 +118,15 @@ class ReplayPart:
 @dataclass
 class Replay:
     """
-    What a replay gave: all samples and estimates, and the Monitor at its end.
+    What a replay gave: all samples and estimates, and the Estimator and Monitor at its end.
 
     comparison: with the recorded estimates, or None. told: {name: value}, see ReplaySummary.data.
     """
 
     recording: RecordedSamples
     estimates: Estimates
-    monitor: Monitor
+    estimator: Estimator
+    monitor: Monitor | None
     comparison: Comparison | None
     told: dict | None
 
@@ -192,14 +197,13 @@ class Player:
 
     Without `model` and `parameters` the recorded ones apply and the result can be compared with
     the recorded estimates (`compared`). With any of them, they replace the recorded (or default)
-    ones. topic: as of find_input. judged, smoothed: as of Monitor. monitor: as it stands.
+    ones. topic: as of find_input. estimator: in its present state, as is the monitor.
     early_inputs: samples recorded before the estimator was ready. notes: sentences for the user.
     Raises InputError.
     """
 
-    def __init__(self, reader, model=None, parameters=None, topic='joint_states', judged=True,
-                 smoothed=True):
-        self.reader, self.judged, self.smoothed = reader, judged, smoothed
+    def __init__(self, reader, model=None, parameters=None, topic='joint_states'):
+        self.reader = reader
         self.input = find_input(reader, topic)
         self.topic, self.namespace = self.input.topic, self.input.namespace
         self.notes, self.early_inputs = [], 0
@@ -207,10 +211,9 @@ class Player:
         recorded_model, recorded = DriveModel(), {}
         if snapshots:
             recorded_model, recorded = snapshots[0].used(reader.path)
-        self.monitor = Monitor(model or recorded_model, {**recorded, **(parameters or {})},
-                               judged=judged, smoothed=smoothed)
-        self._names = (self.monitor.parameters.motor_joint,
-                       self.monitor.parameters.arm_joint)
+        self._engine = self._started(model or recorded_model, {**recorded, **(parameters or {})})
+        self._names = (self.estimator.parameters.motor_joint,
+                       self.estimator.parameters.arm_joint)
         self._require_joints()
         self._snapshots, self._starts, self._running, reason = [], [], False, ''
         if model is not None or parameters:
@@ -226,6 +229,16 @@ class Player:
         if reason:
             self.notes.append(f'not compared: {reason}')
 
+    @property
+    def estimator(self):
+        """The Estimator, in its present state."""
+        return self._engine.estimator
+
+    @property
+    def monitor(self):
+        """The Monitor, in its present state; None in a player of estimates alone."""
+        return self._engine
+
     def run(self, sinks):
         """Hand all parts to each of `sinks`, which then finish. They name the topics they need."""
         topics = dict.fromkeys(topic for sink in sinks for topic in sink.topics)
@@ -240,7 +253,7 @@ class Player:
         decode = self.reader.decoder(self.topic, self._names)
         index, following = 0, 0  # of the next sample, of the next snapshot
         for block in self.reader.blocks(tuple(dict.fromkeys((self.topic, *topics)))):
-            samples, log_ns = samples_of(decode(block.of(self.topic)), self.monitor.model)
+            samples, log_ns = samples_of(decode(block.of(self.topic)), self.estimator.model)
             begin, end, found, resumed = 0, len(log_ns), [], []
             while begin < end:
                 behind = following
@@ -251,7 +264,7 @@ class Player:
                     resumed.append(samples.stamp_ns[begin])
                 stop = min([end, *(at - index for at in self._starts[following:following + 1])])
                 if following or not self._starts:
-                    found.append(self.monitor.run(_some(samples, begin, stop)))
+                    found.append(self._engine.run(_some(samples, begin, stop)))
                 begin = stop
             index += end
             yield ReplayPart(block, samples, log_ns, _joined(found or [self._nothing()]),
@@ -261,7 +274,7 @@ class Player:
 
     def _nothing(self):
         """Return Estimates of no sample."""
-        return self.monitor.run(_NOTHING)
+        return self._engine.run(_NOTHING)
 
     def _require_joints(self):
         """Raise InputError unless both joints are there; seldom takes more than a block."""
@@ -273,14 +286,24 @@ class Player:
         self.reader.require_joints(self.topic, self._names, decode.there)
 
     def _take_up(self, snapshot):
-        """Go on from the recorded `snapshot`; a Monitor that stands exactly there stays."""
-        if self._running and _goes_on(self.monitor, snapshot):
+        """Go on from the recorded `snapshot`; an engine that stands exactly there stays."""
+        if self._running and self._goes_on(snapshot):
             return
-        self.monitor, self._running = self._restored(snapshot), True
+        self._engine, self._running = self._restored(snapshot), True
+
+    def _goes_on(self, snapshot):
+        """Return whether the engine stands exactly where `snapshot` was taken."""
+        same = (snapshot.content.get('reason') in KEEP_GOING
+                and _same_state(self.monitor.snapshot(), snapshot.content))
+        if same:
+            self.monitor.adopt_baseline(snapshot.content)
+        return same
+
+    def _started(self, model, parameters):
+        return Monitor(model, parameters)
 
     def _restored(self, snapshot):
-        return Monitor.restore(snapshot.content, f'{self.reader.path}: snapshot', self.judged,
-                               self.smoothed)
+        return Monitor.restore(snapshot.content, f'{self.reader.path}: snapshot')
 
     def _place(self, snapshots):
         """Find the first sample behind each of `snapshots`. Raises SnapshotError."""
@@ -295,7 +318,7 @@ class Player:
         _place_by_count(snapshots, starts, found)
         snapshots, starts = snapshots[use:], np.maximum.accumulate(starts[use:])
         for snapshot in reversed(snapshots):
-            self.monitor = self._restored(snapshot)  # all of them can be read
+            self._engine = self._restored(snapshot)  # all of them can be read
         if len(snapshots) > 1 and snapshots[0].input_count == 0:
             # The counter tells how many of the samples before the second snapshot were seen live.
             self.early_inputs = max(0, int(starts[1] - starts[0]) - snapshots[1].input_count)
@@ -321,7 +344,7 @@ class Player:
         place, distance = np.full(len(own), -1), np.full(len(own), np.iinfo(np.int64).max)
         decode = self.reader.decoder(self.topic, self._names)
         for block in self.reader.blocks([self.topic]):
-            samples, log_ns = samples_of(decode(block), self.monitor.model)
+            samples, log_ns = samples_of(decode(block), self.estimator.model)
             stamps = samples.stamp_ns
             if not count and len(stamps):
                 first = int(stamps[0])
@@ -337,6 +360,32 @@ class Player:
                          before)
         found = (place >= 0) & (own > 0)
         return np.where(found, place, start), found, first, count
+
+
+class EstimatePlayer(Player):
+    """A Player of the estimates alone: no fixed-lag smoother, no trust, no drift."""
+
+    @property
+    def estimator(self):
+        """The Estimator, in its present state."""
+        return self._engine
+
+    @property
+    def monitor(self):
+        """None: nothing is judged."""
+        return None
+
+    def _goes_on(self, snapshot):
+        return (snapshot.content.get('reason') in KEEP_GOING
+                and _same_state(self._engine.snapshot(),
+                                self._restored(snapshot).snapshot()))
+
+    def _started(self, model, parameters):
+        return Estimator(model, unsmoothed(parameters))
+
+    def _restored(self, snapshot):
+        return Estimator.restore(snapshot.content, f'{self.reader.path}: snapshot',
+                                 {'smoother_lag': 0.0})
 
 
 def replay(reader, model=None, parameters=None, topic='joint_states'):
@@ -377,8 +426,8 @@ class ReplayCollector:
         player = self._player
         recording = RecordedSamples(_joined(self._samples), np.concatenate(self._log_ns),
                                     player.topic, player.topic.rsplit('/', 1)[0])
-        estimates = _joined(self._estimates or [player.monitor.run(self._samples[0])])
-        return Replay(recording, estimates, player.monitor, comparison, told)
+        estimates = _joined(self._estimates or [player.estimator.run(self._samples[0])])
+        return Replay(recording, estimates, player.estimator, player.monitor, comparison, told)
 
 
 def _place_by_count(snapshots, starts, found):
@@ -412,16 +461,9 @@ def _joined(parts):
                   for name in kind.__dataclass_fields__))
 
 
-def _goes_on(monitor, snapshot):
-    """Return whether `monitor` stands exactly where `snapshot` was taken."""
-    if snapshot.content.get('reason') not in KEEP_GOING:
-        return False
-    now = monitor.snapshot()
-    same = all(now[key] == snapshot.content.get(key)
-               for key in ('z', 'P', 'memory', 'gate', 'clock', 'efforts', 'parameters', 'model'))
-    if same:
-        monitor.adopt_baseline(snapshot.content)
-    return same
+def _same_state(present, recorded):
+    """Return whether the snapshots `present` and `recorded` {name: text} are of one state."""
+    return all(present[key] == recorded.get(key) for key in STATE)
 
 
 def truth(reader, recording):
@@ -445,7 +487,7 @@ def smoothed(result):
     sample, without snapshots, has no estimate.
     """
     found = smooth_interval(
-        result.monitor.model, smoother_parameters(result.monitor.parameters),
+        result.estimator.model, smoother_parameters(result.estimator.parameters),
         result.recording.samples)
     rows = np.full((len(result.estimates.stamp_ns), N_SMOOTHED), np.nan)
     i, j = match_stamps(result.estimates.stamp_ns, found.stamp_ns)

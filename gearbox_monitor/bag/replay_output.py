@@ -42,17 +42,17 @@ class BagOutput:
 
     def __init__(self, path, player):
         reader, self._input = player.reader, player.input
-        monitor = player.monitor
+        estimator = player.estimator
         ours = {self._input.name(signal.topic) for signal in SIGNALS}
         # What the live estimator said besides belongs to its estimates, not to these.
         said = {DIAGNOSTICS, self._input.name(DRIFT_ALERTS)}
         self.topics = tuple(topic for topic in reader.topics if topic not in ours | said
                             and (player.compared or not topic.endswith('/snapshot')))
-        self._gear_ratio = monitor.model.gear_ratio
-        self._names = {MOTOR: monitor.parameters.motor_joint,
-                       ARM: monitor.parameters.arm_joint}
+        self._gear_ratio = estimator.model.gear_ratio
+        self._names = {MOTOR: estimator.parameters.motor_joint,
+                       ARM: estimator.parameters.arm_joint}
         # Smoothed values are about samples up to one and a half lags ago.
-        self._lag = round(1.5e9 * monitor.parameters.smoother_lag) if player.smoothed else 0
+        self._lag = round(1.5e9 * estimator.parameters.smoother_lag)
         self._stamps, self._log_ns = np.empty((2, 0), np.int64)
         self._last = {}     # topic: log time of its last message
         self._waiting = []  # (log time, topic, publish time, bytes)
@@ -65,17 +65,17 @@ class BagOutput:
 
     def _announce(self, player, ours):
         """Write what comes before the first message; ours: topics of the estimates."""
-        reader, monitor = player.reader, player.monitor
+        reader, estimator = player.reader, player.estimator
         self._writer.add_metadata('gearbox_monitor', {
             'version': __version__, 'replayed_from': str(reader.path),
-            'parameters': json.dumps(monitor.parameters.to_dict()),
-            'model': json.dumps(monitor.model.to_dict())})
+            'parameters': json.dumps(estimator.parameters.to_dict()),
+            'model': json.dumps(estimator.model.to_dict())})
         for topic in self.topics:
             self._writer.add_topic(topic, reader.topics[topic][0])
         for topic in sorted(ours):
             self._writer.add_topic(topic, JOINT_STATE)
         if not player.compared:  # else the recorded snapshots apply
-            self._write_snapshot(reader, monitor)
+            self._write_snapshot(reader, estimator)
 
     def add(self, part):
         """Take a ReplayPart."""
@@ -110,17 +110,17 @@ class BagOutput:
             self._writer.write(topic, log_ns, raw, publish_ns)
         del self._waiting[:count]
 
-    def _write_snapshot(self, reader, monitor):
+    def _write_snapshot(self, reader, estimator):
         """Write the state before the first sample."""
         topic = self._input.snapshots or f'{self._input.namespace}/estimator/{SNAPSHOT}'
         types = get_typestore(Stores.ROS2_JAZZY).types
         header = types['std_msgs/msg/Header'](types['builtin_interfaces/msg/Time'](0, 0), '')
         content = {'reason': 'start', 'version': __version__, 'kernels': KERNELS,
                    'topics': json.dumps(self._input.names),
-                   **Monitor(monitor.model, monitor.parameters).snapshot()}
+                   **Monitor(estimator.model, estimator.parameters).snapshot()}
         status = types['diagnostic_msgs/msg/DiagnosticStatus'](
             0, 'estimator: snapshot', 'what replay starts from',
-            monitor.parameters.gearbox_serial,
+            estimator.parameters.gearbox_serial,
             [types['diagnostic_msgs/msg/KeyValue'](key, value) for key, value in content.items()])
         self._writer.add_topic(topic, DIAGNOSTIC_ARRAY)
         self._writer.write_message(topic, reader.start_ns or 0,

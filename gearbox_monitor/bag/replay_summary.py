@@ -94,23 +94,23 @@ class ReplaySummary:
 
     def data(self, comparison=None):
         """Return {name: value}; `comparison`: the Comparison, or None."""
-        player, monitor = self._player, self._player.monitor
+        player, estimator = self._player, self._player.estimator
         span = float(self._span[1] - self._span[0]) * 1e-9 if self._span else 0.0
         total, counted, expected = self._nis
         data = {
             'bag': str(player.reader.path), 'samples': self._samples,
             'estimates': self._estimates, 'duration_s': span,
             'rate_hz': (self._samples - 1) / span if span > 0 else 0.0,
-            'filter': monitor.parameters.filter,
-            'adapted': monitor.adapted(),
-            'adaptation_guards': monitor.adaptation_guards(),
-            'refused': {text: int(monitor.counts[code]) for code, text in REASONS.items()
-                        if monitor.counts[code]},
+            'filter': estimator.parameters.filter,
+            'adapted': estimator.adapted(),
+            'adaptation_guards': estimator.adaptation_guards(),
+            'refused': {text: int(estimator.counts[code]) for code, text in REASONS.items()
+                        if estimator.counts[code]},
             'nis': total / counted if counted else None,
             'nis_expected': expected / counted if counted else None,
-            'gap_rad': [round(w.gap, 6) for w in monitor.windows],
-            'levels': {k: f.level.name for k, f in monitor.findings.items()}
-            if player.judged else {},
+            'gap_rad': [round(w.gap, 6) for w in player.monitor.windows] if player.monitor else [],
+            'levels': {k: f.level.name for k, f in player.monitor.findings.items()}
+            if player.monitor else {},
         }
         if self._truth and counted:
             n, error, known, within = self._sums
@@ -121,7 +121,7 @@ class ReplaySummary:
         if comparison:
             data['replay_identical'] = comparison.verdict
             data['comparison'] = asdict(comparison)
-        data['notes'] = (player.notes + monitor.warnings + monitor.divergence_notes()
+        data['notes'] = (player.notes + estimator.warnings + estimator.divergence_notes()
                          + ([player.reader.notice] if player.reader.notice else []))
         return data
 

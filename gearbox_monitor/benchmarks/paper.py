@@ -36,12 +36,13 @@ from gearbox_monitor.benchmarks.harness import (
     add_json_option, bar_lines, BarRow, BarTable, finish, progress_line, require_compiled,
     require_whole)
 from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, smoother_parameters
 from gearbox_monitor.estimation.tune import tuned as tune
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation

@@ -22,7 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.monitoring.monitor import Estimates, Monitor, Samples
+from gearbox_monitor.estimation.estimates import Estimates, Samples
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate, Trajectory
@@ -83,7 +84,7 @@ def evaluate(drive: tuple[DriveModel, Noise], samples_of: Callable[..., Samples]
                               {**parameters, **own, **changes})
             figures[name].append(error(monitor.run(samples), trajectory))
             if 'Cv' in name:
-                figures['Cv'].append(monitor.adapted()['viscous_friction'])
+                figures['Cv'].append(monitor.estimator.adapted()['viscous_friction'])
         trajectory = simulate(model, u, dt, noise, seed)
         t = dt * np.arange(len(u))
         louder = np.where((t >= SETTLED[0]) & (t < SETTLED[1]), NOISIER, 1.0)

@@ -27,11 +27,14 @@ import numpy as np
 from scipy.optimize import brentq, least_squares
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation import ekf
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.filter_kind import Belief, Reading, Scratch
+from gearbox_monitor.estimation.filters import ekf
 from gearbox_monitor.estimation.process_model import markers, P0, pack, state_names, TAU_K, X1, X2
+from gearbox_monitor.estimation.sample_loop import Stream
 from gearbox_monitor.estimation.step_record import record_size
 from gearbox_monitor.kernels.jit import jit
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import model_from_dict
 
@@ -112,24 +115,23 @@ def estimate(values, run, arm_step, sharpness=SHARPNESS):
     u = values['torque_constant'] * run.current
     torque, variance = np.zeros(len(u)), np.zeros(len(u))
     p = pack(model, parameters)
-    P = np.diag(p[P0:P0 + n]).ravel()
-    _filter(markers(p, n), run.stamps, u, run.outputs, p, np.zeros(n), P, np.zeros(0),
-            np.zeros((ekf.N_VECTORS, n)), np.zeros((ekf.N_MATRICES, n * n)),
+    belief = Belief(np.zeros(n), np.diag(p[P0:P0 + n]).ravel(), np.zeros(0))
+    scratch = Scratch(np.zeros((1, n)), np.zeros((1, n * n)))
+    _filter(markers(p, n), Stream(run.stamps, u, run.outputs), p, belief, scratch,
             np.zeros(record_size(n)), torque, variance)
     return torque, np.sqrt(variance + values.get('tau_k_model_std', 0.0) ** 2)
 
 
 @jit
-def _filter(states, stamps, u, outputs, p, z, P, memory, vectors, matrices, record, torque,
-            variance):
+def _filter(states, stream, p, belief, scratch, record, torque, variance):
     """Write tau_K and its variance, each [N]; releases the GIL, so that runs go in parallel."""
-    n = len(states)
+    n, (stamps, u, outputs), (z, P, _) = len(states), stream, belief
     z[X1], z[X2] = outputs[0, 0], outputs[0, 1]
     variance[0] = P[TAU_K * n + TAU_K]
     for k in range(1, len(stamps)):
         dt = (stamps[k] - stamps[k - 1]) * 1e-9
-        if not ekf.step(states, z, P, memory, dt, u[k - 1], 0.0, outputs[k, 0], outputs[k, 1], p,
-                        vectors, matrices, record):
+        reading = Reading(dt, u[k - 1], 0.0, outputs[k, 0], outputs[k, 1])
+        if not ekf.step(states, belief, reading, p, scratch, record):
             torque[k:] = np.inf
             break
         torque[k], variance[k] = z[TAU_K], P[TAU_K * n + TAU_K]

@@ -30,7 +30,7 @@ from rosbags.highlevel import AnyReader
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.estimate_table import ParquetTable
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import Player
+from gearbox_monitor.bag.replay import EstimatePlayer, Player
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.benchmarks.memory import peak_bytes
@@ -80,7 +80,7 @@ def replayed(bag: str | Path, whole: bool, parameters: Mapping[str, Any] | None 
         parameters: of the estimator, where they differ from the defaults.
     """
     with tempfile.TemporaryDirectory() as folder, open_bag(bag) as reader:
-        player = Player(reader, None, parameters, judged=whole, smoothed=whole)
+        player = (Player if whole else EstimatePlayer)(reader, None, parameters)
         summary = ReplaySummary(player)
         table = ParquetTable(Path(folder) / 'out.parquet', player)
         player.run([summary, table])

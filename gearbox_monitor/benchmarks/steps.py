@@ -19,26 +19,25 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import batch_score
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator, loop_arrays
 from gearbox_monitor.estimation.filter import Filter
-from gearbox_monitor.estimation.filter_registry import FILTERS
+from gearbox_monitor.estimation.filter_kind import filter_kind, Reading
 from gearbox_monitor.estimation.process_model import markers, pack, state_names
-from gearbox_monitor.estimation.sample_loop import filter_step, KINDS, start
-from gearbox_monitor.estimation.step_record import record_size
-from gearbox_monitor.kernels.jit import jit
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.estimation.sample_loop import filter_step, start
+from gearbox_monitor.kernels.jit import bound
 from gearbox_monitor.parameters import EstimatorParameters
 
 
-@jit
-def _loop(is_ukf, is_srukf, is_aekf, states, z, P, memory, u, y, dt, p, vectors, matrices, record):
-    """Run the filter over N samples; return how many steps failed."""
+def _loop(states, belief, u, y, dt, p, scratch, record):
+    """Run the filter that filter_step stands for over N samples; return how many steps failed."""
     failed = 0
     for k in range(1, u.shape[0]):
-        if not filter_step(is_ukf, is_srukf, is_aekf, states, z, P, memory, dt, u[k - 1], 0.0,
-                           y[k, 0], y[k, 1], p, vectors, matrices, record):
+        if not filter_step(states, belief, Reading(dt, u[k - 1], 0.0, y[k, 0], y[k, 1]), p,
+                           scratch, record):
             failed += 1
-            start(states, z, P, y[k, 0], y[k, 1], p, record)
-            memory[:] = 0.0
+            start(states, belief, y[k, 0], y[k, 1], p, record)
+            belief.memory[:] = 0.0
     return failed
 
 
@@ -46,18 +45,14 @@ def stepper(model, parameters, u, y, dt):
     """Return a function that runs the filter of `parameters` over u [N], y [N, 2] once."""
     parameters = EstimatorParameters.of(parameters)
     model = model.with_(arm_load=parameters.arm_load)
-    n, module = len(state_names(model, parameters)), FILTERS[parameters.filter]
-    p, kind = pack(model, parameters), KINDS[parameters.filter]
-    states = markers(p, n)
+    n, p = len(state_names(model, parameters)), pack(model, parameters)
+    kind, states = filter_kind(parameters.filter), markers(p, n)
+    loop = bound(_loop, kind.name, filter_step=kind.step)
 
     def run():
-        z, P, memory = np.zeros(n), np.eye(n).ravel(), np.zeros(module.memory_size(n))
-        record = np.zeros(record_size(n))
-        vectors = np.zeros((module.N_VECTORS, n))
-        matrices = np.zeros((max(module.N_MATRICES, 5), n * n))
-        start(states, z, P, y[0, 0], y[0, 1], p, record)
-        return _loop(*kind, states, z, P, memory, u, y, dt, p.copy(), vectors, matrices,
-                     record)
+        belief, scratch, state = loop_arrays(kind, n, 1)
+        start(states, belief, y[0, 0], y[0, 1], p, state.ring[0])
+        return loop(states, belief, u, y, dt, p.copy(), scratch, state.ring[0])
     return run
 
 
@@ -76,12 +71,12 @@ def bank_stepper(model, parameters, u, y, dt, size):
     """Return a function that runs `size` EKFs of different Q side by side, over u, y once."""
     samples = Samples(np.round((1.0 + dt * np.arange(len(u))) * 1e9).astype(np.int64),
                       np.column_stack([u, np.full(len(u), np.nan)]), y)
-    monitor = Monitor(model, parameters, judged=False, smoothed=False)
-    packed = np.array([pack(monitor.drive, monitor.parameters.replace(q_std_tau_k=float(q)))
-                       for q in monitor.parameters.q_std_tau_k * np.geomspace(0.2, 5.0, size)])
+    one = Estimator(model, parameters)
+    packed = np.array([pack(one.drive, one.parameters.replace(q_std_tau_k=float(q)))
+                       for q in one.parameters.q_std_tau_k * np.geomspace(0.2, 5.0, size)])
 
     def run():
-        scores = batch_score.run(packed, monitor.states, monitor.settings, samples, 1)
+        scores = batch_score.run(packed, one.states, one.settings, samples, 1)
         if not np.isfinite(scores).all():
             raise InputError('a filter of the batch diverged')
     return run

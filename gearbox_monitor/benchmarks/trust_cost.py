@@ -21,7 +21,8 @@ import numpy as np
 
 from gearbox_monitor.benchmarks import paper
 from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate
 

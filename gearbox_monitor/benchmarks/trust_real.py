@@ -22,11 +22,11 @@ import numpy as np
 
 from gearbox_monitor.benchmarks import real, real_fit
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.monitoring.backlash import change
 from gearbox_monitor.monitoring.backlash.features import Backlash, fit, NotExcited
 from gearbox_monitor.monitoring.checks.level import Level
-from gearbox_monitor.monitoring.monitor import Samples
 
 # What "benchmark real" finds for this drive on the training runs of split orig.
 FITTED = {

@@ -24,11 +24,12 @@ import numpy as np
 
 from gearbox_monitor.benchmarks import paper
 from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.process_model import pack, TAU_K
 from gearbox_monitor.estimation.tune import tuned
 from gearbox_monitor.monitoring.checks import covariance, innovation, observability
 from gearbox_monitor.monitoring.checks.level import Level
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import PlantParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -224,7 +225,7 @@ def _judged(rows, monitor, end):
     white = [sample_loop.E_WHITE_1, sample_loop.E_WHITE_2]
     results = [innovation.flags(w[:, white], w[:, sample_loop.E_NIS], w[:, sample_loop.E_DOF])
                for w in rows]
-    packed, names = pack(monitor.drive, monitor.parameters), monitor.names
+    packed, names = pack(monitor.estimator.drive, monitor.parameters), monitor.estimator.names
     columns = [{'tau_arm': sample_loop.E_TAU_ARM, 'tau_e': sample_loop.E_TAU_E}.get(name, i)
                for i, name in enumerate(names)]
     last = rows[:, -round(observability.WINDOW / DT):]

@@ -120,7 +120,7 @@ def angle(word: str) -> float:
 
 def windows(result: Replay) -> Sequence[Backlash | NotExcited]:
     """Return what features.fit finds in each window of the replay `result`."""
-    loops = Windows(result.monitor.drive, result.monitor.parameters)
+    loops = Windows(result.estimator.drive, result.estimator.parameters)
     loops.add(result.estimates.smoothed_stamp_ns, result.estimates.smoothed)
     return loops.finish()
 

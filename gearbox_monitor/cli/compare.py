@@ -50,9 +50,10 @@ from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import add_estimator_arguments, check_filter, expect_new
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import filterpy_reference, sample_loop
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.score import known_at, score, settled, torque_errors, WHITE_LIMIT
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
@@ -168,21 +169,21 @@ def run_filter(name: str, model: DriveModel, parameters: EstimatorParameters,
         return FilterResult(name, estimates,
                             (time.process_time() - begin) / len(samples.stamp_ns), 0)
     parameters = parameters.replace(filter=name)
-    monitor = Monitor(model, parameters)
-    estimates = monitor.run(samples)
-    # Timed without smoothing and its drift windows: what remains is the filter and its loop.
-    bare = parameters.replace(smoother_lag=0.0)
+    estimator = Estimator(model, parameters)
+    estimates = estimator.run(samples)
+    # Timed without smoothing: what remains is the filter and its loop.
+    bare = unsmoothed(parameters)
     few = Samples(*(getattr(samples, f)[:WARM_UP] for f in ('stamp_ns', 'u', 'y')))
-    Monitor(model, bare).run(few)
+    Estimator(model, bare).run(few)
     cpu = []
     for _ in range(REPEATS):
-        timed = Monitor(model, bare)
+        timed = Estimator(model, bare)
         begin = time.process_time()
         timed.run(samples)
         cpu.append(time.process_time() - begin)
     return FilterResult(name, estimates, min(cpu) / len(samples.stamp_ns),
-                        int(monitor.counts[sample_loop.DIVERGED]),
-                        tuple(monitor.divergence_notes()))
+                        int(estimator.counts[sample_loop.DIVERGED]),
+                        tuple(estimator.divergence_notes()))
 
 
 def row(result: FilterResult, results: Sequence[FilterResult],

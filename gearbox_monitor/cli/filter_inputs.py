@@ -21,8 +21,8 @@ from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.bag.replay import read_samples, read_snapshots, RecordedSamples
 from gearbox_monitor.cli.options import check_filter, estimator_options
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.monitoring.monitor import Samples
 from gearbox_monitor.parameters import EstimatorParameters, MODEL, resolve
 from gearbox_monitor.plant.drive import DriveModel
 

@@ -43,7 +43,8 @@ from tqdm import tqdm
 from gearbox_monitor.bag.comparison import Comparer, Comparison
 from gearbox_monitor.bag.estimate_table import CsvTable, ParquetTable
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import interval_error, Player, ReplayCollector, smoothed
+from gearbox_monitor.bag.replay import (
+    EstimatePlayer, interval_error, Player, ReplayCollector, smoothed)
 from gearbox_monitor.bag.replay_output import BagOutput
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.cli.options import add_estimator_arguments, estimator_options, expect_new
@@ -78,10 +79,10 @@ def run(args: Namespace) -> int:
         expect_new(path)
     with open_bag(args.bag) as reader:
         model = load_model(model_file) if model_file else None
-        whole = not args.estimates_only
-        player = Player(reader, model, parameters, args.topic, judged=whole, smoothed=whole)
+        kind = EstimatePlayer if args.estimates_only else Player
+        player = kind(reader, model, parameters, args.topic)
         data, comparison = _play(args, player)
-    print(json.dumps(data, indent=2) if args.json else text(data, player.monitor.model.axis))
+    print(json.dumps(data, indent=2) if args.json else text(data, player.estimator.model.axis))
     return 1 if comparison and comparison.different else 0
 
 

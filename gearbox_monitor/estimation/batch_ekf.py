@@ -24,12 +24,12 @@ the other; drive: see drive_of.
 """
 from typing import TypeAlias
 
-from gearbox_monitor.estimation.ekf import inverse, joseph, joseph_element, mahalanobis
+from gearbox_monitor.estimation.filters.ekf import inverse, joseph, joseph_element, mahalanobis
 from gearbox_monitor.estimation.process_model import (
-    along, answer, Column, EIGENVALUE, FRICTION_AT, K_P, NUMERIC, P0, Pair, Q0, Q_TAU_K_SPEED, R1,
+    along, answer, Column, EIGENVALUE, FRICTION_AT, K_P, NUMERIC, P0, Q0, Q_TAU_K_SPEED, R1,
     R2, rates, softened_sharpness, STATISTICAL, TAU_ARM, TAU_K, tau_k_noise, X1, X2, X3, X4)
 from gearbox_monitor.kernels.jit import fma, jit, jit_inline
-from gearbox_monitor.kernels.types import Array, Packed, States
+from gearbox_monitor.kernels.types import Array, Four, Packed, Pair, States
 from gearbox_monitor.plant.drive import (
     ALPHA, arm_acceleration, CAC, CAV, CL, G, motor_acceleration, motor_friction_slope,
     steady_arm_load, substeps)
@@ -83,10 +83,13 @@ def _rates(loaded: bool | None, m: Column, slope: float, load: float, p: Packed)
 
 
 @jit_inline
-def _column(loaded: bool | None, j: int, m1: Column, h: float,
-            slopes: tuple[float, float, float, float], load: float, p: Packed, s: Array,
-            i: int) -> None:
-    """Advance column `j` of phi, `m1`, by an RK4 step, and write it; load: answer of the state."""
+def _column(loaded: bool | None, at: int, m1: Column, h: float, slopes: Four, load: float,
+            p: Packed, s: Array) -> None:
+    """
+    Advance the column `m1` of phi by an RK4 step, and write it.
+
+    at: place of the column and lane in a row; load: answer of the state.
+    """
     r1 = _rates(loaded, m1, slopes[0], load, p)
     m2 = along(m1, 0.5 * h, m1, r1, p)
     r2 = _rates(loaded, m2, slopes[1], load, p)
@@ -96,7 +99,6 @@ def _column(loaded: bool | None, j: int, m1: Column, h: float,
     r4 = _rates(loaded, m4, slopes[3], load, p)
     moved1 = h / 6.0 * fma(2.0, m2[1] + m3[1], m1[1] + m4[1])
     moved2 = h / 6.0 * fma(2.0, m2[2] + m3[2], m1[2] + m4[2])
-    at = LANES * j + i
     s[LANES * (PHI + N * X1) + at] = m1[0] + moved1
     s[LANES * (PHI + N * X2) + at] = m1[4] + moved2
     s[LANES * (PHI + N * X3) + at] = fma(h / 6.0, fma(2.0, r2[0] + r3[0], r1[0] + r4[0]), m1[1])
@@ -155,12 +157,13 @@ def _rk4(states: States, first: bool | None, u: float, load: float, h: float, dr
         s[LANES * (Z + X4) + i] = x4 + sixth * (g1 + 2.0 * (g2 + g3) + g4)
         s[LANES * (Z + TAU_K) + i] = tau_k + p[K_P] * (moved1 - moved2)
         slopes = (slope1, slope2, slope3, slope4)
-        _column(loaded, X1, _begun(first, X1, s, i), h, slopes, 0.0, p, s, i)
-        _column(loaded, X3, _begun(first, X3, s, i), h, slopes, 0.0, p, s, i)
-        _column(loaded, X4, _begun(first, X4, s, i), h, slopes, 0.0, p, s, i)
-        _column(loaded, TAU_K, _begun(first, TAU_K, s, i), h, slopes, 0.0, p, s, i)
+        _column(loaded, LANES * X1 + i, _begun(first, X1, s, i), h, slopes, 0.0, p, s)
+        _column(loaded, LANES * X3 + i, _begun(first, X3, s, i), h, slopes, 0.0, p, s)
+        _column(loaded, LANES * X4 + i, _begun(first, X4, s, i), h, slopes, 0.0, p, s)
+        _column(loaded, LANES * TAU_K + i, _begun(first, TAU_K, s, i), h, slopes, 0.0, p, s)
         if n > 5:
-            _column(loaded, TAU_ARM, _begun(first, TAU_ARM, s, i), h, slopes, 1.0, p, s, i)
+            _column(loaded, LANES * TAU_ARM + i, _begun(first, TAU_ARM, s, i), h, slopes, 1.0, p,
+                    s)
 
 
 @jit_inline
@@ -269,13 +272,13 @@ def _updated(n: int, k: int, s: Array, i: int) -> None:
     prior, first = LANES * (PRIOR + N * k) + i, LANES * (PRIOR + N * X1) + i
     second = LANES * (PRIOR + N * X2) + i
     k1, k2 = s[LANES * (GAIN_1 + k) + i], s[LANES * (GAIN_2 + k) + i]
-    a, b, w1, w2 = joseph(k, k1, k2, s[prior + LANES * X1], s[prior + LANES * X2], s[first],
-                          s[first + LANES * X2], s[second + LANES * X2], s[LANES * NOISE_1 + i],
-                          s[LANES * NOISE_2 + i])
+    row = joseph(k, (k1, k2), (s[prior + LANES * X1], s[prior + LANES * X2]),
+                 (s[first], s[first + LANES * X2], s[second + LANES * X2]),
+                 (s[LANES * NOISE_1 + i], s[LANES * NOISE_2 + i]))
     for j in range(k + 1):
-        value = joseph_element(k, s[prior + LANES * j], a, b, w1, w2, s[first + LANES * j],
-                               s[second + LANES * j], s[LANES * (GAIN_1 + j) + i],
-                               s[LANES * (GAIN_2 + j) + i])
+        value = joseph_element(
+            k, s[prior + LANES * j], row, (s[first + LANES * j], s[second + LANES * j]),
+            (s[LANES * (GAIN_1 + j) + i], s[LANES * (GAIN_2 + j) + i]))
         s[LANES * (P + N * k) + LANES * j + i] = value
         s[LANES * (P + N * j) + LANES * k + i] = value
         if j == k and not 0.0 < value < HUGE:

@@ -25,14 +25,15 @@ import numpy as np
 
 from gearbox_monitor.estimation import batch_ekf, sample_loop
 from gearbox_monitor.estimation.batch_ekf import (
-    BAD, begin, DETERMINANT, drive_of, ERROR_1, ERROR_2, LANES, N_ROWS, NIS, NOISE_1, NOISE_2,
-    predict, S11, S22, update)
-from gearbox_monitor.estimation.ekf import LOG_TWO_PI
+    BAD, begin, DETERMINANT, Drive, drive_of, ERROR_1, ERROR_2, LANES, N_ROWS, NIS, NOISE_1,
+    NOISE_2, predict, S11, S22, update)
+from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.filters.ekf import LOG_TWO_PI
 from gearbox_monitor.estimation.process_model import pack
-from gearbox_monitor.estimation.sample_loop import jumps, usually
+from gearbox_monitor.estimation.sample_loop import jumps, Stream, usually
 from gearbox_monitor.estimation.score import run_score, settled
 from gearbox_monitor.kernels.jit import COMPILED, jit
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.kernels.types import Array, States
 from gearbox_monitor.parameters import EstimatorParameters
 
 FEWEST = 3  # candidates from which on lanes are faster than one filter after the other
@@ -44,13 +45,14 @@ PATIENCE = 64   # steps after which it is looked whether any lane is still good
 
 
 @jit
-def _run(states, stamps, inputs, y, delay, first, p, drive, s, c):
+def _run(states: States, stream: Stream, delay: int, first: int, p: Array, drive: Drive, s: Array,
+         c: Array) -> None:
     """
     Run LANES filters over N samples; c [N_CARRIED * LANES]: sums over samples from `first` on.
 
-    inputs [N, 2]: motor torque and known load on the arm; delay: as of sample_loop.run; the
-    others: see batch_ekf.
+    stream, delay: as of sample_loop.run, without NaN; the others: see batch_ekf.
     """
+    stamps, inputs, y = stream
     begin(states, p, y[0, 0], y[0, 1], s)
     c[:] = 0.0
     multiplied, last = 0, stamps.shape[0] - 1
@@ -97,14 +99,13 @@ def run(packed, states, settings, samples, first):
     """
     stamps = np.ascontiguousarray(samples.stamp_ns, np.int64)
     inputs, y = np.array(samples.u, float, order='C'), np.ascontiguousarray(samples.y, float)
-    if not settings[sample_loop.LOAD_MEASURED]:
+    if not settings.load_measured:
         inputs[:, 1] = 0.0
     drive, result = drive_of(packed[0]), np.empty((2, len(packed)))
     s, c = np.empty(N_ROWS * LANES), np.empty(N_CARRIED * LANES)
     for at in range(0, len(packed), LANES):
         chosen = np.minimum(np.arange(at, at + LANES), len(packed) - 1)
-        _run(states, stamps, inputs, y, settings[sample_loop.DELAY], first, packed[chosen], drive,
-             s, c)
+        _run(states, Stream(stamps, inputs, y), settings.delay, first, packed[chosen], drive, s, c)
         carried, bad = c.reshape(-1, LANES), s[LANES * BAD:LANES * (BAD + 1)]
         loglik = (-0.5 * (carried[SUM_NIS] + carried[SUM_LOG])
                   - (len(stamps) - first) * LOG_TWO_PI)
@@ -120,7 +121,7 @@ def suited(candidates, packed, settings, samples):
     packed, settings: see run.
     """
     ahead = np.diff(samples.stamp_ns)
-    seen = [samples.y, samples.u[:, :2 if settings[sample_loop.LOAD_MEASURED] else 1]]
+    seen = [samples.y, samples.u[:, :2 if settings.load_measured else 1]]
     values = [candidate.to_dict() for candidate in candidates]
     shared = {name: value for name, value in values[0].items()
               if not name.startswith(MAY_DIFFER)}
@@ -129,7 +130,7 @@ def suited(candidates, packed, settings, samples):
         and all(shared == {name: of_candidate[name] for name in shared} for of_candidate in values)
         and batch_ekf.suited(packed[0])
         and len(ahead) and samples.stamp_ns[0] > 0
-        and ((ahead > 0) & (ahead <= settings[sample_loop.MAX_GAP])).all()
+        and ((ahead > 0) & (ahead <= settings.max_gap)).all()
         and all((np.abs(values) <= sample_loop.HUGE).all() for values in seen)
         and settled(samples.stamp_ns[1:]).any())
 
@@ -141,7 +142,7 @@ def criteria(model, candidates, samples):
     model: DriveModel; candidates: EstimatorParameters or mappings; samples: Samples.
     """
     candidates = [EstimatorParameters.of(values) for values in candidates]
-    one = Monitor(model, candidates[0], judged=False, smoothed=False)
+    one = Estimator(model, candidates[0])
     packed = np.array([pack(one.drive, values) for values in candidates])
     found = np.full(len(candidates), math.nan)
     if suited(candidates, packed, one.settings, samples):

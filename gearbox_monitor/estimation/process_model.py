@@ -23,18 +23,15 @@ State z = [x1, x2, x3, x4, tau_K, (tau_arm), (tau_e)]:
     tau_e'   = -tau_e / T + w         error of the friction model, present with a standard
                                       deviation > 0; Ornstein-Uhlenbeck, so Q = 2 std^2 / T
 Measurements y = [x1, x2] + noise.
-
-Arguments: states: markers, z [n], p: pack, u (N m): motor torque, dt, h: s.
 """
-from collections.abc import Sequence
 import math
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from gearbox_monitor.estimation.adaptation import adapted_names, softened_model
 from gearbox_monitor.kernels.jit import COMPILED, fma, jit, jit_inline
-from gearbox_monitor.kernels.types import Array, Packed, States
+from gearbox_monitor.kernels.types import Array, Four, Packed, Pair, States
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import (
     arm_acceleration, arm_load, arm_load_slopes, CAC, CAV, CC, CL, CV, D, DriveModel,
@@ -70,9 +67,23 @@ N_SEEN_OF_LOAD = 11
 # What a stage answers: of (x1, x3, x4, tau_K, x2), and rates of (x3, x4); then of four stages.
 Column: TypeAlias = tuple[float, float, float, float, float]
 Columns: TypeAlias = tuple[Column, Column, Column, Column]
-Pair: TypeAlias = tuple[float, float]
 Pairs: TypeAlias = tuple[Pair, Pair, Pair, Pair]
-Four: TypeAlias = tuple[float, float, float, float]
+
+
+class _Stages(NamedTuple):
+    """
+    What the tangent needs of the four stages of an RK4 step, and of the step.
+
+    slopes, shares: of the friction, on x3 and on tau_K; arms: of the load on the arm, on x2 and
+    x4; h: length of the step, s; first: phi is the unit matrix before it.
+    """
+
+    slopes: Four
+    shares: Four
+    arms: Pairs
+    h: float
+    first: bool
+
 
 DIFFERENCE = 1e-6  # step of forward differences, relative above 1
 
@@ -219,25 +230,38 @@ def decay(error: float, half: float, h: float, p: Array) -> Column:
 
 
 @jit
-def advance(states: States, z: Array, u: float, load: float, dt: float, n_substeps: int,
-            p: Array) -> None:
+def advance(states: States, z: Array, torques: Pair, dt: float, n_substeps: int, p: Array) -> None:
     """
-    Advance `z` [n] by `dt` s in `n_substeps` of RK4; u and the measured load (N m) are held.
+    Advance a state by RK4 steps.
 
-    states: see markers.
+    Args:
+        states: see markers.
+        z: state [n], changed in place.
+        torques: of the motor and the measured load, N m; held.
+        dt: time to advance by, s.
+        n_substeps: number of RK4 steps in it.
+        p: see pack.
+
     """
     h = dt / n_substeps
     for _ in range(n_substeps):
-        _advance_one(states, z, 1, 0, u, load, h, p, p)
+        _advance_one(states, z, 1, 0, torques, h, p, p)
 
 
 @jit
-def advance_beside(states: States, z: Array, u: float, load: float, dt: float, n_substeps: int,
+def advance_beside(states: States, z: Array, torques: Pair, dt: float, n_substeps: int,
                    p: Array) -> None:
     """
-    Do as advance with BESIDE states side by side in the vector unit: z [n * BESIDE], by rows.
+    Advance BESIDE states side by side in the vector unit; only the first 2 n + 1 count.
 
-    Only the first 2 n + 1 count.
+    Args:
+        states: as of advance.
+        torques: as of advance.
+        dt: as of advance.
+        n_substeps: as of advance.
+        p: as of advance.
+        z: states [n * BESIDE], by rows, changed in place.
+
     """
     h = dt / n_substeps
     # Of numbers the compiler knows that writing a state does not change them.
@@ -245,13 +269,14 @@ def advance_beside(states: States, z: Array, u: float, load: float, dt: float, n
              p[13], p[14], p[15], p[16], p[17], p[18], p[K_P])
     for _ in range(n_substeps):
         for i in range(BESIDE if COMPILED else 2 * len(states) + 1):
-            _advance_one(states, z, BESIDE, i, u, load, h, p, drive)
+            _advance_one(states, z, BESIDE, i, torques, h, p, drive)
 
 
 @jit_inline
-def _advance_one(states: States, z: Array, width: int, i: int, u: float, load: float, h: float,
-                 p: Array, drive: Packed) -> None:
+def _advance_one(states: States, z: Array, width: int, i: int, torques: Pair, h: float, p: Array,
+                 drive: Packed) -> None:
     """Advance state `i` of `width` in z by an RK4 step; drive: p up to K_P."""
+    u, load = torques
     e1 = e2 = e3 = e4 = e = 0.0
     if len(states) > 5:
         if p[LOAD_AT] > 0.0:
@@ -262,27 +287,28 @@ def _advance_one(states: States, z: Array, width: int, i: int, u: float, load: f
             z[at] = e
     x = (z[X1 * width + i], z[X2 * width + i], z[X3 * width + i], z[X4 * width + i],
          z[TAU_K * width + i])
-    x = _advanced(states[0], x, (e1, e2, e3, e4), u, load, h, drive)
+    x = _advanced(states[0], x, (e1, e2, e3, e4), (u, load), h, drive)
     z[X1 * width + i], z[X2 * width + i], z[X3 * width + i] = x[0], x[1], x[2]
     z[X4 * width + i], z[TAU_K * width + i] = x[3], x[4]
 
 
 @jit_inline
-def _advanced(loaded: bool | None, x: Column, error: Four, u: float, load: float, h: float,
+def _advanced(loaded: bool | None, x: Column, error: Four, torques: Pair, h: float,
               p: Packed) -> Column:
     """Return x = (x1, x2, x3, x4, tau_K) after an RK4 step; error: of friction, by stage."""
     x1, x2, x3, x4, tau_k = x
+    u, load = torques
     half, sixth = 0.5 * h, h / 6.0
-    f1, g1 = _accelerations(loaded, x1, x2, x3, x4, tau_k, u - error[0], load, p)
+    f1, g1 = _accelerations(loaded, x, u - error[0], load, p)
     b3, b4 = x3 + half * f1, x4 + half * g1
-    f2, g2 = _accelerations(loaded, x1 + half * x3, x2 + half * x4, b3, b4,
-                            tau_k + half * p[K_P] * (x3 - x4), u - error[1], load, p)
+    f2, g2 = _accelerations(loaded, (x1 + half * x3, x2 + half * x4, b3, b4,
+                                     tau_k + half * p[K_P] * (x3 - x4)), u - error[1], load, p)
     c3, c4 = x3 + half * f2, x4 + half * g2
-    f3, g3 = _accelerations(loaded, x1 + half * b3, x2 + half * b4, c3, c4,
-                            tau_k + half * p[K_P] * (b3 - b4), u - error[2], load, p)
+    f3, g3 = _accelerations(loaded, (x1 + half * b3, x2 + half * b4, c3, c4,
+                                     tau_k + half * p[K_P] * (b3 - b4)), u - error[2], load, p)
     d3, d4 = x3 + h * f3, x4 + h * g3
-    f4, g4 = _accelerations(loaded, x1 + h * c3, x2 + h * c4, d3, d4,
-                            tau_k + h * p[K_P] * (c3 - c4), u - error[3], load, p)
+    f4, g4 = _accelerations(loaded, (x1 + h * c3, x2 + h * c4, d3, d4,
+                                     tau_k + h * p[K_P] * (c3 - c4)), u - error[3], load, p)
     moved1 = sixth * (x3 + 2.0 * (b3 + c3) + d3)
     moved2 = sixth * (x4 + 2.0 * (b4 + c4) + d4)
     return (x1 + moved1, x2 + moved2, x3 + sixth * (f1 + 2.0 * (f2 + f3) + f4),
@@ -290,8 +316,9 @@ def _advanced(loaded: bool | None, x: Column, error: Four, u: float, load: float
 
 
 @jit_inline
-def _accelerations(loaded: bool | None, x1: float, x2: float, x3: float, x4: float, tau_k: float,
-                   u: float, load: float, p: Packed) -> Pair:
+def _accelerations(loaded: bool | None, x: Column, u: float, load: float, p: Packed) -> Pair:
+    """Return (x3', x4') at x = (x1, x2, x3, x4, tau_K)."""
+    x1, x2, x3, x4, tau_k = x
     if loaded is not None:
         load += arm_load(x2, x4, p)
     return motor_acceleration(x1, x3, x4, u, tau_k, p), arm_acceleration(x3, x4, tau_k, load, p)
@@ -366,9 +393,10 @@ def _begin(n: int, phi: Array, j: int, first: bool) -> Column:
 
 
 @jit_inline
-def _end(loaded: bool | None, n: int, phi: Array, j: int, h: float, m: Columns, r: Pairs, p: Array,
+def _end(states: States, phi: Array, j: int, h: float, m: Columns, r: Pairs, p: Array,
          seen: Array | None) -> None:
     """Write column `j` of phi behind an RK4 step; m, r: its four stages and their rates."""
+    n, loaded = len(states), states[0]
     moved1 = h / 6.0 * fma(2.0, m[1][1] + m[2][1], m[0][1] + m[3][1])
     moved2 = h / 6.0 * fma(2.0, m[1][2] + m[2][2], m[0][2] + m[3][2])
     phi[X1 * n + j] = m[0][0] + moved1
@@ -391,11 +419,12 @@ def _end(loaded: bool | None, n: int, phi: Array, j: int, h: float, m: Columns, 
 
 
 @jit_inline
-def _column(loaded: bool | None, n: int, phi: Array, j: int, first: bool, h: float, slopes: Four,
-            shares: Four, arms: Sequence[Pair], errors: Four, load: float, p: Array,
-            seen: Array | None) -> None:
-    """Advance column `j` of phi by an RK4 step; slopes .. errors: of its four stages."""
-    m1 = _begin(n, phi, j, first)
+def _column(states: States, phi: Array, j: int, stages: _Stages, errors: Four, load: float,
+            p: Array, seen: Array | None) -> None:
+    """Advance column `j` of phi by an RK4 step; errors: of friction, in its four stages."""
+    loaded = states[0]
+    slopes, shares, arms, h, first = stages
+    m1 = _begin(len(states), phi, j, first)
     r1 = rates(m1, slopes[0], shares[0], errors[0], answer(loaded, arms[0], load, m1), p)
     m2 = along(m1, 0.5 * h, m1, r1, p)
     r2 = rates(m2, slopes[1], shares[1], errors[1], answer(loaded, arms[1], load, m2), p)
@@ -403,17 +432,17 @@ def _column(loaded: bool | None, n: int, phi: Array, j: int, first: bool, h: flo
     r3 = rates(m3, slopes[2], shares[2], errors[2], answer(loaded, arms[2], load, m3), p)
     m4 = along(m1, h, m3, r3, p)
     r4 = rates(m4, slopes[3], shares[3], errors[3], answer(loaded, arms[3], load, m4), p)
-    _end(loaded, n, phi, j, h, (m1, m2, m3, m4), (r1, r2, r3, r4), p, seen)
+    _end(states, phi, j, h, (m1, m2, m3, m4), (r1, r2, r3, r4), p, seen)
 
 
 @jit_inline
-def _column_of_x2(loaded: bool | None, n: int, phi: Array, first: bool, h: float, slopes: Four,
-                  shares: Four, arms: Sequence[Pair], p: Array, seen: Array | None) -> None:
-    if loaded is not None:
-        _column(loaded, n, phi, X2, first, h, slopes, shares, arms, (0.0, 0.0, 0.0, 0.0), 0.0, p,
-                seen)
+def _column_of_x2(states: States, phi: Array, stages: _Stages, p: Array,
+                  seen: Array | None) -> None:
+    n = len(states)
+    if states[0] is not None:
+        _column(states, phi, X2, stages, (0.0, 0.0, 0.0, 0.0), 0.0, p, seen)
     else:  # nothing depends on x2
-        if first:
+        if stages.first:
             for i in range(n):
                 phi[i * n + X2] = 1.0 if i == X2 else 0.0
         if seen is not None:
@@ -427,17 +456,28 @@ def _slopes(x3: float, tau_k: float, p: Array) -> Pair:
 
 
 @jit_inline
-def rk4(states: States, z: Array, phi: Array, first: bool, u: float, load: float, h: float,
-        p: Array, seen: Array | None) -> None:
+def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: float, p: Array,
+        seen: Array | None) -> None:
     """
-    Advance `z` [n] and `phi` [n * n] by one RK4 step of `h` s; phi by the step's exact tangent.
+    Advance a state by one RK4 step, and a matrix by the exact tangent of that step.
 
-    first: phi is not read, but taken for the unit matrix. seen: None, or an array [>= N_SEEN +
-    N_SEEN_OF_LOAD, n] into which is written what the stages saw: rows SEEN_*. The columns of four
-    states go along with the stages, and fill the time in which one arctangent waits for the one
-    before.
+    The columns of four states go along with the stages, and fill the time in which one arctangent
+    waits for the one before.
+
+    Args:
+        states: as of advance.
+        torques: as of advance.
+        p: as of advance.
+        z: state [n], changed in place.
+        phi: matrix [n * n], changed in place.
+        first: phi is not read, but taken for the unit matrix.
+        h: length of the step, s.
+        seen: None, or an array [>= N_SEEN + N_SEEN_OF_LOAD, n] into which the stages write what
+            they saw: rows SEEN_*.
+
     """
     n, loaded = len(states), states[0]
+    u, load = torques
     half, sixth = 0.5 * h, h / 6.0
     x1, x2, x3, x4, tau_k = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
     error = (0.0, 0.0, 0.0, 0.0, 0.0)
@@ -451,27 +491,27 @@ def rk4(states: States, z: Array, phi: Array, first: bool, u: float, load: float
     # Stage by stage: the state y, its rates (f, g), the columns m and their rates r.
     slope1, share1 = _slopes(x3, tau_k, p)
     arm1 = _load_slopes(loaded, x2, x4, p)
-    f1, g1 = _accelerations(loaded, x1, x2, x3, x4, tau_k, u - error[0], load, p)
+    f1, g1 = _accelerations(loaded, (x1, x2, x3, x4, tau_k), u - error[0], load, p)
     r1 = _four_rates(loaded, m1, slope1, share1, arm1, p)
     y2, y3, y4 = x2 + half * x4, x3 + half * f1, x4 + half * g1
     tau_y = tau_k + half * p[K_P] * (x3 - x4)
     slope2, share2 = _slopes(y3, tau_y, p)
     arm2 = _load_slopes(loaded, y2, y4, p)
-    f2, g2 = _accelerations(loaded, x1 + half * x3, y2, y3, y4, tau_y, u - error[1], load, p)
+    f2, g2 = _accelerations(loaded, (x1 + half * x3, y2, y3, y4, tau_y), u - error[1], load, p)
     m2 = _four_along(m1, half, m1, r1, p)
     r2 = _four_rates(loaded, m2, slope2, share2, arm2, p)
     v2, v3, v4 = x2 + half * y4, x3 + half * f2, x4 + half * g2
     tau_v = tau_k + half * p[K_P] * (y3 - y4)
     slope3, share3 = _slopes(v3, tau_v, p)
     arm3 = _load_slopes(loaded, v2, v4, p)
-    f3, g3 = _accelerations(loaded, x1 + half * y3, v2, v3, v4, tau_v, u - error[2], load, p)
+    f3, g3 = _accelerations(loaded, (x1 + half * y3, v2, v3, v4, tau_v), u - error[2], load, p)
     m3 = _four_along(m1, half, m2, r2, p)
     r3 = _four_rates(loaded, m3, slope3, share3, arm3, p)
     w2, w3, w4 = x2 + h * v4, x3 + h * f3, x4 + h * g3
     tau_w = tau_k + h * p[K_P] * (v3 - v4)
     slope4, share4 = _slopes(w3, tau_w, p)
     arm4 = _load_slopes(loaded, w2, w4, p)
-    f4, g4 = _accelerations(loaded, x1 + h * v3, w2, w3, w4, tau_w, u - error[3], load, p)
+    f4, g4 = _accelerations(loaded, (x1 + h * v3, w2, w3, w4, tau_w), u - error[3], load, p)
     m4 = _four_along(m1, h, m3, r3, p)
     r4 = _four_rates(loaded, m4, slope4, share4, arm4, p)
     moved1 = sixth * (x3 + 2.0 * (y3 + v3) + w3)
@@ -480,17 +520,14 @@ def rk4(states: States, z: Array, phi: Array, first: bool, u: float, load: float
     z[X3] = x3 + sixth * (f1 + 2.0 * (f2 + f3) + f4)
     z[X4] = x4 + sixth * (g1 + 2.0 * (g2 + g3) + g4)
     z[TAU_K] = tau_k + p[K_P] * (moved1 - moved2)
-    _end(loaded, n, phi, X1, h, (m1[0], m2[0], m3[0], m4[0]), (r1[0], r2[0], r3[0], r4[0]), p,
+    _end(states, phi, X1, h, (m1[0], m2[0], m3[0], m4[0]), (r1[0], r2[0], r3[0], r4[0]), p, seen)
+    _end(states, phi, X3, h, (m1[1], m2[1], m3[1], m4[1]), (r1[1], r2[1], r3[1], r4[1]), p, seen)
+    _end(states, phi, X4, h, (m1[2], m2[2], m3[2], m4[2]), (r1[2], r2[2], r3[2], r4[2]), p, seen)
+    _end(states, phi, TAU_K, h, (m1[3], m2[3], m3[3], m4[3]), (r1[3], r2[3], r3[3], r4[3]), p,
          seen)
-    _end(loaded, n, phi, X3, h, (m1[1], m2[1], m3[1], m4[1]), (r1[1], r2[1], r3[1], r4[1]), p,
-         seen)
-    _end(loaded, n, phi, X4, h, (m1[2], m2[2], m3[2], m4[2]), (r1[2], r2[2], r3[2], r4[2]), p,
-         seen)
-    _end(loaded, n, phi, TAU_K, h, (m1[3], m2[3], m3[3], m4[3]), (r1[3], r2[3], r3[3], r4[3]), p,
-         seen)
-    slopes, shares = (slope1, slope2, slope3, slope4), (share1, share2, share3, share4)
-    arms = (arm1, arm2, arm3, arm4)
-    _column_of_x2(loaded, n, phi, first, h, slopes, shares, arms, p, seen)
+    stages = _Stages((slope1, slope2, slope3, slope4), (share1, share2, share3, share4),
+                     (arm1, arm2, arm3, arm4), h, first)
+    _column_of_x2(states, phi, stages, p, seen)
     if n > 5:
         if first:
             for i in range(5, n):
@@ -498,13 +535,12 @@ def rk4(states: States, z: Array, phi: Array, first: bool, u: float, load: float
                     phi[i * n + j] = 1.0 if i == j else 0.0
         none = (0.0, 0.0, 0.0, 0.0)
         if p[LOAD_AT] > 0.0:
-            _column(loaded, n, phi, int(p[LOAD_AT]), first, h, slopes, shares, arms, none, 1.0, p,
-                    seen)
+            _column(states, phi, int(p[LOAD_AT]), stages, none, 1.0, p, seen)
         if p[FRICTION_AT] > 0.0:
             i = int(p[FRICTION_AT])
             z[i] = error[4]
             fades = decay(phi[i * n + i], half, h, p)
-            _column(loaded, n, phi, i, first, h, slopes, shares, arms, fades[:4], 0.0, p, seen)
+            _column(states, phi, i, stages, fades[:4], 0.0, p, seen)
             phi[i * n + i] = fades[4]
     if seen is not None:
         for q, value in enumerate((x3, y3, v3, w3)):
@@ -514,44 +550,67 @@ def rk4(states: States, z: Array, phi: Array, first: bool, u: float, load: float
         for q, value in enumerate((tau_k, tau_y, tau_v, tau_w)):
             seen[SEEN_TAU_K, q] = value
         for q in range(4):
-            seen[SEEN_SLOPE, q], seen[SEEN_SHARE, q] = slopes[q], shares[q]
+            seen[SEEN_SLOPE, q], seen[SEEN_SHARE, q] = stages.slopes[q], stages.shares[q]
         if loaded is not None:
             for q, value in enumerate((x2, y2, v2, w2)):
                 seen[SEEN_X2, q] = value
             for q in range(4):
-                seen[SEEN_ON_POSITION, q], seen[SEEN_ON_SPEED, q] = arms[q]
+                seen[SEEN_ON_POSITION, q], seen[SEEN_ON_SPEED, q] = stages.arms[q]
 
 
 @jit_inline
-def propagate(states: States, z: Array, phi: Array, u: float, load: float, dt: float,
-              n_substeps: int, p: Array) -> None:
+def propagate(states: States, z: Array, phi: Array, torques: Pair, dt: float, n_substeps: int,
+              p: Array) -> None:
     """
-    Advance `z` [n] by `dt` s in `n_substeps` of RK4; write the exact tangent of that into `phi`.
+    Advance a state by RK4 steps, and write the exact tangent of that map.
 
     The tangent differentiates the RK4 step itself: at the friction's fastest eigenvalue the usual
-    I + hA is far from it. u (N m) is held. states: as of advance.
+    I + hA is far from it.
+
+    Args:
+        states: as of advance.
+        z: as of advance.
+        torques: as of advance.
+        dt: as of advance.
+        n_substeps: as of advance.
+        p: as of advance.
+        phi: tangent [n * n], written.
+
     """
     h = dt / n_substeps if n_substeps > 1 else dt
-    rk4(states, z, phi, True, u, load, h, p, None)
+    rk4(states, z, phi, True, torques, h, p, None)
     for _ in range(1, n_substeps):
-        rk4(states, z, phi, False, u, load, h, p, None)
+        rk4(states, z, phi, False, torques, h, p, None)
 
 
 @jit
-def propagate_numeric(states: States, z: Array, phi: Array, u: float, load: float, dt: float,
+def propagate_numeric(states: States, z: Array, phi: Array, torques: Pair, dt: float,
                       n_substeps: int, p: Array, start: Array) -> None:
-    """Do as propagate, but `phi` by forward differences of the map; start [n]: scratch."""
+    """
+    Do as propagate, but with the tangent by forward differences.
+
+    Args:
+        states: as of propagate.
+        z: as of propagate.
+        phi: as of propagate.
+        torques: as of propagate.
+        dt: as of propagate.
+        n_substeps: as of propagate.
+        p: as of propagate.
+        start: scratch [n].
+
+    """
     n = len(states)
     for i in range(n):
         start[i] = z[i]
-    advance(states, z, u, load, dt, n_substeps, p)
+    advance(states, z, torques, dt, n_substeps, p)
     for j in range(n):
         moved = phi[j * n:(j + 1) * n]  # column j, transposed below
         for i in range(n):
             moved[i] = start[i]
         moved[j] += DIFFERENCE * max(1.0, abs(start[j]))
-        step = moved[j] - start[j]  # what the sum has kept of it
-        advance(states, moved, u, load, dt, n_substeps, p)
+        step = moved[j] - start[j]  # the increment as rounded
+        advance(states, moved, torques, dt, n_substeps, p)
         for i in range(n):
             moved[i] = (moved[i] - z[i]) / step
     for i in range(n):

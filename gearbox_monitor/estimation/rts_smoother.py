@@ -19,6 +19,8 @@ The filtered tau_K lags by about 20 ms and therefore draws a hysteresis loop tha
 smoothed one does not. A backward pass runs over a block, so its cost per sample stays bounded;
 blocks can be chained backwards, from the belief at the seam.
 """
+from typing import NamedTuple
+
 from gearbox_monitor.estimation.process_model import TAU_K, X1, X2, X3, X4
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.jit import jit
@@ -35,6 +37,14 @@ Q_RATIO = 0.2
  S_X2, S_X4, S_X3, S_U, N_SMOOTHED) = range(11)
 
 
+class Span(NamedTuple):
+    """Steps to smooth, `newest` back to `oldest`; those up to `keep_until` are written."""
+
+    newest: int
+    oldest: int
+    keep_until: int
+
+
 def smoother_parameters(parameters: EstimatorParameters) -> EstimatorParameters:
     """
     Return the `parameters` of a filter changed for a smoother's pass.
@@ -48,18 +58,26 @@ def smoother_parameters(parameters: EstimatorParameters) -> EstimatorParameters:
 
 
 @jit
-def smooth(states: States, ring: Array, newest: int, oldest: int, keep_until: int,
-           model_variance: float, z: Array, matrices: Array, out: Array) -> None:
+def smooth(states: States, ring: Array, span: Span, model_variance: float, z: Array,
+           matrices: Array, out: Array) -> None:
     """
-    Smooth steps `newest` .. `oldest` and write rows for steps `oldest` .. `keep_until` into `out`.
+    Smooth a span of steps backwards (Rauch, Tung and Striebel 1965).
 
-    states: a tuple of n. ring [M, record_size(n)]: step k stands in row k % M. All indices count
-    steps, inclusive. model_variance (N^2 m^2) is added to that of tau_K. matrices [>=5, n * n]:
-    scratch. out [>= keep_until - oldest + 1, N_SMOOTHED]. A singular P_pred ends the pass: the
-    filtered values then stand in for what lies before. Leaves the smoothed state of step `oldest`
-    in z [n] and its covariance in matrices[0].
+    A singular P_pred ends the pass: the filtered values then stand in for earlier steps.
+
+    Args:
+        states: process_model.markers of the n states.
+        ring: step records [M, record_size(n)]; step k stands in row k % M.
+        span: the steps to smooth and to write.
+        model_variance: is added to the variance of tau_K, N^2 m^2.
+        z: [n], the smoothed state of the oldest step is left here, and its covariance in
+            matrices[0].
+        matrices: scratch [>= 5, n * n].
+        out: [>= span.keep_until - span.oldest + 1, N_SMOOTHED], one row for each step written.
+
     """
     n, rows = len(states), ring.shape[0]
+    newest, oldest, keep_until = span
     P, gain_t, factor, change, product = (
         matrices[0], matrices[1], matrices[2], matrices[3], matrices[4])
     at_pred, at_P_pred, at_cross, at_z, at_P, _, _, _, _ = places(n)

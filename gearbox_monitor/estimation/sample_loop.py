@@ -17,14 +17,18 @@ The loop over samples: check the stamp, step the filter, smooth. One kernel, liv
 
 Time comes only from the stamps. What is refused is counted under its reason, never lost silently.
 """
+from collections.abc import Callable
+from functools import cache
 import math
+from typing import Any, NamedTuple
 
-from gearbox_monitor.estimation import aekf, ekf, srukf, ukf
+from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.process_model import (
     FRICTION_AT, LOAD_AT, P0, R1, R2, TAU_K, TAU_K_MODEL_STD, X1, X2, X3, X4)
-from gearbox_monitor.estimation.rts_smoother import smooth
+from gearbox_monitor.estimation.rts_smoother import smooth, Span
 from gearbox_monitor.estimation.step_record import places
-from gearbox_monitor.kernels.jit import jit, jit_inline
+from gearbox_monitor.kernels.jit import bound, jit, jit_inline
+from gearbox_monitor.kernels.types import Array, Integers, States
 
 # What became of a sample.
 (ESTIMATE, START, ZERO_STAMP, DUPLICATE, BACKWARD, JUMP, NO_EFFORT, NO_MEASUREMENT, DIVERGED,
@@ -42,17 +46,15 @@ REASONS = {
 }
 
 # Integers that a stream carries from sample to sample; estimates depend on those before
-# EVALUATE_AT.
+# STOP_AT.
 # STARTED is the stamp since when estimates are as good as stated.
 (LAST, PENDING_STAMP, PENDING_COUNT, LAST_EFFORT, LAST_MEASUREMENT, STEPS, STARTED, JUMPS,
- EVALUATE_AT, SMOOTH_NEXT, INPUTS, N_GATE) = range(12)
+ STOP_AT, SMOOTH_NEXT, INPUTS, N_GATE) = range(12)
 # Numbers that a stream carries: usual distance of stamps (s), and how large the prediction errors
 # of motor and arm usually get (rad).
 PERIOD, ERROR_MOTOR, ERROR_ARM, N_CLOCK = range(4)
 SECOND = 1_000_000_000
-NEVER = -1  # at EVALUATE_AT: no evaluation is due
-# Places in the settings.
-MAX_GAP, DELAY, LAG, LOAD_MEASURED = range(4)
+NEVER = -1  # at STOP_AT: no evaluation is due
 # A jump of the clock, or of a position, is believed when this many samples follow it consistently.
 CONFIRM = 3
 # Stamps so little before the last one (ns) are late messages, unless so many come in a row.
@@ -75,30 +77,79 @@ E_TWIST = E_STD + 7
  E_INNOVATION_STD_MOTOR, E_INNOVATION_STD_ARM, E_WHITE_1, E_WHITE_2, E_NIS, E_LOGLIK, E_DOF,
  E_DT, E_U, E_LOAD, E_INNOVATION_COVARIANCE, N_ESTIMATE) = range(E_TWIST + 1, E_TWIST + 18)
 
-# Filter -> markers for filter_step. What is None there is not even compiled: a start would take
-# several times as long otherwise.
-KINDS = {'ekf': (None, None, None), 'ukf': (1, None, None), 'srukf': (None, 1, None),
-         'aekf': (None, None, 1)}
+
+class Stream(NamedTuple):
+    """
+    N samples: stamps int64 [N] ns; inputs [N, 2], motor torque and known load on the arm, N m.
+
+    outputs [N, 2]: motor and arm position, rad. NaN = not measured.
+    """
+
+    stamps: Integers
+    inputs: Array
+    outputs: Array
 
 
-@jit_inline
-def filter_step(is_ukf, is_srukf, is_aekf, states, z, P, memory, dt, u, load, y1, y2, p, vectors,
-                matrices, record):
-    """Step the filter whose is_ukf, is_srukf, is_aekf is not None, or the EKF; see ekf.step."""
-    if is_ukf is not None:
-        return ukf.step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices,
-                        record)
-    if is_srukf is not None:
-        return srukf.step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices,
-                          record)
-    if is_aekf is not None:
-        return aekf.step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices,
-                         record)
-    return ekf.step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record)
+class LoopSettings(NamedTuple):
+    """
+    What a run depends on besides the filter.
+
+    max_gap: longest time between stamps that is bridged, ns; delay: of the effort, samples; lag:
+    of the smoother, ns, 0 = none; load_measured: whether the load on the arm is an input.
+    """
+
+    max_gap: int
+    delay: int
+    lag: int
+    load_measured: bool
+
+
+class LoopState(NamedTuple):
+    """
+    What a stream carries from sample to sample; all arrays are changed in place.
+
+    gate int64 [N_GATE]; counts int64 [N_COUNTS], how often each code came; clock [N_CLOCK];
+    efforts [N_EFFORTS, 2], the last inputs; ring [M, record_size(n)], step records, and their
+    ring_stamps int64 [M]; before [n + n * n + memory], the belief before the step (scratch).
+    """
+
+    gate: Integers
+    counts: Integers
+    clock: Array
+    efforts: Array
+    ring: Array
+    ring_stamps: Integers
+    before: Array
+
+
+class Output(NamedTuple):
+    """
+    What a run writes.
+
+    codes int64 [N]: what became of each sample; estimates [N, N_ESTIMATE], rows whose code is
+    ESTIMATE; smoothed_stamps int64 and smoothed [L, N_SMOOTHED], L as many as samples plus the
+    ring's length.
+    """
+
+    codes: Integers
+    estimates: Array
+    smoothed_stamps: Integers
+    smoothed: Array
+
+
+def filter_step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
+                record: Array) -> bool:
+    """Stand in for the step of a filter, which `loop_of` puts here; arguments as of ekf.step."""
+    raise NotImplementedError
+
+
+def resume(memory: Array) -> None:
+    """Stand in for the kernel of a filter that prepares its `memory` for a start."""
+    raise NotImplementedError
 
 
 @jit
-def _gate(stamp, gate, max_gap):
+def _gate(stamp: int, gate: Integers, max_gap: int) -> int:
     """Return what to do with a sample stamped `stamp` (ns): ESTIMATE, START or a refusal."""
     if stamp <= 0:
         return ZERO_STAMP
@@ -123,46 +174,54 @@ def _gate(stamp, gate, max_gap):
 
 
 @jit
-def _due(stamp, gate):
-    at = gate[EVALUATE_AT]
+def _stops(stamp: int, gate: Integers) -> bool:
+    at = gate[STOP_AT]
     return at != NEVER and (at == 0 or stamp >= at or stamp < at - SECOND)
 
 
 @jit_inline
-def _keep(z, P, memory, kept):
+def _save(belief: Belief, before: Array) -> None:
+    z, P, memory = belief
     n, m = z.shape[0], P.shape[0]
     for i in range(n):
-        kept[i] = z[i]
+        before[i] = z[i]
     for i in range(m):
-        kept[n + i] = P[i]
+        before[n + i] = P[i]
     for i in range(memory.shape[0]):
-        kept[n + m + i] = memory[i]
+        before[n + m + i] = memory[i]
 
 
 @jit_inline
-def _put_back(z, P, memory, kept):
+def _put_back(belief: Belief, before: Array) -> None:
+    z, P, memory = belief
     n, m = z.shape[0], P.shape[0]
     for i in range(n):
-        z[i] = kept[i]
+        z[i] = before[i]
     for i in range(m):
-        P[i] = kept[n + i]
+        P[i] = before[n + i]
     for i in range(memory.shape[0]):
-        memory[i] = kept[n + m + i]
+        memory[i] = before[n + m + i]
 
 
 @jit_inline
-def jumps(error, variance, usual, r, step):
+def jumps(error: float, variance: float, usual: float, r: float, step: int) -> bool:
     """
-    Return whether a position with that prediction `error` (rad) jumps.
+    Return whether a position jumps.
 
-    variance: predicted, of the error; usual: see usually; r: of the encoder; step: since a start.
+    Args:
+        error: innovation, rad.
+        variance: its predicted variance, rad^2.
+        usual: see usually.
+        r: variance of the encoder, rad^2.
+        step: number of steps since a start.
+
     """
     limit = max(JUMP_USUAL * max(usual, 2.0 * math.sqrt(r)), JUMP_STATED * math.sqrt(variance))
     return abs(error) > (limit if step > JUMP_SETTLED else UNSETTLED * limit)
 
 
 @jit_inline
-def usually(error, usual):
+def usually(error: float, usual: float) -> float:
     """
     Return how large errors usually get, after another `error` (rad): about 2.3 deviations.
 
@@ -177,9 +236,20 @@ def usually(error, usual):
 
 
 @jit
-def start(states, z, P, y1, y2, p, record):
-    """Set the belief z, P from the first readings; arguments as of ekf.step."""
-    n = len(states)
+def start(states: States, belief: Belief, y1: float, y2: float, p: Array, record: Array) -> None:
+    """
+    Set the mean and covariance of a belief from the first readings.
+
+    Args:
+        states: as of ekf.step.
+        belief: as of ekf.step.
+        p: as of ekf.step.
+        record: as of ekf.step.
+        y1: motor and arm position, rad; NaN = not measured.
+        y2: motor and arm position, rad; NaN = not measured.
+
+    """
+    n, z, P = len(states), belief.z, belief.P
     have1, have2 = math.isfinite(y1), math.isfinite(y2)
     for i in range(n):
         z[i] = 0.0
@@ -200,8 +270,9 @@ def start(states, z, P, y1, y2, p, record):
 
 
 @jit
-def _write_estimate(states, z, P, record, dt, u, load, p, row):
-    n = len(states)
+def _write_estimate(states: States, belief: Belief, record: Array, reading: Reading, p: Array,
+                    row: Array) -> None:
+    n, z, P = len(states), belief.z, belief.P
     for i in range(7):
         row[i] = math.nan
         row[E_STD + i] = math.nan
@@ -237,32 +308,38 @@ def _write_estimate(states, z, P, record, dt, u, load, p, row):
         row[E_WHITE_2] = e2 / math.sqrt(s22)
     row[E_NIS], row[E_LOGLIK] = record[at_scores], record[at_scores + 1]
     row[E_DOF] = record[at_scores + 2]
-    row[E_DT], row[E_U], row[E_LOAD] = dt, u, load
+    row[E_DT], row[E_U], row[E_LOAD] = reading.dt, reading.u, reading.load
 
 
-@jit
-def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings, gate, counts,
-        clock, efforts, z, P, memory, kept, ring, ring_stamps, vectors, matrices, codes,
-        estimates, smoothed_stamps, smoothed):
+def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state: LoopState,
+        belief: Belief, scratch: Scratch, output: Output) -> tuple[int, int]:
     """
-    Take up to N samples; returns (how many were taken, rows written to `smoothed`).
+    Take up to N samples; a template, which `loop_of` completes with the kernels of a filter.
 
-    Stops behind each start and each sample that a long gap was bridged to; behind the sample in
-    time, accepted or incomplete, with which an evaluation is due: the first one, the first at or
-    after gate[EVALUATE_AT], and one from before the second that leads up to it (a new time); and
-    behind one at which the filter diverged, z and P as they then are.
+    Stops after each start and each sample that a long gap was bridged to; after the sample in
+    time, accepted or incomplete, at which a stop is due: the first one, the first at or after
+    gate[STOP_AT], and one from before the second that leads up to it (a new time); and after one
+    at which the filter diverged, the belief as it then is.
 
-    stamps int64 [N] ns; inputs [N, 2] motor torque and known load on the arm (N m); outputs [N, 2]
-    motor and arm position (rad); NaN = not measured. is_ukf, is_srukf, is_aekf: see KINDS. states,
-    p, vectors, matrices: see ekf.step. settings int64 [max_gap ns, effort_delay, smoother_lag ns,
-    load is measured 0/1]. Carried from call to call, changed in place: gate int64 [N_GATE], counts
-    int64 [N_COUNTS], clock [N_CLOCK], efforts [N_EFFORTS], belief z [n], P [n * n] and memory of
-    the filter, ring of step records with ring_stamps. kept [n + n * n + memory]: scratch. Written:
-    codes int64 [N], estimates [N,
-    N_ESTIMATE] (rows whose code is ESTIMATE), smoothed_stamps and smoothed (rows as many as
-    samples plus the ring's length).
+    Args:
+        states: as of ekf.step; scratch.matrices [>= 5, n * n].
+        p: as of ekf.step; scratch.matrices [>= 5, n * n].
+        belief: as of ekf.step; scratch.matrices [>= 5, n * n].
+        scratch: as of ekf.step; scratch.matrices [>= 5, n * n].
+        settings: constant during a run.
+        stream: the samples.
+        state: carried from call to call.
+        output: written.
+
+    Returns:
+        (number of samples taken, rows written to output.smoothed)
+
     """
-    max_gap, delay, lag = settings[MAX_GAP], settings[DELAY], settings[LAG]
+    stamps, inputs, outputs = stream
+    max_gap, delay, lag, load_measured = settings
+    gate, counts, clock, efforts, ring, ring_stamps, before = state
+    codes, estimates, smoothed_stamps, smoothed = output
+    memory = belief.memory
     rows = ring.shape[0]
     _, _, _, _, _, at_innovation, at_S, _, _ = places(len(states))
     n_smoothed = 0
@@ -283,7 +360,7 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
                 counts[MOTOR_MISSING] += 1
             if not math.isfinite(y2):
                 counts[ARM_MISSING] += 1
-            have_u = math.isfinite(u) and (settings[LOAD_MEASURED] == 0 or math.isfinite(load))
+            have_u = math.isfinite(u) and (not load_measured or math.isfinite(load))
             if not have_u:
                 counts[EFFORT_HELD] += 1
                 if code == START or stamp - gate[LAST_EFFORT] > max_gap:
@@ -296,7 +373,7 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
         counts[code] += 1
         codes[k] = code
         if code != ESTIMATE and code != START:
-            if (code == NO_EFFORT or code == NO_MEASUREMENT) and _due(stamp, gate):
+            if (code == NO_EFFORT or code == NO_MEASUREMENT) and _stops(stamp, gate):
                 return k + 1, n_smoothed
             continue
         if have_u:
@@ -310,34 +387,30 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
             for i in range(N_EFFORTS):
                 efforts[i, 0], efforts[i, 1] = u, load
             gate[STARTED] = stamp
-            start(states, z, P, y1, y2, p, ring[0])
+            start(states, belief, y1, y2, p, ring[0])
             ring[0, -1] = u
-            if is_aekf is not None:
-                aekf.resume(memory)
-            else:
-                memory[:] = 0.0
+            resume(memory)
             ring_stamps[0] = stamp
             return k + 1, n_smoothed
         last = gate[LAST]
         dt = (stamp - last) * 1e-9
         step = gate[STEPS] + 1
-        now, before = step % N_EFFORTS, (step - 1) % N_EFFORTS
-        efforts[now, 0] = u if math.isfinite(u) else efforts[before, 0]
-        efforts[now, 1] = load if math.isfinite(load) else efforts[before, 1]
+        place, previous = step % N_EFFORTS, (step - 1) % N_EFFORTS
+        efforts[place, 0] = u if math.isfinite(u) else efforts[previous, 0]
+        efforts[place, 1] = load if math.isfinite(load) else efforts[previous, 1]
         acting = (step - 1 - delay) % N_EFFORTS
         u_acting = efforts[acting, 0]
-        load_acting = efforts[acting, 1] if settings[LOAD_MEASURED] == 1 else 0.0
+        reading = Reading(dt, u_acting, efforts[acting, 1] if load_measured else 0.0, y1, y2)
         record = ring[step % rows]
         record[at_innovation], record[at_innovation + 1] = 0.0, 0.0
         record[at_S], record[at_S + 2] = 0.0, 0.0
-        _keep(z, P, memory, kept)
-        good = filter_step(is_ukf, is_srukf, is_aekf, states, z, P, memory, dt, u_acting,
-                           load_acting, y1, y2, p, vectors, matrices, record)
+        _save(belief, before)
+        good = filter_step(states, belief, reading, p, scratch, record)
         e1, e2 = record[at_innovation], record[at_innovation + 1]
         if (jumps(e1, record[at_S], clock[ERROR_MOTOR], p[R1], step)
                 or jumps(e2, record[at_S + 2], clock[ERROR_ARM], p[R2], step)):
             # As if it had not come; the belief stays.
-            _put_back(z, P, memory, kept)
+            _put_back(belief, before)
             codes[k] = POSITION_JUMP
             counts[ESTIMATE] -= 1
             counts[POSITION_JUMP] += 1
@@ -369,7 +442,7 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
         clock[ERROR_MOTOR] = usually(e1, clock[ERROR_MOTOR])
         clock[ERROR_ARM] = usually(e2, clock[ERROR_ARM])
         record[-1] = u_acting
-        _write_estimate(states, z, P, record, dt, u_acting, load_acting, p, estimates[k])
+        _write_estimate(states, belief, record, reading, p, estimates[k])
         # Blocks end where stamps cross a grid, or steps half a ring (no row may be lost, even at
         # the price of a shorter lag): this depends on no history, so replay cuts the same blocks.
         half = step % (rows // 2) == 0
@@ -379,12 +452,19 @@ def run(states, stamps, inputs, outputs, is_ukf, is_srukf, is_aekf, p, settings,
             while keep < step and ring_stamps[(keep + 1) % rows] <= stamp - lag:
                 keep += 1
             if keep >= oldest:
-                smooth(states, ring, step, oldest, keep, p[TAU_K_MODEL_STD] ** 2, vectors[0],
-                       matrices, smoothed[n_smoothed:])
+                smooth(states, ring, Span(step, oldest, keep), p[TAU_K_MODEL_STD] ** 2,
+                       scratch.vectors[0], scratch.matrices, smoothed[n_smoothed:])
                 for i in range(oldest, keep + 1):
                     smoothed_stamps[n_smoothed] = ring_stamps[i % rows]
                     n_smoothed += 1
                 gate[SMOOTH_NEXT] = keep + 1
-        if in_doubt or _due(stamp, gate):
+        if in_doubt or _stops(stamp, gate):
             return k + 1, n_smoothed
     return stamps.shape[0], n_smoothed
+
+
+@cache
+def loop_of(kind: FilterKind) -> Callable[..., tuple[int, int]]:
+    """Return `run` with the kernels of the filter `kind`; it is compiled at its first call."""
+    loop: Any = bound(run, kind.name, filter_step=kind.step, resume=kind.resume)
+    return loop

@@ -19,10 +19,11 @@ import numpy as np
 from scipy import stats
 
 from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.noise_search import BURN_IN, DIVERGED
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD
+from gearbox_monitor.estimation.sample_loop import SECOND
 from gearbox_monitor.monitoring.checks.innovation import LAGS, ljung_box
-from gearbox_monitor.monitoring.monitor import Monitor, SECOND
 
 # What one divergence costs in log-likelihood: more than any good parameter can gain.
 DIVERGENCE_COST = 1e4
@@ -88,11 +89,12 @@ def score(estimates, name='', diverged=0, burn_in=BURN_IN):
 
 
 def run_score(model, parameters, samples):
-    """Return the Score of a Monitor of `model`, `parameters` on Samples; nothing is smoothed."""
-    monitor = Monitor(model, parameters, judged=False, smoothed=False)
+    """Return the Score of an Estimator with `model` and `parameters` on `samples`, unsmoothed."""
+    estimator = Estimator(model, unsmoothed(parameters))
     with np.errstate(all='ignore'):
-        estimates = monitor.run(samples)
-    return score(estimates, monitor.parameters.filter, monitor.counts[sample_loop.DIVERGED])
+        estimates = estimator.run(samples)
+    return score(estimates, estimator.parameters.filter,
+                 estimator.counts[sample_loop.DIVERGED])
 
 
 def torque_errors(estimates, stamps, tau_k, burn_in=BURN_IN):

@@ -26,12 +26,10 @@ s_i = (f+ + f-) / 2 - f(z), the textbook's sums are, without approximation,
 
 with g n = 1 - sqrt(1 + (beta - alpha^2) n W): a sum of squares for all beta, kappa >= 0. So no
 weight is negative, nothing is ever subtracted from a factor, and large weights do not cancel.
-
-Arguments: parameters: those of the estimator; states: process.markers; p: process.pack; dt s;
-u, load N m, see ekf.step.
 """
 import math
 
+from gearbox_monitor.estimation.filter_kind import Reading
 from gearbox_monitor.estimation.process_model import (
     advance_beside, BESIDE, EIGENVALUE, UKF_ALPHA, UKF_BETA, UKF_KAPPA)
 from gearbox_monitor.kernels.jit import jit
@@ -78,16 +76,24 @@ def cholesky(states: States, a: Array, out: Array) -> bool:
 
 
 @jit
-def transform(states: States, z: Array, factor: Array, dt: float, u: float, load: float, p: Array,
-              bends: Array, rows: Array, points: Array) -> None:
+def transform(states: States, z: Array, factor: Array, reading: Reading, p: Array, bends: Array,
+              rows: Array, points: Array) -> None:
     """
-    Carry belief z [n] with the lower `factor` [n * n] of its covariance through the drive.
+    Carry a mean and a factor of its covariance through the drive (unscented transform).
 
-    z becomes the predicted mean; rows [>= 2 n, n]: written in their first 2n so that rows' rows is
-    the predicted covariance without process noise, pair differences first. bends [n], points
-    [N_POINTS, n * n]: scratch.
+    Args:
+        states: process_model.markers of the n states.
+        z: mean [n]; becomes the predicted one.
+        factor: lower Cholesky factor [n * n] of the covariance.
+        reading: the time step and its torques.
+        p: process_model.pack.
+        bends: scratch [n].
+        rows: [>= 2 n, n]; the first 2 n are written so that rows' rows is the predicted covariance
+            without process noise, pair differences first.
+        points: scratch [N_POINTS, n * n].
+
     """
-    n = len(states)
+    n, dt = len(states), reading.dt
     beside = points.reshape(N_POINTS * n * n)[:n * BESIDE]
     counted = substeps(dt, p[EIGENVALUE])
     alpha2 = p[UKF_ALPHA] * p[UKF_ALPHA]
@@ -102,7 +108,7 @@ def transform(states: States, z: Array, factor: Array, dt: float, u: float, load
         for i in range(n):
             beside[at + 1 + i] = z[j] + spread * factor[j * n + i]
             beside[at + 1 + n + i] = z[j] - spread * factor[j * n + i]
-    advance_beside(states, beside, u, load, dt, counted, p)
+    advance_beside(states, beside, (reading.u, reading.load), dt, counted, p)
     for j in range(n):
         at = j * BESIDE
         z[j] = beside[at]

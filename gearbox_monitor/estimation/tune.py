@@ -15,7 +15,7 @@
 """
 Tune a filter on recordings: R from standstill, what is left by likelihood or on a reference.
 
-The search itself is in filters.tuning; here it runs the Monitor. No truth is needed.
+The search itself is in filters.tuning; here it runs the Estimator. No truth is needed.
 """
 from dataclasses import asdict
 import math
@@ -25,9 +25,10 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import noise_search, sample_loop
 from gearbox_monitor.estimation.batch_score import criteria
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.score import (
     DIVERGENCE_COST, known_at, run_score, settled, torque_errors, WHITE_LIMIT)
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters
 
 # The likelihood of the tangent at standstill is too rough to search on; averaging the friction
@@ -114,9 +115,9 @@ def tune(model, parameters, recordings, reference=None, speeds=True, smoother=Fa
     data['before'] = asdict(run_score(model, parameters, samples))
     data['after'] = asdict(run_score(model, parameters.replace(**tuned), samples))
     if data['after']['diverged']:
-        monitor = Monitor(model, parameters.replace(**tuned))
-        monitor.run(samples)
-        raise InputError(f'with the best parameters found {monitor.divergence_notes()[0]}, '
+        estimator = Estimator(model, parameters.replace(**tuned, smoother_lag=0.0))
+        estimator.run(samples)
+        raise InputError(f'with the best parameters found {estimator.divergence_notes()[0]}, '
                          'expected a filter that runs through')
     if found.met < found.starts:
         data['notes'].append(f'{found.starts - found.met} of {found.starts} starts of the search '
@@ -156,8 +157,8 @@ def _within(values):
 
 
 def _run(model, parameters, samples):
-    monitor = Monitor(model, parameters, judged=False, smoothed=False)
-    return monitor.run(samples), int(monitor.counts[sample_loop.DIVERGED])
+    estimator = Estimator(model, unsmoothed(parameters))
+    return estimator.run(samples), int(estimator.counts[sample_loop.DIVERGED])
 
 
 def _errors(estimates, reference):

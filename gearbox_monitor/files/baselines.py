@@ -110,7 +110,7 @@ def save_baseline(path, points, gearbox_serial, parameters):
 
 def save_state(path, tracker, gearbox_serial, adaptation=None):
     """
-    Write the state of a Tracker, and `adaptation` (Monitor.learnt), to `path`.
+    Write the state of a Tracker, and `adaptation` (Estimator.learnt), to `path`.
 
     Whole or not at all. Raises InputError.
     """
@@ -124,7 +124,7 @@ def load_state(path, gearbox_serial):
     """
     Return (state or None, what is to be reported or '') of the state file `path`.
 
-    The state: {'drift': what Tracker takes, 'adaptation': what Monitor.recall takes or {}}.
+    The state: {'drift': what Tracker takes, 'adaptation': what Estimator.recall takes or {}}.
     There may be no file yet. One that is damaged, of another version or of another gearbox is
     renamed to PATH.corrupt-DATE. Raises InputError where it cannot be read or renamed.
     """

@@ -33,13 +33,13 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import Player, samples_of
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.fleet.paths import content_hash, fetched
 from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.kernels.jit import KERNELS
 from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.backlash.loop_windows import (
     combine, reason_of, separable_of, Windows)
-from gearbox_monitor.monitoring.monitor import Samples
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.admission import admitted
@@ -133,7 +133,7 @@ def _analysed(path, url, settings):
         monitor = player.monitor
         gearbox = _gearbox(url, player.namespace, monitor.parameters.gearbox_serial,
                            settings.gearbox)
-        windows, count, start = Windows(monitor.drive, monitor.parameters), 0, None
+        windows, count, start = Windows(monitor.estimator.drive, monitor.parameters), 0, None
         for part in player.parts():
             windows.add(part.estimates.smoothed_stamp_ns, part.estimates.smoothed)
             stamps = part.samples.stamp_ns
@@ -153,7 +153,7 @@ def _analysed(path, url, settings):
             'gap_error': monitor.parameters.gap_error, **_features(windows)}
         if settings.diagnose:
             row.update(_diagnosis(player, windows, start, end, settings))
-        notes = monitor.warnings + monitor.divergence_notes()
+        notes = monitor.estimator.warnings + monitor.estimator.divergence_notes()
         notes += [reader.notice] if reader.notice else []
         if settings.model is None and not _records_a_model(player):
             notes.append('no model of the drive is recorded or given: analysed with that of '

@@ -28,6 +28,7 @@ from pathlib import Path
 import platform
 import stat
 import tempfile
+from types import FunctionType
 from typing import Any, TypeVar
 
 try:
@@ -142,6 +143,19 @@ def jit_part(function: Kernel) -> Kernel:
         return function
     return numba.njit(error_model='numpy', nogil=True, forceinline=True, no_cpython_wrapper=True,
                       no_cfunc_wrapper=True, **LEAN)(function)
+
+
+def bound(template: Kernel, name: str, **values: Any) -> Kernel:
+    """
+    Return the plain function `template` as jit does, with other `values` of its globals.
+
+    Each needs its own `name`: by that, added to the template's, the cache tells them apart.
+    """
+    code = template.__code__.replace(co_name=f'{template.__name__}_{name}')
+    function: Any = FunctionType(code, {**template.__globals__, **values})
+    function.__qualname__ = code.co_name
+    function.__doc__ = template.__doc__
+    return jit(function)
 
 
 def _compiled(function: Kernel, options: dict[str, Any]) -> Kernel:

@@ -24,7 +24,11 @@ Integers: TypeAlias = npt.NDArray[np.int64]  # stamps are in ns
 Flags: TypeAlias = npt.NDArray[np.bool_]
 # Plain data by name: parameters, an effect of a model file, figures beside a finding.
 Values: TypeAlias = Mapping[str, Any]
-# What kernels take as `states`, see filters.process.markers.
+# What kernels take as `states`, see estimation.process_model.markers.
 States: TypeAlias = tuple[bool | None, ...]
+# What kernels hand on in one piece: of a 2-vector, a symmetric 2 x 2 matrix, four stages.
+Pair: TypeAlias = tuple[float, float]
+Triple: TypeAlias = tuple[float, float, float]
+Four: TypeAlias = tuple[float, float, float, float]
 # Packed parameters as kernels take them, by their place; a lane makes a tuple of its own.
 Packed: TypeAlias = Array | tuple[float, ...]

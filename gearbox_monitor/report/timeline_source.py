@@ -28,13 +28,14 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY, find_input
 from gearbox_monitor.bag.replay import read_snapshots, samples_of
 from gearbox_monitor.bag.stamp_matching import StampMatcher
+from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TWIST, S_TWIST_RATE, S_TWIST_STD
-from gearbox_monitor.estimation.sample_loop import REASONS
+from gearbox_monitor.estimation.sample_loop import REASONS, SECOND
 from gearbox_monitor.interfaces.signals import ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, TRANSMISSION
 from gearbox_monitor.kernels.jit import KERNELS
 from gearbox_monitor.kernels.types import Flags, Integers, Values
 from gearbox_monitor.monitoring.checks.usability import key_of
-from gearbox_monitor.monitoring.monitor import Estimates, Monitor, Samples, SECOND
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.timeline import Timeline, WindowBacklash
@@ -167,7 +168,7 @@ class TimelineSource:
                 follower.take(monitor.run(part))
         self.reader.require_joints(self.topic, self._joints, decode.there)
         self.facts.counts = {text: int(monitor.counts[code]) for code, text in REASONS.items()}
-        self.facts.notes += monitor.warnings + monitor.divergence_notes()
+        self.facts.notes += monitor.estimator.warnings + monitor.estimator.divergence_notes()
         self.facts.versions.append(('kernels', KERNELS))
 
     # ------------------------------------------------------------------ live

@@ -106,7 +106,7 @@ class BlackBox:
         p, found = monitor.parameters, monitor.tracker.findings()
         why = '; '.join(f'{name}: {found[name].message}' for name in components)
         return About(self._topic, (p.motor_joint, p.arm_joint), monitor.model,
-                     monitor.drive.arm_load, p, why or KEEP)
+                     monitor.estimator.drive.arm_load, p, why or KEEP)
 
     def _start(self, components=()):
         """Write what is in memory, in a thread; return the Future of (success, message)."""

@@ -21,9 +21,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
+from gearbox_monitor.estimation.estimates import Sample
 from gearbox_monitor.interfaces.diagnostic_keys import published
 from gearbox_monitor.interfaces.signals import joint_values
-from gearbox_monitor.monitoring.monitor import Sample
 
 NAN = math.nan
 LEVELS = (DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR)

@@ -34,6 +34,7 @@ from std_srvs.srv import Trigger
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.estimates import Sample
 from gearbox_monitor.files.baselines import (
     Damaged, load_baseline, load_state, save_baseline, save_state, set_aside)
 from gearbox_monitor.files.resources import config_path
@@ -45,7 +46,7 @@ from gearbox_monitor.kernels.jit import CACHE_PROBLEM, COMPILED, KERNELS
 from gearbox_monitor.monitoring.backlash.change import COMPONENTS, TESTS, Tracker
 from gearbox_monitor.monitoring.checks import usability
 from gearbox_monitor.monitoring.checks.level import Level, with_more
-from gearbox_monitor.monitoring.monitor import Monitor, Sample
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.monitoring.staleness import Silence
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MODEL, SETTINGS
 from gearbox_monitor.ros.black_box import BlackBox
@@ -133,7 +134,7 @@ class EstimatorNode(TableNode):
 
     def _warn(self, known):
         """Log what the settings deserve that is not `known` yet."""
-        for text in self.monitor.warnings:
+        for text in self.monitor.estimator.warnings:
             if text not in known:
                 self.get_logger().warning(text)
 
@@ -158,7 +159,7 @@ class EstimatorNode(TableNode):
         if not adaptation:
             return
         try:
-            if not self.monitor.recall(adaptation):
+            if not self.monitor.estimator.recall(adaptation):
                 self.get_logger().info('filter, model or start values are not those of the kept '
                                        'adaptation: it begins anew')
         except InputError as error:
@@ -186,7 +187,7 @@ class EstimatorNode(TableNode):
         self._black_box.add(sample.stamp_ns, estimate is not None, raw)
         if self.monitor.counts[sample_loop.DIVERGED] != self._divergences:
             self._divergences = int(self.monitor.counts[sample_loop.DIVERGED])
-            self.get_logger().error(f'{self.monitor.divergences[-1]}; starting anew',
+            self.get_logger().error(f'{self.monitor.estimator.divergences[-1]}; starting anew',
                                     throttle_duration_sec=5.0)
         if self.monitor.counts[sample_loop.START] != self._starts:
             self._starts = int(self.monitor.counts[sample_loop.START])
@@ -211,7 +212,7 @@ class EstimatorNode(TableNode):
         since = estimate.stamp_ns - self._snapshot_stamp
         if not 0 <= since < self.monitor.parameters.snapshot_period * SECOND:
             self._publish_snapshot('period')
-            if self.monitor.learnt():  # goes on without windows, too
+            if self.monitor.estimator.learnt():  # goes on without windows, too
                 self._keep_state()
 
     def _on_temperature(self, message):
@@ -226,7 +227,7 @@ class EstimatorNode(TableNode):
             return
         try:
             save_state(p.drift_state_file, tracker, p.gearbox_serial,
-                       self.monitor.learnt())
+                       self.monitor.estimator.learnt())
             self._state_error = ''
         except InputError as error:  # a full disk must not stop the estimates
             if str(error) != self._state_error:
@@ -312,7 +313,7 @@ class EstimatorNode(TableNode):
     # ------------------------------------------------------------------ changes
 
     def _on_parameters(self, changes):
-        before = self.monitor.warnings
+        before = self.monitor.estimator.warnings
         restarts = self.monitor.set_parameters(changes)
         self.get_logger().info(
             ', '.join(f'{name}={value}' for name, value in changes.items())

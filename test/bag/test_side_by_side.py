@@ -24,11 +24,12 @@ from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY, find_input, JOINT_
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
 from gearbox_monitor.files.yaml_files import load_parameters
 from gearbox_monitor.interfaces.joiner import Joiner, WAIT
 from gearbox_monitor.interfaces.signals import joint_values, SIGNALS
-from gearbox_monitor.monitoring.monitor import Monitor, Sample, Samples
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -154,8 +155,8 @@ def test_model_values_change_with_a_restart_and_noise_without():
         monitor.step(Sample(T0 + k * MS, (0.1, np.nan), (0.001 * k, 0.001 * k)))
     assert monitor.set_parameters({'q_std_tau_k': 9.0}) is False and monitor.stamp_ns > 0
     assert monitor.set_parameters({'motor_inertia': 0.01, 'q_std_tau_k': 8.0}) is True
-    assert monitor.stamp_ns == 0 and monitor.drive.motor_inertia == 0.01
-    assert monitor.drive.damping == 0.02 and monitor.parameters.q_std_tau_k == 8.0
+    assert monitor.stamp_ns == 0 and monitor.estimator.drive.motor_inertia == 0.01
+    assert monitor.estimator.drive.damping == 0.02 and monitor.parameters.q_std_tau_k == 8.0
     before = monitor.snapshot()
     with pytest.raises(InputError, match='motor_inertia'):
         monitor.set_parameters({'motor_inertia': -1.0})

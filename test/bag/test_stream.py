@@ -30,13 +30,14 @@ from rosbags.typesys import get_typestore, Stores
 from gearbox_monitor.bag import cdr, estimate_table, read, stamp_matching
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import Player, replay
+from gearbox_monitor.bag.replay import EstimatePlayer, replay
 from gearbox_monitor.bag.stamp_matching import match_stamps, StampMatcher
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.estimation.estimates import Sample
 from gearbox_monitor.interfaces.signals import ARM, joint_values, MOTOR, SIGNALS
 from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.monitoring.monitor import Monitor, Sample
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -167,7 +168,7 @@ def test_blocks_give_the_bits_of_single_samples(drive, tmp_path, monkeypatch, co
         assert result.monitor.snapshot() == monitor.snapshot()
         assert len(result.recording.samples.stamp_ns) == len(single)
     with open_bag(tmp_path / 'bag') as reader:
-        player = Player(reader, model, parameters, judged=False, smoothed=False)
+        player = EstimatePlayer(reader, model, parameters)
         found = [part.estimates for part in player.parts()]
     np.testing.assert_array_equal(np.concatenate([e.rows for e in found]), estimates.rows)
     assert not any(len(e.smoothed) for e in found)

@@ -23,8 +23,9 @@ from gearbox_monitor.benchmarks import eigen_reference, free_run, replay_cost, s
 from gearbox_monitor.benchmarks.paper import drive, DT, T0
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.simulate import simulate
 
 

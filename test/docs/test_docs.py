@@ -26,11 +26,12 @@ import yaml
 
 from gearbox_monitor.cli.main import _parse, COMMANDS
 from gearbox_monitor.estimation.adaptation import ADAPTABLE
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.sample_loop import REASONS
 from gearbox_monitor.interfaces import signals
 from gearbox_monitor.interfaces.diagnostic_keys import DIAGNOSTIC_KEYS, published
 from gearbox_monitor.monitoring.checks.usability import key_of
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters, PlantParameters, table_of
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation

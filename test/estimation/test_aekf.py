@@ -19,13 +19,16 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation import aekf, ekf
 from gearbox_monitor.estimation.adaptation import ADAPTABLE
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.filter_kind import Belief, Reading, Scratch
+from gearbox_monitor.estimation.filters import aekf, ekf
 from gearbox_monitor.estimation.process_model import ADAPT_AT, markers, P0, pack, state_names
 from gearbox_monitor.estimation.sample_loop import START
 from gearbox_monitor.estimation.step_record import record_size
 from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -57,9 +60,9 @@ def part(data, begin, end):
     return Samples(data.stamp_ns[begin:end], data.u[begin:end], data.y[begin:end])
 
 
-def settled(monitor, out, seconds, y=None):
+def settled(estimator, out, seconds, y=None):
     """Run; return the rms error of tau_K between `seconds` (from, to)."""
-    estimates = monitor.run(samples(out, y))
+    estimates = estimator.run(samples(out, y))
     at = (estimates.stamp_ns - 1_000_000_000) // 1_000_000
     keep = (at >= 1000 * seconds[0]) & (at < 1000 * seconds[1])
     return float(np.sqrt(np.mean((estimates.tau_k[keep] - out.tau_k[at[keep]]) ** 2)))
@@ -96,9 +99,10 @@ def test_gradient_is_that_of_the_log_likelihood(setup):
         for i, c in enumerate(change):
             memory[aekf.IN_USE + int(p[ADAPT_AT + i])] *= np.exp(c)
         gradient = np.zeros(aekf.MAX_THETA)
+        readings = np.column_stack([np.full(300, dt), out.u, np.zeros(300), y])
         value = aekf.likelihood_gradient(
-            markers(p, n), out.u, np.zeros(300), y, np.full(300, dt), z, P, memory, p,
-            np.zeros((aekf.N_VECTORS, n)), np.zeros((aekf.N_MATRICES, n * n)),
+            markers(p, n), readings, Belief(z, P, memory), p, Scratch(
+                np.zeros((aekf.N_VECTORS, n)), np.zeros((aekf.N_MATRICES, n * n))),
             np.zeros(record_size(n)), gradient)
         assert aekf.guards(memory)['sensitivity_resets'] == 0
         return value, gradient
@@ -113,11 +117,11 @@ def test_gradient_is_that_of_the_log_likelihood(setup):
 def test_without_adaptation_it_is_the_ekf(adapt):
     out = simulated(1.0)
     model = CASE_A.with_(friction_sharpness=1.0)
-    monitor = Monitor(CASE_A, {**TUNED, 'adapt': adapt})
-    ours = monitor.run(samples(out))
-    theirs = Monitor(model, {**TUNED, 'filter': 'ekf'}).run(samples(out))
+    estimator = Estimator(CASE_A, {**TUNED, 'adapt': adapt})
+    ours = estimator.run(samples(out))
+    theirs = Estimator(model, {**TUNED, 'filter': 'ekf'}).run(samples(out))
     np.testing.assert_allclose(ours.rows, theirs.rows, rtol=1e-12, atol=1e-12)
-    assert monitor.adapted() == {}
+    assert estimator.adapted() == {}
 
 
 def test_frozen_adaptation_is_the_ekf():
@@ -125,17 +129,16 @@ def test_frozen_adaptation_is_the_ekf():
     parameters = EstimatorParameters.from_mapping(
         {**TUNED, 'adapt': list(ADAPTABLE), 'tau_k_stiffness': 2.0})
     p, n, out = pack(CASE_A, parameters), 5, simulated(0.5)
-    scratch = np.zeros((aekf.N_VECTORS, n)), np.zeros((5, n * n))
+    scratch = Scratch(np.zeros((aekf.N_VECTORS, n)), np.zeros((5, n * n)))
     memory = np.zeros(aekf.memory_size(n))
     aekf.begin(memory, p)
     beliefs = [(np.zeros(n), np.diag(p[P0:P0 + n]).ravel(), np.zeros(record_size(n)))
                for _ in range(2)]
     for u, (y1, y2) in zip(out.u, out.y):
         (z, P, record), (z_e, P_e, record_e) = beliefs
-        assert aekf.differentiate((None,) * n, z, P, memory, 1e-3, u, 0.0, y1, y2, p, *scratch,
-                                  record)
-        assert ekf.step((None,) * n, z_e, P_e, np.zeros(0), 1e-3, u, 0.0, y1, y2, p, *scratch,
-                        record_e)
+        reading = Reading(1e-3, u, 0.0, y1, y2)
+        assert aekf.differentiate((None,) * n, Belief(z, P, memory), reading, p, scratch, record)
+        assert ekf.step((None,) * n, Belief(z_e, P_e, np.zeros(0)), reading, p, scratch, record_e)
         np.testing.assert_allclose(record, record_e, rtol=1e-9, atol=1e-9)
 
 
@@ -143,13 +146,13 @@ def test_frozen_adaptation_is_the_ekf():
 @pytest.mark.parametrize('q, r', [(1.0, 1.0), (100.0, 3.0)])
 def test_finds_the_noise_from_a_wrong_start(q, r):
     out = simulated(30.0)
-    tuned = settled(Monitor(CASE_A, {**TUNED, 'filter': 'ekf'}), out, (15, 30))
+    tuned = settled(Estimator(CASE_A, {**TUNED, 'filter': 'ekf'}), out, (15, 30))
     monitor = Monitor(CASE_A, {
         **TUNED, 'q_std_tau_k': q, 'r_std_motor': r * R_A[0], 'r_std_arm': r * R_A[1]})
     assert settled(monitor, out, (15, 30)) < 1.02 * tuned
-    found = monitor.adapted()
+    found = monitor.estimator.adapted()
     np.testing.assert_allclose([found['r_std_motor'], found['r_std_arm']], R_A, rtol=0.03)
-    assert monitor.adaptation_guards()['sensitivity_resets'] == 0
+    assert monitor.estimator.adaptation_guards()['sensitivity_resets'] == 0
     values = monitor.findings['covariance'].values
     assert values['adapted_q_std_tau_k'] == pytest.approx(found['q_std_tau_k'], rel=0.1)
 
@@ -159,26 +162,26 @@ def test_what_was_adapted_survives_starts():
     out = simulated(8.0)
     data = samples(out)
     wrong = {**TUNED, 'r_std_motor': 3.0 * R_A[0], 'adapt': ['q_std_tau_k', 'r_std_motor']}
-    monitor = Monitor(CASE_A, wrong)
-    monitor.run(part(data, 0, 5000))
-    found, kept = monitor.adapted(), json.loads(json.dumps(monitor.learnt()))
+    estimator = Estimator(CASE_A, wrong)
+    estimator.run(part(data, 0, 5000))
+    found, kept = estimator.adapted(), json.loads(json.dumps(estimator.learnt()))
     assert found['r_std_motor'] < 2.0 * R_A[0]
-    monitor.run(part(data, 5500, 5600))  # max_gap is 0.25 s
-    assert monitor.counts[START] == 2 and monitor.adapted() == found
-    again = Monitor(CASE_A, wrong)
+    estimator.run(part(data, 5500, 5600))  # max_gap is 0.25 s
+    assert estimator.counts[START] == 2 and estimator.adapted() == found
+    again = Estimator(CASE_A, wrong)
     assert again.recall(kept) and again.adapted() == found and again.learnt() == kept
     again.run(part(data, 5500, 5600))
     assert again.adapted() == found
-    for run in (monitor, again):
+    for run in (estimator, again):
         run.run(part(data, 5600, 8000))
         assert run.adapted()['r_std_motor'] == pytest.approx(R_A[0], rel=0.2)
-    other = Monitor(CASE_A, {**wrong, 'q_std_tau_k': 11.0})
+    other = Estimator(CASE_A, {**wrong, 'q_std_tau_k': 11.0})
     assert not other.recall(kept) and other.adapted()['q_std_tau_k'] == pytest.approx(11.0)
-    assert not Monitor(CASE_A, {**wrong, 'filter': 'ekf'}).recall(kept)
+    assert not Estimator(CASE_A, {**wrong, 'filter': 'ekf'}).recall(kept)
     for damage in ({'gain': 2.0}, {'information': [1.0]}, {'theta': None}, {'start': 5},
                    {'theta': {**kept['theta'], 'r_std_motor': 99.0}},
                    {'theta': {**kept['theta'], 'r_std_motor': float('nan')}}):
-        fresh = Monitor(CASE_A, wrong)
+        fresh = Estimator(CASE_A, wrong)
         with pytest.raises(InputError, match='adaptation'):
             fresh.recall({**kept, **damage})
         assert fresh.learnt() == {}
@@ -186,17 +189,17 @@ def test_what_was_adapted_survives_starts():
 
 @slow
 def test_finds_viscous_friction_from_twice_its_value():
-    monitor = Monitor(CASE_A.with_(viscous_friction=0.2),
-                      {**TUNED, 'adapt': ['viscous_friction']})
-    monitor.run(samples(simulated(30.0)))
-    assert monitor.adapted()['viscous_friction'] == pytest.approx(0.1, abs=2e-3)
+    estimator = Estimator(CASE_A.with_(viscous_friction=0.2),
+                          {**TUNED, 'adapt': ['viscous_friction']})
+    estimator.run(samples(simulated(30.0)))
+    assert estimator.adapted()['viscous_friction'] == pytest.approx(0.1, abs=2e-3)
 
 
 @slow
 def test_finds_a_stiffness_that_halves_the_error():
-    monitor = Monitor(CASE_A, {**TUNED, 'adapt': ['q_std_tau_k', 'tau_k_stiffness'],
-                               'tau_k_stiffness': 1.0})
-    assert settled(monitor, simulated(30.0), (15, 30)) < 0.66
+    estimator = Estimator(CASE_A, {**TUNED, 'adapt': ['q_std_tau_k', 'tau_k_stiffness'],
+                                   'tau_k_stiffness': 1.0})
+    assert settled(estimator, simulated(30.0), (15, 30)) < 0.66
 
 
 @slow
@@ -204,17 +207,17 @@ def test_follows_encoders_that_become_noisier():
     out = simulated(40.0)
     y = out.y.copy()
     y[20000:] += 15 ** 0.5 * np.random.default_rng(1).normal(0.0, R_A, (20000, 2))
-    adaptive = settled(Monitor(CASE_A, TUNED), out, (20, 40), y)
-    fixed = settled(Monitor(CASE_A, {**TUNED, 'filter': 'ekf'}), out, (20, 40), y)
+    adaptive = settled(Estimator(CASE_A, TUNED), out, (20, 40), y)
+    fixed = settled(Estimator(CASE_A, {**TUNED, 'filter': 'ekf'}), out, (20, 40), y)
     assert adaptive < 1.75 < 2.4 < fixed
 
 
 @slow
 def test_six_at_once_all_wrong():
-    monitor = Monitor(CASE_A.with_(viscous_friction=0.05), {
+    estimator = Estimator(CASE_A.with_(viscous_friction=0.05), {
         **TUNED, 'adapt': list(ADAPTABLE), 'q_std_tau_k': 100.0, 'r_std_motor': 0.2,
         'r_std_arm': 0.2, 'tau_k_stiffness': 1.0})
-    assert settled(monitor, simulated(40.0), (25, 40)) < 0.7
+    assert settled(estimator, simulated(40.0), (25, 40)) < 0.7
 
 
 def test_rests_while_nothing_is_measured_and_keeps_going():
@@ -222,37 +225,37 @@ def test_rests_while_nothing_is_measured_and_keeps_going():
     y = out.y.copy()
     y[1500:1600] = np.nan  # both encoders
     y[2000:2400, 1] = np.nan  # the arm's
-    monitor = Monitor(CASE_A, TUNED)
-    monitor.run(part(samples(out, y), 0, 1500))
-    before = monitor.adapted()
-    monitor.run(part(samples(out, y), 1500, 1600))
-    assert monitor.adapted() == before
-    monitor.run(part(samples(out, y), 1600, 3000))
-    after = monitor.adapted()
+    estimator = Estimator(CASE_A, TUNED)
+    estimator.run(part(samples(out, y), 0, 1500))
+    before = estimator.adapted()
+    estimator.run(part(samples(out, y), 1500, 1600))
+    assert estimator.adapted() == before
+    estimator.run(part(samples(out, y), 1600, 3000))
+    after = estimator.adapted()
     assert after != before and all(np.isfinite(list(after.values())))
 
 
 def test_a_snapshot_carries_the_adaptation_bit_for_bit():
     out = simulated(2.0)
-    whole, first = (Monitor(CASE_A, TUNED) for _ in range(2))
+    whole, first = (Estimator(CASE_A, TUNED) for _ in range(2))
     expected = whole.run(samples(out))
     first.run(part(samples(out), 0, 1200))
     text = json.loads(json.dumps(first.snapshot()))
-    second = Monitor.restore(text)
-    assert second.adapted() == first.adapted() != Monitor(CASE_A, TUNED).adapted()
+    second = Estimator.restore(text)
+    assert second.adapted() == first.adapted() != Estimator(CASE_A, TUNED).adapted()
     got = second.run(part(samples(out), 1200, 2000))
     assert (got.rows == expected.rows[-800:])[~np.isnan(got.rows)].all()
     assert second.adapted() == whole.adapted()
 
 
 def test_a_threshold_changes_without_restarting_the_adaptation():
-    monitor = Monitor(CASE_A, TUNED)
-    monitor.run(samples(simulated(1.0)))
-    adapted = monitor.adapted()
-    monitor.set_parameters({'gap_warn': 0.2})
-    assert monitor.adapted() == adapted
-    monitor.set_parameters({'q_std_tau_k': 5.0})
-    assert monitor.adapted()['q_std_tau_k'] == pytest.approx(5.0)
+    estimator = Estimator(CASE_A, TUNED)
+    estimator.run(samples(simulated(1.0)))
+    adapted = estimator.adapted()
+    estimator.set_parameters({'gap_warn': 0.2})
+    assert estimator.adapted() == adapted
+    estimator.set_parameters({'q_std_tau_k': 5.0})
+    assert estimator.adapted()['q_std_tau_k'] == pytest.approx(5.0)
 
 
 @pytest.mark.parametrize('changes, model, text', [
@@ -265,9 +268,9 @@ def test_a_threshold_changes_without_restarting_the_adaptation():
 ])
 def test_refusals_say_why(changes, model, text):
     with pytest.raises(InputError, match=text) as error:
-        Monitor(CASE_A.with_(**model), {**TUNED, **changes})
+        Estimator(CASE_A.with_(**model), {**TUNED, **changes})
     assert '\n' not in str(error.value)
-    running = Monitor(CASE_A.with_(**model), TUNED)
+    running = Estimator(CASE_A.with_(**model), TUNED)
     before = running.parameters
     with pytest.raises(InputError, match=text):
         running.set_parameters(changes)

@@ -17,10 +17,11 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.estimation import batch_score
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.process_model import pack
 from gearbox_monitor.estimation.score import run_score
 from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -114,20 +115,19 @@ def test_samples_that_lanes_cannot_take_run_alone(spoil, monkeypatch):
 def test_filters_that_lanes_can_run(suited, effects, one, all_of_them):
     trials = candidates(3, **all_of_them)
     trials[1] |= one
-    monitors = [Monitor(MODEL.with_(effects=effects), trial, judged=False, smoothed=False)
-                for trial in trials]
-    packed = np.array([pack(monitor.drive, monitor.parameters) for monitor in monitors])
-    assert batch_score.suited([monitor.parameters for monitor in monitors], packed,
-                              monitors[0].settings, recorded(900)) == suited
+    estimators = [Estimator(MODEL.with_(effects=effects), trial) for trial in trials]
+    packed = np.array([pack(estimator.drive, estimator.parameters) for estimator in estimators])
+    assert batch_score.suited([estimator.parameters for estimator in estimators], packed,
+                              estimators[0].settings, recorded(900)) == suited
 
 
 @pytest.mark.skipif(not COMPILED, reason='interpreted, filters run one after the other')
 def test_sums_are_those_of_the_estimates():
     samples, trials = recorded(900), candidates(3)
-    monitors = [Monitor(MODEL, trial, judged=False, smoothed=False) for trial in trials]
-    packed = np.array([pack(one.drive, one.parameters) for one in monitors])
-    sums = batch_score.run(packed, monitors[0].states, monitors[0].settings, samples, 200)
-    for (loglik, nis), one in zip(sums.T, monitors):
+    estimators = [Estimator(MODEL, trial) for trial in trials]
+    packed = np.array([pack(one.drive, one.parameters) for one in estimators])
+    sums = batch_score.run(packed, estimators[0].states, estimators[0].settings, samples, 200)
+    for (loglik, nis), one in zip(sums.T, estimators):
         estimates = one.run(samples)  # begin at the second sample
         assert loglik == pytest.approx(estimates.loglik[199:].sum(), rel=1e-9)
         assert nis == pytest.approx(estimates.nis[199:].sum(), rel=1e-9)

@@ -22,7 +22,7 @@ from test_tune import DRIVE, params, samples_of, simulated, write
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.parameters import FILTER_NAMES
 
 TUNED = {'r_std_motor': 0.0658, 'r_std_arm': 0.0833, 'q_std_tau_k': 9.2}
@@ -40,7 +40,7 @@ def test_filterpy_agrees(name):
     samples = samples_of(simulated(4, 1000))
     parameters = {**TUNED, 'arm_load': 'unknown', 'filter': name}
     theirs = filterpy_reference.run('filterpy_' + name, DRIVE, parameters, samples)
-    ours = Monitor(DRIVE, parameters).run(samples)
+    ours = Estimator(DRIVE, parameters).run(samples)
     assert theirs.stamp_ns.tolist() == ours.stamp_ns.tolist()
     for column in ('tau_k', 'tau_k_std', 'loglik', 'nis', 'white_2', 'innovation_arm', 'twist'):
         np.testing.assert_allclose(getattr(theirs, column), getattr(ours, column), rtol=1e-6,

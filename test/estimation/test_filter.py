@@ -24,14 +24,16 @@ import oracle
 import pytest
 from scipy import stats
 
-from gearbox_monitor.estimation import ekf
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.filter_kind import Belief, Reading, Scratch
+from gearbox_monitor.estimation.filters import ekf
 from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, markers, P0, pack, propagate, Q0, state_names)
 from gearbox_monitor.estimation.rts_smoother import (
-    N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, smooth)
+    N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, smooth, Span)
 from gearbox_monitor.estimation.step_record import correction, predicted, record_size, updated
 from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, substeps
 from gearbox_monitor.plant.excitation import Excitation
@@ -75,12 +77,12 @@ def setup(variant='paper', model=None, **changes):
 
 def filtered(p, n, z, P, dts, u, load, y):
     """Run the EKF; return its step records [N, record_size]."""
-    z, P = np.array(z, float), np.array(P, float).ravel()
-    vectors, matrices = np.zeros((ekf.N_VECTORS, n)), np.zeros((5, n * n))
+    belief = Belief(np.array(z, float), np.array(P, float).ravel(), np.zeros(0))
+    scratch = Scratch(np.zeros((1, n)), np.zeros((5, n * n)))
     records = np.zeros((len(dts), record_size(n)))
     for k, dt in enumerate(dts):
-        assert ekf.step(markers(p, n), z, P, np.zeros(0), dt, u[k], load[k], y[k, 0], y[k, 1], p,
-                        vectors, matrices, records[k])
+        assert ekf.step(markers(p, n), belief, Reading(dt, u[k], load[k], *y[k]), p, scratch,
+                        records[k])
     return records
 
 
@@ -113,7 +115,7 @@ def test_tangent_is_that_of_the_rk4_step(variant, x3, dt):
     counted = substeps(dt, p[EIGENVALUE])
     expected, phi_expected = oracle.flow(z, 0.05, 0.2, dt, counted, constants)
     phi = np.full(n * n, np.nan)
-    propagate(markers(p, n), z, phi, 0.05, 0.2, dt, counted, p)
+    propagate(markers(p, n), z, phi, (0.05, 0.2), dt, counted, p)
     np.testing.assert_allclose(z, expected, rtol=1e-12, atol=1e-14)
     np.testing.assert_allclose(phi.reshape(n, n), phi_expected, rtol=1e-10, atol=1e-12)
 
@@ -124,7 +126,7 @@ def test_substeps_cover_what_the_process_model_adds():
         p, _, n = setup('paper', **changes)
         z, phi = np.full(n, 0.01), np.zeros(n * n)
         for _ in range(300):
-            propagate((None,) * n, z, phi, 0.0, 0.0, 1e-3, substeps(1e-3, p[EIGENVALUE]), p)
+            propagate((None,) * n, z, phi, (0.0, 0.0), 1e-3, substeps(1e-3, p[EIGENVALUE]), p)
         assert np.abs(z).max() < 100.0
 
 
@@ -234,8 +236,8 @@ def test_linear_drive_equals_the_kalman_filter(rows):
 def smoothed(records, n, newest, oldest, keep_until, ring=None):
     ring = records if ring is None else ring
     out = np.zeros((keep_until - oldest + 1, N_SMOOTHED))
-    smooth((None,) * n, ring, newest, oldest, keep_until, 0.0, np.zeros(n), np.zeros((5, n * n)),
-           out)
+    smooth((None,) * n, ring, Span(newest, oldest, keep_until), 0.0, np.zeros(n),
+           np.zeros((5, n * n)), out)
     return out
 
 
@@ -301,7 +303,7 @@ def test_consistency_on_its_own_model():
 def monitored(out, parameters, model=CASE_B, dt=1e-3):
     stamps = 10 ** 9 + np.arange(len(out.u)) * round(dt * 1e9)
     u = np.stack([out.u, np.full(len(out.u), np.nan)], axis=1)
-    return Monitor(model, parameters).run(Samples(stamps, u, out.y)), stamps
+    return Estimator(model, parameters).run(Samples(stamps, u, out.y)), stamps
 
 
 def rms(a):
@@ -349,13 +351,14 @@ import sys
 import numpy as np
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator
 assert not COMPILED
 data = np.load(sys.argv[1])
-monitor = Monitor(DriveModel(), {'friction_error_std': 0.1})
-estimates = monitor.run(Samples(data['stamps'], data['u'], data['y']))
+estimator = Estimator(DriveModel(), {'friction_error_std': 0.1})
+estimates = estimator.run(Samples(data['stamps'], data['u'], data['y']))
 np.savez(sys.argv[2], rows=estimates.rows, smoothed=estimates.smoothed, codes=estimates.codes,
-         smoothed_stamps=estimates.smoothed_stamp_ns, counts=monitor.counts)
+         smoothed_stamps=estimates.smoothed_stamp_ns, counts=estimator.counts)
 """
 
 
@@ -377,10 +380,10 @@ def test_interpreted_equals_compiled(tmp_path):
         env={**os.environ, 'GEARBOX_MONITOR_JIT': '0',
              'PYTHONPATH': str(Path(__file__).parents[2])})
     other = np.load(tmp_path / 'out.npz')
-    monitor = Monitor(DriveModel(), {'friction_error_std': 0.1})
-    estimates = monitor.run(Samples(stamps, u, y))
+    estimator = Estimator(DriveModel(), {'friction_error_std': 0.1})
+    estimates = estimator.run(Samples(stamps, u, y))
     np.testing.assert_array_equal(estimates.codes, other['codes'])
-    np.testing.assert_array_equal(monitor.counts, other['counts'])
+    np.testing.assert_array_equal(estimator.counts, other['counts'])
     np.testing.assert_array_equal(estimates.smoothed_stamp_ns, other['smoothed_stamps'])
     np.testing.assert_allclose(estimates.rows, other['rows'], rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(estimates.smoothed, other['smoothed'], rtol=1e-9, atol=1e-9)

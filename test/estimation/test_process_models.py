@@ -19,10 +19,11 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.filter_registry import FILTERS
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.filters import FILTER_NAMES
 from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, noise, pack, propagate, state_names, TAU_K)
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, motor_friction, substeps
 from gearbox_monitor.plant.excitation import Excitation
@@ -59,7 +60,7 @@ def test_tangent_is_that_of_the_map(options):
 
         def flow(z):
             z, phi = z.copy(), np.empty(n * n)
-            propagate((None,) * n, z, phi, 1.0, 0.0, 1e-3, substeps(1e-3, p[EIGENVALUE]), p)
+            propagate((None,) * n, z, phi, (1.0, 0.0), 1e-3, substeps(1e-3, p[EIGENVALUE]), p)
             return z, phi.reshape(n, n)
         _, phi = flow(z)
         numeric = np.empty((n, n))
@@ -86,8 +87,8 @@ def test_filter_with_load_friction_follows_such_a_plant():
     samples, tau_k = recorded(LOADED.with_(half_gap=0.3, stiffness=5.0))
     error = {}
     for name, model in (('without', DriveModel()), ('with', LOADED)):
-        found = Monitor(model, {'arm_load': 'none', 'r_std_motor': 1e-3, 'r_std_arm': 1e-3,
-                                'q_std_motor_speed': 0.2, 'q_std_arm_speed': 0.2}).run(samples)
+        found = Estimator(model, {'arm_load': 'none', 'r_std_motor': 1e-3, 'r_std_arm': 1e-3,
+                                  'q_std_motor_speed': 0.2, 'q_std_arm_speed': 0.2}).run(samples)
         error[name] = np.sqrt(np.mean((found.tau_k - tau_k[1:])[500:] ** 2))
     assert error['with'] < 0.8 * error['without']
 
@@ -102,7 +103,7 @@ def test_noise_grows_with_speed():
     assert [noise(z, p, i) for i in range(n)] == pytest.approx([0.0, 0.0, 0.16, 0.16, 9.0])
 
 
-@pytest.mark.parametrize('name', [n for n in FILTERS if n != 'aekf'])
+@pytest.mark.parametrize('name', [n for n in FILTER_NAMES if n != 'aekf'])
 def test_every_filter_knows_every_process_model(name):
     """All filters agree on an almost linear drive, whatever the model of tau_K."""
     drive = DriveModel().with_(
@@ -110,7 +111,7 @@ def test_every_filter_knows_every_process_model(name):
     samples, _ = recorded(drive, 0.5)
     for options in OPTIONS:
         parameters = {**options, 'r_std_motor': 1e-3, 'r_std_arm': 1e-3, 'smoother_lag': 0.0}
-        ekf, other = (Monitor(drive, {**parameters, 'filter': f}).run(samples)
+        ekf, other = (Estimator(drive, {**parameters, 'filter': f}).run(samples)
                       for f in ('ekf', name))
         assert np.isfinite(other.rows[:, TAU_K]).all()
         np.testing.assert_allclose(other.tau_k, ekf.tau_k, atol=1e-5, err_msg=str(options))
@@ -123,7 +124,7 @@ def test_friction_error_makes_the_stated_deviation_honest():
     samples, tau_k = recorded(LOADED.with_(half_gap=0.3, stiffness=5.0), 8.0)
     cover = []
     for std in (0.0, 0.5):
-        found = Monitor(DriveModel(), {
+        found = Estimator(DriveModel(), {
             'arm_load': 'none', 'r_std_motor': 1e-3, 'r_std_arm': 1e-3, 'q_std_tau_k': 4.0,
             'tau_k_stiffness': 4.0, 'friction_error_std': std,
             'friction_error_time': 0.1}).run(samples)

@@ -24,14 +24,15 @@ import oracle
 import pytest
 from test_filter import CASE_B, data, linear, monitored, prior, rms, setup, TUNED, VARIANTS
 
-from gearbox_monitor.estimation import ekf, srukf, ukf
-from gearbox_monitor.estimation.filter_registry import FILTERS
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Reading, Scratch
+from gearbox_monitor.estimation.filters import ekf, srukf, ukf
+from gearbox_monitor.estimation.filters.srukf import triangularise
 from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, markers, propagate, propagate_numeric, Q0, softened_sharpness, X1, X2, X3)
-from gearbox_monitor.estimation.srukf import triangularise
 from gearbox_monitor.estimation.step_record import correction, predicted, record_size, updated
 from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.drive import ALPHA, CAC, DriveModel, substeps
 from gearbox_monitor.plant.excitation import Excitation
@@ -48,14 +49,14 @@ KINDS = {'ekf': (ekf, {}), 'numeric': (ekf, {'ekf_jacobian': 'numeric'}),
 
 def filtered(module, p, n, z, P, dts, u, load, y):
     """Run a filter; return its step records [N, record_size]."""
-    z, P = np.array(z, float), np.array(P, float).ravel()
-    memory = np.zeros(module.memory_size(n))
-    vectors = np.zeros((module.N_VECTORS, n))
-    matrices = np.zeros((max(module.N_MATRICES, 5), n * n))
+    kind = module.FILTER
+    belief = Belief(np.array(z, float), np.array(P, float).ravel(),
+                    np.zeros(kind.memory_size(n)))
+    scratch = Scratch(np.zeros((kind.n_vectors, n)), np.zeros((max(kind.n_matrices, 5), n * n)))
     records = np.zeros((len(dts), record_size(n)))
     for k, dt in enumerate(dts):
-        assert module.step(markers(p, n), z, P, memory, dt, u[k], load[k], y[k, 0], y[k, 1], p,
-                           vectors, matrices, records[k])
+        assert module.step(markers(p, n), belief, Reading(dt, u[k], load[k], *y[k]), p, scratch,
+                           records[k])
     return records
 
 
@@ -248,8 +249,8 @@ def test_numeric_tangent_is_close_to_the_exact_one(variant):
     for x3 in (0.005, 1.0):
         start = np.array([0.3, -0.2, x3, 0.5 * x3, 0.02, -0.1, 0.03])[:n]
         a, b, phi, numeric = start.copy(), start.copy(), np.zeros(n * n), np.zeros(n * n)
-        propagate(markers(p, n), a, phi, 0.05, 0.2, 2e-3, 3, p)
-        propagate_numeric(markers(p, n), b, numeric, 0.05, 0.2, 2e-3, 3, p, np.zeros(n))
+        propagate(markers(p, n), a, phi, (0.05, 0.2), 2e-3, 3, p)
+        propagate_numeric(markers(p, n), b, numeric, (0.05, 0.2), 2e-3, 3, p, np.zeros(n))
         np.testing.assert_allclose(b, a, rtol=1e-13)
         np.testing.assert_allclose(numeric, phi, atol=1e-4)
 
@@ -265,12 +266,12 @@ def test_statistical_linearisation_has_the_slope_of_the_mean_friction():
 def test_narrow_sigma_points_are_warned_of():
     model = DriveModel()
     for name in ('ukf', 'srukf'):
-        assert Monitor(model, {'filter': name}).warnings == []
-        monitor = Monitor(model, {'filter': name, 'ukf_alpha': 1e-3})
-        assert len(monitor.warnings) == 1 and '-1e+06' in monitor.warnings[0]
-        monitor.set_parameters({'ukf_alpha': 1.0})
-        assert monitor.warnings == []
-    assert Monitor(model, {'ukf_alpha': 1e-3}).warnings == []
+        assert Estimator(model, {'filter': name}).warnings == []
+        estimator = Estimator(model, {'filter': name, 'ukf_alpha': 1e-3})
+        assert len(estimator.warnings) == 1 and '-1e+06' in estimator.warnings[0]
+        estimator.set_parameters({'ukf_alpha': 1.0})
+        assert estimator.warnings == []
+    assert Estimator(model, {'ukf_alpha': 1e-3}).warnings == []
 
 
 def recording(seconds=2.0):
@@ -298,21 +299,21 @@ SETTINGS = [{'filter': name} for name in FILTER_NAMES] + [
 @pytest.mark.parametrize('settings', SETTINGS, ids=lambda s: '-'.join(s.values()))
 def test_goes_on_bit_for_bit_from_a_snapshot(settings):
     samples = recording()
-    live = Monitor(DriveModel(), settings)
+    live = Estimator(DriveModel(), settings)
     live.run(cut(samples, 0, 700))
-    restored = Monitor.restore(live.snapshot())
+    restored = Estimator.restore(live.snapshot())
     a, b = (m.run(cut(samples, 700, 1200)) for m in (live, restored))
     np.testing.assert_array_equal(a.rows, b.rows)
     assert len(a.rows) == 500
     # ... also from one at a change of parameters, where a filter makes its memory anew.
     live.set_parameters({'r_std_motor': 0.006})
-    restored = Monitor.restore(live.snapshot())
+    restored = Estimator.restore(live.snapshot())
     a, b = (m.run(cut(samples, 1200, 2000)) for m in (live, restored))
     np.testing.assert_array_equal(a.rows, b.rows)
     np.testing.assert_array_equal(a.smoothed, b.smoothed)
     assert len(a.smoothed) > 600
     assert live.snapshot()['memory'] == restored.snapshot()['memory']
-    whole, chunks = Monitor(DriveModel(), settings), Monitor(DriveModel(), settings)
+    whole, chunks = Estimator(DriveModel(), settings), Estimator(DriveModel(), settings)
     expected = whole.run(samples)
     parts = [chunks.run(cut(samples, k, k + 250)) for k in range(0, 2000, 250)]
     np.testing.assert_array_equal(np.concatenate([part.rows for part in parts]), expected.rows)
@@ -323,11 +324,12 @@ import sys
 import numpy as np
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator
 assert not COMPILED
 data = np.load(sys.argv[1])
 samples = Samples(data['stamps'], data['u'], data['y'])
-rows = [Monitor(DriveModel(), settings).run(samples).rows for settings in eval(sys.argv[3])]
+rows = [Estimator(DriveModel(), settings).run(samples).rows for settings in eval(sys.argv[3])]
 np.savez(sys.argv[2], *rows)
 """
 
@@ -346,7 +348,7 @@ def test_interpreted_equals_compiled(tmp_path):
              'PYTHONPATH': str(Path(__file__).parents[2])})
     other = np.load(tmp_path / 'out.npz')
     for i, chosen in enumerate(settings):
-        rows = Monitor(DriveModel(), chosen).run(samples).rows
+        rows = Estimator(DriveModel(), chosen).run(samples).rows
         # Differences of 1e-7 of numbers that differ in the last bit; single precision.
         close = 1e-9 if chosen in ({'filter': 'ukf'}, {'filter': 'srukf'}) else 1e-3
         np.testing.assert_allclose(rows, other[f'arr_{i}'], rtol=close, atol=close)
@@ -354,9 +356,10 @@ def test_interpreted_equals_compiled(tmp_path):
 
 def test_every_filter_is_chosen_by_its_name():
     """Each differs from the EKF where friction bends, though by little."""
-    assert set(FILTERS) == set(FILTER_NAMES)
+    assert [filter_kind(name).name for name in FILTER_NAMES] == list(FILTER_NAMES)
+    assert set(FILTER_NAMES) == {'ekf', 'ukf', 'srukf', 'aekf'}
     samples = cut(recording(), 0, 300)
-    rows = {name: Monitor(DriveModel(), {'filter': name}).run(samples) for name in FILTER_NAMES}
+    rows = {name: Estimator(DriveModel(), {'filter': name}).run(samples) for name in FILTER_NAMES}
     for name in ('ukf', 'srukf'):
         for state, std in ((X1, 0.005), (X2, 0.005), (X3, 0.5)):
             apart = np.abs(rows[name].rows[:, state] - rows['ekf'].rows[:, state]).max()

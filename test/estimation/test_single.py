@@ -19,8 +19,9 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.filter import Filter
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -38,11 +39,11 @@ def test_numbers_are_those_of_the_monitor(name, model):
     y = run.y.copy()
     y[N // 3:N // 3 + 5, 1] = np.nan
     parameters = {'filter': name, 'smoother_lag': 0.0}
-    monitor = Monitor(model, parameters)
+    estimator = Estimator(model, parameters)
     stamps = 10 ** 9 + np.round(np.arange(N) * DT * 1e9).astype(np.int64)
-    expected = monitor.run(Samples(stamps, np.column_stack([run.u, np.full(N, np.nan)]), y))
+    expected = estimator.run(Samples(stamps, np.column_stack([run.u, np.full(N, np.nan)]), y))
     f = Filter(model, parameters)
-    assert f.names == monitor.names
+    assert f.names == estimator.names
     f.start(*y[0])
     for k in range(1, N):
         assert f.step(DT, run.u[k - 1], *y[k])

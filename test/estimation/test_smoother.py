@@ -18,11 +18,12 @@ import pytest
 from scipy.optimize import least_squares
 
 from gearbox_monitor.estimation import interval_smoother
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_STD, S_TWIST, smoother_parameters)
 from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -75,7 +76,7 @@ def test_whole_recording(name, bound):
 @pytest.mark.parametrize('name', CASES)
 def test_lag_of_40_ms(name):
     model, parameters, samples, tau_k, _ = case(name)
-    found = Monitor(model, parameters.replace(smoother_lag=0.04)).run(samples)
+    found = Estimator(model, parameters.replace(smoother_lag=0.04)).run(samples)
     at = np.searchsorted(samples.stamp_ns, found.smoothed_stamp_ns)
     assert rms((found.smoothed[:, S_TAU_K] - tau_k[at])[at >= START]) < 0.34
 
@@ -94,7 +95,7 @@ def test_no_false_hysteresis():
             dead = np.sign(shifted) * np.maximum(np.abs(shifted) - half_gap, 0.0)
             return stiffness * dead - tau_k
         return least_squares(error, (5.0, 0.5, 0.05)).x[2]
-    filtered = Monitor(model, parameters).run(samples)
+    filtered = Estimator(model, parameters).run(samples)
     smoothed = smooth_interval(model, smoother_parameters(parameters), samples).rows
     assert width(filtered.twist[START:], filtered.tau_k[START:]) > 0.1
     assert abs(width(smoothed[START:, S_TWIST], smoothed[START:, S_TAU_K])) < 0.01
@@ -107,7 +108,7 @@ def test_blocks_do_not_show(monkeypatch):
         monkeypatch.setattr(interval_smoother, 'BLOCK', block)
         np.testing.assert_array_equal(smooth_interval(model, parameters, samples).rows, whole)
     # With a lag beyond its length the fixed-lag smoother sees the same future.
-    live = Monitor(model, parameters.replace(smoother_lag=0.1)).run(samples)
+    live = Estimator(model, parameters.replace(smoother_lag=0.1)).run(samples)
     assert len(live.smoothed) and np.abs(live.smoothed[:, S_TWIST] - whole[
         :len(live.smoothed), S_TWIST]).max() < 0.02
 
@@ -121,7 +122,7 @@ def test_restarts_and_what_was_not_measured():
     y[200:220] = np.nan
     stamps[300] = stamps[299]             # refused
     found = smooth_interval(model, parameters, Samples(stamps, samples.u, y))
-    accepted = Monitor(model, parameters)
+    accepted = Estimator(model, parameters)
     codes = accepted.run(Samples(stamps, samples.u, y)).codes
     assert len(found.stamp_ns) == len(found.rows) < len(stamps)
     assert np.isfinite(found.rows).all() and 300 not in np.searchsorted(stamps, found.stamp_ns)

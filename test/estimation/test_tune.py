@@ -24,9 +24,10 @@ from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.estimation import noise_search
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.score import run_score, score, torque_errors
 from gearbox_monitor.estimation.tune import tuned
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -131,7 +132,7 @@ def test_tuned_on_one_seed_good_on_others():
     for seed in (21, 22):
         drive = simulated(seed, 10000)
         samples = samples_of(drive)
-        estimates = Monitor(DRIVE, parameters).run(samples)
+        estimates = Estimator(DRIVE, parameters).run(samples)
         result = score(estimates)
         assert torque_errors(estimates, samples.stamp_ns, drive.tau_k)['rmse'] < 1.25
         assert result.rms[0] < 0.073 and result.rms[1] < 0.088 and 1.9 < result.nis < 2.12

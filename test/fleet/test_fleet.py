@@ -38,6 +38,7 @@ from gearbox_monitor.bag.replay import replay
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.fleet import executors, job
 from gearbox_monitor.fleet.fleet_table import FleetTable
 from gearbox_monitor.fleet.job import analyse
@@ -45,7 +46,7 @@ from gearbox_monitor.fleet.paths import content_hash
 from gearbox_monitor.fleet.trend import gearboxes
 from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.backlash.loop_windows import Windows
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -175,7 +176,7 @@ def test_the_dataset_holds_what_a_replay_gives(archive, whole):
     ours = [row for row in windows if row['path'] == f'{archive}/sn1/run_3']
     with open_bag(archive / 'sn1/run_3') as reader:
         result = replay(reader)
-    fits = Windows(result.monitor.drive, result.monitor.parameters)
+    fits = Windows(result.monitor.estimator.drive, result.monitor.parameters)
     fits.add(result.estimates.smoothed_stamp_ns, result.estimates.smoothed)
     expected, = fits.finish()
     assert isinstance(expected, Backlash) and len(ours) == 1
@@ -500,7 +501,7 @@ def test_windows_come_out_alike_in_any_blocks():
     found = monitor.run(Samples(stamps, np.column_stack([run.u, np.full(len(t), np.nan)]), run.y))
     fits = []
     for cuts in ([], np.sort(rng.integers(0, len(found.smoothed), 40))):
-        windows = Windows(monitor.drive, monitor.parameters)
+        windows = Windows(monitor.estimator.drive, monitor.parameters)
         for part in zip(np.split(found.smoothed_stamp_ns, cuts), np.split(found.smoothed, cuts)):
             windows.add(*part)
         fits.append(windows.finish())

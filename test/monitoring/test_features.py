@@ -23,13 +23,14 @@ import pytest
 
 from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.benchmarks import paper
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, S_U, S_X3, S_X4)
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.monitoring.backlash import features
 from gearbox_monitor.monitoring.backlash.shape import N_SHAPE, normal_equations
 from gearbox_monitor.monitoring.backlash.shared import Known
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel, TWO_OVER_PI
 from gearbox_monitor.plant.excitation import Excitation

@@ -25,10 +25,11 @@ import pytest
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.checks.level import Level
-from gearbox_monitor.monitoring.monitor import COMPONENTS, Monitor, Sample, Samples
+from gearbox_monitor.monitoring.monitor import COMPONENTS, Monitor
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -132,7 +133,6 @@ def test_step_by_step_equals_run(seed):
         stamps.append(estimate.stamp_ns)
         smoothed += [row for _, row in estimate.smoothed]
         smoothed_stamps += [stamp for stamp, _ in estimate.smoothed]
-        assert estimate.findings == single.findings
     same(rows, expected.rows)
     same(stamps, expected.stamp_ns)
     same(smoothed, expected.smoothed)
@@ -368,7 +368,7 @@ def test_empty_and_before_the_first():
     assert estimates.rows.shape == (0, sample_loop.N_ESTIMATE) and len(estimates.codes) == 0
     assert set(monitor.findings) == set(COMPONENTS)
     assert all(f.level == Level.WARN for f in monitor.findings.values())
-    assert monitor.stamp_ns == 0 and monitor.period == 0.0
+    assert monitor.stamp_ns == 0 and monitor.estimator.period == 0.0
 
 
 LOADS = {
@@ -460,16 +460,18 @@ def test_loads_of_the_model_act_besides_the_measured_one():
     for effects in ([], gravity, constant + gravity):
         monitor = Monitor(MODEL.with_(effects=effects), {'arm_load': 'measured'})
         nis[len(effects)] = monitor.run(samples).nis[500:].mean()
-        assert len(monitor.warnings) == (1 if effects else 0)
+        assert len(monitor.estimator.warnings) == (1 if effects else 0)
     assert 1.85 <= nis[1] <= 2.1 and min(nis[0], nis[2]) > 20.0
-    assert 'besides the measured load on the arm: load_torque, gravity' in monitor.warnings[0]
+    assert ('besides the measured load on the arm: load_torque, gravity'
+            in monitor.estimator.warnings[0])
 
 
 RUN = """
 import json, sys
 import numpy as np
 from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.monitoring.monitor import Monitor
 assert not COMPILED
 data = np.load(sys.argv[1])
 monitor = Monitor.restore(json.loads(sys.argv[3]))
@@ -526,27 +528,27 @@ def test_divergence_is_named_and_the_filter_starts_anew(name):
     samples = Samples(stamps, np.zeros((300, 2)), np.zeros((300, 2)))
     monitor, one = (Monitor(DriveModel(), {'filter': name}) for _ in range(2))
     monitor.run(cut(samples, 0, 100))
-    monitor._z[0] = np.nan  # nothing that comes in does this any more
+    monitor.estimator._z[0] = np.nan  # nothing that comes in does this any more
     estimates = monitor.run(cut(samples, 100, 300))
-    told, = monitor.divergences
+    told, = monitor.estimator.divergences
     assert (told.step, told.stamp_ns) == (100, stamps[100])
     assert 'not finite' in told.reason
-    assert f'stamp {1.1:.9f} s' in monitor.divergence_notes()[0]
+    assert f'stamp {1.1:.9f} s' in monitor.estimator.divergence_notes()[0]
     assert estimates.stamp_ns[-1] == stamps[-1] and np.isfinite(estimates.tau_k).all()
     for k in range(300):
         if k == 100:
-            one._z[0] = np.nan
+            one.estimator._z[0] = np.nan
         one.step(Sample(int(stamps[k]), (0.0, 0.0), (0.0, 0.0)))
-    assert list(one.divergences) == [told]
+    assert list(one.estimator.divergences) == [told]
 
 
 def test_lost_positive_definiteness_is_told_with_its_eigenvalue():
     monitor = Monitor(DriveModel(), {'filter': 'ukf', 'arm_load': 'none'})
     for k in range(20):
         if k == 10:
-            monitor._P[0] = -1.0
+            monitor.estimator._P[0] = -1.0
         monitor.step(Sample(1_000_000_000 + 1_000_000 * k, (0.0, 0.0), (0.0, 0.0)))
-    told, = monitor.divergences
+    told, = monitor.estimator.divergences
     assert told.reason == 'the covariance is not positive definite'
     assert told.smallest_eigenvalue <= -1.0
 
@@ -565,5 +567,5 @@ def test_an_effect_is_used_or_said_to_be_left_out(effect):
     given = Monitor(replace(MODEL, effects=(effect,)), {'arm_load': 'none'})
     # Friction that is left out still asks for finer steps.
     used = np.median(np.abs(plain.run(samples).tau_k - given.run(samples).tau_k)) > 0.02
-    told = any(effect['id'] in warning for warning in given.warnings)
+    told = any(effect['id'] in warning for warning in given.estimator.warnings)
     assert used != told

@@ -22,9 +22,10 @@ from scipy import stats
 
 from gearbox_monitor.benchmarks import paper
 from gearbox_monitor.estimation import process_model, sample_loop
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.monitoring.checks import covariance, innovation, observability
 from gearbox_monitor.monitoring.checks.level import Finding, Level
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -58,7 +59,7 @@ def moving():
     """Return (rows of 6 s of case B, packed parameters)."""
     monitor = Monitor(CASE_B, REFERENCE)
     data = samples(6.0, CASE_B, Noise((0.0612, 0.0828, 0.358, 0.472), (0.0612, 0.0828)))
-    return monitor.run(data).rows, monitor._packed
+    return monitor.run(data).rows, monitor.estimator.packed
 
 
 def share(rows, packed, seen, n=5):
@@ -87,7 +88,7 @@ def test_information_share_ranks_what_was_lost(moving, window):
 def test_information_share_with_an_unknown_load(moving):
     """The same order for tau_K; the load itself needs both encoders."""
     rows, _ = moving
-    packed = Monitor(CASE_B, {**REFERENCE, 'arm_load': 'unknown'})._packed
+    packed = Monitor(CASE_B, {**REFERENCE, 'arm_load': 'unknown'}).estimator.packed
     shares = np.median([[share(rows[a:a + 100], packed, seen, 6) for seen in
                          (BOTH, ARM_LOST, MOTOR_LOST)] for a in range(1000, 5800, 400)], axis=0)
     tau_k, tau_arm = shares[:, 4], shares[:, 5]
@@ -102,15 +103,15 @@ LOADS = [{'id': 'gravity', 'G': 2.3}, {'id': 'arm_coulomb', 'Cac': 1.65}]
 def test_gramian_against_the_exact_tangent(moving, effects):
     """The cheap linearised steps agree with the filter's own map, at rest and moving."""
     rows, _ = moving
-    packed = Monitor(CASE_B.with_(effects=effects), REFERENCE)._packed
+    packed = Monitor(CASE_B.with_(effects=effects), REFERENCE).estimator.packed
     for states in (rows[2000:2100, :5], np.zeros((100, 5))):
         phi, z, product, gramian = np.empty((5, 5)), np.empty(5), np.eye(5), np.zeros((5, 5))
         for state in states:
             information = np.diag(1.0 / packed[[process_model.R1, process_model.R2]])
             gramian += product[:2].T @ information @ product[:2]
             z[:] = state
-            process_model.propagate(process_model.markers(packed, 5), z, phi.reshape(-1), 0.0, 0.0,
-                                    1e-3, 8, packed)
+            process_model.propagate(process_model.markers(packed, 5), z, phi.reshape(-1),
+                                    (0.0, 0.0), 1e-3, 8, packed)
             product = phi @ product
         scale = np.array([1.0, 1.0, 20.0, 20.0, 3.6])
         exact = np.sqrt(np.diag(np.linalg.inv(scale[:, None] * gramian * scale + np.eye(5))))
@@ -139,7 +140,7 @@ def test_standstill_hides_the_speed_not_the_torque(moving):
     assert judge(arm_lost).level == Level.ERROR
     assert judge([0, 0, 0, math.nan, math.nan]).level == Level.ERROR
     # The default drive with an unknown load stands still, too.
-    packed = Monitor(DriveModel())._packed
+    packed = Monitor(DriveModel()).estimator.packed
     both = share(rows, packed, BOTH, 6)
     finding = judge(both, both[5])
     assert finding.level == Level.OK and 'standstill' in finding.message
@@ -179,7 +180,7 @@ def test_condition_of_the_papers_jacobian(moving):
     for seen in (ARM_LOST, (False, False)):
         value = observability.paper(fast, np.array(seen), packed)
         assert max(value['condition_eq6'], value['condition_eq6_scaled']) < 1e-12
-    unknown = Monitor(CASE_B, {**REFERENCE, 'arm_load': 'unknown'})._packed
+    unknown = Monitor(CASE_B, {**REFERENCE, 'arm_load': 'unknown'}).estimator.packed
     value = observability.paper(np.append(fast, 0.0), np.array(BOTH), unknown)
     assert value['condition_eq6'] == pytest.approx(6.1e-3, rel=0.05)
     assert 0.1 < value['condition_eq6_p'] < 1.0  # of tau_K and load
@@ -190,7 +191,7 @@ def test_scaled_condition_with_the_spread_of_the_motion():
     u = Excitation().torque(1e-3 * np.arange(20000))
     run = simulate(CASE_B, u, 1e-3)
     state, rate = run.x.std(axis=0), np.gradient(run.x, 1e-3, axis=0).std(axis=0)
-    packed = Monitor(CASE_B, REFERENCE)._packed
+    packed = Monitor(CASE_B, REFERENCE).estimator.packed
     for speed, seen, expected in ((1.0, BOTH, 0.28), (1.0, MOTOR_LOST, 1.4e-3)):
         a = np.empty((5, 5))
         process_model.tangent(np.array([0, 0, speed, speed, 0.0]), np.eye(5), packed, a)

@@ -24,7 +24,7 @@ from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli import check
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.monitoring.monitor import Samples
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation

@@ -20,8 +20,9 @@ from fault_stream import healthy, SECOND, SECONDS, START
 import numpy as np
 
 from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.monitoring.checks.level import Level
-from gearbox_monitor.monitoring.monitor import COMPONENTS, Monitor, Samples
+from gearbox_monitor.monitoring.monitor import COMPONENTS, Monitor
 from gearbox_monitor.monitoring.staleness import Silence
 from gearbox_monitor.plant.drive import DriveModel
 

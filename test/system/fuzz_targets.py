@@ -24,17 +24,18 @@ from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import Player
+from gearbox_monitor.bag.replay import EstimatePlayer
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.benchmarks.trust_runs import T0
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.baselines import load_baseline, load_state, save_baseline, save_state
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.monitoring.backlash.change import Settings, Tracker
 from gearbox_monitor.monitoring.backlash.features import Backlash
-from gearbox_monitor.monitoring.monitor import Monitor, Samples
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -103,7 +104,7 @@ def _read_bag(folder):
                     reader.joint_states(topic, reader.joint_names(topic))
                 except InputError as error:
                     one_line(error)
-        player = Player(reader, judged=False, smoothed=False)
+        player = EstimatePlayer(reader)
         summary = ReplaySummary(player)
         player.run([summary])
         summary.data()

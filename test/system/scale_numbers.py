@@ -26,10 +26,10 @@ from tqdm import tqdm
 
 from gearbox_monitor.bag.example import NOISE, write_example_bag
 from gearbox_monitor.estimation.batch_score import criteria
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.fleet.executors import SerialExecutor
 from gearbox_monitor.fleet.paths import find_bags
 from gearbox_monitor.identification.shooting import N_MEMORY, shooting_windows, Simulator
-from gearbox_monitor.monitoring.monitor import Samples
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate

@@ -22,8 +22,10 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.estimates import Sample, Samples
+from gearbox_monitor.estimation.estimator import SnapshotError
 from gearbox_monitor.monitoring.checks.level import Level
-from gearbox_monitor.monitoring.monitor import Monitor, Sample, Samples, SnapshotError
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 
 ONE_OF_EACH = (

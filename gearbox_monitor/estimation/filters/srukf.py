@@ -25,7 +25,8 @@ import math
 import numpy as np
 
 from gearbox_monitor.estimation import sigma_points
-from gearbox_monitor.estimation.ekf import healthy, LOG_TWO_PI
+from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
+from gearbox_monitor.estimation.filters.ekf import healthy, LOG_TWO_PI
 from gearbox_monitor.estimation.process_model import noise, R1, R2, SINGLE
 from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_POINTS, transform
 from gearbox_monitor.estimation.step_record import places
@@ -33,35 +34,42 @@ from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.types import Array, States
 
 # In float32, the first ones are used as single precision; the last never is.
-N_VECTORS, N_MATRICES = 2, 7 + N_POINTS
-warnings = sigma_points.warnings
+N_MATRICES = 7 + N_POINTS
 
 
 def memory_size(n: int) -> int:
-    """Return how many numbers the filter carries besides z [n] and P [n * n]: the factor."""
+    """Return the size of the memory with `n` states: it holds the factor L, row by row."""
     return n * n
 
 
 @jit
-def step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float, load: float,
-         y1: float, y2: float, p: Array, vectors: Array, matrices: Array, record: Array) -> bool:
-    """Predict over `dt` s and update with y = (y1, y2); see ekf.step. memory: L, row by row."""
-    n = len(states)
+def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
+         record: Array) -> bool:
+    """
+    Predict over a step and update with its measurements; the memory holds L.
+
+    The arguments states, belief, reading, p, scratch and record are as of ekf.step.
+
+    Returns:
+        False if the belief is unusable.
+
+    """
+    n, vectors, matrices = len(states), scratch.vectors, scratch.matrices
     last = matrices[N_MATRICES - 1]
     if p[SINGLE] > 0.0:
         single = matrices[:5].reshape(5 * n * n).view(np.float32)
-        return _step(states, z, P, memory, dt, u, load, y1, y2, p,
-                     vectors.reshape(2 * n).view(np.float32)[:2 * n].reshape(2, n),
-                     single.reshape(6 + N_POINTS, n * n), last, record)
-    return _step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, last, record)
+        return _step(states, belief, reading, p, Scratch(
+            vectors.reshape(2 * n).view(np.float32)[:2 * n].reshape(2, n),
+            single.reshape(6 + N_POINTS, n * n)), last, record)
+    return _step(states, belief, reading, p, scratch, last, record)
 
 
 @jit
-def _step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float, load: float,
-          y1: float, y2: float, p: Array, vectors: Array, matrices: Array, slope: Array,
-          record: Array) -> bool:
-    """Do the step in the precision of `vectors` and `matrices`."""
-    n = len(states)
+def _step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
+          slope: Array, record: Array) -> bool:
+    """Do the step in the precision of `scratch`."""
+    n, dt = len(states), reading.dt
+    (z, P, memory), (vectors, matrices) = belief, scratch
     at_z, at_P, at_cross, at_z_out, at_P_out, _, _, _, _ = places(n)
     mean, factor = vectors[0], matrices[0]
     if memory[0] == 0.0:
@@ -79,7 +87,7 @@ def _step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float
     triangularise(rows[:2 * n], n, 0, n)
     _lower(states, rows, factor)
     # Through the drive, and the second half
-    transform(states, mean, factor, dt, u, load, p, vectors[1], rows, matrices[6:6 + N_POINTS])
+    transform(states, mean, factor, reading, p, vectors[1], rows, matrices[6:6 + N_POINTS])
     cross_covariance(states, rows, factor, P, slope, record, at_cross)
     _noise(states, rows[2 * n:], mean, dt, p)
     triangularise(rows, n, 2 * n, 2 * n)
@@ -88,7 +96,7 @@ def _step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float
     for i in range(n):
         record[at_z + i] = mean[i]
     array = matrices[4:6].reshape(2 * n * n)[:4 * (n + 2)].reshape(4, n + 2)
-    if not _update(states, mean, factor, y1, y2, p, array, record):
+    if not _update(states, mean, factor, reading.y1, reading.y2, p, array, record):
         return False
     _square(states, factor, P, 0)
     for i in range(n):
@@ -97,7 +105,7 @@ def _step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float
     for i in range(n * n):
         record[at_P_out + i] = P[i]
         memory[i] = factor[i]
-    return healthy(states, z, P)
+    return healthy(states, belief)
 
 
 @jit
@@ -225,3 +233,7 @@ def _square(states: States, factor: Array, out: Array, at: int) -> None:
             for k in range(j + 1):
                 s += factor[i * n + k] * factor[j * n + k]
             out[at + i * n + j], out[at + j * n + i] = s, s
+
+
+FILTER = FilterKind(step, n_vectors=2, n_matrices=N_MATRICES, memory_size=memory_size,
+                    warnings=sigma_points.warnings)

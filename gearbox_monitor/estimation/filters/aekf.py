@@ -35,20 +35,23 @@ Forgetting counts samples with a measurement, not seconds. `gain R I` is the inf
 on each theta (R = RIDGE): where the motion says nothing, theta rests.
 """
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.estimation import ekf
+from gearbox_monitor.estimation.filter_kind import (
+    Adaptation, Belief, FilterKind, Reading, Scratch)
+from gearbox_monitor.estimation.filters import ekf
 from gearbox_monitor.estimation.process_model import (
     ADAPT_AT, ADAPT_COUNT, ADAPT_FORGETTING, ADAPT_RATE, ADAPT_START, along, answer, Column, decay,
-    EIGENVALUE, FRICTION_AT, K_P, LOAD_AT, N_PACKED, N_SEEN, N_SEEN_OF_LOAD, noise, Pair, Q0,
+    EIGENVALUE, FRICTION_AT, K_P, LOAD_AT, N_PACKED, N_SEEN, N_SEEN_OF_LOAD, noise, Q0,
     Q_TAU_K_SPEED, R1, R2, rates, rk4, SEEN_ARM_POSITION, SEEN_ARM_SPEED, SEEN_ON_POSITION,
     SEEN_ON_SPEED, SEEN_SHARE, SEEN_SLOPE, SEEN_SPEED, SEEN_TAU_K, SEEN_TORQUE, SEEN_TWIST_RATE,
     SEEN_X2, SEEN_X3, SEEN_X4, SLOTS, TAU_K, X1, X2, X3, X4)
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.jit import fma, jit, jit_inline
 from gearbox_monitor.kernels.linalg import multiply, multiply_symmetric
-from gearbox_monitor.kernels.types import Array, States, Values
+from gearbox_monitor.kernels.types import Array, Pair, States, Values
 from gearbox_monitor.plant.drive import (
     ALPHA, ARM_ALPHA, CAV, CC, CL, CV, G, INVERSE_M1, INVERSE_M2, substeps, TWO_OVER_PI)
 
@@ -85,8 +88,16 @@ _GRADIENT = _SCORE + MAX_THETA
 N_VECTORS, N_MATRICES = _C_ARM_SPEED + 1 + N_SEEN_OF_LOAD, 3
 
 
+class Sensitivity(NamedTuple):
+    """Derivatives of z and P in `count` theta: z [>= count, n], P [>= count, n * n]."""
+
+    z: Array
+    P: Array
+    count: int
+
+
 def memory_size(n: int) -> int:
-    """Return how many numbers the filter carries besides z [n] and P [n, n]."""
+    """Return how many numbers the filter carries besides z and P of `n` states."""
     return SENSITIVITY + MAX_THETA * (n + n * n)
 
 
@@ -180,17 +191,24 @@ def recall(memory: Array, p: Array, kept: Values) -> bool:
 
 
 @jit
-def step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float, load: float,
-         y1: float, y2: float, p: Array, vectors: Array, matrices: Array, record: Array) -> bool:
-    """Predict, update and adapt; arguments as of ekf.step."""
+def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
+         record: Array) -> bool:
+    """
+    Predict, update and adapt.
+
+    The arguments states, belief, reading, p, scratch and record are as of ekf.step.
+
+    Returns:
+        False if the belief is unusable.
+
+    """
     if p[ADAPT_COUNT] == 0.0:
-        return ekf.step(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices,
-                        record)
-    if memory[STARTED] == 0.0:
-        begin(memory, p)
-    if not differentiate(states, z, P, memory, dt, u, load, y1, y2, p, vectors, matrices, record):
+        return ekf.step(states, belief, reading, p, scratch, record)
+    if belief.memory[STARTED] == 0.0:
+        begin(belief.memory, p)
+    if not differentiate(states, belief, reading, p, scratch, record):
         return False
-    _adapt(states, memory, p, vectors, matrices, record)
+    _adapt(states, belief.memory, p, scratch.vectors, scratch.matrices, record)
     return True
 
 
@@ -214,41 +232,58 @@ def begin(memory: Array, p: Array) -> None:
 
 
 @jit
-def likelihood_gradient(states: States, u: Array, load: Array, y: Array, dt: Array, z: Array,
-                        P: Array, memory: Array, p: Array, vectors: Array, matrices: Array,
-                        record: Array, gradient: Array) -> float:
+def likelihood_gradient(states: States, readings: Array, belief: Belief, p: Array,
+                        scratch: Scratch, record: Array, gradient: Array) -> float:
     """
-    Return the log-likelihood of N samples, and add its gradient in theta to `gradient` [6].
+    Return the log-likelihood of N samples with the theta in the memory (after begin).
 
-    Theta stays as it is in `memory` (after begin). u, load [N], y [N, 2], dt [N]; the rest as of
-    step. NaN when the filter diverges.
+    Args:
+        states: as of step.
+        belief: as of step.
+        p: as of step.
+        scratch: as of step.
+        record: as of step.
+        readings: [N, 5], columns as of Reading.
+        gradient: [6], to which the gradient in theta is added.
+
+    Returns:
+        NaN if the filter diverges.
+
     """
     total = 0.0
     _, _, _, _, _, _, _, _, at_scores = places(len(states))
-    for k in range(u.shape[0]):
-        if not differentiate(states, z, P, memory, dt[k], u[k], load[k], y[k, 0], y[k, 1], p,
-                             vectors, matrices, record):
+    for k in range(readings.shape[0]):
+        r = readings[k]
+        if not differentiate(states, belief, Reading(r[0], r[1], r[2], r[3], r[4]), p, scratch,
+                             record):
             return math.nan
         total += record[at_scores + 1]
         for i in range(int(p[ADAPT_COUNT])):
-            gradient[i] -= vectors[_GRADIENT + i, 0]
+            gradient[i] -= scratch.vectors[_GRADIENT + i, 0]
     return total
 
 
 @jit
-def differentiate(states: States, z: Array, P: Array, memory: Array, dt: float, u: float,
-                  load: float, y1: float, y2: float, p: Array, vectors: Array, matrices: Array,
+def differentiate(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
                   record: Array) -> bool:
-    """Predict and update belief and sensitivities with the theta in `memory`; as of step."""
-    n = len(states)
+    """
+    Predict and update belief and sensitivities with the theta in the memory.
+
+    The arguments states, belief, reading, p, scratch and record are as of step.
+
+    Returns:
+        False if the belief is unusable.
+
+    """
+    n, memory, vectors = len(states), belief.memory, scratch.vectors
     now = memory[IN_USE:IN_USE + N_PACKED]
     count = int(p[ADAPT_COUNT])
     s = memory[SENSITIVITY:SENSITIVITY + MAX_THETA * n].reshape(MAX_THETA, n)
     P_s = memory[SENSITIVITY + MAX_THETA * n:].reshape(MAX_THETA, n * n)
-    _predict(states, z, P, s, P_s, count, dt, u, load, now, p, vectors, matrices, record)
-    if not ekf.update(states, z, P, y1, y2, now, matrices, record):
+    _predict(states, belief, Sensitivity(s, P_s, count), reading, now, p, scratch, record)
+    if not ekf.update(states, belief, reading.y1, reading.y2, now, record):
         return False
-    _correct(states, s, P_s, count, now, p, vectors, record)
+    _correct(states, Sensitivity(s, P_s, count), now, p, vectors, record)
     for i in range(count):
         if not _sound(states, s[i], P_s[i]):
             memory[RESETS] += 1.0
@@ -259,7 +294,7 @@ def differentiate(states: States, z: Array, P: Array, memory: Array, dt: float, 
             vectors[_GRADIENT + i, 0] = 0.0
             for a in range(5):
                 vectors[_SCORE + i, a] = 0.0
-    return ekf.healthy(states, z, P)
+    return ekf.healthy(states, belief)
 
 
 @jit_inline
@@ -420,11 +455,13 @@ def _added(m: Column, torque: float) -> Column:
 
 
 @jit_inline
-def _predict(states: States, z: Array, P: Array, s: Array, P_s: Array, count: int, dt: float,
-             u: float, load: float, now: Array, p: Array, vectors: Array, matrices: Array,
-             record: Array) -> None:
-    """Predict belief and sensitivities over `dt` s; s [>= count, n], P_s [>= count, n * n]."""
+def _predict(states: States, belief: Belief, sensitivity: Sensitivity, reading: Reading,
+             now: Array, p: Array, scratch: Scratch, record: Array) -> None:
+    """Predict belief and sensitivities; now: packed parameters in use."""
     n, loaded = len(states), states[0]
+    z, P, dt, torques = belief.z, belief.P, reading.dt, (reading.u, reading.load)
+    s, P_s, count = sensitivity
+    vectors, matrices = scratch
     at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
     product, change, phi = matrices[0], matrices[1], matrices[2]
     cross, P_pred = record[at_cross:at_cross + n * n], record[at_P:at_P + n * n]
@@ -438,11 +475,11 @@ def _predict(states: States, z: Array, P: Array, s: Array, P_s: Array, count: in
     counted = substeps(dt, _eigenvalue(now, p) if stiffer else p[EIGENVALUE])
     h = dt / counted
     half = 0.5 * dt
-    _add_noise(states, z, s, P_s, count, half, now, p)
+    _add_noise(states, z, sensitivity, half, now, p)
     for i in range(n):
         record[at_z + i] = half * noise(z, now, i)
     for part in range(counted):
-        rk4(states, z, phi, True, u, load, h, now, vectors)
+        rk4(states, z, phi, True, torques, h, now, vectors)
         _look(loaded, with_atan, now, vectors)
         if part == 0:
             multiply(states, phi, P, cross)
@@ -472,7 +509,7 @@ def _predict(states: States, z: Array, P: Array, s: Array, P_s: Array, count: in
             multiply(states, phi, P_s[i], change)
             multiply_symmetric(states, change, phi, P_s[i])
             _advance_covariance(states, P_s[i], slot, h, now, vectors, flat)
-    _add_noise(states, z, s, P_s, count, half, now, p)
+    _add_noise(states, z, sensitivity, half, now, p)
     for i in range(n):
         P_pred[i * n + i] += half * noise(z, now, i)
         record[at_z + i] = z[i]
@@ -540,9 +577,10 @@ def _add_products(states: States, P_i: Array, factor: float, at: int, h: float, 
 
 
 @jit_inline
-def _add_noise(states: States, z: Array, s: Array, P_s: Array, count: int, half: float, now: Array,
+def _add_noise(states: States, z: Array, sensitivity: Sensitivity, half: float, now: Array,
                p: Array) -> None:
     """Add the derivative of half a step's process noise."""
+    s, P_s, count = sensitivity
     for i in range(count):
         q = 2.0 * now[Q_TAU_K_SPEED] * z[X3] * s[i, X3]
         if p[ADAPT_AT + i] == Q0 + TAU_K:
@@ -551,10 +589,11 @@ def _add_noise(states: States, z: Array, s: Array, P_s: Array, count: int, half:
 
 
 @jit_inline
-def _correct(states: States, s: Array, P_s: Array, count: int, now: Array, p: Array,
-             vectors: Array, record: Array) -> None:
+def _correct(states: States, sensitivity: Sensitivity, now: Array, p: Array, vectors: Array,
+             record: Array) -> None:
     """Update the sensitivities after ekf.update, and keep what the score needs."""
     n = len(states)
+    s, P_s, count = sensitivity
     _, _, _, _, _, at_innovation, at_S, at_K, _ = places(n)
     e1, e2 = record[at_innovation], record[at_innovation + 1]
     have1, have2 = math.isfinite(e1), math.isfinite(e2)
@@ -683,3 +722,7 @@ def _solve(memory: Array, count: int, ridge: float, vectors: Array, factor: Arra
         if not math.isfinite(vectors[_GRADIENT + i, 1]):
             return False
     return True
+
+
+FILTER = FilterKind(step, N_VECTORS, N_MATRICES, memory_size, resume, adaptation=Adaptation(
+    adapted, in_use, at_bound, guards, learnt, recall))

@@ -23,49 +23,53 @@ the integral of Phi Q Phi'; it needs no Phi, so every filter can share it.
 """
 import math
 
+from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, noise, NUMERIC, propagate, propagate_numeric, R1, R2, softened_sharpness,
     STATISTICAL, X3, X4)
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.jit import fma, jit_inline
 from gearbox_monitor.kernels.linalg import carry
-from gearbox_monitor.kernels.types import Array, States
+from gearbox_monitor.kernels.types import Array, Four, Pair, States, Triple
 from gearbox_monitor.plant.drive import ALPHA, ARM_ALPHA, substeps
 
 LOG_TWO_PI = math.log(2.0 * math.pi)
-N_VECTORS, N_MATRICES = 1, 1
-
-
-def memory_size(n: int) -> int:
-    """Return how many numbers the filter carries besides z [n] and P [n * n]."""
-    return 0
 
 
 @jit_inline
-def step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float, load: float,
-         y1: float, y2: float, p: Array, vectors: Array, matrices: Array, record: Array) -> bool:
+def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
+         record: Array) -> bool:
     """
-    Predict over `dt` s and update with y = (y1, y2); a NaN was not measured.
+    Predict over a step and update with its measurements: the signature of every filter.
 
-    states: process.markers. z [n], P [n * n]: belief,
-    changed in place. memory [memory_size(n)]: what else the filter carries; all zero at a start
-    and after a change of parameters, then to be made from z, P and p. u, load: motor torque and
-    known arm load (N m), held over the step. p: process.pack. vectors [N_VECTORS, n], matrices
-    [N_MATRICES, n * n]: scratch. record: row of record.record_size(n), written. Returns False when
-    the result is not finite or P has lost its positive diagonal (z, P are then unusable).
+    Args:
+        states: process_model.markers of the n states.
+        belief: changed in place.
+        reading: torques, held over the step, and positions at its end.
+        p: process_model.pack [N_PACKED].
+        scratch: of the size that the FilterKind states.
+        record: row of step_record.record_size(n) numbers, written.
+
+    Returns:
+        False if the result is not finite or P has lost its positive diagonal; the belief is then
+        unusable.
+
     """
-    predict(states, z, P, dt, u, load, p, vectors, matrices, record)
-    return (update(states, z, P, y1, y2, p, matrices, record)
-            and healthy(states, z, P))
+    predict(states, belief, reading, p, scratch, record)
+    return update(states, belief, reading.y1, reading.y2, p, record) and healthy(states, belief)
 
 
 @jit_inline
-def predict(states: States, z: Array, P: Array, dt: float, u: float, load: float, p: Array,
-            vectors: Array, matrices: Array, record: Array) -> None:
-    """Predict z and the record's P_pred and C over `dt` s; P stays. Arguments as of step."""
-    n = len(states)
+def predict(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
+            record: Array) -> None:
+    """
+    Predict z and the record's P_pred and C; P stays.
+
+    The arguments states, belief, reading, p, scratch and record are as of step.
+    """
+    n, z, P, dt = len(states), belief.z, belief.P, reading.dt
     at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
-    phi = matrices[0]
+    phi = scratch.matrices[0]
     cross, P_pred = record[at_cross:at_cross + n * n], record[at_P:at_P + n * n]
     for i in range(n):  # the first half
         record[at_z + i] = 0.5 * dt * noise(z, p, i)
@@ -75,9 +79,10 @@ def predict(states: States, z: Array, P: Array, dt: float, u: float, load: float
         p[ALPHA] = softened_sharpness(motor, P[X3 * n + X3])
         p[ARM_ALPHA] = softened_sharpness(arm, P[X4 * n + X4])
     if p[NUMERIC] > 0.0:
-        propagate_numeric(states, z, phi, u, load, dt, counted, p, vectors[0])
+        propagate_numeric(states, z, phi, (reading.u, reading.load), dt, counted, p,
+                          scratch.vectors[0])
     else:
-        propagate(states, z, phi, u, load, dt, counted, p)
+        propagate(states, z, phi, (reading.u, reading.load), dt, counted, p)
     if p[STATISTICAL] > 0.0:
         p[ALPHA], p[ARM_ALPHA] = motor, arm
     carry(states, phi, P, record[at_z:at_z + n], cross, P_pred)
@@ -87,14 +92,24 @@ def predict(states: States, z: Array, P: Array, dt: float, u: float, load: float
 
 
 @jit_inline
-def update(states: States, z: Array, P: Array, y1: float, y2: float, p: Array, matrices: Array,
+def update(states: States, belief: Belief, y1: float, y2: float, p: Array,
            record: Array) -> bool:
     """
-    Update z with y, and P from the record's P_pred; arguments as of step.
+    Update z with the measurements, and P from the record's P_pred, in Joseph's form.
 
-    False when S is not positive or the NIS overflows.
+    Args:
+        states: as of step.
+        belief: as of step.
+        p: as of step.
+        record: as of step.
+        y1: motor and arm position, rad; NaN = not measured.
+        y2: motor and arm position, rad; NaN = not measured.
+
+    Returns:
+        False if S is not positive or the NIS overflows.
+
     """
-    n = len(states)
+    n, z, P = len(states), belief.z, belief.P
     _, at_prior, _, at_z, at_P, at_innovation, at_S, at_K, at_scores = places(n)
     prior = record[at_prior:at_prior + n * n]
     r1, r2 = p[R1], p[R2]
@@ -132,17 +147,17 @@ def update(states: States, z: Array, P: Array, y1: float, y2: float, p: Array, m
         record[at_K + 2 * i], record[at_K + 2 * i + 1] = k1, k2
         z[i] += k1 * e1 + k2 * e2
         record[at_z + i] = z[i]
-        a, b, w1, w2 = joseph(i, k1, k2, c1, c2, prior[0], prior[1], prior[n + 1], r1, r2)
+        row = joseph(i, (k1, k2), (c1, c2), (prior[0], prior[1], prior[n + 1]), (r1, r2))
         for j in range(i + 1):
-            value = joseph_element(i, prior[i * n + j], a, b, w1, w2, prior[j], prior[n + j],
-                                   record[at_K + 2 * j], record[at_K + 2 * j + 1])
+            value = joseph_element(i, prior[i * n + j], row, (prior[j], prior[n + j]),
+                                   (record[at_K + 2 * j], record[at_K + 2 * j + 1]))
             P[i * n + j], P[j * n + i] = value, value
             record[at_P + i * n + j], record[at_P + j * n + i] = value, value
     return True
 
 
 @jit_inline
-def inverse(s11: float, s12: float, s22: float, determinant: float) -> tuple[float, float, float]:
+def inverse(s11: float, s12: float, s22: float, determinant: float) -> Triple:
     """Return the inverse (i11, i12, i22) of S, given by s11, s12, s22 and its `determinant`."""
     scale = 1.0 / determinant
     return s22 * scale, -s12 * scale, s11 * scale
@@ -158,39 +173,52 @@ def mahalanobis(e1: float, e2: float, i11: float, i12: float, i22: float) -> flo
 # states, the rest of I - K H is I.
 
 @jit_inline
-def joseph(i: int, k1: float, k2: float, c1: float, c2: float, prior11: float, prior12: float,
-           prior22: float, r1: float, r2: float) -> tuple[float, float, float, float]:
+def joseph(i: int, gain: Pair, column: Pair, prior: Triple, r: Pair) -> Four:
     """
-    Return what all elements of row `i` of Joseph's update share.
+    Return (a, b, w1, w2), which all elements of a row of Joseph's update share.
 
-    The row (a, b) of the first two columns of I - K H, and (w1, w2) of K R - T H'. k1, k2: row of
-    K; c1, c2: of the first two columns of P; prior11, prior12, prior22: their first two rows; r1,
-    r2: R.
+    Args:
+        i: number of the row.
+        gain: row i of K.
+        column: row i of the first two columns of the predicted P.
+        prior: the elements 11, 12 and 22 of the predicted P.
+        r: the diagonal of R.
+
+    Returns:
+        a, b: row i of the first two columns of I - K H; w1, w2: of K R - T H'.
+
     """
-    a, b = (1.0 if i == 0 else 0.0) - k1, (1.0 if i == 1 else 0.0) - k2
-    t1 = (c1 if i > 1 else -0.0) + a * prior11 + b * prior12
-    t2 = (c2 if i > 1 else -0.0) + a * prior12 + b * prior22
-    return a, b, k1 * r1 - t1, k2 * r2 - t2
+    a, b = (1.0 if i == 0 else 0.0) - gain[0], (1.0 if i == 1 else 0.0) - gain[1]
+    t1 = (column[0] if i > 1 else -0.0) + a * prior[0] + b * prior[1]
+    t2 = (column[1] if i > 1 else -0.0) + a * prior[1] + b * prior[2]
+    return a, b, gain[0] * r[0] - t1, gain[1] * r[1] - t2
 
 
 @jit_inline
-def joseph_element(i: int, prior: float, a: float, b: float, w1: float, w2: float, above1: float,
-                   above2: float, k1: float, k2: float) -> float:
+def joseph_element(i: int, prior: float, row: Four, above: Pair, gain: Pair) -> float:
     """
-    Return element j of row `i` of the updated P.
+    Return the element (i, j) of the updated P.
 
-    prior: that of P; a, b, w1, w2: see joseph; above1, above2: of column j of P, the
-    first two rows; k1, k2: row j of K.
+    Args:
+        i: number of the row.
+        prior: the element of the predicted P.
+        row: what joseph gave for row i.
+        above: column j of the predicted P, its first two rows.
+        gain: row j of K.
+
     """
-    rest = fma(b, above2, fma(a, above1, prior if i > 1 else -0.0))
-    return fma(w2, k2, fma(w1, k1, rest))
+    predicted = fma(row[1], above[1], fma(row[0], above[0], prior if i > 1 else -0.0))
+    return fma(row[3], gain[1], fma(row[2], gain[0], predicted))
 
 
 @jit_inline
-def healthy(states: States, z: Array, P: Array) -> bool:
-    """Return True when z is finite and P has a finite, positive diagonal; see ekf.step."""
-    n = len(states)
+def healthy(states: States, belief: Belief) -> bool:
+    """Return True if z of the `belief` in `states` is finite and P has a positive diagonal."""
+    n, z, P = len(states), belief.z, belief.P
     for i in range(n):
         if not (math.isfinite(z[i]) and P[i * n + i] > 0.0 and math.isfinite(P[i * n + i])):
             return False
     return True
+
+
+FILTER = FilterKind(step)

@@ -19,35 +19,45 @@ The measurement is linear in the state, so redrawing the points before it gives 
 update, which is the EKF's (in Joseph's form).
 """
 from gearbox_monitor.estimation import sigma_points
-from gearbox_monitor.estimation.ekf import healthy, update
+from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
+from gearbox_monitor.estimation.filters.ekf import healthy, update
 from gearbox_monitor.estimation.process_model import noise
 from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_POINTS, transform
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.types import Array, States
 
-N_VECTORS, N_MATRICES = 1, 4 + N_POINTS
-warnings = sigma_points.warnings
 
+@jit
+def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
+         record: Array) -> bool:
+    """
+    Predict over a step and update with its measurements.
 
-def memory_size(n: int) -> int:
-    """Return how many numbers the filter carries besides z [n] and P [n * n]."""
-    return 0
+    The arguments states, belief, reading, p, scratch and record are as of ekf.step.
+
+    Returns:
+        False if the belief is unusable.
+
+    """
+    return (predict(states, belief, reading, p, scratch, record)
+            and update(states, belief, reading.y1, reading.y2, p, record)
+            and healthy(states, belief))
 
 
 @jit
-def step(states: States, z: Array, P: Array, memory: Array, dt: float, u: float, load: float,
-         y1: float, y2: float, p: Array, vectors: Array, matrices: Array, record: Array) -> bool:
-    """Predict over `dt` s and update with y = (y1, y2); see ekf.step."""
-    return (predict(states, z, P, dt, u, load, p, vectors, matrices, record)
-            and update(states, z, P, y1, y2, p, matrices, record) and healthy(states, z, P))
+def predict(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
+            record: Array) -> bool:
+    """
+    Predict z and the record's P_pred and C by the unscented transform; P stays.
 
+    The arguments states, belief, reading, p, scratch and record are as of ekf.step.
 
-@jit
-def predict(states: States, z: Array, P: Array, dt: float, u: float, load: float, p: Array,
-            vectors: Array, matrices: Array, record: Array) -> bool:
-    """Predict as ekf.predict does. False when P is not positive definite."""
-    n = len(states)
+    Returns:
+        False if P is not positive definite.
+
+    """
+    n, z, P, dt, matrices = len(states), belief.z, belief.P, reading.dt, scratch.matrices
     at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
     factor, slope, rows = matrices[0], matrices[1], matrices[2:4].reshape(2 * n, n)
     for i in range(n):
@@ -56,7 +66,7 @@ def predict(states: States, z: Array, P: Array, dt: float, u: float, load: float
         slope[i * n + i] += 0.5 * dt * noise(z, p, i)
     if not cholesky(states, slope, factor):
         return False
-    transform(states, z, factor, dt, u, load, p, vectors[0], rows, matrices[4:])
+    transform(states, z, factor, reading, p, scratch.vectors[0], rows, matrices[4:])
     cross_covariance(states, rows, factor, P, slope, record, at_cross)
     for i in range(n):
         record[at_z + i] = z[i]
@@ -66,3 +76,6 @@ def predict(states: States, z: Array, P: Array, dt: float, u: float, load: float
                 s += rows[k, i] * rows[k, j]
             record[at_P + i * n + j], record[at_P + j * n + i] = s, s
     return True
+
+
+FILTER = FilterKind(step, n_matrices=4 + N_POINTS, warnings=sigma_points.warnings)

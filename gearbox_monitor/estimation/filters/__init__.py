@@ -13,12 +13,11 @@
 # limitations under the License.
 
 """
-Filters with one step signature (see ekf.step), chosen by name.
+The filters, one module each; its name is what the parameter `filter` chooses it by.
 
-A filter is a module with ``step``, ``memory_size`` (what it carries besides z and P),
-``N_VECTORS`` and ``N_MATRICES`` (the scratch it wants); where settings may deserve a
-warning, with ``warnings`` too.
+A module here defines FILTER, a filter_kind.FilterKind, and that is all that makes it known. Only
+the names are read here; filter_kind.filter_kind imports the one that is chosen.
 """
-from gearbox_monitor.estimation import aekf, ekf, srukf, ukf
+from pkgutil import iter_modules
 
-FILTERS = {'ekf': ekf, 'ukf': ukf, 'srukf': srukf, 'aekf': aekf}
+FILTER_NAMES = tuple(sorted(module.name for module in iter_modules(__path__)))

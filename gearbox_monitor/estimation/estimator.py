@@ -1,0 +1,434 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+One sample in, one estimate out: stamp checks, filter, fixed-lag smoother, snapshot.
+
+No ROS, no I/O, no clock. The live node, replay, tuning and the tests use the same Estimator,
+sample by sample (`step`) or in arrays (`run`): same samples in, same bits out.
+"""
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+import json
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.estimates import (
+    ARM_COLUMNS, Batch, Divergence, Estimate, Estimates, Sample, Samples, SMOOTHED_ARM_COLUMNS)
+from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, FilterKind, Scratch
+from gearbox_monitor.estimation.process_model import markers, pack, state_names
+from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
+from gearbox_monitor.estimation.sample_loop import (
+    LoopSettings, LoopState, Output, SECOND, Stream)
+from gearbox_monitor.estimation.step_record import predicted, record_size
+from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.parameters import (
+    AT_ONCE, ESTIMATOR, EstimatorParameters, resolve, with_model_values)
+from gearbox_monitor.plant.drive import DriveModel, loads_arm, model_from_dict
+from gearbox_monitor.plant.effects import not_in_filters
+
+RING = 2048  # step records at hand for the smoother
+BATCH = 4096  # samples between two stops, at most
+
+Observer = Callable[[Batch], None]
+
+
+def unsmoothed(parameters: EstimatorParameters | Values | None) -> EstimatorParameters | Values:
+    """Return `parameters` of an Estimator without the smoother."""
+    if isinstance(parameters, EstimatorParameters):
+        return parameters.replace(smoother_lag=0.0)
+    return {**(parameters or {}), 'smoother_lag': 0.0}
+
+
+class SnapshotError(InputError):
+    """A snapshot cannot be read: damaged, or of another version."""
+
+
+@contextmanager
+def snapshot_errors(source: str) -> Iterator[None]:
+    """Raise SnapshotError, naming `source`, for what a damaged snapshot raises in the block."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (KeyError, ValueError, TypeError, AttributeError, OverflowError, IndexError,
+            RecursionError) as error:
+        raise SnapshotError(f'{source}: not a snapshot of this version ({error})') from None
+
+
+class Estimator:
+    """
+    The filter and smoother of one gearbox.
+
+    model: DriveModel. parameters: EstimatorParameters, or a mapping with some of their names (the
+    others take their defaults) and of parameters.MODEL, which replace values of the model;
+    `smoother_lag` 0 leaves the smoother out. The observer that `step` and `run` take is called
+    with a Batch at every stop of the sample loop: after each start, each dropout that was bridged,
+    each divergence, BATCH samples, and after the first sample that `stop_at` asks for.
+    Raises InputError for a parameter that is unknown or out of range.
+    """
+
+    def __init__(self, model: DriveModel,
+                 parameters: EstimatorParameters | Values | None = None) -> None:
+        self.model, self.parameters = resolve(model, parameters)
+        self.divergences: deque[Divergence] = deque(maxlen=100)  # newest last
+        self.counts = np.zeros(sample_loop.N_COUNTS, np.int64)
+        self._gate = np.zeros(sample_loop.N_GATE, np.int64)
+        self._one = Stream(np.zeros(1, np.int64), np.zeros((1, 2)), np.zeros((1, 2)))
+        self._output_one = _output(1, 1 + RING)
+        self._setup()
+
+    # ------------------------------------------------------------------ set-up and state
+
+    def _setup(self) -> None:
+        p = self.parameters
+        self.drive = drive_of(self.model, p)
+        self.names = state_names(self.drive, p)
+        self.packed = pack(self.drive, p)
+        self._kind = filter_kind(p.filter)
+        self._loop = sample_loop.loop_of(self._kind)
+        self.settings = settings_of(self.drive, p)
+        self.states = markers(self.packed, len(self.names))
+        self.warnings = [*self._kind.warnings(len(self.names), p), *_model_warnings(self.drive)]
+        rows = RING if self.settings.lag else 2  # few stay in the processor's cache
+        self._belief, self._scratch, self._state = loop_arrays(self._kind, len(self.names), rows)
+        self._gate[:sample_loop.INPUTS] = 0
+        self._gate[sample_loop.STOP_AT] = sample_loop.NEVER
+        self._state = self._state._replace(gate=self._gate, counts=self.counts)
+
+    def reset(self) -> None:
+        """Restart with the next sample; counters stay."""
+        self._setup()
+
+    def set_parameters(self, changes: Values) -> bool:
+        """
+        Change parameters while running; Q, R and thresholds keep the belief, others restart.
+
+        changes: {name: value} of parameters.ESTIMATOR and MODEL. Returns whether the filter
+        restarts. Raises InputError, leaving everything as it was.
+        """
+        rows = {row.name: row for row in ESTIMATOR}
+        model, changes = with_model_values(self.model, changes)
+        new = self.parameters.replace(**changes)
+        # Raises before anything has changed.
+        pack(drive_of(model, new), new)
+        restart = model != self.model or any(
+            rows[name].change != AT_ONCE for name in changes
+            if getattr(new, name) != getattr(self.parameters, name))
+        self.model, self.parameters = model, new
+        if restart:
+            self._setup()
+            return True
+        packed, belief, state, gate = self.packed, self._belief, self._state, self._gate.copy()
+        self._setup()
+        if not np.array_equal(packed, self.packed):  # the memory is made from the old values
+            belief = belief._replace(memory=self._belief.memory)
+        self._belief = belief
+        self._state = self._state._replace(clock=state.clock, efforts=state.efforts)
+        self._gate[:] = gate
+        self._keep_belief_only()
+        return False
+
+    def _keep_belief_only(self) -> None:
+        """Let the smoother begin at the present step: older records are not at hand."""
+        step = self._gate[sample_loop.STEPS]
+        n = len(self.names)
+        start = n + 2 * n * n
+        place = step % len(self._state.ring)
+        row = self._state.ring[place]
+        row[start:start + n] = self._belief.z
+        row[start + n:start + n + n * n] = self._belief.P
+        acting = (step - 1 - self.parameters.effort_delay) % sample_loop.N_EFFORTS
+        row[-1] = self._state.efforts[acting, 0]
+        self._state.ring_stamps[place] = self._gate[sample_loop.LAST]
+        self._gate[sample_loop.SMOOTH_NEXT] = step
+
+    def snapshot(self) -> dict[str, str]:
+        """
+        Return everything that the next estimates depend on, as {name: text}.
+
+        Numbers are written so that they read back bit for bit; see restore.
+        """
+        def numbers(a: Array) -> str:
+            return json.dumps([float(v).hex() for v in np.ravel(a)])
+
+        return {
+            'model': json.dumps(self.model.to_dict()),
+            'parameters': json.dumps(self.parameters.to_dict()),
+            'stamp_ns': str(self._gate[sample_loop.LAST]),
+            'input_count': str(self._gate[sample_loop.INPUTS]),
+            'gate': json.dumps([int(v) for v in self._gate[:sample_loop.STOP_AT]]),
+            'counts': json.dumps([int(v) for v in self.counts]),
+            **{name: numbers(a) for name, a in self._belief._asdict().items()},
+            'clock': numbers(self._state.clock), 'efforts': numbers(self._state.efforts)}
+
+    @classmethod
+    def restore(cls, snapshot: Values, source: str = 'snapshot',
+                changes: Values | None = None) -> 'Estimator':
+        """
+        Return the Estimator that goes on from a snapshot.
+
+        Args:
+            snapshot: {name: text} of `snapshot`, or of a Monitor's, which holds more.
+            source: what error messages call it.
+            changes: parameters that replace those of the snapshot; the filter's state must not
+                depend on them (smoother_lag).
+
+        Raises:
+            InputError: the snapshot is damaged or of another version (SnapshotError), or holds a
+                model or parameters that are invalid.
+
+        """
+        def read(name: str, into: Array) -> None:
+            values = [float.fromhex(v) for v in json.loads(snapshot[name])]
+            into[:] = np.array(values).reshape(into.shape)
+
+        def integers(name: str, count: int) -> list[int]:
+            values = json.loads(snapshot[name])
+            if len(values) != count or any(type(value) is not int for value in values):
+                raise ValueError(f'{name}: {str(values)[:60]}, expected {count} whole numbers')
+            return list(values)
+
+        with snapshot_errors(source):
+            one = cls(model_from_dict(json.loads(snapshot['model']), source),
+                      {**json.loads(snapshot['parameters']), **(changes or {})})
+            one._gate[:sample_loop.STOP_AT] = integers('gate', sample_loop.STOP_AT)
+            one._gate[sample_loop.INPUTS] = int(snapshot['input_count'])
+            one.counts[:] = integers('counts', sample_loop.N_COUNTS)
+            for name, array in one._belief._asdict().items():
+                read(name, array)
+            read('clock', one._state.clock)
+            read('efforts', one._state.efforts)
+        one._keep_belief_only()
+        return one
+
+    def divergence_notes(self) -> list[str]:
+        """Return sentences about divergences for the user."""
+        count = int(self.counts[sample_loop.DIVERGED])
+        if not count:
+            return []
+        if not self.divergences:
+            return [f'{count} divergences before the snapshot that this started from']
+        first = str(self.divergences[0])
+        return [first if count == 1 else f'{first}; {count} divergences in all']
+
+    @property
+    def stamp_ns(self) -> int:
+        """Stamp of the last accepted sample, 0 before the first."""
+        return int(self._gate[sample_loop.LAST])
+
+    @property
+    def accurate_since_ns(self) -> int:
+        """Stamp from which on errors are as small as stated: of the last start or dropout."""
+        return int(self._gate[sample_loop.STARTED])
+
+    @property
+    def input_count(self) -> int:
+        """Number of input samples, refused ones included."""
+        return int(self._gate[sample_loop.INPUTS])
+
+    @property
+    def period(self) -> float:
+        """The usual distance of stamps (s), 0 before it is known."""
+        return float(self._state.clock[sample_loop.PERIOD])
+
+    # ------------------------------------------------------------------ adaptation
+
+    @property
+    def packed_in_use(self) -> Array:
+        """The packed parameters (process_model.pack) of the next step, adapted ones included."""
+        adaptation = self._kind.adaptation
+        return adaptation.packed(self._belief.memory, self.packed) if adaptation else self.packed
+
+    def adapted(self) -> dict[str, float]:
+        """Return {parameter: value in use} of what the filter adapts, in the parameter's unit."""
+        adaptation = self._kind.adaptation
+        return adaptation.values(self._belief.memory, self.packed) if adaptation else {}
+
+    def adapted_to_bound(self) -> list[str]:
+        """Return the adapted parameters that stand at the bound of their range."""
+        adaptation = self._kind.adaptation
+        return adaptation.at_bound(self._belief.memory, self.packed) if adaptation else []
+
+    def adaptation_guards(self) -> dict[str, int]:
+        """Return {guard of the adaptation: how often it acted since the start}."""
+        adaptation = self._kind.adaptation
+        return adaptation.guards(self._belief.memory) if adaptation and self.adapted() else {}
+
+    def learnt(self) -> Values:
+        """Return what the filter has adapted, to be kept in a file; {} if nothing."""
+        adaptation = self._kind.adaptation
+        return adaptation.learnt(self._belief.memory, self.packed) if adaptation else {}
+
+    def recall(self, adapted: Any) -> bool:
+        """
+        Go on from what learnt() gave, `adapted`, until a parameter changes or reset().
+
+        Returns False, changing nothing, if it is of another filter or began from other
+        parameters. Raises InputError if it is damaged.
+        """
+        adaptation = self._kind.adaptation
+        try:
+            return adaptation is not None and adaptation.recall(
+                self._belief.memory, self.packed, adapted)
+        except ValueError as error:
+            raise InputError(str(error)) from None
+
+    # ------------------------------------------------------------------ samples
+
+    def stop_at(self, stamp_ns: int) -> None:
+        """
+        Let `run` stop after the first sample at or after `stamp_ns`, for its observer.
+
+        It also stops after a sample that is more than a second older: the clock was set. 0: after
+        the next sample; sample_loop.NEVER (the default): nowhere.
+        """
+        self._gate[sample_loop.STOP_AT] = stamp_ns
+
+    def step(self, sample: Sample, observe: Observer | None = None) -> Estimate | None:
+        """Take one `sample`; return its Estimate, or None if it is refused or the first one."""
+        stream, output = self._one, self._output_one
+        stream.stamps[0] = sample.stamp_ns
+        stream.inputs[0], stream.outputs[0] = sample.u, sample.y
+        _, n = self._advance(stream, output)
+        stamps_s, smoothed = output.smoothed_stamps[:n], output.smoothed[:n]
+        completed = tuple((int(stamps_s[i]), smoothed[i].copy()) for i in range(n))
+        good = output.codes == sample_loop.ESTIMATE
+        if observe is not None:
+            observe(Batch(int(sample.stamp_ns), output.codes[0], stream.stamps[good],
+                          output.estimates[good], stamps_s.copy(), smoothed.copy()))
+        if not good[0]:
+            return None
+        z, P, row = self._belief.z.copy(), self._belief.P.copy(), output.estimates[0].copy()
+        if not self.parameters.arm_joint:
+            row[ARM_COLUMNS] = np.nan
+            for _, values in completed:
+                values[SMOOTHED_ARM_COLUMNS] = np.nan
+        return Estimate(int(sample.stamp_ns), z, P.reshape(len(z), -1), row, completed)
+
+    def run(self, samples: Samples, observe: Observer | None = None) -> Estimates:
+        """Take `samples`; return their Estimates, the same bits as step by step."""
+        stamps = np.ascontiguousarray(samples.stamp_ns, np.int64)
+        u = np.ascontiguousarray(samples.u, float)
+        y = np.ascontiguousarray(samples.y, float)
+        n, start, completed = len(stamps), 0, 0
+        output = _output(n, n + RING if self.settings.lag else 0)
+        codes, rows, stamps_s, smoothed = output
+        while start < n:
+            end = start + BATCH
+            taken, more = self._advance(
+                Stream(stamps[start:end], u[start:end], y[start:end]),
+                Output(codes[start:end], rows[start:end], stamps_s[completed:],
+                       smoothed[completed:]))
+            end = start + taken
+            if observe is not None:
+                good = _selection(codes[start:end] == sample_loop.ESTIMATE)
+                new = slice(completed, completed + more)
+                observe(Batch(int(stamps[end - 1]), codes[end - 1], stamps[start:end][good],
+                              rows[start:end][good], stamps_s[new].copy(), smoothed[new].copy()))
+            start, completed = end, completed + more
+        good = _selection(codes == sample_loop.ESTIMATE)
+        rows, smoothed = rows[good], smoothed[:completed]
+        if not self.parameters.arm_joint:
+            rows[:, ARM_COLUMNS] = smoothed[:, SMOOTHED_ARM_COLUMNS] = np.nan
+        return Estimates(stamps[good], rows, stamps_s[:completed], smoothed, codes)
+
+    def _advance(self, stream: Stream, output: Output) -> tuple[int, int]:
+        taken, n = self._loop(self.states, self.settings, self.packed, stream, self._state,
+                              self._belief, self._scratch, output)
+        if taken and output.codes[taken - 1] == sample_loop.DIVERGED:
+            self.divergences.append(self._divergence(int(stream.stamps[taken - 1])))
+        return taken, n
+
+    def _divergence(self, stamp_ns: int) -> Divergence:
+        """Return why the filter failed at the last sample, stamped `stamp_ns`."""
+        n, step = len(self.names), int(self._gate[sample_loop.STEPS])
+        z, P, _ = self._belief
+        ring = self._state.ring
+        _, predicted_P, _ = predicted(ring[step % len(ring)], n)
+        reason, smallest = 'state or covariance is not finite', np.nan
+        if np.isfinite(z).all() and np.isfinite(P).all():
+            smallest = float(np.linalg.eigvalsh(P.reshape(n, n)).min())
+            reason = 'the covariance is not positive definite'
+            if smallest > 0.0:
+                reason = 'the innovation is not finite or its covariance not positive'
+                if np.isfinite(predicted_P).all():
+                    smallest = float(np.linalg.eigvalsh(predicted_P).min())
+        return Divergence(step, stamp_ns, reason, smallest)
+
+
+def settings_of(drive: DriveModel, parameters: EstimatorParameters) -> LoopSettings:
+    """Return the LoopSettings of a filter of `drive` with `parameters`."""
+    return LoopSettings(
+        round(parameters.max_gap * SECOND), parameters.effort_delay,
+        round(parameters.smoother_lag * SECOND), drive.arm_load == 'measured')
+
+
+def loop_arrays(kind: FilterKind, n: int, rows: int) -> tuple[Belief, Scratch, LoopState]:
+    """Return what sample_loop.run carries for a filter `kind` of `n` states; rows: of the ring."""
+    memory = np.zeros(kind.memory_size(n))
+    belief = Belief(np.zeros(n), np.eye(n).ravel(), memory)
+    scratch = Scratch(np.zeros((kind.n_vectors, n)), np.zeros((max(kind.n_matrices, 5), n * n)))
+    state = LoopState(
+        np.zeros(sample_loop.N_GATE, np.int64), np.zeros(sample_loop.N_COUNTS, np.int64),
+        np.zeros(sample_loop.N_CLOCK), np.zeros((sample_loop.N_EFFORTS, 2)),
+        np.zeros((rows, record_size(n))), np.zeros(rows, np.int64),
+        np.zeros(n + n * n + len(memory)))
+    return belief, scratch, state
+
+
+def _output(n: int, n_smoothed: int) -> Output:
+    """Return room for `n` estimates and `n_smoothed` smoothed rows."""
+    return Output(np.empty(n, np.int64), np.empty((n, sample_loop.N_ESTIMATE)),
+                  np.empty(n_smoothed, np.int64), np.empty((n_smoothed, N_SMOOTHED)))
+
+
+def drive_of(model: DriveModel, parameters: EstimatorParameters) -> DriveModel:
+    """Return the drive that a filter with `parameters` computes with, made from `model`."""
+    if model.transmission.kind == 'rigid':
+        raise InputError('transmission.kind: rigid: a filter has no twist to see the '
+                         'transmission torque by, expected another kind')
+    if parameters.arm_joint:
+        load = parameters.arm_load
+        return model.with_(arm_load=model.arm_load if load == 'model' else load)
+    if parameters.tau_k_stiffness > 0.0:
+        raise InputError(f'tau_k_stiffness: {parameters.tau_k_stiffness:g}, expected 0 where '
+                         'no arm is measured (arm_joint is empty)')
+    return model.without_arm()
+
+
+def _model_warnings(drive: DriveModel) -> list[str]:
+    """Return warnings about effects of the `drive` that the filter ignores or counts twice."""
+    result = []
+    ignored = not_in_filters(drive.effects)
+    if ignored:
+        result.append('effects of the model that no filter knows are left out: '
+                      + ', '.join(ignored))
+    loads = [e['id'] for e in drive.effects if loads_arm(e['id'])]
+    if loads and drive.arm_load == 'measured':
+        result.append('effects of the model act besides the measured load on the arm: '
+                      f'{", ".join(loads)}; leave out what it contains')
+    return result
+
+
+def _selection(good: Any) -> Any:
+    """Return what selects the rows `good` (bool [N]): a slice, which copies nothing, or `good`."""
+    chosen = np.flatnonzero(good)
+    if not len(chosen) or chosen[-1] - chosen[0] + 1 == len(chosen):
+        return slice(chosen[0], chosen[-1] + 1) if len(chosen) else slice(0)
+    return good

@@ -1,0 +1,133 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What makes a module of estimation/filters a filter, and how it is found by its name."""
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from typing import Any, NamedTuple
+
+from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.estimation import filters
+from gearbox_monitor.kernels.jit import jit_inline
+from gearbox_monitor.kernels.types import Array, States, Values
+
+
+class Belief(NamedTuple):
+    """
+    What a filter knows of the state; its arrays are changed in place.
+
+    z [n]: mean; P [n * n]: covariance, by rows; memory [memory_size(n)]: whatever else the filter
+    carries, all zero at a start and after a change of parameters, then to be made from z, P and p.
+    """
+
+    z: Array
+    P: Array
+    memory: Array
+
+
+class Reading(NamedTuple):
+    """
+    What a step is given.
+
+    dt: time since the last step, s. u, load: motor torque and known load on the arm over that
+    time, N m. y1, y2: motor and arm position at its end, rad; NaN = not measured.
+    """
+
+    dt: float
+    u: float
+    load: float
+    y1: float
+    y2: float
+
+
+class Scratch(NamedTuple):
+    """Room for intermediate results: vectors [n_vectors, n] and matrices [n_matrices, n * n]."""
+
+    vectors: Array
+    matrices: Array
+
+
+# Of (states, belief, reading, p, scratch, record); see filters.ekf.step.
+Step = Callable[[States, Belief, Reading, Array, Scratch, Array], bool]
+
+
+class Adaptation(NamedTuple):
+    """
+    What an adaptive filter tells of its memory and p (process_model.pack).
+
+    values: {parameter: value in use}. packed: the packed parameters of the next step. at_bound:
+    the adapted parameters at the bound of their range. guards: {guard: how often it acted}, of
+    the memory alone. learnt: what a file keeps, {} before the first step. recall(memory, p,
+    learnt): go on from that; False, changing nothing, if it began from other parameters;
+    ValueError if it is damaged.
+    """
+
+    values: Callable[[Array, Array], dict[str, float]]
+    packed: Callable[[Array, Array], Array]
+    at_bound: Callable[[Array, Array], list[str]]
+    guards: Callable[[Array], dict[str, int]]
+    learnt: Callable[[Array, Array], Values]
+    recall: Callable[[Array, Array, Any], bool]
+
+
+def no_memory(n: int) -> int:
+    """Return 0: a filter of `n` states that carries nothing besides z and P."""
+    return 0
+
+
+def no_warnings(n: int, parameters: Values) -> list[str]:
+    """Return [], whatever the number of states `n` and the `parameters` are."""
+    return []
+
+
+@jit_inline
+def forget(memory: Array) -> None:
+    """Clear the `memory` at a start."""
+    memory[:] = 0.0
+
+
+@dataclass(frozen=True)
+class FilterKind:
+    """
+    A filter as the sample loop and the Estimator use it.
+
+    step: kernel of one step, see filters.ekf.step. n_vectors, n_matrices: the Scratch it needs.
+    memory_size: of the number of states, how many numbers it carries besides z and P. resume:
+    kernel that prepares this memory for a start. warnings: of the number of states and the
+    parameters, sentences for the user. adaptation: of an adaptive filter, else None.
+    """
+
+    step: Step
+    n_vectors: int = 1
+    n_matrices: int = 1
+    memory_size: Callable[[int], int] = no_memory
+    resume: Callable[[Array], None] = forget
+    warnings: Callable[[int, Values], list[str]] = no_warnings
+    adaptation: Adaptation | None = None
+
+    @property
+    def name(self) -> str:
+        """The name of its module, by which it is chosen."""
+        return self.step.__module__.rpartition('.')[2]
+
+
+@cache
+def filter_kind(name: str) -> FilterKind:
+    """Return the filter called `name`, one of filters.FILTER_NAMES. Raises InputError."""
+    if name not in filters.FILTER_NAMES:
+        raise InputError(f'filter: {name!r}, {unknown(name, filters.FILTER_NAMES)}')
+    kind: FilterKind = import_module(f'{filters.__name__}.{name}').FILTER
+    return kind
