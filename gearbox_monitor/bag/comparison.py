@@ -75,7 +75,7 @@ class Comparer:
         for signal in SIGNALS:
             topic = player.input.name(signal.topic)
             there = player.reader.topics.get(topic, ('', 0))[1] > 0
-            if signal.smoothed and not player.estimator.parameters['smoother_lag']:
+            if signal.smoothed and not player.estimator.parameters.smoother_lag:
                 continue
             if there or signal is SIGNALS[0]:  # its stamps tell what was lost
                 joints = [names.get(joint, joint) for joint in signal.joints]
