@@ -12,10 +12,50 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Condition monitor for robot joint gearboxes."""
-from importlib import metadata
+"""
+Condition monitor for robot joint gearboxes.
+
+The public names follow. Each is imported from its room when it is first used, so that the import
+of the package alone is cheap:
+
+    DriveModel            the drive: inertias, friction, transmission, effects
+    simulate              its motion under a torque, with noise and effects
+    Estimator             one sample in, one estimate out: stamp checks, filter, smoother
+    Filter                a filter alone, for a loop of one's own
+    Monitor               trust and drift, judged on what an Estimator yields
+    Sample, Samples       one stamped measurement; arrays of them
+    Estimate, Estimates   what an Estimator gives for them
+    EstimatorParameters   parameters of Estimator, Filter and Monitor
+    diagnose              identify the effects that a model of a drive lacks in recordings
+    InputError            the one exception that bad input raises
+"""
+from importlib import import_module, metadata
 from pathlib import Path
 import re
+from typing import Any
+
+# Public name -> module that defines it.
+_PUBLIC = {
+    'DriveModel': 'plant.drive', 'simulate': 'plant.simulate',
+    'Estimator': 'estimation.estimator', 'Filter': 'estimation.filter',
+    'Monitor': 'monitoring.monitor', 'Sample': 'estimation.estimates',
+    'Samples': 'estimation.estimates', 'Estimate': 'estimation.estimates',
+    'Estimates': 'estimation.estimates', 'EstimatorParameters': 'parameters',
+    'diagnose': 'identification.diagnose', 'InputError': 'errors',
+}
+__all__ = list(_PUBLIC)
+
+
+def __getattr__(name: str) -> Any:
+    """Import the public `name` from the module that defines it."""
+    if name not in _PUBLIC:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    return getattr(import_module(f'{__name__}.{_PUBLIC[name]}'), name)
+
+
+def __dir__() -> list[str]:
+    """Return the names defined here, and the public ones."""
+    return sorted({*globals(), *_PUBLIC})
 
 
 def _version() -> str:

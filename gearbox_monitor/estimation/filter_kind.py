@@ -23,6 +23,7 @@ from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.estimation import filters
 from gearbox_monitor.kernels.jit import jit_inline
 from gearbox_monitor.kernels.types import Array, States, Values
+from gearbox_monitor.parameters import EstimatorParameters
 
 
 class Belief(NamedTuple):
@@ -88,7 +89,7 @@ def no_memory(n: int) -> int:
     return 0
 
 
-def no_warnings(n: int, parameters: Values) -> list[str]:
+def no_warnings(n: int, parameters: EstimatorParameters) -> list[str]:
     """Return [], whatever the number of states `n` and the `parameters` are."""
     return []
 
@@ -115,7 +116,7 @@ class FilterKind:
     n_matrices: int = 1
     memory_size: Callable[[int], int] = no_memory
     resume: Callable[[Array], None] = forget
-    warnings: Callable[[int, Values], list[str]] = no_warnings
+    warnings: Callable[[int, EstimatorParameters], list[str]] = no_warnings
     adaptation: Adaptation | None = None
 
     @property

@@ -66,11 +66,15 @@ def smooth_interval(model: DriveModel, parameters: EstimatorParameters | Values,
                     np.asarray(samples.y, float)[accepted])
     rows = np.empty((len(accepted), N_SMOOTHED))
     starts = np.flatnonzero(estimates.codes[accepted] == sample_loop.START)
-    for begin, end in zip(starts, np.append(starts[1:], len(accepted))):
-        rows[begin:end] = pass_.smooth(Stream(*(a[begin:end] for a in stream)))
+    for begin, end in zip(starts.tolist(), [*starts[1:].tolist(), len(accepted)]):
+        rows[begin:end] = pass_.smooth(_part(stream, begin, end))
     if not estimator.parameters.arm_joint:
         rows[:, SMOOTHED_ARM_COLUMNS] = np.nan
     return Smoothed(stream.stamps, rows)
+
+
+def _part(stream: Stream, begin: int, end: int) -> Stream:
+    return Stream(stream.stamps[begin:end], stream.inputs[begin:end], stream.outputs[begin:end])
 
 
 class _Pass:
@@ -91,7 +95,7 @@ class _Pass:
         belief, state = carried
         while begin < end:
             taken, _ = self.loop(self.states, self.settings, self.packed,
-                                 Stream(*(a[begin:end] for a in stream)), state, belief,
+                                 _part(stream, begin, end), state, belief,
                                  self.scratch, self.output)
             begin += taken
 
@@ -111,15 +115,15 @@ class _Pass:
         for cut, (carried, u) in zip(reversed(cuts), reversed(at_cuts)):
             last = min(cut + size, m) - 1
             z, P = updated(ring[cut % size], n)
-            z[:], P.flat, ring[cut % size, -1] = carried[0].z, carried[0].P, u
+            z[:], P[:], ring[cut % size, -1] = carried[0].z, carried[0].P.reshape(n, n), u
             self.advance(carried, stream, cut + 1, last + 1)
             if seam:  # it belongs to both blocks, and the later one has smoothed it
                 z, P = updated(ring[last % size], n)
-                z[:], P.flat = seam
+                z[:], P[:] = seam
             z = np.empty(n)
             smooth(self.states, ring, Span(last, cut, last), self.packed[TAU_K_MODEL_STD] ** 2, z,
                    self.scratch.matrices, rows[cut:last + 1])
-            seam = z, self.scratch.matrices[0].copy()
+            seam = z, self.scratch.matrices[0].reshape(n, n).copy()
         return rows
 
     def _copy(self, carried: _Carried) -> _Carried:

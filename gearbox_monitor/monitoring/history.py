@@ -13,42 +13,44 @@
 # limitations under the License.
 
 """The newest estimates, column by column: what trust reads of them, once per second."""
+from collections.abc import Sequence
+
 import numpy as np
 
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.process_model import TAU_K
+from gearbox_monitor.kernels.types import Array, Integers
 
-# What is kept, in runs of columns; tests read a column many times, so each lies in one piece.
+# The columns that are stored, in runs; checks read a column many times, so each lies in one piece.
 RUNS = (range(sample_loop.E_X1, sample_loop.E_TAU_E + 1),
         range(sample_loop.E_STD + TAU_K, sample_loop.E_STD + TAU_K + 1),
         range(sample_loop.E_INNOVATION_MOTOR, sample_loop.E_DT + 1))
 PLACE = {column: place for place, column in enumerate(column for run in RUNS for column in run)}
-
-
-BLOCK = 512  # looked through at once
+BLOCK = 512  # stamps compared at once
 
 
 class Recent:
     """W estimates: stamps int64 [W]; recent[column] [W], column one of PLACE, of `columns`."""
 
-    def __init__(self, stamps, columns):
+    def __init__(self, stamps: Integers, columns: Array) -> None:
         self.stamps, self._columns = stamps, columns
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.stamps)
 
-    def __getitem__(self, column):
-        return self._columns[PLACE[column]]
+    def __getitem__(self, column: int) -> Array:
+        row: Array = self._columns[PLACE[column]]
+        return row
 
-    def pair(self, column):
-        """Return [W, 2]: `column` and the one behind it, those of motor and arm say."""
+    def pair(self, column: int) -> Array:
+        """Return [W, 2]: `column` and the one behind it, for example those of motor and arm."""
         return self._columns[PLACE[column]:PLACE[column] + 2].T
 
-    def stack(self, columns):
-        """Return [W, len(columns)] of these columns."""
+    def stack(self, columns: Sequence[int]) -> Array:
+        """Return [W, len(columns)] of these `columns`."""
         return self._columns[[PLACE[column] for column in columns]].T
 
-    def after(self, stamp_ns):
+    def after(self, stamp_ns: int) -> 'Recent':
         """Return the part stamped after `stamp_ns`."""
         first = int(np.searchsorted(self.stamps, stamp_ns, 'right'))
         return Recent(self.stamps[first:], self._columns[:, first:])
@@ -57,38 +59,39 @@ class Recent:
 class History:
     """A ring of the newest `size` estimates."""
 
-    def __init__(self, size):
+    def __init__(self, size: int) -> None:
         self.size = size
         self._stamps, self._columns = np.zeros(size, np.int64), np.zeros((len(PLACE), size))
-        self._held = 0  # ever
+        self._total = 0  # estimates added since the beginning
 
-    def add(self, stamps, rows):
-        """Add estimates: stamps int64 [N] ns and rows [N, N_ESTIMATE], N <= size."""
-        at, n = self._held % self.size, len(stamps)
+    def add(self, stamps: Integers, rows: Array) -> None:
+        """Add estimates: `stamps` int64 [N] ns and `rows` [N, N_ESTIMATE], N <= size."""
+        at, n = self._total % self.size, len(stamps)
         fits = min(n, self.size - at)
         self._write(at, stamps[:fits], rows[:fits])
         if fits < n:
             self._write(0, stamps[fits:], rows[fits:])
-        self._held += n
+        self._total += n
 
-    def _write(self, at, stamps, rows):
+    def _write(self, at: int, stamps: Integers, rows: Array) -> None:
         end = at + len(stamps)
         self._stamps[at:end] = stamps
         for run in RUNS:
             place = PLACE[run[0]]
             self._columns[place:place + len(run), at:end] = rows[:, run[0]:run[-1] + 1].T
 
-    def recent(self, first_ns, last_ns):
-        """Return the Recent newest estimates stamped within first_ns < stamp <= last_ns."""
-        at, parts, look = self._held % self.size, [], True
-        # From the newest back, block by block, until one stands out of the time asked for.
-        for low, high in ((0, at), (at, self.size if self._held >= self.size else at)):
+    def recent(self, first_ns: int, last_ns: int) -> Recent:
+        """Return the Recent newest estimates stamped `first_ns` < stamp <= `last_ns`."""
+        at, look = self._total % self.size, True
+        parts: list[slice] = []
+        # From the newest back, block by block, until one is out of this time.
+        for low, high in ((0, at), (at, self.size if self._total >= self.size else at)):
             while look and high > low:
                 begin = max(low, high - BLOCK)
                 stamps = self._stamps[begin:high]
-                apart = np.flatnonzero((stamps <= first_ns) | (stamps > last_ns))
-                if len(apart):
-                    begin, look = begin + int(apart[-1]) + 1, False
+                excluded = np.flatnonzero((stamps <= first_ns) | (stamps > last_ns))
+                if len(excluded):
+                    begin, look = begin + int(excluded[-1]) + 1, False
                 if parts and parts[0].start == high:
                     high = parts.pop(0).stop
                 parts.insert(0, slice(begin, high))

@@ -24,7 +24,7 @@ from gearbox_monitor.monitoring.checks import (
     covariance, innovation, model_mismatch, observability, passivity, usability)
 from gearbox_monitor.monitoring.checks.level import (
     Alarm, Condition, DEBOUNCE, Finding, finding_of, Level, with_more)
-from gearbox_monitor.monitoring.history import History
+from gearbox_monitor.monitoring.history import History, Recent
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -39,9 +39,9 @@ STATE_COLUMNS = {'tau_arm': sample_loop.E_TAU_ARM, 'tau_e': sample_loop.E_TAU_E}
 MEDIAN_STRIDE = 8
 NOT_WATCHED = Finding(Level.OK, 'not watched: no arm is measured (arm_joint is empty)')
 NO_DATA = Finding(Level.WARN, 'no data yet')
-ANEW = Finding(Level.WARN, 'not judged: the filter has started anew, or samples, torque or '
-               f'positions were missing, less than {SETTLE + 1.0:g} s ago')
-NOTHING = Finding(Level.WARN, 'no estimates')
+NOT_EVALUATED = Finding(Level.WARN, 'not evaluated: filter restarted or data missing within the '
+                        f'last {SETTLE + 1.0:g} s')
+NO_ESTIMATES = Finding(Level.WARN, 'no estimates')
 JUDGED = COMPONENTS[:4]  # once per second, from the newest estimates
 # Samples that stand in time: an evaluation may be due with them.
 IN_TIME = (sample_loop.ESTIMATE, sample_loop.START, sample_loop.NO_EFFORT,
@@ -253,7 +253,7 @@ class Monitor:
         if code not in IN_TIME:
             return
         if self.estimator.accurate_since_ns == stamp_ns:
-            self._withdraw(ANEW)
+            self._withdraw(NOT_EVALUATED)
         due = self._due_ns
         if due and due - SECOND <= stamp_ns < due:
             return
@@ -261,67 +261,68 @@ class Monitor:
         if due and stamp_ns >= due:
             self._evaluate(stamp_ns)
 
-    def _evaluate(self, stamp_ns):
+    def _evaluate(self, stamp_ns: int) -> None:
         settled = self.estimator.accurate_since_ns + round(SETTLE * SECOND)
         recent = self._history.recent(stamp_ns - round(innovation.WINDOW * SECOND), stamp_ns)
-        found = {'input': self._check_input(recent.stamps, stamp_ns)}
+        findings = {'input': self._check_input(recent.stamps, stamp_ns)}
         if stamp_ns - settled >= SECOND:
             recent = recent.after(settled - 1)
             if len(recent):
-                found['observability'] = self._check_observability(recent)
-                found['prediction error'] = self._check_prediction_error(recent, stamp_ns)
-                found['covariance'] = self._check_covariance(recent)
-                found['model'] = self._check_model(found, stamp_ns)
+                findings['observability'] = self._check_observability(recent)
+                findings['prediction error'] = self._check_prediction_error(recent, stamp_ns)
+                findings['covariance'] = self._check_covariance(recent)
+                findings['model'] = self._check_model(findings, stamp_ns)
             else:
-                self._withdraw(NOTHING)
-        found.update(self._check_backlash(found))
-        self.findings = dict(self.findings)
-        for name, finding in found.items():
-            self.findings[name] = self._alarms[name].judge(finding, stamp_ns)
+                self._withdraw(NO_ESTIMATES)
+        findings.update(self._check_backlash(findings))
+        self.findings = {**self.findings, **{
+            name: self._alarms[name].judge(finding, stamp_ns)
+            for name, finding in findings.items()}}
 
-    def _check_input(self, stamps, stamp_ns):
+    def _check_input(self, stamps: Integers, stamp_ns: int) -> Finding:
         new = self.counts - self._last_counts
         self._last_counts = self.counts.copy()
         if not self.parameters.arm_joint:
             new[sample_loop.ARM_MISSING] = 0
-        within = stamps[np.searchsorted(stamps, stamp_ns - SECOND, 'right'):]
+        second = stamps[np.searchsorted(stamps, stamp_ns - SECOND, 'right'):]
         values = {
-            **dict(zip(map(usability.key_of, sample_loop.REASONS.values()),
-                       self.counts[REASON_CODES].tolist())),
-            'samples': self.input_count, 'rate_hz': float(len(within)),
-            'longest_gap_s': float(np.diff(within).max() * 1e-9) if len(within) > 1 else 0.0}
-        return usability.check(dict(zip(sample_loop.REASONS.values(), new[REASON_CODES].tolist())),
-                               int(new[sample_loop.ESTIMATE]), values)
+            **{usability.key_of(reason): count
+               for reason, count in _by_reason(self.counts).items()},
+            'samples': self.input_count,
+            'rate_hz': float(len(second)),
+            'longest_gap_s': float(np.diff(second).max() * 1e-9) if len(second) > 1 else 0.0}
+        return usability.check(_by_reason(new), int(new[sample_loop.ESTIMATE]), values)
 
-    def _check_observability(self, recent):
+    def _check_observability(self, recent: Recent) -> Finding:
         recent = recent.after(recent.stamps[-1] - round(observability.WINDOW * SECOND))
-        columns = [STATE_COLUMNS.get(name, i) for i, name in enumerate(self.estimator.names)]
-        seen = np.isfinite(recent.pair(sample_loop.E_INNOVATION_MOTOR))
+        names = self.estimator.names
+        measured = np.isfinite(recent.pair(sample_loop.E_INNOVATION_MOTOR))
         packed = self.estimator.packed_in_use
-        states = np.ascontiguousarray(recent.stack(columns))
+        states = np.ascontiguousarray(
+            recent.stack([STATE_COLUMNS.get(name, i) for i, name in enumerate(names)]))
         shares = observability.information_share(
-            states, recent[sample_loop.E_DT], np.ascontiguousarray(seen), packed)
+            states, recent[sample_loop.E_DT], np.ascontiguousarray(measured), packed)
         stated = float(np.median(recent[sample_loop.E_STD + TAU_K])) / math.sqrt(
             packed[P0 + TAU_K])
-        return observability.check(dict(zip(self.estimator.names, shares.tolist())), stated,
-                                   observability.paper(states[-1], seen[-1], packed))
+        return observability.check(dict(zip(names, shares.tolist())), stated,
+                                   observability.paper(states[-1], measured[-1], packed))
 
-    def _check_prediction_error(self, recent, stamp_ns):
+    def _check_prediction_error(self, recent: Recent, stamp_ns: int) -> Finding:
         for_mean, newest = (len(recent.after(stamp_ns - round(window * SECOND)))
                             for window in (innovation.MEAN_WINDOW, innovation.GATE_WINDOW))
         white, errors, stds = (recent.pair(column) for column in (
             sample_loop.E_WHITE_1, sample_loop.E_INNOVATION_MOTOR,
             sample_loop.E_INNOVATION_STD_MOTOR))
-        found = innovation.check(white, recent[sample_loop.E_NIS], recent[sample_loop.E_DOF],
-                                 errors, stds, for_mean, newest)
+        finding = innovation.check(white, recent[sample_loop.E_NIS], recent[sample_loop.E_DOF],
+                                   errors, stds, for_mean, newest)
         if not self._smoothed_rows:
-            return found
+            return finding
         broken, values = passivity.check(np.concatenate([rows for _, rows in self._smoothed_rows]))
         if not broken:
-            return replace(found, values={**found.values, **values})
-        return with_more(found, broken, values)
+            return replace(finding, values={**finding.values, **values})
+        return with_more(finding, broken, values)
 
-    def _check_covariance(self, recent):
+    def _check_covariance(self, recent: Recent) -> Finding:
         stds = np.sort(recent[sample_loop.E_STD + TAU_K][::MEDIAN_STRIDE])  # slow: few will do
         std = float(stds[len(stds) // 2])
         if self._reference is None:
@@ -330,67 +331,75 @@ class Monitor:
                 self._reference = float(np.median(self._references))
         return self._with_adaptation(covariance.check(std, self._reference))
 
-    def _with_adaptation(self, finding):
-        """Return `finding` with the adapted values; a warning where one is at its bound."""
+    def _with_adaptation(self, finding: Finding) -> Finding:
+        """Return `finding` with the adapted values; a warning if one is at its bound."""
         adapted = self.estimator.adapted()
         if not adapted:
             return finding
+        guards = self.estimator.adaptation_guards()
         values = {**finding.values, **{f'adapted_{k}': v for k, v in adapted.items()},
-                  **{f'adaptation_{k}': v for k, v in self.estimator.adaptation_guards().items()}}
+                  **{f'adaptation_{k}': v for k, v in guards.items()}}
         bound = self.estimator.adapted_to_bound()
         if bound and finding.level == Level.OK:
             return finding_of(
                 [replace(AT_BOUND, says=f'adapted to its bound: {", ".join(bound)}')], '', values)
         return replace(finding, values=values)
 
-    def _check_model(self, found, stamp_ns):
-        # What a lost encoder or a broken stream does to the errors says nothing about the model.
-        judged = (found['observability'].level < Level.ERROR
-                  and found['input'].level < Level.ERROR)
-        systematic = judged and innovation.systematic(found['prediction error'].values)
+    def _check_model(self, findings: Findings, stamp_ns: int) -> Finding:
+        # Errors of a lost encoder or a broken stream say nothing about the model.
+        judged = (findings['observability'].level < Level.ERROR
+                  and findings['input'].level < Level.ERROR)
+        systematic = judged and innovation.systematic(findings['prediction error'].values)
         self._systematic.add(stamp_ns, systematic)
         return model_mismatch.check(self._systematic, stamp_ns, self.parameters.model_gap_after,
                                     self.estimator.drive.arm_load == 'unknown')
 
-    def _check_backlash(self, found):
+    def _check_backlash(self, findings: Findings) -> Findings:
         """Return {component: Finding} when a window has ended, else nothing."""
         if not self.parameters.arm_joint:
             self._drift = []
             return dict.fromkeys(COMPONENTS[4:6], NOT_WATCHED)
-        if any(finding.level > Level.OK for name, finding in found.items() if name != 'model'):
+        if any(finding.level > Level.OK for name, finding in findings.items() if name != 'model'):
             self._window_flagged += 1
         if not self._drift:
             return {}
-        if self._window_start is None:
-            self._window_start = int(self._drift[0][0][0])
+        begin = self._window_start
+        if begin is None:
+            begin = int(self._drift[0][0][0])
         length = round(self.parameters.drift_window * SECOND)
-        result, newest = {}, int(self._drift[-1][0][-1])
-        while newest >= self._window_start + length:
-            end = self._window_start + length
+        result: Findings = {}
+        newest = int(self._drift[-1][0][-1])
+        while newest >= begin + length:
+            end = begin + length
             stamps, rows = (np.concatenate(column) for column in zip(*self._drift))
-            inside = (stamps >= self._window_start) & (stamps < end)
             if self._window_whole:
-                result = self._window_ended(rows[inside], end)
-            later = stamps >= end
-            self._drift = [(stamps[later], rows[later])]
+                result = self._window_ended(rows[(stamps >= begin) & (stamps < end)], end)
+            following = stamps >= end
+            self._drift = [(stamps[following], rows[following])]
             # Windows without any row are left out.
-            self._window_start += int((stamps[later][0] - self._window_start) // length) * length
+            begin += int((stamps[following][0] - begin) // length) * length
             self._window_whole, self._window_flagged = True, 0
+        self._window_start = begin
         return result
 
-    def _window_ended(self, rows, end):
+    def _window_ended(self, rows: Array, end: int) -> Findings:
         p = self.parameters
-        # A twist known worse than by one reading of both encoders: one of them was missing.
-        known = rows[rows[:, S_TWIST_STD] <= np.hypot(p.r_std_motor, p.r_std_arm)]
-        now = features.fit(known, self.estimator.drive, end)
-        if isinstance(now, features.Backlash):
-            now = self._common.refine(now)
-            self.windows.append(now)
-        return self.tracker.update(now, self._trusted(), self.temperature)
+        # A twist less certain than from one reading of both encoders: one of them was missing.
+        certain = rows[:, S_TWIST_STD] <= np.hypot(p.r_std_motor, p.r_std_arm)
+        window = features.fit(rows[certain], self.estimator.drive, end)
+        if isinstance(window, features.Backlash):
+            window = self._common.refine(window)
+            self.windows.append(window)
+        return self.tracker.update(window, self._trusted(), self.temperature)
 
-    def _trusted(self):
-        """Return whether the window that ends now may be learnt from."""
+    def _trusted(self) -> bool:
+        """Return whether the window that ends here may serve as a baseline."""
         # A level takes some evaluations to rise, and single flags are chance.
         return self._window_flagged <= 2 and not any(
             self._alarms[name].since_ns is not None and self.findings[name].level > Level.OK
             for name in (*COMPONENTS[:3], 'input'))
+
+
+def _by_reason(counts: Integers) -> dict[str, int]:
+    """Return {reason: count} of `counts` int64 [N_COUNTS]."""
+    return dict(zip(sample_loop.REASONS.values(), counts[REASON_CODES].tolist()))

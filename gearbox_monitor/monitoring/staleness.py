@@ -13,13 +13,15 @@
 # limitations under the License.
 
 """
-What the clock of the computer adds to the stamps: whether anything usable still comes.
+What the clock of the computer adds to the stamps: whether usable samples still arrive.
 
 A stream that has stopped has no stamps to judge it by. The node asks once per second.
 """
-from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.sample_loop import REASONS, SECOND
+from gearbox_monitor.kernels.types import Integers
 from gearbox_monitor.monitoring.checks import usability
 from gearbox_monitor.monitoring.checks.level import Finding, Level
+from gearbox_monitor.monitoring.monitor import Monitor
 
 MIN_SILENCE = 0.5  # s between two looks; a late timer is followed by one that comes too soon
 
@@ -28,39 +30,48 @@ class Silence:
     """
     Watches one Monitor: its stamps must advance from one look to the next.
 
-    why: what kept samples away at the last look, '' where they came.
+    why: the reason why no usable sample arrived before the last look, '' if samples arrived.
     """
 
-    def __init__(self):
-        # Stamp, inputs, clock and counters at the last look that found new stamps.
-        self._seen = (0, 0, 0, None)
+    def __init__(self) -> None:
+        # At the last look that found new stamps: stamp, inputs, clock, and counters.
+        self._stamp = self._inputs = self._since = 0
+        self._counts: Integers | None = None
         self.why = ''
 
-    def findings(self, monitor, now_ns, foreign=0, told=None):
+    def findings(self, monitor: Monitor, now_ns: int, foreign: int = 0,
+                 told: tuple[str, str] | None = None) -> dict[str, Finding]:
         """
-        Return {component: Finding} at `now_ns` of a steady clock; a dead stream is never good.
+        Return the findings of a monitor, replaced where its stream is dead.
 
-        monitor: Monitor. foreign: messages that named none of our joints. told: (reason, advice)
-        of who takes the messages, where it knows why none becomes a sample.
+        Args:
+            monitor: the Monitor that takes the samples.
+            now_ns: time of a steady clock, ns.
+            foreign: number of messages that named none of our joints.
+            told: (reason, advice) of the receiver of messages, if it knows why none of them
+                becomes a sample.
+
+        Returns:
+            {component: Finding}; a dead stream is never OK.
+
         """
-        stamp, inputs, since, before = self._seen
-        if monitor.stamp_ns != stamp or not since:
-            self._seen = (monitor.stamp_ns, monitor.input_count, now_ns, monitor.counts.copy())
-            self.why = ''
+        if self._counts is None or monitor.stamp_ns != self._stamp:
+            self._stamp, self._inputs, self._since = monitor.stamp_ns, monitor.input_count, now_ns
+            self._counts, self.why = monitor.counts.copy(), ''
             return dict(monitor.findings)
-        silent = (now_ns - since) / sample_loop.SECOND
+        silent = (now_ns - self._since) / SECOND
         if silent < MIN_SILENCE:
             return dict(monitor.findings)
-        refused = monitor.input_count - inputs
+        refused = monitor.input_count - self._inputs
         counts = {usability.key_of(reason): int(monitor.counts[code])
-                  for code, reason in sample_loop.REASONS.items() if monitor.counts[code]}
+                  for code, reason in REASONS.items() if monitor.counts[code]}
         counts['messages_without_our_joints'] = foreign
         reason, advice, self.why = 'no samples came', usability.SILENT.advice, 'silent'
         if told:
             (reason, advice), self.why = told, 'joints'
         elif refused:
-            causes = usability.refused({text: int(monitor.counts[code] - before[code])
-                                        for code, text in sample_loop.REASONS.items()})
+            new = monitor.counts - self._counts
+            causes = usability.refused({text: int(new[code]) for code, text in REASONS.items()})
             self.why = '; '.join(cause.advice for cause in causes)
             advice = self.why or advice
             reason = (f'{refused} samples came, none was usable'

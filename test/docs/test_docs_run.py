@@ -18,6 +18,7 @@ import os
 from pathlib import Path
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from types import ModuleType
@@ -169,19 +170,27 @@ def module(monkeypatch, name, code):
     return made
 
 
-def test_filter_of_the_page(tmp_path):
-    """Interpreted, in a process of its own: compiling it takes longer than running it."""
+def test_a_filter_is_one_added_file(tmp_path):
+    """The page's filter, put where it says, is found; interpreted: compiling takes longer."""
     gated, use, *_ = blocks(DOCS / 'extend.md', 'python')
-    (tmp_path / 'gated.py').write_text(gated)
-    (tmp_path / 'use.py').write_text(
-        'import gated, gearbox_monitor.estimation\ngearbox_monitor.estimation.gated = gated\n'
-        + use)
-    done = subprocess.run(
-        [sys.executable, 'use.py'], cwd=tmp_path, capture_output=True, text=True, check=False,
-        env={**os.environ, 'GEARBOX_MONITOR_JIT': '0', 'PYTHONPATH': str(ROOT)})
-    assert done.returncode == 0, done.stderr
-    plain, gated = map(float, re.findall(r'(\d\.\d+) N m', done.stdout))
+    for folder in ('gearbox_monitor', 'config'):
+        shutil.copytree(ROOT / folder, tmp_path / folder,
+                        ignore=shutil.ignore_patterns('__pycache__'))
+    shutil.copy(ROOT / 'package.xml', tmp_path)  # of a checkout
+    (tmp_path / 'gearbox_monitor/estimation/filters/gated.py').write_text(gated)
+    (tmp_path / 'use.py').write_text(use)
+
+    def run(*words):
+        done = subprocess.run(
+            [sys.executable, *words], cwd=tmp_path, capture_output=True, text=True, check=False,
+            env={**os.environ, 'GEARBOX_MONITOR_JIT': '0', 'PYTHONPATH': str(tmp_path)})
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    plain, gated = map(float, re.findall(r'(\d\.\d+) N m', run('use.py')))
     assert gated < 0.9 * plain
+    run('-m', 'gearbox_monitor', 'example', 'BAG', '--seconds', '2', '--rate', '200')
+    assert 'filter gated' in run('-m', 'gearbox_monitor', 'replay', 'BAG', '--filter', 'gated')
 
 
 def test_indicator_of_the_page(monkeypatch, capsys):

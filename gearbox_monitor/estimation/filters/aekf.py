@@ -89,11 +89,11 @@ N_VECTORS, N_MATRICES = _C_ARM_SPEED + 1 + N_SEEN_OF_LOAD, 3
 
 
 class Sensitivity(NamedTuple):
-    """Derivatives of z and P in `count` theta: z [>= count, n], P [>= count, n * n]."""
+    """Derivatives of z and P in theta: z [>= n_theta, n], P [>= n_theta, n * n]."""
 
     z: Array
     P: Array
-    count: int
+    n_theta: int
 
 
 def memory_size(n: int) -> int:

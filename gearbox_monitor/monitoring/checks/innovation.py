@@ -208,7 +208,7 @@ def systematic(values: Values) -> bool:
             and values['predictable_share'] > values['predictable_share_threshold']))
 
 
-def check(white: Array, nis: Array, dof: Array, errors: Array, stds: Array, recent: Array,
+def check(white: Array, nis: Array, dof: Array, errors: Array, stds: Array, recent: int,
           newest: int) -> Finding:
     """
     Return the Finding for a window of N samples.
