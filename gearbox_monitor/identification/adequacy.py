@@ -49,27 +49,37 @@ def spectrum(search: Search, residual: Array) -> tuple[Array, Array, Array]:
     Return (power [W, L, C], frequencies [L] Hz, white [C]) of residuals [W, L, C].
 
     white: mean power above the frequencies of motion.
+
+    Args:
+        search: fits of all candidates to one recording.
+        residual: residual [W, L, C], in standard deviations.
     """
     power, at, high = noise_model.spectrum(residual, search.recording.dt)
     return power, at, power[:, high].mean(axis=(0, 1))
 
 
-def sharpen_sigma(search: Search, best: CandidateFit) -> None:
-    """Measure sigma anew in what `best` leaves at high frequencies; residuals follow it."""
+def sharpen_sigma(search: Search, fitted: CandidateFit) -> None:
+    """
+    Measure sigma anew in what `best` leaves at high frequencies; residuals follow it.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
+    """
     length = search.long.windows.length
-    _, _, white = spectrum(search, search.long.parted(best.point.residual))
+    _, _, white = spectrum(search, search.long.parted(fitted.point.residual))
     factor = np.sqrt(white)
     if not (np.abs(factor - 1.0) < MAX_SHARPENING).all():
         return
     sigma = search.long.sigma.copy()
     sigma[search.long.channels] *= factor
     search.long.sigma = sigma
-    for fitted in {id(f): f for f in (search.fitted[''], best)}.values():
+    for candidate_fit in {id(f): f for f in (search.fitted[''], fitted)}.values():
         for name in ('residual', 'white'):
-            owner = fitted.point if name == 'residual' else fitted
+            owner = candidate_fit.point if name == 'residual' else candidate_fit
             if getattr(owner, name) is not None:
                 setattr(owner, name, getattr(owner, name) / np.tile(factor, length))
-        fitted.point.chi2 = (fitted.point.residual ** 2).sum(axis=1)
+        candidate_fit.point.chi2 = (candidate_fit.point.residual ** 2).sum(axis=1)
 
 
 def misfit(search: Search, fitted: CandidateFit, spared: int = 0) -> tuple[float, float]:
@@ -79,6 +89,11 @@ def misfit(search: Search, fitted: CandidateFit, spared: int = 0) -> tuple[float
     excess: chi2 per reading - 1. structure: by how many standard deviations the most conspicuous
     frequency band exceeds white noise of the power above BANDS; it does not depend on how well
     sigma is known. spared: how many of the worst windows do not count.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
+        spared: number of worst windows that are ignored.
     """
     train = search.long.train
     r = fitted.point.residual if fitted.white is None else fitted.white
@@ -86,10 +101,10 @@ def misfit(search: Search, fitted: CandidateFit, spared: int = 0) -> tuple[float
     power, at, white = spectrum(search, r)
     structure = -np.inf
     for low, high in zip(BANDS, BANDS[1:]):
-        inside = power[:, (at > low) & (at <= high)] / white
+        band_power = power[:, (at > low) & (at <= high)] / white
         # Without the worst window: one that found no good start is no unknown effect.
-        ratio = np.sort(inside.mean(axis=(1, 2)))[:max(1, len(inside) - 1)].mean()
-        structure = max(structure, (ratio - 1.0) / np.sqrt(2.0 / inside.size))
+        ratio = np.sort(band_power.mean(axis=(1, 2)))[:max(1, len(band_power) - 1)].mean()
+        structure = max(structure, (ratio - 1.0) / np.sqrt(2.0 / band_power.size))
     chi2 = np.sort((r ** 2).mean(axis=(1, 2)))
     return float(chi2[:max(1, len(chi2) - spared)].mean() - 1.0), float(structure)
 
@@ -109,36 +124,58 @@ def on_all(search: Search, fitted: CandidateFit) -> tuple[Search, CandidateFit]:
     return whole, closed_model.settled(search, fitted, [])
 
 
-def lacks(search: Search, fitted: CandidateFit, rough: bool = False) -> bool:
-    """Return whether `fitted` leaves more than noise; rough: an encoder has steps above noise."""
+def leaves_more_than_noise(search: Search, fitted: CandidateFit, rough: bool = False) -> bool:
+    """
+    Return whether `fitted` leaves more than noise; rough: an encoder has steps above noise.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
+        rough: whether an encoder is quantised more coarsely than its noise.
+    """
     if search.model.process_torque_time > 0.0:
         # No model of a real drive explains everything: the torque that is left tells.
-        if fitted.left is not None:
-            return bool((fitted.left > LOOSE * model_error.scales(search.recording)).any())
+        if fitted.persistent is not None:
+            return bool((fitted.persistent > LOOSE * model_error.scales(search.recording)).any())
         return bool(fitted.s > LOOSE * np.std(search.recording.u))
     # A hard burst throws the arm to where a free signal does not find it.
     excess, structure = misfit(search, fitted, int(DISTURBANCE.id in fitted.candidate.ids))
-    before, _ = misfit(search, search.fitted[''])
+    null_excess, _ = misfit(search, search.fitted[''])
     limit = (ROUGH_STRUCTURE if rough else
              NOISY_STRUCTURE if search.noisy else
              PAIR_STRUCTURE if len(fitted.candidate.ids) > 1 else STRUCTURE)
-    return (excess > max(ROUGH_LACK if rough else LACK, LACK_RELATIVE * before)
-            or structure > limit + STRUCTURE_RELATIVE * before)
+    return (excess > max(ROUGH_LACK if rough else LACK, LACK_RELATIVE * null_excess)
+            or structure > limit + STRUCTURE_RELATIVE * null_excess)
 
 
-def follows(search: Search, fitted: CandidateFit) -> ResidualDependence | None:
-    """Return what `fitted` leaves as a function of the motion, None where that is chance."""
+def residual_law(search: Search, fitted: CandidateFit) -> ResidualDependence | None:
+    """
+    Return what `fitted` leaves as a function of the motion, None where that is chance.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
+    """
     if search.noisy or search.recording.motor is not None:
         return None  # not white
     if DISTURBANCE.id in fitted.candidate.ids:
         return None  # a free signal, of which the motion has been asked
-    before = (search.fitted[''].point.chi2 - fitted.point.chi2).sum()
+    gain = (search.fitted[''].point.chi2 - fitted.point.chi2).sum()
     # A motion that the fit misses is better taken from the readings.
-    found = strongest_dependence(search, fitted, modelled=not lacks(search, fitted))
-    return found if found.gain > REMAINDER + REMAINDER_RELATIVE * max(0.0, before) else None
+    dependence = strongest_dependence(search, fitted,
+                                      modelled=not leaves_more_than_noise(search, fitted))
+    return dependence if dependence.gain > REMAINDER + REMAINDER_RELATIVE * max(0.0,
+                                                                                gain) else None
 
 
 def incomplete(search: Search, fitted: CandidateFit, rough: bool = False) -> bool:
-    """Return whether `fitted` leaves more than noise, or a law of the motion; rough: of lacks."""
-    return lacks(search, fitted, rough) or (
-        not rough and follows(search, fitted) is not None)
+    """
+    Return whether `fitted` leaves more than noise, or a law of the motion; rough: of lacks.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
+        rough: whether an encoder is quantised more coarsely than its noise.
+    """
+    return leaves_more_than_noise(search, fitted, rough) or (
+        not rough and residual_law(search, fitted) is not None)

@@ -37,7 +37,7 @@ VAGUE = 4.0       # times the median error, from which on a bin of a Law says no
 
 
 @dataclass(frozen=True)
-class Map:
+class BinnedMap:
     """
     A quantity over a motion variable: edges [B + 1], count [B], mean [B], rms [B].
 
@@ -76,6 +76,11 @@ def motion(y: Array, dt: float, cuts: Sequence[int] = (0,)) -> dict[str, Array]:
 
     speed of the motor (rad/s), angle of the arm (rad), twist: motor - arm (rad), smoothed over
     20 ms; time (s). cuts: first samples of recordings that were joined.
+
+    Args:
+        y: readings of motor and arm [N, 2], rad.
+        dt: sample time, s.
+        cuts: first sample of each recording that was joined.
     """
     smooth, speed = np.array(y, float), np.zeros(len(y))
     half = max(2, round(SMOOTHING / dt))
@@ -103,27 +108,41 @@ def edges_about_zero(x: Array, bins: int = BINS) -> Array:
     return top * np.sign(share) * share ** 2
 
 
-def binned(x: Array, value: Array, edges: Array) -> Map:
+def binned(x: Array, value: Array, edges: Array) -> BinnedMap:
     """
     Return the Map of `value` [...] over x [...], or of value [..., C]: channels together.
 
     What lies beyond the edges counts in the outermost bins.
+
+    Args:
+        x: motion variable in each sample.
+        value: quantity to average, of the shape of `x`, or with channels as a last axis.
+        edges: edges of the bins [B + 1], in the unit of the motion variable.
     """
     bins = len(edges) - 1
     x = np.asarray(x, float)
     value = np.asarray(value, float).reshape(*x.shape, -1)
     at = np.clip(np.searchsorted(edges, x.ravel(), side='right') - 1, 0, bins - 1)
     count = np.bincount(at, minlength=bins)
-    enough = count >= max(1.0, FEWEST * x.size)
+    populated = count >= max(1.0, FEWEST * x.size)
 
     def mean(v: Array) -> Array:
         total = np.bincount(at, v.mean(axis=-1).ravel(), minlength=bins)
-        return np.where(enough, total / np.where(enough, count, 1), np.nan)
-    return Map(edges, count, mean(value), np.sqrt(mean(value ** 2)))
+        return np.where(populated, total / np.where(populated, count, 1), np.nan)
+    return BinnedMap(edges, count, mean(value), np.sqrt(mean(value ** 2)))
 
 
 def plane(x: Array, y: Array, value: Array, x_edges: Array, y_edges: Array) -> Array:
-    """Return the rms [Y, X] of value [..., C] over two variables; NaN where samples are few."""
+    """
+    Return the rms [Y, X] of value [..., C] over two variables; NaN where samples are few.
+
+    Args:
+        x: motion variable in each sample.
+        y: second motion variable in each sample.
+        value: quantity to average, of the shape of `x`, or with channels as a last axis.
+        x_edges: edges of the columns [X + 1].
+        y_edges: edges of the rows [Y + 1].
+    """
     shape = len(y_edges) - 1, len(x_edges) - 1
     x, y = np.asarray(x, float), np.asarray(y, float)
     power = (np.asarray(value, float).reshape(*x.shape, -1) ** 2).mean(axis=-1).ravel()
@@ -131,9 +150,10 @@ def plane(x: Array, y: Array, value: Array, x_edges: Array, y_edges: Array) -> A
     row = np.clip(np.searchsorted(y_edges, y.ravel(), side='right') - 1, 0, shape[0] - 1)
     at = row * shape[1] + column
     count = np.bincount(at, minlength=shape[0] * shape[1])
-    enough = count >= max(1.0, FEWEST / 10.0 * x.size)
+    populated = count >= max(1.0, FEWEST / 10.0 * x.size)
     total = np.bincount(at, power, minlength=len(count))
-    return np.sqrt(np.where(enough, total / np.where(enough, count, 1), np.nan)).reshape(shape)
+    return np.sqrt(np.where(populated, total / np.where(populated, count, 1),
+                            np.nan)).reshape(shape)
 
 
 def law(x: Array, signal: Array, precision: Array, basis: Array, edges: Array) -> Law:
@@ -144,6 +164,13 @@ def law(x: Array, signal: Array, precision: Array, basis: Array, edges: Array) -
 
     x [W, L] in each sample; signal [W, H] at the peaks of the triangles basis [L, H], precision
     [W, H, H] its inverse covariance. Errors are as large as what the law leaves says.
+
+    Args:
+        x: motion variable in each sample [W, L].
+        signal: free signal [W, H] at the peaks of the triangles, N m or rad.
+        precision: inverse covariance of the signal [W, H, H].
+        basis: triangles [L, H] that interpolate the signal.
+        edges: edges of the bins [B + 1], in the unit of the motion variable.
     """
     bins = len(edges) - 1
     at = np.clip(np.searchsorted(edges, x, side='right') - 1, 0, bins - 1)
@@ -153,23 +180,25 @@ def law(x: Array, signal: Array, precision: Array, basis: Array, edges: Array) -
     grams = columns.transpose(0, 2, 1) @ weighted
     pulls = np.einsum('whb,wh->wb', weighted, signal)
     gram = grams.sum(axis=0)
-    known = np.bincount(at.ravel(), minlength=bins) >= max(1.0, FEWEST * x.size)
-    known &= np.diag(gram) > 1e-6 * np.diag(gram).max()
+    populated = np.bincount(at.ravel(), minlength=bins) >= max(1.0, FEWEST * x.size)
+    populated &= np.diag(gram) > 1e-6 * np.diag(gram).max()
     value, error, explained = np.full(bins, np.nan), np.full(bins, np.nan), 0.0
-    if known.any():
-        grams, pulls = grams[:, known][:, :, known], pulls[:, known]
-        bend = np.diff(np.eye(int(known.sum())), 2, axis=0)
+    if populated.any():
+        grams, pulls = grams[:, populated][:, :, populated], pulls[:, populated]
+        bend = np.diff(np.eye(int(populated.sum())), 2, axis=0)
         bend = bend.T @ bend * np.trace(grams.sum(axis=0)) / len(bend.T)
         foretold, stiffness = max((_foretold(grams, pulls, s * bend), s) for s in STIFFNESSES)
-        value[known], inverse = _solve(grams, pulls, stiffness * bend)
-        left = signal - columns[:, :, known] @ value[known]
-        total, rest = (np.einsum('wh,whk,wk->', v, precision, v) for v in (signal, left))
-        freedom = max(1, signal.size - int(known.sum()))
-        error[known] = np.sqrt(np.maximum(np.diag(inverse), 0.0) * max(1.0, rest / freedom))
+        value[populated], inverse = _solve(grams, pulls, stiffness * bend)
+        residual = signal - columns[:, :, populated] @ value[populated]
+        signal_power, residual_power = (np.einsum('wh,whk,wk->', v, precision,
+                                                  v) for v in (signal, residual))
+        freedom = max(1, signal.size - int(populated.sum()))
+        error[populated] = np.sqrt(np.maximum(np.diag(inverse),
+                                              0.0) * max(1.0, residual_power / freedom))
         vague = ~(error <= VAGUE * np.nanmedian(error))
         value[vague], error[vague] = np.nan, np.nan
-        if total > signal.size:
-            explained = float(np.clip(foretold / (total - signal.size), 0.0, 1.0))
+        if signal_power > signal.size:
+            explained = float(np.clip(foretold / (signal_power - signal.size), 0.0, 1.0))
     return Law(edges, value, error, explained)
 
 

@@ -73,7 +73,7 @@ class Coordinate:
 
 
 @dataclass(frozen=True)
-class Candidate:
+class CandidateModel:
     """
     A model to be fitted: the nominal one with nuisances and the effects `ids`.
 
@@ -106,13 +106,18 @@ class Candidate:
         return np.clip(z, low, high)
 
     def at_bound(self, z: Array) -> list[str]:
-        """Return the names of the effects' coordinates that sit at a bound that is finite."""
+        """
+        Return the names of the effects' coordinates that sit at a bound that is finite.
+
+        Args:
+            z: coordinates [P].
+        """
         moved = self.bounded(z)
         out = []
         for c, value in zip(self.coordinates, moved):
             value = math.exp(value) if c.log else value
-            near = 1e-6 * max(c.scale, abs(value))
-            if c.owner >= 0 and (value <= c.low + near or value >= c.high - near):
+            tolerance = 1e-6 * max(c.scale, abs(value))
+            if c.owner >= 0 and (value <= c.low + tolerance or value >= c.high - tolerance):
                 out.append(f'{self.ids[c.owner]}.{c.name}')
         return out
 
@@ -131,16 +136,21 @@ class Candidate:
         return float(pull @ (z - self.start()))
 
     def values(self, z: Array) -> tuple[dict[str, float], list[dict[str, float]]]:
-        """Return (relative nuisances {name: factor - 1}, [{parameter: value} per effect])."""
+        """
+        Return (relative nuisances {name: factor - 1}, [{parameter: value} per effect]).
+
+        Args:
+            z: coordinates [P].
+        """
         nuisances: dict[str, float] = {}
-        given: list[dict[str, float]] = [{} for _ in self.ids]
+        parameters: list[dict[str, float]] = [{} for _ in self.ids]
         for c, v in zip(self.coordinates, z):
             v = math.exp(v) if c.log else float(v)
             if c.owner < 0:
                 nuisances[c.name] = v - 1.0 if c.log else v
             else:
-                given[c.owner][c.name] = v
-        for i, (name, values) in enumerate(zip(self.ids, given)):
+                parameters[c.owner][c.name] = v
+        for i, (name, values) in enumerate(zip(self.ids, parameters)):
             if name in PHASED:
                 sine, cosine = values.pop('As'), values.pop('Ac')
                 if name in PERIODIC:
@@ -148,13 +158,13 @@ class Candidate:
                                   phi=math.atan2(cosine, sine))
                 else:
                     values.update(A=math.hypot(sine, cosine), phi=math.atan2(cosine, sine))
-        return nuisances, given
+        return nuisances, parameters
 
     def model(self, z: Array) -> DriveModel:
         """Return the DriveModel at z [P]."""
-        nuisances, given = self.values(z)
+        nuisances, parameters = self.values(z)
         return with_effects(scaled(self.nominal, nuisances),
-                            [{'id': name, **values} for name, values in zip(self.ids, given)])
+                            [{'id': name, **values} for name, values in zip(self.ids, parameters)])
 
 
 def scaled(model: DriveModel, nuisances: Mapping[str, float]) -> DriveModel:
@@ -165,8 +175,8 @@ def scaled(model: DriveModel, nuisances: Mapping[str, float]) -> DriveModel:
     for name, (effect, parameter) in BY_EFFECT.items():
         if name in nuisances:
             change = nuisances.pop(name)
-            known = sum(e[parameter] for e in model.effects if e['id'] == effect)
-            value = (1.0 + known) * (1.0 + change) - 1.0 if name == 'kt' else known + change
+            nominal = sum(e[parameter] for e in model.effects if e['id'] == effect)
+            value = (1.0 + nominal) * (1.0 + change) - 1.0 if name == 'kt' else nominal + change
             model = with_effects(model, [{'id': effect, parameter: value}])
     changes, shape = {}, {}
     if model.transmission.kind == 'rigid' and 'm1' in nuisances:
@@ -189,11 +199,11 @@ def offered(model: DriveModel) -> list[str]:
     return [name for name in (*values, *BY_EFFECT) if name not in hidden]
 
 
-def with_effects(model: DriveModel, found: Sequence[Values]) -> DriveModel:
+def with_effects(model: DriveModel, effects: Sequence[Values]) -> DriveModel:
     """Return `model` with `found` effects (dicts) instead of those of the same id."""
-    ids = {effect['id'] for effect in found}
-    kept = tuple(e for e in model.effects if e['id'] not in ids)
-    return replace(model, effects=(*kept, *found))
+    ids = {effect['id'] for effect in effects}
+    retained = tuple(e for e in model.effects if e['id'] not in ids)
+    return replace(model, effects=(*retained, *effects))
 
 
 def replaced_value(model: DriveModel, name: str) -> float | None:
@@ -206,15 +216,20 @@ def replaced_value(model: DriveModel, name: str) -> float | None:
 
 
 def nuisances_of(model: DriveModel) -> dict[str, float]:
-    """Return {name: standard deviation} of the values that scatter; ones that are 0 do not."""
-    found = {}
+    """
+    Return {name: standard deviation} of the values that scatter; ones that are 0 do not.
+
+    Args:
+        model: model of the drive.
+    """
+    spread = {}
     if model.tolerance > 0.0:
         hidden = RIGID_HIDES if model.transmission.kind == 'rigid' else ()
-        found = {name: model.tolerance for name, where in NUISANCES.items() if name not in hidden
-                 and getattr(model.transmission if where in _SHAPE else model, where)}
+        spread = {name: model.tolerance for name, where in NUISANCES.items() if name not in hidden
+                  and getattr(model.transmission if where in _SHAPE else model, where)}
     if model.zero_tolerance > 0.0:
-        found[ZERO] = model.zero_tolerance
-    return found
+        spread[ZERO] = model.zero_tolerance
+    return spread
 
 
 class Starts:
@@ -241,18 +256,24 @@ class Starts:
             speed=max(float(travel.std() / (10 * recording.dt)), 1e-6), twist=twist,
             angle=max(float(np.std(position)), 1e-6), swing=swing, values=values)
 
-    def none(self) -> Candidate:
+    def none(self) -> CandidateModel:
         """Return the Candidate without effects."""
-        return Candidate(self.model, (), tuple(self._nuisances(())))
+        return CandidateModel(self.model, (), tuple(self._nuisances(())))
 
-    def candidates(self, name: str, order: int | None = None) -> list[Candidate]:
-        """Return the Candidates, one per start, of the single effect `name`."""
+    def candidates(self, name: str, order: int | None = None) -> list[CandidateModel]:
+        """
+        Return the Candidates, one per start, of the single effect `name`.
+
+        Args:
+            name: id of the effect.
+            order: order N of a periodic effect, None for the others.
+        """
         starts = self._starts(name)
         orders = {0: order} if order is not None and name in PERIODIC else {}
         return [self._candidate((name,), [coordinates], orders)
                 for coordinates in starts]
 
-    def joint(self, parts: Iterable[tuple[Candidate, Array]]) -> Candidate:
+    def joint(self, parts: Iterable[tuple[CandidateModel, Array]]) -> CandidateModel:
         """
         Return the Candidate of several effects that begins where fits of them ended.
 
@@ -271,22 +292,22 @@ class Starts:
         return self._candidate(tuple(ids), groups, orders)
 
     def _candidate(self, ids: tuple[str, ...], groups: Sequence[Sequence[Coordinate]],
-                   orders: dict[int, int]) -> Candidate:
+                   orders: dict[int, int]) -> CandidateModel:
         coordinates = self._nuisances(ids)
         for i, group in enumerate(groups):
             coordinates += [replace(c, owner=i) for c in group]
-        return Candidate(self.model, ids, tuple(coordinates), orders)
+        return CandidateModel(self.model, ids, tuple(coordinates), orders)
 
     def _nuisances(self, ids: Sequence[str]) -> list[Coordinate]:
         own = {EFFECTS[i].parameters[0].name for i in ids if i in EFFECTS and EFFECTS[i].replaces}
         if ENCODER_OFFSET.id in ids:
             own.add(ZERO)
-        near = {ZERO: 0.1 * self.scales.swing} if self.scales.swing else {}
+        scales = {ZERO: 0.1 * self.scales.swing} if self.scales.swing else {}
         spread = nuisances_of(self.model)
         if self.scales.swing:
             spread.update((name, SHIFTED) for effect, name in SHIFTS.items() if effect in ids
                           and getattr(self.model, NUISANCES[name]))
-        return [Coordinate(-1, name, 0.0, min(r, near.get(name, r)),
+        return [Coordinate(-1, name, 0.0, min(r, scales.get(name, r)),
                            -math.inf if name == ZERO else -0.9,
                            math.inf if name == ZERO else 10.0, prior=r)
                 for name, r in spread.items() if name not in own]

@@ -28,11 +28,12 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor.identification import gauss_newton, likelihood, window_states
-from gearbox_monitor.identification.candidates import Candidate, NOT_FITTED, PERIODIC, PHASED, ZERO
+from gearbox_monitor.identification.candidates import (
+    CandidateModel, NOT_FITTED, PERIODIC, PHASED, ZERO)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.localisation import labels
 from gearbox_monitor.identification.noise_model import spectrum
-from gearbox_monitor.identification.process_noise import left_of
+from gearbox_monitor.identification.process_noise import noise_weighted_residual
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows
 from gearbox_monitor.identification.torque_domain import driven
@@ -49,7 +50,7 @@ COVERAGE = (5.0, 95.0)  # percentiles
 # root mean square of all n readings: times 1 / sqrt(n).
 SIGMA_ERROR = 0.3
 Figures: TypeAlias = dict[str, dict[str, float | None] | None]  # of channels, of bins
-Windowed: TypeAlias = tuple[Search, Candidate, likelihood.FitPoint]
+Windowed: TypeAlias = tuple[Search, CandidateModel, likelihood.FitPoint]
 
 
 def gap_of(chi2: Array, size: int) -> float:
@@ -57,61 +58,80 @@ def gap_of(chi2: Array, size: int) -> float:
     return float(math.sqrt(np.mean(chi2) / size))
 
 
-def closed_of(before: float, after: float) -> float | None:
-    """Return the closed fraction, None where there was no gap to speak of."""
-    return (before - after) / (before - 1.0) if before >= VISIBLE else None
+def closed_of(gap_before: float, gap_after: float) -> float | None:
+    """
+    Return the closed fraction, None where there was no gap to speak of.
+
+    Args:
+        gap_before: misfit of the nominal model, in standard deviations.
+        gap_after: misfit of the closed model, in standard deviations.
+    """
+    return (gap_before - gap_after) / (gap_before - 1.0) if gap_before >= VISIBLE else None
 
 
 def published(search: Search, none: CandidateFit,
-              best: CandidateFit | None = None) -> likelihood.FitPoint:
-    """Return the FitPoint of the model as published: only window states fitted."""
+              fitted: CandidateFit | None = None) -> likelihood.FitPoint:
+    """
+    Return the FitPoint of the model as published: only window states fitted.
+
+    Args:
+        search: fits of all candidates to one recording.
+        none: fit without effects.
+        fitted: fit on the long windows.
+    """
     if not none.candidate.coordinates:
         return none.point
-    candidate = Candidate(search.model, (), ())
+    candidate = CandidateModel(search.model, (), ())
     point = likelihood.FitPoint(np.zeros(0), none.point.states.copy(), none.point.memory.copy())
     if search.recording.motor is not None:
         # No state of a window holds the zero of the encoders, which nobody knows.
         candidate = replace(candidate, coordinates=tuple(
             c for c in none.candidate.coordinates if c.name == ZERO))
         point = gauss_newton.fit(search.long, candidate, replace(point, z=candidate.start()), 6)
-    every = np.arange(len(search.long.windows))
+    index = np.arange(len(search.long.windows))
     point.states, _ = window_states.solve_states(
-        search.long, candidate.model(point.z), point.states, point.memory, every)
+        search.long, candidate.model(point.z), point.states, point.memory, index)
     search.long.evaluate(candidate, point)
-    others = [none.point] + ([best.point] if best else [])
-    window_states.rescue(search.long, candidate, point, others, half_gap=search.half_gap)
+    rivals = [none.point] + ([fitted.point] if fitted else [])
+    window_states.rescue(search.long, candidate, point, rivals, half_gap=search.half_gap)
     return point
 
 
 def settled(search: Search, fitted: CandidateFit,
-            others: Sequence[likelihood.FitPoint]) -> CandidateFit:
+            rivals: Sequence[likelihood.FitPoint]) -> CandidateFit:
     """
     Return `fitted` with the states of the held-out windows where they fit best.
 
     The search looks at the training windows: others may have been left in a wrong contact.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
+        rivals: points of other fits whose window states are tried.
     """
     data, candidate = search.long, fitted.candidate
-    held = np.flatnonzero(~data.train)
-    if not len(held) or set(candidate.ids) & set(NOT_FITTED):
+    validation = np.flatnonzero(~data.train)
+    if not len(validation) or set(candidate.ids) & set(NOT_FITTED):
         return fitted
     model, point = candidate.model(fitted.point.z), likelihood.copied(fitted.point)
-    known = [point, *others, *(search.fitted[n].point for n in search.ranked()[:4])]
-    index = np.tile(held, len(known))
+    points = [point, *rivals, *(search.fitted[n].point for n in search.ranked()[:4])]
+    index = np.tile(validation, len(points))
     states, chi2 = window_states.solve_states(
-        data, model, np.concatenate([k.states[held] for k in known]), point.memory[index], index)
-    chi2 = chi2.reshape(len(known), -1)
-    best = chi2.argmin(axis=0)
-    better = chi2.min(axis=0) < point.chi2[held]
-    chosen = states.reshape(len(known), -1, 4)[best, np.arange(len(held))]
-    point.states[held[better]] = chosen[better]
+        data, model, np.concatenate([k.states[validation] for k in points]), point.memory[index],
+        index)
+    chi2 = chi2.reshape(len(points), -1)
+    winner = chi2.argmin(axis=0)
+    improved = chi2.min(axis=0) < point.chi2[validation]
+    chosen = states.reshape(len(points), -1, 4)[winner, np.arange(len(validation))]
+    point.states[validation[improved]] = chosen[improved]
     data.evaluate(candidate, point)
-    window_states.rescue(data, candidate, point, known, half_gap=search.half_gap)
+    window_states.rescue(data, candidate, point, points, half_gap=search.half_gap)
     point.states[data.train] = fitted.point.states[data.train]
     data.evaluate(candidate, point)
     return replace(fitted, point=point)
 
 
-def closure(search: Search, none: CandidateFit, best: CandidateFit | None = None,
+def closure(search: Search, none: CandidateFit, fitted: CandidateFit | None = None,
             seed: int = 0) -> dict[str, Any]:
     """
     Return how far the CandidateFit `best` (None: none) closes the gap, as plain data.
@@ -119,31 +139,39 @@ def closure(search: Search, none: CandidateFit, best: CandidateFit | None = None
     gap_before (model as published), gap_after, closed_fraction on the held-out windows;
     closed_fraction_ci [low, high], 90 %; channels, regions: {name: {before, after, closed}};
     standard_errors {id: {parameter}}, condition of the scaled normal matrix, at_bound [names].
+
+    Args:
+        search: fits of all candidates to one recording.
+        none: fit without effects.
+        fitted: fit on the long windows.
+        seed: seed of the random numbers.
     """
-    before = published(search, none, best)
-    fitted = settled(search, best or none, [before])
-    if not none.candidate.coordinates and best is not None:
-        before = settled(search, none, [fitted.point]).point
-    held = ~search.long.train
-    if not held.any():
-        held = ~held
-    size = before.residual.shape[1]
-    gaps = gap_of(before.chi2[held], size), gap_of(fitted.point.chi2[held], size)
-    repeatable = not set(fitted.candidate.ids) & set(NOT_FITTED)
-    fraction = closed_of(*gaps) if best is not None and repeatable else None
+    published_point = published(search, none, fitted)
+    settled_fit = settled(search, fitted or none, [published_point])
+    if not none.candidate.coordinates and fitted is not None:
+        published_point = settled(search, none, [settled_fit.point]).point
+    validation = ~search.long.train
+    if not validation.any():
+        validation = ~validation
+    size = published_point.residual.shape[1]
+    gaps = gap_of(published_point.chi2[validation],
+                  size), gap_of(settled_fit.point.chi2[validation], size)
+    repeatable = not set(settled_fit.candidate.ids) & set(NOT_FITTED)
+    fraction = closed_of(*gaps) if fitted is not None and repeatable else None
     interval = None
     if fraction is not None:
         readings = len(search.long.channels) * len(search.recording.u)
-        interval = _interval(before.chi2 / size, left_out(search, fitted) / size,
-                             _noise(search, fitted), readings, np.random.default_rng(seed))
+        interval = _interval(published_point.chi2 / size, left_out(search, settled_fit) / size,
+                             _noise(search, settled_fit), readings, np.random.default_rng(seed))
         # It judges all windows, the fraction the held-out ones.
         interval = [min(interval[0], fraction), max(interval[1], fraction)]
-    errors, condition = standard_errors(search, fitted) if repeatable else ({}, None)
-    channels, regions = _parts(search, none, before.residual, fitted.point.residual, held)
-    return {'gap_before': gaps[0], 'gap_after': gaps[1], 'floor': 1.0,
-            'closed_fraction': fraction, 'closed_fraction_ci': interval,
-            'channels': channels, 'regions': regions, 'standard_errors': errors,
-            'condition': condition, 'at_bound': fitted.candidate.at_bound(fitted.point.z)}
+    errors, condition = standard_errors(search, settled_fit) if repeatable else ({}, None)
+    channels, regions = _parts(search, none, published_point.residual, settled_fit.point.residual,
+                               validation)
+    return {'gap_before': gaps[0], 'gap_after': gaps[1], 'floor': 1.0, 'closed_fraction': fraction,
+            'closed_fraction_ci': interval, 'channels': channels, 'regions': regions,
+            'standard_errors': errors, 'condition': condition,
+            'at_bound': settled_fit.candidate.at_bound(settled_fit.point.z)}
 
 
 def left_out(search: Search, fitted: CandidateFit) -> Array:
@@ -151,6 +179,10 @@ def left_out(search: Search, fitted: CandidateFit) -> Array:
     Return chi2 [W] of all long windows under coordinates that were fitted without them.
 
     Interleaved folds; each takes one linearised step from where the fit ended.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
     """
     data, candidate, point = search.long, fitted.candidate, fitted.point
     if not len(point.z) or fitted.white is not None:
@@ -184,7 +216,7 @@ def _noise(search: Search, fitted: CandidateFit) -> Array:
     return noise / noise.mean()
 
 
-def _interval(before: Array, after: Array, noise: Array, readings: int,
+def _interval(chi2_before: Array, chi2_after: Array, noise: Array, readings: int,
               random: np.random.Generator) -> list[float]:
     """
     Return [low, high] of the closed fraction; before, after [W]: chi2 per reading.
@@ -192,12 +224,12 @@ def _interval(before: Array, after: Array, noise: Array, readings: int,
     noise [W]: power of the encoders' noise in the windows. sigma is measured in them as well: what
     is drawn of it moves gap and sigma alike.
     """
-    count = len(before)
+    count = len(chi2_before)
     draw = random.integers(0, count, (DRAWS, count))
     sigma = np.exp(random.standard_normal(DRAWS) * SIGMA_ERROR / math.sqrt(readings))
     sigma /= np.sqrt(noise[draw].mean(axis=1))
-    gap0 = np.sqrt(before[draw].mean(axis=1)) * sigma
-    gap1 = np.sqrt(after[draw].mean(axis=1)) * sigma
+    gap0 = np.sqrt(chi2_before[draw].mean(axis=1)) * sigma
+    gap1 = np.sqrt(chi2_after[draw].mean(axis=1)) * sigma
     closed = (gap0 - gap1) / np.maximum(gap0 - 1.0, 1e-3)
     middle = np.median(closed)
     # Resampling few windows understates their scatter.
@@ -205,25 +237,25 @@ def _interval(before: Array, after: Array, noise: Array, readings: int,
     return np.percentile(closed, COVERAGE).tolist()
 
 
-def _parts(search: Search, none: CandidateFit, before: Array, after: Array,
-           held: Flags) -> tuple[Figures, dict[str, Figures]]:
+def _parts(search: Search, none: CandidateFit, residual_before: Array, residual_after: Array,
+           validation: Flags) -> tuple[Figures, dict[str, Figures]]:
     """Return ({channel: figures}, {region: {bin: figures}}) of residuals [W, C L] in `held`."""
-    before = search.long.parted(before[held]) ** 2
-    after = search.long.parted(after[held]) ** 2
+    residual_before = search.long.parted(residual_before[validation]) ** 2
+    residual_after = search.long.parted(residual_after[validation]) ** 2
 
     def figures(use: Flags) -> dict[str, float | None] | None:
         if not use.any():
             return None
-        gaps = [float(math.sqrt(power[use].mean())) for power in (before, after)]
+        gaps = [float(math.sqrt(power[use].mean())) for power in (residual_before, residual_after)]
         return {'before': gaps[0], 'after': gaps[1], 'closed': closed_of(*gaps)}
     channels = {}
     for i, name in enumerate(np.array(search.recording.readings)[search.long.channels].tolist()):
-        use = np.zeros(before.shape, bool)
+        use = np.zeros(residual_before.shape, bool)
         use[:, :, i] = True
         channels[name] = figures(use)
     regions = {}
     for name, (bins, label) in labels(search, none).items():
-        label = label[held]
+        label = label[validation]
         regions[name] = {b: figures(label == k) for k, b in enumerate(bins)}
     return channels, regions
 
@@ -234,19 +266,23 @@ def standard_errors(search: Search,
     Return ({id: {parameter: standard error}}, condition of the scaled normal matrix).
 
     Linearised, window states and nominal values free; scaled by the misfit where it is above 1.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
     """
     candidate, point, data = fitted.candidate, fitted.point, search.long
     if not len(point.z):
         return {}, None
     s = likelihood.sensitivity(data, candidate, point)
-    left, whiten = left_of(data, fitted)
+    residual, whiten = noise_weighted_residual(data, fitted)
     S, _, _, _ = likelihood.normal_equations(
         s, point.residual, data.train.astype(float), whiten)
     S = S + np.diag(candidate.prior(point.z)[1])
     scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-300))
     scaled = S * scale[:, None] * scale
     condition = float(np.linalg.cond(scaled))
-    misfit = max(1.0, float((left[data.train] ** 2).mean()))
+    misfit = max(1.0, float((residual[data.train] ** 2).mean()))
     covariance = misfit * scale[:, None] * scale * np.linalg.pinv(scaled, rcond=1e-13)
     out = {}
     for i, name in enumerate(candidate.ids):
@@ -273,16 +309,22 @@ def _root(variance: Any) -> float:
     return float(math.sqrt(max(variance, 0.0)))
 
 
-def validate(recording: UniformRecording, before: DriveModel, after: DriveModel,
+def validate(recording: UniformRecording, nominal: DriveModel, closed: DriveModel,
              sigma: Array) -> dict[str, Any]:
     """
     Return how two DriveModels do on a Recording that was used for nothing else.
 
     {'gap_before', 'gap_after', 'closed_fraction', 'windows', 'free_run': {'seconds', 'before',
     'after': {'motor' or 'torque', 'arm': rms over the whole recording}}}; None: the run diverges.
+
+    Args:
+        recording: recording of the drive.
+        nominal: model before the diagnosis.
+        closed: model with the effects that were identified.
+        sigma: noise of the encoders [2], rad.
     """
-    recording = driven(recording, before)
-    fits = [windowed(recording, model, sigma) for model in (before, after)]
+    recording = driven(recording, nominal)
+    fits = [windowed(recording, model, sigma) for model in (nominal, closed)]
     cross(fits)
     gaps = [gap_of(point.chi2, point.residual.shape[1]) for _, _, point in fits]
     runs = []
@@ -297,29 +339,48 @@ def validate(recording: UniformRecording, before: DriveModel, after: DriveModel,
 
 
 def windowed(recording: UniformRecording, model: DriveModel, sigma: Array) -> Windowed:
-    """Return (Search, Candidate, FitPoint) of `model` on all windows, only their states fitted."""
+    """
+    Return (Search, Candidate, FitPoint) of `model` on all windows, only their states fitted.
+
+    Args:
+        recording: recording of the drive.
+        model: model of the drive.
+        sigma: noise of the encoders [2], rad.
+    """
     search = Search(recording, replace(model, tolerance=0.0, process_torque_time=0.0), sigma, [])
     none = search.none()
     return search, none.candidate, none.point
 
 
 def cross(fits: Sequence[Windowed]) -> None:
-    """Give both models each other's window states, and memories from the window before."""
-    known = [likelihood.copied(point) for _, _, point in fits]
+    """
+    Give both models each other's window states, and memories from the window before.
+
+    Args:
+        fits: fits of the two models, both over the same windows.
+    """
+    points = [likelihood.copied(point) for _, _, point in fits]
     for k, (search, candidate, point) in enumerate(fits):
-        data, every = search.long, np.arange(len(search.long.windows))
+        data, index = search.long, np.arange(len(search.long.windows))
         if search.model.transmission.kind in ('play', 'passive_play') or any(
                 e['id'] in MEMORIES for e in search.model.effects):
             for _ in range(2):
                 point.memory = likelihood.carried(point.memory, point.carry)
                 point.states, _ = window_states.solve_states(
-                    data, search.model, point.states, point.memory, every)
+                    data, search.model, point.states, point.memory, index)
                 data.evaluate(candidate, point)
-        window_states.rescue(data, candidate, point, [known[1 - k]], half_gap=search.half_gap)
+        window_states.rescue(data, candidate, point, [points[1 - k]], half_gap=search.half_gap)
 
 
 def free_run(search: Search, model: DriveModel, point: likelihood.FitPoint) -> Array:
-    """Return the readings [N, 2] of one run of `model` from the states of the first window."""
+    """
+    Return the readings [N, 2] of one run of `model` from the states of the first window.
+
+    Args:
+        search: fits of all candidates to one recording.
+        model: model of the drive.
+        point: where the fit stands: coordinates, window states and memories.
+    """
     n = len(search.recording.u)
     whole = ShootingWindows(np.zeros(1, int), n, np.zeros(1, int), np.full(1, n))
     y, _ = search.simulator.run(whole, model, point.states[:1], np.zeros((1, N_MEMORY)))
@@ -329,6 +390,6 @@ def free_run(search: Search, model: DriveModel, point: likelihood.FitPoint) -> A
 def rms(recording: UniformRecording, y: Array) -> Array:
     """Return [2] rad, rms of the recording against y [N, 2]; NaN: diverges, or no such encoder."""
     with np.errstate(over='ignore', invalid='ignore'):
-        found = np.sqrt(np.mean((recording.y - y) ** 2, axis=0))
-    found[[i for i in (0, 1) if i not in recording.channels]] = np.nan
-    return np.where(np.isfinite(found), found, np.nan)
+        deviation = np.sqrt(np.mean((recording.y - y) ** 2, axis=0))
+    deviation[[i for i in (0, 1) if i not in recording.channels]] = np.nan
+    return np.where(np.isfinite(deviation), deviation, np.nan)

@@ -46,6 +46,11 @@ def measured(residual: Array, dt: float,
 
     size: its standard deviation, in sigmas. phi is 0 and size 1 for an encoder whose noise is
     white, or like nothing known. None where all are.
+
+    Args:
+        residual: residual [W, L, C], in standard deviations.
+        dt: sample time, s.
+        lowest: lowest frequency that counts, Hz.
     """
     power, at, _ = spectrum(residual, dt)
     edges = lowest * WIDTH ** np.arange(1 + int(np.log(HIGHEST / lowest) / np.log(WIDTH)))
@@ -60,41 +65,53 @@ def measured(residual: Array, dt: float,
     line = np.log([shape[band].mean(axis=0) for band in bands])
     weight = np.array([band.sum() for band in bands]) / sum(band.sum() for band in bands)
     phi, size = np.zeros(level.shape[1]), np.ones(level.shape[1])
-    for i, found in enumerate(level.T):
-        apart = found[:, None] - line
-        middle = weight @ apart
-        off = np.sqrt(weight @ (apart - middle) ** 2)
-        best = int(off.argmin())
-        if TRIED[best] >= LEAST and off[best] < LIKE:
-            phi[i], size[i] = TRIED[best], np.exp(0.5 * middle[best])
+    for i, spectrum_levels in enumerate(level.T):
+        ratio = spectrum_levels[:, None] - line
+        middle = weight @ ratio
+        off = np.sqrt(weight @ (ratio - middle) ** 2)
+        closest = int(off.argmin())
+        if TRIED[closest] >= LEAST and off[closest] < LIKE:
+            phi[i], size[i] = TRIED[closest], np.exp(0.5 * middle[closest])
     return (phi, size) if phi.any() else None
 
 
-def measure(search: Search, best: CandidateFit,
+def measure(search: Search, fitted: CandidateFit,
             lowest: float = MOTION) -> tuple[Array, Array] | None:
-    """Return (sigma [2] rad, phi [2]) from what `best` leaves, None where the noise is white."""
-    plain, point = search.long.uncoloured(), best.point
-    r, _ = plain.residual(best.candidate.model(point.z), point.states, point.memory)
-    found = measured(plain.parted(r), search.recording.dt, lowest)
-    if found is None:
+    """
+    Return (sigma [2] rad, phi [2]) from what `best` leaves, None where the noise is white.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
+        lowest: lowest frequency that counts, Hz.
+    """
+    plain, point = search.long.uncoloured(), fitted.point
+    r, _ = plain.residual(fitted.candidate.model(point.z), point.states, point.memory)
+    noise = measured(plain.parted(r), search.recording.dt, lowest)
+    if noise is None:
         return None
     sigma, phi = plain.sigma.copy(), np.zeros(2)
-    phi[plain.channels] = found[0]
-    sigma[plain.channels] *= found[1]
+    phi[plain.channels] = noise[0]
+    sigma[plain.channels] *= noise[1]
     return sigma, phi
 
 
 def settle(search: Search) -> None:
-    """Measure the noise anew in what the best effect leaves; fit what is near it again."""
-    found = measure(search, min(search.fitted.values(), key=lambda f: f.score), FITTED)
-    if found is None:
+    """
+    Measure the noise anew in what the best effect leaves; fit what is near it again.
+
+    Args:
+        search: fits of all candidates to one recording.
+    """
+    noise = measure(search, min(search.fitted.values(), key=lambda f: f.score), FITTED)
+    if noise is None:
         return
     for data in (search.long, search.short):
-        data.sigma, data.colour = found
-    near = ['', *search.ranked()[:REFITTED]]
+        data.sigma, data.colour = noise
+    names = ['', *search.ranked()[:REFITTED]]
     for name, fitted in search.fitted.items():
         point = search.long.evaluate(fitted.candidate, likelihood.copied(fitted.point))
         search.fitted[name] = search.as_fitted(fitted.candidate, point)
-    for name in near:
+    for name in names:
         search.fitted[name] = search.anew(search.fitted[name])
-    search.whiten(near)
+    search.whiten(names)

@@ -22,13 +22,13 @@ from collections.abc import Callable, Sequence
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import coloured_noise
-from gearbox_monitor.identification.adequacy import incomplete, lacks, on_all
+from gearbox_monitor.identification.adequacy import incomplete, leaves_more_than_noise, on_all
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.selection import decide, finer
 from gearbox_monitor.identification.torque_domain import driven
-from gearbox_monitor.identification.verdict import location_of, report, Verdict
+from gearbox_monitor.identification.verdict import DiagnosisVerdict, location_of, report
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
@@ -43,12 +43,22 @@ LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
 def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
              validate: UniformRecording | None = None, only: Sequence[str] | None = None,
              exclude: Sequence[str] = (), seed: int = 0, jobs: int = 1,
-             progress: Callable[..., object] | None = None) -> Verdict:
+             progress: Callable[..., object] | None = None) -> DiagnosisVerdict:
     """
     Return the Verdict on `recordings` (Recording, of one drive) under the DriveModel `model`.
 
     validate: a further Recording, used for nothing but judging. only, exclude: ids of effects.
     seed: of the bootstrap. jobs: threads. progress(done, total, text). Raises InputError.
+
+    Args:
+        recordings: recordings of one drive.
+        model: model of the drive.
+        validate: recording that is used for validation only.
+        only: ids of the effects to try, None for all.
+        exclude: ids of effects that are not tried.
+        seed: seed of the random numbers.
+        jobs: number of threads.
+        progress: callback with (done, total, text).
     """
     recording = concatenated([driven(r, model) for r in recordings])
     if recording.motor is not None:
@@ -64,34 +74,35 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         search.none_and_singles()
         return search
     search = searched(sigma)
-    best = min(search.fitted.values(), key=lambda f: f.score)
+    fitted = min(search.fitted.values(), key=lambda f: f.score)
     if (recording.motor is None and (quantum <= QUANTISED * sigma).all()
-            and lacks(search, best)):  # where one effect leaves white noise, it is white
-        lasts = coloured_noise.measure(search, best)
+            and leaves_more_than_noise(
+                search, fitted)):  # where one effect leaves white noise, it is white
+        lasts = coloured_noise.measure(search, fitted)
         if lasts is not None:
             search = searched(*lasts)
             coloured_noise.settle(search)
             sigma = search.long.sigma
     rough = bool((quantum > ROUGH * sigma).any())
-    best, kind = decide(search, rough)
+    fitted, kind = decide(search, rough)
 
-    def lack(fitted: CandidateFit) -> bool:
-        return incomplete(*on_all(search, fitted))
+    def lack(candidate_fit: CandidateFit) -> bool:
+        return incomplete(*on_all(search, candidate_fit))
     judged = kind != 'unknown' and not rough
     if judged:
-        best = finer(search, best, lack)
-    late = judged and lack(best)
-    if late:
-        best, kind = decided_on_all(search)
+        fitted = finer(search, fitted, lack)
+    refit_on_all = judged and lack(fitted)
+    if refit_on_all:
+        fitted, kind = decided_on_all(search)
     lattices = [name for i, name in enumerate(LATTICES)
                 if quantum[i] > QUANTISED * sigma[i] and search.long.weighing is None]
     steps = next((name for name in lattices if kind == 'none' and name in exclude), None)
-    verdict = report(search, best, 'unknown' if steps else kind,
+    verdict = report(search, fitted, 'unknown' if steps else kind,
                      [name for name in lattices if name in ids], quantum, validate, seed)
     if steps:
         verdict.data['location'] = verdict.data['where']['location'] = location_of(steps)
         verdict.data['warnings'].append(f'readings stand on steps: {steps}, which is excluded')
-    if late:
+    if refit_on_all:
         verdict.data['warnings'].append(
             'what the model lacks shows with the windows held out alone: all windows were fitted, '
             'so gap_after is not that of unseen ones; judge by a second recording')
@@ -99,30 +110,48 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
 
 
 def decided_on_all(search: Search) -> tuple[CandidateFit, str]:
-    """Return what decide() does where no window is held out; they are again, afterwards."""
+    """
+    Return what decide() does where no window is held out; they are again, afterwards.
+
+    Args:
+        search: fits of all candidates to one recording.
+    """
     train = search.long.train.copy()
     search.long.train[:] = True
     search.fitted.clear()
     search.none_and_singles()
-    found = decide(search)
+    decision = decide(search)
     search.long.train[:] = train
-    return found
+    return decision
 
 
 def chosen_ids(only: Sequence[str] | None, exclude: Sequence[str]) -> list[str]:
-    """Return the ids that may be named. Raises InputError for unknown ones."""
-    known = library()
+    """
+    Return the ids that may be named. Raises InputError for unknown ones.
+
+    Args:
+        only: ids of the effects to try, None for all.
+        exclude: ids of effects that are not tried.
+    """
+    effects = library()
     for name in (*(only or ()), *exclude):
-        if name not in known:
-            raise InputError(f'effect: {name!r}, expected one of {", ".join(known)}')
-    ids = [i for i in known if i not in exclude and (only is None or i in only)]
+        if name not in effects:
+            raise InputError(f'effect: {name!r}, expected one of {", ".join(effects)}')
+    ids = [i for i in effects if i not in exclude and (only is None or i in only)]
     if not ids:
         raise InputError('effects: none is left, expected at least one')
     return ids
 
 
 def visible(name: str, model: DriveModel, recording: UniformRecording) -> bool:
-    """Return whether the effect `name` shows in readings of this drive, and under this name."""
+    """
+    Return whether the effect `name` shows in readings of this drive, and under this name.
+
+    Args:
+        name: id of an effect.
+        model: model of the drive.
+        recording: recording of the drive.
+    """
     missing = {('motor_sensor', 'arm_sensor')[i] for i in (0, 1) if i not in recording.channels}
     effect = library()[name]
     place = effect.location

@@ -36,25 +36,31 @@ STEADY = 0.6         # share of bursts that a steady oscillation may explain; of
 
 
 def disturbance_fit(search: Search) -> CandidateFit | None:
-    """Return the fit of pulses on the arm, None if the recording does not look like it."""
+    """
+    Return the fit of pulses on the arm, None if the recording does not look like it.
+
+    Args:
+        search: fits of all candidates to one recording.
+    """
     none = search.fitted['']
     length = search.long.size
     if (none.point.chi2 < ON_FLOOR * length).mean() < QUIET_SHARE:
         return None
     free = localisation.free_forms(search, none, search.jobs, places=('arm_side',))['arm_side']
     price = float(np.log(length))
-    runs, cost = best_runs(free, price)
+    runs, cost = best_pulses(free, price)
     if not runs.any():
         return None
     worth, chi2 = _worth(search.long, none, free, runs, cost, price)
     use = runs.any(axis=1) & (worth > 0.0)
-    if (not use.any() or (~use).mean() < QUIET_SHARE or foretold(search, free) > FORETOLD
-            or steady(search, free) > STEADY or elsewhere(search, free) > ELSEWHERE):
+    if (not use.any() or (~use).mean() < QUIET_SHARE or motion_share(search, free) > FORETOLD
+            or sine_share(search,
+                          free) > STEADY or advantage_of_other_places(search, free) > ELSEWHERE):
         return None
     shorter = search.on_shorter_steps()
     if shorter is not None:  # impacts in steps too long are little bursts
-        again, _ = _worth(shorter, none, free, runs, cost, price)
-        worth = np.where(use, np.minimum(worth, again), 0.0)
+        shorter_worth, _ = _worth(shorter, none, free, runs, cost, price)
+        worth = np.where(use, np.minimum(worth, shorter_worth), 0.0)
         use &= worth > 0.0
         if not use.any():
             return None
@@ -76,44 +82,54 @@ def _worth(data: likelihood.WindowData, none: CandidateFit, free: input_estimati
     """
     fit = input_estimation.InputEstimator(data, none.candidate.model(none.point.z), free.place,
                                           none.point)
-    burst = fit.solve(free.states, free.signal * runs, held=~runs)
-    every = fit.solve(free.states, free.signal)
-    quiet = fit.solve(free.states, held=np.ones_like(runs))
-    start = fit.solve(none.point.states, held=np.ones_like(runs))
-    price_of_all = price * every.unknowns
+    pulse = fit.solve(free.states, free.signal * runs, fixed=~runs)
+    unconstrained = fit.solve(free.states, free.signal)
+    quiet = fit.solve(free.states, fixed=np.ones_like(runs))
+    start = fit.solve(none.point.states, fixed=np.ones_like(runs))
+    price_of_all = price * unconstrained.unknowns
     without = np.minimum(quiet.chi2, start.chi2)
-    less = burst.chi2 + cost < every.chi2 + price_of_all
-    chi2 = np.where(less, burst.chi2, every.chi2)
-    return without - chi2 - np.where(less, cost, price_of_all), chi2
+    sparse = pulse.chi2 + cost < unconstrained.chi2 + price_of_all
+    chi2 = np.where(sparse, pulse.chi2, unconstrained.chi2)
+    return without - chi2 - np.where(sparse, cost, price_of_all), chi2
 
 
-def best_runs(free: input_estimation.InputEstimate, price: float) -> tuple[Flags, Array]:
+def best_pulses(free: input_estimation.InputEstimate, price: float) -> tuple[Flags, Array]:
     """
     Return (values [W, H] that a burst needs, its cost [W]), to first order, none where none pays.
 
     One run of a FreeForm's values in each window, 0 outside it; price: of a value. Where it lies
     are two more numbers to find.
+
+    Args:
+        free: free-form input estimate.
+        price: chi2 that one value of the signal must gain (BIC).
     """
     windows, values = free.signal.shape
     b = np.einsum('wij,wj->wi', free.precision, free.signal)
     weak = 1e-9 * np.trace(free.precision, axis1=1, axis2=2)[:, None, None] / values
     place = 2.0 * np.log(values * (values + 1) / 2)
-    runs, cost, best = np.zeros((windows, values), bool), np.zeros(windows), np.zeros(windows)
+    runs, cost, highest = np.zeros((windows, values), bool), np.zeros(windows), np.zeros(windows)
     for size in range(1, values + 1):
         for first in range(values + 1 - size):
             run = slice(first, first + size)
             gain = np.einsum('wi,wi->w', b[:, run], np.linalg.solve(
                 free.precision[:, run, run] + weak * np.eye(size), b[:, run, None])[:, :, 0])
-            better = gain - price * size - place > best
-            best[better] = (gain - price * size - place)[better]
-            cost[better] = price * size + place
-            runs[better] = False
-            runs[better, run] = True
+            improved = gain - price * size - place > highest
+            highest[improved] = (gain - price * size - place)[improved]
+            cost[improved] = price * size + place
+            runs[improved] = False
+            runs[improved, run] = True
     return runs, cost
 
 
-def foretold(search: Search, free: input_estimation.InputEstimate) -> float:
-    """Return the largest share of a InputEstimate that is a function of what the drive does."""
+def motion_share(search: Search, free: input_estimation.InputEstimate) -> float:
+    """
+    Return the largest share of a InputEstimate that is a function of what the drive does.
+
+    Args:
+        search: fits of all candidates to one recording.
+        free: free-form input estimate.
+    """
     recording, windows = search.recording, search.long.windows
     at = windows.first[:, None] + np.arange(windows.length)
     positions = recording.positions
@@ -126,8 +142,14 @@ def foretold(search: Search, free: input_estimation.InputEstimate) -> float:
     return max(law.explained for law in laws.values())
 
 
-def steady(search: Search, free: input_estimation.InputEstimate) -> float:
-    """Return the largest share of `free`, beyond noise, that one sine over time explains."""
+def sine_share(search: Search, free: input_estimation.InputEstimate) -> float:
+    """
+    Return the largest share of `free`, beyond noise, that one sine over time explains.
+
+    Args:
+        search: fits of all candidates to one recording.
+        free: free-form input estimate.
+    """
     first = search.long.windows.first[:, None] * search.recording.dt
     t = first + np.arange(free.signal.shape[1]) * input_estimation.SPACING
     finest = 0.25 / np.ptp(t)
@@ -143,10 +165,16 @@ def steady(search: Search, free: input_estimation.InputEstimate) -> float:
     return gain / beyond if beyond > 0.0 else 0.0
 
 
-def elsewhere(search: Search, free: input_estimation.InputEstimate) -> float:
-    """Return by how much chi2 a free torque at another place explains more than `free`."""
-    others = [place for place in localisation.visible_places(search)
+def advantage_of_other_places(search: Search, free: input_estimation.InputEstimate) -> float:
+    """
+    Return by how much chi2 a free torque at another place explains more than `free`.
+
+    Args:
+        search: fits of all candidates to one recording.
+        free: free-form input estimate.
+    """
+    places = [place for place in localisation.visible_places(search)
               if place in input_estimation.TORQUES and place != free.place]
-    found = localisation.free_forms(search, search.fitted[''], search.jobs, others)
-    left = min((input_estimation.left_over(f) for f in found.values()), default=np.inf)
-    return float(input_estimation.left_over(free) - left) * free.residual.size
+    estimates = localisation.free_forms(search, search.fitted[''], search.jobs, places)
+    smallest = min((input_estimation.reduced_chi2(f) for f in estimates.values()), default=np.inf)
+    return float(input_estimation.reduced_chi2(free) - smallest) * free.residual.size

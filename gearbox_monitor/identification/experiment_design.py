@@ -32,7 +32,7 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import isolability, likelihood
-from gearbox_monitor.identification.candidates import Candidate, NOT_FITTED, PERIODIC, PHASED
+from gearbox_monitor.identification.candidates import CandidateModel, NOT_FITTED, PERIODIC, PHASED
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.kernels.types import Array, Values
@@ -66,7 +66,7 @@ class Limits:
 
 
 @dataclass
-class Motion:
+class SuggestedMotion:
     """
     One motion: parameters of drive.excitation.Excitation, and what it would tell.
 
@@ -86,14 +86,26 @@ class Motion:
         return min(self.separation.values())
 
     def torque(self, dt: float = DT) -> tuple[Array, Array]:
-        """Return (t [N], u [N]) in s and N m."""
+        """
+        Return (t [N], u [N]) in s and N m.
+
+        Args:
+            dt: sample time, s.
+        """
         t = np.arange(round(self.seconds / dt)) * dt
         return t, Excitation(self.kind, self.amplitudes, self.frequencies,
                              self.seconds).torque(t)
 
 
-def sized(search: Search, name: str, values: Values | None = None) -> Candidate:
-    """Return the Candidate of effect `name` at `values` {parameter: value}, or at a usual size."""
+def sized(search: Search, name: str, values: Values | None = None) -> CandidateModel:
+    """
+    Return the Candidate of effect `name` at `values` {parameter: value}, or at a usual size.
+
+    Args:
+        search: fits of all candidates to one recording.
+        name: id of an effect.
+        values: parameters of the effect by name, None for a usual size.
+    """
     order = int(values['N']) if values and name in PERIODIC else 1
     candidate = search.starts.candidates(name, order)[0]
     own = dict(values or {})
@@ -116,6 +128,13 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
 
     model: nominal DriveModel; effects: {id: values or None}; sigma [2] rad; pairs: [(a, b)], of a
     present and b its rival.
+
+    Args:
+        model: nominal model of the drive.
+        effects: parameters by id of the effect; None for a usual size.
+        u: torque of the motor [N], N m.
+        sigma: noise of the encoders [2], rad.
+        pairs: pairs (a, b) of ids: separate a from b.
     """
     out, reached = {}, Limits(0.0, 0.0, 0.0)
     plain = simulate(model, u, DT)
@@ -132,7 +151,7 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
         reached = Limits(float(np.abs(u).max()),
                          max(reached.speed, float(np.abs(run.x[:, 2:]).max())),
                          max(reached.travel, float(np.abs(run.x[:, :2]).max())))
-        rivals = [b for one, b in pairs if one == a]
+        rivals = [b for effect, b in pairs if effect == a]
         search = Search(replace(probe, y=run.y), model, sigma, rivals)
         point = likelihood.FitPoint(candidate.start(), run.x[search.long.windows.begin].copy(),
                                     np.zeros((len(search.long.windows), 4)))
@@ -141,22 +160,23 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
         space = isolability.Space(search, fitted)
         signature = isolability.direction(fitted, 0, space.own)
         _, prior = candidate.prior(point.z)
-        rest = [k for k, c in enumerate(candidate.coordinates) if c.owner != 0]
-        signature = isolability.remove(signature, space.own[:, rest], prior[rest])
+        other_coordinates = [k for k, c in enumerate(candidate.coordinates) if c.owner != 0]
+        signature = isolability.remove(signature, space.own[:, other_coordinates],
+                                       prior[other_coordinates])
         d = float((signature ** 2).sum())
         for b in rivals:
             order = 1
             if b in PERIODIC:
                 order = int((effects.get(b) or effects.get(a) or {}).get('N', 1))
-            columns = isolability.remove(space.signature(b, order), space.own[:, rest],
-                                         prior[rest])
+            columns = isolability.remove(space.signature(b, order),
+                                         space.own[:, other_coordinates], prior[other_coordinates])
             out[a, b] = d * isolability.share_left(signature, columns)
     return out, reached
 
 
 def suggest(model: DriveModel, effects: Mapping[str, Values | None], pairs: Sequence[Pair],
             limits: Limits, sigma: Array, seconds: float = 12.0, seed: int = 0,
-            progress: Callable[..., object] | None = None) -> list[Motion]:
+            progress: Callable[..., object] | None = None) -> list[SuggestedMotion]:
     """
     Return the Motions that separate `pairs` within Limits, best first.
 
@@ -164,6 +184,16 @@ def suggest(model: DriveModel, effects: Mapping[str, Values | None], pairs: Sequ
     effects: {id: {parameter: value} or None for a usual size}; pairs: [(a, b)]: tell a, as sized,
     from b; sigma [2] rad: noise of the encoders. progress(done, total).
     Raises InputError where no pair can be looked at.
+
+    Args:
+        model: nominal model of the drive.
+        effects: parameters by id of the effect; None for a usual size.
+        pairs: pairs (a, b) of ids: separate a from b.
+        limits: largest torque, speed and travel allowed.
+        sigma: noise of the encoders [2], rad.
+        seconds: duration, s.
+        seed: seed of the random numbers.
+        progress: callback with (done, total, text).
     """
     # Twins differ near standstill only, by less than any model of friction is good for.
     pairs = [(a, b) for a, b in pairs
@@ -171,19 +201,19 @@ def suggest(model: DriveModel, effects: Mapping[str, Values | None], pairs: Sequ
     if not pairs:
         raise InputError('motion: no pair of effects that a motion could separate')
     random = np.random.default_rng(seed)
-    found, done, total = [], 0, len(KINDS) * len(SHARES) + CHANGES
+    motions, done, total = [], 0, len(KINDS) * len(SHARES) + CHANGES
 
     def tried(kind: str, amplitudes: Iterable[float], frequencies: Iterable[float],
               trials: int = TRIALS) -> None:
-        motion = Motion(kind, tuple(map(float, amplitudes)), tuple(map(float, frequencies)),
-                        seconds, {}, limits)
+        motion = SuggestedMotion(kind, tuple(map(float, amplitudes)),
+                                 tuple(map(float, frequencies)), seconds, {}, limits)
         for _ in range(trials):
             separation, reached = separations(
                 model, effects, motion.torque()[1], sigma, pairs)
             if separation is not None and reached is not None and (
                     reached.speed <= limits.speed and reached.travel <= limits.travel):
                 motion.separation, motion.reached = separation, reached
-                found.append(motion)
+                motions.append(motion)
                 return
             motion.amplitudes = tuple(SHRINK * a for a in motion.amplitudes)
     for (kind, weights, frequencies), share in product(KINDS, SHARES):
@@ -191,9 +221,9 @@ def suggest(model: DriveModel, effects: Mapping[str, Values | None], pairs: Sequ
         done += 1
         if progress:
             progress(done, total)
-    for k in range(CHANGES if found else 0):
-        found.sort(key=lambda m: -m.least)
-        motion = found[min(k % BEST, len(found) - 1)]
+    for k in range(CHANGES if motions else 0):
+        motions.sort(key=lambda m: -m.least)
+        motion = motions[min(k % BEST, len(motions) - 1)]
         spread = SPREAD * (1.0 - k / CHANGES) + 0.05
         amplitudes = np.array(motion.amplitudes) * np.exp(
             spread * random.standard_normal(len(motion.amplitudes)))
@@ -203,4 +233,4 @@ def suggest(model: DriveModel, effects: Mapping[str, Values | None], pairs: Sequ
         tried(motion.kind, amplitudes, changed, 1)
         if progress:
             progress(done + k + 1, total)
-    return sorted(found, key=lambda m: -m.least)
+    return sorted(motions, key=lambda m: -m.least)

@@ -18,7 +18,7 @@ from collections.abc import Callable, Container
 import numpy as np
 
 from gearbox_monitor.identification import multiscale
-from gearbox_monitor.identification.candidates import Candidate
+from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.likelihood import (
     damped_solve, FitPoint, normal_equations, objective, sensitivity, shortened, squares, UNSET,
     uses_memory, weights, WindowData)
@@ -27,23 +27,32 @@ from gearbox_monitor.identification.window_states import (
 from gearbox_monitor.kernels.types import Array
 
 
-def grow(data: WindowData, candidate: Candidate, point: FitPoint, half_gap: float) -> FitPoint:
-    """Return a FitPoint of `candidate` fitted on the windows' beginnings, which get longer."""
-    every = np.arange(len(data.windows))
+def grow(data: WindowData, candidate: CandidateModel, point: FitPoint,
+         half_gap: float) -> FitPoint:
+    """
+    Return a FitPoint of `candidate` fitted on the windows' beginnings, which get longer.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        candidate: model to be fitted, with its coordinates.
+        point: where the fit stands: coordinates, window states and memories.
+        half_gap: half backlash on which states are started elsewhere, rad.
+    """
+    index = np.arange(len(data.windows))
     grown = FitPoint(point.z.copy(), UNSET, point.memory.copy())
-    grown.states = grown_states(data, candidate.model(grown.z), grown.memory, every, half_gap,
+    grown.states = grown_states(data, candidate.model(grown.z), grown.memory, index, half_gap,
                                 SHARES[0])
     for share in SHARES:
         part = shortened(data, share)
         grown = FitPoint(grown.z, grown.states, grown.memory)
         if share > SHARES[0]:
             grown.states, _ = solve_states(part, candidate.model(grown.z), grown.states,
-                                           grown.memory, every)
+                                           grown.memory, index)
         fit(part, candidate, grown, 5, robust=True)
     return grown
 
 
-def fit(data: WindowData, candidate: Candidate, point: FitPoint, iterations: int = 4,
+def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations: int = 4,
         robust: bool = False, refresh: Container[int] = (0, 1, 3),
         whiten: Callable[[Array], Array] | None = None, tolerance: float = 0.05) -> FitPoint:
     """
@@ -51,6 +60,16 @@ def fit(data: WindowData, candidate: Candidate, point: FitPoint, iterations: int
 
     refresh: iterations at which the sensitivities are made anew. Stops when a step gains less
     than `tolerance` in chi2.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        candidate: model to be fitted, with its coordinates.
+        point: where the fit stands: coordinates, window states and memories.
+        iterations: largest number of iterations.
+        robust: whether windows that stand out weigh less.
+        refresh: iterations at which the sensitivities are computed.
+        whiten: whitening of arrays [W, C L, ...] for process noise, None for white residuals.
+        tolerance: gain in chi2 below which the fit stops.
     """
     if point.residual is None:
         data.evaluate(candidate, point)
@@ -59,7 +78,7 @@ def fit(data: WindowData, candidate: Candidate, point: FitPoint, iterations: int
     damping, s = 1e-6, None
     for k in range(iterations):
         weight = weights(data, point.chi2, robust)
-        before = objective(candidate, point, weight, whiten)
+        objective_before = objective(candidate, point, weight, whiten)
         if s is None or k in refresh:
             s = sensitivity(data, candidate, point)
         S, g, X, x = normal_equations(s, point.residual, weight, whiten)
@@ -74,7 +93,7 @@ def fit(data: WindowData, candidate: Candidate, point: FitPoint, iterations: int
             trial = FitPoint(z, point.states + x - np.einsum('wij,j->wi', X, dz), point.memory)
             data.evaluate(candidate, trial)
             _keep_states(data, candidate, point, trial)
-            if objective(candidate, trial, weight, whiten) < before:
+            if objective(candidate, trial, weight, whiten) < objective_before:
                 improved = True
                 break
             damping = max(damping * 100.0, 1e-3)
@@ -84,7 +103,7 @@ def fit(data: WindowData, candidate: Candidate, point: FitPoint, iterations: int
             s, damping = None, 1e-6
             continue
         damping = max(damping * 0.1, 1e-9)
-        gain = before - objective(candidate, trial, weight, whiten)
+        gain = objective_before - objective(candidate, trial, weight, whiten)
         for name in ('z', 'states', 'residual', 'chi2', 'carry'):
             setattr(point, name, getattr(trial, name))
         if uses_memory(candidate):
@@ -94,15 +113,16 @@ def fit(data: WindowData, candidate: Candidate, point: FitPoint, iterations: int
     return point
 
 
-def _keep_states(data: WindowData, candidate: Candidate, point: FitPoint, trial: FitPoint) -> None:
+def _keep_states(data: WindowData, candidate: CandidateModel, point: FitPoint,
+                 trial: FitPoint) -> None:
     """Let windows of `trial` that became worse keep their states of `point` where that helps."""
-    worse = np.flatnonzero(trial.chi2 > point.chi2)
-    if not len(worse) or data.simulator.begins_known:
+    degraded = np.flatnonzero(trial.chi2 > point.chi2)
+    if not len(degraded) or data.simulator.begins_known:
         return
-    residual, carry = data.residual(candidate.model(trial.z), point.states[worse],
-                                    point.memory[worse], worse)
+    residual, carry = data.residual(candidate.model(trial.z), point.states[degraded],
+                                    point.memory[degraded], degraded)
     chi2 = squares(residual)
-    use = chi2 < trial.chi2[worse]
-    worse = worse[use]
-    trial.states[worse], trial.residual[worse] = point.states[worse], residual[use]
-    trial.chi2[worse], trial.carry[worse] = chi2[use], carry[use]
+    use = chi2 < trial.chi2[degraded]
+    degraded = degraded[use]
+    trial.states[degraded], trial.residual[degraded] = point.states[degraded], residual[use]
+    trial.chi2[degraded], trial.carry[degraded] = chi2[use], carry[use]

@@ -60,6 +60,11 @@ def triangles(length: int, lead: int, dt: float) -> Array:
     Return the basis [lead + length, H]; before the window's first sample the first one holds.
 
     Rows sum to 1: linear interpolation between values SPACING s apart.
+
+    Args:
+        length: samples of a window.
+        lead: samples that a run starts before its window.
+        dt: sample time, s.
     """
     count = math.ceil((length - 1) * dt / SPACING - 1e-9) + 1
     at = np.clip((np.arange(lead + length) - lead) * dt, 0.0, None)
@@ -100,7 +105,13 @@ class InputEstimator:
             self.scale = max(float(np.std(data.recording.y[:, SENSORS.index(place)])), 1e-9)
 
     def residual(self, signal: Array, states: Array) -> Array:
-        """Return the residual [W, 2L] with signal [W, H] at the place."""
+        """
+        Return the residual [W, 2L] with signal [W, H] at the place.
+
+        Args:
+            signal: free signal [W, H] at the peaks of the triangles, N m or rad.
+            states: states of the drive where the windows start [W, 4].
+        """
         data, windows = self.data, self.data.windows
         if not self.torque:
             out, _ = data.residual(self.model, states, self.memory)
@@ -122,7 +133,14 @@ class InputEstimator:
         return out
 
     def sensitivity(self, signal: Array, states: Array, residual: Array) -> Array:
-        """Return d(-residual)/d(signal, states) [W, 2L, H + 4]."""
+        """
+        Return d(-residual)/d(signal, states) [W, 2L, H + 4].
+
+        Args:
+            signal: free signal [W, H] at the peaks of the triangles, N m or rad.
+            states: states of the drive where the windows start [W, 4].
+            residual: residual of the windows [W, C L].
+        """
         count = self.basis.shape[1]
         J = np.empty((*residual.shape, count + 4))
         if self.torque:
@@ -143,11 +161,17 @@ class InputEstimator:
         return J
 
     def solve(self, states: Array, signal: Array | None = None, iterations: int = ITERATIONS,
-              held: Flags | None = None) -> InputEstimate:
+              fixed: Flags | None = None) -> InputEstimate:
         """
         Return the InputEstimate, by Levenberg-Marquardt with a damping for each window.
 
         held [W, H]: values of the signal that stay as they are.
+
+        Args:
+            states: states of the drive where the windows start [W, 4].
+            signal: free signal [W, H] at the peaks of the triangles, N m or rad.
+            iterations: largest number of iterations.
+            fixed: values of the signal [W, H] that stay as they are.
         """
         count = self.basis.shape[1]
         states = states.copy()
@@ -159,19 +183,19 @@ class InputEstimator:
         def cost(signal: Array, residual: Array) -> Array:
             return (np.einsum('wl,wl->w', residual, residual)
                     + ridge[0] * np.einsum('wh,wh->w', signal, signal))
-        now = cost(signal, residual)
+        cost_now = cost(signal, residual)
         damping = np.full(len(states), 1e-6)
         stale = True
         for _ in range(iterations):
             if stale:
                 J = self.sensitivity(signal, states, residual)
-                if held is not None:
-                    J[:, :, :count] *= ~held[:, None, :]
+                if fixed is not None:
+                    J[:, :, :count] *= ~fixed[:, None, :]
                 A = _gram(J)
                 diagonal = np.einsum('wii->wi', A)
                 A = A + np.diag(ridge)
             g = np.einsum('wl,wlj->wj', residual, J)
-            g[:, :count] -= ridge[0] * signal if held is None else ridge[0] * signal * ~held
+            g[:, :count] -= ridge[0] * signal if fixed is None else ridge[0] * signal * ~fixed
             gain = np.zeros(len(states))
             for _ in range(4):
                 damped = A.copy()
@@ -180,16 +204,16 @@ class InputEstimator:
                 step = np.linalg.solve(damped, g[:, :, None])[:, :, 0]
                 moved, at = signal + step[:, :count], states + step[:, count:]
                 trial = self.residual(moved, at)
-                after = cost(moved, trial)
-                better = after < now
-                gain = np.where(better, gain + now - after, gain)
-                signal[better], states[better] = moved[better], at[better]
-                residual[better], now[better] = trial[better], after[better]
-                damping = np.where(better, 0.1 * damping, np.maximum(30.0 * damping, 1e-4))
-                if better.mean() > 0.7:
+                trial_cost = cost(moved, trial)
+                improved = trial_cost < cost_now
+                gain = np.where(improved, gain + cost_now - trial_cost, gain)
+                signal[improved], states[improved] = moved[improved], at[improved]
+                residual[improved], cost_now[improved] = trial[improved], trial_cost[improved]
+                damping = np.where(improved, 0.1 * damping, np.maximum(30.0 * damping, 1e-4))
+                if improved.mean() > 0.7:
                     break
-                g = np.where(better[:, None], 0.0, g)  # those are done until the next J
-            if gain.sum() < 1e-3 * now.sum():
+                g = np.where(improved[:, None], 0.0, g)  # those are done until the next J
+            if gain.sum() < 1e-3 * cost_now.sum():
                 break
         own, cross, inner = A[:, :count, :count], A[:, :count, count:], A[:, count:, count:]
         precision = own - np.diag(ridge[:count]) - cross @ np.linalg.solve(
@@ -201,26 +225,45 @@ class InputEstimator:
                              np.einsum('wl,wl->w', residual, residual), unknowns, states)
 
 
-def take_over(windows: ShootingWindows, states: Array, others: ShootingWindows,
+def take_over(windows: ShootingWindows, states: Array, targets: ShootingWindows,
               into: Array) -> None:
-    """Put states [V, 4] of `windows` into those [W, 4] of others that begin at the same sample."""
+    """
+    Put states [V, 4] of `windows` into those [W, 4] of others that begin at the same sample.
+
+    Args:
+        windows: windows to simulate.
+        states: states of the drive where the windows start [W, 4].
+        targets: windows that receive states.
+        into: their states [W, 4], changed in place.
+    """
     at = {int(b): w for w, b in enumerate(windows.begin)}
-    for w, begin in enumerate(others.begin):
+    for w, begin in enumerate(targets.begin):
         if int(begin) in at:
             into[w] = states[at[int(begin)]]
 
 
-def left_over(free: InputEstimate) -> float:
-    """Return chi2 per reading that is left, geometric mean of windows: one stuck counts less."""
+def reduced_chi2(free: InputEstimate) -> float:
+    """
+    Return chi2 per reading that is left, geometric mean of windows: one stuck counts less.
+
+    Args:
+        free: free-form input estimate.
+    """
     size = free.residual.shape[1]
     per_reading = np.maximum(free.chi2 / (size - free.unknowns), 1e-300)
     return float(np.exp(np.mean(np.log(per_reading))))
 
 
 def better_of(first: InputEstimate, second: InputEstimate) -> InputEstimate:
-    """Return a InputEstimate with the better of two in each window."""
-    worse = first.chi2 / (first.residual.shape[1] - first.unknowns) > (
+    """
+    Return a InputEstimate with the better of two in each window.
+
+    Args:
+        first: first estimate; it is changed in place.
+        second: second estimate.
+    """
+    use_second = first.chi2 / (first.residual.shape[1] - first.unknowns) > (
         second.chi2 / (second.residual.shape[1] - second.unknowns))
     for name in ('signal', 'precision', 'residual', 'chi2', 'unknowns', 'states'):
-        getattr(first, name)[worse] = getattr(second, name)[worse]
+        getattr(first, name)[use_second] = getattr(second, name)[use_second]
     return first

@@ -63,7 +63,13 @@ class Space:
         return columns.reshape(columns.shape[0] * columns.shape[1], columns.shape[2])
 
     def signature(self, name: str, order: int | None = None) -> Array:
-        """Return the changes [M, C] by a little of effect `name`, one column per way."""
+        """
+        Return the changes [M, C] by a little of effect `name`, one column per way.
+
+        Args:
+            name: id of an effect.
+            order: order N of a periodic effect, None for the others.
+        """
         data, point = self.search.long, self.fitted.point
         columns = []
         for probe in self.search.probes(name, order):
@@ -79,9 +85,9 @@ def _orders(search: Search, name: str) -> int | None:
     """Return the order of the periodic effect `name` that fits best, None for others."""
     if name not in PERIODIC:
         return None
-    known = search.fitted.get(name)
-    if known is not None:
-        return known.candidate.orders[0]
+    candidate_fit = search.fitted.get(name)
+    if candidate_fit is not None:
+        return candidate_fit.candidate.orders[0]
     try:
         return search.found_orders(name)[0]
     except KeyError:  # nothing was screened yet
@@ -112,6 +118,11 @@ def remove(columns: Array, nuisances: Array, prior: Array) -> Array:
     Return columns with what the nuisances [M, Q] imitate taken out, their prior [Q] as rows.
 
     The prior enters as one more reading of each nuisance.
+
+    Args:
+        columns: changes of the readings [M, C].
+        nuisances: changes of the readings by the nuisances [M, Q].
+        prior: weights of the prior [Q].
     """
     count = nuisances.shape[1]
     if not count:
@@ -123,11 +134,18 @@ def remove(columns: Array, nuisances: Array, prior: Array) -> Array:
 
 
 def direction(fitted: CandidateFit, owner: int, own: Array) -> Array:
-    """Return the change [M, 1] towards no effect `owner` of `fitted`, from its columns `own`."""
+    """
+    Return the change [M, 1] towards no effect `owner` of `fitted`, from its columns `own`.
+
+    Args:
+        fitted: fit on the long windows.
+        owner: index of the effect in the candidate.
+        own: changes of the readings by each coordinate [M, P].
+    """
     candidate, z = fitted.candidate, fitted.point.z
     name = candidate.ids[owner]
     null = replaced_value(candidate.nominal, name) or 0.0
-    total, some = np.zeros(len(own)), False
+    total, has_coordinates = np.zeros(len(own)), False
     for k, c in enumerate(candidate.coordinates):
         if c.owner != owner:
             continue
@@ -136,51 +154,63 @@ def direction(fitted: CandidateFit, owner: int, own: Array) -> Array:
             total -= own[:, k]
         elif not c.log:
             total += own[:, k] * ((z[k] - null) or c.scale)
-        some = True
-    return total[:, None] if some else np.zeros((len(own), 0))
+        has_coordinates = True
+    return total[:, None] if has_coordinates else np.zeros((len(own), 0))
 
 
-def evidence(search: Search, best: CandidateFit, owner: int = 0) -> float:
-    """Return d: 2 log likelihood that the effect `owner` of `best` gains, on training windows."""
+def evidence(search: Search, fitted: CandidateFit, owner: int = 0) -> float:
+    """
+    Return d: 2 log likelihood that the effect `owner` of `best` gains, on training windows.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
+        owner: index of the effect in the candidate.
+    """
     train = search.long.train
-    others = [n for i, n in enumerate(best.candidate.ids) if i != owner]
-    without = search.fitted.get('+'.join(others)) or search.fitted['']
-    gain = without.score - best.score + (
-        best.candidate.n_effect - without.candidate.n_effect) * math.log(search.long.n_train)
+    other_ids = [n for i, n in enumerate(fitted.candidate.ids) if i != owner]
+    without = search.fitted.get('+'.join(other_ids)) or search.fitted['']
+    gain = without.score - fitted.score + (
+        fitted.candidate.n_effect - without.candidate.n_effect) * math.log(search.long.n_train)
     if math.isfinite(gain):
         return float(gain)
-    return float((without.point.chi2 - best.point.chi2)[train].sum())
+    return float((without.point.chi2 - fitted.point.chi2)[train].sum())
 
 
-def separations(search: Search, best: CandidateFit) -> Separations:
+def separations(search: Search, fitted: CandidateFit) -> Separations:
     """
     Return {id of `best`: (d, {other id: s2})}: how much of its evidence others cannot imitate.
 
     Other effects of `best`, window states and nominal values (with their prior) give way.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
     """
-    candidate = best.candidate
+    candidate = fitted.candidate
     owners = [i for i, n in enumerate(candidate.ids) if n not in NOT_FITTED]
     if not owners:
         return {}
-    space = Space(search, best)
-    _, prior = candidate.prior(best.point.z)
+    space = Space(search, fitted)
+    _, prior = candidate.prior(fitted.point.z)
     names = [n for n in search.ids if n not in NOT_FITTED and n not in candidate.ids]
 
     def one(name: str) -> Array:
         return space.signature(name, _orders(search, name))
-    found = dict(zip(names, map(one, names)))
+    signatures = dict(zip(names, map(one, names)))
     out = {}
     for owner in owners:
-        rest = [k for k, c in enumerate(candidate.coordinates) if c.owner != owner]
-        nuisances, weight = space.own[:, rest], prior[rest]
-        a = remove(direction(best, owner, space.own), nuisances, weight)
+        other_coordinates = [k for k, c in enumerate(candidate.coordinates) if c.owner != owner]
+        nuisances, weight = space.own[:, other_coordinates], prior[other_coordinates]
+        a = remove(direction(fitted, owner, space.own), nuisances, weight)
         table = {name: share_left(a, remove(columns, nuisances, weight))
-                 for name, columns in found.items()}
-        out[candidate.ids[owner]] = (evidence(search, best, owner), table)
+                 for name, columns in signatures.items()}
+        out[candidate.ids[owner]] = (evidence(search, fitted, owner), table)
     return out
 
 
-def confusable(search: Search, best: CandidateFit, found: Separations | None = None) -> list[str]:
+def confusable(search: Search, fitted: CandidateFit,
+               separation_table: Separations | None = None) -> list[str]:
     """
     Return the ids that this recording cannot tell from an effect of the CandidateFit `best`.
 
@@ -188,29 +218,35 @@ def confusable(search: Search, best: CandidateFit, found: Separations | None = N
     care, does not lag behind by more; and those whose fit lags by less, linear or not. Where much
     lasts that no model explains, a fit must lag by a share of the evidence. found: of
     `separations`, to spare it.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
+        separation_table: result of `separations`, computed if None.
     """
-    single = len(best.candidate.ids) == 1
+    single = len(fitted.candidate.ids) == 1
     limit = LIMIT
     if search.long.weighing is not None:
-        limit = max(LIMIT, LASTING_SHARE * (search.fitted[''].score - best.score))
+        limit = max(LIMIT, LASTING_SHARE * (search.fitted[''].score - fitted.score))
     careful = search.ranked()[:KEEP_SCREENED]
     out = []
-    for name, (d, table) in (found or separations(search, best)).items():
-        for other, s2 in sorted(table.items(), key=lambda item: item[1]):
-            fitted = search.fitted.get(other)
-            lags = (single and fitted is not None and other in careful
-                    and fitted.score > best.score + LIMIT)
+    for name, (d, table) in (separation_table or separations(search, fitted)).items():
+        for rival, s2 in sorted(table.items(), key=lambda item: item[1]):
+            rival_fit = search.fitted.get(rival)
+            lags = (single and rival_fit is not None and rival in careful
+                    and rival_fit.score > fitted.score + LIMIT)
             if d * s2 < LIMIT and not lags:
-                out.append(other)
+                out.append(rival)
     if single:
-        out += [n for n in careful if search.fitted[n].score < best.score + limit
-                and (best.white is None or search.fitted[n].white is not None)]
+        out += [n for n in careful if search.fitted[n].score < fitted.score + limit
+                and (fitted.white is None or search.fitted[n].white is not None)]
     else:  # pairs that have one effect in common with `best`
-        near = [f.candidate.ids for f in search.fitted.values() if len(f.candidate.ids) == 2
-                and (best.white is None or f.white is not None) and f.score < best.score + limit]
-        out += [i for ids in near if set(ids) & set(best.candidate.ids) for i in ids]
-    out += [TWINS[i] for i in best.candidate.ids if i in TWINS and TWINS[i] in search.ids]
-    return list(dict.fromkeys(i for i in out if i not in best.candidate.ids))
+        neighbours = [f.candidate.ids for f in search.fitted.values()
+                      if len(f.candidate.ids) == 2 and f.score < fitted.score + limit
+                      and (fitted.white is None or f.white is not None)]
+        out += [i for ids in neighbours if set(ids) & set(fitted.candidate.ids) for i in ids]
+    out += [TWINS[i] for i in fitted.candidate.ids if i in TWINS and TWINS[i] in search.ids]
+    return list(dict.fromkeys(i for i in out if i not in fitted.candidate.ids))
 
 
 def matrix(search: Search, fitted: CandidateFit | None = None) -> tuple[list[str], Array]:
@@ -218,6 +254,10 @@ def matrix(search: Search, fitted: CandidateFit | None = None) -> tuple[list[str
     Return (ids, s2 [A, B]): share of the signature of a that b cannot imitate.
 
     Signatures about `fitted`, by default none.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
     """
     fitted = fitted or search.fitted['']
     space = Space(search, fitted)

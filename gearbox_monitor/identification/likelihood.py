@@ -34,9 +34,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.identification.candidates import Candidate
+from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.model_error import Weighing
-from gearbox_monitor.identification.noise_model import whitened
+from gearbox_monitor.identification.noise_model import prewhitened
 from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows, Simulator
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
@@ -101,7 +101,16 @@ class WindowData:
 
     def residual(self, model: DriveModel, states: Array, memory: Array,
                  index: Integers | None = None, extra: Array | None = None) -> tuple[Array, Array]:
-        """Return (residual [W, 2L], carry [W, 8]) of the windows `index` (default: all)."""
+        """
+        Return (residual [W, 2L], carry [W, 8]) of the windows `index` (default: all).
+
+        Args:
+            model: model of the drive.
+            states: states of the drive where the windows start [W, 4].
+            memory: memories of the effects where the windows start [W, 4].
+            index: numbers of the windows [M]; repeats are allowed.
+            extra: external torques on motor, arm and transmission [N, 3], N m.
+        """
         windows = self.windows if index is None else self.windows.take(index)
         y, carry = self.simulator.run(windows, model, states, memory, extra)
         measured = self.y if index is None else self.y[index]
@@ -114,7 +123,7 @@ class WindowData:
 
     def white(self, residual: Array, channels: list[int]) -> Array:
         """Return `residual` [W, L, C], in sigmas of the encoders `channels`, with white noise."""
-        return residual if self.colour is None else whitened(residual, self.colour[channels])
+        return residual if self.colour is None else prewhitened(residual, self.colour[channels])
 
     def plain(self) -> 'WindowData':
         """Return the WindowData whose residuals count in standard deviations of the noise."""
@@ -127,8 +136,14 @@ class WindowData:
         """Return the WindowData whose residuals are the distances of the readings, in sigmas."""
         return WindowData(self.recording, self.simulator, self.windows, self.sigma, self.train)
 
-    def evaluate(self, candidate: Candidate, point: FitPoint) -> FitPoint:
-        """Fill in residual, chi2 and carry of `point`; return it."""
+    def evaluate(self, candidate: CandidateModel, point: FitPoint) -> FitPoint:
+        """
+        Fill in residual, chi2 and carry of `point`; return it.
+
+        Args:
+            candidate: model to be fitted, with its coordinates.
+            point: where the fit stands: coordinates, window states and memories.
+        """
         point.residual, point.carry = self.residual(
             candidate.model(point.z), point.states, point.memory)
         point.chi2 = squares(point.residual)
@@ -151,12 +166,12 @@ class WindowData:
 class CandidateFit:
     """A candidate where its fit ended, on the long windows."""
 
-    candidate: Candidate
+    candidate: CandidateModel
     point: FitPoint
     score: float = math.inf
     s: float = 0.0  # torque noise on the motor, N m rms per sample
     white: Array | None = None  # residual [W, 2L] with that noise taken out
-    left: Array | None = None  # what lasts unexplained [2], N m and rad, see model_error
+    persistent: Array | None = None  # what lasts unexplained [2], N m and rad, see model_error
 
     @property
     def name(self) -> str:
@@ -170,7 +185,13 @@ def squares(residual: Array) -> Array:
 
 
 def carried(memory: Array, carry: Array) -> Array:
-    """Return memory [W, 4] with that of each window's predecessor."""
+    """
+    Return memory [W, 4] with that of each window's predecessor.
+
+    Args:
+        memory: memories of the effects where the windows start [W, 4].
+        carry: states where the next window starts [W, 8].
+    """
     moved = memory.copy()
     moved[1:] = carry[:-1, 4:]
     return moved
@@ -178,7 +199,17 @@ def carried(memory: Array, carry: Array) -> Array:
 
 def state_sensitivity(data: WindowData, model: DriveModel, states: Array, memory: Array,
                       residual: Array, index: Integers | None = None) -> Array:
-    """Return d(-residual)/d(states) [W, 2L, 4]."""
+    """
+    Return d(-residual)/d(states) [W, 2L, 4].
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        model: model of the drive.
+        states: states of the drive where the windows start [W, 4].
+        memory: memories of the effects where the windows start [W, 4].
+        residual: residual of the windows [W, C L], in standard deviations of the encoder noise.
+        index: numbers of the windows [M]; repeats are allowed.
+    """
     if data.simulator.begins_known:
         return np.zeros((*residual.shape, 4))
     index = np.arange(len(states)) if index is None else index
@@ -190,7 +221,13 @@ def state_sensitivity(data: WindowData, model: DriveModel, states: Array, memory
 
 
 def shortened(data: WindowData, share: float) -> WindowData:
-    """Return WindowData of the first `share` of each window."""
+    """
+    Return WindowData of the first `share` of each window.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        share: share of each window.
+    """
     if share == 1.0:
         return data
     w = data.windows
@@ -201,7 +238,14 @@ def shortened(data: WindowData, share: float) -> WindowData:
 
 
 def weights(data: WindowData, chi2: Array, robust: bool) -> Array:
-    """Return the weight [W] of each window on the coordinates."""
+    """
+    Return the weight [W] of each window on the coordinates.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        chi2: squared residuals of the windows [W].
+        robust: whether windows that stand out weigh less.
+    """
     weight = data.train.astype(float)
     if robust:
         median = np.median(chi2[data.train])
@@ -217,13 +261,22 @@ class Sensitivity:
     Jz: Array
 
 
-def coordinate_sensitivity(data: WindowData, candidate: Candidate, point: FitPoint,
-                           which: Iterable[int] | None = None, stretch: float = 1.0) -> Array:
-    """Return d(-residual)/dz [W, 2L, P]; memories stay as they are."""
+def coordinate_sensitivity(data: WindowData, candidate: CandidateModel, point: FitPoint,
+                           indices: Iterable[int] | None = None, stretch: float = 1.0) -> Array:
+    """
+    Return d(-residual)/dz [W, 2L, P]; memories stay as they are.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        candidate: model to be fitted, with its coordinates.
+        point: where the fit stands: coordinates, window states and memories.
+        indices: coordinates that are varied (default: all).
+        stretch: factor on the steps of the finite differences.
+    """
     steps = stretch * data.simulator.stretch * candidate.steps()
-    which = range(len(steps)) if which is None else which
+    indices = range(len(steps)) if indices is None else indices
     out = np.zeros((*point.residual.shape, len(steps)))
-    for i in which:
+    for i in indices:
         moved = point.z.copy()
         moved[i] += steps[i]
         step = steps[i]
@@ -231,18 +284,26 @@ def coordinate_sensitivity(data: WindowData, candidate: Candidate, point: FitPoi
             step = -step
             moved[i] = point.z[i] + step
         r, _ = data.residual(candidate.model(moved), point.states, point.memory)
-        before = point.residual
+        minus_residual = point.residual
         if data.simulator.stretch > 1.0:  # over so long a step, one side alone tells another slope
             moved[i] = point.z[i] - step
             if candidate.bounded(moved)[i] == moved[i]:
-                before, _ = data.residual(candidate.model(moved), point.states, point.memory)
+                minus_residual, _ = data.residual(candidate.model(moved), point.states,
+                                                  point.memory)
                 step *= 2.0
-        out[:, :, i] = (before - r) / step
+        out[:, :, i] = (minus_residual - r) / step
     return out
 
 
-def sensitivity(data: WindowData, candidate: Candidate, point: FitPoint) -> Sensitivity:
-    """Return the Sensitivity at `point`."""
+def sensitivity(data: WindowData, candidate: CandidateModel, point: FitPoint) -> Sensitivity:
+    """
+    Return the Sensitivity at `point`.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        candidate: model to be fitted, with its coordinates.
+        point: where the fit stands: coordinates, window states and memories.
+    """
     model = candidate.model(point.z)
     return Sensitivity(
         state_sensitivity(data, model, point.states, point.memory, point.residual),
@@ -255,6 +316,12 @@ def normal_equations(s: Sensitivity, residual: Array, weight: Array,
     Return (S [P, P], g [P], X [W, 4, P], x [W, 4]): the reduced normal equations.
 
     The states' step is x - X dz. weight [W]. whiten(array [W, 2L, ...]) applies the noise model.
+
+    Args:
+        s: sensitivities at the point.
+        residual: residual of the windows [W, C L], in standard deviations of the encoder noise.
+        weight: weights of the windows [W].
+        whiten: whitening of arrays [W, C L, ...] for process noise, None for white residuals.
     """
     Jx, Jz, r = s.Jx, s.Jz, residual
     if whiten is not None:
@@ -272,47 +339,85 @@ def normal_equations(s: Sensitivity, residual: Array, weight: Array,
 
 
 def damped_solve(S: Array, g: Array, damping: float) -> Array:
-    """Solve S dz = g, scaled by its diagonal, Levenberg-Marquardt damping on it."""
+    """
+    Solve S dz = g, scaled by its diagonal, Levenberg-Marquardt damping on it.
+
+    Args:
+        S: reduced normal matrix [P, P].
+        g: reduced gradient [P].
+        damping: Levenberg-Marquardt damping, relative to the diagonal.
+    """
     scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-12 * max(np.diag(S).max(initial=0.0), 1e-30)))
     scaled = S * scale[:, None] * scale
     scaled[np.diag_indices_from(scaled)] += damping
     return scale * np.linalg.solve(scaled, scale * g)
 
 
-def gained(S: Array, g: Array, known: int) -> float:
+def gained(S: Array, g: Array, base: int) -> float:
     """
     Return the gain in chi2 of the coordinates from number `known` on, the first ones free as well.
 
     S [P, P], g [P]: see normal_equations.
+
+    Args:
+        S: reduced normal matrix [P, P].
+        g: reduced gradient [P].
+        base: candidate that the effects are added to.
     """
-    if len(g) == known:
+    if len(g) == base:
         return 0.0
     total = damped_solve(S, g, 1e-9) @ g
-    before = damped_solve(S[:known, :known], g[:known], 1e-9) @ g[:known] if known else 0.0
-    return float(total - before)
+    base_gain = damped_solve(S[:base, :base], g[:base], 1e-9) @ g[:base] if base else 0.0
+    return float(total - base_gain)
 
 
-def objective(candidate: Candidate, point: FitPoint, weight: Array,
+def objective(candidate: CandidateModel, point: FitPoint, weight: Array,
               whiten: Callable[[Array], Array] | None = None) -> float:
-    """Return what a fit makes small: weighted chi2 (whitened) and the prior."""
+    """
+    Return what a fit makes small: weighted chi2 (whitened) and the prior.
+
+    Args:
+        candidate: model to be fitted, with its coordinates.
+        point: where the fit stands: coordinates, window states and memories.
+        weight: weights of the windows [W].
+        whiten: whitening of arrays [W, C L, ...] for process noise, None for white residuals.
+    """
     chi2 = point.chi2 if whiten is None else squares(whiten(point.residual))
     return float(weight @ chi2) + candidate.penalty(point.z)
 
 
-def uses_memory(candidate: Candidate) -> bool:
-    """Return whether windows hand anything over but their states."""
+def uses_memory(candidate: CandidateModel) -> bool:
+    """
+    Return whether windows hand anything over but their states.
+
+    Args:
+        candidate: model to be fitted, with its coordinates.
+    """
     return candidate.nominal.transmission.kind in ('play', 'passive_play') or any(
         i in MEMORIES for i in candidate.ids)
 
 
-def fresh(data: WindowData, candidate: Candidate, states: Array | None = None) -> FitPoint:
-    """Return a FitPoint at the candidate's start; states [W, 4]: by default from readings."""
+def fresh(data: WindowData, candidate: CandidateModel, states: Array | None = None) -> FitPoint:
+    """
+    Return a FitPoint at the candidate's start; states [W, 4]: by default from readings.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        candidate: model to be fitted, with its coordinates.
+        states: states of the drive where the windows start [W, 4].
+    """
     states = data.raw_states() if states is None else states.copy()
     return FitPoint(candidate.start(), states, np.zeros((len(data.windows), N_MEMORY)))
 
 
 def copied(point: FitPoint, z: Array | None = None) -> FitPoint:
-    """Return a copy of `point` (at other coordinates: not evaluated)."""
+    """
+    Return a copy of `point` (at other coordinates: not evaluated).
+
+    Args:
+        point: where the fit stands: coordinates, window states and memories.
+        z: coordinates [P].
+    """
     moved = replace(point, z=(point.z if z is None else z).copy(), states=point.states.copy(),
                     memory=point.memory.copy())
     if z is not None:

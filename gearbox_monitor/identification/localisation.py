@@ -30,7 +30,7 @@ from scipy.signal import savgol_filter
 
 from gearbox_monitor.identification import basis_functions, likelihood, window_states
 from gearbox_monitor.identification.input_estimation import (
-    better_of, InputEstimate, InputEstimator, left_over, PLACES, SENSORS, SHORT, SPACING,
+    better_of, InputEstimate, InputEstimator, PLACES, reduced_chi2, SENSORS, SHORT, SPACING,
     take_over, TORQUES, triangles)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.search import Search
@@ -49,6 +49,12 @@ def free_forms(search: Search, fitted: CandidateFit, jobs: int = 1,
     Return {place: FreeForm}, one for each of `places`, on the long windows, on top of `fitted`.
 
     Windows of 0.25 s first: in them a wrong contact of the gap does not hold the fit.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit without effects.
+        jobs: number of threads.
+        places: places of the free signals.
     """
     long, point = search.long, fitted.point
     model = fitted.candidate.model(point.z)
@@ -59,12 +65,12 @@ def free_forms(search: Search, fitted: CandidateFit, jobs: int = 1,
     states = short.raw_states()
     if search.short_none is not None:
         take_over(search.short.windows, search.short_none.states, short.windows, states)
-    every = np.arange(len(short.windows))
-    states, _ = window_states.solve_states(short, model, states, memory, every)
-    begun = likelihood.FitPoint(point.z, states, memory)
+    index = np.arange(len(short.windows))
+    states, _ = window_states.solve_states(short, model, states, memory, index)
+    start_point = likelihood.FitPoint(point.z, states, memory)
 
     def one(place: str) -> InputEstimate:
-        brief = InputEstimator(short, model, place, begun)
+        brief = InputEstimator(short, model, place, start_point)
         rough = brief.solve(states)
         fit = InputEstimator(long, model, place, point)
         started = point.states.copy()
@@ -82,7 +88,14 @@ def free_forms(search: Search, fitted: CandidateFit, jobs: int = 1,
 
 def laws(search: Search, free: InputEstimate, moved: Mapping[str, Array],
          ) -> dict[str, basis_functions.Law]:
-    """Return {name: Law} of a FreeForm of the long windows over `moved` {name: values [W, L]}."""
+    """
+    Return {name: Law} of a FreeForm of the long windows over `moved` {name: values [W, L]}.
+
+    Args:
+        search: fits of all candidates to one recording.
+        free: free-form input estimate.
+        moved: motion variables by name [W, L].
+    """
     basis = triangles(search.long.windows.length, 0, search.recording.dt)
     out = {}
     for name, value in moved.items():
@@ -98,6 +111,10 @@ def labels(search: Search, fitted: CandidateFit) -> dict[str, tuple[tuple[str, .
     Return {region: (names, bin of each sample [W, L] of the long windows)}.
 
     Thirds hold a third of the samples each where values are spread enough.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit without effects.
     """
     recording, windows = search.recording, search.long.windows
     model, dt = search.model, recording.dt
@@ -150,6 +167,11 @@ def region(search: Search, fitted: CandidateFit, free: InputEstimate) -> dict[st
 
     time: share of the samples; residual: of the power of the residual of `fitted` beyond noise;
     signal: of the evidence for the InputEstimate `free`; most: where it is densest.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit without effects.
+        free: free-form input estimate at the place found.
     """
     long, dt = search.long, search.recording.dt
     residual = long.parted(fitted.point.residual)
@@ -161,15 +183,15 @@ def region(search: Search, fitted: CandidateFit, free: InputEstimate) -> dict[st
         out[name] = {'time': _shares(np.ones_like(power), label, names),
                      'residual': _shares(power, label, names),
                      'signal': _shares(strength, label, names)}
-    found = np.zeros(3)
+    band_residual = np.zeros(3)
     for channel in range(len(long.channels)):
         bands, part = _bands(residual[:, :, channel], dt)
         noise = residual.shape[0] * residual.shape[1] * (residual.shape[1] // 2 + 1)
-        found += np.clip(bands - noise * part, 0.0, None)
+        band_residual += np.clip(bands - noise * part, 0.0, None)
     signal, _ = _bands(free.signal @ basis.T, dt)
     out['frequency'] = {
         'time': dict(zip(THIRDS, part.tolist())),
-        'residual': dict(zip(THIRDS, (found / max(found.sum(), 1e-300)).tolist())),
+        'residual': dict(zip(THIRDS, (band_residual / max(band_residual.sum(), 1e-300)).tolist())),
         'signal': dict(zip(THIRDS, (signal / max(signal.sum(), 1e-300)).tolist()))}
     for shares in out.values():
         ratio = {k: (v or 0.0) / shares['time'][k] for k, v in shares['signal'].items()
@@ -195,6 +217,10 @@ def command_or_motion(search: Search, free: InputEstimate) -> dict[str, float]:
 
     command: the torque u and its rate; motion: the motor's speed and its sign; constant. An effect
     of the actuator acts where one on the motor does; this tells them apart.
+
+    Args:
+        search: fits of all candidates to one recording.
+        free: free-form input estimate.
     """
     recording, windows = search.recording, search.long.windows
     dt, width = recording.dt, max(3, 2 * round(0.5 * SPACING / recording.dt) + 1)
@@ -211,7 +237,12 @@ def command_or_motion(search: Search, free: InputEstimate) -> dict[str, float]:
 
 
 def visible_places(search: Search) -> tuple[str, ...]:
-    """Return the places that this drive and its encoders tell apart."""
+    """
+    Return the places that this drive and its encoders tell apart.
+
+    Args:
+        search: fits of all candidates to one recording.
+    """
     # A motion that is put in takes no offset; one encoder alone takes whatever is asked of it.
     sensors = SENSORS if search.recording.motor is None else SENSORS[1:]
     if search.model.transmission.kind != 'rigid':
@@ -229,23 +260,29 @@ def places(search: Search, fitted: CandidateFit, jobs: int = 1) -> dict[str, Any
     'explained': share}}, 'margin': left of the second best over the best, 'actuator': see
     command_or_motion, 'region': see region}. Effects of the actuator show as motor_side; the
     location is 'actuator' where the torque that is missing there follows the command.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit without effects.
+        jobs: number of threads.
     """
-    found = free_forms(search, fitted, jobs, visible_places(search))
+    estimates = free_forms(search, fitted, jobs, visible_places(search))
     size = fitted.point.residual.shape[1]
-    before = float(fitted.point.chi2.sum())
+    chi2_before = float(fitted.point.chi2.sum())
     floor = size * len(fitted.point.chi2)
     table = {}
-    for place, free in found.items():
-        left = left_over(free)
-        share = (before - left * floor) / max(before - floor, 1e-9) if before > floor else 0.0
-        table[place] = {'left': left, 'explained': float(np.clip(share, 0.0, 1.0))}
+    for place, free in estimates.items():
+        reduced = reduced_chi2(free)
+        share = (chi2_before - reduced * floor) / max(chi2_before - floor,
+                                                      1e-9) if chi2_before > floor else 0.0
+        table[place] = {'left': reduced, 'explained': float(np.clip(share, 0.0, 1.0))}
     order = sorted(table, key=lambda p: table[p]['left'])
-    laws = command_or_motion(search, found['motor_side'])
+    laws = command_or_motion(search, estimates['motor_side'])
     actuator = order[0] == 'motor_side' and laws['command'] > max(laws['motion'], COMMANDED)
     return {'place': order[0], 'location': 'actuator' if actuator else order[0], 'places': table,
             'margin': table[order[1]]['left'] / table[order[0]]['left'] if order[1:] else 1.0,
             'actuator': laws,
-            'region': region(search, fitted, found[order[0]])}
+            'region': region(search, fitted, estimates[order[0]])}
 
 
 def signal_of(place: str) -> str:

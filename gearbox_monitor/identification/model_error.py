@@ -38,7 +38,12 @@ SLOW = 0.04      # s: what is left of means over so long lasts, the rest is nois
 
 
 def scales(recording: UniformRecording) -> Array:
-    """Return the standard deviations [2] of torque (N m) and twist (rad) of a driven Recording."""
+    """
+    Return the standard deviations [2] of torque (N m) and twist (rad) of a driven Recording.
+
+    Args:
+        recording: recording of the drive.
+    """
     positions = recording.positions
     twist = positions[:, 0] - positions[:, 1]
     size = math.sqrt(np.mean([np.var(twist[part]) for part in recording.segments]))
@@ -74,6 +79,12 @@ def weighing(recording: UniformRecording, model: DriveModel, sigma: Array,
 
     sigma [2] N m, rad: noise; levels [2]: size of what lasts, by default that before any fit. None
     where nothing lasts or the torque drives.
+
+    Args:
+        recording: recording of the drive.
+        model: model of the drive.
+        sigma: noise of the torque, N m, and of the arm encoder, rad [2].
+        levels: size of the model error [2], by default that before any fit.
     """
     if recording.motor is None or model.process_torque_time <= 0.0:
         return None

@@ -55,21 +55,26 @@ class Overlay:
     """
     A Recording and the Runs of models over its Windows.
 
-    t [W, L] s and measured [W, L, 2] rad; held [W]: whether a diagnosis holds the window out;
-    sigma [2] rad, noise of the encoders; channels: the encoders that there are.
+    t [W, L] s and measured [W, L, 2] rad; validation [W]: whether a diagnosis holds the window
+    out; sigma [2] rad, noise of the encoders; channels: the encoders that there are.
     """
 
     recording: UniformRecording
     windows: ShootingWindows
     t: Array
     measured: Array
-    held: Flags
+    validation: Flags
     sigma: Array
     channels: tuple[int, ...]
     runs: tuple[ModelRun, ...]
 
     def residual(self, run: ModelRun) -> Array:
-        """Return measured less modelled [W, L, C] of the encoders `channels`, in sigma."""
+        """
+        Return measured less modelled [W, L, C] of the encoders `channels`, in sigma.
+
+        Args:
+            run: simulated readings of one model.
+        """
         use = list(self.channels)
         return ((self.measured - run.y) / self.sigma)[:, :, use]
 
@@ -80,6 +85,11 @@ def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],
     Return the Overlay of a Recording and `models` {name: DriveModel}.
 
     sigma [2] rad: noise of the encoders (default: measured from the recording).
+
+    Args:
+        recording: recording of the drive.
+        models: models by name.
+        sigma: noise of the encoders [2], rad.
     """
     recording = driven(recording, next(iter(models.values())))
     if sigma is None:
@@ -103,7 +113,14 @@ def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],
 
 
 def smoothed(residual: Array, dt: float, seconds: float = 0.02) -> Array:
-    """Return the moving mean [N] of a residual [N] over `seconds`: what is more than noise."""
+    """
+    Return the moving mean [N] of a residual [N] over `seconds`: what is more than noise.
+
+    Args:
+        residual: residual of one encoder [N].
+        dt: sample time, s.
+        seconds: length of the moving mean, s.
+    """
     width = max(1, min(round(seconds / dt), len(residual)))
     ones = np.ones(width)
     return np.convolve(residual, ones, 'same') / np.convolve(np.ones(len(residual)), ones, 'same')

@@ -24,7 +24,7 @@ data, candidate, iterations, robust: as of fit.fit; tolerance: gain in chi2 belo
 import numpy as np
 
 from gearbox_monitor.identification import likelihood, window_states
-from gearbox_monitor.identification.candidates import Candidate
+from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.kernels.types import Array
 
 STRETCHES = (1.0, 5.0, 0.2)  # of the steps of finite differences, in turns
@@ -33,15 +33,25 @@ FARTHER = 2.0                # times the step before, as long as it does
 DAMPING = 1e-6
 
 
-def fit(data: likelihood.WindowData, candidate: Candidate, point: likelihood.FitPoint,
+def fit(data: likelihood.WindowData, candidate: CandidateModel, point: likelihood.FitPoint,
         iterations: int, robust: bool, tolerance: float) -> likelihood.FitPoint:
-    """Improve `point` in place (z, memory); return it. See fit.fit."""
+    """
+    Improve `point` in place (z, memory); return it. See fit.fit.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        candidate: model to be fitted, with its coordinates.
+        point: where the fit stands: coordinates, window states and memories.
+        iterations: largest number of iterations.
+        robust: whether windows that stand out weigh less.
+        tolerance: gain in chi2 below which the fit stops.
+    """
     if not candidate.coordinates:
         return point
     turn = failed = 0
     for _ in range(iterations):
         weight = likelihood.weights(data, point.chi2, robust)
-        before = likelihood.objective(candidate, point, weight)
+        objective_before = likelihood.objective(candidate, point, weight)
         trial = point
         while trial is point and failed < len(STRETCHES):
             trial = _down(data, candidate, point, weight, STRETCHES[turn % len(STRETCHES)])
@@ -49,7 +59,7 @@ def fit(data: likelihood.WindowData, candidate: Candidate, point: likelihood.Fit
             failed = failed + 1 if trial is point else 0
         if trial is point:
             break
-        gain = before - likelihood.objective(candidate, trial, weight)
+        gain = objective_before - likelihood.objective(candidate, trial, weight)
         for name in ('z', 'residual', 'chi2', 'carry'):
             setattr(point, name, getattr(trial, name))
         if likelihood.uses_memory(candidate):
@@ -58,7 +68,7 @@ def fit(data: likelihood.WindowData, candidate: Candidate, point: likelihood.Fit
     return point
 
 
-def _down(data: likelihood.WindowData, candidate: Candidate, point: likelihood.FitPoint,
+def _down(data: likelihood.WindowData, candidate: CandidateModel, point: likelihood.FitPoint,
           weight: Array, stretch: float) -> likelihood.FitPoint:
     """Return the best point along one Gauss-Newton direction; `point` if none is better."""
     def at(share: float) -> tuple[likelihood.FitPoint, float]:
@@ -71,12 +81,12 @@ def _down(data: likelihood.WindowData, candidate: Candidate, point: likelihood.F
     S = np.einsum('w,wli,wlj->ij', weight, J, J, optimize=True) + np.diag(prior)
     g = np.einsum('w,wli,wl->i', weight, J, point.residual, optimize=True) - pull
     step = likelihood.damped_solve(S, g, DAMPING)
-    best, cost = point, likelihood.objective(candidate, point, weight)
+    lowest, cost = point, likelihood.objective(candidate, point, weight)
     for share in SHARES:
-        trial, after = at(share)
-        if after < cost:
+        trial, trial_cost = at(share)
+        if trial_cost < cost:
             break
-    while after < cost:
-        best, cost, share = trial, after, FARTHER * share
-        trial, after = at(share)
-    return best
+    while trial_cost < cost:
+        lowest, cost, share = trial, trial_cost, FARTHER * share
+        trial, trial_cost = at(share)
+    return lowest

@@ -30,6 +30,10 @@ def spectrum(residual: Array, dt: float) -> tuple[Array, Array, Flags]:
     Return (power [W, L, C], frequencies [L] Hz, high [L]) of residuals [W, L, C], dt s apart.
 
     high: above the frequencies of motion; all of them at low sample rates.
+
+    Args:
+        residual: residual [W, L, C], in standard deviations.
+        dt: sample time, s.
     """
     length = residual.shape[1]
     power = dct(residual, axis=1, norm='ortho') ** 2
@@ -37,8 +41,14 @@ def spectrum(residual: Array, dt: float) -> tuple[Array, Array, Flags]:
     return power, at, at > MOTION if at[-1] > 2.0 * MOTION else at >= 0.0
 
 
-def whitened(residual: Array, phi: Array) -> Array:
-    """Return `residual` [W, L, C] with the noise of the C encoders made white, as large."""
+def prewhitened(residual: Array, phi: Array) -> Array:
+    """
+    Return `residual` [W, L, C] with the noise of the C encoders made white, as large.
+
+    Args:
+        residual: residual [W, L, C], in standard deviations.
+        phi: correlation of neighbouring readings of each encoder.
+    """
     out = residual.copy()
     out[:, 1:] = (residual[:, 1:] - phi * residual[:, :-1]) / np.sqrt(1.0 - phi * phi)
     return out
@@ -49,6 +59,10 @@ def noise_floor(recording: UniformRecording, model: DriveModel) -> tuple[Array, 
     Return (sigma [2], quantum [2]) of a Recording, rad; sigma not below what matters.
 
     model: DriveModel; one with lasting process torque is that of a real drive.
+
+    Args:
+        recording: recording of the drive.
+        model: model of the drive.
     """
     sigma, quantum = noise_levels(recording.y)
     if model.process_torque_time > 0.0:

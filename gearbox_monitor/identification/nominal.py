@@ -30,11 +30,11 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import closed_model, gauss_newton, likelihood, window_states
 from gearbox_monitor.identification.candidates import (
-    BY_EFFECT, Candidate, Coordinate, NOT_FITTED, NUISANCES, offered, PERIODIC, PHASED, Starts,
-    ZERO)
+    BY_EFFECT, CandidateModel, Coordinate, NOT_FITTED, NUISANCES, offered, PERIODIC, PHASED,
+    Starts, ZERO)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import noise_floor
-from gearbox_monitor.identification.process_noise import left_of
+from gearbox_monitor.identification.process_noise import noise_weighted_residual
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.torque_domain import driven
@@ -52,7 +52,7 @@ ROUNDS = 3
 
 
 @dataclass
-class Value:
+class FittedValue:
     """One fitted value: `value` and its standard `error` in `unit`, `start` in the model file."""
 
     name: str
@@ -68,7 +68,7 @@ class NominalFit:
     """model: DriveModel with the values; values: [Value]; correlated: [(name, name, r)]."""
 
     model: DriveModel
-    values: list[Value]
+    values: list[FittedValue]
     correlated: list[tuple[str, str, float]]
     gap_before: float | None
     gap_after: float
@@ -88,28 +88,37 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
     of the last step; long ones weigh what drifts (whole: inf). validate: a further Recording, used
     for nothing but judging.
     Raises InputError for names that this drive does not have.
+
+    Args:
+        recordings: recordings of one drive.
+        model: model of the drive with its tolerances.
+        free: free-form input estimate.
+        validate: recording that is used for validation only.
+        seconds: duration, s.
+        jobs: number of threads.
+        progress: callback with (done, total, text).
     """
     recording, model = concatenated([driven(r, model) for r in recordings]), model.folded()
-    known, own = offered(model), _effects_of(model)
+    names, own = offered(model), _effects_of(model)
     for name in free or ():
-        if name not in known and name not in own:
-            raise InputError(f'free: {name!r}, expected one of {", ".join([*known, *own])}')
+        if name not in names and name not in own:
+            raise InputError(f'free: {name!r}, expected one of {", ".join([*names, *own])}')
     plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
     sigma, _ = noise_floor(recording, model)
     search = Search(recording, plain, sigma, [], jobs, progress)
     none = search.none()
-    before = _gap(search.long, none.candidate, none.point)
+    gap_before = _gap(search.long, none.candidate, none.point)
     if recording.motor is not None:  # no state of a window holds the zero
-        other, candidate, point = closed_model.windowed(recording, model, sigma)
-        before = _gap(other.long, candidate, point)
+        windowed_search, candidate, point = closed_model.windowed(recording, model, sigma)
+        gap_before = _gap(windowed_search.long, candidate, point)
     scales = {'u0': search.starts.scales.torque, ZERO: max(search.starts.scales.twist, 1e-6)}
-    free = free or [name for name in known if name != 'kt']
+    free = free or [name for name in names if name != 'kt']
     ids = tuple(name for name in free if name in own)
     coordinates = [_coordinate(name, scales.get(name)) for name in free if name not in own]
     for i, name in enumerate(ids):
         coordinates += _of_effect(search.starts, own[name], i)
     orders = {i: int(own[name]['N']) for i, name in enumerate(ids) if name in PERIODIC}
-    candidate = Candidate(plain, ids, tuple(coordinates), orders)
+    candidate = CandidateModel(plain, ids, tuple(coordinates), orders)
     fitted = _settled(search, candidate)
     data = search.long
     if seconds:
@@ -118,17 +127,19 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         data = likelihood.WindowData(recording, search.simulator,
                                      shooting_windows(recording, whole), sigma, weighing=squares)
         fitted = _longer(data, fitted)
-    found = candidate.model(fitted.point.z)
+    fitted_model = candidate.model(fitted.point.z)
     values, correlated = _known(data, fitted, plain)
-    after = _gap(data, candidate, fitted.point)
+    gap_after = _gap(data, candidate, fitted.point)
     validation = None
     if validate is not None:
         base = plain if recording.motor is None else replace(model, tolerance=0.0)
-        validation = closed_model.validate(validate, base, found, sigma)
-    found = found.with_torque_constant(start_values(found)['kt'])  # filters know no gain
-    found = replace(found.folded(), tolerance=model.tolerance,
-                    zero_tolerance=model.zero_tolerance)
-    return NominalFit(found, values, correlated, None if seconds else before, after, validation)
+        validation = closed_model.validate(validate, base, fitted_model, sigma)
+    # Filters have a torque constant, but no gain.
+    fitted_model = fitted_model.with_torque_constant(start_values(fitted_model)['kt'])
+    fitted_model = replace(fitted_model.folded(), tolerance=model.tolerance,
+                           zero_tolerance=model.zero_tolerance)
+    return NominalFit(fitted_model, values, correlated, None if seconds else gap_before, gap_after,
+                      validation)
 
 
 def _coordinate(name: str, scale: float | None) -> Coordinate:
@@ -138,7 +149,8 @@ def _coordinate(name: str, scale: float | None) -> Coordinate:
     return Coordinate(-1, name, 0.0, scale, prior=WEAK * scale)
 
 
-def _gap(data: likelihood.WindowData, candidate: Candidate, point: likelihood.FitPoint) -> float:
+def _gap(data: likelihood.WindowData, candidate: CandidateModel,
+         point: likelihood.FitPoint) -> float:
     """Return the gap that `point` leaves, in standard deviations of the noise."""
     plain = data.plain()
     point = plain.evaluate(candidate, likelihood.copied(point))
@@ -163,7 +175,7 @@ def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
         c.scale, abs(values[c.name])))) for c in own if c.owner == 0]
 
 
-def _settled(search: Search, candidate: Candidate) -> CandidateFit:
+def _settled(search: Search, candidate: CandidateModel) -> CandidateFit:
     """
     Return the CandidateFit `candidate`, from short windows to long ones.
 
@@ -186,12 +198,12 @@ def _settled(search: Search, candidate: Candidate) -> CandidateFit:
     return search.fitted['']
 
 
-def _rounds(search: Search, data: likelihood.WindowData, candidate: Candidate,
+def _rounds(search: Search, data: likelihood.WindowData, candidate: CandidateModel,
             point: likelihood.FitPoint) -> likelihood.FitPoint:
     """Find the windows' states at `point`, then fit and rescue in turns; return the FitPoint."""
-    every = np.arange(len(data.windows))
+    index = np.arange(len(data.windows))
     point.states, _ = window_states.solve_states(
-        data, candidate.model(point.z), point.states, point.memory, every)
+        data, candidate.model(point.z), point.states, point.memory, index)
     data.evaluate(candidate, point)
     for _ in range(ROUNDS):
         window_states.rescue(data, candidate, point, half_gap=search.half_gap)
@@ -204,45 +216,45 @@ def _longer(data: likelihood.WindowData, fitted: CandidateFit) -> CandidateFit:
     candidate = fitted.candidate
     point = likelihood.fresh(data, candidate)
     point.z = fitted.point.z.copy()
-    every = np.arange(len(data.windows))
+    index = np.arange(len(data.windows))
     point.states, _ = window_states.solve_states(
-        data, candidate.model(point.z), point.states, point.memory, every, 20)
+        data, candidate.model(point.z), point.states, point.memory, index, 20)
     data.evaluate(candidate, point)
     gauss_newton.fit(data, candidate, point, 40, refresh=range(40))
     return CandidateFit(candidate, point)
 
 
 def _known(data: likelihood.WindowData, fitted: CandidateFit,
-           model: DriveModel) -> tuple[list[Value], list[tuple[str, str, float]]]:
+           model: DriveModel) -> tuple[list[FittedValue], list[tuple[str, str, float]]]:
     """Return ([Value], [(name, name, correlation)]) by the linearised fit."""
     candidate, point = fitted.candidate, fitted.point
     s = likelihood.sensitivity(data, candidate, point)
     s.Jz = _central(data, candidate, point)
-    left, whiten = left_of(data, fitted)
+    residual, whiten = noise_weighted_residual(data, fitted)
     S, _, _, _ = likelihood.normal_equations(s, point.residual, data.train.astype(float), whiten)
     # What is left is no noise of the encoders: it counts as one number per window and encoder.
-    misfit = max(1.0, float((left[data.train] ** 2).mean()))
+    misfit = max(1.0, float((residual[data.train] ** 2).mean()))
     if misfit > 1.5:
         misfit *= data.windows.length
     prior = candidate.prior(point.z)[1]
     covariance = np.linalg.inv(S / misfit + np.diag(prior))
     errors = np.sqrt(np.diag(covariance))
     starts = start_values(model)
-    found = start_values(candidate.model(point.z))
+    fitted_values = start_values(candidate.model(point.z))
     values, names = [], []
     for c, error, z in zip(candidate.coordinates, errors, point.z):
         determined = error < DETERMINED * (1.0 if c.log else c.scale)
         if c.owner < 0:
             name, unit, start, value = c.name, UNITS[c.name], starts[c.name], (
-                found[c.name])
+                fitted_values[c.name])
             if name == 'kt' and model.torque_constant == 1.0:
                 unit = ''  # a factor on efforts that are torques
         else:
             name, unit = f'{candidate.ids[c.owner]}.{c.name}', _unit(candidate.ids[c.owner], c)
             start, value = c.start, math.exp(z) if c.log else float(z)
         names.append(name)
-        values.append(Value(name, on_axis(unit, model.axis), start, value,
-                            float(error * abs(value) if c.log else error), bool(determined)))
+        values.append(FittedValue(name, on_axis(unit, model.axis), start, value,
+                                  float(error * abs(value) if c.log else error), bool(determined)))
     r = covariance / np.outer(errors, errors)
     correlated = [(names[i], names[j], float(r[i, j])) for i in range(len(names))
                   for j in range(i) if abs(r[i, j]) > 0.95]
@@ -255,7 +267,7 @@ def _unit(effect: str, coordinate: Coordinate) -> str:
     return units.get(coordinate.name) or units['A']
 
 
-def _central(data: likelihood.WindowData, candidate: Candidate,
+def _central(data: likelihood.WindowData, candidate: CandidateModel,
              point: likelihood.FitPoint) -> Array:
     """Return d(-residual)/dz [W, C L, P]; one-sided, it would see what is not determined."""
     columns = []

@@ -27,7 +27,7 @@ import numpy as np
 
 from gearbox_monitor.identification import gauss_newton, isolability, likelihood, window_states
 from gearbox_monitor.identification.candidates import (
-    Candidate, NOT_FITTED, ORDERS, PERIODIC, with_effects)
+    CandidateModel, NOT_FITTED, ORDERS, PERIODIC, with_effects)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.kernels.types import Array
@@ -44,23 +44,30 @@ BEGUN = 3  # steps of a fit by which starts and orders are compared
 SETTLED = 4
 RACE = ((0.25, 6), (0.5, 4), (1.0, 3))  # share of the windows fitted, pairs that go on from there
 Gain: TypeAlias = tuple[float, int | None]
-Started: TypeAlias = tuple[Candidate, likelihood.FitPoint]
+Started: TypeAlias = tuple[CandidateModel, likelihood.FitPoint]
 
 
 def forward_gains(search: Search, fitted: CandidateFit) -> dict[str, Gain]:
-    """Return {id: (linearised gain in chi2, N)} of adding each effect to `fitted`."""
+    """
+    Return {id: (linearised gain in chi2, N)} of adding each effect to `fitted`.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
+    """
     gains = _gains(search, search.long, fitted.candidate, fitted.point)
-    return {name: some[0] for name, some in gains.items()}
+    return {name: effect_gains[0] for name, effect_gains in gains.items()}
 
 
-def _gains(search: Search, data: likelihood.WindowData, candidate: Candidate,
+def _gains(search: Search, data: likelihood.WindowData, candidate: CandidateModel,
            point: likelihood.FitPoint) -> dict[str, list[Gain]]:
     """Return {id: [(linearised gain in chi2 of adding it, N), ..., best first]}."""
     ids = [i for i in search.ids if i not in candidate.ids]
     gains: dict[str, list[Gain]] = {}
     for (name, order), gain in search.gains(data, candidate, point, ids, ORDERS).items():
         gains.setdefault(name, []).append((gain, order))
-    return {name: sorted(some, key=lambda g: -g[0]) for name, some in gains.items()}
+    return {name: sorted(effect_gains, key=lambda g: -g[0]) for name,
+            effect_gains in gains.items()}
 
 
 def find_pairs(search: Search, firsts: Sequence[str]) -> list[str]:
@@ -79,9 +86,9 @@ def find_pairs(search: Search, firsts: Sequence[str]) -> list[str]:
     if not chosen:
         return []
     search.settle(chosen)
-    best = min((search.fitted[n] for n in chosen), key=lambda f: f.score)
-    exchanged = _raced(search, _exchanged(search, best))
-    search.settle(list({best.name, *exchanged} & set(search.fitted)))
+    best_pair = min((search.fitted[n] for n in chosen), key=lambda f: f.score)
+    exchanged = _raced(search, _exchanged(search, best_pair))
+    search.settle(list({best_pair.name, *exchanged} & set(search.fitted)))
     chosen = sorted({n for n in (*chosen, *exchanged) if n in search.fitted},
                     key=lambda n: search.fitted[n].score)
     _backward(search, search.fitted[chosen[0]])
@@ -95,8 +102,12 @@ def restarted(search: Search, pair: CandidateFit) -> CandidateFit:
     Impacts make more of a small wave than its derivative tells: each order is fitted, beside the
     other effect as it is alone. Of another effect the pair may have found a local optimum, or
     follow a valley without end: each start is fitted, beside the other effect as the pair has it.
+
+    Args:
+        search: fits of all candidates to one recording.
+        pair: fit of two effects.
     """
-    def begun(job: tuple[likelihood.FitPoint, Candidate]) -> CandidateFit:
+    def start_fit(job: tuple[likelihood.FitPoint, CandidateModel]) -> CandidateFit:
         start, joint = job
         point = likelihood.copied(start, _with_nuisances(search, joint, start))
         search.long.evaluate(joint, point)
@@ -108,21 +119,21 @@ def restarted(search: Search, pair: CandidateFit) -> CandidateFit:
         return search.polish(search.grown(fitted), [fitted.point])
     jobs = []
     for i, name in enumerate(pair.candidate.ids):
-        alone = search.fitted[pair.candidate.ids[1 - i]]
-        base, z = alone.point, alone.point.z
+        single = search.fitted[pair.candidate.ids[1 - i]]
+        base, z = single.point, single.point.z
         if name not in PERIODIC:
             base = pair.point
             z = np.array([v for c, v in zip(pair.candidate.coordinates, base.z) if c.owner != i])
         for order in ORDERS if name in PERIODIC else (None,):
-            jobs += [(base, search.starts.joint([(alone.candidate, z), (c, c.start())]))
+            jobs += [(base, search.starts.joint([(single.candidate, z), (c, c.start())]))
                      for c in search.starts.candidates(name, order)]
-    begun_ones = sorted(search.map(begun, jobs, 'starts'), key=lambda f: f.score)
-    found = search.map(finished, begun_ones[:EXCHANGED], 'starts')
-    best = min([pair, *found], key=lambda f: f.score)
-    if best is not pair:
+    start_fits = sorted(search.map(start_fit, jobs, 'starts'), key=lambda f: f.score)
+    finished_fits = search.map(finished, start_fits[:EXCHANGED], 'starts')
+    best_fit = min([pair, *finished_fits], key=lambda f: f.score)
+    if best_fit is not pair:
         search.fitted.pop(pair.name)
-        search.fitted[best.name] = best
-    return best
+        search.fitted[best_fit.name] = best_fit
+    return best_fit
 
 
 def _raced(search: Search, racing: list[Started]) -> list[str]:
@@ -131,18 +142,19 @@ def _raced(search: Search, racing: list[Started]) -> list[str]:
 
     Those that arrive join search.fitted where they are better; returns their names.
     """
-    begun = RACE[0][0]
-    for share, kept in RACE:
+    first_share = RACE[0][0]
+    for share, survivors in RACE:
         data = likelihood.shortened(search.long, share)
-        racing = search.map(partial(_run_on, search, data, share > begun), racing, 'pairs')
-        best: dict[tuple[tuple[str, ...], tuple[int, ...]], Started] = {}
+        racing = search.map(partial(_run_on, search, data, share > first_share), racing, 'pairs')
+        best_starts: dict[tuple[tuple[str, ...], tuple[int, ...]], Started] = {}
         # Of starts of one pair all windows tell: where an effect shows in few of them, all of its
         # starts are alike to the others.
-        every = np.ones(len(data.windows))
-        for joint, point in sorted(racing, key=lambda r: likelihood.objective(r[0], r[1], every)):
+        all_windows = np.ones(len(data.windows))
+        for joint, point in sorted(racing,
+                                   key=lambda r: likelihood.objective(r[0], r[1], all_windows)):
             orders = tuple(sorted(joint.orders.values()))
-            best.setdefault((_key(joint.ids), orders), (joint, point))
-        racing = sorted(best.values(), key=lambda r: search.score(data, *r))[:kept]
+            best_starts.setdefault((_key(joint.ids), orders), (joint, point))
+        racing = sorted(best_starts.values(), key=lambda r: search.score(data, *r))[:survivors]
     return _kept(search, [search.as_fitted(*r) for r in racing])
 
 
@@ -154,20 +166,20 @@ def _joined(search: Search, gains: dict[str, dict[str, list[Gain]]]) -> list[str
     (`gains`). What shows in few windows, and late in them, does not count in a race over their
     beginnings.
     """
-    def joined(pair: tuple[CandidateFit, Candidate, Array,
+    def joined(pair: tuple[CandidateFit, CandidateModel, Array,
                            list[likelihood.FitPoint]]) -> CandidateFit:
-        one, second, z, others = pair
-        joint = search.starts.joint([(one.candidate, one.point.z), (second, z)])
-        point = likelihood.copied(one.point, _with_nuisances(search, joint, one.point))
+        first_fit, second, z, points = pair
+        joint = search.starts.joint([(first_fit.candidate, first_fit.point.z), (second, z)])
+        point = likelihood.copied(first_fit.point, _with_nuisances(search, joint, first_fit.point))
         return search.polish(search.as_fitted(joint, search.long.evaluate(joint, point)),
-                             [one.point, *others])
-    best = [search.fitted[name] for name in search.ranked()[:TOP_SINGLE]]
-    jobs = [(one, other.candidate, other.point.z, [other.point])
-            for one, other in combinations(best, 2)]
-    for first, some in gains.items():
-        for name in sorted(some, key=lambda n: -some[n][0][0])[:1]:
+                             [first_fit.point, *points])
+    singles = [search.fitted[name] for name in search.ranked()[:TOP_SINGLE]]
+    jobs = [(first_fit, second_fit.candidate, second_fit.point.z, [second_fit.point])
+            for first_fit, second_fit in combinations(singles, 2)]
+    for first, effect_gains in gains.items():
+        for name in sorted(effect_gains, key=lambda n: -effect_gains[n][0][0])[:1]:
             jobs += [(search.fitted[first], second, second.start(), [])
-                     for second in search.starts.candidates(name, some[name][0][1])]
+                     for second in search.starts.candidates(name, effect_gains[name][0][1])]
     return _kept(search, search.map(joined, jobs, 'pairs'))
 
 
@@ -175,9 +187,9 @@ def _kept(search: Search, pairs: Iterable[CandidateFit]) -> list[str]:
     """Let `pairs` join search.fitted where they are better than the same pair; their names."""
     names = []
     for fitted in pairs:
-        known = [search.fitted.pop(n) for n in search.ranked(2)
-                 if _key(search.fitted[n].candidate.ids) == _key(fitted.candidate.ids)]
-        fitted = min([*known, fitted], key=lambda f: f.score)
+        rivals = [search.fitted.pop(n) for n in search.ranked(2)
+                  if _key(search.fitted[n].candidate.ids) == _key(fitted.candidate.ids)]
+        fitted = min([*rivals, fitted], key=lambda f: f.score)
         search.fitted[fitted.name] = fitted
         names.append(fitted.name)
     return names
@@ -225,21 +237,22 @@ def _begun(search: Search, data: likelihood.WindowData,
     return gauss_newton.fit(data, candidate, point, 5, robust=True)
 
 
-def _run_on(search: Search, data: likelihood.WindowData, further: bool, pair: Started) -> Started:
+def _run_on(search: Search, data: likelihood.WindowData, not_first: bool,
+            pair: Started) -> Started:
     """Fit a pair on `data`; further: the windows have become longer since its last fit."""
     joint, point = pair
-    if further:
+    if not_first:
         point = likelihood.FitPoint(point.z, point.states, point.memory)
         point.states, _ = window_states.solve_states(data, joint.model(point.z), point.states,
                                                      point.memory, np.arange(len(data.windows)))
     point = gauss_newton.fit(data, joint, point, 6, robust=True, refresh=(0, 1, 2, 4))
-    if not further:
-        again = likelihood.copied(point)
-        again.states = window_states.grown_states(
+    if not not_first:
+        polished = likelihood.copied(point)
+        polished.states = window_states.grown_states(
             data, joint.model(point.z), point.memory, np.arange(len(data.windows)),
             search.half_gap)
-        gauss_newton.fit(data, joint, again, 6, robust=True, refresh=(0, 1, 2, 4))
-        point = min(point, again, key=lambda p: search.score(data, joint, p))
+        gauss_newton.fit(data, joint, polished, 6, robust=True, refresh=(0, 1, 2, 4))
+        point = min(point, polished, key=lambda p: search.score(data, joint, p))
     return joint, point
 
 
@@ -247,18 +260,18 @@ def _key(ids: Iterable[str]) -> tuple[str, ...]:
     return tuple(sorted(ids))
 
 
-def _with_nuisances(search: Search, joint: Candidate, point: likelihood.FitPoint) -> Array:
+def _with_nuisances(search: Search, joint: CandidateModel, point: likelihood.FitPoint) -> Array:
     z, n = joint.start(), sum(c.owner < 0 for c in joint.coordinates)
     fewer = min(n, len(point.z))
     if n:
         names = [c.name for c in search.fitted[''].candidate.coordinates]
-        known = dict(zip(names, point.z[:fewer]))
+        nuisances = dict(zip(names, point.z[:fewer]))
         for i, c in enumerate(joint.coordinates[:n]):
-            z[i] = known.get(c.name, 0.0)
+            z[i] = nuisances.get(c.name, 0.0)
     return z
 
 
-def _screened(search: Search) -> list[tuple[Candidate, Candidate]]:
+def _screened(search: Search) -> list[tuple[CandidateModel, CandidateModel]]:
     """Return pairs of Candidates, best first by linearised gain at none on short windows."""
     data, base = search.short, search.fitted[''].candidate
     point = search.short_none
@@ -277,26 +290,26 @@ def _screened(search: Search) -> list[tuple[Candidate, Candidate]]:
         lambda e: point.residual - data.residual(
             with_effects(model, [*model.effects, e]), point.states, point.memory)[0],
         [e for _, es in options for e in es], 'pairs')
-    known = s.Jz.shape[2]
+    base_size = s.Jz.shape[2]
     joint = likelihood.Sensitivity(s.Jx, np.concatenate(
         [s.Jz, np.stack(columns, axis=2)], axis=2))
     S, g, _, _ = likelihood.normal_equations(joint, point.residual, weight)
     _, prior = base.prior(point.z)
-    S[range(known), range(known)] += prior
-    places, at = [], known
+    S[range(base_size), range(base_size)] += prior
+    places, at = [], base_size
     for _, effects in options:
         places.append(list(range(at, at + len(effects))))
         at += len(effects)
-    found: dict[tuple[str, ...], tuple[float, tuple[Candidate, Candidate]]] = {}
+    best_gains: dict[tuple[str, ...], tuple[float, tuple[CandidateModel, CandidateModel]]] = {}
     for (i, (a, _)), (j, (b, _)) in combinations(enumerate(options), 2):
         if a.ids == b.ids:
             continue
-        use = [*range(known), *places[i], *places[j]]
+        use = [*range(base_size), *places[i], *places[j]]
         gain = float(likelihood.damped_solve(S[np.ix_(use, use)], g[use], 1e-6) @ g[use])
         key = _key((*a.ids, *b.ids))
-        if gain > found.get(key, (-math.inf,))[0]:
-            found[key] = (gain, (a, b))
-    return [parts for _, parts in sorted(found.values(), key=lambda v: -v[0])]
+        if gain > best_gains.get(key, (-math.inf,))[0]:
+            best_gains[key] = (gain, (a, b))
+    return [parts for _, parts in sorted(best_gains.values(), key=lambda v: -v[0])]
 
 
 def _exchanged(search: Search, pair: CandidateFit) -> list[Started]:
@@ -307,31 +320,32 @@ def _exchanged(search: Search, pair: CandidateFit) -> list[Started]:
     way to a pair one effect had to bear what was the other's.
     """
     data = likelihood.shortened(search.long, RACE[0][0])
-    every = np.arange(len(data.windows))
+    index = np.arange(len(data.windows))
     separations = isolability.separations(search, pair)
     jobs = []
     for i, name in enumerate(pair.candidate.ids):
-        kept = _alone(search, pair, 1 - i)
-        base = kept.candidate
-        point = likelihood.FitPoint(kept.point.z, likelihood.UNSET, kept.point.memory.copy())
-        point.states = window_states.grown_states(data, base.model(point.z), point.memory, every,
+        kept_single = _alone(search, pair, 1 - i)
+        base = kept_single.candidate
+        point = likelihood.FitPoint(kept_single.point.z, likelihood.UNSET,
+                                    kept_single.point.memory.copy())
+        point.states = window_states.grown_states(data, base.model(point.z), point.memory, index,
                                                   search.half_gap)
         data.evaluate(base, point)
         gains = _gains(search, data, base, point)
-        _, left = separations[name]
-        names = [*sorted(left, key=left.__getitem__)[:EXCHANGED],
+        _, shares = separations[name]
+        names = [*sorted(shares, key=shares.__getitem__)[:EXCHANGED],
                  *sorted(gains, key=lambda n: -gains[n][0][0])[:EXCHANGED]]
-        options = [(other, gains[other][0][1]) for other in dict.fromkeys(names)
-                   if other != name and other in gains]
+        options = [(replacement, gains[replacement][0][1]) for replacement in dict.fromkeys(names)
+                   if replacement != name and replacement in gains]
         if name in PERIODIC:
-            at_pair = search.long.evaluate(base, kept.point)
+            at_pair = search.long.evaluate(base, kept_single.point)
             whole = search.gains(search.long, base, at_pair, [name], ORDERS)
             orders = [*(order for _, order in gains[name][:EXCHANGED]),
                       *sorted(ORDERS, key=lambda n: -whole[name, n])[:EXCHANGED]]
             options += [(name, order) for order in dict.fromkeys(orders)
                         if order != pair.candidate.orders[i]]
-        for other, order in options:
-            for second in search.starts.candidates(other, order):
+        for replacement, order in options:
+            for second in search.starts.candidates(replacement, order):
                 joint = search.starts.joint([(base, point.z), (second, second.start())])
                 jobs.append((joint, likelihood.copied(
                     point, _with_nuisances(search, joint, pair.point))))
@@ -342,22 +356,22 @@ def _alone(search: Search, pair: CandidateFit, i: int) -> CandidateFit:
     """Return the effect number `i` of `pair` with its values and window states, not fitted."""
     keep = [c for c in pair.candidate.coordinates if c.owner in (-1, i)]
     z = [v for c, v in zip(pair.candidate.coordinates, pair.point.z) if c.owner in (-1, i)]
-    alone = next(iter(search.starts.candidates(pair.candidate.ids[i],
-                                               pair.candidate.orders.get(i))))
-    own = [c for c in alone.coordinates if c.owner == 0]
-    point = search.at_none(alone, search.fitted[''].point)
+    single = next(iter(search.starts.candidates(pair.candidate.ids[i],
+                                                pair.candidate.orders.get(i))))
+    own = [c for c in single.coordinates if c.owner == 0]
+    point = search.at_none(single, search.fitted[''].point)
     values = {c.name: v for c, v in zip(keep, z) if c.owner == i}
-    start = len(alone.coordinates) - len(own)
+    start = len(single.coordinates) - len(own)
     for k, c in enumerate(own):
         point.z[start + k] = values[c.name]
     point.states, point.memory = pair.point.states.copy(), pair.point.memory.copy()
-    return CandidateFit(alone, point)
+    return CandidateFit(single, point)
 
 
 def _backward(search: Search, pair: CandidateFit) -> None:
     """Fit each effect of `pair` alone from where the pair ended: no pair by a local minimum."""
     for i, name in enumerate(pair.candidate.ids):
-        alone = _alone(search, pair, i)
-        gauss_newton.fit(search.long, alone.candidate, alone.point, 4, robust=True)
-        found = search.polish(search.as_fitted(alone.candidate, alone.point))
-        search.fitted[name] = min(found, search.fitted[name], key=lambda f: f.score)
+        single = _alone(search, pair, i)
+        gauss_newton.fit(search.long, single.candidate, single.point, 4, robust=True)
+        refitted = search.polish(search.as_fitted(single.candidate, single.point))
+        search.fitted[name] = min(refitted, search.fitted[name], key=lambda f: f.score)

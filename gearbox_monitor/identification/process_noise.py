@@ -30,7 +30,7 @@ import math
 import numpy as np
 
 from gearbox_monitor.identification import gauss_newton, likelihood
-from gearbox_monitor.identification.candidates import Candidate
+from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.input_estimation import InputEstimator, SPACING
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.kernels.types import Array, Flags
@@ -42,7 +42,13 @@ LASTING = np.geomspace(0.003, 0.6, 12)  # of the torque's standard deviation
 
 
 def levels(model: DriveModel, u: Array) -> tuple[float, ...]:
-    """Return the levels that are tried for the torque u [N] of a DriveModel."""
+    """
+    Return the levels that are tried for the torque u [N] of a DriveModel.
+
+    Args:
+        model: model of the drive.
+        u: torque of the motor [N], N m.
+    """
     if model.process_torque is not None:
         return (model.process_torque,)
     size = max(float(np.std(u)), 1e-9)
@@ -59,7 +65,7 @@ class Whitener:
     level: N m rms per sample; of the torque itself where it lasts.
     """
 
-    def __init__(self, data: likelihood.WindowData, candidate: Candidate,
+    def __init__(self, data: likelihood.WindowData, candidate: CandidateModel,
                  point: likelihood.FitPoint) -> None:
         free = InputEstimator(data, candidate.model(point.z), 'motor_side', point)
         count = free.basis.shape[1]
@@ -68,8 +74,8 @@ class Whitener:
         time = candidate.nominal.process_torque_time
         self.samples = SPACING / data.recording.dt if time <= SPACING else 1.0
         if time > SPACING:
-            apart = SPACING * np.abs(np.arange(count)[:, None] - np.arange(count))
-            H = H @ np.linalg.cholesky(np.exp(-apart / time))
+            distance = SPACING * np.abs(np.arange(count)[:, None] - np.arange(count))
+            H = H @ np.linalg.cholesky(np.exp(-distance / time))
         gram = np.swapaxes(H, 1, 2) @ H
         values, vectors = np.linalg.eigh(gram)
         self.values = np.maximum(values, 1e-12 * max(values.max(), 1e-300))
@@ -87,12 +93,20 @@ class Whitener:
             return array
         f = 1.0 - 1.0 / np.sqrt(1.0 + self._variance(self.level) * self.values)
         flat = array.reshape(*array.shape[:2], -1)
-        inside = np.swapaxes(self.U, 1, 2) @ flat
-        out = flat - self.U @ (f[:, :, None] * inside)
+        projection = np.swapaxes(self.U, 1, 2) @ flat
+        out = flat - self.U @ (f[:, :, None] * projection)
         return out.reshape(array.shape)
 
     def deviance(self, level: float, residual: Array, Jx: Array, train: Flags) -> float:
-        """Return -2 log L (restricted: window states integrated out) of the windows `train`."""
+        """
+        Return -2 log L (restricted: window states integrated out) of the windows `train`.
+
+        Args:
+            level: torque noise, N m rms per sample.
+            residual: residual of the windows [W, C L].
+            Jx: sensitivity to the window states [W, C L, 4].
+            train: windows that count [W].
+        """
         self.level = level
         r, J = self(residual)[train], self(Jx)[train]
         A = np.einsum('wli,wlj->wij', J, J) + 1e-9 * np.eye(4)
@@ -102,8 +116,15 @@ class Whitener:
         return float(chi2 + spread + np.linalg.slogdet(A)[1].sum())
 
 
-def left_of(data: likelihood.WindowData, fitted: CandidateFit) -> tuple[Array, Whitener | None]:
-    """Return (what a search.Fitted leaves [W, C L], whitened if it is; its Whitener or None)."""
+def noise_weighted_residual(data: likelihood.WindowData,
+                            fitted: CandidateFit) -> tuple[Array, Whitener | None]:
+    """
+    Return (what a search.Fitted leaves [W, C L], whitened if it is; its Whitener or None).
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        fitted: fit on the long windows.
+    """
     if fitted.white is None:
         return fitted.point.residual, None
     whitener = Whitener(data, fitted.candidate, fitted.point)
@@ -111,14 +132,21 @@ def left_of(data: likelihood.WindowData, fitted: CandidateFit) -> tuple[Array, W
     return fitted.white, whitener
 
 
-def whitened(data: likelihood.WindowData, candidate: Candidate, point: likelihood.FitPoint,
-             levels: Sequence[float] = LEVELS,
-             rounds: int = 2) -> tuple[likelihood.FitPoint, float, float, Array]:
+def fit_with_process_noise(data: likelihood.WindowData, candidate: CandidateModel,
+                           point: likelihood.FitPoint, levels: Sequence[float] = LEVELS,
+                           rounds: int = 2) -> tuple[likelihood.FitPoint, float, float, Array]:
     """
     Refit a copy of `point` with torque noise; return (point, deviance, level, whitened residual).
 
     The level is chosen for each candidate: otherwise the noise of a wrong model is charged to the
     right one. deviance: -2 log L of the training windows and the prior.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        candidate: model to be fitted, with its coordinates.
+        point: where the fit stands: coordinates, window states and memories.
+        levels: noise levels that are tried, N m.
+        rounds: number of rounds of fit and noise level.
     """
     point = likelihood.copied(point)
     for k in range(rounds + 1):
@@ -126,12 +154,12 @@ def whitened(data: likelihood.WindowData, candidate: Candidate, point: likelihoo
         Jx = likelihood.state_sensitivity(data, candidate.model(point.z), point.states,
                                           point.memory, point.residual)
         costs = [whitener.deviance(level, point.residual, Jx, data.train) for level in levels]
-        best = int(np.argmin(costs))
-        whitener.level = levels[best]
-        if k == rounds or not math.isfinite(costs[best]):
+        chosen = int(np.argmin(costs))
+        whitener.level = levels[chosen]
+        if k == rounds or not math.isfinite(costs[chosen]):
             break
-        if levels[best] == 0.0 and k:
+        if levels[chosen] == 0.0 and k:
             break
         gauss_newton.fit(data, candidate, point, 3, refresh=(0,), whiten=whitener)
-    return (point, costs[best] + candidate.penalty(point.z), levels[best],
+    return (point, costs[chosen] + candidate.penalty(point.z), levels[chosen],
             whitener(point.residual))

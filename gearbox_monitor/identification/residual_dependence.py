@@ -66,13 +66,18 @@ def strongest_dependence(search: Search, fitted: CandidateFit,
 
     modelled: of the motion that the model has, not of that which was read: noise of the readings
     is part of what is left as well, so that it follows from their rates.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
+        modelled: whether the motion is that of the model, not the measured one.
     """
     data, point = search.long, fitted.point
     candidate = fitted.candidate
     weight = likelihood.weights(data, point.chi2, True)
     own = likelihood.sensitivity(data, candidate, point)
     _, prior = candidate.prior(point.z)
-    known = len(prior)
+    own_size = len(prior)
     moved = _motion(search, _modelled(search, fitted) if modelled else
                     search.recording.positions)
     visible = localisation.visible_places(search)
@@ -84,12 +89,12 @@ def strongest_dependence(search: Search, fitted: CandidateFit,
             columns = _torque_columns(search, fitted, place, moved[over], over)
         joint = likelihood.Sensitivity(own.Jx, np.concatenate([own.Jz, columns], axis=2))
         S, g, _, _ = likelihood.normal_equations(joint, point.residual, weight)
-        S[np.diag_indices(known)] += prior
-        return likelihood.gained(S, g, known)
-    found = [ResidualDependence(place, over, gain(localisation.signal_of(place), over))
-             for place, over in (LAWS if search.model.axis == 'prismatic' else LAWS + TURNS)
-             if localisation.signal_of(place) in visible]
-    return max(found, key=lambda r: r.gain)
+        S[np.diag_indices(own_size)] += prior
+        return likelihood.gained(S, g, own_size)
+    dependences = [ResidualDependence(place, over, gain(localisation.signal_of(place), over))
+                   for place, over in (LAWS if search.model.axis == 'prismatic' else LAWS + TURNS)
+                   if localisation.signal_of(place) in visible]
+    return max(dependences, key=lambda r: r.gain)
 
 
 def _modelled(search: Search, fitted: CandidateFit) -> Array:

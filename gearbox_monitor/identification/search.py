@@ -33,9 +33,9 @@ import numpy as np
 
 from gearbox_monitor.identification import gauss_newton, likelihood, model_error, window_states
 from gearbox_monitor.identification.candidates import (
-    Candidate, NOT_FITTED, ORDERS, PERIODIC, PHASED, replaced_value, Starts, with_effects)
+    CandidateModel, NOT_FITTED, ORDERS, PERIODIC, PHASED, replaced_value, Starts, with_effects)
 from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.process_noise import levels, whitened
+from gearbox_monitor.identification.process_noise import fit_with_process_noise, levels
 from gearbox_monitor.identification.shooting import shooting_windows, ShootingWindows, Simulator
 from gearbox_monitor.identification.torque_domain import simulator
 from gearbox_monitor.kernels.types import Array, Flags
@@ -53,7 +53,7 @@ JAGGED_PROBE = 0.3  # of the scale, where what is made small is jagged (gap.jagg
 FINER = 4     # times as many steps, where long ones are suspected
 FAR = 2.5     # tolerances from which on a nominal value is tried as an effect of its own
 Item = TypeVar('Item')
-Found = TypeVar('Found')
+Outcome = TypeVar('Found')
 Trial: TypeAlias = tuple[str, int | None]  # id, N
 
 
@@ -66,12 +66,13 @@ def held_out(recording: UniformRecording, windows: ShootingWindows) -> tuple[Fla
     train, last = np.ones(len(windows), bool), []
     part = np.searchsorted(recording.cuts, windows.first, side='right') - 1
     for i, cut_at in enumerate(recording.cuts):
-        here = np.flatnonzero(part == i)
-        held = round(HELD_OUT * len(here))
-        if held:
-            train[here[-held:]] = False
-        kept = here[:len(here) - held]
-        last.append(int(windows.first[kept[-1]]) + windows.length - cut_at if len(kept) else 0)
+        own_windows = np.flatnonzero(part == i)
+        validation = round(HELD_OUT * len(own_windows))
+        if validation:
+            train[own_windows[-validation:]] = False
+        training = own_windows[:len(own_windows) - validation]
+        end = windows.first[training[-1]] + windows.length if len(training) else cut_at
+        last.append(int(end) - cut_at)
     return train, last
 
 
@@ -130,18 +131,25 @@ class Search:
 
     # ------------------------------------------------------------------ helpers
 
-    def map(self, function: Callable[[Item], Found], items: Sequence[Item],
-            text: str) -> list[Found]:
-        """Return [function(item)] of all items, in threads; says how far it is."""
+    def map(self, function: Callable[[Item], Outcome], items: Sequence[Item],
+            text: str) -> list[Outcome]:
+        """
+        Return [function(item)] of all items, in threads; says how far it is.
+
+        Args:
+            function: what is applied to each item.
+            items: arguments of the function.
+            text: what the progress reports.
+        """
         self._total += len(items)
 
-        def one(item: Item) -> Found:
+        def one(item: Item) -> Outcome:
             out = function(item)
             self._done += 1
             name = getattr(item, 'name', item if isinstance(item, str) else '')
-            best = next(iter(self.ranked()), '')
+            leader = next(iter(self.ranked()), '')
             self._progress(self._done, self._total,
-                           f'{text} {name}' + (f', best {best}' if best else ''))
+                           f'{text} {name}' + (f', best {leader}' if leader else ''))
             return out
         return list(self._pool.map(one, items))
 
@@ -150,13 +158,20 @@ class Search:
         """Half gap of the model (rad), the scale on which windows are started elsewhere."""
         return max(self.model.transmission.half_gap, 0.01)
 
-    def score(self, data: likelihood.WindowData, candidate: Candidate,
+    def score(self, data: likelihood.WindowData, candidate: CandidateModel,
               point: likelihood.FitPoint) -> float:
-        """Return the BIC of `point` on the training windows of `data`."""
+        """
+        Return the BIC of `point` on the training windows of `data`.
+
+        Args:
+            data: long or short windows.
+            candidate: model to be fitted, with its coordinates.
+            point: where the fit stands.
+        """
         plain = likelihood.objective(candidate, point, data.train.astype(float))
         return plain + candidate.n_effect * math.log(data.n_train)
 
-    def as_fitted(self, candidate: Candidate, point: likelihood.FitPoint) -> CandidateFit:
+    def as_fitted(self, candidate: CandidateModel, point: likelihood.FitPoint) -> CandidateFit:
         """Return the Fitted of `candidate` at `point`, scored."""
         return CandidateFit(candidate, point, self.score(self.long, candidate, point))
 
@@ -170,9 +185,9 @@ class Search:
         """Fit the model without effects; keeps the short windows' point, too."""
         candidate = self.starts.none()
         point = likelihood.fresh(self.short, candidate)
-        every = np.arange(len(self.short.windows))
+        index = np.arange(len(self.short.windows))
         point.states, _ = window_states.solve_states(
-            self.short, candidate.model(point.z), point.states, point.memory, every)
+            self.short, candidate.model(point.z), point.states, point.memory, index)
         self.short.evaluate(candidate, point)
         for robust in (True, False):
             window_states.rescue(self.short, candidate, point, half_gap=self.half_gap)
@@ -181,9 +196,9 @@ class Search:
         self.short_none = point
         long = likelihood.FitPoint(point.z.copy(), self.long_states(point, candidate),
                                    np.zeros((len(self.long.windows), 4)))
-        every = np.arange(len(self.long.windows))
+        index = np.arange(len(self.long.windows))
         long.states, _ = window_states.solve_states(
-            self.long, candidate.model(long.z), long.states, long.memory, every)
+            self.long, candidate.model(long.z), long.states, long.memory, index)
         self.long.evaluate(candidate, long)
         window_states.rescue(self.long, candidate, long, half_gap=self.half_gap)
         if candidate.coordinates:
@@ -192,8 +207,14 @@ class Search:
         self.fitted[''] = self.as_fitted(candidate, long)
         return self.fitted['']
 
-    def long_states(self, short_point: likelihood.FitPoint, candidate: Candidate) -> Array:
-        """Return states [W, 4] of the long windows: those of the short ones where they begin."""
+    def long_states(self, short_point: likelihood.FitPoint, candidate: CandidateModel) -> Array:
+        """
+        Return states [W, 4] of the long windows: those of the short ones where they begin.
+
+        Args:
+            short_point: point of the short windows.
+            candidate: model to be fitted, with its coordinates.
+        """
         states = self.long.raw_states()
         at = {int(b): w for w, b in enumerate(self.short.windows.begin)}
         for w, begin in enumerate(self.long.windows.begin):
@@ -220,11 +241,11 @@ class Search:
             else:
                 candidates += self.starts.candidates(name)
         by_id: dict[str, list[Screened]] = {}
-        for found in self.map(self._screen_one, candidates, 'screening'):
-            by_id.setdefault(found.long.name, []).append(found)
+        for screened in self.map(self._screen_one, candidates, 'screening'):
+            by_id.setdefault(screened.long.name, []).append(screened)
         return by_id
 
-    def _screen_one(self, candidate: Candidate) -> Screened:
+    def _screen_one(self, candidate: CandidateModel) -> Screened:
         """Return the Screened `candidate`, fitted from where none stands."""
         none = self.fitted['']
         points = []
@@ -244,29 +265,41 @@ class Search:
                         self.promise(self.long, candidate, long, none.point),
                         self.promise(starts[0][0], candidate, short, starts[0][1]))
 
-    def promise(self, data: likelihood.WindowData, candidate: Candidate,
+    def promise(self, data: likelihood.WindowData, candidate: CandidateModel,
                 point: likelihood.FitPoint, none_point: likelihood.FitPoint) -> float:
         """
         Return the gain in BIC over none that `point` promises.
 
         A window that went astray counts no more than STRAY: refining will bring it back.
+
+        Args:
+            data: long or short windows.
+            candidate: model to be fitted, with its coordinates.
+            point: where the fit stands.
+            none_point: point of the fit without effects.
         """
-        lost = np.minimum(point.chi2, none_point.chi2 + STRAY) - none_point.chi2
+        bounded_loss = np.minimum(point.chi2, none_point.chi2 + STRAY) - none_point.chi2
         base = self.fitted[''].candidate
         prior = candidate.penalty(point.z) - base.penalty(none_point.z)
-        return -(float(lost[data.train].sum()) + prior)
+        return -(float(bounded_loss[data.train].sum()) + prior)
 
-    def at_none(self, candidate: Candidate, point: likelihood.FitPoint) -> likelihood.FitPoint:
+    def at_none(self, candidate: CandidateModel,
+                point: likelihood.FitPoint) -> likelihood.FitPoint:
         """Return a FitPoint of `candidate` at its start, with states and nuisances of `point`."""
         z = candidate.start()
-        known = {c.name: v for c, v in zip(self.fitted[''].candidate.coordinates, point.z)}
+        nuisances = {c.name: v for c, v in zip(self.fitted[''].candidate.coordinates, point.z)}
         for i, c in enumerate(candidate.coordinates):
-            if c.owner < 0 and c.name in known:
-                z[i] = known[c.name]
+            if c.owner < 0 and c.name in nuisances:
+                z[i] = nuisances[c.name]
         return likelihood.copied(point, z)
 
     def refine(self, by_id: dict[str, list[Screened]]) -> None:
-        """Fit the promising ids well, all of them and none with the same means."""
+        """
+        Fit the promising ids well, all of them and none with the same means.
+
+        Args:
+            by_id: screened starts of each effect.
+        """
         cost = math.log(self.long.n_train)
         parts = [p for group in by_id.values() for p in group]
         if self.long.weighing is not None:
@@ -277,26 +310,27 @@ class Search:
         for p in parts:
             p.long_gain = self.promise(self.long, p.long.candidate, p.long.point, none.point)
 
-        def best(by: Callable[[Screened], float]) -> list[str]:
+        def best_ids(by: Callable[[Screened], float]) -> list[str]:
             gains = {i: max(by(p) - p.long.candidate.n_effect * cost for p in parts)
                      for i, parts in by_id.items()}
             return sorted(gains, key=gains.__getitem__, reverse=True)[:KEEP_SCREENED]
         for name, parts in by_id.items():
             self.fitted[name] = min((p.long for p in parts), key=lambda f: f.score)
-        chosen = dict.fromkeys(best(_long_gain) + best(_short_gain) + self.far(none, by_id))
+        chosen = dict.fromkeys(best_ids(_long_gain) + best_ids(_short_gain) + self.far(none,
+                                                                                       by_id))
         jobs = [(name, by_id[name]) for name in chosen]
-        for name, found in zip(chosen, self.map(self._refine_one, jobs, 'refining')):
-            self.fitted[name] = min(found, self.fitted[name], key=lambda f: f.score)
+        for name, refined in zip(chosen, self.map(self._refine_one, jobs, 'refining')):
+            self.fitted[name] = min(refined, self.fitted[name], key=lambda f: f.score)
         for _ in range(2):
             self.cross()
         self.whiten(['', *self.ranked()[:KEEP_REFINED]])
 
     def far(self, fitted: CandidateFit, ids: Iterable[str]) -> list[str]:
         """Return those of `ids` whose value `fitted` has moved far beyond its tolerance."""
-        far = {c.name for c, z in zip(fitted.candidate.coordinates, fitted.point.z)
-               if c.owner < 0 and abs(z) > FAR * c.prior}
+        shifted = {c.name for c, z in zip(fitted.candidate.coordinates, fitted.point.z)
+                   if c.owner < 0 and abs(z) > FAR * c.prior}
         return [i for i in ids if i in EFFECTS and EFFECTS[i].replaces
-                and EFFECTS[i].parameters[0].name in far]
+                and EFFECTS[i].parameters[0].name in shifted]
 
     def _refine_one(self, job: tuple[str, list[Screened]]) -> CandidateFit:
         name, parts = job
@@ -309,14 +343,20 @@ class Search:
         return self.polish(max(trials, key=lambda f: self.promise(
             self.long, f.candidate, f.point, none)), [none])
 
-    def to_long(self, candidate: Candidate,
+    def to_long(self, candidate: CandidateModel,
                 short_point: likelihood.FitPoint) -> likelihood.FitPoint:
-        """Return the point of the long windows that starts where `short_point` ended."""
+        """
+        Return the point of the long windows that starts where `short_point` ended.
+
+        Args:
+            candidate: model to be fitted, with its coordinates.
+            short_point: point of the short windows.
+        """
         point = likelihood.FitPoint(short_point.z.copy(), self.long_states(short_point, candidate),
                                     np.zeros((len(self.long.windows), 4)))
-        every = np.arange(len(self.long.windows))
+        index = np.arange(len(self.long.windows))
         point.states, _ = window_states.solve_states(
-            self.long, candidate.model(point.z), point.states, point.memory, every, 4)
+            self.long, candidate.model(point.z), point.states, point.memory, index, 4)
         return self.long.evaluate(candidate, point)
 
     def grown(self, fitted: CandidateFit) -> CandidateFit:
@@ -327,10 +367,16 @@ class Search:
         return self.as_fitted(fitted.candidate, point)
 
     def polish(self, fitted: CandidateFit,
-               others: Sequence[likelihood.FitPoint] = ()) -> CandidateFit:
-        """Rescue and refit `fitted` on the long windows: robust, then plain."""
+               rivals: Sequence[likelihood.FitPoint] = ()) -> CandidateFit:
+        """
+        Rescue and refit `fitted` on the long windows: robust, then plain.
+
+        Args:
+            fitted: fit on the long windows.
+            rivals: points of other fits whose window states are tried.
+        """
         candidate, point = fitted.candidate, likelihood.copied(fitted.point)
-        window_states.rescue(self.long, candidate, point, others, half_gap=self.half_gap)
+        window_states.rescue(self.long, candidate, point, rivals, half_gap=self.half_gap)
         if candidate.coordinates:
             gauss_newton.fit(self.long, candidate, point, 4, robust=True)
             gauss_newton.fit(self.long, candidate, point, 6)
@@ -353,26 +399,31 @@ class Search:
         return self.as_fitted(fitted.candidate, point)
 
     def cross(self, names: Sequence[str] | None = None) -> None:
-        """Give the best fits and none each other's window states, and fit them again."""
+        """
+        Give the best fits and none each other's window states, and fit them again.
+
+        Args:
+            names: names of the fits.
+        """
         names = names or ['', *self.ranked()[:KEEP_REFINED]]
-        every = [self.fitted[n].point for n in names]
+        points = [self.fitted[n].point for n in names]
         jobs = [self.fitted[n] for n in names]
-        found = self.map(lambda f: self.polish(f, every), jobs, 'comparing')
-        self.fitted.update(zip(names, found))
+        fits = self.map(lambda f: self.polish(f, points), jobs, 'comparing')
+        self.fitted.update(zip(names, fits))
 
     def rejoin(self) -> None:
         """Polish what fits worse than none from where none is: every candidate holds it."""
         none = self.fitted['']
         jobs = [f for f in map(self.fitted.__getitem__, self.ranked()) if f.score > none.score]
-        for found in self.map(lambda f: self.polish(f, [none.point]), jobs, 'comparing'):
-            self.fitted[found.name] = found
+        for polished in self.map(lambda f: self.polish(f, [none.point]), jobs, 'comparing'):
+            self.fitted[polished.name] = polished
 
     def settle(self, names: Sequence[str]) -> None:
         """Polish the fits `names` until they stand still: what they leave is to be judged."""
         for _ in range(SETTLING):
-            before = [self.fitted[n].score for n in names]
+            scores = [self.fitted[n].score for n in names]
             self.cross(names)
-            if all(b - self.fitted[n].score < STILL for b, n in zip(before, names)):
+            if all(b - self.fitted[n].score < STILL for b, n in zip(scores, names)):
                 break
 
     @property
@@ -389,15 +440,15 @@ class Search:
         if self.long.weighing is not None:
             self._whiten_by_model_error(names)
             return
-        found = dict(zip(names, self.map(
+        fits = dict(zip(names, self.map(
             lambda n: self._whitened(self.fitted[n].candidate, self.fitted[n].point), names,
             'torque noise')))
-        worst = max(f.score for f in found.values())
-        plain = max(self.fitted[n].score for n in names)
+        highest = max(f.score for f in fits.values())
+        plain_highest = max(self.fitted[n].score for n in names)
         for name, fitted in self.fitted.items():
-            if fitted.white is None and name not in found:
-                fitted.score = worst + max(fitted.score - plain, 1.0)
-        self.fitted.update(found)
+            if fitted.white is None and name not in fits:
+                fitted.score = highest + max(fitted.score - plain_highest, 1.0)
+        self.fitted.update(fits)
 
     def reweigh(self, fits: Sequence[CandidateFit]) -> None:
         """
@@ -405,9 +456,9 @@ class Search:
 
         One size for all: a model that leaves more has no right to more.
         """
-        best = min(fits, key=lambda f: f.score)
+        reference = min(fits, key=lambda f: f.score)
         weighing = model_error.weighing(self.recording, self.model, self.long.sigma,
-                                        self._persistent(best))
+                                        self._persistent(reference))
         for data in (self.long, self.short):
             data.weighing = weighing
         for fitted in {id(f): f for f in (*fits, *self.fitted.values())}.values():
@@ -422,8 +473,8 @@ class Search:
         self.cross(names)
         for name in names:
             fitted = self.fitted[name]
-            fitted.left, fitted.white = self._persistent(fitted), fitted.point.residual
-            fitted.s = float(fitted.left[0])
+            fitted.persistent, fitted.white = self._persistent(fitted), fitted.point.residual
+            fitted.s = float(fitted.persistent[0])
 
     def _persistent(self, fitted: CandidateFit) -> Array:
         """Return the size [2], N m and rad, of what lasts in the residual of `fitted`."""
@@ -451,9 +502,9 @@ class Search:
                 f.candidate, likelihood.copied(f.point))) for name, f in self.fitted.items()}
         return out
 
-    def _whitened(self, candidate: Candidate, point: likelihood.FitPoint) -> CandidateFit:
-        point, deviance, s, white = whitened(self.long, candidate, point,
-                                             levels(self.model, self.recording.u))
+    def _whitened(self, candidate: CandidateModel, point: likelihood.FitPoint) -> CandidateFit:
+        point, deviance, s, white = fit_with_process_noise(self.long, candidate, point,
+                                                           levels(self.model, self.recording.u))
         return CandidateFit(candidate, point,
                             deviance + candidate.n_effect * math.log(self.long.n_train), s, white)
 
@@ -469,24 +520,24 @@ class Search:
         base = self.fitted[name]
         names = []
         for second in self.far(base, self.ids):
-            alone = self.starts.candidates(second)[0]
+            single = self.starts.candidates(second)[0]
             c = EFFECTS[second].parameters[0].name
-            known = {k.name: v for k, v in zip(base.candidate.coordinates, base.point.z)
-                     if k.owner < 0}
-            value = (replaced_value(self.model, second) or 0.0) * (1.0 + known[c])
-            moved = np.where([k.owner < 0 for k in alone.coordinates], 0.0, value)
-            joint = self.starts.joint([(base.candidate, base.point.z), (alone, moved)])
-            z = np.array([known[k.name] if k.owner < 0 else v
+            nuisances = {k.name: v for k, v in zip(base.candidate.coordinates, base.point.z)
+                         if k.owner < 0}
+            value = (replaced_value(self.model, second) or 0.0) * (1.0 + nuisances[c])
+            moved = np.where([k.owner < 0 for k in single.coordinates], 0.0, value)
+            joint = self.starts.joint([(base.candidate, base.point.z), (single, moved)])
+            z = np.array([nuisances[k.name] if k.owner < 0 else v
                           for k, v in zip(joint.coordinates, joint.start())])
             point = self.long.evaluate(joint, likelihood.copied(base.point, z))
-            found = self._whitened(joint, point)
+            joint_fit = self._whitened(joint, point)
             rivals = [f for f in self.fitted.values()
                       if sorted(f.candidate.ids) == sorted(joint.ids)]
             for rival in rivals:
                 del self.fitted[rival.name]
-            found = min([found, *rivals], key=lambda f: f.score)
-            self.fitted[found.name] = found
-            names.append(found.name)
+            joint_fit = min([joint_fit, *rivals], key=lambda f: f.score)
+            self.fitted[joint_fit.name] = joint_fit
+            names.append(joint_fit.name)
         return names
 
     def challenge(self, fitted: CandidateFit) -> None:
@@ -494,15 +545,15 @@ class Search:
         if not self.noisy or self.long.weighing is not None:
             return
         none = self.fitted['']
-        known = {c.name: v for c, v in zip(fitted.candidate.coordinates, fitted.point.z)
-                 if c.owner < 0}
-        z = np.array([known.get(c.name, v)
+        nuisances = {c.name: v for c, v in zip(fitted.candidate.coordinates, fitted.point.z)
+                     if c.owner < 0}
+        z = np.array([nuisances.get(c.name, v)
                       for c, v in zip(none.candidate.coordinates, none.point.z)])
         point = self.long.evaluate(none.candidate, likelihood.copied(fitted.point, z))
         window_states.rescue(self.long, none.candidate, point, [none.point],
                              half_gap=self.half_gap)
-        found = self._whitened(none.candidate, point)
-        self.fitted[''] = min(found, none, key=lambda f: f.score)
+        null_fit = self._whitened(none.candidate, point)
+        self.fitted[''] = min(null_fit, none, key=lambda f: f.score)
 
     def ranked(self, size: int = 1) -> list[str]:
         """Return the names of candidates with `size` effects, best first."""
@@ -512,7 +563,13 @@ class Search:
     # ------------------------------------------------------------------ signatures
 
     def probes(self, name: str, order: int | None = None) -> list[list[dict[str, Any]]]:
-        """Return lists of effects (one per column) that stand for a little of effect `name`."""
+        """
+        Return lists of effects (one per column) that stand for a little of effect `name`.
+
+        Args:
+            name: id of an effect, or name of a fit.
+            order: order N of a periodic effect, None for the others.
+        """
         effect = EFFECTS.get(name)
         a_little = None if self.recording.motor is None else JAGGED_PROBE
         if effect is not None and effect.replaces:
@@ -525,19 +582,26 @@ class Search:
             z = {c.name: c.start if c.start else (a_little or 0.1) * c.scale for c in group}
             if name in PHASED:
                 size = (a_little or 0.1) * group[0].scale
-                more = {'N': order} if name in PERIODIC else {}
-                out.append([{'A': size, 'phi': p, **more} for p in (0.0, 0.5 * math.pi)])
+                fixed = {'N': order} if name in PERIODIC else {}
+                out.append([{'A': size, 'phi': p, **fixed} for p in (0.0, 0.5 * math.pi)])
             else:
                 out.append([z])
         return out
 
-    def gains(self, data: likelihood.WindowData, base: Candidate, point: likelihood.FitPoint,
+    def gains(self, data: likelihood.WindowData, base: CandidateModel, point: likelihood.FitPoint,
               ids: Iterable[str], orders: Iterable[int] | None = None) -> dict[Trial, float]:
         """
         Return {(id, N): linearised gain in chi2 of adding it to the Candidate `base` at `point`}.
 
         Window states and coordinates of `base` give way. N is None but for periodic effects, which
         are tried with `orders` (default: those found before).
+
+        Args:
+            data: long or short windows.
+            base: candidate that the effects are added to.
+            point: where the fit stands.
+            ids: ids of the effects.
+            orders: orders tried for periodic effects (default: those found before).
         """
         weight = likelihood.weights(data, point.chi2, True)
         s = likelihood.sensitivity(data, base, point)
@@ -571,11 +635,15 @@ class Search:
         Find the orders N of the periodic effects with the largest linearised gains.
 
         Long windows show the smallest ones; where the model is far off, only short ones follow.
+
+        Args:
+            keep: orders kept of each effect.
         """
         periodic = [i for i in PERIODIC if i in self.ids]
         none = self.fitted['']
-        found = [self.gains(data, none.candidate, point, periodic, ORDERS)
-                 for data, point in ((self.long, none.point), (self.short, self.short_none))]
+        gain_tables = [self.gains(data, none.candidate, point, periodic, ORDERS)
+                       for data, point in ((self.long, none.point), (self.short, self.short_none))]
         for name in periodic:
-            best = [sorted(ORDERS, key=lambda n: -gain[name, n])[:keep] for gain in found]
-            self._orders[name] = list(dict.fromkeys(best[0] + best[1]))
+            strongest = [sorted(ORDERS,
+                                key=lambda n: -gain[name, n])[:keep] for gain in gain_tables]
+            self._orders[name] = list(dict.fromkeys(strongest[0] + strongest[1]))

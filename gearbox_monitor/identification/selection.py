@@ -47,7 +47,13 @@ SHARE = 0.5          # of what bursts explain, from which on one effect is a par
 
 
 def gain(search: Search, fitted: CandidateFit) -> float:
-    """Return by how much `fitted` beats none, in BIC."""
+    """
+    Return by how much `fitted` beats none, in BIC.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
+    """
     return search.fitted[''].score - fitted.score
 
 
@@ -59,7 +65,13 @@ def convincing(search: Search, fitted: CandidateFit) -> bool:
 
 
 def scatters(search: Search, name: str) -> bool:
-    """Return whether the effect `name` is a value that may scatter anyway."""
+    """
+    Return whether the effect `name` is a value that may scatter anyway.
+
+    Args:
+        search: fits of all candidates to one recording.
+        name: id of an effect.
+    """
     effect = EFFECTS.get(name)
     value = ZERO if name == ENCODER_OFFSET.id else (
         effect.parameters[0].name if effect and effect.replaces else None)
@@ -71,6 +83,9 @@ def own_margin(search: Search) -> float:
     Return the gain in BIC of an effect that is a value which may scatter anyway.
 
     A fit without it may move this value, too: what counts is how far beyond the tolerance.
+
+    Args:
+        search: fits of all candidates to one recording.
     """
     return OWN_MARGIN - float(np.log(search.long.n_train))
 
@@ -80,192 +95,244 @@ def decide(search: Search, rough: bool = False) -> tuple[CandidateFit, str]:
     Return (CandidateFit, 'effect' | 'none' | 'unknown'): what explains the recording best.
 
     rough: an encoder has steps above its noise.
-    """
-    known: dict[int, tuple[CandidateFit, bool]] = {}
 
-    def lack(fitted: CandidateFit) -> bool:
-        if id(fitted) not in known:
-            known[id(fitted)] = fitted, incomplete(search, fitted, rough)
-        return known[id(fitted)][1]
+    Args:
+        search: fits of all candidates to one recording.
+        rough: whether an encoder is quantised more coarsely than its noise.
+    """
+    judged: dict[int, tuple[CandidateFit, bool]] = {}
+
+    def inadequate(fitted: CandidateFit) -> bool:
+        if id(fitted) not in judged:
+            judged[id(fitted)] = fitted, incomplete(search, fitted, rough)
+        return judged[id(fitted)][1]
 
     search.exempt('')
     known_effects = bool(search.ranked())
-    explained = by_bursts(search, rough, lack) if known_effects else None
+    explained = explained_by_pulses(search, rough, inadequate) if known_effects else None
     if explained is not None:
         return explained, 'effect'
-    found = convinced(search, lack) if known_effects else None
-    if found is None:
-        none = finer(search, search.fitted[''], lack)
-        return none, 'unknown' if lack(none) else 'none'
-    best, singles = found, search.ranked()
+    convincing_fit = convinced(search, inadequate) if known_effects else None
+    if convincing_fit is None:
+        none = finer(search, search.fitted[''], inadequate)
+        return none, 'unknown' if inadequate(none) else 'none'
+    best_fit, singles = convincing_fit, search.ranked()
     if not search.noisy:
-        best = settled(search, best, lack)
-    best = finer(search, simpler(search, best), lack)
-    hints = forward_gains(search, best)
-    if (lack(best) or max((g for g, _ in hints.values()), default=0.0) > PAIR_HINT
-            or search.long.weighing is None and search.far(best, search.ids)):
-        best = paired(search, singles, lack)
-    best = finer(search, best, lack)
-    return best, 'unknown' if lack(best) else 'effect'
+        best_fit = settled(search, best_fit, inadequate)
+    best_fit = finer(search, simpler(search, best_fit), inadequate)
+    hints = forward_gains(search, best_fit)
+    if (inadequate(best_fit) or max((g for g, _ in hints.values()), default=0.0) > PAIR_HINT
+            or search.long.weighing is None and search.far(best_fit, search.ids)):
+        best_fit = paired(search, singles, inadequate)
+    best_fit = finer(search, best_fit, inadequate)
+    return best_fit, 'unknown' if inadequate(best_fit) else 'effect'
 
 
-def convinced(search: Search, lack: Callable[[CandidateFit], bool]) -> CandidateFit | None:
-    """Return the best Fitted of one effect, None where it does not convince; lack: of decide."""
-    best = search.fitted[search.ranked()[0]]
-    if not convincing(search, best) and not search.noisy and lack(search.fitted['']):
+def convinced(search: Search, inadequate: Callable[[CandidateFit], bool]) -> CandidateFit | None:
+    """
+    Return the best Fitted of one effect, None where it does not convince; lack: of decide.
+
+    Args:
+        search: fits of all candidates to one recording.
+        inadequate: function that tells whether a fit leaves more than noise.
+    """
+    best_fit = search.fitted[search.ranked()[0]]
+    if not convincing(search, best_fit) and not search.noisy and inadequate(search.fitted['']):
         search.rejoin()
         search.settle(['', search.ranked()[0]])
-        best = search.fitted[search.ranked()[0]]
-    if convincing(search, best):
-        search.challenge(best)
+        best_fit = search.fitted[search.ranked()[0]]
+    if convincing(search, best_fit):
+        search.challenge(best_fit)
         search.exempt('')
-        best = search.fitted[search.ranked()[0]]
-    return best if convincing(search, best) else None
+        best_fit = search.fitted[search.ranked()[0]]
+    return best_fit if convincing(search, best_fit) else None
 
 
-def settled(search: Search, best: CandidateFit,
-            lack: Callable[[CandidateFit], bool]) -> CandidateFit:
-    """Return the best Fitted of one effect once those near `best` stand still; lack: of decide."""
+def settled(search: Search, best_fit: CandidateFit,
+            inadequate: Callable[[CandidateFit], bool]) -> CandidateFit:
+    """
+    Return the best Fitted of one effect once those near `best` stand still; lack: of decide.
+
+    Args:
+        search: fits of all candidates to one recording.
+        best_fit: fit that explains the recording best.
+        inadequate: function that tells whether a fit leaves more than noise.
+    """
     singles = search.ranked()
-    near = [n for n in singles if search.fitted[n].score - best.score < NEAR]
-    if lack(best):
-        search.fitted[best.name] = search.polish(search.grown(best), [best.point])
-        near = singles[:2]
-    if len(near) > 1:
-        search.settle(near[:SETTLED])
+    neighbours = [n for n in singles if search.fitted[n].score - best_fit.score < NEAR]
+    if inadequate(best_fit):
+        search.fitted[best_fit.name] = search.polish(search.grown(best_fit), [best_fit.point])
+        neighbours = singles[:2]
+    if len(neighbours) > 1:
+        search.settle(neighbours[:SETTLED])
     return search.fitted[search.ranked()[0]]
 
 
-def by_bursts(search: Search, rough: bool,
-              lack: Callable[[CandidateFit], bool]) -> CandidateFit | None:
+def explained_by_pulses(search: Search, rough: bool,
+                        inadequate: Callable[[CandidateFit], bool]) -> CandidateFit | None:
     """
     Return the Fitted of bursts, or of a pair that explains them, None where there are none.
 
     rough, lack: as of decide.
+
+    Args:
+        search: fits of all candidates to one recording.
+        rough: whether an encoder is quantised more coarsely than its noise.
+        inadequate: function that tells whether a fit leaves more than noise.
     """
     if DISTURBANCE.id not in search.ids:
         return None
     if search.long.weighing is None and search.fitted[''].s > 0.0:
         return None  # torque noise on the motor is bursts, too
-    burst = disturbance_fit(search)
-    if burst is None or not _more(search, burst, rough) or lack(burst):
+    pulses = disturbance_fit(search)
+    if pulses is None or not _more(search, pulses, rough) or inadequate(pulses):
         return None
     # The very windows that look like bursts may be those in which an effect is stuck.
     search.rejoin()
     search.settle(['', *search.ranked()[:SETTLED]])
-    if not _more(search, burst, rough):
+    if not _more(search, pulses, rough):
         return None
     singles = search.ranked()
-    best = search.fitted[singles[0]]
-    search.fitted[DISTURBANCE.id] = burst
-    if everywhere(search, best) < SHARE * gain(search, burst):
-        return burst
+    best_fit = search.fitted[singles[0]]
+    search.fitted[DISTURBANCE.id] = pulses
+    if gain_on_all_windows(search, best_fit) < SHARE * gain(search, pulses):
+        return pulses
     # One effect explains most of the bursts: two may explain them all, with less freedom.
     pairs = find_pairs(search, singles[:2])
-    pair = search.fitted[pairs[0]] if pairs else best
-    if lack(pair) or everywhere(search, pair) < gain(search, burst):
-        return burst
+    pair = search.fitted[pairs[0]] if pairs else best_fit
+    if inadequate(pair) or gain_on_all_windows(search, pair) < gain(search, pulses):
+        return pulses
     del search.fitted[DISTURBANCE.id]
     return pair
 
 
-def _more(search: Search, burst: CandidateFit, rough: bool) -> bool:
+def _more(search: Search, pulses: CandidateFit, rough: bool) -> bool:
     """Return whether bursts explain more than one effect does everywhere; rough: of decide."""
-    known = everywhere(search, search.fitted[search.ranked()[0]])
-    return gain(search, burst) > (ROUGH_MARGIN if rough else MARGIN) + max(0.0, known)
+    single_gain = gain_on_all_windows(search, search.fitted[search.ranked()[0]])
+    return gain(search, pulses) > (ROUGH_MARGIN if rough else MARGIN) + max(0.0, single_gain)
 
 
 def paired(search: Search, singles: Sequence[str],
-           lack: Callable[[CandidateFit], bool]) -> CandidateFit:
+           inadequate: Callable[[CandidateFit], bool]) -> CandidateFit:
     """
     Return the best Fitted of one effect or two.
 
     singles: names of the best effects that a second one is added to; lack: as of decide.
+
+    Args:
+        search: fits of all candidates to one recording.
+        singles: names of the fits of one effect, best first.
+        inadequate: function that tells whether a fit leaves more than noise.
     """
     white = search.long.weighing is None
-    before = {n: f for n, f in search.fitted.items() if white and f.white is not None}
+    whitened_fits = {n: f for n, f in search.fitted.items() if white and f.white is not None}
     pairs = find_pairs(search, singles[:2])
     careful = pairs[:2] if white else pairs
-    search.whiten(list(dict.fromkeys([*before, search.ranked()[0], *careful])) if pairs else [])
-    for name, fitted in before.items():  # a fit without torque noise has another scale
+    search.whiten(list(dict.fromkeys([*whitened_fits, search.ranked()[0],
+                                      *careful])) if pairs else [])
+    for name, fitted in whitened_fits.items():  # a fit without torque noise has another scale
         search.fitted[name] = min(fitted, search.fitted[name], key=lambda f: f.score)
-    best = search.fitted[search.ranked()[0]]
-    pairs += search.exempt(best.name)
+    best_fit = search.fitted[search.ranked()[0]]
+    pairs += search.exempt(best_fit.name)
     pairs = sorted({*pairs} & {*search.fitted}, key=lambda n: search.fitted[n].score)
     if not pairs:
-        return best
+        return best_fit
     pair = search.fitted[pairs[0]]
     if search.noisy:
-        pair = next((p for p in map(search.fitted.__getitem__, pairs) if worth(search, best, p)),
-                    pair)
+        pair = next(
+            (p for p in map(search.fitted.__getitem__, pairs) if worth(search, best_fit, p)), pair)
     else:
-        if lack(pair):
+        if inadequate(pair):
             # Where many windows are astray, they hold the values back that would free them.
             pair = search.fitted[pair.name] = search.polish(search.grown(pair), [pair.point])
             for name in pairs[:RESTARTED]:
-                if lack(pair):
+                if inadequate(pair):
                     pair = min(restarted(search, search.fitted[name]), pair, key=lambda f: f.score)
-        if worth(search, best, pair):
+        if worth(search, best_fit, pair):
             # What the pair has found for windows is no merit of its second effect.
-            best = search.fitted[best.name] = search.polish(search.grown(best), [pair.point])
-    return pair if worth(search, best, pair) and (lack(best) or not lack(pair)) else best
+            best_fit = search.fitted[best_fit.name] = search.polish(search.grown(best_fit),
+                                                                    [pair.point])
+    return pair if worth(search, best_fit,
+                         pair) and (inadequate(best_fit) or not inadequate(pair)) else best_fit
 
 
-def worth(search: Search, best: CandidateFit, pair: CandidateFit) -> bool:
-    """Return whether `pair` beats `best` (one effect) by the price of its second one."""
-    more = [i for i in pair.candidate.ids if i not in best.candidate.ids]
-    own = len(more) == 1 and scatters(search, more[0])
-    return best.score - pair.score > (own_margin(search) if own else PAIR_MARGIN)
+def worth(search: Search, single: CandidateFit, pair: CandidateFit) -> bool:
+    """
+    Return whether `pair` beats `best` (one effect) by the price of its second one.
+
+    Args:
+        search: fits of all candidates to one recording.
+        single: fit of one effect.
+        pair: fit of two effects.
+    """
+    added = [i for i in pair.candidate.ids if i not in single.candidate.ids]
+    own = len(added) == 1 and scatters(search, added[0])
+    return single.score - pair.score > (own_margin(search) if own else PAIR_MARGIN)
 
 
-def finer(search: Search, best: CandidateFit,
-          lack: Callable[[CandidateFit], bool]) -> CandidateFit:
+def finer(search: Search, best_fit: CandidateFit,
+          inadequate: Callable[[CandidateFit], bool]) -> CandidateFit:
     """
     Return `best` on shorter steps, with which `search` then goes on, where it lacks but these.
 
     Steps are as long as the nominal drive allows; with the effect it may be a faster one, and the
     readings so good that the edges of its gap show. lack: as of decide.
+
+    Args:
+        search: fits of all candidates to one recording.
+        best_fit: fit that explains the recording best.
+        inadequate: function that tells whether a fit leaves more than noise.
     """
-    if not lack(best) or search.noisy or search.recording.motor is not None:
-        return best
+    if not inadequate(best_fit) or search.noisy or search.recording.motor is not None:
+        return best_fit
     shorter = search.on_shorter_steps()
     if shorter is None:
-        return best
+        return best_fit
     simulator, long, none = search.simulator, search.long, search.fitted['']
     search.simulator, search.long = shorter.simulator, shorter
-    found = search.fitted[''] = search.anew(none)
-    if best.candidate.ids:
-        found = search.anew(best)
-    if lack(found):
+    refitted = search.fitted[''] = search.anew(none)
+    if best_fit.candidate.ids:
+        refitted = search.anew(best_fit)
+    if inadequate(refitted):
         search.simulator, search.long, search.fitted[''] = simulator, long, none
-        return best
-    if best.candidate.ids:
-        search.fitted[found.name] = found
-    return found
+        return best_fit
+    if best_fit.candidate.ids:
+        search.fitted[refitted.name] = refitted
+    return refitted
 
 
-def simpler(search: Search, best: CandidateFit) -> CandidateFit:
+def simpler(search: Search, best_fit: CandidateFit) -> CandidateFit:
     """
     Return an effect of fewer parameters instead of `best` that is at a bound and hardly better.
 
     Only where both move the drive alike, as in the limit: viscous_drift that has drifted from the
     first moment on is motor_viscous.
+
+    Args:
+        search: fits of all candidates to one recording.
+        best_fit: fit that explains the recording best.
     """
-    if not best.candidate.at_bound(best.point.z):
-        return best
-    alike = max(2.0 * BOUND_MARGIN, ALIKE * gain(search, best))
+    if not best_fit.candidate.at_bound(best_fit.point.z):
+        return best_fit
+    similar = max(2.0 * BOUND_MARGIN, ALIKE * gain(search, best_fit))
     for name in search.ranked()[1:]:
-        other = search.fitted[name]
-        if other.score - best.score > BOUND_MARGIN:
+        rival = search.fitted[name]
+        if rival.score - best_fit.score > BOUND_MARGIN:
             break
-        apart = ((other.point.residual - best.point.residual)[search.long.train] ** 2).sum()
-        if other.candidate.n_effect < best.candidate.n_effect and apart < alike:
-            return other
-    return best
+        distance = ((rival.point.residual - best_fit.point.residual)[search.long.train] ** 2).sum()
+        if rival.candidate.n_effect < best_fit.candidate.n_effect and distance < similar:
+            return rival
+    return best_fit
 
 
-def everywhere(search: Search, fitted: CandidateFit) -> float:
-    """Return by how much `fitted` beats none in BIC on all windows, held-out ones included."""
+def gain_on_all_windows(search: Search, fitted: CandidateFit) -> float:
+    """
+    Return by how much `fitted` beats none in BIC on all windows, held-out ones included.
+
+    Args:
+        search: fits of all candidates to one recording.
+        fitted: fit on the long windows.
+    """
     n = search.long.size * len(search.long.windows)
     return float((search.fitted[''].point.chi2 - fitted.point.chi2).sum()
                  - fitted.candidate.n_effect * np.log(n))

@@ -58,14 +58,14 @@ def driven(recording: UniformRecording, model: DriveModel) -> UniformRecording:
     if model.driven_by != 'position' or recording.motor is not None:
         return recording
     rigid = model.transmission.kind == 'rigid'
-    there = recording.channels[0]
-    noise, _ = noise_levels(np.column_stack([recording.u, recording.y[:, there]]))
+    column = recording.channels[0]
+    noise, _ = noise_levels(np.column_stack([recording.u, recording.y[:, column]]))
     inertia = model.motor_inertia + (model.arm_inertia if rigid else 0.0)
     half = half_width(max(NOISE_SHARE * noise[0], LEAST_NOISE * np.std(recording.u)) / max(
         inertia * noise[1], 1e-300), recording.dt)
     width = 2 * max(2, round(TORQUE_HALF_WIDTH / recording.dt)) + 1
     motor = np.concatenate([
-        np.column_stack([motion(recording.y[part, there], noise[1], half, recording.dt),
+        np.column_stack([motion(recording.y[part, column], noise[1], half, recording.dt),
                          savgol_filter(recording.u[part], width, DEGREE)])
         for part in recording.segments])
     y = recording.y.copy()
@@ -79,6 +79,10 @@ def half_width(gain: float, dt: float) -> int:
     Return how many samples on either side local cubics take.
 
     gain (1/s^2): how much noise of the position may become noise of the acceleration.
+
+    Args:
+        gain: largest gain from position noise to acceleration noise, 1/s^2.
+        dt: sample time, s.
     """
     for seconds in HALF_WIDTHS:
         half = max(2, round(seconds / dt))
@@ -89,13 +93,21 @@ def half_width(gain: float, dt: float) -> int:
 
 
 def motion(y: Array, noise: float, half: int, dt: float) -> Array:
-    """Return position, speed, acceleration and whether it moves [N, 4] of readings y [N], rad."""
+    """
+    Return position, speed, acceleration and whether it moves [N, 4] of readings y [N], rad.
+
+    Args:
+        y: readings of one encoder [N], rad.
+        noise: standard deviation of the readings, rad.
+        half: samples on each side of the filter.
+        dt: sample time, s.
+    """
     width = min(2 * half + 1, (len(y) - 1) // 2 * 2 + 1)
     x, v, a = (savgol_filter(y, width, DEGREE, deriv=i, delta=dt) for i in (0, 1, 2))
     weights = savgol_coeffs(width, DEGREE, deriv=1, delta=dt)
-    least = max(STANDING * np.percentile(np.abs(v), TOP),
-                SPEED_NOISE * noise * np.linalg.norm(weights))
-    stands = np.abs(v) < least
+    threshold = max(STANDING * np.percentile(np.abs(v), TOP),
+                    SPEED_NOISE * noise * np.linalg.norm(weights))
+    stands = np.abs(v) < threshold
     # Local cubics see a stop before it comes.
     stands = np.convolve(stands, np.ones(2 * half + 1), 'same') > 0.5
     return np.column_stack([x, v, a, ~stands])
@@ -130,6 +142,13 @@ class DrivenSimulator(Simulator):
         Return (y [W, L, 2], carry [W, 8]): torque that the motor needs (N m), reading of the arm.
 
         As Simulator.run; `states` count for nothing.
+
+        Args:
+            windows: windows to simulate.
+            model: model of the drive.
+            states: ignored: runs start where the arm encoder says.
+            memory: memories of the effects where the windows start [W, 4].
+            extra: external torques on motor, arm and transmission [N, 3], N m.
         """
         plugin, theta = plugin_of(model) if model.effects else (None, np.zeros(0))
         name = plugin.id if plugin else None
@@ -164,7 +183,14 @@ def _arm(y: Array, dt: float) -> Array:
 
 
 def simulator(recording: UniformRecording, model: DriveModel, coarse: bool = False) -> Simulator:
-    """Return the Simulator of free runs over `recording`, of what its model is driven by."""
+    """
+    Return the Simulator of free runs over `recording`, of what its model is driven by.
+
+    Args:
+        recording: recording of the drive.
+        model: model of the drive.
+        coarse: whether larger integration steps will do.
+    """
     if recording.motor is not None:
         return DrivenSimulator(recording, model)
     return Simulator(recording, model, coarse)

@@ -27,9 +27,9 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.identification import closed_model, isolability, localisation
-from gearbox_monitor.identification.adequacy import follows, misfit, on_all, sharpen_sigma
+from gearbox_monitor.identification.adequacy import misfit, on_all, residual_law, sharpen_sigma
 from gearbox_monitor.identification.candidates import (
-    Candidate, NUISANCES, replaced_value, with_effects, ZERO)
+    CandidateModel, NUISANCES, replaced_value, with_effects, ZERO)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.residual_dependence import ResidualDependence
 from gearbox_monitor.identification.search import Search
@@ -47,7 +47,7 @@ UNREPEATABLE = tuple(name for name, effect in EFFECTS.items() if not effect.fitt
 
 
 @dataclass
-class Verdict:
+class DiagnosisVerdict:
     """
     What a diagnosis found; see docs/diagnose.md for each field of `data`.
 
@@ -68,113 +68,144 @@ def location_of(name: str) -> str:
     return library()[name].location
 
 
-def report(search: Search, best: CandidateFit, kind: str, lattices: list[str], quantum: Array,
-           validate: UniformRecording | None, seed: int) -> Verdict:
-    """Return the Verdict with all evidence."""
-    ids = list(best.candidate.ids)
-    weighed, weighed_best, phi = search, best, search.long.colour
+def report(search: Search, best_fit: CandidateFit, kind: str, lattices: list[str], quantum: Array,
+           validate: UniformRecording | None, seed: int) -> DiagnosisVerdict:
+    """
+    Return the Verdict with all evidence.
+
+    Args:
+        search: fits of all candidates to one recording.
+        best_fit: fit that is reported.
+        kind: kind of the verdict: effect, none or unknown.
+        lattices: ids of the quantisations of the encoders.
+        quantum: quantisation steps of the encoders [2], rad.
+        validate: recording for validation, or None.
+        seed: seed of the random numbers.
+    """
+    ids = list(best_fit.candidate.ids)
+    weighed, weighed_fit, phi = search, best_fit, search.long.colour
     search = search.in_sensor_units()
     if search is not weighed:
-        best = search.fitted[best.name if ids else '']
+        best_fit = search.fitted[best_fit.name if ids else '']
     if phi is None:
-        sharpen_sigma(search, best)
-    judging, left = (search, best) if phi is None else (weighed, weighed_best)
+        sharpen_sigma(search, best_fit)
+    judging, judged_fit = (search, best_fit) if phi is None else (weighed, weighed_fit)
     places = localisation.places(judging, judging.fitted[''], judging.jobs)
-    whole, left_on_all = on_all(judging, left)
+    whole, left_on_all = on_all(judging, judged_fit)
     excess, structure = misfit(whole, left_on_all)
-    law = follows(whole, left_on_all)
+    law = residual_law(whole, left_on_all)
     none = search.fitted['']
     if kind == 'none' and lattices:
         kind, ids = 'effect', lattices[:2]
     elif kind == 'effect' and lattices and len(ids) == 1:
         ids = [*ids, lattices[0]]
-    named = ids if kind == 'effect' else []
-    locations = [location_of(i) for i in named]
+    effects = ids if kind == 'effect' else []
+    locations = [location_of(i) for i in effects]
     if kind == 'unknown':
         judged = int(whole.long.train.sum()) * whole.long.size
-        rest = 1.0 + excess - (law.gain if law else 0.0) / judged
-        places['location'] = nearly_known(judging, left) or unknown_place(places, law, rest)
+        reduced_chi2 = 1.0 + excess - (law.gain if law else 0.0) / judged
+        places['location'] = nearly_known(judging,
+                                          judged_fit) or unknown_place(places, law, reduced_chi2)
         locations = [places['location']]
     model = None
-    nuisances, given = best.candidate.values(best.point.z)
+    nuisances, parameters = best_fit.candidate.values(best_fit.point.z)
     if ids and set(ids) - set(UNREPEATABLE):
-        model = best.candidate.model(best.point.z)
+        model = best_fit.candidate.model(best_fit.point.z)
     params = {name: {k: float(v) for k, v in values.items()}
-              for name, values in zip(best.candidate.ids, given)}
+              for name, values in zip(best_fit.candidate.ids, parameters)}
     for i, name in enumerate(LATTICES):
         if name in ids:
             params[name] = {'q': float(quantum[i])}
             model = with_effects(model or search.model, [
                 *(model or search.model).effects, {'id': name, **params[name]}])
-    closure = closed_model.closure(search, none, best if best.candidate.ids else None, seed)
+    closure = closed_model.closure(search, none, best_fit if best_fit.candidate.ids else None,
+                                   seed)
     if phi is not None and closure['standard_errors']:
         closure['standard_errors'], closure['condition'] = closed_model.standard_errors(
-            weighed, weighed_best)
+            weighed, weighed_fit)
     if kind == 'effect' and any(i in UNREPEATABLE for i in ids):
         closure.update(closed_fraction=None, closed_fraction_ci=None)
     ranked = weighed.ranked() + weighed.ranked(2)
     ranked = sorted(ranked, key=lambda n: weighed.fitted[n].score)
-    order = list(dict.fromkeys([*named, *(i for n in ranked for i in n.split('+'))]))
+    order = list(dict.fromkeys([*effects, *(i for n in ranked for i in n.split('+'))]))
     times = noise_times(search, phi)
     data = {
         'verdict': kind,
-        'effect': '+'.join(named) if named else None,
+        'effect': '+'.join(effects) if effects else None,
         'location': ('none' if kind == 'none' else locations[0] if len(locations) == 1
                      else locations),
         'ranked': order,
-        'confusable': isolability.confusable(weighed, weighed_best) if kind == 'effect' else [],
+        'confusable': isolability.confusable(weighed, weighed_fit) if kind == 'effect' else [],
         'params': params if kind != 'none' else {},
         **closure,
         'sigma': [float(s) if i in search.long.channels else None
                   for i, s in enumerate(search.long.sigma)],
         'noise_time': times,
         'nominal': co_estimated(search.model, nuisances),
-        'process_torque': float(best.s),
+        'process_torque': float(best_fit.s),
         # With torque noise only those fitted with it can be compared; the others stand behind.
         'gains': {n: round(gain(weighed, weighed.fitted[n]), 1) for n in ranked
                   if not search.noisy or weighed.fitted[n].white is not None},
         'misfit': {'excess': excess, 'structure': structure,
                    'follows': None if law is None else asdict(law)},
         'where': places,
-        'warnings': warnings(search, best, kind, nuisances, times),
+        'warnings': warnings(search, best_fit, kind, nuisances, times),
     }
     if nuisances:
-        data['nominal_shift'] = shifts(best.candidate, nuisances)
+        data['nominal_shift'] = shifts(best_fit.candidate, nuisances)
     if validate is not None:
         data['validation'] = closed_model.validate(validate, search.model, model or search.model,
                                                    search.long.sigma)
-    return Verdict(data, model, weighed)
+    return DiagnosisVerdict(data, model, weighed)
 
 
-def unknown_place(places: Mapping[str, Any], law: ResidualDependence | None, rest: float) -> str:
+def unknown_place(places: Mapping[str, Any], law: ResidualDependence | None,
+                  reduced_chi2: float) -> str:
     """
     Return the location of an unknown effect for which no known one nearly stands.
 
     places: of localisation.places. law: what the best fit leaves as a function of the motion; it
     decides between places where free signals explain as much, and what moves the motor, if with
     it about as little is left (rest: chi2 per reading) as with them.
+
+    Args:
+        places: result of `localisation.places`.
+        law: dependence of the residual on the motion, None if there is none.
+        reduced_chi2: chi2 per reading that the fit leaves.
     """
-    left = {place: found['left'] for place, found in places['places'].items()}
-    least = min(left.values())
-    if (law is not None and rest < AS_MUCH * least
-            and left[localisation.signal_of(law.place)] < TIE * least):
+    free_chi2 = {place: figures['left'] for place, figures in places['places'].items()}
+    smallest = min(free_chi2.values())
+    if (law is not None and reduced_chi2 < AS_MUCH * smallest
+            and free_chi2[localisation.signal_of(law.place)] < TIE * smallest):
         return law.place
     return str(places['location'])
 
 
-def nearly_known(search: Search, best: CandidateFit) -> str | None:
-    """Return the location of the effects of `best` that explain nearly all of the gap, or None."""
-    classes = {location_of(i) for i in best.candidate.ids}
+def nearly_known(search: Search, best_fit: CandidateFit) -> str | None:
+    """
+    Return the location of the effects of `best` that explain nearly all of the gap, or None.
+
+    Args:
+        search: fits of all candidates to one recording.
+        best_fit: fit that is reported.
+    """
+    classes = {location_of(i) for i in best_fit.candidate.ids}
     none = float(search.fitted[''].point.chi2.sum())
     gap = none - search.long.size * len(search.long.windows)
-    explained = none - float(best.point.chi2.sum())
+    explained = none - float(best_fit.point.chi2.sum())
     if search.noisy or len(classes) != 1 or explained < NEARLY * gap:
         return None
     return classes.pop()
 
 
 def co_estimated(model: DriveModel, nuisances: Mapping[str, float]) -> dict[str, float]:
-    """Return {name: nominal value} as estimated along with the effect."""
+    """
+    Return {name: nominal value} as estimated along with the effect.
+
+    Args:
+        model: model of the drive.
+        nuisances: relative changes of nominal values by name.
+    """
     values = {}
     for name in NUISANCES:
         value = next((replaced_value(model, i) for i in EFFECTS if EFFECTS[i].replaces and
@@ -186,29 +217,50 @@ def co_estimated(model: DriveModel, nuisances: Mapping[str, float]) -> dict[str,
 
 
 def noise_times(search: Search, phi: Array | None) -> list[float | None]:
-    """Return over which time (s) the noise of each encoder is correlated, None: it is white."""
+    """
+    Return over which time (s) the noise of each encoder is correlated, None: it is white.
+
+    Args:
+        search: fits of all candidates to one recording.
+        phi: correlation of neighbouring readings of each encoder.
+    """
     return [float(-search.recording.dt / np.log(p)) if p > 0.0 else None
             for p in (np.zeros(2) if phi is None else phi)]
 
 
-def shifts(candidate: Candidate, nuisances: Mapping[str, float]) -> dict[str, float]:
-    """Return {name: shift in standard deviations} of the values estimated along."""
+def shifts(candidate: CandidateModel, nuisances: Mapping[str, float]) -> dict[str, float]:
+    """
+    Return {name: shift in standard deviations} of the values estimated along.
+
+    Args:
+        candidate: model to be fitted, with its coordinates.
+        nuisances: relative changes of nominal values by name.
+    """
     spread = {c.name: c.prior for c in candidate.coordinates if c.owner < 0}
     return {name: float(value / spread[name]) for name, value in nuisances.items()}
 
 
-def warnings(search: Search, best: CandidateFit, kind: str, nuisances: Mapping[str, float],
+def warnings(search: Search, best_fit: CandidateFit, kind: str, nuisances: Mapping[str, float],
              times: Sequence[float | None]) -> list[str]:
-    """Return sentences about what weakens the verdict; times [2]: see noise_times."""
+    """
+    Return sentences about what weakens the verdict; times [2]: see noise_times.
+
+    Args:
+        search: fits of all candidates to one recording.
+        best_fit: fit that is reported.
+        kind: kind of the verdict: effect, none or unknown.
+        nuisances: relative changes of nominal values by name.
+        times: correlation times of the encoder noise [2], s; None: white.
+    """
     out = [f'the noise of the {name} encoder lasts {1e3 * time:.2g} ms, as if it were filtered: '
            'it is judged with that' for name, time in zip(('motor', 'arm'), times) if time]
-    bound = best.candidate.at_bound(best.point.z)
+    bound = best_fit.candidate.at_bound(best_fit.point.z)
     if bound and kind != 'none':
         out.append(f'{", ".join(bound)}: at the bound of what is possible')
-    if nuisances and best.candidate.penalty(best.point.z) > MARGIN:
-        shift = shifts(best.candidate, nuisances)
-        far = max(shift, key=lambda n: abs(shift[n]))
-        out.append(f'nominal values lie far outside their tolerance (most: {far}, '
-                   f'{shift[far]:+.1f} tolerances): the tolerance '
+    if nuisances and best_fit.candidate.penalty(best_fit.point.z) > MARGIN:
+        shift = shifts(best_fit.candidate, nuisances)
+        farthest = max(shift, key=lambda n: abs(shift[n]))
+        out.append(f'nominal values lie far outside their tolerance (most: {farthest}, '
+                   f'{shift[farthest]:+.1f} tolerances): the tolerance '
                    'looks too small, or several values have changed')
     return out

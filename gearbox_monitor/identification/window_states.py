@@ -17,7 +17,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gearbox_monitor.identification.candidates import Candidate
+from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.likelihood import (
     carried, FitPoint, shortened, squares, state_sensitivity, WindowData)
 from gearbox_monitor.kernels.types import Array, Integers
@@ -36,6 +36,14 @@ def solve_states(data: WindowData, model: DriveModel, states: Array, memory: Arr
     Fit only the states of the windows `index` [M]; return (states [M, 4], chi2 [M]).
 
     Levenberg-Marquardt, each window with a damping of its own; those that have arrived wait.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        model: model of the drive.
+        states: states of the drive where the windows start [W, 4].
+        memory: memories of the effects where the windows start [W, 4].
+        index: numbers of the windows [M]; repeats are allowed.
+        iterations: largest number of iterations.
     """
     states, index = states.copy(), np.asarray(index)
     residual, _ = data.residual(model, states, memory, index)
@@ -56,15 +64,16 @@ def solve_states(data: WindowData, model: DriveModel, states: Array, memory: Arr
         damped[:, range(4), range(4)] += diagonal * damping[active, None] + 1e-9
         trial = states[active] + np.linalg.solve(damped, g[active, :, None])[:, :, 0]
         r, _ = data.residual(model, trial, memory[active], index[active])
-        after = squares(r)
-        gain = chi2[active] - after
-        better = gain > 0.0
-        damping[active] = np.where(better, damping[active] * 0.1,
+        trial_chi2 = squares(r)
+        gain = chi2[active] - trial_chi2
+        improved = gain > 0.0
+        damping[active] = np.where(improved, damping[active] * 0.1,
                                    np.minimum(damping[active] * 20.0, 1e6))
-        arrived = np.where(better, gain < 1e-3 * chi2[active], damping[active] > 1.0)
-        moved = active[better]
-        states[moved], residual[moved], chi2[moved] = trial[better], r[better], after[better]
-        moved, active = active[better & ~arrived], active[~arrived]
+        arrived = np.where(improved, gain < 1e-3 * chi2[active], damping[active] > 1.0)
+        moved = active[improved]
+        states[moved], residual[moved] = trial[improved], r[improved]
+        chi2[moved] = trial_chi2[improved]
+        moved, active = active[improved & ~arrived], active[~arrived]
         if not len(active):
             break
     return states, chi2
@@ -77,6 +86,14 @@ def grown_states(data: WindowData, model: DriveModel, memory: Array, index: Inte
 
     Over a long window states far off lead to runs that have nothing to do with the readings; over
     a short one every start arrives. last: the share of the windows to end with.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        model: model of the drive.
+        memory: memories of the effects where the windows start [W, 4].
+        index: numbers of the windows [M]; repeats are allowed.
+        half_gap: half backlash on which states are started elsewhere, rad.
+        last: share of the windows to end with.
     """
     raw = data.raw_states()[index]
     starts = [raw]
@@ -85,50 +102,57 @@ def grown_states(data: WindowData, model: DriveModel, memory: Array, index: Inte
         moved[:, i] += size
         starts.append(moved)
     tried = np.stack(starts, axis=1)
-    every = np.repeat(index, tried.shape[1])
+    repeated = np.repeat(index, tried.shape[1])
     states, chi2 = solve_states(shortened(data, SHARES[0]), model, tried.reshape(-1, 4),
-                                memory[every], every)
-    best = chi2.reshape(len(index), -1).argmin(axis=1)
-    states = states.reshape(len(index), -1, 4)[np.arange(len(index)), best]
+                                memory[repeated], repeated)
+    winner = chi2.reshape(len(index), -1).argmin(axis=1)
+    states = states.reshape(len(index), -1, 4)[np.arange(len(index)), winner]
     for share in SHARES[1:]:
         if share <= last:
             states, _ = solve_states(shortened(data, share), model, states, memory[index], index)
     return states
 
 
-def rescue(data: WindowData, candidate: Candidate, point: FitPoint,
-           others: Sequence[FitPoint] = (), half_gap: float = 0.05) -> int:
+def rescue(data: WindowData, candidate: CandidateModel, point: FitPoint,
+           rivals: Sequence[FitPoint] = (), half_gap: float = 0.05) -> int:
     """
     Try other starts for windows that stand out; return how many became better.
 
     others: Points of other fits. Where one of them is better, its start is tried, too: one that
     only one candidate has found must not be its merit.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        candidate: model to be fitted, with its coordinates.
+        point: where the fit stands: coordinates, window states and memories.
+        rivals: points of other fits whose window states are tried.
+        half_gap: half backlash on which states are started elsewhere, rad.
     """
     if data.simulator.begins_known:
         return 0
-    better = _try_memories(data, candidate, point)
+    improved = _try_memories(data, candidate, point)
     stuck = point.chi2 > max(STUCK * float(np.median(point.chi2)), 1.12 * data.size)
-    behind = np.zeros(len(stuck), bool)
-    for other in others:
-        behind |= other.chi2 < point.chi2 - RIVAL
+    worse_than_rival = np.zeros(len(stuck), bool)
+    for rival in rivals:
+        worse_than_rival |= rival.chi2 < point.chi2 - RIVAL
     for windows, anywhere in ((np.flatnonzero(stuck), True),
-                              (np.flatnonzero(behind & ~stuck), False)):
+                              (np.flatnonzero(worse_than_rival & ~stuck), False)):
         if not len(windows):
             continue
-        starts = _rival_states(others, windows)
+        starts = _rival_states(rivals, windows)
         if anywhere:
             starts.append(grown_states(data, candidate.model(point.z), point.memory, windows,
                                        half_gap))
             if point.carry is not None:
                 starts.append(np.where(windows[:, None] > 0,
                                        point.carry[np.maximum(windows - 1, 0), :4], starts[-1]))
-        better += _try_starts(data, candidate, point, windows, np.stack(starts, axis=1))
-    if better:
+        improved += _try_starts(data, candidate, point, windows, np.stack(starts, axis=1))
+    if improved:
         data.evaluate(candidate, point)
-    return better
+    return improved
 
 
-def _try_memories(data: WindowData, candidate: Candidate, point: FitPoint) -> int:
+def _try_memories(data: WindowData, candidate: CandidateModel, point: FitPoint) -> int:
     """
     Try other memories of a hysteresis where windows begin; return how many became better.
 
@@ -136,46 +160,53 @@ def _try_memories(data: WindowData, candidate: Candidate, point: FitPoint) -> in
     """
     starts = {MEMORIES[i]: EFFECTS[i].memory_starts for i in candidate.ids
               if i in MEMORIES and EFFECTS[i].memory_starts}
-    every, better = np.arange(len(point.states)), np.zeros(len(point.states), bool)
+    index, improved = np.arange(len(point.states)), np.zeros(len(point.states), bool)
     for values in zip(*starts.values()):
         memory = point.memory.copy()
         memory[:, list(starts)] = values
-        states, chi2 = solve_states(data, candidate.model(point.z), point.states, memory, every)
+        states, chi2 = solve_states(data, candidate.model(point.z), point.states, memory, index)
         use = chi2 < point.chi2 - RIVAL
         point.states[use], point.memory[use], point.chi2[use] = states[use], memory[use], chi2[use]
-        better |= use
-    return int(better.sum())
+        improved |= use
+    return int(improved.sum())
 
 
-def _rival_states(others: Sequence[FitPoint], windows: Integers) -> list[Array]:
+def _rival_states(rivals: Sequence[FitPoint], windows: Integers) -> list[Array]:
     """Return the states [M, 4] of the Points `others` that fit `windows` best, as a list."""
-    if not others:
+    if not rivals:
         return []
-    found = np.stack([other.chi2[windows] for other in others])
-    states = np.stack([other.states[windows] for other in others])
-    return [states[best, np.arange(len(windows))]
-            for best in np.argsort(found, axis=0)[:KEPT_STARTS]]
+    chi2 = np.stack([rival.chi2[windows] for rival in rivals])
+    states = np.stack([rival.states[windows] for rival in rivals])
+    return [states[winner, np.arange(len(windows))]
+            for winner in np.argsort(chi2, axis=0)[:KEPT_STARTS]]
 
 
-def _try_starts(data: WindowData, candidate: Candidate, point: FitPoint, windows: Integers,
+def _try_starts(data: WindowData, candidate: CandidateModel, point: FitPoint, windows: Integers,
                 starts: Array) -> int:
     """Move the states of `windows` [M] to the best of `starts` [M, S, 4]; return how many."""
     model = candidate.model(point.z)
-    for iterations, kept in ((ROUGH, KEPT_STARTS), (6 - ROUGH, 1)):
+    for iterations, survivors in ((ROUGH, KEPT_STARTS), (6 - ROUGH, 1)):
         index = np.repeat(windows, starts.shape[1])
         states, chi2 = solve_states(data, model, starts.reshape(-1, 4), point.memory[index],
                                     index, iterations)
         chi2 = chi2.reshape(len(windows), -1)
-        order = np.argsort(chi2, axis=1)[:, :kept]
+        order = np.argsort(chi2, axis=1)[:, :survivors]
         starts = np.take_along_axis(states.reshape(len(windows), -1, 4), order[:, :, None], axis=1)
     chi2 = chi2.min(axis=1)
-    better = chi2 < point.chi2[windows] * (1 - 1e-4) - 1e-3
-    point.states[windows[better]] = starts[better, 0]
-    return int(better.sum())
+    improved = chi2 < point.chi2[windows] * (1 - 1e-4) - 1e-3
+    point.states[windows[improved]] = starts[improved, 0]
+    return int(improved.sum())
 
 
-def hand_over(data: WindowData, candidate: Candidate, point: FitPoint) -> None:
-    """Give windows the memory with which their predecessor ends, where they can live with it."""
+def hand_over(data: WindowData, candidate: CandidateModel, point: FitPoint) -> None:
+    """
+    Give windows the memory with which their predecessor ends, where they can live with it.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        candidate: model to be fitted, with its coordinates.
+        point: where the fit stands: coordinates, window states and memories.
+    """
     moved = data.evaluate(candidate, FitPoint(
         point.z, point.states, carried(point.memory, point.carry)))
     # Near a reversal a little change elsewhere turns a memory over; then the last one is better.

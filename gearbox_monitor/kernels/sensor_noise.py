@@ -41,29 +41,35 @@ def noise_levels(y: Array) -> tuple[Array, Array]:
     nothing about the encoder.
     """
     y = np.asarray(y, float)
-    quantum = np.array([lattice(channel) for channel in y.T])
-    return np.array([noise_level(channel, q) for channel, q in zip(y.T, quantum)]), quantum
+    quantum = np.array([quantisation_step(channel) for channel in y.T])
+    return np.array([white_noise_std(channel, q) for channel, q in zip(y.T, quantum)]), quantum
 
 
-def noise_level(y: Array, quantum: float = 0.0) -> float:
-    """Return the standard deviation (rad) of white noise on y [N] (rad), rounding included."""
+def white_noise_std(y: Array, quantum: float = 0.0) -> float:
+    """
+    Return the standard deviation (rad) of white noise on y [N] (rad), rounding included.
+
+    Args:
+        y: readings of one encoder [N], rad.
+        quantum: quantisation step, rad, or 0.
+    """
     if len(y) < 5:
         return 0.0
     differences = np.abs(np.diff(y, 4))
     middle = np.median(differences)
     spread = middle * MAD_TO_SIGMA
-    most = 8.0 * quantum  # of one step to and fro
+    longest = 8.0 * quantum  # of one step to and fro
     if middle > COARSE * quantum > 0.0:
         # The median jumps by whole steps: how many differences are within it tells the rest.
         edge = (round(middle / quantum) + 0.5) * quantum
         spread = edge / ndtri(0.5 + 0.5 * np.mean(differences < edge))
-    elif np.mean(differences > most) < FEW:
-        spread = np.sqrt(np.mean(np.minimum(differences, most) ** 2))
+    elif np.mean(differences > longest) < FEW:
+        spread = np.sqrt(np.mean(np.minimum(differences, longest) ** 2))
     # Slow motion on a coarse lattice: most differences are 0 and say nothing.
     return float(max(spread / DIFFERENCE_GAIN, quantum / np.sqrt(12.0)))
 
 
-def lattice(y: Array) -> float:
+def quantisation_step(y: Array) -> float:
     """Return the step (rad) of the lattice that all of y [N] stand on, 0 where there is none."""
     values = np.unique(y)
     if len(values) < 2:

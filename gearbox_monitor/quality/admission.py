@@ -34,6 +34,16 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
     arm_torque: [N] N m as measured, used with arm_load: measured in the DriveModel `model` only;
     None or NaN = not measured. name, model_name: what messages call the recording and the model.
     Raises InputError, also where no verdict on the drive is possible.
+
+    Args:
+        t: stamps [N], s, or integer ns.
+        u: torque [N], N m; NaN: not measured.
+        y: readings of motor and arm [N, 2], rad.
+        arm_torque: torque measured on the arm [N], N m, or None.
+        name: name of the recording in messages.
+        place: function (row, field) that says where a value stands.
+        model: model of the drive.
+        model_name: name of the model in messages.
     """
     notes = []
     measured = arm_torque is not None and np.isfinite(arm_torque).any()

@@ -13,11 +13,17 @@
 # limitations under the License.
 
 """Each encoder for itself: is it there, how noisy and how fine, does it stick or wrap."""
+from collections.abc import Sequence
+from typing import TypeAlias
+
 import numpy as np
 
 from gearbox_monitor.estimation.noise_search import at_rest
-from gearbox_monitor.kernels.sensor_noise import lattice, noise_level
-from gearbox_monitor.quality.line import BAD, everything, hurts, Line, OK, WARN
+from gearbox_monitor.kernels.sensor_noise import quantisation_step, white_noise_std
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
+from gearbox_monitor.quality.stretch import Segment
 
 NAMES = ('motor', 'arm')
 MISSING = (0.01, 0.2)    # share of readings: worth a word; too many
@@ -26,13 +32,15 @@ COARSE = 0.1             # step over the twist's swing
 STUCK = (10, 0.02)       # samples and s on one and the same reading that are looked at
 TURN, NEAR_TURN = 2.0 * np.pi, 0.5
 NOISY = 1e-6             # of the travel: noise, not rounding of numbers
+OWN_PLAY = 0.05          # of the travel: backlash of a drive whose model may have none
+Noises: TypeAlias = Sequence[tuple[float, float] | None]
 
 
 def noise_of(y):
     """Return (noise, step of the lattice or 0) of readings y [N] (rad), NaN: not measured."""
-    known = y[np.isfinite(y)]
-    quantum = lattice(known)
-    return noise_level(known, quantum), quantum
+    readings = y[np.isfinite(y)]
+    quantum = quantisation_step(readings)
+    return white_noise_std(readings, quantum), quantum
 
 
 def measured(y):
@@ -40,20 +48,20 @@ def measured(y):
     lines = []
     for name, values in zip(NAMES, y.T):
         share = float(np.isnan(values).mean())
-        told = {'missing_share': share}
+        values = {'missing_share': share}
         if share == 1.0:
-            lines.append(Line(
+            lines.append(Finding(
                 name, 'readings', 'never measured',
                 'without it there is no estimate; diagnose takes one encoder, with '
                 'transmission.kind: rigid in the model file',
-                hurts(BAD, BAD, WARN), told))
+                hurts(BAD, BAD, WARN), values))
             continue
-        worst = BAD if share > MISSING[1] else WARN if share > MISSING[0] else OK
-        lines.append(Line(
+        grade = BAD if share > MISSING[1] else WARN if share > MISSING[0] else OK
+        lines.append(Finding(
             name, 'readings', 'all there' if share == 0.0 else
             f'{100 * share:.2g} % missing or NaN',
-            '' if worst == OK else 'check cable, driver and joint name of this encoder',
-            hurts(min(worst, WARN), worst, worst), told))
+            '' if grade == OK else 'check cable, driver and joint name of this encoder',
+            hurts(min(grade, WARN), grade, grade), values))
     return lines
 
 
@@ -64,99 +72,144 @@ def lines(stamps, y, noises, swing, stated):
     stamps int64 [N] ns and y [N, 2] rad as recorded, stamps increasing; noises ((noise, step),
     ...) of noise_of, None for an encoder without readings; swing (rad): of the twist, or None;
     stated [2] rad: r_std_motor, r_std_arm of the estimator.
+
+    Args:
+        stamps: stamps [N], ns.
+        y: readings [N, 2] as recorded, rad; NaN: not measured.
+        noises: (noise, quantisation step) of each encoder, rad; None without readings.
+        swing: swing of the twist, rad; None if unknown.
+        stated: r_std_motor and r_std_arm of the estimator, rad.
     """
-    there = [i for i in (0, 1) if noises[i] is not None]
-    both = y[:, [there[0], there[-1]]]
-    rest = at_rest(stamps, both)
-    seconds = 0.0 if rest is None else rest[1]
-    told = f'{seconds:.3g} s: tune measures the noise there' if seconds else \
+    channels = [i for i in (0, 1) if noises[i] is not None]
+    both = y[:, [channels[0], channels[-1]]]
+    standstill = at_rest(stamps, both)
+    seconds = 0.0 if standstill is None else standstill[1]
+    figure = f'{seconds:.3g} s: tune measures the noise there' if seconds else \
         'none of half a second: tune will find the noise in motion'
-    found = [Line('motion', 'standstill', told, values={'rest_s': seconds})]
-    for i in there:
+    lines = [Finding('motion', 'standstill', figure, values={'rest_s': seconds})]
+    for i in channels:
         noise, quantum = noises[i]
-        told, values = f'{noise:.3g} rad', {'noise_rad': noise, 'quantum_rad': quantum}
-        if rest is not None:
-            noise = rest[0][there.index(i)]
-            told = f'{noise:.3g} rad at rest ({told} throughout)'
+        figure, values = f'{noise:.3g} rad', {'noise_rad': noise, 'quantum_rad': quantum}
+        if standstill is not None:
+            noise = standstill[0][channels.index(i)]
+            figure = f'{noise:.3g} rad at rest ({figure} throughout)'
             values['noise_at_rest_rad'] = noise
         right = stated[i] / OFF <= noise <= OFF * stated[i]
-        found.append(Line(
-            NAMES[i], 'noise', f'{told}; r_std_{NAMES[i]} is {stated[i]:.3g}',
+        lines.append(Finding(
+            NAMES[i], 'noise', f'{figure}; r_std_{NAMES[i]} is {stated[i]:.3g}',
             '' if right else 'find R and Q with gearbox_monitor tune',
             {} if right else hurts(WARN, WARN), values))
         if not quantum > 0.0:
             continue
         coarse = swing is not None and quantum > COARSE * swing
-        found.append(Line(
+        lines.append(Finding(
             NAMES[i], 'resolution', f'steps of {quantum:.3g} rad'
             + (f', {quantum / swing:.2g} of the swing of the twist' if swing else ''),
             'read the encoder finer (interpolation, both edges), or use one with more lines'
             if coarse else '', hurts(OK, WARN, WARN) if coarse else {}, values))
-    return found
+    return lines
 
 
-def broken(part, noises):
+def broken(part: Segment, noises: Noises, model: DriveModel | None = None) -> list[Finding]:
     """
-    Return Lines about readings of a Stretch that stick, are clipped or wrap around.
+    Return findings about readings that stick, are clipped or wrap around.
 
-    noises: as of lines.
+    Args:
+        part: even grid of samples.
+        noises: (noise, quantisation step) of each encoder, rad; None without readings.
+        model: model of the drive, None if unknown.
     """
-    found = []
+    findings = []
     for i, name in enumerate(NAMES):
         if not part.measured[i]:
             continue
-        y = part.y[:, i]
-        wraps = _wrapped(part, name, y)
-        found += wraps
-        if all(part.measured) and not wraps:
-            found += _stuck(part, name, y, part.y[:, 1 - i], _play(part, noises, i))
-    return found
+        wrapping = wraps(name, part.y[:, i], part.begin, part.dt)
+        findings += wrapping
+        if all(part.measured) and not wrapping:
+            play = free_travel(part, noises, i, model)
+            findings += sticks(name, part.y, i, play, part.begin, part.dt)
+    return findings
 
 
-def _play(part, noises, i):
+def free_travel(part: Segment, noises: Noises, i: int, model: DriveModel | None) -> float:
     """
     Return how far (rad) the other side may go while encoder `i` gives one and the same reading.
 
-    White noise never repeats itself; on a lattice, or without noise, a joint may rest where the
-    other one crosses gap and spring.
+    White noise never repeats itself; on a lattice, or without noise, a joint may rest while the
+    other side crosses backlash and spring.
+
+    Args:
+        part: even grid of samples.
+        noises: (noise, quantisation step) of each encoder, rad.
+        i: number of the encoder, 0 or 1.
+        model: model of the drive, None if unknown.
     """
-    (noise, quantum), (other, other_quantum) = noises[i], noises[1 - i]
-    still = 20.0 * other + 2.0 * other_quantum
+    own, opposite = noises[i], noises[1 - i]
+    assert own is not None and opposite is not None
+    noise, quantum = own
+    travel = 20.0 * opposite[0] + 2.0 * opposite[1]
     if quantum == 0.0 and noise > NOISY * np.ptp(part.y[:, i]):
-        return still
+        return travel
     low, high = np.percentile(part.y[:, 0] - part.y[:, 1], (25, 75))
-    return still + 2.0 * quantum + 4.0 * (high - low)
+    free = 4.0 * float(high - low)
+    if model is not None:
+        t = model.transmission
+        torque = 0.0 if part.u is None else float(np.ptp(part.u))
+        free = max(free, 4.0 * (t.half_gap + t.hysteresis_width)
+                   + 2.0 * torque / max(t.stiffness, 1e-9))
+        if model.driven_by == 'position':  # the backlash may be missing in the model file
+            free = max(free, OWN_PLAY * float(np.ptp(part.y, axis=0).max()))
+    return travel + 2.0 * quantum + free
 
 
-def _wrapped(part, name, y):
+def wraps(name: str, y: Array, begin: float, dt: float) -> list[Finding]:
+    """
+    Return the finding about jumps of one turn, if there are any.
+
+    Args:
+        name: motor or arm.
+        y: readings [N], rad.
+        begin: time of the first reading, s.
+        dt: sample time, s.
+    """
     jump = np.abs(np.diff(y))
     turns = np.flatnonzero(np.abs(jump - TURN) < NEAR_TURN)
     if not len(turns) or jump[turns].min() < 5.0 * np.percentile(jump, 98):
         return []
-    return [Line(
-        name, 'wraps', f'{len(turns)} jumps of one turn, the first at '
-        f'{part.begin + turns[0] * part.dt:.4g} s', 'count the position over turns (unwrap it) '
-        'before it is published', everything(BAD), {'wraps': len(turns)})]
+    return [Finding(
+        name, 'wraps', f'the position of the {name} jumps by {jump[turns[0]]:.4g} rad at t = '
+        f'{begin + (turns[0] + 1) * dt:.4g} s, {len(turns)} jumps of one turn in all',
+        'count the position over turns (unwrap it) before it is published', everything(BAD),
+        {'wraps': len(turns)}, 'wraps')]
 
 
-def _stuck(part, name, y, other, play):
-    """Find a reading that stays the same while the other side goes further than `play` (rad)."""
-    edges = np.flatnonzero(np.diff(y)) + 1
-    starts = np.append(0, edges)
-    lengths = np.diff(np.append(starts, len(y)))
-    least = max(STUCK[0], STUCK[1] / part.dt)
-    seconds, first = 0.0, None
-    for k in np.flatnonzero(lengths >= least):
-        run = slice(starts[k], starts[k] + lengths[k])
-        if np.ptp(other[run]) > play:
-            seconds += lengths[k] * part.dt
-            first = starts[k] if first is None else first
-    if first is None:
+def sticks(name: str, y: Array, i: int, play: float, begin: float, dt: float) -> list[Finding]:
+    """
+    Return the finding about one and the same reading while the other side moves, if there is one.
+
+    Args:
+        name: motor or arm.
+        y: readings of motor and arm [N, 2], rad.
+        i: number of the encoder, 0 or 1.
+        play: travel of the other side that is no fault, rad; see `free_travel`.
+        begin: time of the first reading, s.
+        dt: sample time, s.
+    """
+    own, opposite = y[:, i], y[:, 1 - i]
+    starts = np.append(0, np.flatnonzero(np.diff(own)) + 1)
+    lengths = np.diff(np.append(starts, len(own)))
+    runs = [slice(starts[k], starts[k] + lengths[k])
+            for k in np.flatnonzero(lengths >= max(STUCK[0], STUCK[1] / dt))]
+    runs = [run for run in runs if np.ptp(opposite[run]) > play]
+    if not runs or np.ptp(own) == 0.0:
         return []
-    at_end = y[first] in (y.min(), y.max()) and np.ptp(y) > 0.0
-    what = 'clipped, or an end stop' if at_end else 'frozen'
-    return [Line(
-        name, 'sticks', f'{what}: one and the same reading for {seconds:.3g} s in all, first at '
-        f'{part.begin + first * part.dt:.4g} s, while the other side moves',
+    run, seconds = runs[0], sum(run.stop - run.start for run in runs) * dt
+    clipped = own[run.start] in (own.min(), own.max())
+    cause = ('the reading is clipped, or the joint stands at an end stop' if clipped else
+             'the encoder is frozen')
+    return [Finding(
+        name, 'sticks', f'the position of the {name} stays exactly the same for '
+        f'{(run.stop - run.start) * dt:.3g} s from t = {begin + run.start * dt:.4g} s while the '
+        f'{NAMES[1 - i]} travels {np.ptp(opposite[run]):.3g} rad: {cause}',
         'check encoder, cable and driver; leave end stops out of the motion', everything(BAD),
-        {'stuck_s': seconds})]
+        {'stuck_s': seconds}, 'clipped' if clipped else 'frozen')]

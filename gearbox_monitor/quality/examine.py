@@ -20,7 +20,7 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.quality import (
     encoders, excitation_checks, input_checks as gap_check, stamps, stretch, torque)
-from gearbox_monitor.quality.line import BAD, everything, hurts, Line, OK, PURPOSES, WARN
+from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, PURPOSES, WARN
 from gearbox_monitor.quality.recording import prepare
 
 GROUPS = ('stamps', 'torque', 'motor', 'arm', 'motion', 'signs', 'model')
@@ -30,7 +30,7 @@ WIRING = ('sign', 'swapped', 'units', 'implausible')
 
 
 @dataclass(frozen=True)
-class Examined:
+class Examination:
     """
     The Lines of a recording; suits {purpose: (Verdict, names of the lines that decide it)}.
 
@@ -50,59 +50,72 @@ def examine(samples, parameters, model=None):
     parameters: EstimatorParameters. model: DriveModel of the drive, or None where
     none is known: then nothing is said against it. Raises InputError where there is nothing to
     judge.
+
+    Args:
+        samples: recorded samples.
+        parameters: parameters of the estimator.
+        model: model of the drive, None if unknown.
     """
-    found = stamps.clock(samples.stamp_ns)
-    if found is None or len(found.seconds) < LEAST:
+    clock = stamps.clock(samples.stamp_ns)
+    if clock is None or len(clock.seconds) < LEAST:
         raise InputError(f'{len(samples.stamp_ns)} samples, expected {LEAST} or more with '
                          'increasing stamps')
     u, y = samples.u[:, 0], samples.y
-    lines = stamps.lines(samples.stamp_ns, found, parameters.max_gap,
+    lines = stamps.lines(samples.stamp_ns, clock, parameters.max_gap,
                          parameters.drift_window)
     lines += encoders.measured(y)
-    part = stretch.stretch(found, u, y)
+    part = stretch.stretch(clock, u, y)
     if any(part.measured):
-        lines += _moved(samples, found, part, parameters, model)
+        lines += _moved(samples, clock, part, parameters, model)
     lines += _diagnosis(samples, model)
-    return examined(lines, float(samples.stamp_ns[found.kept][0]) * 1e-9, found.duration)
+    return examined(lines, float(samples.stamp_ns[clock.usable][0]) * 1e-9, clock.duration)
 
 
 def examined(lines, begin, seconds):
-    """Return the Examined of `lines`, in the order of their groups; begin, seconds: as there."""
+    """
+    Return the Examined of `lines`, in the order of their groups; begin, seconds: as there.
+
+    Args:
+        lines: findings.
+        begin: first usable stamp, s.
+        seconds: duration from there to the last stamp, s.
+    """
     lines = sorted(lines, key=lambda line: GROUPS.index(line.group))
-    return Examined(tuple(lines), {purpose: _suits(lines, purpose) for purpose in PURPOSES},
-                    begin, seconds)
+    return Examination(tuple(lines), {purpose: _suits(lines, purpose) for purpose in PURPOSES},
+                       begin, seconds)
 
 
-def _moved(samples, found, part, parameters, model):
-    u, y = samples.u[found.kept, 0], samples.y[found.kept]
+def _moved(samples, clock, part, parameters, model):
+    u, y = samples.u[clock.usable, 0], samples.y[clock.usable]
     noises = [encoders.noise_of(y[:, i]) if part.measured[i] else None for i in (0, 1)]
     moved = excitation_checks.quiet_motion(part, np.array([n[0] if n else 0.0 for n in noises]))
     half_gap = model.transmission.half_gap if model is not None else None
-    told = excitation_checks.lines(part, moved, half_gap, parameters.drift_window)
-    geared = any(line.name == 'motor and arm' and line.verdict() == OK for line in told)
+    motion_lines = excitation_checks.lines(part, moved, half_gap, parameters.drift_window)
+    geared = any(line.name == 'motor and arm' and line.verdict() == OK for line in motion_lines)
     width = excitation_checks.swing(moved)[1] if geared else None
-    lines = encoders.broken(part, noises)
-    lines += encoders.lines(samples.stamp_ns[found.kept], y, noises, width,
+    lines = encoders.broken(part, noises, model)
+    lines += encoders.lines(samples.stamp_ns[clock.usable], y, noises, width,
                             (parameters.r_std_motor, parameters.r_std_arm))
     lines += torque.lines(u, part)
-    moving = all(line.verdict() < BAD for line in told if line.name.startswith('travel'))
+    moving = all(line.verdict() < BAD for line in motion_lines if line.name.startswith('travel'))
     if moving:
         lines.append(excitation_checks.excitation(part, moved))
     if moving and part.u is not None and np.ptp(part.u) > 0.0:
         i = int(np.flatnonzero(part.measured)[0])
         lines += torque.answered(torque.answer(part, moved.sigma, moved.width), part.dt,
                                  parameters.effort_delay, i)
-    return told + lines
+    return motion_lines + lines
 
 
 def _diagnosis(samples, model):
     """Return the Line about what diagnose itself says of the recording."""
     if model is None:
-        return [Line('model', 'model file', 'none given', 'give it with --model: then signs, '
-                     'units and motion are checked against it', hurts(OK, OK, WARN))]
+        return [Finding('model', 'model file', 'none given', 'give it with --model: then signs, '
+                        'units and motion are checked against it', hurts(OK, OK, WARN))]
     if model.transmission.kind == 'rigid':
-        rigid = [Line('model', 'model file', 'transmission.kind is rigid', 'for estimation give '
-                      'the model of a drive with two encoders', hurts(BAD, BAD))]
+        rigid = [Finding('model', 'model file', 'transmission.kind is rigid',
+                         'for estimation give ' 'the model of a drive with two encoders',
+                         hurts(BAD, BAD))]
     else:
         rigid = []
     load = samples.u[:, 1] if model.arm_load == 'measured' else None
@@ -111,22 +124,23 @@ def _diagnosis(samples, model):
                                    samples.u[:, 0], samples.y, load,
                                    one_encoder=bool(rigid), axis=model.axis)
     except InputError as error:
-        alone = not rigid and np.isnan(samples.y).all(axis=0).any()
-        return [*rigid, Line('model', 'diagnose', f'refuses it: {error}',
-                             'with one encoder give a model with transmission.kind: rigid'
-                             if alone else 'see above', hurts(diagnosis=BAD))]
+        one_encoder = not rigid and np.isnan(samples.y).all(axis=0).any()
+        return [*rigid, Finding('model', 'diagnose', f'refuses it: {error}',
+                                'with one encoder give a model with transmission.kind: rigid'
+                                if one_encoder else 'see above', hurts(diagnosis=BAD))]
     problems = gap_check.check(recording, model)
     fatal = [p for p in problems if p.fatal]
-    told = [p.text for p in fatal or problems] or ['takes it, nothing to say']
+    sentences = [p.text for p in fatal or problems] or ['takes it, nothing to say']
     wired = everything(BAD) if any(p.code in WIRING for p in fatal) else \
         hurts(diagnosis=BAD) if fatal else hurts(diagnosis=WARN) if problems else {}
     advice = '' if not problems else 'check model file, channels, signs and units' if \
         wired.get('estimation') else 'see above'
     word = 'refuses it: ' if fatal else 'takes it; ' if problems else ''
-    return [*rigid, Line('model', 'diagnose', word + '; '.join([*told, *notes]), advice, wired)]
+    return [*rigid,
+            Finding('model', 'diagnose', word + '; '.join([*sentences, *notes]), advice, wired)]
 
 
 def _suits(lines, purpose):
-    worst = max(line.hurts.get(purpose, OK) for line in lines)
-    return worst, tuple(f'{line.name} ({line.group})' for line in lines
-                        if worst > OK and line.hurts.get(purpose, OK) == worst)
+    grade = max(line.hurts.get(purpose, OK) for line in lines)
+    return grade, tuple(f'{line.name} ({line.group})' for line in lines
+                        if grade > OK and line.hurts.get(purpose, OK) == grade)

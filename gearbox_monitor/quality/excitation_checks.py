@@ -19,7 +19,7 @@ import numpy as np
 from scipy.signal import oaconvolve
 
 from gearbox_monitor.quality.encoders import NAMES
-from gearbox_monitor.quality.line import BAD, everything, hurts, Line, OK, WARN
+from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
 
 HALF_WIDTHS = (0.005, 0.01, 0.02, 0.04, 0.08)  # s, of the low pass
 QUIET = 0.15             # noise over motion of the acceleration that is wanted
@@ -35,7 +35,7 @@ ROWS = 200000
 
 
 @dataclass(frozen=True)
-class Motion:
+class LowPassedMotion:
     """
     Torque and positions through one low pass, M samples `dt` s apart, from `first` on.
 
@@ -69,25 +69,39 @@ def low_pass(x, width):
 
 
 def motion(part, sigma, width):
-    """Return the Motion of a Stretch, encoders with noise sigma [2] rad; width: samples."""
+    """
+    Return the Motion of a Stretch, encoders with noise sigma [2] rad; width: samples.
+
+    Args:
+        part: even grid of samples.
+        sigma: noise of the encoders [2], rad.
+        width: half width of the low pass, samples.
+    """
     start, kernel = part.y[:1], kernel_of(width)
     p = low_pass(part.y - start, width)
     u = None if part.u is None else low_pass(part.u, width)[1:-1]
     slope = np.linalg.norm(np.pad(kernel, (0, 2)) - np.pad(kernel, (2, 0))) / (2.0 * part.dt)
-    return Motion(
+    return LowPassedMotion(
         u, p[1:-1] + start, (p[2:] - p[:-2]) / (2.0 * part.dt),
         (p[2:] - 2.0 * p[1:-1] + p[:-2]) / part.dt ** 2, sigma,
         sigma * np.linalg.norm(kernel), sigma * slope, part.dt, width, width + 1)
 
 
 def quiet_motion(part, sigma):
-    """Return the Motion of a Stretch with the shortest low pass that the noise allows."""
-    there = list(part.measured)
+    """
+    Return the Motion of a Stretch with the shortest low pass that the noise allows.
+
+    Args:
+        part: even grid of samples.
+        sigma: noise of the encoders [2], rad.
+    """
+    measured = list(part.measured)
     for half_width in HALF_WIDTHS:
         width = max(2, round(half_width / part.dt))
-        moved = motion(part, np.where(there, sigma, 0.0), width)
-        left = moved.sigma * np.linalg.norm(np.diff(np.pad(kernel_of(width), 2), 2)) / part.dt ** 2
-        if (left[there] <= QUIET * moved.a[:, there].std(axis=0)).all():
+        moved = motion(part, np.where(measured, sigma, 0.0), width)
+        noise = moved.sigma * np.linalg.norm(np.diff(np.pad(kernel_of(width), 2),
+                                                     2)) / part.dt ** 2
+        if (noise[measured] <= QUIET * moved.a[:, measured].std(axis=0)).all():
             break
     return moved
 
@@ -99,12 +113,37 @@ def reversals(v, slow):
     return at[1:][np.diff(side[at]) != 0]
 
 
+def reversal_finding(count: int, seconds: float, name: str) -> Finding:
+    """
+    Return the finding about how often the speed changes its sign.
+
+    Args:
+        count: number of reversals.
+        seconds: duration of the motion, s.
+        name: motor or arm.
+    """
+    times = {0: 'never', 1: 'only once'}.get(count, f'{count} times')
+    sufficient = count >= REVERSALS
+    return Finding(
+        'motion', 'reversals',
+        f'the {name} speed reverses {times}, {60 * count / seconds:.3g} per minute',
+        '' if sufficient else 'move to and fro, else friction that depends on the '
+        'direction, torque offset and load cannot be distinguished',
+        {} if sufficient else hurts(OK, BAD, WARN), {'reversals': count},
+        '' if sufficient else 'no_reversal')
+
+
 def swing(moved):
-    """Return (middle, swing) of the twist of a Motion, rad; swing None where it is only noise."""
+    """
+    Return (middle, swing) of the twist of a Motion, rad; swing None where it is only noise.
+
+    Args:
+        moved: low-passed motion of the segment.
+    """
     twist = moved.p[:, 0] - moved.p[:, 1]
     low, high = np.percentile(twist, (1, 99))
-    seen = high - low > 2.0 * SURE * np.hypot(*moved.noise)
-    return 0.5 * (low + high), float(high - low) if seen else None
+    visible = high - low > 2.0 * SURE * np.hypot(*moved.noise)
+    return 0.5 * (low + high), float(high - low) if visible else None
 
 
 def lines(part, moved, half_gap, drift_window):
@@ -112,37 +151,40 @@ def lines(part, moved, half_gap, drift_window):
     Return Lines on the Motion `moved` of a Stretch.
 
     half_gap: rad, of the model, or None where there is none; drift_window: s.
+
+    Args:
+        part: even grid of samples.
+        moved: low-passed motion of the segment.
+        half_gap: half backlash of the model, rad, or None.
+        drift_window: window of the drift estimate, s.
     """
-    found = []
+    lines = []
     travels = [float(np.ptp(moved.p[:, i])) for i in (0, 1)]
     still = False
     for i in np.flatnonzero(part.measured):
-        enough = travels[i] > TRAVEL * max(moved.noise[i], 1e-300)
-        still |= not enough
-        told = f'{travels[i]:.4g} rad' + ('' if enough else ': hardly above noise')
-        found.append(Line(
-            'motion', f'travel, {NAMES[i]}', told,
-            '' if enough else 'move the joint; check unit and joint name of this encoder',
-            {} if enough else everything(BAD), {'travel_rad': travels[i]}))
+        sufficient = travels[i] > TRAVEL * max(moved.noise[i], 1e-300)
+        still |= not sufficient
+        figure = f'{travels[i]:.4g} rad' + ('' if sufficient else ': hardly above noise')
+        lines.append(Finding(
+            'motion', f'travel, {NAMES[i]}', figure,
+            '' if sufficient else 'move the joint; check unit and joint name of this encoder',
+            {} if sufficient else everything(BAD), {'travel_rad': travels[i]}))
     if still:
-        return found
+        return lines
     i = int(np.flatnonzero(part.measured)[0])
     v = moved.v[:, i]
     fast, rms = float(np.abs(v).max()), float(np.sqrt(np.mean(v ** 2)))
-    found.append(Line('motion', f'speed, {NAMES[i]}', f'rms {rms:.3g}, largest {fast:.3g} rad/s',
-                      values={'speed_rms': rms, 'speed_max': fast}))
+    lines.append(Finding('motion', f'speed, {NAMES[i]}',
+                         f'rms {rms:.3g}, largest {fast:.3g} rad/s',
+                         values={'speed_rms': rms, 'speed_max': fast}))
     turns = len(reversals(v, max(SLOW[0] * moved.noise_v[i], SLOW[1] * fast)))
-    enough = turns >= REVERSALS
-    found.append(Line(
-        'motion', 'reversals', f'{turns}, {60 * turns / part.duration:.3g} per minute',
-        '' if enough else 'move to and fro: friction, offsets and load are one number else',
-        {} if enough else hurts(OK, BAD, WARN), {'reversals': turns}))
+    lines.append(reversal_finding(turns, part.duration, NAMES[i]))
     if all(part.measured):
         ratio = _ratio(moved)
-        found.append(ratio)
+        lines.append(ratio)
         if ratio.verdict() == OK:
-            found.append(_traversals(part, moved, half_gap, drift_window))
-    return found
+            lines.append(_traversals(part, moved, half_gap, drift_window))
+    return lines
 
 
 def _ratio(moved):
@@ -153,26 +195,29 @@ def _ratio(moved):
     # Noise and backlash flatten the slope of one on the other, not that of their sizes.
     size = float(np.linalg.norm(arm) / max(np.linalg.norm(motor), 1e-300))
     values = {'slope': slope, 'correlation': same}
-    told = f'arm moves {np.sign(slope) * size:.4g} x the motor, correlation {same:.3f}'
+    figure = f'arm moves {np.sign(slope) * size:.4g} x the motor, correlation {same:.3f}'
     if abs(same) < 0.5:
-        return Line('signs', 'motor and arm', f'{told}: not one drive', 'check the joint names: '
-                    'motor and arm must be the two ends of one gearbox', everything(BAD), values)
+        return Finding(
+            'signs', 'motor and arm', f'{figure}: not one drive',
+            'check the joint names: ' 'motor and arm must be the two ends of one gearbox',
+            everything(BAD), values)
     if slope < 0.0:
-        return Line('signs', 'motor and arm', told, 'turn the sign of one encoder, or make '
-                    'gear_ratio in the model file negative', everything(BAD), values)
+        return Finding('signs', 'motor and arm', figure, 'turn the sign of one encoder, or make '
+                       'gear_ratio in the model file negative', everything(BAD), values)
     if not RATIO[0] < size < RATIO[1]:
-        return Line('signs', 'motor and arm', told, f'multiply gear_ratio in the model file by '
-                    f'{1.0 / size:.4g} (--model), or check the units', everything(BAD), values)
-    return Line('signs', 'motor and arm', told, values=values)
+        return Finding('signs', 'motor and arm', figure,
+                       'multiply gear_ratio in the model file by '
+                       f'{1.0 / size:.4g} (--model), or check the units', everything(BAD), values)
+    return Finding('signs', 'motor and arm', figure, values=values)
 
 
 def _traversals(part, moved, half_gap, drift_window):
     """Return the Line about how often the twist goes from one flank to the other."""
     middle, width = swing(moved)
     if width is None:
-        return Line('motion', 'gap traversals', 'no twist seen above the noise',
-                    'load the joint to and fro; backlash below the noise of the encoders cannot '
-                    'be watched', hurts(OK, BAD, WARN), {'traversals': 0})
+        return Finding('motion', 'gap traversals', 'no twist seen above the noise',
+                       'load the joint to and fro; backlash below the noise of the encoders '
+                       'cannot be watched', hurts(OK, BAD, WARN), {'traversals': 0})
     flank = FLANK * width if not half_gap else HALF_GAP * half_gap
     flank = max(flank, SURE * float(np.hypot(*moved.noise)))
     at = reversals(moved.p[:, 0] - moved.p[:, 1] - middle, flank)
@@ -180,29 +225,36 @@ def _traversals(part, moved, half_gap, drift_window):
     per_window = np.bincount((at * moved.dt / drift_window).astype(int), minlength=windows)
     share = float((per_window[:windows] >= 2).mean())
     values = {'traversals': len(at), 'swing_rad': width, 'windows_share': share}
-    told = (f'{len(at)}, {60 * len(at) / part.duration:.3g} per minute; the twist swings '
-            f'{width:.3g} rad')
+    figure = (f'{len(at)}, {60 * len(at) / part.duration:.3g} per minute; the twist swings '
+              f'{width:.3g} rad')
     if share == 1.0:
-        return Line('motion', 'gap traversals', told, values=values)
+        return Finding('motion', 'gap traversals', figure, values=values)
     spoilt = hurts(OK, WARN if share >= 0.5 else BAD, OK if len(at) else WARN)
-    return Line('motion', 'gap traversals', f'{told}; in {100 * share:.0f} % of the windows there '
-                'and back', f'load both flanks in every {drift_window:g} s: reverse under load',
-                spoilt, values)
+    return Finding('motion', 'gap traversals',
+                   f'{figure}; in {100 * share:.0f} % of the windows there ' 'and back',
+                   f'load both flanks in every {drift_window:g} s: reverse under load', spoilt,
+                   values)
 
 
 def excitation(part, moved):
-    """Return the Line about whether inertia, friction and offset can be told apart."""
+    """
+    Return the Line about whether inertia, friction and offset can be told apart.
+
+    Args:
+        part: even grid of samples.
+        moved: low-passed motion of the segment.
+    """
     i = int(np.flatnonzero(part.measured)[0])
     step = max(1, len(moved.v) // ROWS)
     v, a = moved.v[::step, i], moved.a[::step, i]
     columns = np.column_stack([a, v, sign(v, moved.noise_v[i]), np.ones(len(v))])
     columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     condition = float(np.linalg.cond(columns))
-    enough = condition < EXCITED
-    return Line('motion', 'excitation', f'condition {condition:.3g} of acceleration, speed, '
-                'friction, offset', '' if enough else
-                'move at several speeds, in both directions, with quick starts and stops',
-                {} if enough else hurts(OK, OK, WARN), {'condition': min(condition, 1e300)})
+    sufficient = condition < EXCITED
+    return Finding('motion', 'excitation', f'condition {condition:.3g} of acceleration, speed, '
+                   'friction, offset', '' if sufficient else
+                   'move at several speeds, in both directions, with quick starts and stops',
+                   {} if sufficient else hurts(OK, OK, WARN), {'condition': min(condition, 1e300)})
 
 
 def sign(v, noise):

@@ -15,34 +15,35 @@
 """
 Check that a recording is one of the drive in the model file and holds enough motion.
 
-Each finding is a Problem. A fatal one means that a verdict would be about the recording, not about
+A fatal finding (see finding.FATAL) means that a verdict would be about the recording, not about
 the drive: wrong channel, sign or unit, a dead or clipped encoder, no motion. The others say what
 the recording cannot show.
 
 sigma [2]: noise of the encoders, rad. smooth: a Smooth; swap: whether the encoders change places.
 """
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.kernels.sensor_noise import noise_levels
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.quality import encoders
+from gearbox_monitor.quality.excitation_checks import reversal_finding, reversals, REVERSALS
+from gearbox_monitor.quality.finding import Finding
 from gearbox_monitor.quality.recording import MIN_DURATION, UniformRecording
+from gearbox_monitor.quality.stretch import Segment
+from gearbox_monitor.quality.torque import limits as torque_limits
 
 SHORT = 8.0                 # s: below it held-out windows are few
 RATES = (200.0, 4000.0)     # Hz
 MIN_TRAVEL = 10.0           # noise standard deviations
 MIN_MOVING = 4              # windows of 1 s with motion
-FROZEN = 0.25               # s with one and the same reading while the other side travels
-CLIPPED = 10                # samples in a row on the extreme reading
-AT_LIMIT = 0.02             # share of samples on the extreme torque worth a word
 LOOSE = (0.33, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0)  # parts of the half gap that are tried
 SWINGS = np.array([0.0, 0.25, 0.4, 0.45])  # half gaps in parts of the twist's swing
-OWN_PLAY = 0.05  # of the travel
 LASTING = 0.5   # share of what is unexplained that smoothing leaves where it is no noise
 HALF_WIDTHS = (0.015, 0.03, 0.06, 0.12)  # s, of the smoothing
 # A channel, sign or unit is called wrong where putting it right takes the misfit from above the
@@ -56,22 +57,25 @@ STRANGE = 1.0               # misfit worth a word
 SAME_FACTOR = 0.3          # how near (relative) a factor comes to a known one
 
 
-@dataclass(frozen=True)
-class Problem:
-    """One finding: `code` for programs, `text` for people; `fatal` ones forbid a verdict."""
-
-    code: str
-    text: str
-    fatal: bool
+def _finding(code: str, text: str) -> Finding:
+    """Return a Finding of the diagnosis alone."""
+    return Finding('model', 'diagnose', text, code=code)
 
 
-def check(recording: UniformRecording, model: DriveModel) -> list[Problem]:
-    """Return the Problems (list) of a Recording of the drive DriveModel `model`."""
-    return [replace(problem, text=on_axis(problem.text, model.axis))
-            for problem in _problems(recording, model)]
+def check(recording: UniformRecording, model: DriveModel) -> list[Finding]:
+    """
+    Return what a recording says about itself and about the model of its drive.
+
+    Args:
+        recording: recording of the drive.
+        model: model of the drive.
+    """
+    return [replace(finding, figure=on_axis(finding.figure, model.axis),
+                    advice=on_axis(finding.advice, model.axis))
+            for finding in _problems(recording, model)]
 
 
-def _problems(recording: UniformRecording, model: DriveModel) -> list[Problem]:
+def _problems(recording: UniformRecording, model: DriveModel) -> list[Finding]:
     problems = _rate_and_length(recording)
     if problems and problems[0].fatal:
         return problems
@@ -80,7 +84,7 @@ def _problems(recording: UniformRecording, model: DriveModel) -> list[Problem]:
     fatal = {p.code for p in problems if p.fatal}
     if 'wraps' in fatal or (np.ptp(recording.y, axis=0) == 0.0).any():
         return problems
-    smooth = Smooth(recording, sigma)
+    smooth = SmoothedMotion(recording, sigma)
     still = _still(recording, smooth, sigma)
     if still and not fatal:  # noise tells nothing of channels, signs and units
         return problems + still
@@ -93,147 +97,49 @@ def _problems(recording: UniformRecording, model: DriveModel) -> list[Problem]:
     problems += wrong
     if any(p.fatal for p in wrong):
         return problems
-    return problems + _torque_limits(recording) + _motion(recording, smooth, model)
+    return problems + torque_limits(recording.u) + _motion(recording, smooth, model)
 
 
-def _rate_and_length(r: UniformRecording) -> list[Problem]:
+def _rate_and_length(r: UniformRecording) -> list[Finding]:
     rate = 1.0 / r.dt
     if not RATES[0] * 0.99 <= rate <= RATES[1] * 1.01:
         hint = ''
         for unit, factor in (('ms', 1e3), ('us', 1e6), ('ns', 1e9)):
             if RATES[0] * 0.99 <= rate * factor <= RATES[1] * 1.01:
                 hint = f'; is t in {unit}? It must be in s'
-        return [Problem('rate', f'{rate:.4g} samples/s, expected {RATES[0]:g} to '
-                                f'{RATES[1]:g}{hint}', True)]
+        return [_finding('rate', f'{rate:.4g} samples/s, expected {RATES[0]:g} to '
+                         f'{RATES[1]:g}{hint}')]
     if r.duration < MIN_DURATION * 0.999:
-        return [Problem('too_short', f'{r.duration:.3g} s, expected at least {MIN_DURATION:g} s: '
-                        'the verdict is tested on windows of 1 s that are not fitted', True)]
+        return [_finding('too_short', f'{r.duration:.3g} s, expected at least {MIN_DURATION:g} s: '
+                         'the verdict is tested on windows of 1 s that are not fitted')]
     if r.duration < SHORT:
-        return [Problem('short', f'{r.duration:.3g} s: few windows are left for the test, '
-                        'intervals will be wide; 10 s or more are better', False)]
+        return [_finding('short', f'{r.duration:.3g} s: few windows are left for the test, '
+                         'intervals will be wide; 10 s or more are better')]
     return []
 
 
 # --- each encoder for itself --------------------------------------------------------------------
-def _runs(values: Array) -> tuple[Integers, Integers]:
-    """Return (starts, lengths) of the runs of one and the same value in values [N]."""
-    edges = np.flatnonzero(np.diff(values) != 0.0) + 1
-    starts = np.concatenate([[0], edges])
-    return starts, np.diff(np.concatenate([starts, [len(values)]]))
-
-
 def _encoders(r: UniformRecording, model: DriveModel, sigma: Array,
-              quantum: Array) -> list[Problem]:
-    problems = []
-    names = ('motor', 'arm')
+              quantum: Array) -> list[Finding]:
+    """Find encoders that do not move at all, stick, are clipped or wrap around."""
     if not np.isfinite(r.y).all() or not np.isfinite(r.u).all():
-        return [Problem('not_finite', 'a value is not finite, expected numbers throughout', True)]
-    for i, name in enumerate(names):
-        y, other = r.y[:, i], r.y[:, 1 - i]
-        if np.ptp(y) == 0.0:
-            both = np.ptp(other) == 0.0
-            problems.append(Problem(
-                'frozen', f'the position of {"motor and arm" if both else f"the {name}"} never '
-                f'changes: {y[0]:.6g} rad throughout', True))
-            if both:
-                return problems
-            continue
-        starts, lengths = _runs(y)
-        problems += (_clipped(r, model, name, y, sigma[i], quantum[i], other, sigma[1 - i],
-                              starts, lengths)
-                     or _frozen(r, model, name, quantum[i], other, sigma[1 - i], starts, lengths)
-                     or _wrapped(r, name, y))
-    return problems
-
-
-def _wrapped(r: UniformRecording, name: str, y: Array) -> list[Problem]:
-    """Find jumps of one turn."""
-    jump = np.diff(y)
-    wraps = np.flatnonzero(np.abs(np.abs(jump) - 2 * np.pi) < 0.5)
-    if not len(wraps) or np.abs(jump[wraps]).min() < 5 * np.percentile(np.abs(jump), 98):
-        return []
-    k = int(wraps[0])
-    return [Problem(
-        'wraps', f'the position of the {name} jumps by {jump[k]:.4g} rad at t = '
-        f'{r.t[k + 1]:.4g} s, {len(wraps)} jumps of one turn in all: expected a position counted '
-        'over turns (unwrapped)', True)]
-
-
-def _play(r: UniformRecording, model: DriveModel, quantum: float, sigma: float) -> float:
-    """Return how far (rad) one side can go while the other stands on one and the same reading."""
-    t = model.transmission
-    play = 2 * (2 * t.half_gap + 2 * t.hysteresis_width) + 20 * sigma
-    if model.driven_by == 'position':  # the gap may be what the model file lacks
-        play = max(play, OWN_PLAY * float(np.ptp(r.y, axis=0).max()))
-    if quantum > 0.0:  # may stand on one step; noise without a lattice never repeats itself
-        play += 2 * float(np.ptp(r.u)) / max(t.stiffness, 1e-9)
-    return play
-
-
-def _clipped(r: UniformRecording, model: DriveModel, name: str, y: Array, sigma: float,
-             quantum: float, other: Array, other_sigma: float, starts: Integers,
-             lengths: Integers) -> list[Problem]:
-    """
-    Find the reading that rests on its extreme value while the drive goes on.
-
-    On a lattice a turning motion, too, rests there, for long where it sticks: then only what the
-    other side does tells.
-    """
-    play = _play(r, model, quantum, other_sigma)
-    for extreme, word in ((y.max(), 'largest'), (y.min(), 'smallest')):
-        hit = np.flatnonzero((y[starts] == extreme) & (lengths >= CLIPPED) & (starts > 0))
-        runs = [slice(starts[k], starts[k] + lengths[k]) for k in hit]
-        if quantum > 0.0:
-            clipped = any(np.ptp(other[run]) > play for run in runs)
-        else:
-            clipped = any(abs(y[max(2 * run.start - run.stop, 0)] - extreme) > 20 * sigma
-                          for run in runs)
-        if clipped:
-            return [Problem(
-                'clipped', f'the position of the {name} rests on its {word} value '
-                f'{extreme:.6g} rad for {lengths[hit].sum()} samples, first at t = '
-                f'{r.t[runs[0].start]:.4g} s: the reading is clipped or the joint stands at an '
-                'end stop', True)]
-    return []
-
-
-def _frozen(r: UniformRecording, model: DriveModel, name: str, quantum: float, other: Array,
-            sigma: float, starts: Integers, lengths: Integers) -> list[Problem]:
-    """Find one and the same reading while the other side goes further than gap and spring."""
-    play = _play(r, model, quantum, sigma)
-    for k in np.flatnonzero(lengths * r.dt >= FROZEN):
-        part = slice(starts[k], starts[k] + lengths[k])
-        travel = np.ptp(other[part])
-        if travel > play:
-            side = 'arm' if name == 'motor' else 'motor'
-            return [Problem(
-                'frozen', f'the position of the {name} stays exactly the same for '
-                f'{lengths[k] * r.dt:.3g} s from t = {r.t[starts[k]]:.4g} s while the {side} '
-                f'travels {travel:.3g} rad: the encoder is frozen', True)]
-    return []
-
-
-def _torque_limits(r: UniformRecording) -> list[Problem]:
-    """Tell of a torque command that stands on its limits, which the fit can live with."""
-    high, low = r.u.max(), r.u.min()
-    if high == low:
-        return []
-    still = np.concatenate([[False], np.diff(r.u) == 0.0])
-    limit = np.zeros(len(r.u), bool)
-    starts, lengths = _runs(r.u)
-    for k in np.flatnonzero((lengths >= 5) & ((r.u[starts] == high) | (r.u[starts] == low))):
-        limit[starts[k]:starts[k] + lengths[k]] = True
-    share = limit.mean()
-    # Steps stand still everywhere, a clipped command on its limits only.
-    if not AT_LIMIT <= share < 0.7 or still[~limit].mean() > 0.2:
-        return []
-    return [Problem('torque_limit', f'the commanded torque stands on its limits {low:.4g} and '
-                    f'{high:.4g} N m for {100 * share:.0f} % of the time: good if u was logged '
-                    'behind the limiter; if before, expect the effect saturation', False)]
+        return [_finding('not_finite', 'a value is not finite, expected numbers throughout')]
+    still = np.ptp(r.y, axis=0) == 0.0
+    findings = [_finding('frozen', f'the position of {side} never changes: {r.y[0, i]:.6g} rad '
+                         'throughout') for i, side in enumerate(('the motor', 'the arm'))
+                if still[i] and not still.all()]
+    if still.all():
+        return [_finding('frozen', f'the position of motor and arm never changes: {r.y[0, 0]:.6g} '
+                         'rad throughout')]
+    noises = list(zip(sigma.tolist(), quantum.tolist()))
+    segment = Segment(0.0, r.duration, r.dt, r.u, r.y, (True, True))
+    moving = [f for f in encoders.broken(segment, noises, model)
+              if not still[encoders.NAMES.index(f.group)]]
+    return findings + moving
 
 
 # --- smoothed motion ----------------------------------------------------------------------------
-class Smooth:
+class SmoothedMotion:
     """
     Torque and positions smoothed alike, with the positions' derivatives, every few samples.
 
@@ -241,9 +147,9 @@ class Smooth:
     is left of the noise in p. As wide as the noise asks for, and half the width `least` s.
     """
 
-    def __init__(self, recording: UniformRecording, sigma: Array, least: float = 0.0) -> None:
+    def __init__(self, recording: UniformRecording, sigma: Array, shortest: float = 0.0) -> None:
         r = recording
-        for half_width in (w for w in HALF_WIDTHS if w >= least):
+        for half_width in (w for w in HALF_WIDTHS if w >= shortest):
             n = max(3, int(round(half_width / r.dt)))
             kernels = _kernels(n, r.dt)
             a = np.column_stack([np.convolve(y - y[0], kernels[2], 'valid') for y in r.y.T])
@@ -251,13 +157,14 @@ class Smooth:
             if (sigma * gain <= 0.15 * a.std(axis=0)).all() or half_width == HALF_WIDTHS[-1]:
                 break
         self.half_width = half_width
-        every = slice(None, None, max(1, n // 3))
-        self.k = np.arange(n, len(r.u) - n)[every]
-        self.a = a[every]
+        decimated = slice(None, None, max(1, n // 3))
+        self.k = np.arange(n, len(r.u) - n)[decimated]
+        self.a = a[decimated]
         self.p, self.v = (np.column_stack(
-            [np.convolve(y - y[0], kernels[i], 'valid') for y in r.y.T])[every] for i in (0, 1))
+            [np.convolve(y - y[0], kernels[i],
+                         'valid') for y in r.y.T])[decimated] for i in (0, 1))
         self.p += r.y[0]
-        self.u = np.convolve(r.u, kernels[0], 'valid')[every]
+        self.u = np.convolve(r.u, kernels[0], 'valid')[decimated]
         self.noise = sigma * np.sqrt((kernels[0] ** 2).sum())
         self.noise_v = sigma * np.sqrt((kernels[1] ** 2).sum())
 
@@ -278,68 +185,71 @@ def _kernels(n: int, dt: float) -> tuple[Array, Array, Array]:
 
 
 # --- channels, signs and units ------------------------------------------------------------------
-def _wrong(recording: UniformRecording, sigma: Array, smooth: Smooth,
-           model: DriveModel) -> list[Problem]:
+def _wrong(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
+           model: DriveModel) -> list[Finding]:
     """Find what _wiring does where it is still there when more is smoothed away."""
     wrong = _wiring(smooth, model)
     # Noise that lasts is more than its high frequencies tell. Much wider hides what is wrong, too.
     wider = [w for w in HALF_WIDTHS if w > smooth.half_width]
-    if wrong and wider and wrong[0].code != 'implausible':
-        wide = Smooth(recording, sigma, wider[0])
+    if wrong and wider and wrong[0].code not in ('implausible', 'strange'):
+        wide = SmoothedMotion(recording, sigma, wider[0])
         lasts = misfit(wide, model) > LASTING * misfit(smooth, model) or _wiring(wide, model)
         return wrong if lasts else []
     for width in wider:
-        wrong = wrong and _wiring(Smooth(recording, sigma, width), model)
+        wrong = wrong and _wiring(SmoothedMotion(recording, sigma, width), model)
     return wrong
 
 
-def _wiring(smooth: Smooth, model: DriveModel) -> list[Problem]:
+def _wiring(smooth: SmoothedMotion, model: DriveModel) -> list[Finding]:
     """Find the change of channels, signs or units without which the model says nothing."""
-    given = misfit(smooth, model)
-    if given < min(least for least, _, _ in WRONG['wiring']):
+    as_recorded = misfit(smooth, model)
+    if as_recorded < min(threshold for threshold, _, _ in WRONG['wiring']):
         return []
-    best = given
-    found: tuple[Any, ...] | None = None
+    lowest = as_recorded
+    change: tuple[Any, ...] | None = None
     for swap, arm, torque in product((False, True), (1, -1), (1, -1)):
         value = misfit(smooth, model, swap, (1.0, float(arm)), float(torque))
-        if value < best:
-            best, found = value, ('wiring', swap, arm, torque)
+        if value < lowest:
+            lowest, change = value, ('wiring', swap, arm, torque)
     # One position against the other must fit to a few percent: known units, the slope, a grid.
     motor, arm = smooth.p[:, 0] - smooth.p[:, 0].mean(), smooth.p[:, 1] - smooth.p[:, 1].mean()
     slope = abs(motor @ arm) / (motor @ motor)
     ratio = abs(model.gear_ratio)
-    known = np.array([180 / np.pi, 1e3, 2 * np.pi])
+    usual_factors = np.array([180 / np.pi, 1e3, 2 * np.pi])
     decades = np.arange(-4.5, 4.51, 0.1)
     # Inertias and loads of a model may be off by several times: other factors must be large.
     grid = 10.0 ** decades[np.abs(decades) > LEAST_DECADES]
-    usual = np.concatenate([known, 1 / known])
-    for what, usual_ones in product(('both', 'torque', 'motor', 'arm', 'side'), (True, False)):
-        more = {'both': [], 'arm': [1 / slope]}.get(what, [slope, ratio, 1 / ratio])
+    usual = np.concatenate([usual_factors, 1 / usual_factors])
+    for quantity, usual_ones in product(('both', 'torque', 'motor', 'arm', 'side'), (True, False)):
+        extra_factors = {'both': [], 'arm': [1 / slope]}.get(quantity, [slope, ratio, 1 / ratio])
         factors = np.append(usual if usual_ones else grid,
-                            [f for f in more if abs(np.log10(f)) > 0.4])
+                            [f for f in extra_factors if abs(np.log10(f)) > 0.4])
         for factor in factors:
-            scale = (factor if what in ('motor', 'both', 'side') else 1.0,
-                     factor if what in ('arm', 'both') else 1.0)
+            scale = (factor if quantity in ('motor', 'both', 'side') else 1.0,
+                     factor if quantity in ('arm', 'both') else 1.0)
             value = misfit(smooth, model, False, scale,
-                           {'torque': factor, 'side': 1.0 / factor}.get(what, 1.0))
+                           {'torque': factor, 'side': 1.0 / factor}.get(quantity, 1.0))
             # Signs are the simpler explanation, and usual units that of odd factors.
-            handicap = 0.8 if found and found[0] == 'wiring' else 1.0 if usual_ones else 0.6
-            if value < handicap * best:
-                best, found = value, ('unit', what, 1.0 / factor)
-    if found is None or not any(given > least and best < part * given and best < most
-                                for least, part, most in WRONG[found[0]]):
-        if given < STRANGE:
+            handicap = 0.8 if change and change[0] == 'wiring' else 1.0 if usual_ones else 0.6
+            if value < handicap * lowest:
+                lowest, change = value, ('unit', quantity, 1.0 / factor)
+    if change is None or not any(
+            as_recorded > threshold and lowest < min(part * as_recorded, limit)
+            for threshold, part, limit in WRONG[change[0]]):
+        if as_recorded < STRANGE:
             return []
-        return [Problem('implausible', 'the torque that motion and model leave unexplained is '
-                        f'{np.sqrt(given):.3g} times the commanded one; check model file, '
-                        'channels, signs and units', given > IMPLAUSIBLE)]
-    text = _wiring_text(*found[1:]) if found[0] == 'wiring' else _unit_text(model, *found[1:])
-    code = 'units' if found[0] == 'unit' else 'swapped' if found[1] else 'sign'
-    return [Problem(code, f'{text}: with that changed, {100 * np.sqrt(best):.0f} % of the torque '
-                    f'stay unexplained instead of {100 * np.sqrt(given):.0f} %', True)]
+        return [_finding('implausible' if as_recorded > IMPLAUSIBLE else 'strange',
+                         'the torque that motion and model leave unexplained is '
+                         f'{np.sqrt(as_recorded):.3g} times the commanded one; check model file, '
+                         'channels, signs and units')]
+    text = _wiring_text(*change[1:]) if change[0] == 'wiring' else _unit_text(model, *change[1:])
+    code = 'units' if change[0] == 'unit' else 'swapped' if change[1] else 'sign'
+    return [_finding(code, f'{text}: with that changed, {100 * np.sqrt(lowest):.0f} % of the '
+                     'torque stay unexplained instead of '
+                     f'{100 * np.sqrt(as_recorded):.0f} %')]
 
 
-def misfit(smooth: Smooth, model: DriveModel, swap: bool = False,
+def misfit(smooth: SmoothedMotion, model: DriveModel, swap: bool = False,
            scale: tuple[float, float] = (1.0, 1.0), torque: float = 1.0) -> float:
     """
     Return how far torque and positions are from the two equations of motion, in parts of |u|^2.
@@ -348,6 +258,13 @@ def misfit(smooth: Smooth, model: DriveModel, swap: bool = False,
     motor and arm swapped or not, positions times scale [2], torque times `torque`. What real
     drives have anyway is free: loads on the arm, a constant torque, encoders that share no zero,
     gap and stiffness within a factor of three.
+
+    Args:
+        smooth: smoothed motion.
+        model: model of the drive.
+        swap: whether motor and arm change places.
+        scale: factors on the positions [2].
+        torque: factor on the torque.
     """
     order = (1, 0) if swap else (0, 1)
     p, v, a = (x[:, order] * scale for x in (smooth.p, smooth.v, smooth.a))
@@ -365,10 +282,11 @@ def misfit(smooth: Smooth, model: DriveModel, swap: bool = False,
     twist = p[:, 0] - p[:, 1]
     middle = 0.5 * (np.percentile(twist, 2) + np.percentile(twist, 98))
     t = model.transmission
-    best, loose = np.inf, 3.0
+    lowest, loose = np.inf, 3.0
     gaps = [factor * t.half_gap for factor in (LOOSE if t.half_gap > 0.0 else (1.0,))]
     if model.driven_by == 'position':  # gap and stiffness are looked for in the twist itself
-        swing = min(np.ptp(np.percentile(twist, (2, 98))), 2.0 * OWN_PLAY * np.ptp(p[:, 1]))
+        swing = min(np.ptp(np.percentile(twist, (2, 98))),
+                    2.0 * encoders.OWN_PLAY * np.ptp(p[:, 1]))
         gaps, loose = [*gaps, *(SWINGS * swing)], 100.0
     for zero, gap in product((0.0, middle), gaps):
         bent = twist - zero
@@ -378,8 +296,8 @@ def misfit(smooth: Smooth, model: DriveModel, swap: bool = False,
         stiffness = np.clip(stiffness, t.stiffness / loose, t.stiffness * loose)
         motor_off = motor - stiffness * moved
         arm_off = stiffness * (bent - loads @ (loads.T @ bent)) - arm
-        best = min(best, motor_off @ motor_off + arm_off @ arm_off)
-    return float(best / max(float(u @ u), 1e-300))
+        lowest = min(lowest, motor_off @ motor_off + arm_off @ arm_off)
+    return float(lowest / max(float(u @ u), 1e-300))
 
 
 def _sign(v: Array, model: DriveModel) -> Array:
@@ -387,111 +305,101 @@ def _sign(v: Array, model: DriveModel) -> Array:
 
 
 def _wiring_text(swap: bool, arm: float, torque: float) -> str:
-    told = []
+    phrases = []
     if swap:
-        told.append('motor and arm positions are swapped')
+        phrases.append('motor and arm positions are swapped')
     if arm < 0 and torque < 0:
-        told.append('the sign of the motor position is wrong')
+        phrases.append('the sign of the motor position is wrong')
     elif arm < 0:
-        told.append('the sign of the arm position is wrong')
+        phrases.append('the sign of the arm position is wrong')
     elif torque < 0:
-        told.append('the sign of the torque u is wrong')
-    return ' and '.join(told)
+        phrases.append('the sign of the torque u is wrong')
+    return ' and '.join(phrases)
 
 
-def _unit_text(model: DriveModel, what: str, factor: float) -> str:
+def _unit_text(model: DriveModel, quantity: str, factor: float) -> str:
     """Describe `factor`, what the recording's values are times the expected ones."""
-    known = [(180 / np.pi, 'in degrees'), (1000.0, 'in thousandths'), (0.5 / np.pi, 'in turns'),
+    units = [(180 / np.pi, 'in degrees'), (1000.0, 'in thousandths'), (0.5 / np.pi, 'in turns'),
              (1e-3, 'in thousands')]
-    if what == 'torque':
-        known = [(1000.0, 'in mN m'), (1e-3, 'in kN m'), (100.0, 'in N cm'),
+    if quantity == 'torque':
+        units = [(1000.0, 'in mN m'), (1e-3, 'in kN m'), (100.0, 'in N cm'),
                  (1 / 9.80665, 'in kgf m'), (100 / 9.80665, 'in kgf cm')]
     if model.axis == 'prismatic':
-        known = [(1000.0, 'in mN'), (1e-3, 'in kN'), (1 / 9.80665, 'in kgf')] \
-            if what == 'torque' else [(1000.0, 'in mm')]
+        units = [(1000.0, 'in mN'), (1e-3, 'in kN'), (1 / 9.80665, 'in kgf')] \
+            if quantity == 'torque' else [(1000.0, 'in mm')]
     ratio = abs(model.gear_ratio)
     if abs(ratio - 1.0) > 0.1:
         side = 'the gear ratio is applied twice or on the wrong side'
-        known += [(ratio, side), (1 / ratio, side)]
-    if what == 'side':
+        units += [(ratio, side), (1 / ratio, side)]
+    if quantity == 'side':
         return (f'motor position and torque are those of the motor side of a gear of '
                 f'{factor:.3g}:1 (model file: gear_ratio {model.gear_ratio:g}; '
                 'expected both on the arm side)')
     name = {'motor': 'the motor position is', 'arm': 'the arm position is',
-            'both': 'both positions are', 'torque': 'the torque u is'}[what]
-    unit, near = min(((unit, abs(np.log(factor / value))) for value, unit in known),
-                     key=lambda pair: pair[1])
+            'both': 'both positions are', 'torque': 'the torque u is'}[quantity]
+    unit, distance = min(((unit, abs(np.log(factor / value))) for value, unit in units),
+                         key=lambda pair: pair[1])
     text = (f'{name} {factor:.3g} times what the model allows '
-            f'(expected {"N m" if what == "torque" else "rad"})')
-    current = ', or a current (see torque_constant)' if what == 'torque' else ''
-    if near < SAME_FACTOR:
+            f'(expected {"N m" if quantity == "torque" else "rad"})')
+    current = ', or a current (see torque_constant)' if quantity == 'torque' else ''
+    if distance < SAME_FACTOR:
         return f'{text}, probably {unit}{current}'
-    if abs(ratio - 1.0) <= 0.1 and what != 'both':
+    if abs(ratio - 1.0) <= 0.1 and quantity != 'both':
         return f'{text}, perhaps for a gear_ratio that is not in the model file{current}'
     return text + current
 
 
 # --- motion -------------------------------------------------------------------------------------
-def _still(r: UniformRecording, smooth: Smooth, sigma: Array) -> list[Problem]:
+def _still(r: UniformRecording, smooth: SmoothedMotion, sigma: Array) -> list[Finding]:
     """Find a drive that stands still, or a torque that never changes."""
     for i, name in enumerate(('motor', 'arm')):
         travel = np.ptp(smooth.p[:, i])
         if travel < MIN_TRAVEL * sigma[i]:
-            return [Problem(
+            return [_finding(
                 'unexcited', f'the {name} travels {travel:.3g} rad, {travel / sigma[i]:.1f} times '
-                f'its noise of {sigma[i]:.2g} rad: expected at least {MIN_TRAVEL:g} times', True)]
+                f'its noise of {sigma[i]:.2g} rad: expected at least {MIN_TRAVEL:g} times')]
     if np.ptp(r.u) == 0.0:
-        return [Problem('unexcited', f'the torque u is {r.u[0]:.4g} N m throughout: expected a '
-                        'torque that changes', True)]
+        return [_finding('unexcited', f'the torque u is {r.u[0]:.4g} N m throughout: expected a '
+                         'torque that changes')]
     return []
 
 
-def _motion(r: UniformRecording, smooth: Smooth, model: DriveModel) -> list[Problem]:
+def _motion(r: UniformRecording, smooth: SmoothedMotion, model: DriveModel) -> list[Finding]:
     problems = []
     windows = (smooth.k * r.dt).astype(int)
     n = int(r.duration + 1e-9)
     moving = sum(np.ptp(smooth.p[windows == w, 0]) > MIN_TRAVEL * smooth.noise[0]
                  for w in range(n) if (windows == w).any())
     if moving < MIN_MOVING:
-        return [Problem('unexcited', f'the motor moves in {moving} of {n} s, expected at least '
-                        f'{MIN_MOVING}', True)]
+        return [_finding('unexcited', f'the motor moves in {moving} of {n} s, expected at least '
+                         f'{MIN_MOVING}')]
     v = smooth.v
     slow = np.maximum(5 * smooth.noise_v, 0.02 * np.abs(v).max(axis=0))
-    reversals = [_reversals(v[:, i], slow[i]) for i in (0, 1)]
+    turns = len(reversals(v[:, 0], slow[0]))
     crossings = _crossings(smooth, model)
-    if reversals[0] == 0 and crossings == 0:
-        return [Problem('unexcited', 'the motor speed never reverses and the teeth stay on one '
-                        'flank: friction, load and offsets are one number then; expected motion '
-                        'in both directions', True)]
-    if reversals[0] < 2:
-        times = 'never' if reversals[0] == 0 else 'only once'
-        problems.append(Problem(
-            'no_reversal', f'the motor speed {times} reverses: friction that depends on the '
-            'direction, torque offset and load cannot be told apart', False))
+    if turns == 0 and crossings == 0:
+        return [_finding('unexcited', 'the motor speed never reverses and the teeth stay on one '
+                         'flank: friction, load and offsets are one number then; expected motion '
+                         'in both directions')]
+    if turns < REVERSALS:
+        problems.append(reversal_finding(turns, r.duration, 'motor'))
     if crossings == 0 and model.transmission.kind != 'rigid' and model.transmission.half_gap > 0.0:
-        problems.append(Problem(
+        problems.append(_finding(
             'gap_not_crossed', 'the drive never crosses the gap: its width and an offset between '
-            'the encoders cannot be seen', False))
+            'the encoders cannot be seen'))
     inertia = model.motor_inertia
     if model.transmission.kind == 'rigid':
         inertia += model.arm_inertia
     if np.abs(smooth.a[:, 0]).max() * inertia < 0.01 * np.abs(smooth.u).max():
-        problems.append(Problem(
-            'no_acceleration', 'the motor hardly accelerates: inertia cannot be seen', False))
+        problems.append(_finding(
+            'no_acceleration', 'the motor hardly accelerates: inertia cannot be seen'))
     return problems
 
 
-def _reversals(v: Array, slow: float) -> int:
-    """Return how often the speed v [M] goes from above `slow` to below -slow or back."""
-    side = np.sign(v) * (np.abs(v) > slow)
-    side = side[side != 0]
-    return int((np.diff(side) != 0).sum())
-
-
-def _crossings(smooth: Smooth, model: DriveModel) -> int:
+def _crossings(smooth: SmoothedMotion, model: DriveModel) -> int:
     """Return how often the twist goes from one flank of the gap to the other."""
     half_gap = model.transmission.half_gap
     twist = smooth.p[:, 0] - smooth.p[:, 1]
     twist = twist - 0.5 * (twist.max() + twist.min())
     # Encoders share no zero: the swing itself must be wider than most of the gap.
-    return _reversals(twist, max(0.7 * half_gap, 3 * np.hypot(*smooth.noise)))
+    return len(reversals(twist, max(0.7 * half_gap, 3 * np.hypot(*smooth.noise))))

@@ -22,7 +22,7 @@ from dataclasses import replace
 
 from gearbox_monitor.quality import stamps
 from gearbox_monitor.quality.examine import examined
-from gearbox_monitor.quality.line import BAD
+from gearbox_monitor.quality.finding import BAD
 
 SAMPLES = 600_000  # that a part has at least; recordings of less than twice that are one part
 WINDOWS = 2        # of drift, likewise
@@ -38,27 +38,28 @@ def joined(parts, drift_window):
     if len(parts) == 1:
         return parts[0]
     moving = [part for part in parts if not _rests(part)] or parts
-    found = {}
+    by_name = {}
     for part in parts:
         for line in part.lines:
             if part in moving or _of_rest(line):
-                found.setdefault((line.group, line.name), []).append((part.begin, line))
-    lines = {name: _worst(some, parts[0].begin, len(parts if _of_rest(some[0][1]) else moving))
-             for name, some in found.items()}
+                by_name.setdefault((line.group, line.name), []).append((part.begin, line))
+    lines = {name: _worst(candidates, parts[0].begin,
+                          len(parts if _of_rest(candidates[0][1]) else moving))
+             for name, candidates in by_name.items()}
     seconds = parts[-1].begin + parts[-1].seconds - parts[0].begin
     length = stamps.length(seconds, drift_window)
     lines[length.group, length.name] = length
     return examined(lines.values(), parts[0].begin, seconds)
 
 
-def _worst(found, start, count):
+def _worst(candidates, start, count):
     """
     Return the worst of [(begin of its part, Line)], the first of equal ones; it tells the part.
 
     start: of the recording, s; count: of the parts that could have such a line.
     """
-    begin, line = max(found, key=lambda pair: pair[1].verdict())
-    if sum(other.verdict() == line.verdict() for _, other in found) == count:
+    begin, line = max(candidates, key=lambda pair: pair[1].verdict())
+    if sum(candidate.verdict() == line.verdict() for _, candidate in candidates) == count:
         return line
     return replace(line, figure=f'{line.figure} (part from {begin - start:.0f} s on)',
                    values={**line.values, 'part_from_s': begin - start})

@@ -106,6 +106,16 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
     - At longer gaps the recording is cut and the longest stretch kept if it has MIN_DURATION.
 
     Raises InputError naming field, row, value and what was expected.
+
+    Args:
+        t: stamps [N], s, or integer ns.
+        u: torque of the motor [N], N m.
+        y: readings of motor and arm [N, 2], rad.
+        arm_torque: torque measured on the arm [N], N m, or None.
+        name: name of the recording in messages.
+        place: function (row, field) that says where a value stands.
+        one_encoder: whether one encoder may be missing.
+        axis: rotary or prismatic.
     """
     place = place or (lambda row, field: f'row {row}, {field}')
     where = f'{name}: ' if name else ''
@@ -137,12 +147,12 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
         values = {field: value[keep] for field, value in values.items()}
     index = index - index[0]
     n = int(index[-1]) + 1
-    lost = n - len(index)
-    if lost > MAX_REPAIRED * n:
-        raise InputError(f'{where}{lost} of {n} samples lost by their stamps '
-                         f'({100 * lost / n:.1f} %), expected at most {100 * MAX_REPAIRED:g} %')
-    if lost:
-        notices.append(f'{lost} of {n} samples lost by their stamps, interpolated')
+    missing = n - len(index)
+    if missing > MAX_REPAIRED * n:
+        raise InputError(f'{where}{missing} of {n} samples lost by their stamps '
+                         f'({100 * missing / n:.1f} %), expected at most {100 * MAX_REPAIRED:g} %')
+    if missing:
+        notices.append(f'{missing} of {n} samples lost by their stamps, interpolated')
     rms = float(np.sqrt(np.mean(jitter ** 2)))
     sampled_then = False
     if rms > QUIET_JITTER * dt:
@@ -154,9 +164,9 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
                        f'({100 * rms / dt:.0f} % of the sample time): {how}')
     times = index * dt + (jitter if sampled_then else 0.0)
     grid = np.arange(n) * dt
-    if sampled_then or lost:
-        held = np.clip(np.searchsorted(times, grid + 0.5 * dt, side='right') - 1, 0, None)
-        values = {field: value[held] if field == 'u' else _cubic(times, value, grid)
+    if sampled_then or missing:
+        index_held = np.clip(np.searchsorted(times, grid + 0.5 * dt, side='right') - 1, 0, None)
+        values = {field: value[index_held] if field == 'u' else _cubic(times, value, grid)
                   for field, value in values.items()}
     for field in ('motor', 'arm'):
         count = _mend_spikes(values[field])
@@ -180,8 +190,8 @@ def _check_numbers(t: Array, first: float, values: Mapping[str, Array], where: s
     """Raise InputError for what is no finite number or, in t, does not increase."""
     bad = np.flatnonzero(~np.isfinite(t))
     if len(bad):
-        shown = 'nan' if np.isnan(t[bad[0]]) else 'inf'
-        raise InputError(f'{where}{place(int(bad[0]), "t")}: {shown}, expected a finite time in s')
+        word = 'nan' if np.isnan(t[bad[0]]) else 'inf'
+        raise InputError(f'{where}{place(int(bad[0]), "t")}: {word}, expected a finite time in s')
     for field, value in values.items():
         if len(value) != len(t):
             raise InputError(f'{where}{field}: {len(value)} values, expected {len(t)} as of t')
@@ -215,10 +225,11 @@ def _fill(t: Array, value: Array, field: str, where: str, place: Place,
     count = int(missing.sum())
     if len(long) or count > MAX_REPAIRED * len(value) or missing[0] or missing[-1]:
         at = long[0] if len(long) else 0
-        more = f' for {lengths[at]} samples' if lengths[at] > 1 else ''
+        duration = f' for {lengths[at]} samples' if lengths[at] > 1 else ''
         raise InputError(
-            f'{where}{place(int(starts[at]), field)}: nan{more} ({count} nan of {len(value)}), '
-            f'expected numbers in {on_axis(UNITS[field], axis)}, at most {MAX_RUN} nan in a '
+            f'{where}{place(int(starts[at]), field)}: nan{duration} '
+            f'({count} nan of {len(value)}), expected numbers in '
+            f'{on_axis(UNITS[field], axis)}, at most {MAX_RUN} nan in a '
             f'row and {100 * MAX_REPAIRED:g} % in all')
     good = ~missing
     if field == 'u':
@@ -241,9 +252,11 @@ def _grid(t: Array, where: str) -> tuple[Integers, float, Array]:
     jittery = np.median(np.abs(step - dt)) > 0.1 * dt
     for k in np.flatnonzero(step > 1.5 * dt).tolist() if jittery else ():
         # A late stamp is followed by a short step; after a lost sample all stamps stay behind.
-        before, after = np.arange(max(k - 6, 0), k + 1), np.arange(k + 1, min(k + 8, len(t)))
-        behind = np.median(t[after] - dt * after) - np.median(t[before] - dt * before)
-        count[k] = max(1.0, np.rint(1.0 + behind / dt))
+        rows_before, rows_after = np.arange(max(k - 6, 0),
+                                            k + 1), np.arange(k + 1, min(k + 8, len(t)))
+        delay = (np.median(t[rows_after] - dt * rows_after)
+                 - np.median(t[rows_before] - dt * rows_before))
+        count[k] = max(1.0, np.rint(1.0 + delay / dt))
     index = np.concatenate([[0], np.cumsum(count)])
     slope, start = np.polyfit(index, t, 1)
     jitter = t - start - slope * index
@@ -258,14 +271,14 @@ def _longest(t: Array, first: float, cuts: Integers, dt: float, where: str) -> t
     edges = np.concatenate([[0], cuts + 1, [len(t)]])
     i = int(np.argmax(t[edges[1:] - 1] - t[edges[:-1]]))
     keep = slice(edges[i], edges[i + 1])
-    worst = cuts[np.argmax(t[cuts + 1] - t[cuts])]
-    told = (f'{len(cuts)} gap{"s" if len(cuts) > 1 else ""} in the stamps, the longest '
-            f'{t[worst + 1] - t[worst]:.3g} s at t = {first + t[worst]:.6g} s')
+    widest = cuts[np.argmax(t[cuts + 1] - t[cuts])]
+    holes = (f'{len(cuts)} gap{"s" if len(cuts) > 1 else ""} in the stamps, the longest '
+             f'{t[widest + 1] - t[widest]:.3g} s at t = {first + t[widest]:.6g} s')
     length = t[keep][-1] - t[keep][0] + dt
     if length < MIN_DURATION:
-        raise InputError(f'{where}{told}; the longest stretch without one lasts {length:.3g} s, '
+        raise InputError(f'{where}{holes}; the longest stretch without one lasts {length:.3g} s, '
                          f'expected at least {MIN_DURATION:g} s')
-    return keep, (f'{told}; only the stretch from {first + t[keep][0]:.6g} s to '
+    return keep, (f'{holes}; only the stretch from {first + t[keep][0]:.6g} s to '
                   f'{first + t[keep][-1]:.6g} s is used')
 
 
@@ -293,18 +306,18 @@ def _follows_stamps(values: Mapping[str, Array], index: Integers, jitter: Array,
     """
     whole = np.flatnonzero(np.diff(index, 4) == 0)
     whole = whole[index[whole + 4] - index[whole] == 4]  # five samples without a lost one
-    above = below = 0.0
+    numerator = denominator = 0.0
     for field in ('motor', 'arm'):
         value = values[field]
         width = max(1, int(round(0.01 / dt)))
-        late = np.gradient(np.convolve(value, np.ones(2 * width + 1) / (2 * width + 1), 'same'),
-                           dt) * jitter
-        rough, expected = np.diff(value, 4)[whole], np.diff(late, 4)[whole]
+        shift = np.gradient(np.convolve(value, np.ones(2 * width + 1) / (2 * width + 1), 'same'),
+                            dt) * jitter
+        rough, expected = np.diff(value, 4)[whole], np.diff(shift, 4)[whole]
         weight = 1.0 / max(np.median(np.abs(rough)), 1e-300) ** 2
         inner = slice(width, -width)  # the mean is none at the ends
-        above += weight * float(rough[inner] @ expected[inner])
-        below += weight * float(expected[inner] @ expected[inner])
-    return below > 0.0 and above > 0.5 * below
+        numerator += weight * float(rough[inner] @ expected[inner])
+        denominator += weight * float(expected[inner] @ expected[inner])
+    return denominator > 0.0 and numerator > 0.5 * denominator
 
 
 def _mend_spikes(value: Array) -> int:
@@ -315,17 +328,17 @@ def _mend_spikes(value: Array) -> int:
     if scale == 0.0:
         return 0
     # A wild reading spoils the cubics of its four neighbours by two thirds at most.
-    near = np.lib.stride_tricks.sliding_window_view(
+    neighbourhood = np.lib.stride_tricks.sliding_window_view(
         np.pad(np.abs(off), 2), 5).max(axis=1)
-    wild = np.flatnonzero((np.abs(off) > SPIKE * scale) & (np.abs(off) == near)) + 2
+    wild = np.flatnonzero((np.abs(off) > SPIKE * scale) & (np.abs(off) == neighbourhood)) + 2
     if not len(wild) or len(wild) > MAX_REPAIRED * len(value):
         return 0
     # Alone: without it the rest is as smooth as anywhere.
     count = 0
     for k in wild.tolist():
-        others = [i for i in range(max(k - 4, 0), min(k + 5, len(value))) if i != k]
-        fit = np.polyfit(np.array(others) - k, value[others], 3)
-        if (np.abs(np.polyval(fit, np.array(others) - k) - value[others]).max()
+        neighbours = [i for i in range(max(k - 4, 0), min(k + 5, len(value))) if i != k]
+        fit = np.polyfit(np.array(neighbours) - k, value[neighbours], 3)
+        if (np.abs(np.polyval(fit, np.array(neighbours) - k) - value[neighbours]).max()
                 < 0.25 * abs(value[k] - fit[-1])):
             value[k] = fit[-1]
             count += 1
@@ -333,16 +346,22 @@ def _mend_spikes(value: Array) -> int:
 
 
 def concatenated(recordings: Sequence[UniformRecording]) -> UniformRecording:
-    """Return one Recording of several of one drive. Raises InputError when rates differ."""
+    """
+    Return one Recording of several of one drive. Raises InputError when rates differ.
+
+    Args:
+        recordings: recordings of one drive.
+    """
     first = recordings[0]
     if len(recordings) == 1:
         return first
-    for other in recordings[1:]:
-        if abs(other.dt / first.dt - 1.0) > 1e-3:
-            raise InputError(f'{other.name}: {1 / other.dt:g} Hz, expected {1 / first.dt:g} Hz as '
-                             f'{first.name}')
-        if (other.arm_torque is None) != (first.arm_torque is None):
-            raise InputError(f'{other.name}: arm torque: expected in all recordings or in none')
+    for recording in recordings[1:]:
+        if abs(recording.dt / first.dt - 1.0) > 1e-3:
+            raise InputError(f'{recording.name}: {1 / recording.dt:g} Hz, expected '
+                             f'{1 / first.dt:g} Hz as {first.name}')
+        if (recording.arm_torque is None) != (first.arm_torque is None):
+            raise InputError(f'{recording.name}: arm torque: expected in all recordings or '
+                             'in none')
     sizes = [len(r.u) for r in recordings]
     return replace(
         first, t=np.arange(sum(sizes)) * first.dt,

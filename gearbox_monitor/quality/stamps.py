@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearbox_monitor.quality.input_checks import RATES as DIAGNOSIS_RATES, SHORT
-from gearbox_monitor.quality.line import BAD, everything, hurts, Line, OK, WARN
+from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
 from gearbox_monitor.quality.recording import MAX_REPAIRED, MIN_DURATION
 
 RATES = (100.0, 2000.0)  # Hz, of estimation
@@ -32,21 +32,22 @@ _GROUP = 'stamps'
 
 
 @dataclass(frozen=True)
-class Clock:
+class StampClock:
     """
     The usable stamps.
 
-    kept: mask [N] of the samples whose stamp is later than all before; seconds [K] from the first
-    of these; period (s): their usual distance; gap (s): distances beyond it are gaps; jitter (s):
-    standard deviation of the stamps about even spacing; lost: samples missing by the stamps.
+    usable: mask [N] of the samples whose stamp is later than all before; seconds [K] from the
+    first of these; period (s): their usual distance; gap (s): distances beyond it are gaps; jitter
+    (s): standard deviation of the stamps about even spacing; missing: samples missing by the
+    stamps.
     """
 
-    kept: np.ndarray
+    usable: np.ndarray
     seconds: np.ndarray
     period: float
     gap: float
     jitter: float
-    lost: int
+    missing: int
 
     @property
     def duration(self):
@@ -57,9 +58,9 @@ class Clock:
 def clock(stamps):
     """Return the Clock of stamps int64 [N] ns, or None where fewer than ten are usable."""
     latest = np.maximum.accumulate(stamps)
-    kept = stamps > 0
-    kept[1:] &= stamps[1:] > latest[:-1]
-    good = stamps[kept]
+    usable = stamps > 0
+    usable[1:] &= stamps[1:] > latest[:-1]
+    good = stamps[usable]
     if len(good) < 10:
         return None
     seconds = (good - good[0]) * 1e-9
@@ -70,41 +71,47 @@ def clock(stamps):
     even = step[step <= gap]
     period = float(even.mean())
     jitter = float(even.std()) / np.sqrt(2.0)  # a late stamp moves the step before and behind it
-    lost = int(np.rint(step[step > gap] / period - 1.0).sum())
-    return Clock(kept, seconds, period, gap, jitter, lost)
+    missing = int(np.rint(step[step > gap] / period - 1.0).sum())
+    return StampClock(usable, seconds, period, gap, jitter, missing)
 
 
-def lines(stamps, found, max_gap, drift_window):
+def lines(stamps, clock, max_gap, drift_window):
     """
     Return Lines on stamps int64 [N] ns with their Clock `found`.
 
     max_gap, drift_window (s): the estimator's parameters of that name.
+
+    Args:
+        stamps: stamps [N], ns.
+        clock: usable stamps.
+        max_gap: longest dropout that the filter bridges, s.
+        drift_window: window of the drift estimate, s.
     """
-    return [_order(stamps, found), _rate(found), _jitter(found), _gaps(found, max_gap),
-            length(found.duration, drift_window)]
+    return [_order(stamps, clock), _rate(clock), _jitter(clock), _gaps(clock, max_gap),
+            length(clock.duration, drift_window)]
 
 
-def _order(stamps, found):
+def _order(stamps, clock):
     zero = int((stamps <= 0).sum())
     step = np.diff(stamps[stamps > 0])
     repeated, backward = int((step == 0).sum()), int((step < 0).sum())
-    refused = int(len(stamps) - found.kept.sum())
+    refused = int(len(stamps) - clock.usable.sum())
     values = {'samples': len(stamps), 'zero': zero, 'repeated': repeated, 'backward': backward,
               'refused': refused}
-    told = [f'{n} {word}' for n, word in ((zero, 'zero'), (repeated, 'repeated'),
-                                          (backward, 'backward')) if n]
-    if not told:
-        return Line(_GROUP, 'order', f'{len(stamps)}, all increasing', values=values)
+    counts = [f'{n} {word}' for n, word in ((zero, 'zero'), (repeated, 'repeated'),
+                                            (backward, 'backward')) if n]
+    if not counts:
+        return Finding(_GROUP, 'order', f'{len(stamps)}, all increasing', values=values)
     share = refused / len(stamps)
-    worst = BAD if share > REFUSED else WARN
-    return Line(
-        _GROUP, 'order', f'{", ".join(told)}; {refused} of {len(stamps)} samples are refused',
+    grade = BAD if share > REFUSED else WARN
+    return Finding(
+        _GROUP, 'order', f'{", ".join(counts)}; {refused} of {len(stamps)} samples are refused',
         'let one publisher stamp each message with the time of its measurement',
-        hurts(worst, worst, BAD), values)
+        hurts(grade, grade, BAD), values)
 
 
-def _rate(found):
-    rate = 1.0 / found.period
+def _rate(clock):
+    rate = 1.0 / clock.period
     estimation = OK if RATES[0] <= rate * 1.01 and rate <= RATES[1] * 1.01 else WARN
     if rate < LEAST_RATE:
         estimation = BAD
@@ -114,38 +121,38 @@ def _rate(found):
     if spoilt:
         advice = (f'record {RATES[0]:g} to {RATES[1]:g} Hz, for diagnose {DIAGNOSIS_RATES[0]:g} '
                   f'to {DIAGNOSIS_RATES[1]:g} Hz')
-    return Line(_GROUP, 'rate', f'{rate:.5g} Hz', advice, spoilt, {'rate_hz': rate})
+    return Finding(_GROUP, 'rate', f'{rate:.5g} Hz', advice, spoilt, {'rate_hz': rate})
 
 
-def _jitter(found):
-    share = found.jitter / found.period
-    worst = BAD if share > JITTER[1] else WARN if share > JITTER[0] else OK
-    advice = '' if worst == OK else \
+def _jitter(clock):
+    share = clock.jitter / clock.period
+    grade = BAD if share > JITTER[1] else WARN if share > JITTER[0] else OK
+    advice = '' if grade == OK else \
         'stamp where the encoders are read, not where the message is made or received'
-    told = 'below 1 us' if found.jitter < 1e-6 else \
-        f'{found.jitter * 1e3:.2g} ms rms, {100 * share:.2g} % of the period'
-    return Line(_GROUP, 'jitter', told, advice, everything(worst), {'jitter_s': found.jitter})
+    figure = 'below 1 us' if clock.jitter < 1e-6 else \
+        f'{clock.jitter * 1e3:.2g} ms rms, {100 * share:.2g} % of the period'
+    return Finding(_GROUP, 'jitter', figure, advice, everything(grade), {'jitter_s': clock.jitter})
 
 
-def _gaps(found, max_gap):
-    step = np.diff(found.seconds)
+def _gaps(clock, max_gap):
+    step = np.diff(clock.seconds)
     longest = float(step.max())
-    gaps = step > found.gap
-    values = {'gaps': int(gaps.sum()), 'lost': found.lost, 'longest_gap_s': longest}
-    if not found.lost:
-        return Line(_GROUP, 'gaps', f'none; longest step {longest * 1e3:.3g} ms', values=values)
-    share = found.lost / (found.lost + len(found.seconds))
+    gaps = step > clock.gap
+    values = {'gaps': int(gaps.sum()), 'lost': clock.missing, 'longest_gap_s': longest}
+    if not clock.missing:
+        return Finding(_GROUP, 'gaps', f'none; longest step {longest * 1e3:.3g} ms', values=values)
+    share = clock.missing / (clock.missing + len(clock.seconds))
     restarts = int((step > max_gap).sum())
-    worst = BAD if share > LOST[1] else WARN if share > LOST[0] or restarts else OK
-    at = found.seconds[np.argmax(step)]
-    told = (f'{gaps.sum()} with {found.lost} samples ({100 * share:.2g} %), the longest '
-            f'{longest:.3g} s at {at:.4g} s')
+    grade = BAD if share > LOST[1] else WARN if share > LOST[0] or restarts else OK
+    at = clock.seconds[np.argmax(step)]
+    figure = (f'{gaps.sum()} with {clock.missing} samples ({100 * share:.2g} %), the longest '
+              f'{longest:.3g} s at {at:.4g} s')
     if restarts:
-        told += f'; {restarts} restart the filter'
-    advice = '' if worst == OK else \
+        figure += f'; {restarts} restart the filter'
+    advice = '' if grade == OK else \
         'look for a busy network or recorder: raise the depth of its queue, record locally'
-    return Line(_GROUP, 'gaps', told, advice,
-                hurts(worst, worst, BAD if share > MAX_REPAIRED else worst), values)
+    return Finding(_GROUP, 'gaps', figure, advice,
+                   hurts(grade, grade, BAD if share > MAX_REPAIRED else grade), values)
 
 
 def length(seconds, drift_window):
@@ -160,5 +167,5 @@ def length(seconds, drift_window):
         advice.append(f'for drift record {DRIFT_WINDOWS[1]} windows of {drift_window:g} s or more')
     if diagnosis or estimation:
         advice.append('for all else 10 s or more')
-    return Line(_GROUP, 'length', f'{seconds:.4g} s', '; '.join(advice),
-                hurts(estimation, drift, diagnosis), {'duration_s': seconds})
+    return Finding(_GROUP, 'length', f'{seconds:.4g} s', '; '.join(advice),
+                   hurts(estimation, drift, diagnosis), {'duration_s': seconds})

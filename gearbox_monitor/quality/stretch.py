@@ -23,7 +23,7 @@ KNOWN = (0.05, 0.5)  # least share of readings, and of torques, to work with
 
 
 @dataclass(frozen=True)
-class Stretch:
+class Segment:
     """
     Samples [N] `dt` s apart, on the arm side.
 
@@ -52,34 +52,39 @@ class Stretch:
                        u=None if self.u is None else self.u[:n])
 
 
-def stretch(found, u, y):
+def stretch(clock, u, y):
     """
     Return the Stretch of a recording.
 
     found: Clock of its stamps; u [N] N m, y [N, 2] rad as recorded, NaN: not measured.
+
+    Args:
+        clock: usable stamps.
+        u: torque as recorded [N], N m; NaN: not measured.
+        y: readings as recorded [N, 2], rad; NaN: not measured.
     """
-    t, u, y = found.seconds, u[found.kept], y[found.kept]
-    edges = np.flatnonzero(np.diff(t) > CUT * found.period) + 1
+    t, u, y = clock.seconds, u[clock.usable], y[clock.usable]
+    edges = np.flatnonzero(np.diff(t) > CUT * clock.period) + 1
     starts, ends = np.append(0, edges), np.append(edges, len(t))
     longest = int(np.argmax(t[ends - 1] - t[starts]))
     keep = slice(starts[longest], ends[longest])
     t, u, y = t[keep], u[keep], y[keep]
-    even = found.jitter < QUIET * found.period and len(t) == round(
-        (t[-1] - t[0]) / found.period) + 1
-    grid = t if even else np.arange(t[0], t[-1], found.period)
+    even = clock.jitter < QUIET * clock.period and len(t) == round(
+        (t[-1] - t[0]) / clock.period) + 1
+    grid = t if even else np.arange(t[0], t[-1], clock.period)
 
-    def on_grid(value, least, hold=False):
+    def on_grid(value, smallest_share, hold=False):
         good = np.isfinite(value)
-        if good.mean() < least:
+        if good.mean() < smallest_share:
             return None
         if even and good.all():
             return value
         if hold:
-            last = np.searchsorted(t[good], grid + 0.5 * found.period, 'right') - 1
+            last = np.searchsorted(t[good], grid + 0.5 * clock.period, 'right') - 1
             return value[good][np.maximum(last, 0)]
         return np.interp(grid, t[good], value[good])
     channels = [on_grid(channel, KNOWN[0]) for channel in y.T]
     none = np.full(len(grid), np.nan)
-    return Stretch(float(t[0]), float(t[-1]), found.period, on_grid(u, KNOWN[1], hold=True),
+    return Segment(float(t[0]), float(t[-1]), clock.period, on_grid(u, KNOWN[1], hold=True),
                    np.column_stack([none if c is None else c for c in channels]),
                    tuple(c is not None for c in channels))

@@ -18,9 +18,10 @@ import math
 
 import numpy as np
 
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.quality.encoders import NAMES
 from gearbox_monitor.quality.excitation_checks import low_pass, motion, sign, swing
-from gearbox_monitor.quality.line import BAD, everything, hurts, Line, OK, WARN
+from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
 
 MISSING = (0.01, 0.2)    # share of the samples: worth a word; too many
 LIMITED = (5, 0.02, 0.7)  # samples in a row on the extreme; shares of all that are worth a word
@@ -37,49 +38,57 @@ WORK = 0.05              # of |u dx|: net work that has a sign
 
 
 def lines(u, part):
-    """Return Lines on torques u [N] N m as recorded (NaN: none), and on those of a Stretch."""
+    """
+    Return Lines on torques u [N] N m as recorded (NaN: none), and on those of a Stretch.
+
+    Args:
+        u: torque as recorded [N], N m; NaN: not measured.
+        part: even grid of samples.
+    """
     share = float(np.isnan(u).mean())
     values = {'missing_share': share}
     if share > MISSING[1] or part.u is None:
-        return [Line('torque', 'readings', 'none' if share == 1.0 else
-                     f'{100 * share:.3g} % missing or NaN',
-                     'publish the commanded torque as effort of the motor joint',
-                     everything(BAD), values)]
-    known = u[np.isfinite(u)]
-    rms, span = float(np.sqrt(np.mean(known ** 2))), float(np.ptp(known))
-    values.update(rms=rms, low=float(known.min()), high=float(known.max()))
-    told = f'rms {rms:.3g} N m, {known.min():.3g} to {known.max():.3g} N m'
+        return [Finding('torque', 'readings', 'none' if share == 1.0 else
+                        f'{100 * share:.3g} % missing or NaN',
+                        'publish the commanded torque as effort of the motor joint',
+                        everything(BAD), values)]
+    torque = u[np.isfinite(u)]
+    rms, span = float(np.sqrt(np.mean(torque ** 2))), float(np.ptp(torque))
+    values.update(rms=rms, low=float(torque.min()), high=float(torque.max()))
+    figure = f'rms {rms:.3g} N m, {torque.min():.3g} to {torque.max():.3g} N m'
     if span == 0.0:
-        return [Line('torque', 'readings', f'{known[0]:.4g} N m throughout',
-                     'check that effort is the commanded torque; then move', everything(BAD),
-                     values)]
-    worst = WARN if share > MISSING[0] else OK
+        return [Finding('torque', 'readings', f'{torque[0]:.4g} N m throughout',
+                        'check that effort is the commanded torque; then move', everything(BAD),
+                        values)]
+    grade = WARN if share > MISSING[0] else OK
     if share:
-        told += f'; {100 * share:.2g} % missing or NaN'
-    found = [Line('torque', 'readings', told, '' if worst == OK else
-                  'publish effort with every position',
-                  hurts(worst, worst, BAD if worst else OK), values)]
-    return found + _limits(known)
+        figure += f'; {100 * share:.2g} % missing or NaN'
+    lines = [Finding('torque', 'readings', figure, '' if grade == OK else
+                     'publish effort with every position',
+                     hurts(grade, grade, BAD if grade else OK), values)]
+    return lines + limits(torque)
 
 
-def _limits(u):
-    """Return the Line about a command that stands on its limits, or none."""
+def limits(u: Array) -> list[Finding]:
+    """Return the finding about a torque command u [N] that stands on its limits, if it does."""
     high, low = u.max(), u.min()
     starts = np.append(0, np.flatnonzero(np.diff(u)) + 1)
     lengths = np.diff(np.append(starts, len(u)))
-    held = (lengths >= LIMITED[0]) & np.isin(u[starts], (high, low))
-    share = float(lengths[held].sum() / len(u))
+    at_limit = (lengths >= LIMITED[0]) & np.isin(u[starts], (high, low))
+    share = float(lengths[at_limit].sum() / len(u))
     rests = float(lengths[lengths >= LIMITED[0]].sum() / len(u)) - share
     # Steps rest everywhere, a clipped command on its limits only.
     if not LIMITED[1] <= share < LIMITED[2] or rests > 0.2:
         return []
-    return [Line('torque', 'limits', f'stands on {low:.4g} or {high:.4g} N m for '
-                 f'{100 * share:.0f} % of the time', 'log the torque behind the limiter; else '
-                 'expect the effect saturation', hurts(WARN, OK, WARN), {'limited_share': share})]
+    return [Finding('torque', 'limits', f'the commanded torque stands on its limits {low:.4g} and '
+                    f'{high:.4g} N m for {100 * share:.0f} % of the time',
+                    'log the torque behind the limiter; if it is logged before, expect the effect '
+                    'saturation', hurts(WARN, OK, WARN), {'limited_share': share},
+                    'torque_limit')]
 
 
 @dataclass(frozen=True)
-class Answer:
+class TorqueResponse:
     """
     How the motor's acceleration answers to the torque.
 
@@ -117,6 +126,11 @@ def answer(part, sigma, width):
     of the positions at t_k by (u_k-1 + u_k) / 2, exactly; both go through the same low pass. What
     depends on speed, friction, position and twist (a bent line) is taken out of either. Standard
     errors: jackknife over blocks of time, and what another low pass changes.
+
+    Args:
+        part: even grid of samples.
+        sigma: noise of the encoders [2], rad.
+        width: half width of the low pass, samples.
     """
     part, i = part.first(SECONDS), int(np.flatnonzero(part.measured)[0])
     moved = motion(part, sigma, width)
@@ -124,12 +138,12 @@ def answer(part, sigma, width):
                for wide in (moved, motion(part, sigma, 2 * width))]
     if None in results:
         return None
-    (whole, spread), (other, _) = results
+    (whole, spread), (wider, _) = results
     x = np.diff(moved.p[:, i])
     work = moved.u[:-1] * x
-    return Answer(
-        float(whole[0]), math.hypot(spread[0], whole[0] - other[0], METHOD), float(whole[2]),
-        float(whole[1]), math.hypot(spread[1], whole[1] - other[1]), bool(whole[3]),
+    return TorqueResponse(
+        float(whole[0]), math.hypot(spread[0], whole[0] - wider[0], METHOD), float(whole[2]),
+        float(whole[1]), math.hypot(spread[1], whole[1] - wider[1]), bool(whole[3]),
         float(work.sum() / max(np.abs(work).sum(), 1e-300)))
 
 
@@ -144,20 +158,20 @@ def _regressed(part, moved, i):
     torque = np.stack([acting[blocks - 1 - lag] for lag in LAGS], axis=-1)
     rows -= rows.mean(axis=1, keepdims=True)
     torque -= torque.mean(axis=1, keepdims=True)
-    a, known = rows[..., :1], rows[..., 1:].reshape(-1, rows.shape[-1] - 1)
-    scale = np.linalg.norm(known, axis=0)
-    basis, size, _ = np.linalg.svd(known[:, scale > 0.0] / scale[scale > 0.0],
+    a, correlated = rows[..., :1], rows[..., 1:].reshape(-1, rows.shape[-1] - 1)
+    scale = np.linalg.norm(correlated, axis=0)
+    basis, size, _ = np.linalg.svd(correlated[:, scale > 0.0] / scale[scale > 0.0],
                                    full_matrices=False)
     basis = basis[:, size > 1e-8 * size[0]]
 
     def rest(x):
-        x = x.reshape(len(known), -1)
+        x = x.reshape(len(correlated), -1)
         return (x - basis @ (basis.T @ x)).reshape(*blocks.shape, -1)
     a, torque = rest(a), rest(torque)
     both, power = (a * torque).sum(axis=1), (torque ** 2).sum(axis=1)  # [blocks, lags]
     own = (a ** 2).sum(axis=(1, 2))
     sums = both.sum(axis=0), power.sum(axis=0), own.sum()
-    parts = np.array([_best(*(whole - one for whole, one in zip(sums, part)))[:2]
+    parts = np.array([_best(*(whole - solve for whole, solve in zip(sums, part)))[:2]
                       for part in zip(both, power, own)])
     return _best(*sums), np.sqrt((len(blocks) - 1) * parts.var(axis=0))
 
@@ -206,48 +220,56 @@ def _best(both, power, own):
             both[k] / np.sqrt(power[k] * max(own, 1e-300)), edge)
 
 
-def answered(found, dt, stated, i=0):
+def answered(response, dt, stated, i=0):
     """
     Return Lines about delay and sign from an Answer (None: the stretch is too short).
 
     dt: s between samples; stated: parameter effort_delay; i: encoder that was used, 0 or 1.
+
+    Args:
+        response: response of the acceleration to the torque, None if too short.
+        dt: sample time, s.
+        stated: parameter effort_delay, samples.
+        i: encoder that was used, 0 or 1.
     """
-    if found is None:
-        return [Line('torque', 'effort delay', 'too short to tell', 'record 10 s or more',
-                     hurts(WARN, OK, WARN))]
-    return [_delay(found, dt, stated), _sign(found, NAMES[i])]
+    if response is None:
+        return [Finding('torque', 'effort delay', 'too short to tell', 'record 10 s or more',
+                        hurts(WARN, OK, WARN))]
+    return [_delay(response, dt, stated), _sign(response, NAMES[i])]
 
 
-def _delay(found, dt, stated):
-    values = {'delay_samples': found.delay, 'delay_std_samples': found.delay_std,
-              'correlation': found.correlation}
-    if not found.timed:
-        why = 'the torque hardly shows in the acceleration' if not found.seen else \
-            'beyond what is tried' if found.at_edge else \
-            f'{found.delay:.1f} +- {found.delay_std:.1f} samples'
-        return Line('torque', 'effort delay', f'not determined: {why} '
-                    f'(correlation {abs(found.correlation):.2f})',
-                    'accelerate more, quick starts and stops', hurts(WARN, OK, WARN), values)
-    told = (f'{found.delay:.2f} +- {found.delay_std:.2f} samples, '
-            f'{found.delay * dt * 1e3:.3g} +- {found.delay_std * dt * 1e3:.2g} ms')
-    best = int(np.rint(found.delay))
-    off = abs(found.delay - stated) > max(0.7, 3.0 * found.delay_std)
+def _delay(response, dt, stated):
+    values = {'delay_samples': response.delay, 'delay_std_samples': response.delay_std,
+              'correlation': response.correlation}
+    if not response.timed:
+        reason = 'the torque hardly shows in the acceleration' if not response.seen else \
+            'beyond what is tried' if response.at_edge else \
+            f'{response.delay:.1f} +- {response.delay_std:.1f} samples'
+        return Finding('torque', 'effort delay', f'not determined: {reason} '
+                       f'(correlation {abs(response.correlation):.2f})',
+                       'accelerate more, quick starts and stops', hurts(WARN, OK, WARN), values)
+    figure = (f'{response.delay:.2f} +- {response.delay_std:.2f} samples, '
+              f'{response.delay * dt * 1e3:.3g} +- {response.delay_std * dt * 1e3:.2g} ms')
+    rounded = int(np.rint(response.delay))
+    off = abs(response.delay - stated) > max(0.7, 3.0 * response.delay_std)
     if not off:
-        return Line('torque', 'effort delay', f'{told}; effort_delay is {stated}', values=values)
-    return Line('torque', 'effort delay', f'{told}; effort_delay is {stated}',
-                f'set effort_delay: {best} in the parameter file; for diagnose, log the torque '
-                'when it acts', hurts(WARN, WARN, WARN), values)
+        return Finding('torque', 'effort delay', f'{figure}; effort_delay is {stated}',
+                       values=values)
+    return Finding('torque', 'effort delay', f'{figure}; effort_delay is {stated}',
+                   f'set effort_delay: {rounded} in the parameter file; for diagnose, log the '
+                   'torque when it acts', hurts(WARN, WARN, WARN), values)
 
 
-def _sign(found, name):
-    values = {'gain': found.gain, 'gain_std': found.gain_std, 'work': found.work}
-    told = (f'1 N m gives {found.gain:.3g} +- {found.gain_std:.1g} rad/s^2'
-            if found.seen else f'net work {100 * found.work:+.0f} % of its amounts')
-    wrong = found.gain < 0.0 if found.seen else found.work < -WORK
+def _sign(response, name):
+    values = {'gain': response.gain, 'gain_std': response.gain_std, 'work': response.work}
+    figure = (f'1 N m gives {response.gain:.3g} +- {response.gain_std:.1g} rad/s^2'
+              if response.seen else f'net work {100 * response.work:+.0f} % of its amounts')
+    wrong = response.gain < 0.0 if response.seen else response.work < -WORK
     if wrong:
-        return Line('signs', f'torque and {name}', f'{told}: the wrong way', 'turn the sign of '
-                    f'the effort, or of the {name} position', everything(BAD), values)
-    if not found.seen and found.work < WORK:
-        return Line('signs', f'torque and {name}', f'{told}: cannot be told',
-                    'accelerate more, or move against friction', everything(WARN), values)
-    return Line('signs', f'torque and {name}', told, values=values)
+        return Finding('signs', f'torque and {name}', f'{figure}: the wrong way',
+                       'turn the sign of ' f'the effort, or of the {name} position',
+                       everything(BAD), values)
+    if not response.seen and response.work < WORK:
+        return Finding('signs', f'torque and {name}', f'{figure}: cannot be told',
+                       'accelerate more, or move against friction', everything(WARN), values)
+    return Finding('signs', f'torque and {name}', figure, values=values)

@@ -21,7 +21,7 @@ from scipy.signal import lfilter
 
 from gearbox_monitor.identification.coloured_noise import measured
 from gearbox_monitor.identification.diagnose import diagnose
-from gearbox_monitor.identification.noise_model import whitened
+from gearbox_monitor.identification.noise_model import prewhitened
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
@@ -39,8 +39,8 @@ def noise(phi, *shape, seed=0):
 
 
 def test_made_white():
-    r = whitened(np.concatenate([noise(0.8, 200, 500, 1), noise(0.0, 200, 500, 1)], axis=2),
-                 np.array([0.8, 0.0]))
+    r = prewhitened(np.concatenate([noise(0.8, 200, 500, 1), noise(0.0, 200, 500, 1)], axis=2),
+                    np.array([0.8, 0.0]))
     for lag, expected in ((0, 1.0), (1, 0.0), (3, 0.0)):
         found = (r[:, lag:] * r[:, :500 - lag]).mean(axis=(0, 1))
         np.testing.assert_allclose(found, expected, atol=5.0 / np.sqrt(200 * 500))

@@ -275,7 +275,7 @@ def test_what_training_windows_let_pass_is_judged_on_all():
     search = Search(found, DriveModel(), SIGMA, ['motor_viscous'])
     none = search.none()
     assert not adequacy.incomplete(search, none)
-    law = adequacy.follows(*adequacy.on_all(search, none))
+    law = adequacy.residual_law(*adequacy.on_all(search, none))
     assert law.place == 'arm_side' and law.gain > 2.0 * adequacy.REMAINDER
     data = diagnose.diagnose([found], DriveModel(), only=['motor_viscous']).data
     assert data['verdict'] == 'unknown' and data['location'] == 'arm_side', data['misfit']
@@ -369,7 +369,7 @@ def test_noise_of_the_readings_is_no_law():
     read = strongest_dependence(search, none)
     assert read.over == 'rate of the twist' and read.gain > adequacy.REMAINDER
     assert strongest_dependence(search, none, modelled=True).gain < 20.0
-    assert adequacy.follows(search, none) is None
+    assert adequacy.residual_law(search, none) is None
 
 
 def test_a_memory_that_is_stuck_is_freed():

@@ -31,7 +31,7 @@ from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.quality import parts, stamps
 from gearbox_monitor.quality.examine import examine
-from gearbox_monitor.quality.line import BAD, OK, PURPOSES, WARN
+from gearbox_monitor.quality.finding import BAD, OK, PURPOSES, WARN
 
 MODEL = DriveModel()
 PARAMETERS = EstimatorParameters(drift_window=5.0)
@@ -196,8 +196,9 @@ def test_clock_takes_what_is_later_than_all_before():
     stamp = T0 + 1_000_000 * np.array([0, 1, 2, 2, 3, 4, 4, 1, 5, 6, 7, 8, 12, 13])
     stamp[0] = 0
     found = stamps.clock(stamp)
-    assert found.kept.tolist() == [False, True, True, False, True, True, False, False, *[True] * 6]
-    assert found.period == pytest.approx(1e-3) and found.lost == 3
+    assert found.usable.tolist() == [False, True, True, False, True, True, False, False,
+                                     *[True] * 6]
+    assert found.period == pytest.approx(1e-3) and found.missing == 3
     assert stamps.clock(stamp[:9]) is None
     with pytest.raises(InputError, match='9 samples, expected 100 or more'):
         judged(Samples(stamp[:9], np.zeros((9, 2)), np.zeros((9, 2))))

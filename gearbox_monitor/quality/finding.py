@@ -12,14 +12,15 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""One line of a check: what was found, how good it is for each purpose, and what to do next."""
+"""A finding about a recording: how good it is for each purpose, and what to do next."""
 from dataclasses import dataclass, field
 import enum
+from typing import Any
 
 PURPOSES = ('estimation', 'drift', 'diagnosis')
 
 
-class Verdict(enum.IntEnum):
+class Grade(enum.IntEnum):
     """How good something is; the worst counts."""
 
     OK = 0
@@ -27,16 +28,21 @@ class Verdict(enum.IntEnum):
     BAD = 2
 
 
-OK, WARN, BAD = Verdict
+OK, WARN, BAD = Grade
+
+
+# Faults with which the diagnosis refuses a recording.
+FATAL = frozenset({'not_finite', 'rate', 'too_short', 'wraps', 'clipped', 'frozen', 'units',
+                   'swapped', 'sign', 'implausible', 'unexcited'})
 
 
 @dataclass(frozen=True)
-class Line:
+class Finding:
     """
     One finding.
 
     group, name: where it stands; figure: what was found, in words with units; advice: what to do
-    next, '' where nothing is; hurts {purpose: Verdict}: what it spoils, purposes that are not
+    next, '' where nothing is; hurts {purpose: Grade}: what it spoils, purposes that are not
     named are fine; values {name: number}: the figure for programs, SI units.
     """
 
@@ -44,8 +50,19 @@ class Line:
     name: str
     figure: str
     advice: str = ''
-    hurts: dict = field(default_factory=dict)
-    values: dict = field(default_factory=dict)
+    hurts: dict[str, Grade] = field(default_factory=dict)
+    values: dict[str, Any] = field(default_factory=dict)
+    code: str = ''
+
+    @property
+    def text(self) -> str:
+        """The finding as a sentence: figure and advice."""
+        return f'{self.figure}: {self.advice}' if self.advice else self.figure
+
+    @property
+    def fatal(self) -> bool:
+        """Whether a verdict would be about the recording, not about the drive."""
+        return self.code in FATAL
 
     def verdict(self, purposes=PURPOSES):
         """Return the worst Verdict for any of `purposes`."""
@@ -53,9 +70,16 @@ class Line:
 
 
 def hurts(estimation=OK, drift=OK, diagnosis=OK):
-    """Return {purpose: Verdict} of what is not fine."""
-    given = dict(zip(PURPOSES, (estimation, drift, diagnosis)))
-    return {purpose: verdict for purpose, verdict in given.items() if verdict > OK}
+    """
+    Return {purpose: Verdict} of what is not fine.
+
+    Args:
+        estimation: grade for estimation.
+        drift: grade for drift.
+        diagnosis: grade for the diagnosis.
+    """
+    grades = dict(zip(PURPOSES, (estimation, drift, diagnosis)))
+    return {purpose: verdict for purpose, verdict in grades.items() if verdict > OK}
 
 
 def everything(verdict):
