@@ -13,9 +13,10 @@
 # limitations under the License.
 
 """
-What a fit leaves of a recording beyond noise.
+Model adequacy: whether a fit leaves more of a recording than noise.
 
-residual [W, L, C]: in standard deviations of the encoders.
+The residual is tested for excess chi2, for coloured bands of its spectrum, and for dependence on
+the motion (residual analysis, Ljung, System Identification, ch. 16).
 """
 from copy import copy
 

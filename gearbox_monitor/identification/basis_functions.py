@@ -127,6 +127,7 @@ def binned(x: Array, value: Array, edges: Array) -> BinnedMap:
     populated = count >= max(1.0, FEWEST * x.size)
 
     def mean(v: Array) -> Array:
+        """Return the mean of `v` in each bin, NaN if it holds too few samples."""
         total = np.bincount(at, v.mean(axis=-1).ravel(), minlength=bins)
         return np.where(populated, total / np.where(populated, count, 1), np.nan)
     return BinnedMap(edges, count, mean(value), np.sqrt(mean(value ** 2)))

@@ -13,9 +13,9 @@
 # limitations under the License.
 
 """
-What is fitted: nuisance values of the model and parameters of effects, as coordinates.
+Candidate models: nominal values and parameters of effects as coordinates of a fit.
 
-z [P]: coordinates. order: N of a periodic effect, else None.
+Coordinates z [P] are bounded; some are logarithms. Nominal values carry a Gaussian prior.
 """
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -212,7 +212,8 @@ def replaced_value(model: DriveModel, name: str) -> float | None:
     if effect is None or not effect.replaces:
         return None
     where = effect.replaces
-    return getattr(model.transmission if where in _SHAPE else model, where)
+    value: float = getattr(model.transmission if where in _SHAPE else model, where)
+    return value
 
 
 def nuisances_of(model: DriveModel) -> dict[str, float]:

@@ -13,12 +13,10 @@
 # limitations under the License.
 
 """
-How far the gap closes: on windows that were not fitted, with an interval, and what is known of it.
+How far a closed model reduces the misfit on windows that were not fitted, with an interval.
 
-gap: root mean square of the readings against free runs of 1 s, in standard deviations of the
-encoders; each window has its own best start. Its floor is 1.
-
-before, after: gap before and after. sigma [2]: noise of the encoders, rad.
+The misfit is the root mean square of the readings against free runs of 1 s, in standard deviations
+of the encoder noise; each window starts from its own best state. Its floor is 1.
 """
 from collections.abc import Sequence
 from dataclasses import replace
@@ -244,6 +242,7 @@ def _parts(search: Search, none: CandidateFit, residual_before: Array, residual_
     residual_after = search.long.parted(residual_after[validation]) ** 2
 
     def figures(use: Flags) -> dict[str, float | None] | None:
+        """Return the misfits of the readings of the mask `use`, None if it is empty."""
         if not use.any():
             return None
         gaps = [float(math.sqrt(power[use].mean())) for power in (residual_before, residual_after)]

@@ -13,15 +13,11 @@
 # limitations under the License.
 
 """
-Noise of the encoders that lasts from reading to reading: their make, or a filter behind them.
+Coloured encoder noise: first-order autoregression, r_k = phi r_(k-1) + e_k with white e.
 
-It is taken for the simplest there is, r_k = phi r_(k-1) + e_k with white e; see noise.whitened.
-Left white it looks like motion that no effect explains. phi is measured above the frequencies of
-motion; what motion leaves there falls off more steeply than such noise. With the best effect
-fitted, those somewhat below can tell more.
-
-search: Search; best: Fitted; residual [W, L, C]: in sigmas, each reading by itself; dt: s; lowest:
-Hz.
+Treated as white, such noise looks like motion that no effect explains. phi is estimated from the
+spectrum above the frequencies of motion; with the best effect fitted, somewhat lower frequencies
+can be used, too.
 """
 
 import numpy as np

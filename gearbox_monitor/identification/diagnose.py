@@ -12,12 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-The diagnosis: where the gap between recording and model lies, which effect, how far it goes.
-
-recordings: of one drive; validate: one more, to judge by. only, exclude: ids of effects. search:
-Search with the fits.
-"""
+"""The diagnosis: the effect that explains the sim-to-real gap, its place, what it closes."""
 from collections.abc import Callable, Sequence
 
 from gearbox_monitor.errors import InputError
@@ -70,6 +65,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     sigma, quantum = noise_floor(recording, model)
 
     def searched(sigma: Array, phi: Array | None = None) -> Search:
+        """Return the fits of all candidates under noise `sigma` with correlation `phi`."""
         search = Search(recording, model, sigma, ids, jobs, progress, phi)
         search.none_and_singles()
         return search
@@ -86,12 +82,13 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     rough = bool((quantum > ROUGH * sigma).any())
     fitted, kind = decide(search, rough)
 
-    def lack(candidate_fit: CandidateFit) -> bool:
+    def inadequate(candidate_fit: CandidateFit) -> bool:
+        """Return whether `candidate_fit` leaves more than noise on all windows."""
         return incomplete(*on_all(search, candidate_fit))
     judged = kind != 'unknown' and not rough
     if judged:
-        fitted = finer(search, fitted, lack)
-    refit_on_all = judged and lack(fitted)
+        fitted = finer(search, fitted, inadequate)
+    refit_on_all = judged and inadequate(fitted)
     if refit_on_all:
         fitted, kind = decided_on_all(search)
     lattices = [name for i, name in enumerate(LATTICES)

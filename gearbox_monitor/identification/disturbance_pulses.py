@@ -13,9 +13,10 @@
 # limitations under the License.
 
 """
-Bursts of torque on the arm at times of their own: contacts, which repeat in no window.
+Disturbance pulses: torque on the arm at irregular times, such as contacts.
 
-search: Search with the fit of none; free: InputEstimate on the arm.
+A free-form torque is estimated in each window (input estimation) and reduced to one interval per
+window, as far as BIC allows.
 """
 from dataclasses import replace
 
@@ -95,10 +96,9 @@ def _worth(data: likelihood.WindowData, none: CandidateFit, free: input_estimati
 
 def best_pulses(free: input_estimation.InputEstimate, price: float) -> tuple[Flags, Array]:
     """
-    Return (values [W, H] that a burst needs, its cost [W]), to first order, none where none pays.
+    Return (mask [W, H] of the values in a pulse, cost [W] of the pulse), to first order.
 
-    One run of a FreeForm's values in each window, 0 outside it; price: of a value. Where it lies
-    are two more numbers to find.
+    Each window holds one interval of values or none; its position costs two more numbers.
 
     Args:
         free: free-form input estimate.

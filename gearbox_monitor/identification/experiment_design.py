@@ -13,14 +13,11 @@
 # limitations under the License.
 
 """
-The motion that best separates effects: experiment design on the angle between their signatures.
+Experiment design: the motion that best separates effects, by the angle between their signatures.
 
 With an effect a of known size, d s2 is the evidence for it that another effect b cannot imitate
-(isolate). Motions of the plant's own kinds are simulated with the effect, within limits of torque,
-speed and travel, and the one that makes the least d s2 of all pairs largest is proposed.
-
-dt, seconds: sample period and length of a motion, s; search: Search of the diagnosis; seed: of the
-random numbers.
+(see isolability). Motions are simulated with the effect within limits of torque, speed and travel;
+the one with the largest smallest d s2 of all pairs is proposed (max-min design).
 """
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -205,6 +202,15 @@ def suggest(model: DriveModel, effects: Mapping[str, Values | None], pairs: Sequ
 
     def tried(kind: str, amplitudes: Iterable[float], frequencies: Iterable[float],
               trials: int = TRIALS) -> None:
+        """
+        Add the motion to `motions`, with less torque until it stays within the limits.
+
+        Args:
+            kind: kind of the excitation.
+            amplitudes: amplitudes of its components, N m.
+            frequencies: their frequencies, Hz.
+            trials: largest number of reductions.
+        """
         motion = SuggestedMotion(kind, tuple(map(float, amplitudes)),
                                  tuple(map(float, frequencies)), seconds, {}, limits)
         for _ in range(trials):

@@ -12,7 +12,13 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Fit a candidate to windows: Gauss-Newton with the window states eliminated."""
+"""
+Fit a candidate by multiple shooting: Gauss-Newton with the window states eliminated.
+
+Each window has four states of its own (Bock's multiple shooting without continuity constraints);
+they are eliminated from the normal equations by a Schur complement, as in variable projection
+(Golub and Pereyra 1973). Steps are damped as by Levenberg and Marquardt.
+"""
 from collections.abc import Callable, Container
 
 import numpy as np

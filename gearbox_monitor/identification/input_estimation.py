@@ -12,7 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Unknown inputs: free signals at one place."""
+"""
+Free-form input estimation: an arbitrary signal at one place, fitted in each window.
+
+The signal is piecewise linear (triangles of 40 ms): a torque on the motor, on the arm or in the
+transmission, or an offset of one encoder.
+"""
 from dataclasses import dataclass
 import math
 
@@ -181,6 +186,7 @@ class InputEstimator:
         residual = self.residual(signal, states)
 
         def cost(signal: Array, residual: Array) -> Array:
+            """Return chi2 of `residual` and the ridge on `signal` in each window."""
             return (np.einsum('wl,wl->w', residual, residual)
                     + ridge[0] * np.einsum('wh,wh->w', signal, signal))
         cost_now = cost(signal, residual)

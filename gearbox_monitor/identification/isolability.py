@@ -13,13 +13,11 @@
 # limitations under the License.
 
 """
-What a recording can separate: the angles between the signatures of effects.
+Isolability: which effects a recording can distinguish, by the angles between their signatures.
 
-The signature of an effect is the change of the windows' readings by a little of it, less what
-window states (and nominal values, as far as they scatter) can imitate. With evidence d of an
-effect, another one that leaves the share s2 of its signature imitates it unless d s2 > LIMIT.
-
-search: Search with all fits; fitted: Fitted; order: N of a periodic effect, else None.
+The signature of an effect is the change of the readings by a little of it, less what window states
+and nominal values can imitate. With evidence d for an effect (generalised likelihood ratio),
+another effect that leaves the share s2 of its signature is indistinguishable unless d s2 > LIMIT.
 """
 import math
 from typing import TypeAlias
@@ -196,6 +194,7 @@ def separations(search: Search, fitted: CandidateFit) -> Separations:
     names = [n for n in search.ids if n not in NOT_FITTED and n not in candidate.ids]
 
     def one(name: str) -> Array:
+        """Return the signature of the effect `name`."""
         return space.signature(name, _orders(search, name))
     signatures = dict(zip(names, map(one, names)))
     out = {}

@@ -13,19 +13,11 @@
 # limitations under the License.
 
 """
-Fit a candidate to the windows of a recording: Gauss-Newton with the window states eliminated.
+Residuals of free runs over windows, their sensitivities and the reduced normal equations.
 
-Residuals are in standard deviations of the encoders. Each window has 4 states of its own (motor
-and arm position and speed where it begins); the candidate's coordinates are fitted jointly.
-
-data: WindowData, what is fitted; simulator: runs it; candidate: Candidate, point: FitPoint. model:
-DriveModel; states, memory [W, 4]: of drive and effects where windows begin; carry: what they
-become one window later; index [M]: numbers of windows; extra: free-form signals. residual [W, 2L]:
-in sigmas; chi2 [W]: its squares. train [W]: windows whose fit moves coordinates; weight [W]:
-theirs; robust: windows that stand out weigh less; weighing, colour, whiten: noise that is not
-white, see gap.lasting, gap.colour (phi [2]) and gap.process_noise. half_gap: rad, on which states
-are tried elsewhere. iterations: at most; which: coordinates; stretch: factor on their steps; z
-[P]: coordinates.
+Residuals are in standard deviations of the encoder noise. Each window has four states of its own
+(position and speed of motor and arm where it starts); the coordinates of the candidate are common
+to all windows. In shapes W counts windows, L samples, C encoders and P coordinates.
 """
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace

@@ -13,13 +13,10 @@
 # limitations under the License.
 
 """
-Where the gap lies: what a free signal at one place leaves of it, and the region it sits in.
+Localisation: the place where a free signal explains the residual best, and when it acts.
 
-In each window an arbitrary signal (triangles of 40 ms, interpolated linearly) is put as torque on
-the motor, on the arm or into the transmission, or as offset on one encoder. Two encoders determine
-two such signals: only at the right place does one explain both.
-
-jobs: threads; dt: s.
+Two encoders determine two free signals (window states aside): only at the place of the effect does
+one signal explain both encoders.
 """
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -46,7 +43,7 @@ BANDS = (3.0, 15.0)  # Hz, between low, mid and high frequency
 def free_forms(search: Search, fitted: CandidateFit, jobs: int = 1,
                places: Sequence[str] = PLACES) -> dict[str, InputEstimate]:
     """
-    Return {place: FreeForm}, one for each of `places`, on the long windows, on top of `fitted`.
+    Return {place: InputEstimate} on the long windows, on top of `fitted`.
 
     Windows of 0.25 s first: in them a wrong contact of the gap does not hold the fit.
 
@@ -70,6 +67,7 @@ def free_forms(search: Search, fitted: CandidateFit, jobs: int = 1,
     start_point = likelihood.FitPoint(point.z, states, memory)
 
     def one(place: str) -> InputEstimate:
+        """Return the input estimate at `place`."""
         brief = InputEstimator(short, model, place, start_point)
         rough = brief.solve(states)
         fit = InputEstimator(long, model, place, point)
@@ -89,7 +87,7 @@ def free_forms(search: Search, fitted: CandidateFit, jobs: int = 1,
 def laws(search: Search, free: InputEstimate, moved: Mapping[str, Array],
          ) -> dict[str, basis_functions.Law]:
     """
-    Return {name: Law} of a FreeForm of the long windows over `moved` {name: values [W, L]}.
+    Return {name: Law} of a InputEstimate of the long windows over `moved` {name: values [W, L]}.
 
     Args:
         search: fits of all candidates to one recording.

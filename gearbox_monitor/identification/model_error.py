@@ -13,13 +13,11 @@
 # limitations under the License.
 
 """
-What no model of a real drive explains, where the motor's motion drives the model: it lasts.
+Model error of a real drive, where the measured motion of the motor drives the model.
 
-Friction varies with the position, gears are not round: torque and twist that are left last some
-tenths of a second. A reading then tells little beyond the one before it. So residuals count in the
-size of what lasts, once for each `process_torque_time`.
-
-search: Search; data: fit.Data; recording: Recording.
+Friction varies with the position and gears are not round, so that the residual torque and twist
+persist for tenths of a second. Neighbouring readings then carry little information of their own:
+residuals are scaled by the size of the model error and count once per `process_torque_time`.
 """
 from collections.abc import Sequence
 from dataclasses import dataclass

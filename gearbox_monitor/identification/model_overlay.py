@@ -15,9 +15,7 @@
 """
 Models laid over a recording: free runs over windows of 1 s, and one over all of it.
 
-Window states are fitted, as for the gap; nothing else of a model moves, but for an unknown zero.
-
-run: a free run, dt: s.
+Window states are fitted; no value of a model moves but an unknown zero of the encoders.
 """
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -13,13 +13,11 @@
 # limitations under the License.
 
 """
-Fits where the motor's motion drives the model: what they make small is jagged.
+Multiscale Gauss-Newton, for objectives that are not smooth.
 
-A contact of the gap that is made a little earlier or later changes a run for a while. Derivatives
-over a short step then tell of single contacts only, over a long one they miss the bottom. So steps
-of several lengths take turns, each followed along its direction as far as it leads down.
-
-data, candidate, iterations, robust: as of fit.fit; tolerance: gain in chi2 below which it ends.
+A contact that is made a little earlier or later changes a run for a while, so that the objective
+is jagged on small scales. Finite differences of several lengths take turns, and each direction is
+followed as far as it leads down (line search).
 """
 import numpy as np
 
@@ -72,6 +70,7 @@ def _down(data: likelihood.WindowData, candidate: CandidateModel, point: likelih
           weight: Array, stretch: float) -> likelihood.FitPoint:
     """Return the best point along one Gauss-Newton direction; `point` if none is better."""
     def at(share: float) -> tuple[likelihood.FitPoint, float]:
+        """Return the point and its objective after `share` of the step."""
         z = candidate.bounded(point.z + share * step)
         trial = data.evaluate(candidate, likelihood.FitPoint(z, point.states, point.memory))
         return trial, likelihood.objective(candidate, trial, weight)

@@ -13,12 +13,10 @@
 # limitations under the License.
 
 """
-Fit the values of a drive's model from recordings, and say which of them the data determine.
+Fit the nominal values of a drive to recordings, and tell which of them the data determine.
 
-Each value moves on a log scale about that of the model file, held by a weak prior: what the data
-do not determine stays where it was, and is told.
-
-jobs: threads; progress(done, total, text): called as it goes on.
+Each value moves on a log scale about that of the model file, under a weak prior: values that the
+data do not determine stay there.
 """
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -13,9 +13,10 @@
 # limitations under the License.
 
 """
-Two effects at once: where one leaves something, the pair that leaves least.
+Search for two simultaneous effects: forward selection, exchange and backward elimination.
 
-search: Search with the fits of single effects.
+Many proposals start on the beginnings of the windows, and the best of each round continue on
+longer parts (successive halving).
 """
 from collections.abc import Iterable, Sequence
 from functools import partial
@@ -108,6 +109,7 @@ def restarted(search: Search, pair: CandidateFit) -> CandidateFit:
         pair: fit of two effects.
     """
     def start_fit(job: tuple[likelihood.FitPoint, CandidateModel]) -> CandidateFit:
+        """Return the fit of `job`, a start of the pair, after a few steps."""
         start, joint = job
         point = likelihood.copied(start, _with_nuisances(search, joint, start))
         search.long.evaluate(joint, point)
@@ -115,6 +117,7 @@ def restarted(search: Search, pair: CandidateFit) -> CandidateFit:
                                 gauss_newton.fit(search.long, joint, point, BEGUN, robust=True))
 
     def finished(fitted: CandidateFit) -> CandidateFit:
+        """Return `fitted` polished."""
         fitted = search.polish(fitted, [pair.point])
         return search.polish(search.grown(fitted), [fitted.point])
     jobs = []
@@ -168,6 +171,7 @@ def _joined(search: Search, gains: dict[str, dict[str, list[Gain]]]) -> list[str
     """
     def joined(pair: tuple[CandidateFit, CandidateModel, Array,
                            list[likelihood.FitPoint]]) -> CandidateFit:
+        """Return the fit of `pair` from where its effects stand alone."""
         first_fit, second, z, points = pair
         joint = search.starts.joint([(first_fit.candidate, first_fit.point.z), (second, z)])
         point = likelihood.copied(first_fit.point, _with_nuisances(search, joint, first_fit.point))

@@ -16,13 +16,10 @@
 Torque noise on the motor as part of the likelihood: independent triangles of 40 ms in each window.
 
 To first order the residual then has the covariance I + s^2 H H', H the response to each triangle.
-On a real drive the torque that a model leaves lasts (friction that varies with the position): with
-`time` triangles are correlated by exp(-distance / time), and H stands for H times a root of that.
-Whitening residual and sensitivities with it leaves a fit as it is, and equals the innovations
-likelihood of a linearised Kalman filter.
-
-Jx: sensitivity to the states;
-levels: noise levels that are tried, N m; rounds: of fit and noise level.
+On a real drive the residual torque persists: with `process_torque_time` triangles are correlated
+by exp(-distance / time), and H stands for H times a Cholesky factor of that. Whitening by the
+eigenvectors of H'H (Woodbury identity) equals the innovations likelihood of a linearised Kalman
+filter.
 """
 from collections.abc import Sequence
 import math
@@ -119,7 +116,7 @@ class Whitener:
 def noise_weighted_residual(data: likelihood.WindowData,
                             fitted: CandidateFit) -> tuple[Array, Whitener | None]:
     """
-    Return (what a search.Fitted leaves [W, C L], whitened if it is; its Whitener or None).
+    Return (what a search.CandidateFit leaves [W, C L], whitened if it is; its Whitener or None).
 
     Args:
         data: windows of readings and how residuals are weighted.

@@ -13,12 +13,10 @@
 # limitations under the License.
 
 """
-What a fit leaves over as a function of the motion: a law that no effect of the library is.
+Dependence of the residual on the motion: a law that no effect of the library describes.
 
-Noise is no function of anything. Where the residual becomes smaller by more than chance with a
-free function of speed, angle, twist or torque, the model lacks something, however little it is.
-
-search: Search; fitted: CandidateFit on its long windows.
+White noise is a function of nothing. If a free function of speed, angle, twist or torque reduces
+the residual by more than chance, the model is incomplete, however small the residual is.
 """
 from dataclasses import dataclass
 
@@ -83,6 +81,7 @@ def strongest_dependence(search: Search, fitted: CandidateFit,
     visible = localisation.visible_places(search)
 
     def gain(place: str, over: str) -> float:
+        """Return the gain in chi2 of a free function at `place` of the variable `over`."""
         if place in input_estimation.SENSORS:
             columns = _sensor_columns(search, fitted, place, over)
         else:

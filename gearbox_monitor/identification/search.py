@@ -13,14 +13,11 @@
 # limitations under the License.
 
 """
-Which effect: every candidate fitted on the same windows, with the same effort, and ranked.
+Search over all candidates: fitted on the same windows, with the same effort, ranked by BIC.
 
-Short windows (0.25 s) find the right contact of the gap and the rough values, windows of 1 s carry
-the evidence. The score is -2 log likelihood of the training windows plus p log n (BIC).
-
-recording: Recording; model: DriveModel; data: fit.Data; short_point, none_point: Points of short
-windows and without effect; others: Points whose window states are tried; names: of fits, by_id:
-Screened of each id; order: N of a periodic effect; keep: how many.
+Short windows (0.25 s) find the right contact of the backlash and rough values, windows of 1 s
+carry the evidence. The score is -2 log likelihood of the training windows plus p log n (Schwarz
+1978).
 """
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -49,7 +46,7 @@ HELD_OUT = 0.3
 KEEP_SCREENED, KEEP_REFINED = 6, 4
 SETTLING, STILL = 4, 5.0  # further rounds at most; gain in BIC below which a fit stands still
 STRAY = 50.0  # chi2 by which a window may be worse than without effect before it counts as lost
-JAGGED_PROBE = 0.3  # of the scale, where what is made small is jagged (gap.jagged)
+JAGGED_PROBE = 0.3  # of the scale, where what is made small is jagged (multiscale)
 FINER = 4     # times as many steps, where long ones are suspected
 FAR = 2.5     # tolerances from which on a nominal value is tried as an effect of its own
 Item = TypeVar('Item')
@@ -104,7 +101,7 @@ class Search:
     All fits of one Recording under one DriveModel.
 
     sigma [2] rad; only, exclude: ids; jobs: threads; progress(done, total, text) is called as it
-    goes on; colour [2]: see gap.colour.
+    goes on; colour [2]: see coloured_noise.
     """
 
     def __init__(self, recording: UniformRecording, model: DriveModel, sigma: Array,
@@ -144,6 +141,7 @@ class Search:
         self._total += len(items)
 
         def one(item: Item) -> Outcome:
+            """Apply the function to `item` and report the progress."""
             out = function(item)
             self._done += 1
             name = getattr(item, 'name', item if isinstance(item, str) else '')
@@ -172,7 +170,7 @@ class Search:
         return plain + candidate.n_effect * math.log(data.n_train)
 
     def as_fitted(self, candidate: CandidateModel, point: likelihood.FitPoint) -> CandidateFit:
-        """Return the Fitted of `candidate` at `point`, scored."""
+        """Return the CandidateFit of `candidate` at `point`, scored."""
         return CandidateFit(candidate, point, self.score(self.long, candidate, point))
 
     def found_orders(self, name: str) -> list[int]:
@@ -311,6 +309,7 @@ class Search:
             p.long_gain = self.promise(self.long, p.long.candidate, p.long.point, none.point)
 
         def best_ids(by: Callable[[Screened], float]) -> list[str]:
+            """Return the most promising ids by the key `by`."""
             gains = {i: max(by(p) - p.long.candidate.n_effect * cost for p in parts)
                      for i, parts in by_id.items()}
             return sorted(gains, key=gains.__getitem__, reverse=True)[:KEEP_SCREENED]
@@ -610,6 +609,7 @@ class Search:
         out: dict[Trial, float] = {}
 
         def one(job: tuple[Trial, list[dict[str, Any]]]) -> tuple[Trial, float]:
+            """Return the trial of `job` and its linearised gain."""
             key, columns = job
             residuals = [(point.residual - data.residual(
                 with_effects(model, [*model.effects, {'id': key[0], **column}]), point.states,

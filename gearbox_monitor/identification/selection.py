@@ -13,11 +13,9 @@
 # limitations under the License.
 
 """
-Which effect: none, one, two or one that is unknown.
+Model selection: no effect, one, two or an unknown one.
 
-search: Search with none and the single effects fitted; best: Fitted; singles: names of single
-effects, best first; rough: an encoder has steps above its noise; lack: function that says whether
-a CandidateFit leaves more than noise.
+Gains are differences of BIC; margins cover what the search over all candidates gains by chance.
 """
 from collections.abc import Callable, Sequence
 
@@ -103,6 +101,7 @@ def decide(search: Search, rough: bool = False) -> tuple[CandidateFit, str]:
     judged: dict[int, tuple[CandidateFit, bool]] = {}
 
     def inadequate(fitted: CandidateFit) -> bool:
+        """Return whether `fitted` leaves more than noise, judged once for each fit."""
         if id(fitted) not in judged:
             judged[id(fitted)] = fitted, incomplete(search, fitted, rough)
         return judged[id(fitted)][1]
@@ -130,7 +129,7 @@ def decide(search: Search, rough: bool = False) -> tuple[CandidateFit, str]:
 
 def convinced(search: Search, inadequate: Callable[[CandidateFit], bool]) -> CandidateFit | None:
     """
-    Return the best Fitted of one effect, None where it does not convince; lack: of decide.
+    Return the best CandidateFit of one effect, None where it does not convince; lack: of decide.
 
     Args:
         search: fits of all candidates to one recording.
@@ -151,7 +150,7 @@ def convinced(search: Search, inadequate: Callable[[CandidateFit], bool]) -> Can
 def settled(search: Search, best_fit: CandidateFit,
             inadequate: Callable[[CandidateFit], bool]) -> CandidateFit:
     """
-    Return the best Fitted of one effect once those near `best` stand still; lack: of decide.
+    Return the best CandidateFit of one effect once those near `best` stand still; lack: of decide.
 
     Args:
         search: fits of all candidates to one recording.
@@ -171,9 +170,7 @@ def settled(search: Search, best_fit: CandidateFit,
 def explained_by_pulses(search: Search, rough: bool,
                         inadequate: Callable[[CandidateFit], bool]) -> CandidateFit | None:
     """
-    Return the Fitted of bursts, or of a pair that explains them, None where there are none.
-
-    rough, lack: as of decide.
+    Return the fit of pulses, or of a pair that explains them, None if there are none.
 
     Args:
         search: fits of all candidates to one recording.
@@ -215,9 +212,9 @@ def _more(search: Search, pulses: CandidateFit, rough: bool) -> bool:
 def paired(search: Search, singles: Sequence[str],
            inadequate: Callable[[CandidateFit], bool]) -> CandidateFit:
     """
-    Return the best Fitted of one effect or two.
+    Return the best CandidateFit of one effect or two.
 
-    singles: names of the best effects that a second one is added to; lack: as of decide.
+    singles: names of the best effects that a second one is added to;
 
     Args:
         search: fits of all candidates to one recording.
@@ -276,7 +273,7 @@ def finer(search: Search, best_fit: CandidateFit,
     Return `best` on shorter steps, with which `search` then goes on, where it lacks but these.
 
     Steps are as long as the nominal drive allows; with the effect it may be a faster one, and the
-    readings so good that the edges of its gap show. lack: as of decide.
+    readings so good that the edges of its gap show.
 
     Args:
         search: fits of all candidates to one recording.

@@ -13,14 +13,11 @@
 # limitations under the License.
 
 """
-Recordings whose motor motion drives the model (`driven_by: position`), see drive.driven.
+Recordings whose measured motor motion drives the model (`driven_by: position`).
 
-Position, speed and acceleration of the motor come from its encoder by local cubics, as wide as the
-noise asks for: what noise is left in the torque m1 x3' stays well below that of the torque u.
-
-recording: a Recording; windows: its Windows; dt: s; half: samples on each side of a filter; memory
-[W, 4]: states of effects where a window begins; extra: free-form signals, see gap.residual;
-coarse: with larger steps.
+Position, speed and acceleration of the motor come from its encoder by local cubics (Savitzky and
+Golay 1964), as wide as the noise requires: their noise in the torque m1 x3' stays well below that
+of the torque u.
 """
 from dataclasses import replace
 

@@ -12,14 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-What a diagnosis says: the verdict with its evidence, as plain data.
-
-none, best: fit without effect, and the one that is reported;
-kind: 'effect', 'none' or 'unknown'; candidate: its Candidate, nuisances: {name: relative change}.
-model: DriveModel; lattices: ids of quantisation; quantum [2]: steps of the encoders, rad;
-validate: a further Recording, to judge by; seed: of the bootstrap; phi [2]: see gap.colour.
-"""
+"""The verdict of a diagnosis with its evidence, as plain data."""
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""States where the windows begin: fitted, and freed from wrong contacts of the gap."""
+"""States where the windows start: fitted by Levenberg-Marquardt, and freed from wrong contacts."""
 from collections.abc import Sequence
 
 import numpy as np

@@ -12,12 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-Noise of an encoder, its spectrum, and the lattice of its readings.
-
-recording: Recording; residual [W, L, C]: in sigmas; phi [C]: correlation of neighbouring
-readings; quantum: step of an encoder, rad.
-"""
+"""White noise of an encoder, from fourth differences, and the step of its quantisation."""
 import numpy as np
 from scipy.special import ndtri
 

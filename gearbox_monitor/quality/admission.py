@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a diagnosis is given: a recording repaired, and checked against the model of its drive."""
+"""Admission of a recording to the diagnosis: repaired and checked against the model."""
 from collections.abc import Callable
 
 import numpy as np

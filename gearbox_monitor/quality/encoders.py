@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Each encoder for itself: is it there, how noisy and how fine, does it stick or wrap."""
+"""Each encoder by itself: missing readings, noise, resolution, stuck or wrapping readings."""
 from collections.abc import Sequence
 from typing import TypeAlias
 
@@ -20,7 +20,7 @@ import numpy as np
 
 from gearbox_monitor.estimation.noise_search import at_rest
 from gearbox_monitor.kernels.sensor_noise import quantisation_step, white_noise_std
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
 from gearbox_monitor.quality.stretch import Segment
@@ -36,14 +36,14 @@ OWN_PLAY = 0.05          # of the travel: backlash of a drive whose model may ha
 Noises: TypeAlias = Sequence[tuple[float, float] | None]
 
 
-def noise_of(y):
+def noise_of(y: Array) -> tuple[float, float]:
     """Return (noise, step of the lattice or 0) of readings y [N] (rad), NaN: not measured."""
     readings = y[np.isfinite(y)]
     quantum = quantisation_step(readings)
     return white_noise_std(readings, quantum), quantum
 
 
-def measured(y):
+def measured(y: Array) -> list[Finding]:
     """Return Lines about readings y [N, 2] that are missing."""
     lines = []
     for name, values in zip(NAMES, y.T):
@@ -65,7 +65,8 @@ def measured(y):
     return lines
 
 
-def lines(stamps, y, noises, swing, stated):
+def lines(stamps: Integers, y: Array, noises: Noises, swing: float | None,
+          stated: Sequence[float]) -> list[Finding]:
     """
     Return Lines about noise and resolution.
 
@@ -87,8 +88,10 @@ def lines(stamps, y, noises, swing, stated):
     figure = f'{seconds:.3g} s: tune measures the noise there' if seconds else \
         'none of half a second: tune will find the noise in motion'
     lines = [Finding('motion', 'standstill', figure, values={'rest_s': seconds})]
-    for i in channels:
-        noise, quantum = noises[i]
+    for i, levels in enumerate(noises):
+        if levels is None:
+            continue
+        noise, quantum = levels
         figure, values = f'{noise:.3g} rad', {'noise_rad': noise, 'quantum_rad': quantum}
         if standstill is not None:
             noise = standstill[0][channels.index(i)]

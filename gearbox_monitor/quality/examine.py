@@ -12,16 +12,23 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""All checks of a recording, in order, and what it suits."""
+"""All checks of a recording, in order, and what the recording is suited for."""
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.monitoring.monitor import Samples
+from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality import (
     encoders, excitation_checks, input_checks as gap_check, stamps, stretch, torque)
-from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, PURPOSES, WARN
+from gearbox_monitor.quality.finding import (
+    BAD, everything, Finding, Grade, hurts, OK, PURPOSES, WARN)
 from gearbox_monitor.quality.recording import prepare
+from gearbox_monitor.quality.stamps import StampClock
+from gearbox_monitor.quality.stretch import Segment
 
 GROUPS = ('stamps', 'torque', 'motor', 'arm', 'motion', 'signs', 'model')
 LEAST = 100  # samples
@@ -37,13 +44,14 @@ class Examination:
     begin: its first usable stamp, seconds: from there to the last one, s.
     """
 
-    lines: tuple
-    suits: dict
+    lines: tuple[Finding, ...]
+    suits: dict[str, tuple[Grade, tuple[str, ...]]]
     begin: float
     seconds: float
 
 
-def examine(samples, parameters, model=None):
+def examine(samples: Samples, parameters: EstimatorParameters,
+            model: DriveModel | None = None) -> Examination:
     """
     Return the Examined of Samples [N] (monitor.Samples, on the arm side).
 
@@ -71,7 +79,7 @@ def examine(samples, parameters, model=None):
     return examined(lines, float(samples.stamp_ns[clock.usable][0]) * 1e-9, clock.duration)
 
 
-def examined(lines, begin, seconds):
+def examined(lines: Iterable[Finding], begin: float, seconds: float) -> Examination:
     """
     Return the Examined of `lines`, in the order of their groups; begin, seconds: as there.
 
@@ -85,7 +93,8 @@ def examined(lines, begin, seconds):
                        begin, seconds)
 
 
-def _moved(samples, clock, part, parameters, model):
+def _moved(samples: Samples, clock: StampClock, part: Segment, parameters: EstimatorParameters,
+           model: DriveModel | None) -> list[Finding]:
     u, y = samples.u[clock.usable, 0], samples.y[clock.usable]
     noises = [encoders.noise_of(y[:, i]) if part.measured[i] else None for i in (0, 1)]
     moved = excitation_checks.quiet_motion(part, np.array([n[0] if n else 0.0 for n in noises]))
@@ -107,7 +116,7 @@ def _moved(samples, clock, part, parameters, model):
     return motion_lines + lines
 
 
-def _diagnosis(samples, model):
+def _diagnosis(samples: Samples, model: DriveModel | None) -> list[Finding]:
     """Return the Line about what diagnose itself says of the recording."""
     if model is None:
         return [Finding('model', 'model file', 'none given', 'give it with --model: then signs, '
@@ -140,7 +149,7 @@ def _diagnosis(samples, model):
             Finding('model', 'diagnose', word + '; '.join([*sentences, *notes]), advice, wired)]
 
 
-def _suits(lines, purpose):
+def _suits(lines: Iterable[Finding], purpose: str) -> tuple[Grade, tuple[str, ...]]:
     grade = max(line.hurts.get(purpose, OK) for line in lines)
     return grade, tuple(f'{line.name} ({line.group})' for line in lines
                         if grade > OK and line.hurts.get(purpose, OK) == grade)

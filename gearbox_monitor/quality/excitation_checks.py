@@ -12,14 +12,16 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How the drive moves: travel, speed, reversals, traversals of the gap, ratio and signs."""
+"""How the drive moves: travel, speed, reversals, traversals of the backlash, ratio and signs."""
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.signal import oaconvolve
 
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.quality.encoders import NAMES
 from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
+from gearbox_monitor.quality.stretch import Segment
 
 HALF_WIDTHS = (0.005, 0.01, 0.02, 0.04, 0.08)  # s, of the low pass
 QUIET = 0.15             # noise over motion of the acceleration that is wanted
@@ -44,31 +46,31 @@ class LowPassedMotion:
     v; width: half width of the low pass, samples.
     """
 
-    u: np.ndarray | None
-    p: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
-    sigma: np.ndarray
-    noise: np.ndarray
-    noise_v: np.ndarray
+    u: Array | None
+    p: Array
+    v: Array
+    a: Array
+    sigma: Array
+    noise: Array
+    noise_v: Array
     dt: float
     width: int
     first: int
 
 
-def kernel_of(width):
+def kernel_of(width: int) -> Array:
     """Return the weights [2 width + 1] of the low pass of half width `width` samples."""
     kernel = np.hanning(2 * width + 3)[1:-1]
     return kernel / kernel.sum()
 
 
-def low_pass(x, width):
+def low_pass(x: Array, width: int) -> Array:
     """Return x [N, C] or [N] without its first and last `width` samples, smoothed."""
     kernel = kernel_of(width)
     return oaconvolve(x, kernel[:, None] if x.ndim > 1 else kernel, 'valid', axes=0)
 
 
-def motion(part, sigma, width):
+def motion(part: Segment, sigma: Array, width: int) -> LowPassedMotion:
     """
     Return the Motion of a Stretch, encoders with noise sigma [2] rad; width: samples.
 
@@ -87,7 +89,7 @@ def motion(part, sigma, width):
         sigma * np.linalg.norm(kernel), sigma * slope, part.dt, width, width + 1)
 
 
-def quiet_motion(part, sigma):
+def quiet_motion(part: Segment, sigma: Array) -> LowPassedMotion:
     """
     Return the Motion of a Stretch with the shortest low pass that the noise allows.
 
@@ -106,7 +108,7 @@ def quiet_motion(part, sigma):
     return moved
 
 
-def reversals(v, slow):
+def reversals(v: Array, slow: float) -> Integers:
     """Return the samples at which the speed v [M] has gone from beyond one `slow` to the other."""
     side = np.sign(v) * (np.abs(v) > slow)
     at = np.flatnonzero(side)
@@ -133,7 +135,7 @@ def reversal_finding(count: int, seconds: float, name: str) -> Finding:
         '' if sufficient else 'no_reversal')
 
 
-def swing(moved):
+def swing(moved: LowPassedMotion) -> tuple[float, float | None]:
     """
     Return (middle, swing) of the twist of a Motion, rad; swing None where it is only noise.
 
@@ -146,7 +148,8 @@ def swing(moved):
     return 0.5 * (low + high), float(high - low) if visible else None
 
 
-def lines(part, moved, half_gap, drift_window):
+def lines(part: Segment, moved: LowPassedMotion, half_gap: float | None,
+          drift_window: float) -> list[Finding]:
     """
     Return Lines on the Motion `moved` of a Stretch.
 
@@ -161,7 +164,7 @@ def lines(part, moved, half_gap, drift_window):
     lines = []
     travels = [float(np.ptp(moved.p[:, i])) for i in (0, 1)]
     still = False
-    for i in np.flatnonzero(part.measured):
+    for i in np.flatnonzero(part.measured).tolist():
         sufficient = travels[i] > TRAVEL * max(moved.noise[i], 1e-300)
         still |= not sufficient
         figure = f'{travels[i]:.4g} rad' + ('' if sufficient else ': hardly above noise')
@@ -187,13 +190,13 @@ def lines(part, moved, half_gap, drift_window):
     return lines
 
 
-def _ratio(moved):
+def _ratio(moved: LowPassedMotion) -> Finding:
     """Return the Line about arm over motor travel: sign and gear ratio."""
     motor, arm = (moved.p[:, i] - moved.p[:, i].mean() for i in (0, 1))
     slope = float(motor @ arm) / max(float(motor @ motor), 1e-300)
     same = float(motor @ arm) / max(float(np.linalg.norm(motor) * np.linalg.norm(arm)), 1e-300)
     # Noise and backlash flatten the slope of one on the other, not that of their sizes.
-    size = float(np.linalg.norm(arm) / max(np.linalg.norm(motor), 1e-300))
+    size = float(np.linalg.norm(arm)) / max(float(np.linalg.norm(motor)), 1e-300)
     values = {'slope': slope, 'correlation': same}
     figure = f'arm moves {np.sign(slope) * size:.4g} x the motor, correlation {same:.3f}'
     if abs(same) < 0.5:
@@ -211,7 +214,8 @@ def _ratio(moved):
     return Finding('signs', 'motor and arm', figure, values=values)
 
 
-def _traversals(part, moved, half_gap, drift_window):
+def _traversals(part: Segment, moved: LowPassedMotion, half_gap: float | None,
+                drift_window: float) -> Finding:
     """Return the Line about how often the twist goes from one flank to the other."""
     middle, width = swing(moved)
     if width is None:
@@ -236,7 +240,7 @@ def _traversals(part, moved, half_gap, drift_window):
                    values)
 
 
-def excitation(part, moved):
+def excitation(part: Segment, moved: LowPassedMotion) -> Finding:
     """
     Return the Line about whether inertia, friction and offset can be told apart.
 
@@ -257,6 +261,6 @@ def excitation(part, moved):
                    {} if sufficient else hurts(OK, OK, WARN), {'condition': min(condition, 1e300)})
 
 
-def sign(v, noise):
+def sign(v: Array, noise: float) -> Array:
     """Return the direction of the speed v [M], soft where it is within the noise."""
     return v / np.sqrt(v * v + (3.0 * noise) ** 2 + 1e-300)

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """A finding about a recording: how good it is for each purpose, and what to do next."""
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 import enum
 from typing import Any
@@ -28,7 +29,7 @@ class Grade(enum.IntEnum):
     BAD = 2
 
 
-OK, WARN, BAD = Grade
+OK, WARN, BAD = Grade.OK, Grade.WARN, Grade.BAD
 
 
 # Faults with which the diagnosis refuses a recording.
@@ -64,12 +65,12 @@ class Finding:
         """Whether a verdict would be about the recording, not about the drive."""
         return self.code in FATAL
 
-    def verdict(self, purposes=PURPOSES):
+    def verdict(self, purposes: Iterable[str] = PURPOSES) -> Grade:
         """Return the worst Verdict for any of `purposes`."""
         return max((self.hurts.get(purpose, OK) for purpose in purposes), default=OK)
 
 
-def hurts(estimation=OK, drift=OK, diagnosis=OK):
+def hurts(estimation: Grade = OK, drift: Grade = OK, diagnosis: Grade = OK) -> dict[str, Grade]:
     """
     Return {purpose: Verdict} of what is not fine.
 
@@ -82,6 +83,6 @@ def hurts(estimation=OK, drift=OK, diagnosis=OK):
     return {purpose: verdict for purpose, verdict in grades.items() if verdict > OK}
 
 
-def everything(verdict):
+def everything(verdict: Grade) -> dict[str, Grade]:
     """Return {purpose: `verdict`} for all purposes."""
     return hurts(*(verdict for _ in PURPOSES))

@@ -16,10 +16,8 @@
 Check that a recording is one of the drive in the model file and holds enough motion.
 
 A fatal finding (see finding.FATAL) means that a verdict would be about the recording, not about
-the drive: wrong channel, sign or unit, a dead or clipped encoder, no motion. The others say what
+the drive: wrong channel, sign or unit, a dead or clipped encoder, no motion. The others name what
 the recording cannot show.
-
-sigma [2]: noise of the encoders, rad. smooth: a Smooth; swap: whether the encoders change places.
 """
 from dataclasses import replace
 from itertools import product
@@ -34,12 +32,11 @@ from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality import encoders
 from gearbox_monitor.quality.excitation_checks import reversal_finding, reversals, REVERSALS
 from gearbox_monitor.quality.finding import Finding
-from gearbox_monitor.quality.recording import MIN_DURATION, UniformRecording
+from gearbox_monitor.quality.recording import (
+    DIAGNOSIS_RATES as RATES, MIN_DURATION, SHORT, UniformRecording)
 from gearbox_monitor.quality.stretch import Segment
 from gearbox_monitor.quality.torque import limits as torque_limits
 
-SHORT = 8.0                 # s: below it held-out windows are few
-RATES = (200.0, 4000.0)     # Hz
 MIN_TRAVEL = 10.0           # noise standard deviations
 MIN_MOVING = 4              # windows of 1 s with motion
 LOOSE = (0.33, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0)  # parts of the half gap that are tried

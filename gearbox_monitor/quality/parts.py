@@ -13,22 +13,23 @@
 # limitations under the License.
 
 """
-A long recording is judged part by part, in bounded memory; here is what stands for the whole.
+Findings about a long recording, examined part by part in bounded memory.
 
-A fault counts in whichever part it is. Where the drive stands still throughout a part, that part
-says nothing about its motion, and only stamps and readings of it count.
+A fault counts in whichever part it is. A part in which the drive stands still says nothing about
+motion: only its stamps and readings count.
 """
+from collections.abc import Sequence
 from dataclasses import replace
 
 from gearbox_monitor.quality import stamps
-from gearbox_monitor.quality.examine import examined
-from gearbox_monitor.quality.finding import BAD
+from gearbox_monitor.quality.examine import Examination, examined
+from gearbox_monitor.quality.finding import BAD, Finding
 
 SAMPLES = 600_000  # that a part has at least; recordings of less than twice that are one part
 WINDOWS = 2        # of drift, likewise
 
 
-def joined(parts, drift_window):
+def joined(parts: Sequence[Examination], drift_window: float) -> Examination:
     """
     Return the Examined of a recording from those of its `parts`, in order.
 
@@ -52,7 +53,7 @@ def joined(parts, drift_window):
     return examined(lines.values(), parts[0].begin, seconds)
 
 
-def _worst(candidates, start, count):
+def _worst(candidates: Sequence[tuple[float, Finding]], start: float, count: int) -> Finding:
     """
     Return the worst of [(begin of its part, Line)], the first of equal ones; it tells the part.
 
@@ -65,12 +66,12 @@ def _worst(candidates, start, count):
                    values={**line.values, 'part_from_s': begin - start})
 
 
-def _rests(part):
+def _rests(part: Examination) -> bool:
     """Return whether neither side moves in a part, by its Examined."""
     travels = [line for line in part.lines if line.name.startswith('travel')]
     return bool(travels) and all(line.verdict() == BAD for line in travels)
 
 
-def _of_rest(line):
+def _of_rest(line: Finding) -> bool:
     """Return whether a Line says something where the drive stands, too."""
     return line.group == 'stamps' or line.group in ('motor', 'arm') and line.name == 'readings'

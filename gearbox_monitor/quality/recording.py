@@ -13,12 +13,10 @@
 # limitations under the License.
 
 """
-A recording as the diagnosis takes it: torque and both positions on a uniform grid of time.
+A recording on a uniform grid of time: torque and both positions.
 
-What a real recording does to its stamps (jitter, single lost samples, gaps) is repaired here where
-that is harmless, told in a notice, and refused where it is not.
-
-name: of the recording, for messages; recordings: of one drive.
+Defects of real stamps (jitter, single missing samples, dropouts) are repaired where that is
+harmless and reported, and refused otherwise.
 """
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -31,6 +29,8 @@ from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.units import on_axis
 
 MIN_DURATION = 4.0     # s: four windows of the gap metric
+SHORT = 8.0            # s: below it, few windows are left for validation
+DIAGNOSIS_RATES = (200.0, 4000.0)  # Hz
 MAX_REPAIRED = 0.01    # share of samples that may be interpolated
 MAX_RUN = 3            # samples in a row that may be interpolated: below the drive's own periods
 QUIET_JITTER = 0.01    # of a sample time, rms: stamps rounded by a computer, not worth a word
@@ -50,7 +50,7 @@ class UniformRecording:
     samples of the recordings that were joined to this one; channels: columns of y that were
     measured, the other one is a copy (transmission.kind: rigid).
 
-    Where the motor's motion drives the model (gap.driven), motor [N, 5] holds it: position, speed,
+    If the motor's motion drives the model (torque_domain), motor [N, 5] holds it: position, speed,
     acceleration, whether it moves, and u without its noise. In y then stands u in place of the
     motor's position.
     """

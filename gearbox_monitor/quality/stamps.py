@@ -12,14 +12,14 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Are the stamps those of one clock that ticks evenly, and how long do they last."""
+"""Stamps of a recording: order, rate, jitter, dropouts and length."""
 from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.quality.input_checks import RATES as DIAGNOSIS_RATES, SHORT
+from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
-from gearbox_monitor.quality.recording import MAX_REPAIRED, MIN_DURATION
+from gearbox_monitor.quality.recording import DIAGNOSIS_RATES, MAX_REPAIRED, MIN_DURATION, SHORT
 
 RATES = (100.0, 2000.0)  # Hz, of estimation
 LEAST_RATE = 20.0        # Hz, below it nothing of a drive's motion is left
@@ -42,20 +42,20 @@ class StampClock:
     stamps.
     """
 
-    usable: np.ndarray
-    seconds: np.ndarray
+    usable: Flags
+    seconds: Array
     period: float
     gap: float
     jitter: float
     missing: int
 
     @property
-    def duration(self):
+    def duration(self) -> float:
         """From the first to the last usable stamp, s."""
         return float(self.seconds[-1])
 
 
-def clock(stamps):
+def clock(stamps: Integers) -> StampClock | None:
     """Return the Clock of stamps int64 [N] ns, or None where fewer than ten are usable."""
     latest = np.maximum.accumulate(stamps)
     usable = stamps > 0
@@ -75,7 +75,8 @@ def clock(stamps):
     return StampClock(usable, seconds, period, gap, jitter, missing)
 
 
-def lines(stamps, clock, max_gap, drift_window):
+def lines(stamps: Integers, clock: StampClock, max_gap: float,
+          drift_window: float) -> list[Finding]:
     """
     Return Lines on stamps int64 [N] ns with their Clock `found`.
 
@@ -91,7 +92,7 @@ def lines(stamps, clock, max_gap, drift_window):
             length(clock.duration, drift_window)]
 
 
-def _order(stamps, clock):
+def _order(stamps: Integers, clock: StampClock) -> Finding:
     zero = int((stamps <= 0).sum())
     step = np.diff(stamps[stamps > 0])
     repeated, backward = int((step == 0).sum()), int((step < 0).sum())
@@ -110,7 +111,7 @@ def _order(stamps, clock):
         hurts(grade, grade, BAD), values)
 
 
-def _rate(clock):
+def _rate(clock: StampClock) -> Finding:
     rate = 1.0 / clock.period
     estimation = OK if RATES[0] <= rate * 1.01 and rate <= RATES[1] * 1.01 else WARN
     if rate < LEAST_RATE:
@@ -124,7 +125,7 @@ def _rate(clock):
     return Finding(_GROUP, 'rate', f'{rate:.5g} Hz', advice, spoilt, {'rate_hz': rate})
 
 
-def _jitter(clock):
+def _jitter(clock: StampClock) -> Finding:
     share = clock.jitter / clock.period
     grade = BAD if share > JITTER[1] else WARN if share > JITTER[0] else OK
     advice = '' if grade == OK else \
@@ -134,7 +135,7 @@ def _jitter(clock):
     return Finding(_GROUP, 'jitter', figure, advice, everything(grade), {'jitter_s': clock.jitter})
 
 
-def _gaps(clock, max_gap):
+def _gaps(clock: StampClock, max_gap: float) -> Finding:
     step = np.diff(clock.seconds)
     longest = float(step.max())
     gaps = step > clock.gap
@@ -155,7 +156,7 @@ def _gaps(clock, max_gap):
                    hurts(grade, grade, BAD if share > MAX_REPAIRED else grade), values)
 
 
-def length(seconds, drift_window):
+def length(seconds: float, drift_window: float) -> Finding:
     """Return the Line on a recording of so many `seconds`; drift_window (s): the estimator's."""
     windows = int(seconds / drift_window)
     estimation = OK if seconds >= LENGTH else WARN

@@ -12,10 +12,13 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The longest stretch of a recording without a gap, on an even grid of time."""
+"""The longest part of a recording without a dropout, on an even grid of time."""
 from dataclasses import dataclass, replace
 
 import numpy as np
+
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.quality.stamps import StampClock
 
 CUT = 10           # periods without a sample that are not bridged
 QUIET = 0.01       # of the period: such stamps are as good as even
@@ -34,16 +37,16 @@ class Segment:
     begin: float
     end: float
     dt: float
-    u: np.ndarray | None
-    y: np.ndarray
-    measured: tuple
+    u: Array | None
+    y: Array
+    measured: tuple[bool, ...]
 
     @property
-    def duration(self):
+    def duration(self) -> float:
         """Length, s."""
         return self.end - self.begin
 
-    def first(self, seconds):
+    def first(self, seconds: float) -> 'Segment':
         """Return the Stretch of its first `seconds` s, itself where it is not longer."""
         n = int(seconds / self.dt)
         if n >= len(self.y):
@@ -52,7 +55,7 @@ class Segment:
                        u=None if self.u is None else self.u[:n])
 
 
-def stretch(clock, u, y):
+def stretch(clock: StampClock, u: Array, y: Array) -> Segment:
     """
     Return the Stretch of a recording.
 
@@ -73,7 +76,15 @@ def stretch(clock, u, y):
         (t[-1] - t[0]) / clock.period) + 1
     grid = t if even else np.arange(t[0], t[-1], clock.period)
 
-    def on_grid(value, smallest_share, hold=False):
+    def on_grid(value: Array, smallest_share: float, hold: bool = False) -> Array | None:
+        """
+        Return a channel on the grid, None if too little of it was measured.
+
+        Args:
+            value: recorded values [N].
+            smallest_share: smallest share of finite values.
+            hold: whether values are held instead of interpolated.
+        """
         good = np.isfinite(value)
         if good.mean() < smallest_share:
             return None

@@ -12,16 +12,19 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The commanded torque: is it there, is its sign right, and when does it act."""
+"""The commanded torque: readings, limits, sign and delay."""
 from dataclasses import dataclass
 import math
+from typing import TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.quality.encoders import NAMES
-from gearbox_monitor.quality.excitation_checks import low_pass, motion, sign, swing
+from gearbox_monitor.quality.excitation_checks import (
+    low_pass, LowPassedMotion, motion, sign, swing)
 from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
+from gearbox_monitor.quality.stretch import Segment
 
 MISSING = (0.01, 0.2)    # share of the samples: worth a word; too many
 LIMITED = (5, 0.02, 0.7)  # samples in a row on the extreme; shares of all that are worth a word
@@ -37,7 +40,7 @@ METHOD = 0.15            # samples: what the low pass and a controller's feedbac
 WORK = 0.05              # of |u dx|: net work that has a sign
 
 
-def lines(u, part):
+def lines(u: Array, part: Segment) -> list[Finding]:
     """
     Return Lines on torques u [N] N m as recorded (NaN: none), and on those of a Stretch.
 
@@ -87,6 +90,10 @@ def limits(u: Array) -> list[Finding]:
                     'torque_limit')]
 
 
+# Delay in samples, gain, correlation, whether at the edge.
+Peak: TypeAlias = tuple[float, float, float, bool]
+
+
 @dataclass(frozen=True)
 class TorqueResponse:
     """
@@ -107,17 +114,17 @@ class TorqueResponse:
     work: float
 
     @property
-    def seen(self):
+    def seen(self) -> bool:
         """Whether the torque shows in the acceleration."""
         return abs(self.correlation) > SEEN and abs(self.gain) > self.gain_std
 
     @property
-    def timed(self):
+    def timed(self) -> bool:
         """Whether the delay is determined."""
         return self.seen and not self.at_edge and self.delay_std < VAGUE
 
 
-def answer(part, sigma, width):
+def answer(part: Segment, sigma: Array, width: int) -> TorqueResponse | None:
     """
     Return the Answer of a Stretch to its torque, or None where it is too short.
 
@@ -134,11 +141,11 @@ def answer(part, sigma, width):
     """
     part, i = part.first(SECONDS), int(np.flatnonzero(part.measured)[0])
     moved = motion(part, sigma, width)
-    results = [_regressed(part, wide, i)
-               for wide in (moved, motion(part, sigma, 2 * width))]
-    if None in results:
+    narrow = _regressed(part, moved, i)
+    wide = _regressed(part, motion(part, sigma, 2 * width), i)
+    if narrow is None or wide is None or moved.u is None:
         return None
-    (whole, spread), (wider, _) = results
+    (whole, spread), (wider, _) = narrow, wide
     x = np.diff(moved.p[:, i])
     work = moved.u[:-1] * x
     return TorqueResponse(
@@ -147,7 +154,7 @@ def answer(part, sigma, width):
         float(work.sum() / max(np.abs(work).sum(), 1e-300)))
 
 
-def _regressed(part, moved, i):
+def _regressed(part: Segment, moved: LowPassedMotion, i: int) -> tuple[Peak, Array] | None:
     """Return (result of _best, standard errors of delay and gain), None where too short."""
     u, *columns = _columns(part, moved, i)
     blocks = _blocks(len(u), part.dt, moved.width)
@@ -164,19 +171,20 @@ def _regressed(part, moved, i):
                                    full_matrices=False)
     basis = basis[:, size > 1e-8 * size[0]]
 
-    def rest(x):
+    def remainder(x: Array) -> Array:
+        """Return what the correlated columns do not explain of `x` [blocks, rows, C]."""
         x = x.reshape(len(correlated), -1)
         return (x - basis @ (basis.T @ x)).reshape(*blocks.shape, -1)
-    a, torque = rest(a), rest(torque)
+    a, torque = remainder(a), remainder(torque)
     both, power = (a * torque).sum(axis=1), (torque ** 2).sum(axis=1)  # [blocks, lags]
     own = (a ** 2).sum(axis=(1, 2))
     sums = both.sum(axis=0), power.sum(axis=0), own.sum()
-    parts = np.array([_best(*(whole - solve for whole, solve in zip(sums, part)))[:2]
+    parts = np.array([_best(*(whole - term for whole, term in zip(sums, part)))[:2]
                       for part in zip(both, power, own)])
     return _best(*sums), np.sqrt((len(blocks) - 1) * parts.var(axis=0))
 
 
-def _columns(part, moved, i):
+def _columns(part: Segment, moved: LowPassedMotion, i: int) -> list[Array]:
     """
     Return [M] each: torque, acceleration, and all that this depends on beside the torque.
 
@@ -191,12 +199,13 @@ def _columns(part, moved, i):
         bent += [np.maximum(twist - bend, 0.0) for bend in (twist.min(), *bends)]
     bent = [low_pass(column, moved.width) for column in bent]
     same = slice(light.width, light.width + len(bent[0]))  # samples of the recording
+    assert moved.u is not None
     straight = [moved.u, moved.a[:, i], moved.v[:, i], moved.p[:, i]]
     straight += [moved.v[:, 1]] if two else []
     return [*(column[same] for column in straight), *bent]
 
 
-def _blocks(count, dt, width):
+def _blocks(count: int, dt: float, width: int) -> Integers | None:
     """Return indices [blocks, rows] of evenly spread blocks of time, None where too few."""
     first, last = LAGS[-1] + 2, count + LAGS[0] - 2
     length = min(int(BLOCK_SECONDS / dt), (last - first) // BLOCKS)
@@ -206,7 +215,7 @@ def _blocks(count, dt, width):
     return starts[:, None] + np.arange(0, length, max(1, width // 2))
 
 
-def _best(both, power, own):
+def _best(both: Array, power: Array, own: float) -> Peak:
     """Return (delay, gain, correlation, at the edge) of sums over the lags [L]."""
     power = np.maximum(power, 1e-300)
     share = np.abs(both) / np.sqrt(power)
@@ -220,7 +229,7 @@ def _best(both, power, own):
             both[k] / np.sqrt(power[k] * max(own, 1e-300)), edge)
 
 
-def answered(response, dt, stated, i=0):
+def answered(response: TorqueResponse | None, dt: float, stated: int, i: int = 0) -> list[Finding]:
     """
     Return Lines about delay and sign from an Answer (None: the stretch is too short).
 
@@ -238,7 +247,7 @@ def answered(response, dt, stated, i=0):
     return [_delay(response, dt, stated), _sign(response, NAMES[i])]
 
 
-def _delay(response, dt, stated):
+def _delay(response: TorqueResponse, dt: float, stated: int) -> Finding:
     values = {'delay_samples': response.delay, 'delay_std_samples': response.delay_std,
               'correlation': response.correlation}
     if not response.timed:
@@ -260,7 +269,7 @@ def _delay(response, dt, stated):
                    'torque when it acts', hurts(WARN, WARN, WARN), values)
 
 
-def _sign(response, name):
+def _sign(response: TorqueResponse, name: str) -> Finding:
     values = {'gain': response.gain, 'gain_std': response.gain_std, 'work': response.work}
     figure = (f'1 N m gives {response.gain:.3g} +- {response.gain_std:.1g} rad/s^2'
               if response.seen else f'net work {100 * response.work:+.0f} % of its amounts')
