@@ -29,11 +29,9 @@ import numpy as np
 from scipy.optimize import minimize
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.sensor_noise import MAD_TO_SIGMA, quantisation_step, white_noise_std
 from gearbox_monitor.kernels.types import Array, Integers
 
-# Fourth differences of white noise have 1 + 16 + 36 + 16 + 1 = 70 times its variance.
-FOURTH_DIFFERENCE = math.sqrt(70.0)
-MAD = 1.482602218505602  # makes a median absolute deviation a standard deviation
 BURN_IN = 0.5            # s after a start that do not count
 MIN_SECONDS, MIN_SAMPLES = 5.0, 1000
 STILL_SECONDS, STILL_SAMPLES = 0.5, 200
@@ -91,21 +89,9 @@ class Tuned:
 
 
 def noise_of(y: Array) -> float:
-    """Return the standard deviation of white noise on the smooth signal `y` [N], model-free."""
+    """Return the standard deviation of white noise on `y` [N], NaN if it is too short."""
     y = y[np.isfinite(y)]
-    if len(y) < 10:
-        return math.nan
-    robust = MAD * float(np.median(np.abs(np.diff(y, 4)))) / FOURTH_DIFFERENCE
-    return max(robust, step_of(y) / math.sqrt(12.0))
-
-
-def step_of(y: Array) -> float:
-    """Return the step of the grid that `y` [N] lies on, 0.0 when it lies on none."""
-    levels = np.unique(y)
-    if len(levels) < 2 or len(levels) > 0.5 * len(y):
-        return 0.0
-    apart = np.diff(levels)
-    return float(apart[apart > 1e-9 * (levels[-1] - levels[0])].min())
+    return math.nan if len(y) < 10 else white_noise_std(y, quantisation_step(y))
 
 
 def at_rest(stamps: Integers, y: Array) -> tuple[tuple[float, ...], float] | None:
@@ -149,9 +135,11 @@ def at_rest(stamps: Integers, y: Array) -> tuple[tuple[float, ...], float] | Non
 def _clipped_std(y: Array, floor: float) -> float:
     """Return the standard deviation of `y` [N] without outliers, no less than a grid gives."""
     away = y - np.median(y)
-    width = max(MAD * float(np.median(np.abs(away))), floor)
+    width = max(MAD_TO_SIGMA * float(np.median(np.abs(away))), floor)
     std = float(np.std(away[np.abs(away) <= 5.0 * width]))
-    return max(std, step_of(y) / math.sqrt(12.0), 1e-9)
+    levels = np.unique(y)
+    step = float(np.ptp(levels)) if len(levels) == 2 else quantisation_step(y)
+    return max(std, step / math.sqrt(12.0), 1e-9)
 
 
 def describe(stamps: Integers, u: Array, y: Array) -> Motion:
