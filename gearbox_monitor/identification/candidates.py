@@ -38,7 +38,7 @@ ZERO = 'zero'  # offset of the motor's encoder against the arm's, where model.ze
 # Values that only an effect has: name -> (id, parameter). kt: factor on the torque.
 BY_EFFECT = {'kt': (TORQUE_GAIN.id, 'g'), 'u0': (TORQUE_OFFSET.id, 'u0'),
              ZERO: (ENCODER_OFFSET.id, 'c')}
-_SHAPE = {name for name in Transmission.__dataclass_fields__}
+_SHAPE = set(Transmission.__dataclass_fields__)
 PERIODIC = tuple(name for name, effect in EFFECTS.items() if effect.periodic)
 PHASED = tuple(name for name, effect in EFFECTS.items() if effect.phased)
 ORDERS = range(1, 41)

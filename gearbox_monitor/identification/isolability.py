@@ -229,7 +229,7 @@ def confusable(search: Search, fitted: CandidateFit,
         limit = max(LIMIT, LASTING_SHARE * (search.fitted[''].score - fitted.score))
     careful = search.ranked()[:KEEP_SCREENED]
     out = []
-    for name, (d, table) in (separation_table or separations(search, fitted)).items():
+    for d, table in (separation_table or separations(search, fitted)).values():
         for rival, s2 in sorted(table.items(), key=lambda item: item[1]):
             rival_fit = search.fitted.get(rival)
             lags = (single and rival_fit is not None and rival in careful

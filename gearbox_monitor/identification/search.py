@@ -332,7 +332,7 @@ class Search:
                 and EFFECTS[i].parameters[0].name in shifted]
 
     def _refine_one(self, job: tuple[str, list[Screened]]) -> CandidateFit:
-        name, parts = job
+        _, parts = job
         short = max(parts, key=_short_gain)
         candidate = short.long.candidate
         long = max(parts, key=_long_gain).long

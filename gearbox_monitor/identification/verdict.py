@@ -201,8 +201,8 @@ def co_estimated(model: DriveModel, nuisances: Mapping[str, float]) -> dict[str,
     """
     values = {}
     for name in NUISANCES:
-        value = next((replaced_value(model, i) for i in EFFECTS if EFFECTS[i].replaces and
-                      EFFECTS[i].parameters[0].name == name)) or 0.0
+        value = next(replaced_value(model, i) for i in EFFECTS if EFFECTS[i].replaces and
+                     EFFECTS[i].parameters[0].name == name) or 0.0
         values[name] = float(value * (1.0 + nuisances.get(name, 0.0)))
     if ZERO in nuisances:
         values[ZERO] = float(nuisances[ZERO])
