@@ -47,8 +47,8 @@ from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import EstimatorParameters, resolve
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.examine import examine, Examined
-from gearbox_monitor.quality.line import BAD, OK, PURPOSES, WARN
+from gearbox_monitor.quality.examine import Examination, examine
+from gearbox_monitor.quality.finding import BAD, OK, PURPOSES, WARN
 from gearbox_monitor.quality.parts import joined, SAMPLES, WINDOWS
 
 WIDTH = 80
@@ -125,11 +125,11 @@ def _model_and_parameters(args: Namespace, reader: BagReader,
 
 
 def _examined(reader: BagReader, topic: str, model: DriveModel | None,
-              parameters: EstimatorParameters) -> tuple[Examined, list[str], list[str]]:
+              parameters: EstimatorParameters) -> tuple[Examination, list[str], list[str]]:
     """Return findings, notes and joints of a recording, examined part by part."""
     motor, arm = parameters.motor_joint, parameters.arm_joint
     decode = reader.decoder(topic, (motor, arm))
-    parts: list[Examined | InputError] = []
+    parts: list[Examination | InputError] = []
     with tqdm(total=reader.topics[topic][1], desc='check', unit=' samples', unit_scale=True,
               disable=None, leave=False) as bar:
         for samples in sample_parts(reader, topic, decode, model or DriveModel(),
@@ -140,7 +140,7 @@ def _examined(reader: BagReader, topic: str, model: DriveModel | None,
                 except InputError as error:
                     parts.append(error)
     reader.require_joints(topic, [motor], decode.there)
-    examined = [part for part in parts if isinstance(part, Examined)]
+    examined = [part for part in parts if isinstance(part, Examination)]
     if not examined:
         raise InputError(f'{reader.path}: {topic}: {parts[0]}')
     notes = [reader.notice] if reader.notice else []

@@ -52,7 +52,7 @@ from gearbox_monitor.cli.options import check_jobs, dump, expect_new, JSON_FILE_
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model, save_model
 from gearbox_monitor.identification.diagnose import diagnose
-from gearbox_monitor.identification.verdict import Verdict
+from gearbox_monitor.identification.verdict import DiagnosisVerdict
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
@@ -138,8 +138,9 @@ def _ids(option: str, words: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(ids))
 
 
-def draw(verdict: Verdict, data: Mapping[str, Any], recordings: Sequence[UniformRecording],
-         model: DriveModel, context: PageContext, jobs: int) -> dict[str, str | Figure]:
+def draw(verdict: DiagnosisVerdict, data: Mapping[str, Any],
+         recordings: Sequence[UniformRecording], model: DriveModel, context: PageContext,
+         jobs: int) -> dict[str, str | Figure]:
     """
     Return page and pictures of a diagnosis.
 

@@ -25,7 +25,7 @@ from gearbox_monitor.identification.candidates import NOT_FITTED
 from gearbox_monitor.identification.model_overlay import Overlay, overlay
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.torque_domain import driven
-from gearbox_monitor.identification.verdict import Verdict
+from gearbox_monitor.identification.verdict import DiagnosisVerdict
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
@@ -73,14 +73,14 @@ class DiagnosisEvidence:
     labels: Mapping[str, str]
     overlay: Overlay
     windows: Sequence[tuple[str, int]]
-    maps: Mapping[str, Sequence[basis_functions.Map]]
+    maps: Mapping[str, Sequence[basis_functions.BinnedMap]]
     planes: ResidualPlanes
     missing: MissingSignal | None
     matrix: tuple[list[str], Array] | None
     separations: Mapping[str, tuple[float, Mapping[str, float]]]
 
 
-def gather(verdict: Verdict, recordings: Sequence[UniformRecording], model: DriveModel,
+def gather(verdict: DiagnosisVerdict, recordings: Sequence[UniformRecording], model: DriveModel,
            jobs: int = 1) -> DiagnosisEvidence:
     """
     Return the evidence behind a verdict.
@@ -144,8 +144,8 @@ def closed_name(data: Values) -> str:
 
 def notable_windows(laid: Overlay, held_out: bool = True) -> tuple[tuple[str, int], ...]:
     """Return (words, window) of the typical and the worst of `laid`, if `held_out` of those."""
-    windows = np.flatnonzero(laid.held) if held_out else np.arange(0)
-    windows = windows if len(windows) else np.arange(len(laid.held))
+    windows = np.flatnonzero(laid.validation) if held_out else np.arange(0)
+    windows = windows if len(windows) else np.arange(len(laid.validation))
     order = windows[np.argsort(laid.runs[0].chi2[windows])]
     typical, highest = int(order[(len(order) - 1) // 2]), int(order[-1])
     if typical == highest:

@@ -30,7 +30,7 @@ from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
 from gearbox_monitor.plant.effects.gearbox import BACKLASH_GAP
 from gearbox_monitor.plant.effects.motor_side import (
     COULOMB_ASYMMETRY, MOTOR_INERTIA, MOTOR_VISCOUS)
-from gearbox_monitor.quality.input_checks import Smooth
+from gearbox_monitor.quality.input_checks import SmoothedMotion
 from gearbox_monitor.quality.recording import UniformRecording
 
 # Warnings of the check about a motion, and effects that then look alike.
@@ -75,7 +75,7 @@ def _reached(recordings: Sequence[UniformRecording]) -> Array:
     """Return the largest torque, speed and travel from the start: N m, rad/s, rad."""
     rows = []
     for r in recordings:
-        smooth = Smooth(r, noise_levels(r.y)[0])
+        smooth = SmoothedMotion(r, noise_levels(r.y)[0])
         rows.append((np.abs(r.u).max(), np.abs(smooth.v).max(),
                      np.abs(smooth.p - smooth.p[0]).max()))
     reached: Array = np.asarray(rows).max(axis=0)

@@ -36,7 +36,8 @@ DOCS = ROOT / 'docs'
 # What is run elsewhere, being long, on nodes or on recordings of others.
 ELSEWHERE = {
     'benchmark': 'each has a test of its own', 'demo': 'test_demo', 'play': 'test_play',
-    'tune': 'test_tune, and below', 'diagnose': 'test_diagnose', 'suggest': 'test_experiment_design',
+    'tune': 'test_tune, and below', 'diagnose': 'test_diagnose',
+    'suggest': 'test_experiment_design',
     'fit-nominal': 'test_real_drives', 'import': 'test_import', 'fleet': 'test_fleet, and below'}
 # Pages whose commands go on with each other's files: each has a test of its own.
 WALKS = ('first_hour.md', 'current.md', 'closed_model.md')

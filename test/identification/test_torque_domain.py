@@ -101,7 +101,8 @@ def sampled():
 
 
 def test_interpreted_is_compiled():
-    code = 'import sys; sys.path[:0] = sys.argv[1:]; import test_torque_domain as t; print(*t.sampled())'
+    code = ('import sys; sys.path[:0] = sys.argv[1:]; import test_torque_domain as t; '
+            'print(*t.sampled())')
     here = Path(__file__).parent
     folders = [str(folder) for folder in (here.parents[1], here.parent, here)]
     out = [subprocess.run([sys.executable, '-c', code, *folders], check=True,
