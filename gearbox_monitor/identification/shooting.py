@@ -70,6 +70,11 @@ def shooting_windows(recording: UniformRecording, seconds: float,
     Return the Windows of `seconds` in a Recording; none lies across recordings that were joined.
 
     last: samples of each joined recording that may be used [len(cuts)] (default: all).
+
+    Args:
+        recording: recording of the drive.
+        seconds: length of a window, s.
+        last: usable samples of each joined recording, None for all.
     """
     dt = recording.dt
     length, lead = round(seconds / dt), math.ceil(MAX_DELAY / dt)
@@ -78,9 +83,9 @@ def shooting_windows(recording: UniformRecording, seconds: float,
     for i, (start, end) in enumerate(zip(recording.cuts, ends)):
         if last is not None:
             end = min(end, start + last[i])
-        here = start + np.arange((end - start) // length) * length
-        first.append(here)
-        begin.append(np.maximum(start, here - lead))
+        starts = start + np.arange((end - start) // length) * length
+        first.append(starts)
+        begin.append(np.maximum(start, starts - lead))
     at = np.concatenate(first)
     return ShootingWindows(at, length, np.concatenate(begin), np.maximum(0, at + length - lead))
 
@@ -116,14 +121,14 @@ class Simulator:
     def acting(self, e: Array) -> Array:
         """Return the torque of the actuator [N, n] for packed effects `e`."""
         key = tuple(e[COMMAND_PLACES])
-        found = self._acting.get(key)
-        if found is None:
-            found = np.empty((len(self.u), self.n))
-            actuator(self._padded, self._keep, steady_command(self.u[0], e), self.dt, e, found)
+        torque = self._acting.get(key)
+        if torque is None:
+            torque = np.empty((len(self.u), self.n))
+            actuator(self._padded, self._keep, steady_command(self.u[0], e), self.dt, e, torque)
             if len(self._acting) > 4:
                 self._acting.clear()
-            self._acting[key] = found
-        return found
+            self._acting[key] = torque
+        return torque
 
     def run(self, windows: ShootingWindows, model: DriveModel, states: Array, memory: Array,
             extra: Array | None = None) -> tuple[Array, Array]:
@@ -131,6 +136,13 @@ class Simulator:
         Return (y [W, L, 2], carry [W, 8]): readings, and the state where the next window begins.
 
         states [W, 4], memory [W, 4]: where each window begins.
+
+        Args:
+            windows: windows to simulate.
+            model: model of the drive.
+            states: states of the drive where the windows start [W, 4].
+            memory: memories of the effects where the windows start [W, 4].
+            extra: external torques on motor, arm and transmission [N, 3], N m.
         """
         plugin, theta = plugin_of(model) if model.effects else (None, np.zeros(0))
         name = plugin.id if plugin else None
