@@ -85,16 +85,18 @@ def sharpen_sigma(search: Search, fitted: CandidateFit) -> None:
 
 def misfit(search: Search, fitted: CandidateFit, spared: int = 0) -> tuple[float, float]:
     """
-    Return (excess, structure) of what `fitted` leaves on the windows that are not held out.
+    Return (excess, structure) of the residual of `fitted` on the training windows.
 
-    excess: chi2 per reading - 1. structure: by how many standard deviations the most conspicuous
-    frequency band exceeds white noise of the power above BANDS; it does not depend on how well
-    sigma is known. spared: how many of the worst windows do not count.
+    The structure is a spectral whiteness test: it does not depend on how well sigma is known.
 
     Args:
         search: fits of all candidates to one recording.
         fitted: fit on the long windows.
         spared: number of worst windows that are ignored.
+
+    Returns:
+        excess: chi2 per reading - 1. structure: by how many standard deviations the most
+            conspicuous frequency band exceeds white noise of the power above BANDS.
     """
     train = search.long.train
     r = fitted.point.residual if fitted.white is None else fitted.white

@@ -72,10 +72,9 @@ class Law:
 
 def motion(y: Array, dt: float, cuts: Sequence[int] = (0,)) -> dict[str, Array]:
     """
-    Return {'speed', 'angle', 'twist', 'time': [N]} of readings y [N, 2] rad, dt s apart.
+    Return {'speed', 'angle', 'twist', 'time': [N]} of readings `y`, smoothed over 20 ms.
 
-    speed of the motor (rad/s), angle of the arm (rad), twist: motor - arm (rad), smoothed over
-    20 ms; time (s). cuts: first samples of recordings that were joined.
+    Speed of the motor (rad/s), angle of the arm (rad), twist as motor - arm (rad) and time (s).
 
     Args:
         y: readings of motor and arm [N, 2], rad.

@@ -40,10 +40,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
              exclude: Sequence[str] = (), seed: int = 0, jobs: int = 1,
              progress: Callable[..., object] | None = None) -> DiagnosisVerdict:
     """
-    Return the Verdict on `recordings` (Recording, of one drive) under the DriveModel `model`.
-
-    validate: a further Recording, used for nothing but judging. only, exclude: ids of effects.
-    seed: of the bootstrap. jobs: threads. progress(done, total, text). Raises InputError.
+    Return the verdict on recordings of one drive.
 
     Args:
         recordings: recordings of one drive.
@@ -51,9 +48,12 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         validate: recording that is used for validation only.
         only: ids of the effects to try, None for all.
         exclude: ids of effects that are not tried.
-        seed: seed of the random numbers.
+        seed: seed of the bootstrap.
         jobs: number of threads.
         progress: callback with (done, total, text).
+
+    Raises:
+        InputError: unknown ids, or none that this drive and its encoders show.
     """
     recording = concatenated([driven(r, model) for r in recordings])
     if recording.motor is not None:

@@ -121,17 +121,16 @@ def sized(search: Search, name: str, values: Values | None = None) -> CandidateM
 def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Array, sigma: Array,
                 pairs: Sequence[Pair]) -> tuple[dict[Pair, float], Limits] | tuple[None, None]:
     """
-    Return ({(a, b): d s2}, Limits reached) for the torque u [N] (N m, DT apart).
+    Return ({(a, b): d s2}, limits reached) for a torque, (None, None) if a run diverges.
 
-    model: nominal DriveModel; effects: {id: values or None}; sigma [2] rad; pairs: [(a, b)], of a
-    present and b its rival.
+    d s2 is the evidence for effect a that effect b cannot imitate (see isolability).
 
     Args:
         model: nominal model of the drive.
         effects: parameters by id of the effect; None for a usual size.
-        u: torque of the motor [N], N m.
+        u: torque of the motor [N], N m, DT apart.
         sigma: noise of the encoders [2], rad.
-        pairs: pairs (a, b) of ids: separate a from b.
+        pairs: pairs (a, b) of ids, a present and b its rival.
     """
     out, reached = {}, Limits(0.0, 0.0, 0.0)
     plain = simulate(model, u, DT)
@@ -175,22 +174,22 @@ def suggest(model: DriveModel, effects: Mapping[str, Values | None], pairs: Sequ
             limits: Limits, sigma: Array, seconds: float = 12.0, seed: int = 0,
             progress: Callable[..., object] | None = None) -> list[SuggestedMotion]:
     """
-    Return the Motions that separate `pairs` within Limits, best first.
+    Return the motions that separate `pairs` within `limits`, best first.
 
-    First a list of motions, then changes of the best ones at random. model: nominal DriveModel;
-    effects: {id: {parameter: value} or None for a usual size}; pairs: [(a, b)]: tell a, as sized,
-    from b; sigma [2] rad: noise of the encoders. progress(done, total).
-    Raises InputError where no pair can be looked at.
+    A list of motions is tried first, then random changes of the best ones.
 
     Args:
         model: nominal model of the drive.
-        effects: parameters by id of the effect; None for a usual size.
+        effects: {parameter: value} by id of the effect, None for a usual size.
         pairs: pairs (a, b) of ids: separate a from b.
         limits: largest torque, speed and travel allowed.
         sigma: noise of the encoders [2], rad.
         seconds: duration, s.
         seed: seed of the random numbers.
-        progress: callback with (done, total, text).
+        progress: callback with (done, total).
+
+    Raises:
+        InputError: no pair that a motion could separate.
     """
     # Twins differ near standstill only, by less than any model of friction is good for.
     pairs = [(a, b) for a, b in pairs

@@ -62,10 +62,10 @@ def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations
         robust: bool = False, refresh: Container[int] = (0, 1, 3),
         whiten: Callable[[Array], Array] | None = None, tolerance: float = 0.05) -> FitPoint:
     """
-    Improve `point` in place (z, states, memory); return it.
+    Improve `point` in place (z, states, memory) by damped Gauss-Newton; return it.
 
-    refresh: iterations at which the sensitivities are made anew. Stops when a step gains less
-    than `tolerance` in chi2.
+    Window states are eliminated by a Schur complement (`likelihood.normal_equations`); steps are
+    damped as by Levenberg and Marquardt. Objectives that are not smooth go to `multiscale.fit`.
 
     Args:
         data: windows of readings and how residuals are weighted.

@@ -211,12 +211,11 @@ def separations(search: Search, fitted: CandidateFit) -> Separations:
 def confusable(search: Search, fitted: CandidateFit,
                separation_table: Separations | None = None) -> list[str]:
     """
-    Return the ids that this recording cannot tell from an effect of the CandidateFit `best`.
+    Return the ids that this recording cannot distinguish from an effect of `fitted`.
 
-    Those that imitate all but LIMIT of its evidence and whose own fit, where it was made with
-    care, does not lag behind by more; and those whose fit lags by less, linear or not. Where much
-    lasts that no model explains, a fit must lag by a share of the evidence. found: of
-    `separations`, to spare it.
+    An effect is confusable if it imitates all but LIMIT of the evidence (generalised likelihood
+    ratio) and its own careful fit does not lag behind by more, or if its fit lags by less, linear
+    or not. With model error, a fit must lag by a share of the evidence.
 
     Args:
         search: fits of all candidates to one recording.

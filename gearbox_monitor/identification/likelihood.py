@@ -305,9 +305,10 @@ def sensitivity(data: WindowData, candidate: CandidateModel, point: FitPoint) ->
 def normal_equations(s: Sensitivity, residual: Array, weight: Array,
                      whiten: Callable[[Array], Array] | None = None) -> Reduced:
     """
-    Return (S [P, P], g [P], X [W, 4, P], x [W, 4]): the reduced normal equations.
+    Return (S [P, P], g [P], X [W, 4, P], x [W, 4]), the reduced normal equations.
 
-    The states' step is x - X dz. weight [W]. whiten(array [W, 2L, ...]) applies the noise model.
+    The window states are eliminated by a Schur complement: S dz = g, and the step of the states is
+    x - X dz.
 
     Args:
         s: sensitivities at the point.
@@ -347,14 +348,12 @@ def damped_solve(S: Array, g: Array, damping: float) -> Array:
 
 def gained(S: Array, g: Array, base: int) -> float:
     """
-    Return the gain in chi2 of the coordinates from number `known` on, the first ones free as well.
-
-    S [P, P], g [P]: see normal_equations.
+    Return the gain in chi2 of the coordinates from number `base` on, the first ones free as well.
 
     Args:
         S: reduced normal matrix [P, P].
         g: reduced gradient [P].
-        base: candidate that the effects are added to.
+        base: number of the first coordinates.
     """
     if len(g) == base:
         return 0.0

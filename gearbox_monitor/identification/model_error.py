@@ -73,16 +73,16 @@ class Weighing:
 def weighing(recording: UniformRecording, model: DriveModel, sigma: Array,
              levels: Array | None = None) -> Weighing | None:
     """
-    Return the Weighing of a Recording under the DriveModel `model`.
-
-    sigma [2] N m, rad: noise; levels [2]: size of what lasts, by default that before any fit. None
-    where nothing lasts or the torque drives.
+    Return how residuals count under the model error of a real drive.
 
     Args:
         recording: recording of the drive.
         model: model of the drive.
         sigma: noise of the torque, N m, and of the arm encoder, rad [2].
         levels: size of the model error [2], by default that before any fit.
+
+    Returns:
+        The Weighing; None if the model has no model error or the torque drives it.
     """
     if recording.motor is None or model.process_torque_time <= 0.0:
         return None

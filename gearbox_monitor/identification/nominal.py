@@ -78,23 +78,23 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
                 seconds: float | None = None, jobs: int = 1,
                 progress: Callable[..., object] | None = None) -> NominalFit:
     """
-    Return the NominalFit of the values `free` (default: all of the drive) to recordings.
-
-    free: names of candidate.NUISANCES, 'kt' (torque constant; not by default: without a known load
-    it shares one scale with the others), 'u0' (torque offset, N m), 'zero' (of the encoders, rad),
-    and ids of effects that the model has, for all their parameters. seconds: length of the windows
-    of the last step; long ones weigh what drifts (whole: inf). validate: a further Recording, used
-    for nothing but judging.
-    Raises InputError for names that this drive does not have.
+    Return the fit of the values `free` to recordings of one drive.
 
     Args:
         recordings: recordings of one drive.
         model: model of the drive with its tolerances.
-        free: free-form input estimate.
+        free: names of candidates.NUISANCES, 'kt' (torque constant; not by default: without a known
+            load it shares one scale with the others), 'u0' (torque offset, N m), 'zero' (of the
+            encoders, rad), and ids of effects of the model, for all their parameters; None: all
+            values of the drive.
         validate: recording that is used for validation only.
-        seconds: duration, s.
+        seconds: length of the windows of the last stage, s; long ones weigh drift (inf: the whole
+            recording).
         jobs: number of threads.
         progress: callback with (done, total, text).
+
+    Raises:
+        InputError: names that this drive does not have.
     """
     recording, model = concatenated([driven(r, model) for r in recordings]), model.folded()
     names, own = offered(model), _effects_of(model)

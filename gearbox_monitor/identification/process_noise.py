@@ -136,7 +136,7 @@ def fit_with_process_noise(data: likelihood.WindowData, candidate: CandidateMode
     Refit a copy of `point` with torque noise; return (point, deviance, level, whitened residual).
 
     The level is chosen for each candidate: otherwise the noise of a wrong model is charged to the
-    right one. deviance: -2 log L of the training windows and the prior.
+    right one. The deviance is -2 log L of the training windows and the prior.
 
     Args:
         data: windows of readings and how residuals are weighted.

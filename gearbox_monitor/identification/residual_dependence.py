@@ -60,15 +60,13 @@ class ResidualDependence:
 def strongest_dependence(search: Search, fitted: CandidateFit,
                          modelled: bool = False) -> ResidualDependence:
     """
-    Return the Remainder of largest gain that `fitted` allows, its own parameters refitted.
-
-    modelled: of the motion that the model has, not of that which was read: noise of the readings
-    is part of what is left as well, so that it follows from their rates.
+    Return the dependence with the largest gain beyond `fitted`, its own parameters refitted.
 
     Args:
         search: fits of all candidates to one recording.
         fitted: fit on the long windows.
-        modelled: whether the motion is that of the model, not the measured one.
+        modelled: whether the motion is that of the model: noise of the readings is part of the
+            residual and would correlate with the measured motion.
     """
     data, point = search.long, fitted.point
     candidate = fitted.candidate

@@ -159,7 +159,7 @@ class Search:
     def score(self, data: likelihood.WindowData, candidate: CandidateModel,
               point: likelihood.FitPoint) -> float:
         """
-        Return the BIC of `point` on the training windows of `data`.
+        Return the BIC (Schwarz 1978) of `point` on the training windows of `data`.
 
         Args:
             data: long or short windows.

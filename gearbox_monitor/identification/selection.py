@@ -90,9 +90,7 @@ def own_margin(search: Search) -> float:
 
 def decide(search: Search, rough: bool = False) -> tuple[CandidateFit, str]:
     """
-    Return (CandidateFit, 'effect' | 'none' | 'unknown'): what explains the recording best.
-
-    rough: an encoder has steps above its noise.
+    Return (fit, 'effect' | 'none' | 'unknown'): what explains the recording best.
 
     Args:
         search: fits of all candidates to one recording.
@@ -212,13 +210,11 @@ def _more(search: Search, pulses: CandidateFit, rough: bool) -> bool:
 def paired(search: Search, singles: Sequence[str],
            inadequate: Callable[[CandidateFit], bool]) -> CandidateFit:
     """
-    Return the best CandidateFit of one effect or two.
-
-    singles: names of the best effects that a second one is added to;
+    Return the best fit of one effect or two.
 
     Args:
         search: fits of all candidates to one recording.
-        singles: names of the fits of one effect, best first.
+        singles: names of the best effects that a second one is added to.
         inadequate: function that tells whether a fit leaves more than noise.
     """
     white = search.long.weighing is None

@@ -67,14 +67,12 @@ class ShootingWindows:
 def shooting_windows(recording: UniformRecording, seconds: float,
                      last: Sequence[int] | None = None) -> ShootingWindows:
     """
-    Return the Windows of `seconds` in a Recording; none lies across recordings that were joined.
-
-    last: samples of each joined recording that may be used [len(cuts)] (default: all).
+    Return the windows of a recording; none lies across recordings that were joined.
 
     Args:
         recording: recording of the drive.
         seconds: length of a window, s.
-        last: usable samples of each joined recording, None for all.
+        last: usable samples of each joined recording [len(cuts)], None for all.
     """
     dt = recording.dt
     length, lead = round(seconds / dt), math.ceil(MAX_DELAY / dt)

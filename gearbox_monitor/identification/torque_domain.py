@@ -73,9 +73,7 @@ def driven(recording: UniformRecording, model: DriveModel) -> UniformRecording:
 
 def half_width(gain: float, dt: float) -> int:
     """
-    Return how many samples on either side local cubics take.
-
-    gain (1/s^2): how much noise of the position may become noise of the acceleration.
+    Return how many samples on either side a local cubic takes.
 
     Args:
         gain: largest gain from position noise to acceleration noise, 1/s^2.

@@ -157,14 +157,12 @@ def unknown_place(places: Mapping[str, Any], law: ResidualDependence | None,
     """
     Return the location of an unknown effect for which no known one nearly stands.
 
-    places: of localisation.places. law: what the best fit leaves as a function of the motion; it
-    decides between places where free signals explain as much, and what moves the motor, if with
-    it about as little is left (rest: chi2 per reading) as with them.
+    A law decides between places where free signals explain as much, if it leaves about as little.
 
     Args:
         places: result of `localisation.places`.
         law: dependence of the residual on the motion, None if there is none.
-        reduced_chi2: chi2 per reading that the fit leaves.
+        reduced_chi2: chi2 per reading that the best fit and the law leave.
     """
     free_chi2 = {place: figures['left'] for place, figures in places['places'].items()}
     smallest = min(free_chi2.values())

@@ -33,9 +33,9 @@ STUCK = 1.15   # times the median chi2: windows above are tried from elsewhere
 def solve_states(data: WindowData, model: DriveModel, states: Array, memory: Array,
                  index: Integers, iterations: int = 6) -> tuple[Array, Array]:
     """
-    Fit only the states of the windows `index` [M]; return (states [M, 4], chi2 [M]).
+    Fit only the states of the windows `index`; return (states [M, 4], chi2 [M]).
 
-    Levenberg-Marquardt, each window with a damping of its own; those that have arrived wait.
+    Levenberg-Marquardt, each window with its own damping; windows that have converged wait.
 
     Args:
         data: windows of readings and how residuals are weighted.
@@ -82,10 +82,10 @@ def solve_states(data: WindowData, model: DriveModel, states: Array, memory: Arr
 def grown_states(data: WindowData, model: DriveModel, memory: Array, index: Integers,
                  half_gap: float, last: float = 1.0) -> Array:
     """
-    Return states [M, 4] of the windows `index`, found on their beginnings, which get longer.
+    Return states [M, 4] of the windows `index`, fitted on their beginnings, which get longer.
 
-    Over a long window states far off lead to runs that have nothing to do with the readings; over
-    a short one every start arrives. last: the share of the windows to end with.
+    Over a long window distant states lead to runs unrelated to the readings; over a short one
+    every start converges.
 
     Args:
         data: windows of readings and how residuals are weighted.
