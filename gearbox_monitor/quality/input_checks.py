@@ -30,7 +30,7 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality import encoders
-from gearbox_monitor.quality.excitation_checks import reversal_finding, reversals, REVERSALS
+from gearbox_monitor.quality.excitation_checks import reversal_finding, REVERSALS, reversals
 from gearbox_monitor.quality.finding import Finding
 from gearbox_monitor.quality.recording import (
     DIAGNOSIS_RATES as RATES, MIN_DURATION, SHORT, UniformRecording)
