@@ -39,7 +39,7 @@ WIRING = ('sign', 'swapped', 'units', 'implausible')
 @dataclass(frozen=True)
 class Examination:
     """
-    The Lines of a recording; suits {purpose: (Verdict, names of the lines that decide it)}.
+    The findings of a recording; suits {purpose: (Grade, names of the findings that decide it)}.
 
     begin: its first usable stamp, seconds: from there to the last one, s.
     """
@@ -53,7 +53,7 @@ class Examination:
 def examine(samples: Samples, parameters: EstimatorParameters,
             model: DriveModel | None = None) -> Examination:
     """
-    Return the Examined of Samples [N] (monitor.Samples, on the arm side).
+    Return the Examination of Samples [N] (monitor.Samples, on the arm side).
 
     parameters: EstimatorParameters. model: DriveModel of the drive, or None where
     none is known: then nothing is said against it. Raises InputError where there is nothing to
@@ -81,7 +81,7 @@ def examine(samples: Samples, parameters: EstimatorParameters,
 
 def examined(lines: Iterable[Finding], begin: float, seconds: float) -> Examination:
     """
-    Return the Examined of `lines`, in the order of their groups; begin, seconds: as there.
+    Return the Examination of `lines`, in the order of their groups; begin, seconds: as there.
 
     Args:
         lines: findings.

@@ -66,13 +66,13 @@ class Finding:
         return self.code in FATAL
 
     def verdict(self, purposes: Iterable[str] = PURPOSES) -> Grade:
-        """Return the worst Verdict for any of `purposes`."""
+        """Return the worst Grade for any of `purposes`."""
         return max((self.hurts.get(purpose, OK) for purpose in purposes), default=OK)
 
 
 def hurts(estimation: Grade = OK, drift: Grade = OK, diagnosis: Grade = OK) -> dict[str, Grade]:
     """
-    Return {purpose: Verdict} of what is not fine.
+    Return {purpose: Grade} of what is not fine.
 
     Args:
         estimation: grade for estimation.

@@ -31,7 +31,7 @@ WINDOWS = 2        # of drift, likewise
 
 def joined(parts: Sequence[Examination], drift_window: float) -> Examination:
     """
-    Return the Examined of a recording from those of its `parts`, in order.
+    Return the Examination of a recording from those of its `parts`, in order.
 
     Each line is that of the part in which it is worst, of equal ones the first. drift_window (s):
     the estimator's.
@@ -67,7 +67,7 @@ def _worst(candidates: Sequence[tuple[float, Finding]], start: float, count: int
 
 
 def _rests(part: Examination) -> bool:
-    """Return whether neither side moves in a part, by its Examined."""
+    """Return whether neither side moves in a part, by its Examination."""
     travels = [line for line in part.lines if line.name.startswith('travel')]
     return bool(travels) and all(line.verdict() == BAD for line in travels)
 
