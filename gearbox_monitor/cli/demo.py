@@ -38,8 +38,8 @@ import time
 from typing import Any
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.ros.domain import own_domain
-from gearbox_monitor.ros.processes import Child, ChildFailed, Interrupt
+from gearbox_monitor.ros.child_processes import Child, ChildFailed, Interrupt
+from gearbox_monitor.ros.ros_domain import own_domain
 
 # Heavy modules are imported where they are used, after the handler of Ctrl-C is installed.
 

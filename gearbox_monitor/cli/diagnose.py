@@ -63,7 +63,7 @@ from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
 from gearbox_monitor.report.suggestion import suggestion
 from gearbox_monitor.report.words import headline
-from gearbox_monitor.ros.processes import cores
+from gearbox_monitor.ros.child_processes import cores
 
 DRAWN = ('report.html', 'overlay.png', 'where.png', 'ranking.png')
 Drawn: TypeAlias = Mapping[str, str | Figure]  # {file of --out: HTML or picture}

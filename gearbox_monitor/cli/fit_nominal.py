@@ -45,7 +45,7 @@ from gearbox_monitor.cli.options import check_jobs, plain
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model, save_model
 from gearbox_monitor.identification.nominal import fit_nominal
-from gearbox_monitor.ros.processes import cores
+from gearbox_monitor.ros.child_processes import cores
 
 SECONDS = 1.0
 

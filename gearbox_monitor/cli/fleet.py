@@ -51,7 +51,7 @@ from tqdm import tqdm
 from gearbox_monitor.cli.options import estimator_options
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.ros.processes import cores, Interrupt
+from gearbox_monitor.ros.child_processes import cores, Interrupt
 
 PRINTED = 10  # gearboxes, and bags that failed, on the terminal
 

@@ -12,145 +12,163 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The last minutes of the measurement, written when asked for or after an alert."""
+"""The last minutes of the measurement, written on request or after an alert."""
+from collections.abc import Callable, Sequence
 from threading import Thread
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.logging import get_logger
+from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.monitoring.backlash.change import GROSS
-from gearbox_monitor.ros.after_error import AfterError
-from gearbox_monitor.ros.keep import About, keep
-from gearbox_monitor.ros.ring import Ring
+from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.ros.recording_buffer import RecordingBuffer, Rows
+from gearbox_monitor.ros.recording_export import export_recording, RecordingContext
+from gearbox_monitor.ros.recording_schedule import RecordingSchedule
 
 KEEP = '~/keep_recording'
 
 
 class BlackBox:
     """
-    What the estimator `node` holds in memory; its service ~/keep_recording and keep_after_error.
+    The recording that the estimator `node` holds in memory, with its service ~/keep_recording.
 
-    parameters: EstimatorParameters; topic: where the samples come from. Raises InputError for a
-    keep_after_error that cannot be had.
+    monitor: whose alerts are watched; parameters: of the node; topic: where the samples come
+    from. Raises InputError for a keep_after_error that is impossible.
     """
 
-    def __init__(self, node, parameters, topic):
-        self._node, self._topic = node, topic
+    def __init__(self, node: Node, monitor: Monitor, parameters: EstimatorParameters,
+                 topic: str) -> None:
+        self._node, self._monitor, self._topic = node, monitor, topic
         span = 60.0 * parameters.keep_minutes
         self._refusal = '' if span else 'nothing is kept: keep_minutes is 0, expected more'
         if not parameters.arm_joint:
             self._refusal = self._refusal or (
                 'nothing is kept without an arm encoder (arm_joint is empty): use the recorder')
-        self._ring = Ring(span) if span else None
-        self._keeping = None  # the thread that writes what the ring holds
-        seconds, self._after_error = parameters.keep_after_error, None
-        if seconds:
+        self._buffer = RecordingBuffer(span) if span else None
+        self._writer: Thread | None = None  # while it writes what the buffer holds
+        self._schedule: RecordingSchedule | None = None
+        if seconds := parameters.keep_after_error:
             if self._refusal:
                 raise InputError(f'keep_after_error: {seconds:g} s, expected 0: {self._refusal}')
             if seconds > span:
                 raise InputError(f'keep_after_error: {seconds:g} s, expected no more than '
                                  f'keep_minutes: {span:g} s')
-            self._after_error = AfterError(seconds, span, self._wrong())
+            self._schedule = RecordingSchedule(seconds, span, self._wrong())
         # Its answer waits for the disk; in the default group everything else would wait, too.
         node.create_service(Trigger, KEEP, self._on_service,
                             callback_group=ReentrantCallbackGroup())
 
-    def add(self, stamp_ns, good, values):
-        """Take a row, see Ring.add()."""
-        if self._ring is not None:
-            self._ring.add(stamp_ns, good, values)
+    def add(self, stamp_ns: int, good: bool,
+            values: tuple[float, float, float, float]) -> None:
+        """
+        Take a row.
 
-    def command(self):
+        Args:
+            stamp_ns: of the measurement, ns.
+            good: whether the estimator could use it.
+            values: see RecordingBuffer.add().
+
+        """
+        if self._buffer is not None:
+            self._buffer.add(stamp_ns, good, values)
+
+    def command(self) -> str:
         """Return the shell command that keeps the recording, or why it would not."""
-        if self._ring is None:
+        if self._buffer is None:
             return 'nothing is kept: set keep_minutes'
         return (f'ros2 service call {self._node.resolve_service_name(KEEP)} '
                 'std_srvs/srv/Trigger')
 
-    def look(self, now):
+    def look(self, time_s: float) -> dict[str, str]:
         """
-        Keep the recording where an alert asks for it, at `now` (s, of a steady clock).
+        Keep the recording if an alert asks for it, at `time_s` (s, of a steady clock).
 
-        Returns {component: text} of what became of the alerts.
+        Returns {component: text}: what became of the alerts.
         """
-        if self._after_error is None:
+        if self._schedule is None:
             return {}
-        busy = self._keeping is not None or not len(self._ring)
-        components = self._after_error.look(self._wrong(), now, busy)
+        busy = self._writer is not None or not self._buffer
+        components = self._schedule.look(self._wrong(), time_s, busy)
         if components:
-            self._after_error.tell(components, 'being written')
+            self._schedule.tell(components, 'being written')
             self._node.executor.create_task(
-                self._finish, components, self._start(components))
-        return self._after_error.texts
+                self._finish, self._schedule, components, self._start(components))
+        return self._schedule.texts
 
-    def close(self):
-        """Let a recording come to its end, also of an alert that was still to be kept."""
-        if self._keeping is not None:
-            self._keeping.join()
-        components = self._after_error.waiting() if self._after_error else []
-        if components and len(self._ring):
-            _, text = self._written(self._ring.rows(), self._about(components))
+    def close(self) -> None:
+        """Let a recording come to its end; keep that of an alert that was still waiting."""
+        if self._writer is not None:
+            self._writer.join()
+        components = self._schedule.waiting() if self._schedule else []
+        if components and self._buffer:
+            _, text = self._export(self._buffer.rows(), self._context(components))
             # The node's own logger wants /rosout, which is gone by now.
             get_logger('estimator_end').warning(f'{", ".join(components)}: {text}')
 
-    def _wrong(self):
+    def _wrong(self) -> list[str]:
         """Return the components of drift that are ERROR, also while no samples come."""
-        stages = self._node.monitor.tracker.stages()
+        stages = self._monitor.tracker.stages()
         return [component for component, tests in stages.items() if GROSS in tests.values()]
 
-    def _about(self, components=()):
-        monitor = self._node.monitor
-        p, found = monitor.parameters, monitor.tracker.findings()
-        why = '; '.join(f'{name}: {found[name].message}' for name in components)
-        return About(self._topic, (p.motor_joint, p.arm_joint), monitor.model,
-                     monitor.estimator.drive.arm_load, p, why or KEEP)
+    def _context(self, components: Sequence[str] = ()) -> RecordingContext:
+        monitor = self._monitor
+        p, findings = monitor.parameters, monitor.tracker.findings()
+        reason = '; '.join(f'{name}: {findings[name].message}' for name in components)
+        return RecordingContext(self._topic, (p.motor_joint, p.arm_joint), monitor.model,
+                                monitor.estimator.drive.arm_load, p, reason or KEEP)
 
-    def _start(self, components=()):
-        """Write what is in memory, in a thread; return the Future of (success, message)."""
-        done = Future()
-        self._keeping = Thread(target=self._write,
-                               args=(self._ring.rows(), self._about(components), done))
-        self._keeping.start()
-        return done
+    def _start(self, components: Sequence[str] = ()) -> Future:
+        """Write the rows in memory, in a thread; return the Future of (success, message)."""
+        assert self._buffer is not None
+        future = Future()
+        self._writer = Thread(target=self._write, args=(
+            self._buffer.rows(), self._context(components), future))
+        self._writer.start()
+        return future
 
-    def _write(self, rows, about, done):
+    def _write(self, rows: Callable[[], Rows], context: RecordingContext,
+               future: Future) -> None:
         """Write the rows; the thread."""
-        done.set_result(self._written(rows, about))
+        future.set_result(self._export(rows, context))
         if self._node.executor is not None:  # it may have ended meanwhile
             self._node.executor.wake()
 
     @staticmethod
-    def _written(rows, about):
+    def _export(rows: Callable[[], Rows], context: RecordingContext) -> tuple[bool, str]:
         try:
-            return True, keep(about.parameters.keep_folder, rows(), about)
+            return True, export_recording(context.parameters.keep_folder, rows(), context)
         except Exception as error:  # whatever it is, the estimates must go on
             return False, str(error) or type(error).__name__
 
-    async def _finish(self, components, done):
+    async def _finish(self, schedule: RecordingSchedule, components: Sequence[str],
+                      future: Future) -> None:
         """Tell what became of the recording of the alerts of `components`."""
-        good, text = await done
-        self._keeping = None
+        good, text = await future
+        self._writer = None
         logger, names = self._node.get_logger(), ', '.join(components)
-        self._after_error.tell(components, text if good else f'failed: {text}')
+        schedule.tell(components, text if good else f'failed: {text}')
         if good:
             logger.warning(f'{names} became ERROR: {text}')
         else:
             logger.error(f'{names} became ERROR, keep_after_error: {text}')
 
-    async def _on_service(self, _, response):
+    async def _on_service(self, _: Trigger.Request, response: Trigger.Response
+                          ) -> Trigger.Response:
         response.message = self._refusal
         if self._refusal:
             return response
-        if self._keeping is not None:
+        if self._writer is not None:
             response.message = 'a recording is being written: wait for its end'
-        elif not len(self._ring):
+        elif not self._buffer:
             response.message = f'no samples yet on {self._topic}'
         else:
             response.success, response.message = await self._start()
-            self._keeping = None
+            self._writer = None
             if response.success:
                 self._node.get_logger().info(response.message)
             else:

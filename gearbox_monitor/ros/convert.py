@@ -14,7 +14,9 @@
 
 """Between ROS messages and the core's samples and estimates, in one place."""
 from array import array
+from collections.abc import Iterable, Mapping, Sequence
 import math
+from typing import Any
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -23,37 +25,52 @@ from std_msgs.msg import Header
 
 from gearbox_monitor.estimation.estimates import Sample
 from gearbox_monitor.interfaces.diagnostic_keys import published
-from gearbox_monitor.interfaces.signals import joint_values
+from gearbox_monitor.interfaces.signals import joint_values, Signal
+from gearbox_monitor.monitoring.checks.level import Finding
+from gearbox_monitor.plant.drive import DriveModel
 
 NAN = math.nan
 LEVELS = (DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR)
 
 
-def to_time(stamp_ns):
+def to_time(stamp_ns: int) -> Time:
     """Return `stamp_ns` (int ns) as builtin_interfaces/Time."""
     return Time(sec=stamp_ns // 1_000_000_000, nanosec=stamp_ns % 1_000_000_000)
 
 
-def _at(values, index):
+def _at(values: Sequence[float], index: int) -> float:
     return values[index] if 0 <= index < len(values) else NAN
 
 
-def stamp_of(message):
-    """Return the stamp of a message (int ns)."""
+def stamp_of(message: JointState | DiagnosticArray) -> int:
+    """Return the stamp in the header of `message` (int ns)."""
     stamp = message.header.stamp
-    return stamp.sec * 1_000_000_000 + stamp.nanosec
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
 
 
-def joint_values_of(message, joint):
-    """Return (position, effort) of `joint` in a JointState, None where it does not name it."""
+def joint_values_of(message: JointState, joint: str) -> tuple[float, float] | None:
+    """Return (position, effort) of `joint` in `message`; None if it does not name the joint."""
     if joint not in message.name:
         return None
     index = message.name.index(joint)
     return _at(message.position, index), _at(message.effort, index)
 
 
-def to_paired(stamp_ns, joints, motor, arm):
-    """Return the JointState of (position, effort) of `motor` and of `arm`, None = not measured."""
+def to_paired(stamp_ns: int, joints: Sequence[str], motor: tuple[float, float],
+              arm: tuple[float, float] | None) -> JointState:
+    """
+    Return the JointState of motor and arm.
+
+    Args:
+        stamp_ns: of the message, ns.
+        joints: names of motor and arm.
+        motor: position (rad) and effort (N m).
+        arm: position and effort; None = not measured.
+
+    Returns:
+        The message.
+
+    """
     position, effort = zip(motor, arm or (NAN, NAN))
     return JointState(header=Header(stamp=to_time(stamp_ns)), name=list(joints),
                       position=array('d', position), effort=array('d', effort))
@@ -61,23 +78,25 @@ def to_paired(stamp_ns, joints, motor, arm):
 
 class SampleReader:
     """
-    Turn joint states into samples: finds the joints by name and refers all to the arm side.
+    Turn joint states into samples: find the joints by name and refer all values to the arm side.
 
-    Joints may stand in any order among others. With gear ratio N and torque constant kt of the
-    DriveModel `model`, x1 = motor angle / N and u = N kt motor effort.
+    The joints `motor_joint` and `arm_joint` may stand in any order among others. With gear ratio N
+    and torque constant kt of the DriveModel `model`, x1 = motor angle / N and u = N kt motor
+    effort.
     """
 
-    def __init__(self, motor_joint, arm_joint, model):
+    def __init__(self, motor_joint: str, arm_joint: str, model: DriveModel) -> None:
         self.motor_joint, self.arm_joint = motor_joint, arm_joint
         self._gear_ratio, self._effort_scale = model.gear_ratio, model.effort_scale
-        self._names, self._motor, self._arm = None, -1, -1
+        self._names: list[str] | None = None
+        self._motor = self._arm = -1
 
-    def sample(self, message):
-        """Return the Sample of a JointState, or None where it names neither joint."""
+    def sample(self, message: JointState) -> Sample | None:
+        """Return the Sample of the JointState `message`; None if it names neither joint."""
         if message.name != self._names:
-            self._names = list(message.name)
+            self._names = names = list(message.name)
             self._motor, self._arm = (
-                self._names.index(joint) if joint in self._names else -1
+                names.index(joint) if joint in names else -1
                 for joint in (self.motor_joint, self.arm_joint))
         motor, arm = self._motor, self._arm
         if motor < 0 and arm < 0:
@@ -87,15 +106,29 @@ class SampleReader:
             (_at(message.effort, motor) * self._effort_scale, _at(message.effort, arm)),
             (_at(message.position, motor) / self._gear_ratio, _at(message.position, arm)))
 
-    def raw(self, message):
-        """Return position of motor and arm, effort of motor and arm as sample() found them."""
+    def raw(self, message: JointState) -> tuple[float, float, float, float]:
+        """Return position of motor and arm, effort of motor and arm in `message` of sample()."""
         motor, arm = self._motor, self._arm
         return (_at(message.position, motor), _at(message.position, arm),
                 _at(message.effort, motor), _at(message.effort, arm))
 
 
-def to_joint_state(signal, stamp_ns, row, names, gear_ratio):
-    """Return the JointState of `signal` (signals.Signal); arguments as of joint_values."""
+def to_joint_state(signal: Signal, stamp_ns: int, row: Sequence[float],
+                   names: Mapping[str, str], gear_ratio: float) -> JointState:
+    """
+    Return the JointState of an output.
+
+    Args:
+        signal: that is published.
+        stamp_ns: of the message, ns.
+        row: values of an estimate.
+        names: {MOTOR: joint, ARM: joint}.
+        gear_ratio: motor angle per arm angle.
+
+    Returns:
+        The message.
+
+    """
     joints, position, velocity, effort = joint_values(signal, row, names, gear_ratio)
     message = JointState()
     message.header.stamp = to_time(stamp_ns)
@@ -106,27 +139,51 @@ def to_joint_state(signal, stamp_ns, row, names, gear_ratio):
     return message
 
 
-def key_values(component, values):
+def key_values(component: str, values: Mapping[str, Any]) -> list[KeyValue]:
     """Return the KeyValues of `component` on /diagnostics for `values` {key: value}."""
     return [KeyValue(key=key, value=text) for key, text in published(component, values)]
 
 
-def to_status(name, finding, hardware_id):
-    """Return the DiagnosticStatus of a trust.level.Finding."""
+def to_status(name: str, finding: Finding, hardware_id: str) -> DiagnosticStatus:
+    """
+    Return the DiagnosticStatus of a finding.
+
+    Args:
+        name: of the status.
+        finding: with level, message and values.
+        hardware_id: serial number of the gearbox.
+
+    Returns:
+        The message.
+
+    """
     return DiagnosticStatus(
         level=LEVELS[finding.level], name=name, message=finding.message, hardware_id=hardware_id,
         values=key_values(name.rpartition(': ')[2], finding.values))
 
 
-def to_diagnostics(statuses, stamp):
-    """Return the DiagnosticArray of DiagnosticStatus messages, stamped `stamp` (Time)."""
+def to_diagnostics(statuses: Iterable[DiagnosticStatus], stamp: Time) -> DiagnosticArray:
+    """Return the DiagnosticArray of `statuses`, stamped `stamp`."""
     message = DiagnosticArray(status=list(statuses))
     message.header.stamp = stamp
     return message
 
 
-def to_snapshot(name, hardware_id, snapshot, stamp_ns):
-    """Return the DiagnosticArray that carries `snapshot` {name: text} (Monitor.snapshot)."""
+def to_snapshot(name: str, hardware_id: str, snapshot: Mapping[str, str],
+                stamp_ns: int) -> DiagnosticArray:
+    """
+    Return the DiagnosticArray that carries a snapshot.
+
+    Args:
+        name: of the node.
+        hardware_id: serial number of the gearbox.
+        snapshot: {name: text}, see Monitor.snapshot.
+        stamp_ns: of the message, ns.
+
+    Returns:
+        The message.
+
+    """
     status = DiagnosticStatus(
         level=DiagnosticStatus.OK, name=f'{name}: snapshot', hardware_id=hardware_id,
         message='what replay starts from',

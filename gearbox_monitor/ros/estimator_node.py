@@ -13,20 +13,22 @@
 # limitations under the License.
 
 """
-Node `estimator`: estimates the transmission torque from joint_states and says how far to trust it.
+Node `estimator`: estimates the transmission torque from joint_states and judges the estimate.
 
-Every published value carries the stamp of the measurement it was made from. All work is done by
-monitor.Monitor; this file moves messages in and out.
+Every published value carries the stamp of its measurement. monitor.Monitor does all the work; this
+file moves messages in and out.
 
   ros2 run gearbox_monitor estimator_node --ros-args --params-file estimator.yaml
 """
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
 import json
 import math
 import sys
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.clock import Clock, ClockChange, ClockType, JumpThreshold
+from rclpy.clock import Clock, ClockChange, ClockType, JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from sensor_msgs.msg import JointState, Temperature
 from std_srvs.srv import Trigger
@@ -43,16 +45,18 @@ from gearbox_monitor.interfaces.signals import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, MOTOR, SIGNALS, SNAPSHOT)
 from gearbox_monitor.kernels.compilation import announced_compilation
 from gearbox_monitor.kernels.jit import CACHE_PROBLEM, COMPILED, KERNELS
-from gearbox_monitor.monitoring.backlash.change import COMPONENTS, TESTS, Tracker
+from gearbox_monitor.monitoring.backlash.change import Tracker
+from gearbox_monitor.monitoring.backlash.conditions import COMPONENTS, TESTS
 from gearbox_monitor.monitoring.checks import usability
-from gearbox_monitor.monitoring.checks.level import Level, with_more
+from gearbox_monitor.monitoring.checks.level import Finding, Level, with_more
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.monitoring.staleness import Silence
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MODEL, SETTINGS
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.ros.black_box import BlackBox
 from gearbox_monitor.ros.convert import to_diagnostics, to_joint_state, to_snapshot, to_status
-from gearbox_monitor.ros.inputs import Inputs
-from gearbox_monitor.ros.params import declare, on_change, TableNode
+from gearbox_monitor.ros.joint_subscriptions import JointSubscriptions, RawSample
+from gearbox_monitor.ros.node_parameters import declare, on_change, TableNode
 from gearbox_monitor.ros.qos import advertise, best_effort, latched, subscribe
 from gearbox_monitor.ros.runtime import spin_node
 
@@ -65,10 +69,10 @@ class EstimatorNode(TableNode):
     """
     Shell around Monitor; see the module.
 
-    node: arguments of rclpy.node.Node, like `namespace`; several can share a process.
+    node: arguments of rclpy.node.Node, like `namespace`; several nodes can share a process.
     """
 
-    def __init__(self, **node):
+    def __init__(self, **node: Any) -> None:
         super().__init__('estimator', **node)
         values = EstimatorParameters.from_mapping(declare(self, ESTIMATOR))
         model_file = values.model or config_path('drive.yaml')
@@ -88,10 +92,10 @@ class EstimatorNode(TableNode):
         self._names = {MOTOR: values.motor_joint, ARM: values.arm_joint}
         self._starts = 0
         self._divergences = 0
-        self._set_back = 0  # how often the clock was
+        self._clock_set_back = 0  # how often
         self._silence = Silence()
-        self._levels = {}
-        self._alerted = {}  # {component: stages} of the drift alert in force
+        self._levels: dict[str, Level] = {}
+        self._alerted: dict[str, Any] = {}  # {component: stages} of the drift alert in force
         self._state_stamp = self.monitor.tracker.stamp_ns
         self._state_error = ''
         self._component = self.get_fully_qualified_name().lstrip('/')
@@ -104,9 +108,9 @@ class EstimatorNode(TableNode):
         self._alerts = advertise(self, DiagnosticArray, DRIFT_ALERTS, latched())
         self._snapshots = advertise(self, DiagnosticArray, f'~/{SNAPSHOT}', latched())
         # Its callbacks come only once the node spins.
-        self._inputs = Inputs(self, values, model, self._take, self._on_dispute)
-        self._black_box = BlackBox(self, values, self._inputs.topic)
-        # What replay finds in a bag although it was remapped.
+        self._inputs = JointSubscriptions(self, values, model, self._take, self._on_dispute)
+        self._black_box = BlackBox(self, self.monitor, values, self._inputs.topic)
+        # Replay needs them for bags with remapped topics.
         self._topics = json.dumps({
             JOINT_STATES: self._inputs.topic, DRIFT_ALERTS: self._alerts.topic_name,
             **{signal.topic: output.topic_name for signal, output in self._outputs}})
@@ -117,7 +121,7 @@ class EstimatorNode(TableNode):
         if values.temperature_topic:
             subscribe(self, Temperature, values.temperature_topic, self._on_temperature,
                       best_effort(1))
-        # Kept: rclpy calls it even when it is gone.
+        # A reference, since rclpy calls it even after it was deleted.
         self._jumps = self.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1),
                           on_clock_change=True), post_callback=self._on_clock)
@@ -132,41 +136,40 @@ class EstimatorNode(TableNode):
         self._warn([])
         self._alert(self.monitor.findings)
 
-    def _warn(self, known):
-        """Log what the settings deserve that is not `known` yet."""
+    def _warn(self, logged: Container[str]) -> None:
+        """Log the warnings about the settings that are not `logged` yet."""
         for text in self.monitor.estimator.warnings:
-            if text not in known:
+            if text not in logged:
                 self.get_logger().warning(text)
 
-    def _state_at_start(self, values):
-        """Return (what drift goes on from, what was adapted): the state file, else baselines."""
+    def _state_at_start(self, values: EstimatorParameters) -> tuple[Any, dict[str, Any]]:
+        """Return (state of drift, adapted values) of the state file, else of the baselines."""
         if values.drift_state_file:
-            state, told = load_state(values.drift_state_file, values.gearbox_serial)
-            if told:
-                self.get_logger().error(told)
+            state, problem = load_state(values.drift_state_file, values.gearbox_serial)
+            if problem:
+                self.get_logger().error(problem)
             if state is not None:
                 return state['drift'], state['adaptation']
         if self._has_baseline(values):
             try:
                 return load_baseline(values.baseline_file, values.gearbox_serial), {}
             except Damaged as error:
-                told = set_aside(values.baseline_file)
-                self.get_logger().error(f'{error}: {told}')
+                self.get_logger().error(f'{error}: {set_aside(values.baseline_file)}')
         return None, {}
 
-    def _recall(self, adaptation):
-        """Let an adaptive filter go on from what it had adapted."""
+    def _recall(self, adaptation: Mapping[str, Any]) -> None:
+        """Let an adaptive filter continue from its saved `adaptation`."""
         if not adaptation:
             return
         try:
             if not self.monitor.estimator.recall(adaptation):
-                self.get_logger().info('filter, model or start values are not those of the kept '
-                                       'adaptation: it begins anew')
+                self.get_logger().info('filter, model or start values are not those of the saved '
+                                       'adaptation: it restarts')
         except InputError as error:
-            self.get_logger().error(f'{error}: it begins anew')
+            self.get_logger().error(f'{error}: the adaptation restarts')
 
-    def _has_baseline(self, values):
-        """Return whether a baseline file is named and there; it may come by save_baseline."""
+    def _has_baseline(self, values: EstimatorParameters) -> bool:
+        """Return whether a baseline file is named and exists; save_baseline may write it later."""
         path = values.baseline_file
         if not path:
             return False
@@ -181,21 +184,21 @@ class EstimatorNode(TableNode):
 
     # ------------------------------------------------------------------ samples
 
-    def _take(self, sample, raw):
-        before = self.monitor.stamp_ns
+    def _take(self, sample: Sample, raw: RawSample) -> None:
+        previous_ns = self.monitor.stamp_ns
         estimate = self.monitor.step(sample)
         self._black_box.add(sample.stamp_ns, estimate is not None, raw)
         if self.monitor.counts[sample_loop.DIVERGED] != self._divergences:
             self._divergences = int(self.monitor.counts[sample_loop.DIVERGED])
-            self.get_logger().error(f'{self.monitor.estimator.divergences[-1]}; starting anew',
+            self.get_logger().error(f'{self.monitor.estimator.divergences[-1]}; restarting',
                                     throttle_duration_sec=5.0)
         if self.monitor.counts[sample_loop.START] != self._starts:
             self._starts = int(self.monitor.counts[sample_loop.START])
             self._publish_snapshot('restart')
-            if before:
+            if previous_ns:
                 self.get_logger().warning(
-                    f'stamps went from {before / SECOND:.6f} s by '
-                    f'{(sample.stamp_ns - before) / SECOND:+.6f} s: the filter starts anew',
+                    f'stamps went from {previous_ns / SECOND:.6f} s by '
+                    f'{(sample.stamp_ns - previous_ns) / SECOND:+.6f} s: the filter restarts',
                     throttle_duration_sec=5.0)
         if self.monitor.tracker.stamp_ns != self._state_stamp:
             self._keep_state()
@@ -215,11 +218,11 @@ class EstimatorNode(TableNode):
             if self.monitor.estimator.learnt():  # goes on without windows, too
                 self._keep_state()
 
-    def _on_temperature(self, message):
+    def _on_temperature(self, message: Temperature) -> None:
         if math.isfinite(message.temperature):
             self.monitor.temperature = message.temperature
 
-    def _keep_state(self):
+    def _keep_state(self) -> None:
         """Write the state: after each window, and at the end."""
         tracker, p = self.monitor.tracker, self.monitor.parameters
         self._state_stamp = tracker.stamp_ns
@@ -234,7 +237,7 @@ class EstimatorNode(TableNode):
                 self.get_logger().error(str(error))
             self._state_error = str(error)
 
-    def _publish_snapshot(self, reason):
+    def _publish_snapshot(self, reason: str) -> None:
         self._snapshot_stamp = self.monitor.stamp_ns
         content = {'reason': reason, 'version': __version__, 'kernels': KERNELS,
                    'topics': self._topics, **self.monitor.snapshot()}
@@ -244,34 +247,35 @@ class EstimatorNode(TableNode):
 
     # ------------------------------------------------------------------ diagnostics
 
-    def _findings(self):
+    def _findings(self) -> dict[str, Finding]:
         """Return {component: Finding}; a stream that stopped is never reported as good."""
-        shown, unpaired = self._inputs.pairing()
-        shown['messages_lost'], lost = self._inputs.lost()
-        if self._set_back:
-            shown['clock_set_back'] = self._set_back
-        before, silence = self._silence.why, self._silence
-        found = silence.findings(
+        counts, unpaired = self._inputs.pairing()
+        counts['messages_lost'], new_loss = self._inputs.loss()
+        if self._clock_set_back:
+            counts['clock_set_back'] = self._clock_set_back
+        silence, previous = self._silence, self._silence.why
+        findings: dict[str, Finding] = silence.findings(
             self.monitor, self._steady.now().nanoseconds, self._inputs.foreign,
             self._inputs.silence(self.monitor.input_count > 0))
-        if before and silence.why not in ('', before):
+        if previous and silence.why not in ('', previous):
             self._levels['input'] = Level.OK  # another reason is worth another line
-        told = found['input']
-        more = f'; {unpaired}' if told.level and unpaired and not silence.why else ''
-        found['input'] = replace(told, values={**told.values, **shown},
-                                 message=told.message + more)
-        values, who = self._inputs.strangers()
-        if who and told.level < Level.ERROR:
-            found['input'] = with_more(
-                found['input'], [replace(usability.OTHERS, says=who)], values)
+        finding = findings['input']
+        level = finding.level
+        suffix = f'; {unpaired}' if level and unpaired and not silence.why else ''
+        finding = replace(finding, values={**finding.values, **counts},
+                          message=finding.message + suffix)
+        values, rivals = self._inputs.strangers()
+        if rivals and level < Level.ERROR:
+            finding = with_more(finding, [replace(usability.OTHERS, says=rivals)], values)
         else:
-            found['input'] = replace(found['input'], values={**found['input'].values, **values})
-        if lost:
-            found['input'] = with_more(
-                found['input'], [replace(usability.LOST, says=f'{lost} messages lost')], {})
-        return found
+            finding = replace(finding, values={**finding.values, **values})
+        if new_loss:
+            finding = with_more(
+                finding, [replace(usability.LOST, says=f'{new_loss} messages lost')], {})
+        findings['input'] = finding
+        return findings
 
-    def _on_second(self):
+    def _on_second(self) -> None:
         findings = self._findings()
         model = findings['model']
         if model.level and model.values:
@@ -283,12 +287,11 @@ class EstimatorNode(TableNode):
         serial = self.monitor.parameters.gearbox_serial or 'gearbox'
         statuses = [to_status(f'{self._component}: {name}', finding, serial)
                     for name, finding in findings.items()]
-        now = self.get_clock().now().to_msg()
-        self._diagnostics.publish(to_diagnostics(statuses, now))
+        self._diagnostics.publish(to_diagnostics(statuses, self.get_clock().now().to_msg()))
         for (name, finding), status in zip(findings.items(), statuses):
-            before = self._levels.get(name)
+            level = self._levels.get(name)
             self._levels[name] = finding.level
-            if before is None or before == finding.level:
+            if level is None or level == finding.level:
                 continue
             text = f'{name}: {finding.level.name}: {finding.message}'
             if finding.level:  # two calls: a call may not change its severity
@@ -297,8 +300,8 @@ class EstimatorNode(TableNode):
                 self.get_logger().info(text)
         self._alert(findings)
 
-    def _alert(self, findings):
-        """Publish what has changed for good since the last time: found, worse, over."""
+    def _alert(self, findings: Mapping[str, Finding]) -> None:
+        """Publish each change of a drift alert since the last call: raised, worse, over."""
         stages = self.monitor.tracker.stages()
         serial = self.monitor.parameters.gearbox_serial or 'gearbox'
         for name in COMPONENTS:
@@ -312,52 +315,54 @@ class EstimatorNode(TableNode):
 
     # ------------------------------------------------------------------ changes
 
-    def _on_parameters(self, changes):
-        before = self.monitor.estimator.warnings
+    def _on_parameters(self, changes: Mapping[str, Any]) -> None:
+        logged = self.monitor.estimator.warnings
         restarts = self.monitor.set_parameters(changes)
         self.get_logger().info(
             ', '.join(f'{name}={value}' for name, value in changes.items())
-            + (': the filter starts anew with the next sample' if restarts
-               else ': in force, the filter goes on'))
-        self._warn(before)
+            + (': the filter restarts with the next sample' if restarts
+               else ': in force, the filter continues'))
+        self._warn(logged)
         self._publish_snapshot('parameters')
 
-    def _on_clock(self, jump):
-        """Begin anew where the ROS clock was set back: a simulation or a bag started again."""
+    def _on_clock(self, jump: TimeJump) -> None:
+        """Restart if the ROS clock was set back: a simulation or a bag started again."""
         if jump.clock_change in (ClockChange.ROS_TIME_ACTIVATED, ClockChange.ROS_TIME_DEACTIVATED):
             on = jump.clock_change == ClockChange.ROS_TIME_ACTIVATED
-            self.get_logger().info(f'time is taken from {"/clock" if on else "the system"} now')
+            self.get_logger().info(
+                f'from now on time comes from {"/clock" if on else "the system"}')
             return
-        self._set_back += 1
+        self._clock_set_back += 1
         self.get_logger().warning(
-            f'/clock was set back by {-jump.delta.nanoseconds / SECOND:.3f} s: the filter starts '
-            'anew with the next sample')
+            f'/clock was set back by {-jump.delta.nanoseconds / SECOND:.3f} s: the filter '
+            'restarts with the next sample')
         self._inputs.clear()
         self.monitor.reset()
         self._publish_snapshot('clock')
 
-    def _on_dispute(self):
-        """Begin anew where it has come out that others may have been followed."""
+    def _on_dispute(self) -> None:
+        """Restart if the samples so far may have come from another publisher."""
         self.get_logger().warning('several publishers give our joints and none was the first: the '
-                                  'filter starts anew with the next sample')
+                                  'filter restarts with the next sample')
         self.monitor.reset()
         self._publish_snapshot('publishers')
 
-    def _on_reset(self, _, response):
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._inputs.forget_publishers()
         self.monitor.reset()
         self._publish_snapshot('reset')
-        response.success, response.message = True, 'filter starts anew with the next sample'
+        response.success, response.message = True, 'filter restarts with the next sample'
         return response
 
-    def close(self):
+    def close(self) -> None:
         """Write the state; let a recording that is being written come to its end."""
         self._jumps.unregister()
         if self.monitor.input_count:
             self._keep_state()
         self._black_box.close()
 
-    def _on_save_baseline(self, _, response):
+    def _on_save_baseline(self, _: Trigger.Request,
+                          response: Trigger.Response) -> Trigger.Response:
         monitor, p = self.monitor, self.monitor.parameters
         path = p.baseline_file
         # On a copy: if the file cannot be written, nothing has changed.
@@ -385,14 +390,14 @@ class EstimatorNode(TableNode):
         return response
 
 
-def _point_text(point):
-    known = point['features']
-    return ', '.join(f'{name} {known[name]["mean"]:.4g} {unit}' for name, unit in
+def _point_text(point: Mapping[str, Any]) -> str:
+    features = point['features']
+    return ', '.join(f'{name} {features[name]["mean"]:.4g} {unit}' for name, unit in
                      (('gap', 'rad'), ('lost_motion', 'rad'), ('stiffness', 'N m/rad'))
-                     if name in known)
+                     if name in features)
 
 
-def _warm_up(model, parameters):
+def _warm_up(model: DriveModel, parameters: EstimatorParameters) -> None:
     """Compile every kernel before the node is ready: the first sample must not wait for it."""
     monitor = Monitor(model, parameters.replace(drift_window=0.5))
     for k in range(2200):  # 4.4 s: trust is judged from the third second on
@@ -400,8 +405,8 @@ def _warm_up(model, parameters):
         monitor.step(Sample(SECOND + k * 2_000_000, (0.0, 0.0), (angle, 0.8 * angle)))
 
 
-def main(args=None):
-    """Run the node; returns the exit code."""
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node with the command line `args`; return the exit code."""
     return spin_node(EstimatorNode, args, __doc__)
 
 

@@ -22,20 +22,20 @@ MEMORY = Path('/dev/shm')
 AGE_S = 2.0
 
 
-def remove_cut_ports(folder=MEMORY, age=AGE_S):
+def remove_cut_ports(folder: Path = MEMORY, age: float = AGE_S) -> list[str]:
     """
-    Remove ports of Fast DDS in `folder` that their makers, killed, left empty; return their names.
+    Remove ports of Fast DDS in `folder` that killed processes left empty; return their names.
 
-    A process that dies between making the file of a port and sizing it leaves it empty for good,
-    and each node on the machine that comes to this port waits for ever in its constructor. That a
-    port is empty takes microseconds otherwise: one older than `age` (s) has lost its maker.
+    A process that dies between making the file of a port and sizing it leaves the file empty for
+    good, and each node on the machine that comes to this port blocks in its constructor. A live
+    process sizes the file within microseconds: an empty file older than `age` (s) is an orphan.
     """
     removed = []
     for port in folder.glob('fastrtps_port*'):
         with contextlib.suppress(OSError):  # gone, or another user's
-            found = port.stat()
-            if found.st_size == 0 and not port.name.endswith('_el') \
-                    and time.time() - found.st_mtime > age:
+            status = port.stat()
+            if status.st_size == 0 and not port.name.endswith('_el') \
+                    and time.time() - status.st_mtime > age:
                 port.unlink()
                 removed.append(port.name)
     if removed:

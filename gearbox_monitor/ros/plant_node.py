@@ -13,17 +13,19 @@
 # limitations under the License.
 
 """
-Simulate a drive and publish what its sensors would: the node ``plant``.
+Simulate a drive and publish the readings of its sensors: the node ``plant``.
 
 Publishes joint_states (measured positions and the torque in force from that stamp on) and
 plant/transmission_state (the truth, same stamps). Stamps are exactly equidistant. Parameters are
 those of parameters.PLANT; most can be changed while it runs.
 """
 from array import array
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 import math
 import sys
 import time
+from typing import Any
 
 import numpy as np
 from rclpy.clock import Clock, ClockType
@@ -40,20 +42,20 @@ from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE, TRANSMISSION
 from gearbox_monitor.kernels.compilation import announced_compilation
 from gearbox_monitor.parameters import PLANT, PLANT_MODEL, PlantParameters
-from gearbox_monitor.plant.drive import model_from_dict
+from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, GRAVITY, LOAD_TORQUE
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.faults import EncoderFault, Faults, FaultyPlant, JOINTS
 from gearbox_monitor.plant.simulate import Noise, Plant
-from gearbox_monitor.ros.params import declare, on_change, TableNode
+from gearbox_monitor.ros.node_parameters import declare, on_change, TableNode
 from gearbox_monitor.ros.qos import advertise, subscribe
 from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup, spin_node
 
 EFFORT_COMMAND = 'effort_command'
 SECOND = 1_000_000_000
-BLOCK_TIME = 0.01     # s between two looks at services: the wait for a changed parameter
+BLOCK_TIME = 0.01     # s between two checks for services: the wait for a changed parameter
 FREE_RUN_BLOCK = 50   # samples, when there is no pace
-DISCOVERY_TIME = 3.5  # s; a participant announces itself every 3 s, other ways may be missed
+DISCOVERY_TIME = 3.5  # s; a participant announces itself every 3 s
 REPORT_PERIOD = 10.0  # s between two reports of overruns
 ACKNOWLEDGED = Duration(seconds=5)
 QUEUE = 1000          # messages kept for a slow subscriber
@@ -69,7 +71,7 @@ DRIVE_FAULTS = {
 class PlantNode(TableNode):
     """A drive in real time, or `speed` times as fast with /clock."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__('plant')
         values = declare(self, [row for row in PLANT if row.name not in PLANT_MODEL])
         path = values['model'] or config_path('drive.yaml')
@@ -85,9 +87,10 @@ class PlantNode(TableNode):
             1, round(BLOCK_TIME * v.rate * v.speed))
         self.count = 0           # samples published
         self.overruns = 0        # samples published more than one period late
-        self.worst = 0.0         # s
+        self.max_delay = 0.0     # s
         self._reported, self._report_at = 0, 0.0
-        self._command, self._command_at, self._refused = 0.0, None, 0
+        self._command, self._refused = 0.0, 0
+        self._command_at: int | None = None
         self._use(v)
         self.plant = FaultyPlant(self._model, self._noise, v.seed, self._faults)
         with announced_compilation(self.get_logger().info):  # the first sample must not be late
@@ -97,7 +100,7 @@ class PlantNode(TableNode):
         # A node timer would follow /clock, which is this node's own.
         self._clock_of_timer = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = self.create_timer(1e-3, self._work, clock=self._clock_of_timer)
-        self._start = None
+        self._start: int | None = None
         self.warn_of_unknown()
         self.get_logger().info(
             f'{path}: {v.rate:g} Hz, torque from '
@@ -106,7 +109,7 @@ class PlantNode(TableNode):
 
     # ------------------------------------------------------------------ parameters
 
-    def _use(self, v):
+    def _use(self, v: PlantParameters) -> None:
         """Make model, noise and excitation of the values `v`; raises InputError."""
         for name, length in (('process_noise', 4), ('measurement_noise', 2),
                              *((name, 2) for name in ENCODER_FAULTS.values())):
@@ -125,7 +128,7 @@ class PlantNode(TableNode):
         model = model_from_dict(values, 'plant')
         self._model, self._excitation = model, excitation
         self._noise = Noise(v.process_noise, v.measurement_noise)
-        encoders = {joint: EncoderFault(
+        encoders: dict[str, Any] = {joint: EncoderFault(
             frozen=v.fault_frozen in (joint, 'both'), lost=v.fault_lost in (joint, 'both'),
             **{field: getattr(v, name)[i] for field, name in ENCODER_FAULTS.items()})
             for i, joint in enumerate(JOINTS)}
@@ -133,7 +136,7 @@ class PlantNode(TableNode):
             v.fault_start, v.fault_duration or math.inf, **encoders,
             **{field: getattr(v, name) for field, name in DRIVE_FAULTS.items()})
 
-    def _change(self, changes):
+    def _change(self, changes: Mapping[str, object]) -> None:
         values = self.values.replace(**changes)
         self._use(values)
         self.values = values
@@ -142,7 +145,7 @@ class PlantNode(TableNode):
 
     # ------------------------------------------------------------------ topics
 
-    def _open(self):
+    def _open(self) -> None:
         v = self.values
         self._clock_out = None
         if v.publish_clock or v.speed != 1.0:
@@ -155,30 +158,30 @@ class PlantNode(TableNode):
             self._commands = subscribe(
                 self, Float64MultiArray, EFFORT_COMMAND, lambda message: None, 10,
                 callback_group=PolledCallbackGroup())
-        # Reused for every sample: making them anew costs more than sending them.
+        # Reused for every sample: making new ones costs more than sending them.
         self._states = JointState(name=[v.motor_joint, v.arm_joint])
         self._truth = JointState(name=[TRANSMISSION])
         self._clock_message = ClockMessage()
 
-    def _refuse_second_clock(self):
-        end, names = time.monotonic() + DISCOVERY_TIME, set()
-        # A publisher is seen first, the name of its node a little later.
-        while time.monotonic() < end and not any(map(self._known, names)):
+    def _refuse_second_clock(self) -> None:
+        end, names = time.monotonic() + DISCOVERY_TIME, set[str]()
+        # A publisher is discovered first, the name of its node a little later.
+        while time.monotonic() < end and not any(map(self._is_named, names)):
             names = {i.node_name for i in self.get_publishers_info_by_topic('/clock')}
             time.sleep(0.05)
         if names:
-            known = ', '.join(sorted(filter(self._known, names))) or 'of unknown name'
+            publishers = ', '.join(sorted(filter(self._is_named, names))) or 'of unknown name'
             raise InputError(
-                f'/clock: is published by another node ({known}), expected no other source of '
-                'time: stop it, or set speed to 1 and publish_clock to false')
+                f'/clock: is published by another node ({publishers}), expected no other source '
+                'of time: stop it, or set speed to 1 and publish_clock to false')
 
     @staticmethod
-    def _known(name):
+    def _is_named(name: str) -> bool:
         return not name.startswith('_NODE_')
 
     # ------------------------------------------------------------------ running
 
-    def _work(self):
+    def _work(self) -> None:
         """Simulate and publish one block of samples, each at its time."""
         if self._start is None:
             if self._subscribers() < self.values.wait_for_subscribers:
@@ -188,35 +191,35 @@ class PlantNode(TableNode):
         if self._clock_out:
             _stamp(self._clock_message.clock, self.t0_ns + self.count * self.dt_ns)
             self._clock_out.publish(self._clock_message)
-        left, end = self.block, round(self.values.duration / self.dt)
+        remaining, end = self.block, round(self.values.duration / self.dt)
         if end > 0:
-            left = min(left, end - self.count)
-        while left > 0:
+            remaining = min(remaining, end - self.count)
+        while remaining > 0:
             # A torque from outside is taken at the sample's time, so its samples come one by one.
-            n = left if self._commands is None else 1
+            n = remaining if self._commands is None else 1
             if self._commands:
                 self._wait()
             for row in self._simulate(n):
                 self._wait()
                 self._publish(*row)
                 self.count += 1
-            left -= n
+            remaining -= n
         self._report()
         if 0 < end <= self.count:
             self._finish()
 
-    def _simulate(self, n):
+    def _simulate(self, n: int) -> Iterator[tuple[float, ...]]:
         """Return n rows (u, y1, y2, twist, twist rate, tau_k, tau_arm) in arm-side values."""
         t = (self.count + np.arange(n)) * self.dt
-        u = self._excitation.torque(t) if self._commands is None else self._commanded()
+        u = self._excitation.torque(t) if self._commands is None else np.array(self._commanded())
         run = self.plant.run(u, self.dt, t[0])
         x = run.x
         return zip(run.u.tolist(), run.y[:, 0].tolist(), run.y[:, 1].tolist(),
                    (x[:, 0] - x[:, 1]).tolist(), (x[:, 2] - x[:, 3]).tolist(),
                    run.tau_k.tolist(), run.tau_arm.tolist())
 
-    def _commanded(self):
-        """Return [1] the torque (N m, arm side) that the last command asks for now."""
+    def _commanded(self) -> list[float]:
+        """Return [1] the torque (N m, arm side) that the last command demands."""
         for message, _ in drain(self._commands):
             if len(message.data) and math.isfinite(message.data[0]):
                 self._command = message.data[0] * self.drive.effort_scale
@@ -233,19 +236,21 @@ class PlantNode(TableNode):
             self.get_logger().warning(f'{EFFORT_COMMAND}: none for {timeout:g} s, torque is 0')
         return [self._command]
 
-    def _wait(self):
-        """Sleep until the next sample is due, reckoned from the start: no drift."""
+    def _wait(self) -> None:
+        """Sleep until the time of the next sample, counted from the start: no drift."""
         if self.values.speed == 0:
             return
-        due = self._start + int(self.count * self.dt_ns / self.values.speed)
-        wait = (due - time.monotonic_ns()) / SECOND
+        assert self._start is not None
+        deadline = self._start + int(self.count * self.dt_ns / self.values.speed)
+        wait = (deadline - time.monotonic_ns()) / SECOND
         if wait > 0:
             time.sleep(wait)
         elif -wait > self.dt / self.values.speed:
             self.overruns += 1
-            self.worst = max(self.worst, -wait)
+            self.max_delay = max(self.max_delay, -wait)
 
-    def _publish(self, u, y1, y2, twist, rate, tau_k, tau_arm):
+    def _publish(self, u: float, y1: float, y2: float, twist: float, rate: float, tau_k: float,
+                 tau_arm: float) -> None:
         ratio = self.drive.gear_ratio
         states, truth = self._states, self._truth
         _stamp(states.header.stamp, self.t0_ns + self.count * self.dt_ns)
@@ -259,44 +264,44 @@ class PlantNode(TableNode):
         self._states_out.publish(states)
         self._truth_out.publish(truth)
         if self.count == 0 and self.values.wait_for_subscribers:
-            # A publisher knows its subscribers before these know it, at worst for 3 s.
+            # A publisher knows its subscribers up to 3 s before these know it.
             for publisher in (self._states_out, self._truth_out):
                 publisher.wait_for_all_acked(ACKNOWLEDGED)
             self._start = time.monotonic_ns()
 
-    def _subscribers(self):
+    def _subscribers(self) -> int:
         return sum(publisher.get_subscription_count()
                    for publisher in (self._states_out, self._truth_out))
 
-    def _report(self):
-        now = time.monotonic()
-        if self.overruns > self._reported and now > self._report_at:
+    def _report(self) -> None:
+        time_s = time.monotonic()
+        if self.overruns > self._reported and time_s > self._report_at:
             self.get_logger().warning(self._overrun_text())
-            self._reported, self._report_at = self.overruns, now + REPORT_PERIOD
+            self._reported, self._report_at = self.overruns, time_s + REPORT_PERIOD
 
-    def _overrun_text(self):
+    def _overrun_text(self) -> str:
         return (f'{self.overruns} of {self.count} samples were more than a period late, at worst '
-                f'{1e3 * self.worst:.1f} ms (stamps are not affected)')
+                f'{1e3 * self.max_delay:.1f} ms (stamps are not affected)')
 
-    def _finish(self):
+    def _finish(self) -> None:
         """End the process, after all messages have arrived."""
         self._timer.cancel()
         for publisher in (self._states_out, self._truth_out):
             publisher.wait_for_all_acked(Duration(seconds=2))
         raise ExternalShutdownException
 
-    def close(self):
-        """Say what was published."""
+    def close(self) -> None:
+        """Report how many samples were published."""
         text = f'published {self.count} samples'
         # A logger without /rosout, which is gone when a signal has ended the context.
         get_logger('plant_node').info(
             f'{text}; {self._overrun_text()}' if self.overruns else text)
 
 
-def _effect(text):
+def _effect(text: str) -> dict[str, str | float]:
     """Return the effect {'id': .., parameter: value} of a text like 'stribeck Cs=0.1 vs=0.2'."""
     name, *pairs = text.split()
-    effect = {'id': name}
+    effect: dict[str, str | float] = {'id': name}
     for pair in pairs:
         key, _, value = pair.partition('=')
         try:
@@ -306,21 +311,21 @@ def _effect(text):
         if not math.isfinite(number):
             raise InputError(f'plant: effects: {text!r}: {pair!r}, expected name=number')
         if key in effect:
-            raise InputError(f'plant: effects: {text!r}: {key} given twice, expected it once')
+            raise InputError(f'plant: effects: {text!r}: {key} occurs twice, expected once')
         effect[key] = number
     return effect
 
 
-def _value(model, name):
+def _value(model: DriveModel, name: str) -> Any:
     return getattr(model, name) if hasattr(model, name) else getattr(model.transmission, name)
 
 
-def _stamp(time_message, ns):
+def _stamp(time_message: Any, ns: int) -> None:
     time_message.sec, time_message.nanosec = divmod(ns, SECOND)
 
 
-def main(args=None):
-    """Run the node; return the exit code."""
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node with the command line `args`; return the exit code."""
     return spin_node(PlantNode, args, __doc__)
 
 

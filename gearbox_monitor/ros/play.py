@@ -14,6 +14,8 @@
 
 """Publish a bag's messages, as they are, with their recorded spacing and /clock."""
 from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 import sys
 import time
 
@@ -23,54 +25,73 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.read import BagReader, open_bag
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE
-from gearbox_monitor.ros.definition import import_message
+from gearbox_monitor.ros.message_definition import import_message
 from gearbox_monitor.ros.qos import advertise
 from gearbox_monitor.ros.runtime import spin_node
 
 SECOND = 1_000_000_000
-BLOCK_TIME = 0.02      # s between two looks at signals and services
+BLOCK_TIME = 0.02      # s between two checks for signals and services
 CLOCK_PERIOD = 0.01    # s between two /clock messages
 MATCH_TIME = 5.0       # s to wait for a subscriber before the first message
-SETTLE_TIME = 0.3      # s for the match to become known on the other side, too
+SETTLE_TIME = 0.3      # s for the subscriber to see the match, too
 QUEUE = 10_000         # messages kept for a slow subscriber
 
 
-def default_topics(topics):
-    """Return those of the bag's `topics` that are inputs: joint_states and the plant's truth."""
+def default_topics(topics: Iterable[str]) -> list[str]:
+    """Return the inputs among the bag's `topics`: joint_states and the plant's true state."""
     return [topic for topic in topics
             if topic.lstrip('/') in (JOINT_STATES, PLANT_TRANSMISSION_STATE)
             or topic.endswith(('/' + JOINT_STATES, '/' + PLANT_TRANSMISSION_STATE))]
 
 
-def chosen_topics(bag, topics, everything):
-    """Return the topics of `bag` (bag.read) to publish; raises InputError."""
+def chosen_topics(bag: BagReader, topics: Sequence[str] | None, everything: bool) -> list[str]:
+    """
+    Return the topics to publish.
+
+    Args:
+        bag: that is played.
+        topics: chosen by the user, with or without a leading slash; none: the inputs.
+        everything: whether to publish all topics but /clock.
+
+    Returns:
+        Their names in the bag.
+
+    Raises:
+        InputError: a topic is not in the bag, or there is none to play.
+
+    """
     if everything:
         chosen = [topic for topic in bag.topics if topic != '/clock']
     elif topics:
         chosen = []
         for topic in topics:
-            there = [t for t in (topic, '/' + topic) if t in bag.topics]
-            bag.require(there[0] if there else topic)
-            chosen.append(there[0])
+            names = [name for name in (topic, '/' + topic) if name in bag.topics]
+            bag.require(names[0] if names else topic)
+            chosen.append(names[0])
     else:
         chosen = default_topics(bag.topics)
     if not chosen:
-        there = ', '.join(sorted(bag.topics)) or 'none at all'
+        available = ', '.join(sorted(bag.topics)) or 'none at all'
         raise InputError(f'{bag.path}: topics: none to play, expected {JOINT_STATES} or a choice '
-                         f'of {there}')
+                         f'of {available}')
     return chosen
 
 
 class PlayNode(Node):
-    """Publishes `topics` of `bag`, `rate` times as fast as recorded."""
+    """
+    Publishes `topics` of `bag`, `rate` times as fast as recorded.
 
-    def __init__(self, bag, topics, rate, loop, clock):
+    loop: whether to start again at the end; clock: whether to publish /clock.
+    """
+
+    def __init__(self, bag: BagReader, topics: Sequence[str], rate: float, loop: bool,
+                 clock: bool) -> None:
         super().__init__('play')
         self.bag, self.topics, self.rate, self.loop = bag, topics, rate, loop
-        self.count = Counter()
+        self.count: Counter[str] = Counter()
         self._outputs = {}
         for topic in topics:
             msgtype = bag.topics[topic][0]
@@ -81,27 +102,28 @@ class PlayNode(Node):
                                  'installed here; choose others with --topics') from None
             self._outputs[topic] = advertise(self, message, topic, QUEUE)
         self._clock_out = advertise(self, ClockMessage, '/clock', 10) if clock else None
-        self._messages = self._next = None
+        self._messages: Iterator[tuple[str, int, int, bytes]] | None = None
+        self._next: tuple[str, int, int, bytes] | None = None
         self._created = time.monotonic()
-        self._matched = None
+        self._matched: float | None = None
         self._timer = self.create_timer(
             1e-3, self._work, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
-    def _ready(self):
-        """Return True once somebody listens, or has not come in time."""
-        now = time.monotonic()
+    def _may_begin(self) -> bool:
+        """Return whether somebody listens, or nobody has come in time."""
+        time_s = time.monotonic()
         if self._matched is None and any(
                 out.get_subscription_count() for out in self._outputs.values()):
-            self._matched = now
+            self._matched = time_s
         if self._matched is not None:
-            return now > self._matched + SETTLE_TIME
-        if now > self._created + MATCH_TIME:
+            return time_s > self._matched + SETTLE_TIME
+        if time_s > self._created + MATCH_TIME:
             self.get_logger().warning('nobody listens to ' + ', '.join(self.topics))
             return True
         return False
 
-    def _begin(self):
-        """Take the bag from its first message."""
+    def _begin(self) -> None:
+        """Start with the first message of the bag."""
         self._messages = self.bag.messages(self.topics)
         self._next = next(self._messages, None)
         if self._next is None:
@@ -110,19 +132,20 @@ class PlayNode(Node):
         self._start = time.monotonic_ns()
         self._clock_due = self._start
 
-    def _work(self):
+    def _work(self) -> None:
         """Publish for one block of time, each message when it is due."""
         if self._messages is None:
-            if not self._ready():
+            if not self._may_begin():
                 time.sleep(BLOCK_TIME)
                 return
             self._begin()
+        assert self._messages is not None
         end = time.monotonic_ns() + int(BLOCK_TIME * SECOND)
         while self._next is not None:
             topic, log_ns, _, raw = self._next
-            due = self._start + int((log_ns - self._first) / self.rate)
-            self._sleep_until(min(due, end))
-            if due > end:
+            deadline = self._start + int((log_ns - self._first) / self.rate)
+            self._sleep_until(min(deadline, end))
+            if deadline > end:
                 return
             self._outputs[topic].publish(raw)
             self.count[topic] += 1
@@ -134,43 +157,60 @@ class PlayNode(Node):
         else:
             self._finish()
 
-    def _sleep_until(self, due):
-        """Sleep until `due` (monotonic, ns), publishing /clock on the way."""
+    def _sleep_until(self, deadline: int) -> None:
+        """Sleep until `deadline` (monotonic, ns), publishing /clock on the way."""
         while True:
-            now = time.monotonic_ns()
-            if self._clock_out and now >= self._clock_due:
-                self._publish_clock(self._first + int((now - self._start) * self.rate))
-                self._clock_due = now + int(CLOCK_PERIOD * SECOND)
-            if now >= due:
+            time_ns = time.monotonic_ns()
+            if self._clock_out and time_ns >= self._clock_due:
+                self._publish_clock(self._first + int((time_ns - self._start) * self.rate))
+                self._clock_due = time_ns + int(CLOCK_PERIOD * SECOND)
+            if time_ns >= deadline:
                 return
-            wake = min(due, self._clock_due) if self._clock_out else due
-            time.sleep(max(0, wake - now) / SECOND)
+            wake = min(deadline, self._clock_due) if self._clock_out else deadline
+            time.sleep(max(0, wake - time_ns) / SECOND)
 
-    def _publish_clock(self, ns):
+    def _publish_clock(self, ns: int) -> None:
+        assert self._clock_out is not None
         message = ClockMessage()
         message.clock.sec, message.clock.nanosec = divmod(ns, SECOND)
         self._clock_out.publish(message)
 
-    def _finish(self):
+    def _finish(self) -> None:
         """End, after all messages have arrived."""
         self._timer.cancel()
         for publisher in self._outputs.values():
             publisher.wait_for_all_acked(Duration(seconds=2))
         raise ExternalShutdownException
 
-    def close(self):
-        """Say what was published."""
+    def close(self) -> None:
+        """Report how many messages were published."""
         counts = ', '.join(f'{topic} {self.count[topic]}' for topic in self.topics)
         print(f'{self.bag.path}: published {counts}', file=sys.stderr)
         if self.bag.notice:
             print(self.bag.notice, file=sys.stderr)
 
 
-def play(path, rate=1.0, topics=None, everything=False, loop=False, clock=True, ros_args=()):
+def play(path: str | Path, rate: float = 1.0, topics: Sequence[str] | None = None,
+         everything: bool = False, loop: bool = False, clock: bool = True,
+         ros_args: Sequence[str] = ()) -> int:
     """
-    Publish the bag `path`; return the exit code. Raises InputError.
+    Publish a bag, until its end, SIGINT or SIGTERM; call it from the main thread.
 
-    Call it from the main thread; ends with the bag, or with SIGINT or SIGTERM.
+    Args:
+        path: of the bag.
+        rate: times as fast as recorded.
+        topics: to publish, see chosen_topics.
+        everything: whether to publish all topics.
+        loop: whether to start again at the end.
+        clock: whether to publish /clock.
+        ros_args: further arguments of rclpy.init.
+
+    Returns:
+        The exit code.
+
+    Raises:
+        InputError: the bag or a topic cannot be read.
+
     """
     with open_bag(path) as bag:
         chosen = chosen_topics(bag, topics, everything)

@@ -19,9 +19,11 @@ usage examples:
   ros2 run gearbox_monitor recorder_node
   ros2 run gearbox_monitor recorder_node --ros-args -p output:=run1 -p "topics:=[joint_states]"
 """
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 import shutil
 import time
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import Clock, ClockType
@@ -37,15 +39,15 @@ from gearbox_monitor.bag.write import BagWriter, WriteError
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import RECORDER, RecorderParameters
 from gearbox_monitor.ros.convert import key_values
-from gearbox_monitor.ros.definition import import_message, message_definition
-from gearbox_monitor.ros.params import declare, TableNode
+from gearbox_monitor.ros.message_definition import import_message, message_definition
+from gearbox_monitor.ros.node_parameters import declare, TableNode
 from gearbox_monitor.ros.qos import advertise, overridden, subscribe
 from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup, RCLError, spin_node
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
 LATCHED = ('drift_alerts', 'estimator/snapshot')
-# {topic: (type, latched)} of what is subscribed at once, so that no first message is missed.
+# {topic: (type, latched)} of topics that are subscribed at once: no first message is missed.
 CONTRACT = {name: (DIAGNOSTICS if name in ('/diagnostics', *LATCHED) else JOINT_STATE,
                    name in LATCHED) for name in RecorderParameters().topics}
 POLL_SECONDS = 0.01
@@ -55,7 +57,7 @@ MEGABYTE = 1_000_000
 
 @dataclass
 class RecordedTopic:
-    """One topic: its subscription and what has come of it."""
+    """One topic: its subscription and the messages that came and that are missing."""
 
     name: str
     msgtype: str = ''
@@ -63,25 +65,26 @@ class RecordedTopic:
     in_bag: bool = False
     publishers: int = 0
     last_sequence: int | None = None
-    gaps: int = 0     # numbers missing in the sequence of the only publisher
-    suspects: int = 0  # gaps until it is certain that there was only one publisher
+    missing: int = 0   # numbers missing in the sequence of the only publisher
+    suspects: int = 0  # missing numbers until it is certain that there was only one publisher
     events: int = 0   # messages that the middleware reports as lost
     problem: str = ''
 
     @property
-    def lost(self):
-        return max(self.gaps, self.events)
+    def loss(self) -> int:
+        """The number of lost messages."""
+        return max(self.missing, self.events)
 
-    def count(self, sequence):
-        """Count what is missing before the message with the publisher's `sequence` number."""
+    def count(self, sequence: int) -> None:
+        """Count the messages missing before the message with the publisher's `sequence` number."""
         if self.last_sequence is not None and sequence > self.last_sequence + 1:
             self.suspects += sequence - self.last_sequence - 1
         self.last_sequence = sequence
 
-    def confirm(self, publishers):
-        """Decide about the gaps: numbers of several publishers cannot be told apart."""
+    def confirm(self, publishers: int) -> None:
+        """Decide about missing numbers: those of several `publishers` cannot be distinguished."""
         if max(publishers, self.publishers) == 1:
-            self.gaps += self.suspects
+            self.missing += self.suspects
         if publishers != self.publishers:
             self.last_sequence = None
         self.suspects, self.publishers = 0, publishers
@@ -96,9 +99,9 @@ class Recorder(TableNode):
     keep up with several topics at 1 kHz.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__('recorder')
-        self._writer = None
+        self._writer: BagWriter | None = None
         parameters = self._declare()
         names = dict.fromkeys(self._resolve(name) for name in parameters.topics)
         output = time.strftime(parameters.output)
@@ -129,8 +132,8 @@ class Recorder(TableNode):
             f'recording {len(names)} topics to {self._writer.path}, '
             + ', '.join(f'{name}={value}' for name, value in parameters.to_dict().items()))
 
-    def close(self):
-        """Take what still waits and close the bag."""
+    def close(self) -> None:
+        """Take the messages that still wait and close the bag."""
         if self._writer is None:
             return
         self._poll()
@@ -138,19 +141,19 @@ class Recorder(TableNode):
             topic.confirm(topic.publishers)
         self._record(self._writer.close)
         writer = self._writer
-        lost = {topic.name: topic.lost for topic in self._topics.values() if topic.lost}
+        losses = {topic.name: topic.loss for topic in self._topics.values() if topic.loss}
         text = (f'recorded {writer.message_count} messages, {writer.byte_count} bytes to '
-                f'{writer.path}; lost {sum(lost.values())} messages'
-                + (f' {lost}' if lost else '') + f', not written {writer.dropped}')
+                f'{writer.path}; lost {sum(losses.values())} messages'
+                + (f' {losses}' if losses else '') + f', not written {writer.dropped}')
         logger = get_logger('recorder_end')  # the node's own wants /rosout, which is gone by now
         if writer.error:
             logger.error(f'{text}; {writer.error}')
-        elif lost:
+        elif losses:
             logger.warning(text)
         else:
             logger.info(text)
 
-    def _declare(self):
+    def _declare(self) -> RecorderParameters:
         """Declare and return the parameters."""
         values = RecorderParameters.from_mapping(declare(self, RECORDER))
         for name in ('output', 'gearbox_serial'):
@@ -163,7 +166,7 @@ class Recorder(TableNode):
         self._gearbox_serial = values.gearbox_serial
         return values
 
-    def _resolve(self, name):
+    def _resolve(self, name: str) -> Any:
         try:
             return self.resolve_topic_name(name)
         except (InvalidTopicNameException, RCLError) as error:
@@ -171,8 +174,9 @@ class Recorder(TableNode):
             raise InputError(
                 f'parameter topics: {name!r} is no topic name: {reason}') from None
 
-    def _subscribe(self, topic, msgtype, latched=False, reliable=True):
-        """Subscribe `topic`, instead of an earlier subscription where there is one."""
+    def _subscribe(self, topic: RecordedTopic, msgtype: str, latched: bool = False,
+                   reliable: bool = True) -> None:
+        """Subscribe to `topic`, instead of an earlier subscription if there is one."""
         if topic.subscription is not None:
             self._take(topic)
             self.destroy_subscription(topic.subscription)
@@ -186,7 +190,7 @@ class Recorder(TableNode):
 
         fixed = overridden(self, topic.name)
 
-        def lost(event):
+        def on_loss(event: Any) -> None:
             topic.events += event.total_count_change
 
         topic.msgtype = msgtype
@@ -195,14 +199,14 @@ class Recorder(TableNode):
             topic.subscription = subscribe(
                 self, import_message(msgtype), topic.name, lambda message: None, profile,
                 policies=fixed, callback_group=self._group, raw=True,
-                # What the user asks for may not fit: then rclpy warns of it.
+                # A QoS that the user overrides may not fit: then rclpy warns of it.
                 event_callbacks=SubscriptionEventCallbacks(
-                    message_lost=lost, use_default_callbacks=bool(fixed)))
+                    message_lost=on_loss, use_default_callbacks=bool(fixed)))
         except (ImportError, NoTypeSupportImportedException) as error:
             topic.problem = f'type {msgtype} is not installed'
             self.get_logger().error(f'{topic.name}: cannot record, {topic.problem}: {error}')
 
-    def _discover(self):
+    def _discover(self) -> None:
         """Subscribe to topics whose type has become known, follow the QoS that is offered."""
         for topic in self._topics.values():
             infos = self.get_publishers_info_by_topic(topic.name)
@@ -216,23 +220,25 @@ class Recorder(TableNode):
             if topic.subscription is None or (not topic.in_bag and topic.msgtype not in types):
                 self._subscribe(topic, types[0], latched, reliable)
                 continue
-            asked, fixed = topic.subscription.qos_profile, overridden(self, topic.name)
+            requested, fixed = topic.subscription.qos_profile, overridden(self, topic.name)
             needs_less = (
-                (asked.reliability == ReliabilityPolicy.RELIABLE and not reliable
+                (requested.reliability == ReliabilityPolicy.RELIABLE and not reliable
                  and QoSPolicyKind.RELIABILITY not in fixed)
-                or (asked.durability == DurabilityPolicy.TRANSIENT_LOCAL and not latched
+                or (requested.durability == DurabilityPolicy.TRANSIENT_LOCAL and not latched
                     and QoSPolicyKind.DURABILITY not in fixed))
             if needs_less:
                 self._subscribe(topic, topic.msgtype, latched, reliable)
 
-    def _poll(self):
+    def _poll(self) -> None:
         """Write all messages that wait."""
+        assert self._writer is not None
         for topic in self._topics.values():
             if topic.subscription is not None:
                 self._take(topic)
         self._record(self._writer.flush_if_due)
 
-    def _take(self, topic):
+    def _take(self, topic: RecordedTopic) -> None:
+        assert self._writer is not None
         write, name = self._writer.write, topic.name
         for raw, info in drain(topic.subscription):
             if not topic.in_bag:
@@ -244,39 +250,41 @@ class Recorder(TableNode):
                 write(name, info['received_timestamp'] or time.time_ns(), raw,
                       info['source_timestamp'], sequence & 0xffffffff)
             except WriteError as error:
-                self._say(error)
+                self._report(error)
 
-    def _add_to_bag(self, topic):
+    def _add_to_bag(self, topic: RecordedTopic) -> None:
         """Announce `topic` in the bag with the QoS that its publishers offer."""
         try:
             infos = self.get_publishers_info_by_topic(topic.name)
         except RCLError:  # a signal has ended the context: this is the first message, and the last
             infos = []
+        assert self._writer is not None and topic.subscription is not None
         offers = [info.qos_profile for info in infos] or [topic.subscription.qos_profile]
         self._writer.add_topic(topic.name, topic.msgtype, [_as_bag_qos(o) for o in offers],
                                message_definition(topic.msgtype))
 
-    def _record(self, function, *args):
-        """Call `function` of the writer; say once that writing has ended."""
+    def _record(self, function: Callable[..., object], *args: object) -> None:
+        """Call `function` of the writer; report once that writing has ended."""
         try:
             function(*args)
         except WriteError as error:
-            self._say(error)
+            self._report(error)
 
-    def _say(self, error):
+    def _report(self, error: WriteError) -> None:
         self.get_logger().error(f'recording has stopped: {error}')
 
-    def _diagnose(self):
+    def _diagnose(self) -> None:
         """Publish the state of the recording."""
         writer = self._writer
-        lost = {topic.name: topic.lost for topic in self._topics.values()}
+        assert writer is not None
+        losses = {topic.name: topic.loss for topic in self._topics.values()}
         try:
             free = shutil.disk_usage(writer.path).free
         except OSError:
             free = 0
         level, message = DiagnosticStatus.OK, 'recording'
         problems = [f'{t.name}: {t.problem}' for t in self._topics.values() if t.problem]
-        if any(lost.values()):
+        if any(losses.values()):
             level, message = DiagnosticStatus.WARN, 'messages were lost'
         if problems:
             level, message = DiagnosticStatus.WARN, problems[0]
@@ -285,7 +293,7 @@ class Recorder(TableNode):
             level, message = DiagnosticStatus.WARN, 'free disk space is low'
             if not self._warned_space:
                 self.get_logger().warning(
-                    f'{writer.path}: {free // MEGABYTE} MB of free disk space are left')
+                    f'{writer.path}: {free // MEGABYTE} MB of free disk space remain')
         self._warned_space = low
         removed = writer.removed
         if removed:
@@ -298,10 +306,11 @@ class Recorder(TableNode):
         values = {
             'bag': writer.path, 'messages': writer.message_count, 'bytes': writer.byte_count,
             'topics_with_messages': sum(topic.in_bag for topic in self._topics.values()),
-            'topics': len(self._topics), 'lost': sum(lost.values()), 'not_written': writer.dropped,
+            'topics': len(self._topics), 'lost': sum(losses.values()),
+            'not_written': writer.dropped,
             'since_last_flush_s': f'{time.monotonic() - writer.last_flush:.3f}',
             'free_disk_space_mb': free // MEGABYTE, 'low_space_threshold_mb': self._low_space,
-            'lost_by_topic': ', '.join(f'{name}: {count}' for name, count in lost.items()),
+            'lost_by_topic': ', '.join(f'{name}: {count}' for name, count in losses.items()),
         }
         status = DiagnosticStatus(
             level=level, message=message,
@@ -313,20 +322,21 @@ class Recorder(TableNode):
         self._diagnostics.publish(array)
 
 
-def _as_bag_qos(profile):
+def _as_bag_qos(profile: QoSProfile) -> dict[str, Any]:
     """Return the rclpy QoSProfile `profile` as rosbag2 writes it."""
-    def duration(value):
+    def duration(value: Any) -> dict[str, int]:
         sec, nsec = divmod(value.nanoseconds, 10**9)
         return {'sec': sec, 'nsec': nsec}
 
-    return qos_profile(
+    recorded: dict[str, Any] = qos_profile(
         profile.depth, profile.reliability.name.lower(), profile.durability.name.lower(),
         profile.history.name.lower(), duration(profile.deadline), duration(profile.lifespan),
         profile.liveliness.name.lower(), duration(profile.liveliness_lease_duration))
+    return recorded
 
 
-def main(args=None):
-    """Run the recorder."""
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the recorder with the command line `args`; return the exit code."""
     return spin_node(Recorder, args, __doc__)
 
 

@@ -12,20 +12,23 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What every node's main needs: clean start, clean stop and polled subscriptions."""
+"""Clean start and stop of a node's process, and polled subscriptions."""
 import argparse
+from collections.abc import Callable, Iterator, Sequence
 import ctypes
 import os
 from pathlib import Path
 import signal
 import sys
 import time
+from typing import Any
 
 import rclpy
 from rclpy.callback_groups import CallbackGroup
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
 from rclpy.subscription import Subscription
 from rclpy.utilities import remove_ros_args
 
@@ -44,31 +47,34 @@ class PolledCallbackGroup(CallbackGroup):
     Group whose subscriptions the executor leaves alone; :func:`drain` takes their messages.
 
     Waking an executor costs about 200 us of CPU per message, taking one in a loop about 10 us.
-    Event handlers of the subscriptions (message lost, incompatible QoS) run every quarter of a
-    second: while the executor waits for an event, each message wakes it, too.
+    Event handlers of the subscriptions (message lost, incompatible QoS) run for `event_window` (s)
+    every `event_period` (s): while the executor waits for an event, each message wakes it, too.
     """
 
-    def __init__(self, event_period=0.25, event_window=0.01):
+    def __init__(self, event_period: float = 0.25, event_window: float = 0.01) -> None:
         super().__init__()
         self._period, self._window = event_period, event_window
         self._open_until = 0.0
 
-    def can_execute(self, entity):
+    def can_execute(self, entity: object) -> bool:
+        """Return whether the executor may wait for `entity`."""
         if isinstance(entity, Subscription):
             return False
-        now = time.monotonic()
-        if now > self._open_until + self._period:
-            self._open_until = now + self._window
-        return now < self._open_until
+        time_s = time.monotonic()
+        if time_s > self._open_until + self._period:
+            self._open_until = time_s + self._window
+        return time_s < self._open_until
 
-    def beginning_execution(self, entity):
+    def beginning_execution(self, entity: object) -> bool:
+        """Allow the execution of `entity`."""
         return True
 
-    def ending_execution(self, entity):
-        pass
+    def ending_execution(self, entity: object) -> None:
+        """Do nothing after the execution of `entity`."""
 
 
-def drain(subscription, limit=100_000):
+def drain(subscription: Subscription,
+          limit: int = 100_000) -> Iterator[tuple[Any, dict[str, Any]]]:
     """
     Yield the waiting messages of a polled `subscription`, oldest first, at most `limit`.
 
@@ -79,31 +85,40 @@ def drain(subscription, limit=100_000):
     with handle:
         take, msg_type, raw = handle.take_message, subscription.msg_type, subscription.raw
         for _ in range(limit):
-            taken = take(msg_type, raw)
-            if taken is None:
+            message_and_info = take(msg_type, raw)
+            if message_and_info is None:
                 return
-            yield taken
+            yield message_and_info
 
 
-def spin_node(factory, args=None, doc=None):
+def spin_node(factory: Callable[[], Node | list[Node]], args: Sequence[str] | None = None,
+              doc: str | None = None) -> int:
     """
-    Run the node that `factory()` makes until SIGINT, SIGTERM or shutdown; return the exit code.
+    Run nodes until SIGINT, SIGTERM or shutdown; call it from the main thread of the process.
 
-    It may make several: a list. Call it from the main thread of the process. `doc` is the text of
-    ``--help``. A node may have ``close()``: it is called once, after spinning, before the node is
-    destroyed; it can still take messages then but no longer publish. Bad input (InputError, a
-    parameter or argument that rclpy refuses) is one line on stderr and exit code 2. SIGINT stays
-    ignored when this returns.
+    A node may have ``close()``: it is called once, after spinning, before the node is destroyed;
+    it can still take messages then but no longer publish. Bad input (InputError, a parameter or
+    argument that rclpy refuses) is one line on stderr. SIGINT stays ignored when this returns.
+
+    Args:
+        factory: makes the node, or a list of nodes.
+        args: command line (default: that of the process).
+        doc: text of ``--help``.
+
+    Returns:
+        The exit code: 0, or 2 for bad input.
+
     """
     name = Path(sys.argv[0]).stem
     args = sys.argv if args is None else args
     parser = argparse.ArgumentParser(
         prog=name, description=doc, formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog='ROS arguments follow --ros-args, for example --ros-args --params-file FILE.')
-    nodes, code = [], 0
+    nodes: list[Node] = []
+    code = 0
     _die_with_parent()
 
-    def on_interrupt(*_):
+    def on_interrupt(*_: object) -> None:
         # Once the node is there rclpy's own handler ends the spinning; an exception on top could
         # hit any line, even of a destructor.
         if not nodes:
@@ -113,8 +128,8 @@ def spin_node(factory, args=None, doc=None):
     sys.unraisablehook = _without_signals
     try:
         _init(args, parser)
-        made = factory()
-        nodes = made if isinstance(made, list) else [made]
+        product = factory()
+        nodes = product if isinstance(product, list) else [product]
         executor = SingleThreadedExecutor()
         for node in nodes:
             executor.add_node(node)
@@ -145,19 +160,19 @@ def spin_node(factory, args=None, doc=None):
     return code
 
 
-def _without_signals(unraisable):
+def _without_signals(unraisable: Any) -> None:
     """
-    Say nothing of what a signal has broken off.
+    Ignore errors of operations that a signal has interrupted.
 
-    OSError: one that comes just as it is set to be ignored. AttributeError: the destructor of an
-    object of rclpy that was half made when the context ended.
+    OSError: of a signal that comes just as it is set to be ignored. AttributeError: of the
+    destructor of an object of rclpy that was incomplete when the context ended.
     """
     if rclpy.ok() or not isinstance(unraisable.exc_value, (OSError, AttributeError)):
         sys.__unraisablehook__(unraisable)
 
 
-def _die_with_parent():
-    """Let Linux send SIGTERM when the parent dies that the environment names, if any."""
+def _die_with_parent() -> None:
+    """Let Linux send SIGTERM when the parent that the environment names, if any, dies."""
     parent = os.environ.get(PARENT, '')
     if not parent.isdigit() or not sys.platform.startswith('linux'):
         return
@@ -166,7 +181,7 @@ def _die_with_parent():
         sys.exit(1)
 
 
-def _init(args, parser):
+def _init(args: Sequence[str], parser: argparse.ArgumentParser) -> None:
     """Start rclpy; an argument or parameter file that it cannot read is an InputError."""
     try:
         parser.parse_args(remove_ros_args(args)[1:])
@@ -178,12 +193,12 @@ def _init(args, parser):
         raise InputError(_plain(error)) from None
 
 
-def _plain(error):
+def _plain(error: Exception) -> str:
     """Return the text of an RCLError without the lines of its sources."""
     return str(error).split(', at /')[0]
 
 
-def _refuse(name, error):
-    """Print `error` as one line, return the exit code for bad input."""
+def _refuse(name: str, error: object) -> int:
+    """Print `error` as one line; return the exit code for bad input."""
     print(f'{name}: {" ".join(str(error).split())}', file=sys.stderr)
     return 2

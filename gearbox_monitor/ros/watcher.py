@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A node that follows an estimator in another process: whether it is ready, what it says."""
+"""A node that follows an estimator in another process: its state and its diagnostics."""
 import time
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -31,17 +31,20 @@ LATCHED = QoSProfile(depth=16, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 class Watcher:
     """
-    Node `name` in a context of its own; it leaves the process's signal handlers alone.
+    Node `name` in ROS domain `domain`, in its own context; it installs no signal handlers.
 
     findings: {component: Finding} of the estimator's newest diagnostics, values as texts;
     recorder: the recorder's Finding or None; alerts: texts of the drift alerts, oldest first;
-    updates: how many diagnostics of the estimator have come; snapshots: those of the estimator,
-    {name: text}, oldest first, the first one what it began with.
+    updates: number of diagnostics of the estimator; snapshots: those of the estimator,
+    {name: text}, oldest first: the first one holds the state at its start.
     """
 
-    def __init__(self, name, domain):
-        self.findings, self.recorder, self.alerts, self.updates = {}, None, [], 0
-        self.snapshots = []
+    def __init__(self, name: str, domain: int) -> None:
+        self.findings: dict[str, Finding] = {}
+        self.recorder: Finding | None = None
+        self.alerts: list[str] = []
+        self.updates = 0
+        self.snapshots: list[dict[str, str]] = []
         self._context = rclpy.Context()
         rclpy.init(args=['--ros-args', '--disable-external-lib-logs'], context=self._context,
                    domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
@@ -54,30 +57,31 @@ class Watcher:
         subscribe(DiagnosticArray, DRIFT_ALERTS, self._on_alert, LATCHED)
         subscribe(DiagnosticArray, f'estimator/{SNAPSHOT}', self._on_snapshot, LATCHED)
 
-    def spin(self, seconds):
-        """Take what comes for `seconds`."""
+    def spin(self, seconds: float) -> None:
+        """Receive messages for `seconds`."""
         end = time.monotonic() + seconds
-        while (left := end - time.monotonic()) > 0:
-            self._executor.spin_once(timeout_sec=left)
+        while (remaining := end - time.monotonic()) > 0:
+            self._executor.spin_once(timeout_sec=remaining)
 
-    def ready(self):
-        """Return whether estimator and recorder listen to what a plant will publish."""
+    def ready(self) -> bool:
+        """Return whether estimator and recorder subscribe to the topics of a plant."""
         return (bool(self.snapshots) and self._node.count_subscribers(JOINT_STATES) >= 2
                 and self._node.count_subscribers(PLANT_TRANSMISSION_STATE) >= 1)
 
-    def close(self):
+    def close(self) -> None:
+        """Leave the domain."""
         self._executor.shutdown()
         self._node.destroy_node()
         rclpy.shutdown(context=self._context)
 
-    def _on_snapshot(self, message):
+    def _on_snapshot(self, message: DiagnosticArray) -> None:
         self.snapshots += [{value.key: value.value for value in status.values}
                            for status in message.status]
 
-    def _on_alert(self, message):
+    def _on_alert(self, message: DiagnosticArray) -> None:
         self.alerts += [f'{level_of(s).name}: {s.message}' for s in message.status]
 
-    def _on_diagnostics(self, message):
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             node, _, component = status.name.partition(': ')
             finding = Finding(level_of(status), status.message,
@@ -89,6 +93,6 @@ class Watcher:
         self.updates += message.status[0].name.startswith('estimator: ') if message.status else 0
 
 
-def level_of(status):
-    """Return the Level of a DiagnosticStatus."""
+def level_of(status: DiagnosticStatus) -> Level:
+    """Return the Level of `status`."""
     return Level(min(ord(status.level), Level.ERROR))

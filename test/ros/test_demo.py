@@ -27,7 +27,7 @@ pytest.importorskip('rclpy')
 psutil = pytest.importorskip('psutil')
 
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
-from gearbox_monitor.ros.domain import own_domain  # noqa: E402
+from gearbox_monitor.ros.ros_domain import own_domain  # noqa: E402
 
 pytestmark = pytest.mark.ros
 ROOT = Path(__file__).parents[2]

@@ -26,16 +26,17 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.ros.after_error import AfterError
-from gearbox_monitor.ros.keep import About, command, keep
-from gearbox_monitor.ros.ring import MAX_RATE, Ring, SECOND, stretch
+from gearbox_monitor.ros.recording_buffer import MAX_RATE, RecordingBuffer, SECOND, stretch
+from gearbox_monitor.ros.recording_export import (
+    diagnosis_command, export_recording, RecordingContext)
+from gearbox_monitor.ros.recording_schedule import RecordingSchedule
 
 T0 = 1_700_000_000 * SECOND
 PERIOD = 2_000_000
 
 
 def filled(n, seconds=10.0, block=64, begin=0, ring=None, good=lambda k: True, step=PERIOD):
-    ring = ring or Ring(seconds, block)
+    ring = ring or RecordingBuffer(seconds, block)
     for k in range(begin, begin + n):
         ring.add(T0 + k * step, good(k), (0.1 * k, 0.2 * k, 0.3 * k, np.nan))
     return ring
@@ -44,14 +45,14 @@ def filled(n, seconds=10.0, block=64, begin=0, ring=None, good=lambda k: True, s
 def about(**changes):
     model = changes.pop('model', DriveModel(gear_ratio=50.0))
     parameters = EstimatorParameters.of(changes.pop('parameters', {}))
-    return About(**{'topic': '/left/joint_states', 'joints': ('m7', 'arm'), 'model': model,
-                    'arm_load': 'unknown', 'parameters': parameters, 'why': 'backlash: grown',
-                    **changes})
+    return RecordingContext(**{
+        'topic': '/left/joint_states', 'joints': ('m7', 'arm'), 'model': model,
+        'arm_load': 'unknown', 'parameters': parameters, 'reason': 'backlash: grown', **changes})
 
 
 def moving(n, first=0, motion=0.5):
     """Return rows at 500 Hz of a drive that swings."""
-    ring, k = Ring(600.0), np.arange(first, first + n)
+    ring, k = RecordingBuffer(600.0), np.arange(first, first + n)
     motor = motion * np.sin(2 * np.pi * k * 0.002)
     for i, y in zip(k.tolist(), motor.tolist()):
         ring.add(T0 + i * PERIOD, True, (y, 0.9 * y, float(i), np.nan))
@@ -79,7 +80,7 @@ def test_ring_is_bounded_and_what_was_read_stays():
 
 def test_irregular_stamps_refused_samples_and_a_clock_set_back():
     rng = np.random.default_rng(0)
-    ring, stamps = Ring(2.0, 64), T0 + np.cumsum(rng.integers(1, 40_000_000, 3000))
+    ring, stamps = RecordingBuffer(2.0, 64), T0 + np.cumsum(rng.integers(1, 40_000_000, 3000))
     for k, stamp in enumerate(stamps.tolist()):
         ring.add(stamp, True, (k, k, k, k))
         if k % 3 == 0:
@@ -130,10 +131,10 @@ def test_stretch_has_the_effort_where_it_acts(delay):
 
 def test_folder_holds_everything_as_received_and_the_model(tmp_path):
     rows, clock = moving(10000), lambda: time.struct_time((2026, 3, 4, 5, 6, 7, 0, 0, 0))
-    text = keep(tmp_path / 'new', rows, about(), clock)
+    text = export_recording(tmp_path / 'new', rows, about(), clock)
     folder = tmp_path / 'new' / 'kept_2026_03_04-05_06_07'
     assert str(folder) in text and '14.0 s' in text and '--motor-joint m7' in text
-    assert text.endswith(command(folder, about()))
+    assert text.endswith(diagnosis_command(folder, about()))
     for name, wanted in (('all', rows), ('bag', stretch(rows))):
         with open_bag(folder / name) as bag:
             assert not bag.truncated
@@ -144,13 +145,13 @@ def test_folder_holds_everything_as_received_and_the_model(tmp_path):
         np.testing.assert_array_equal(got.u, wanted['values'][:, 2:])
         assert (folder / name / 'metadata.yaml').exists()
     assert load_model(folder / 'drive.yaml') == about().model
-    again = keep(tmp_path / 'new', rows[:100], about(), clock)  # never over another
+    again = export_recording(tmp_path / 'new', rows[:100], about(), clock)  # never over another
     assert '_2/all' in again and 'no 4 s' in again and 'diagnose ' not in again
     assert len(list((tmp_path / 'new').iterdir())) == 2
 
 
 def test_command_finds_another_topic_and_folder():
-    words = command(Path('/a b'), about(topic='/j7', joints=('motor', 'x')))
+    words = diagnosis_command(Path('/a b'), about(topic='/j7', joints=('motor', 'x')))
     assert words == ("gearbox_monitor diagnose '/a b/bag' --model '/a b/drive.yaml' --topic /j7 "
                      '--arm-joint x')
 
@@ -163,14 +164,14 @@ def test_model_says_measured_only_where_the_load_is_in_the_bag(
     rows = moving(2500)
     if given:
         rows['values'][:, 3] = 0.5
-    keep(tmp_path, rows, about(model=DriveModel(arm_load=in_file), arm_load=in_force))
+    export_recording(tmp_path, rows, about(model=DriveModel(arm_load=in_file), arm_load=in_force))
     assert load_model(next(tmp_path.glob('*/drive.yaml'))).arm_load == written
 
 
 def test_failure_is_told_and_leaves_nothing(tmp_path, monkeypatch):
     (tmp_path / 'file').write_text('')
     with pytest.raises(InputError, match='keep_folder'):
-        keep(tmp_path / 'file', moving(2500), about())
+        export_recording(tmp_path / 'file', moving(2500), about())
     left, write_record = [0], RecordFile.write
 
     def full(self, data):
@@ -180,13 +181,13 @@ def test_failure_is_told_and_leaves_nothing(tmp_path, monkeypatch):
         return write_record(self, data)
     monkeypatch.setattr(RecordFile, 'write', full)
     with pytest.raises(InputError, match='No space left on device; removed again'):
-        keep(tmp_path, moving(2500), about())
+        export_recording(tmp_path, moving(2500), about())
     assert [path.name for path in tmp_path.iterdir()] == ['file']
 
 
 def test_alerts_are_kept_once_and_apart():
     """10 s after an ERROR; a recording reaches back 60 s, so none has to be closer to another."""
-    box, asked = AfterError(10.0, 60.0, ['friction']), []
+    box, asked = RecordingSchedule(10.0, 60.0, ['friction']), []
     wrong = {5: ['friction', 'backlash'], 7: [], 8: ['backlash'],  # flutters: the same alert
              20: ['backlash', 'friction'],  # within the span of the one kept at 15
              80: [], 81: ['backlash']}

@@ -22,8 +22,8 @@ import time
 
 import pytest
 
-from gearbox_monitor.ros.domain import own_domain
 from gearbox_monitor.ros.middleware import MEMORY, remove_cut_ports
+from gearbox_monitor.ros.ros_domain import own_domain
 
 ROOT = Path(__file__).parents[2]
 

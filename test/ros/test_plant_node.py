@@ -70,7 +70,7 @@ class Plants:
         self.started.append(process)
         return process
 
-    def until(self, condition, timeout=60.0):
+    def until(self, condition, timeout=300.0):
         """Receive until condition() is true."""
         end = time.monotonic() + timeout
         while not condition():
@@ -187,8 +187,9 @@ def test_process_noise_and_duration(plants):
 
 
 def test_parameters_change_while_it_runs(plants):
-    plants.start(measurement_noise='[0.0, 0.0]', process_noise='[0.0, 0.0, 0.0, 0.0]')
-    plants.until(lambda: len(plants.truth) > 200)
+    # Slow enough for a starved machine to keep up.
+    plants.start(measurement_noise='[0.0, 0.0]', process_noise='[0.0, 0.0, 0.0, 0.0]', rate=200.0)
+    plants.until(lambda: len(plants.truth) > 40)
     assert plants.set('stiffness', 400.0).successful
     # By stamps, which are of real time: on a loaded machine older samples are still under way.
     since = time.time_ns() + 50_000_000
@@ -196,7 +197,7 @@ def test_parameters_change_while_it_runs(plants):
     def changed():
         return [m for m in plants.truth
                 if m.header.stamp.sec * 10 ** 9 + m.header.stamp.nanosec > since]
-    plants.until(lambda: len(plants.truth) > 1400 and len(changed()) > 1150)
+    plants.until(lambda: len(changed()) > 230)
     later = changed()
     twist, tau = columns(later, 'position')[:, 0], columns(later, 'effort')[:, 0]
     outside = np.abs(twist) > 0.1
@@ -207,7 +208,7 @@ def test_parameters_change_while_it_runs(plants):
 
     for name, value, kind, reason in (
             ('half_gap', -0.1, ParameterType.PARAMETER_DOUBLE, 'half_gap'),
-            ('rate', 200.0, ParameterType.PARAMETER_DOUBLE, 'read-only'),
+            ('rate', 300.0, ParameterType.PARAMETER_DOUBLE, 'read-only'),
             ('excitation', 'sawtooth', ParameterType.PARAMETER_STRING, 'multisine'),
             ('amplitudes', [1.0], ParameterType.PARAMETER_DOUBLE_ARRAY, 'frequencies'),
             ('process_noise', [0.1], ParameterType.PARAMETER_DOUBLE_ARRAY, '4 numbers')):

@@ -27,19 +27,19 @@ import soak  # noqa: E402
 
 from gearbox_monitor.benchmarks.harness import all_met  # noqa: E402
 from gearbox_monitor.kernels.jit import COMPILED  # noqa: E402
-from gearbox_monitor.ros.lost import Lost  # noqa: E402
+from gearbox_monitor.ros.message_loss import MessageLossCounter  # noqa: E402
 
 pytestmark = pytest.mark.ros
 compiled = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
 
 
 def test_lost_messages_are_counted_by_their_numbers():
-    lost = Lost()
+    losses = MessageLossCounter()
     for number, ours in ((7, True), (8, True), (11, True), (12, False), (13, True), (3, True),
                          (4, True), (900, False), (6, True), (None, True)):
-        lost.seen({'publication_sequence_number': number}, ours)
+        losses.add({'publication_sequence_number': number}, ours)
     # 9, 10 and, of the next publisher, 5; 12 came without our joints, 900 is of another one.
-    assert lost.count == 3
+    assert losses.count == 3
 
 
 def bar(data, name):

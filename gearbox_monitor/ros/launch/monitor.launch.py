@@ -18,7 +18,9 @@ Estimate and record; with plant:=true beside a simulated drive.
   ros2 launch gearbox_monitor monitor.launch.py params_file:=joint3.yaml model:=joint3_drive.yaml
   ros2 launch gearbox_monitor monitor.launch.py plant:=true record:=false
 """
-from launch import LaunchDescription
+from typing import Any
+
+from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
@@ -56,24 +58,26 @@ ARGUMENTS = [
 ]
 
 
-def generate_launch_description():
+def generate_launch_description() -> LaunchDescription:
+    """Return what `ros2 launch` starts."""
     return LaunchDescription([*ARGUMENTS, OpaqueFunction(function=_nodes)])
 
 
-def _nodes(context):
+def _nodes(context: LaunchContext) -> list[Node]:
     value = {a.name: LaunchConfiguration(a.name).perform(context) for a in ARGUMENTS}
 
     remappings = [('joint_states', value['joint_states'])] if value['joint_states'] else []
 
-    def node(name, given, **kwargs):
+    def node(name: str, settings: dict[str, str | bool], **options: Any) -> Node:
         parameters = [value['params_file']] if value['params_file'] else []
-        given = {k: ParameterValue(v, value_type=type(v)) for k, v in given.items() if v != ''}
+        overrides = {key: ParameterValue(setting, value_type=type(setting))
+                     for key, setting in settings.items() if setting != ''}
         enclave = ['--enclave', f'{value["enclave"]}/{name}'] if value['enclave'] else []
         return Node(
             package='gearbox_monitor', executable=f'{name}_node', name=name,
             namespace=value['namespace'], output='screen', emulate_tty=True,
-            parameters=parameters + ([given] if given else []), remappings=remappings,
-            ros_arguments=['--log-level', value['log_level'], *enclave], **kwargs)
+            parameters=parameters + ([overrides] if overrides else []), remappings=remappings,
+            ros_arguments=['--log-level', value['log_level'], *enclave], **options)
 
     clock = {'use_sim_time': value['use_sim_time'] == 'true'}
     nodes = [node('estimator', {**clock, 'model': value['model'], 'filter': value['filter']},

@@ -19,20 +19,20 @@ Play a bag to a live estimator, in the time of the bag.
 
 To get the estimates of a bag quickly, without ROS, use: gearbox_monitor replay BAG.
 """
-from launch import LaunchDescription
+from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown, TimerAction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-# Time for the estimator to work off what the end of the bag has brought it.
+# Time for the estimator to process the last samples of the bag.
 LINGER = 1.5  # s
 ARGUMENTS = [
     DeclareLaunchArgument('bag', description='bag directory or .mcap file to play'),
     DeclareLaunchArgument('rate', default_value='1.0',
                           description='times as fast as recorded'),
     DeclareLaunchArgument('loop', default_value='false', choices=['true', 'false'],
-                          description='begin again at the end'),
+                          description='start again at the end'),
     DeclareLaunchArgument('namespace', default_value='',
                           description='namespace of the estimator: that of the recorded topics'),
     DeclareLaunchArgument('use_sim_time', default_value='true', choices=['true', 'false'],
@@ -51,21 +51,23 @@ ARGUMENTS = [
 ]
 
 
-def generate_launch_description():
+def generate_launch_description() -> LaunchDescription:
+    """Return what `ros2 launch` starts."""
     return LaunchDescription([*ARGUMENTS, OpaqueFunction(function=_nodes)])
 
 
-def _nodes(context):
+def _nodes(context: LaunchContext) -> list[Node]:
     value = {a.name: LaunchConfiguration(a.name).perform(context) for a in ARGUMENTS}
-    given = {'use_sim_time': value['use_sim_time'] == 'true',
-             'model': value['model'], 'filter': value['filter']}
-    given = {k: ParameterValue(v, value_type=type(v)) for k, v in given.items() if v != ''}
+    settings = {'use_sim_time': value['use_sim_time'] == 'true',
+                'model': value['model'], 'filter': value['filter']}
+    overrides = {key: ParameterValue(setting, value_type=type(setting))
+                 for key, setting in settings.items() if setting != ''}
     parameters = [value['params_file']] if value['params_file'] else []
     level = ['--log-level', value['log_level']]
     estimator = Node(
         package='gearbox_monitor', executable='estimator_node', name='estimator',
         namespace=value['namespace'], output='screen', emulate_tty=True,
-        parameters=[*parameters, given], ros_arguments=level,
+        parameters=[*parameters, overrides], ros_arguments=level,
         on_exit=Shutdown(reason='the estimator has ended'))
     player = Node(
         package='gearbox_monitor', executable='gearbox_monitor', output='screen',

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Watch several gearboxes side by side: everything stands in one parameter file.
+Monitor several gearboxes side by side, all from one parameter file.
 
 The file is an ordinary ROS parameter file. Each block /NAMESPACE/estimator in it is one gearbox
 and starts an estimator in that namespace, each block /NAMESPACE/plant a simulated drive. One
@@ -21,9 +21,11 @@ recorder in the root namespace records all of them into one bag. See config/robo
 
   ros2 launch gearbox_monitor robot.launch.py params_file:=robot.yaml joint_states:=/joint_states
 """
+from collections.abc import Iterable, Sequence
 import re
+from typing import Any
 
-from launch import LaunchDescription
+from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
@@ -51,52 +53,54 @@ ARGUMENTS = [
 ]
 
 
-def generate_launch_description():
+def generate_launch_description() -> LaunchDescription:
+    """Return what `ros2 launch` starts."""
     return LaunchDescription([*ARGUMENTS, OpaqueFunction(function=_nodes)])
 
 
-def gearboxes(path):
-    """Return [(namespace, 'estimator' or 'plant')] of the file `path`. Raises RuntimeError."""
+def gearboxes(path: str) -> list[tuple[str, str]]:
+    """Return [(namespace, 'estimator' or 'plant')] of the file `path`; raises RuntimeError."""
     try:
         with open(path, encoding='utf-8') as file:
             data = yaml.safe_load(file)
     except (OSError, yaml.YAMLError) as error:
         reason = getattr(error, 'strerror', None) or ' '.join(str(error).split())
         raise RuntimeError(f'{path}: {reason}, expected a readable YAML parameter file') from None
-    found = [match.groups() for name in (data if isinstance(data, dict) else ())
-             if (match := re.fullmatch(r'(|/|/[\w/]*\w/)(estimator|plant)', str(name)))]
-    if not any(node == 'estimator' for _, node in found):
+    blocks = [(match[1], match[2]) for name in (data if isinstance(data, dict) else ())
+              if (match := re.fullmatch(r'(|/|/[\w/]*\w/)(estimator|plant)', str(name)))]
+    if not any(node == 'estimator' for _, node in blocks):
         raise RuntimeError(f'{path}: no block /NAMESPACE/estimator, expected one for each gearbox')
-    return [(namespace.rstrip('/') or '/', node) for namespace, node in found]
+    return [(namespace.rstrip('/') or '/', node) for namespace, node in blocks]
 
 
-def topics(namespaces):
-    """Return the names of all that belongs to the gearboxes in `namespaces`."""
+def topics(namespaces: Iterable[str]) -> list[str]:
+    """Return the names of all topics of the gearboxes in `namespaces`."""
     usual = RecorderParameters().topics
     return [*dict.fromkeys(
         name if name.startswith('/') else f'{namespace.rstrip("/")}/{name}'
         for namespace in namespaces for name in usual)]
 
 
-def _nodes(context):
+def _nodes(context: LaunchContext) -> list[Node]:
     value = {a.name: LaunchConfiguration(a.name).perform(context) for a in ARGUMENTS}
     clock = {'use_sim_time': value['use_sim_time'] == 'true'}
 
-    def node(name, namespace, given, remappings=()):
+    def node(name: str, namespace: str, settings: Sequence[dict[str, Any]],
+             remappings: Sequence[tuple[str, str]] = ()) -> Node:
         return Node(
             package='gearbox_monitor', executable=f'{name}_node', name=name, namespace=namespace,
-            parameters=[*given, value['params_file']], remappings=remappings, output='screen',
+            parameters=[*settings, value['params_file']], remappings=remappings, output='screen',
             emulate_tty=True, ros_arguments=['--log-level', value['log_level']])
 
-    found = gearboxes(value['params_file'])
+    blocks = gearboxes(value['params_file'])
     shared = value['joint_states']
     nodes = [node(name, namespace, [clock] if name == 'estimator' else [],
                   [('joint_states', shared)] if shared and name == 'estimator' else [])
-             for namespace, name in found]
+             for namespace, name in blocks]
     if value['record'] == 'true':
-        named = topics([namespace for namespace, name in found if name == 'estimator'])
-        given = {**clock, 'topics': [*([shared] if shared else []), *named]}
+        recorded = topics([namespace for namespace, name in blocks if name == 'estimator'])
+        settings = {**clock, 'topics': [*([shared] if shared else []), *recorded]}
         if value['bag']:
-            given['output'] = ParameterValue(value['bag'], value_type=str)
-        nodes.append(node('recorder', '/', [given]))
+            settings['output'] = ParameterValue(value['bag'], value_type=str)
+        nodes.append(node('recorder', '/', [settings]))
     return nodes

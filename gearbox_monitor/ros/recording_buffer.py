@@ -19,38 +19,49 @@ No ROS here. A block of rows is allocated when the one before it is full, so mem
 rate; full blocks never change, so reading them costs no copy while samples come.
 """
 from collections import deque
+from collections.abc import Callable, Iterator
+from typing import Any, TypeAlias
 
 import numpy as np
 
 SECOND = 1_000_000_000
 BLOCK = 8192       # rows
-MAX_RATE = 4000.0  # rows/s that the time asked for is kept at; above, it is less
+MAX_RATE = 4000.0  # rows/s up to which the whole span is kept
 STRETCH = 14.0     # s, a good length for a diagnosis
-LEAST = 4.0        # s, that a diagnosis wants at least
-LOST = 4           # sample times from one stamp to the next that are a gap; shorter is mended
-LIVELY = 0.8       # of the most travel: so much will do, then the newest is better
+MIN_STRETCH = 4.0  # s, the shortest for a diagnosis
+DROPOUT = 4        # sample times between two stamps that are a dropout; shorter is interpolated
+LIVELY = 0.8       # of the largest travel: enough to prefer the newest stretch
 MOTOR, ARM, MOTOR_EFFORT, ARM_EFFORT = range(4)
 DTYPE = np.dtype([('stamp_ns', np.int64), ('good', np.bool_), ('values', np.float64, 4)])
+Rows: TypeAlias = np.ndarray[tuple[int], np.dtype[Any]]  # of DTYPE
 
 
-class Ring:
+class RecordingBuffer:
     """
-    The rows of the last `seconds`, at most MAX_RATE of them per second.
+    The rows of the last `seconds`, at most MAX_RATE of them per second, in blocks of `block` rows.
 
     A row: stamp (ns), good (whether the estimator could use it), values [4] as received: position
-    of motor and arm, effort of motor and arm; NaN = not given.
+    of motor and arm, effort of motor and arm; NaN = not measured.
     """
 
-    def __init__(self, seconds, block=BLOCK):
+    def __init__(self, seconds: float, block: int = BLOCK) -> None:
         self.span = round(seconds * SECOND)
         self._size = block
-        self._most = int(np.ceil(seconds * MAX_RATE / block)) + 1
-        self._full = deque()  # (rows, newest good stamp when it was full)
+        self._max_blocks = int(np.ceil(seconds * MAX_RATE / block)) + 1
+        self._full: deque[tuple[Rows, int]] = deque()  # (rows, newest good stamp when it was full)
         self._rows, self._n = np.empty(block, DTYPE), 0
         self._newest = 0
 
-    def add(self, stamp_ns, good, values):
-        """Add one row."""
+    def add(self, stamp_ns: int, good: bool, values: tuple[float, float, float, float]) -> None:
+        """
+        Add one row.
+
+        Args:
+            stamp_ns: of the measurement, ns.
+            good: whether the estimator could use it.
+            values: position of motor and arm (rad), effort of motor and arm (N m), as received.
+
+        """
         if self._n == self._size:
             self._next_block()
         self._rows[self._n] = (stamp_ns, good, values)
@@ -58,84 +69,85 @@ class Ring:
         if good:
             self._newest = stamp_ns
 
-    def _next_block(self):
+    def _next_block(self) -> None:
         self._full.append((self._rows, self._newest))
-        # Also what is stamped after now: the clock was set back, and that time is over.
+        # Rows stamped later than the newest one, too: they are from before a clock was set back.
         while self._full and not 0 <= self._newest - self._full[0][1] <= self.span:
             self._full.popleft()
-        while len(self._full) >= self._most:
+        while len(self._full) >= self._max_blocks:
             self._full.popleft()
         self._rows, self._n = np.empty(self._size, DTYPE), 0
 
-    def __len__(self):
+    def __len__(self) -> int:
         return sum(len(rows) for rows, _ in self._full) + self._n
 
-    def rows(self):
-        """Return a function that gives the rows [N] of now, oldest first, from any thread."""
+    def rows(self) -> Callable[[], Rows]:
+        """Return a function that gives the present rows [N], oldest first, from any thread."""
         parts = [rows for rows, _ in self._full] + [self._rows[:self._n].copy()]
         first, span = self._newest - self.span, self.span
 
-        def joined():
+        def joined() -> Rows:
             rows = np.concatenate(parts)
-            inside = np.flatnonzero(rows['good'] & (rows['stamp_ns'] > first)
-                                    & (rows['stamp_ns'] <= first + span))
-            return rows[inside[0]:] if len(inside) else rows
+            in_span = np.flatnonzero(rows['good'] & (rows['stamp_ns'] > first)
+                                     & (rows['stamp_ns'] <= first + span))
+            return rows[in_span[0]:] if len(in_span) else rows
         return joined
 
 
-def stretch(rows, effort_delay=0):
+def stretch(rows: Rows, effort_delay: int = 0) -> Rows:
     """
-    Return the rows [M] to diagnose, without gaps, M = 0 where there are none; see Ring.
+    Return the part [M] of `rows` to diagnose, without dropouts; M = 0 if no part is long enough.
 
-    At most STRETCH and at least LEAST long; the newest among those that travel far. The effort is
+    It lasts MIN_STRETCH to STRETCH and is the newest of those that travel far. The effort is
     moved by `effort_delay` samples, so that the one stamped t_k acts from t_k on.
     """
-    rows = _where(rows, rows['good'])
+    rows = _selected(rows, rows['good'])
     if len(rows) < 2:
         return rows[:0]
     finite = np.isfinite(rows['values'])
-    used = finite.mean(axis=0) > 0.5  # what is hardly ever measured is not missed
-    rows = _where(rows, finite[:, used].all(axis=1))
+    used = finite.mean(axis=0) > 0.5  # a quantity that is hardly ever measured is not required
+    rows = _selected(rows, finite[:, used].all(axis=1))
     steps = np.diff(rows['stamp_ns'])
     if not used[[MOTOR, MOTOR_EFFORT]].all() or not (steps > 0).any():
         return rows[:0]
     period = float(np.median(steps[steps > 0]))
-    edges = np.flatnonzero((steps <= 0) | (steps > LOST * period)) + 1
-    found = []  # (begin, end, travel), oldest first
+    edges = np.flatnonzero((steps <= 0) | (steps > DROPOUT * period)) + 1
+    pieces: list[tuple[int, int, float]] = []  # (begin, end, travel), oldest first
     for begin, end in zip([0, *edges], [*edges, len(rows)]):
         part = rows[begin:end]
-        found += [(begin + a, begin + b, travel) for a, b, travel in _pieces(part, period)]
-    if not found:
+        pieces += [(begin + a, begin + b, travel) for a, b, travel in _pieces(part, period)]
+    if not pieces:
         return rows[:0]
-    most = max(travel for _, _, travel in found)
-    begin, end, _ = [piece for piece in found if piece[2] >= LIVELY * most][-1]
+    max_travel = max(travel for _, _, travel in pieces)
+    begin, end, _ = [piece for piece in pieces if piece[2] >= LIVELY * max_travel][-1]
     return _with_effort_moved(rows[begin:end], effort_delay)
 
 
-def _where(rows, wanted):
-    """Return the rows `wanted`; copying them all would hold up the estimates."""
-    return rows if wanted.all() else rows[wanted]
+def _selected(rows: Rows, mask: np.ndarray[Any, Any]) -> Rows:
+    """Return the rows in `mask`; copying all of them would hold up the estimates."""
+    return rows if mask.all() else rows[mask]
 
 
-def _pieces(rows, period):
-    """Yield (begin, end, travel of the motor) of pieces of `rows` without gaps, 1 s apart."""
+def _pieces(rows: Rows, period: float) -> Iterator[tuple[int, int, float]]:
+    """Yield (begin, end, travel of the motor) of pieces of `rows` without dropouts, 1 s apart."""
     stamps = rows['stamp_ns']
     length, second = round(STRETCH * SECOND / period), max(1, round(SECOND / period))
-    if stamps[-1] - stamps[0] + period < LEAST * SECOND:
+    if stamps[-1] - stamps[0] + period < MIN_STRETCH * SECOND:
         return
     stride = max(1, second // 50)  # slower than the noise of the encoder
     travel = np.zeros(len(rows))
     motor = rows['values'][:, MOTOR]
     travel[stride::stride] = np.abs(np.diff(motor[::stride]))[:len(travel[stride::stride])]
     travel = np.concatenate([[0.0], np.cumsum(travel)])
-    last = max(0, len(rows) - length)
-    for begin in sorted({last % second if last else 0, *range(last % second, last + 1, second)}):
+    newest = max(0, len(rows) - length)
+    for begin in sorted({newest % second if newest else 0,
+                         *range(newest % second, newest + 1, second)}):
         end = min(begin + length, len(rows))
         yield begin, end, travel[end] - travel[begin]
 
 
-def _with_effort_moved(rows, delay):
-    """Return rows whose effort is that of `delay` samples before (after, where negative)."""
+def _with_effort_moved(rows: Rows, delay: int) -> Rows:
+    """Return `rows` whose effort is that of `delay` samples earlier (later, if negative)."""
     if not delay:
         return rows
     values = rows['values'][:, [MOTOR_EFFORT, ARM_EFFORT]]

@@ -13,7 +13,9 @@
 # limitations under the License.
 
 """Declare a table of parameters on a node, with units, ranges and what may change at run time."""
+from collections.abc import Callable, Iterable, Mapping
 import math
+from typing import Any
 
 from rcl_interfaces.msg import (
     FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult)
@@ -22,13 +24,15 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.parameters import FIXED, RESTART
+from gearbox_monitor.parameters import FIXED, ParameterRow, ParameterValue, RESTART
 
 
 class TableNode(Node):
-    """Node that says what to do where it refuses a parameter that is read at the start only."""
+    """Node that tells what to do when it refuses a parameter that is read at the start only."""
 
-    def set_parameters_atomically(self, parameter_list):
+    def set_parameters_atomically(
+            self, parameter_list: list[RosParameter]) -> SetParametersResult:
+        """Set the parameters of `parameter_list`, all or none, as rclpy does."""
         result = super().set_parameters_atomically(parameter_list)
         fixed = [p.name for p in parameter_list
                  if self.has_parameter(p.name) and self.describe_parameter(p.name).read_only]
@@ -37,22 +41,22 @@ class TableNode(Node):
                              f'the parameter file (or with -p) and start {self.get_name()} again')
         return result
 
-    def warn_of_unknown(self):
-        """Log the parameters that were given and that the node does not have: misspelt ones."""
+    def warn_of_unknown(self) -> None:
+        """Warn of parameters that the user sets and that the node does not have: misspelt ones."""
         unknown = [name for name in self._parameter_overrides if not self.has_parameter(name)]
         if unknown:
             self.get_logger().warning(
                 f'no parameters of this node, ignored: {", ".join(sorted(unknown))}')
 
 
-def _descriptor(row):
+def _descriptor(row: ParameterRow) -> ParameterDescriptor:
     unit = f' [{row.unit}]' if row.unit else ''
-    told = ['expected ' + row.expected()] if row.choices or row.kind is tuple else []
-    told += {FIXED: ['read at the start only'],
-             RESTART: ['a change restarts the filter']}.get(row.change, [])
+    constraints = ['expected ' + row.expected()] if row.choices or row.kind is tuple else []
+    constraints += {FIXED: ['read at the start only'],
+                    RESTART: ['a change restarts the filter']}.get(row.change, [])
     descriptor = ParameterDescriptor(
         description=f'{row.description}{unit}', read_only=row.change == FIXED,
-        additional_constraints='; '.join(told))
+        additional_constraints='; '.join(constraints))
     # Open ends would become NaN steps in a range message: leave the range out there.
     if math.isfinite(row.low) and math.isfinite(row.high):
         if row.kind is float:
@@ -64,13 +68,13 @@ def _descriptor(row):
     return descriptor
 
 
-def declare(node, table):
+def declare(node: Node, table: Iterable[ParameterRow]) -> dict[str, ParameterValue]:
     """
     Declare every row of `table` on `node` and return {name: value}.
 
-    Raises InputError where an override has a wrong type or is out of range.
+    Raises InputError if an override has a wrong type or is out of range.
     """
-    values = {}
+    values: dict[str, ParameterValue] = {}
     for row in table:
         default = row.default
         # An integer in a YAML file is a good float; rclpy would refuse its type.
@@ -89,16 +93,21 @@ def declare(node, table):
     return values
 
 
-def on_change(node, table, apply):
+def on_change(node: Node, table: Iterable[ParameterRow],
+              apply: Callable[[Mapping[str, ParameterValue]], None]) -> None:
     """
-    Let the parameters of `table` change at run time: check all, then call apply(changes).
+    Let parameters change at run time: check all of them, then apply them.
 
-    `apply` takes {name: value} and may raise InputError, whose text becomes the reason of the
-    refusal.
+    Args:
+        node: whose parameters they are.
+        table: of the parameters.
+        apply: takes {name: value}; the text of an InputError that it raises becomes the reason of
+            the refusal.
+
     """
     rows = {row.name: row for row in table}
 
-    def callback(parameters):
+    def callback(parameters: list[RosParameter]) -> SetParametersResult:
         try:
             changes = {p.name: rows[p.name].check(_plain(p.value), node.get_name())
                        for p in parameters if p.name in rows}
@@ -111,6 +120,6 @@ def on_change(node, table, apply):
     node.add_on_set_parameters_callback(callback)
 
 
-def _plain(value):
+def _plain(value: Any) -> Any:
     """Return `value` with tuples, and arrays of the message layer, as lists."""
     return list(value) if isinstance(value, tuple) or hasattr(value, 'tolist') else value

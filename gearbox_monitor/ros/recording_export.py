@@ -13,11 +13,12 @@
 # limitations under the License.
 
 """
-Write what a Ring holds as bags ready to diagnose. No ROS here; slow, so call it from a thread.
+Write a RecordingBuffer as bags ready to diagnose. No ROS here; slow, so call it from a thread.
 
-The folder: `all`, the bag with everything that came; `bag`, the stretch of it to diagnose;
-`drive.yaml`, the model beside it.
+The folder holds `all`, the bag with all rows; `bag`, the stretch to diagnose; and `drive.yaml`,
+the model.
 """
+from collections.abc import Callable
 from dataclasses import dataclass
 import os
 from pathlib import Path
@@ -34,46 +35,58 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import save_model
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.ros.ring import ARM_EFFORT, LEAST, SECOND, stretch
+from gearbox_monitor.ros.recording_buffer import ARM_EFFORT, MIN_STRETCH, Rows, SECOND, stretch
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 PATTERN = 'kept_%Y_%m_%d-%H_%M_%S'
-# The thread that estimates waits for this one no longer than a bunch takes.
-BUNCH, PAUSE = 100, 1e-3
+# The thread that estimates waits for this one only while a chunk is encoded.
+CHUNK, PAUSE = 100, 1e-3
 
 
 @dataclass(frozen=True)
-class About:
+class RecordingContext:
     """
-    Whose measurement it is: topic, joints (motor, arm), model, arm_load in force, parameters, why.
+    Where a recording comes from: `topic`, `joints` (motor, arm), `model` as it was read.
 
-    parameters: of the estimator; model: the DriveModel as it was read.
+    arm_load: in force; parameters: of the estimator; reason: why the recording is kept.
     """
 
     topic: str
-    joints: tuple
+    joints: tuple[str, str]
     model: DriveModel
     arm_load: str
     parameters: EstimatorParameters
-    why: str
+    reason: str
 
 
-def keep(parent, rows, about, clock=time.localtime):
+def export_recording(parent: str | Path, rows: Rows, context: RecordingContext,
+                     clock: Callable[[], time.struct_time] = time.localtime) -> str:
     """
-    Write `rows` (Ring.rows) into a new folder in `parent`; return what to tell the user.
+    Write a recording into a new folder.
 
-    Raises InputError where nothing could be written; then nothing of it is left.
+    Args:
+        parent: folder to make it in.
+        rows: of a RecordingBuffer.
+        context: where the rows come from.
+        clock: gives the time that the folder is named after.
+
+    Returns:
+        A text for the user: what was written, and the command that diagnoses it.
+
+    Raises:
+        InputError: nothing could be written; then the folder is removed again.
+
     """
     folder = _new_folder(Path(os.path.abspath(os.path.expanduser(parent))), clock)
     try:
-        part = stretch(rows, about.parameters.effort_delay)
-        _write(folder / 'all', rows, about)
+        part = stretch(rows, context.parameters.effort_delay)
+        _write(folder / 'all', rows, context)
         text = f'{_seconds(rows):.1f} s kept in {folder / "all"}; '
         if not len(part):
-            return text + (f'no {LEAST:g} s of them without a gap, with torque and positions, as '
-                           'a diagnosis needs')
-        _write(folder / 'bag', part, about)
-        save_model(folder / 'drive.yaml', _model(part, about), [
+            return text + (f'no {MIN_STRETCH:g} s of them without a dropout, with torque and '
+                           'positions, as a diagnosis needs')
+        _write(folder / 'bag', part, context)
+        save_model(folder / 'drive.yaml', _model(part, context), [
             f'Model of the estimator whose measurement is in {folder.name}.',
             f'Written by gearbox_monitor {__version__}.'])
     except BaseException as error:
@@ -82,22 +95,23 @@ def keep(parent, rows, about, clock=time.localtime):
             raise InputError(f'{str(error).rpartition(";")[0]}; removed again, the measurement '
                              'is still in memory') from None
         raise
-    return text + f'the best {_seconds(part):.1f} s of it: {command(folder, about)}'
+    return text + f'the best {_seconds(part):.1f} s of it: {diagnosis_command(folder, context)}'
 
 
-def command(folder, about):
-    """Return the shell command that diagnoses what keep() has written to `folder`."""
-    words = ['gearbox_monitor', 'diagnose', folder / 'bag', '--model', folder / 'drive.yaml']
-    if not about.topic.endswith('/joint_states'):
-        words += ['--topic', about.topic]
-    for option, joint in zip(('motor', 'arm'), about.joints):
+def diagnosis_command(folder: Path, context: RecordingContext) -> str:
+    """Return the shell command that diagnoses the recording of `context` in `folder`."""
+    words: list[str | Path] = ['gearbox_monitor', 'diagnose', folder / 'bag', '--model',
+                               folder / 'drive.yaml']
+    if not context.topic.endswith('/joint_states'):
+        words += ['--topic', context.topic]
+    for option, joint in zip(('motor', 'arm'), context.joints):
         words += [f'--{option}-joint', joint] if joint != option else []
     return shlex.join(map(str, words))
 
 
-def _new_folder(parent, clock):
-    """Return a folder that did not exist before."""
-    name, path = time.strftime(PATTERN, clock()), None
+def _new_folder(parent: Path, clock: Callable[[], time.struct_time]) -> Path:
+    """Make and return a new folder in `parent`."""
+    name, path = time.strftime(PATTERN, clock()), parent
     for number in range(1, 100):
         path = parent / (name if number == 1 else f'{name}_{number}')
         try:
@@ -111,33 +125,33 @@ def _new_folder(parent, clock):
     raise InputError(f'{path}: exists already, expected a new folder')
 
 
-def _seconds(rows):
+def _seconds(rows: Rows) -> float:
     """Return the time between the first and the last good stamp."""
     stamps = rows['stamp_ns'][rows['good']]
     return float(stamps[-1] - stamps[0]) / SECOND if len(stamps) else 0.0
 
 
-def _model(rows, about):
-    """Return the model to diagnose with: a load is measured only where the rows have it."""
-    told = (about.model.arm_load, about.arm_load)
-    load = 'measured' if 'measured' in told else about.model.arm_load
+def _model(rows: Rows, context: RecordingContext) -> DriveModel:
+    """Return the model to diagnose with: a load counts as measured only if the rows have it."""
+    loads = (context.model.arm_load, context.arm_load)
+    load = 'measured' if 'measured' in loads else context.model.arm_load
     if load == 'measured' and not np.isfinite(rows['values'][:, ARM_EFFORT]).all():
         load = 'unknown'
-    return about.model.with_(arm_load=load)
+    return context.model.with_(arm_load=load)
 
 
-def _write(path, rows, about):
+def _write(path: Path, rows: Rows, context: RecordingContext) -> None:
     """Write the new bag `path`: every row one message on the topic, logged at its stamp."""
-    metadata = {'version': __version__, 'source': f'estimator: {about.why}',
+    metadata = {'version': __version__, 'source': f'estimator: {context.reason}',
                 **{f'estimator.{name}': value for name, value
-                   in about.parameters.to_dict().items()}}
+                   in context.parameters.to_dict().items()}}
     with BagWriter(path) as writer:
         writer.add_metadata('gearbox_monitor', metadata)
-        writer.add_topic(about.topic, JOINT_STATE)
-        for begin in range(0, len(rows), BUNCH):
-            part = rows[begin:begin + BUNCH]
-            messages = encode_joint_states(part['stamp_ns'], about.joints,
+        writer.add_topic(context.topic, JOINT_STATE)
+        for begin in range(0, len(rows), CHUNK):
+            part = rows[begin:begin + CHUNK]
+            messages = encode_joint_states(part['stamp_ns'], context.joints,
                                            part['values'][:, :2], effort=part['values'][:, 2:])
             for stamp_ns, message in zip(part['stamp_ns'].tolist(), messages):
-                writer.write(about.topic, max(stamp_ns, 0), message)
+                writer.write(context.topic, max(stamp_ns, 0), message)
             time.sleep(PAUSE)

@@ -12,7 +12,8 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Child processes that run nodes: started, watched and stopped in order, never left behind."""
+"""Child processes that run nodes: started, watched and stopped in order, never orphaned."""
+from collections.abc import Mapping, Sequence
 import json
 import os
 from pathlib import Path
@@ -20,29 +21,32 @@ import signal
 import subprocess
 import sys
 import time
+from types import FrameType
+from typing import Self
 
 import gearbox_monitor
 
-PARENT = 'GEARBOX_MONITOR_PARENT'  # read by nodes.runtime: a node ends with this process
+PARENT = 'GEARBOX_MONITOR_PARENT'  # read by runtime: a node ends with this process
 LOG_LINES = 10
 
 
-def cores():
+def cores() -> int:
     """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else os.cpu_count()
+    return len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else (
+        os.cpu_count() or 1)
 
 
 class ChildFailed(Exception):
-    """A child process could not be used; `code` is the exit code for the user."""
+    """A child process failed, as `message` tells; `code` is the exit code for the user."""
 
-    def __init__(self, message, code=1):
+    def __init__(self, message: str, code: int = 1) -> None:
         super().__init__(message)
         self.code = code
 
 
 class Interrupt:
     """
-    Ctrl-C, SIGTERM and SIGHUP as a flag, so that they break nothing off half-way.
+    Ctrl-C, SIGTERM and SIGHUP as a flag, so that they interrupt nothing half-way.
 
     ``with Interrupt() as interrupt``: `interrupt.requested` is set by the first signal; all
     further ones change nothing. After :meth:`at_once` a signal ends the process with 130.
@@ -50,24 +54,24 @@ class Interrupt:
 
     SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.requested = False
         self._at_once = False
 
-    def __enter__(self):
-        self._before = {number: signal.signal(number, self._handle) for number in self.SIGNALS}
+    def __enter__(self) -> Self:
+        self._handlers = {number: signal.signal(number, self._handle) for number in self.SIGNALS}
         return self
 
-    def __exit__(self, *_):
-        for number, handler in self._before.items():
-            # The process is about to end: a second Ctrl-C must not break that off.
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._handlers.items():
+            # The process is about to end: a second Ctrl-C must not interrupt that.
             signal.signal(number, signal.SIG_IGN if self.requested else handler)
 
-    def at_once(self):
-        """Let a signal end the process from now on: no child runs any more."""
+    def at_once(self) -> None:
+        """Let each further signal end the process: no child runs any more."""
         self._at_once = True
 
-    def _handle(self, *_):
+    def _handle(self, number: int, frame: FrameType | None) -> None:
         self.requested = True
         if self._at_once:
             os.write(1, b'interrupted\n')
@@ -76,13 +80,16 @@ class Interrupt:
 
 class Child:
     """
-    One node in a process and session of its own; its output goes to the file `log`.
+    One node in its own process and session, called `name`; its output goes to the file `log`.
 
-    module: to run with ``python -m``, with these `arguments`. parameters: {name: bool, number,
-    text or list}. Only the parent gets the terminal's Ctrl-C; it stops its children in order.
+    module: to run with ``python -m`` in the environment `env`, with these `arguments`. parameters:
+    {name: bool, number, text or list}. Only the parent gets the terminal's Ctrl-C; it stops its
+    children in order.
     """
 
-    def __init__(self, name, module, parameters, log, env, arguments=()):
+    def __init__(self, name: str, module: str, parameters: Mapping[str, object],
+                 log: str | Path, env: Mapping[str, str],
+                 arguments: Sequence[str] = ()) -> None:
         self.name, self.log = name, Path(log)
         # No log files of ROS beside ours: their directory may be missing or read-only.
         command = [sys.executable, '-m', module, *arguments, '--ros-args',
@@ -98,25 +105,26 @@ class Child:
                 start_new_session=True)
 
     @property
-    def running(self):
+    def running(self) -> bool:
+        """Whether the process has not ended."""
         return self.process.poll() is None
 
-    def check(self):
-        """Raise ChildFailed when the process has ended with an error."""
+    def check(self) -> None:
+        """Raise ChildFailed if the process has ended with an error."""
         code = self.process.poll()
         if code:
             raise ChildFailed(f'{self.name} {_ended(code)}:\n{self.tail()}', 2 if code == 2 else 1)
 
-    def tail(self):
+    def tail(self) -> str:
         """Return the last lines of the log."""
         lines = self.log.read_text(encoding='utf-8', errors='replace').splitlines()
-        return '\n'.join('  ' + line for line in lines[-LOG_LINES:]) or '  (it said nothing)'
+        return '\n'.join('  ' + line for line in lines[-LOG_LINES:]) or '  (no output)'
 
-    def stop(self, seconds):
+    def stop(self, seconds: float) -> str:
         """
-        Ask the process to end, kill it when it has not after `seconds`.
+        Ask the process to end; kill it if it has not ended after `seconds`.
 
-        Returns a line about what went wrong, or ''.
+        Returns a line about the problem, or ''.
         """
         if self.running:
             # Nodes take both alike, but during its imports Python ends quietly on this one only.
@@ -131,5 +139,5 @@ class Child:
         return ''
 
 
-def _ended(code):
+def _ended(code: int) -> str:
     return f'was ended by signal {-code}' if code < 0 else f'ended with exit code {code}'

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """A ROS domain of one's own on this machine."""
+from collections.abc import Iterator
 from contextlib import contextmanager
 import fcntl
 import os
@@ -26,12 +27,12 @@ DOMAINS = range(60, 102)  # the ports of higher domains are those that Linux giv
 
 
 @contextmanager
-def own_domain():
+def own_domain() -> Iterator[int]:
     """
     Yield the number of a ROS domain that nobody else uses while the block runs.
 
-    A lock on a file in the temporary directory keeps others of our kind out; it ends with the
-    process, however that ends. Raises InputError when all domains are taken.
+    A lock on a file in the temporary directory keeps other runs of this package out; the lock
+    ends with the process, however the process ends. Raises InputError when all domains are taken.
     """
     for domain in DOMAINS:
         if str(domain) == os.environ.get('ROS_DOMAIN_ID') or _in_use(domain):
@@ -47,7 +48,7 @@ def own_domain():
                      'one (is another demo still running?)')
 
 
-def _in_use(domain):
+def _in_use(domain: int) -> bool:
     """Return whether the first participant of `domain` has its port on this machine."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
@@ -57,7 +58,7 @@ def _in_use(domain):
     return False
 
 
-def _lock(path):
+def _lock(path: Path) -> int | None:
     """Return the file descriptor of `path`, locked, or None when another process has it."""
     try:
         # Another user's file cannot be opened for creation, but for reading.

@@ -17,13 +17,14 @@ import importlib
 import importlib.util
 from pathlib import Path
 import re
+from typing import Any
 
 BASE_TYPES = {'boolean': 'bool', 'double': 'float64', 'float': 'float32', 'octet': 'byte'}
 
 
-def import_message(msgtype):
+def import_message(msgtype: str) -> Any:
     """
-    Return the class of `msgtype` (``pkg/msg/Name``); ImportError when not installed.
+    Return the class of `msgtype` (``pkg/msg/Name``); raises ImportError if it is not installed.
 
     Anybody can offer a topic of any type: only packages with messages are imported.
     """
@@ -38,16 +39,17 @@ def import_message(msgtype):
         raise ImportError(f'{msgtype}: {error}') from None
 
 
-def message_definition(msgtype):
+def message_definition(msgtype: str) -> str:
     """
     Return the definition of `msgtype` with those of all types in it.
 
     Constants, default values and comments are left out: the bytes do not depend on them.
     """
-    done, todo = {}, [msgtype]
-    while todo:
-        name = todo.pop()
-        if name in done:
+    texts: dict[str, str] = {}
+    pending = [msgtype]
+    while pending:
+        name = pending.pop()
+        if name in texts:
             continue
         lines = []
         for field, kind in import_message(name).get_fields_and_field_types().items():
@@ -56,16 +58,16 @@ def message_definition(msgtype):
             base, suffix = _split(kind)
             if '/' in base:
                 package, short = base.split('/')
-                todo.append(f'{package}/msg/{short}')
+                pending.append(f'{package}/msg/{short}')
             lines.append(f'{BASE_TYPES.get(base, base)}{suffix} {field}')
-        done[name] = '\n'.join(lines)
-    first = done.pop(msgtype)
-    rest = [f'\n{"=" * 80}\nMSG: {name.replace("/msg/", "/")}\n{text}'
-            for name, text in done.items()]
-    return first + ''.join(rest) + '\n'
+        texts[name] = '\n'.join(lines)
+    root = texts.pop(msgtype)
+    parts = [f'\n{"=" * 80}\nMSG: {name.replace("/msg/", "/")}\n{text}'
+             for name, text in texts.items()]
+    return root + ''.join(parts) + '\n'
 
 
-def _split(kind):
+def _split(kind: str) -> tuple[str, str]:
     """Split ``sequence<double, 3>`` into (``double``, ``[<=3]``), ``double[3]`` likewise."""
     if match := re.fullmatch(r'sequence<(.*?)(?:, *(\d+))?>', kind):
         base, bound = match.groups()

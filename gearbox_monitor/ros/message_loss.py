@@ -13,28 +13,30 @@
 # limitations under the License.
 
 """Messages that were sent and never came, by the numbers that their publisher gives them."""
+from collections.abc import Mapping
 
 
-class Lost:
+class MessageLossCounter:
     """
-    Counts what is missing among the messages of one publisher: `count` in all.
+    Counts the missing messages of one publisher: `count` in all.
 
-    DDS drops without a word what does not fit into a full queue, and steps of the stamps do not
-    show it where every second message is dropped. Numbers start anew with each publisher.
+    DDS silently drops messages that do not fit into a full queue, and steps of the stamps do not
+    show it if every second message is dropped. Each publisher numbers its messages from 1 on.
     """
 
-    def __init__(self):
-        self.count, self._next = 0, None
+    def __init__(self) -> None:
+        self.count = 0
+        self._next: int | None = None
 
-    def forget(self):
-        """Begin anew: what was not looked at is not lost."""
+    def forget(self) -> None:
+        """Restart: messages that were not looked at are not lost."""
         self._next = None
 
-    def seen(self, info, ours):
-        """Take the `info` of a message (rclpy); ours: it is of the publisher that is counted."""
-        number = info.get('publication_sequence_number')  # None: the middleware has none
+    def add(self, info: Mapping[str, int | None], ours: bool) -> None:
+        """Take the `info` of a message (rclpy); `ours`: the counted publisher has sent it."""
+        number = info.get('publication_sequence_number')  # None: not every middleware numbers
         if number is None or not (ours or number == self._next):
-            return  # the publisher of our joints may send others, too
+            return  # the publisher of our joints may send other messages, too
         if self._next is not None and number > self._next:
             self.count += number - self._next
         self._next = number + 1

@@ -13,62 +13,79 @@
 # limitations under the License.
 
 """Where the samples come from: joint_states, or motor and arm joined from two topics."""
+from collections.abc import Callable, Iterable, Sequence
 from itertools import zip_longest
 import time
+from typing import Any, TypeAlias
 
+from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Sample
 from gearbox_monitor.interfaces.joiner import Joiner
 from gearbox_monitor.interfaces.signals import JOINT_STATES, PAIRED_JOINT_STATES
+from gearbox_monitor.parameters import ACCEPT, EstimatorParameters
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.ros.convert import joint_values_of, SampleReader, stamp_of, to_paired
-from gearbox_monitor.ros.lost import Lost
-from gearbox_monitor.ros.publishers import ACCEPT, Publishers
+from gearbox_monitor.ros.message_loss import MessageLossCounter
+from gearbox_monitor.ros.publishers import Publishers
 from gearbox_monitor.ros.qos import advertise, best_effort, subscribe
 from gearbox_monitor.ros.runtime import drain, RMWError
 
 SECOND = 1_000_000_000
 # Two seconds at 1 kHz: a pause of this process must not cost samples.
 DEPTH = 2000
-MOST_TOLD = 16  # different arrangements of joints that are told; names that are listed
-# Longer messages are not unpacked; this one has 3000 joints, and is unpacked in a few ms.
-MOST_BYTES = 1 << 18
+MAX_LISTED = 16  # arrangements of joints that are reported; names that are listed
+# Longer messages are not unpacked; one of this length has 3000 joints and takes a few ms.
+MAX_BYTES = 1 << 18
+RawSample: TypeAlias = tuple[float, float, float, float]  # see SampleReader.raw
+Info: TypeAlias = dict[str, Any]  # of a message, by rclpy
 
 
-class Inputs:
+class JointSubscriptions:
     """
     Subscribes for `node` and hands every sample to take(sample, raw), see SampleReader.
 
-    topic: where whole samples are, for a recorder. foreign: messages that name neither joint;
-    unreadable: those too long, or no joint states at all. disputed() is called where samples were
-    taken of a publisher that may have been the wrong one, see Publishers.
+    parameters: of the node; model: of the drive. disputed() is called if samples were taken of a
+    publisher that may have been the wrong one, see Publishers.
+
+    topic: of complete samples, for a recorder. foreign: number of messages that name neither
+    joint; unreadable: number of messages that are too long or no joint states at all.
     """
 
-    def __init__(self, node, parameters, model, take, disputed):
+    def __init__(self, node: Node, parameters: EstimatorParameters, model: DriveModel,
+                 take: Callable[[Sample, RawSample], None],
+                 disputed: Callable[[], None]) -> None:
         self._node, self._take, self._disputed = node, take, disputed
         self.joints = parameters.motor_joint, parameters.arm_joint
         self._reader = SampleReader(*self.joints, model)
-        self.foreign, self._others = 0, ''
-        self._names, self._told = None, set()
+        self.foreign, self._foreign_names = 0, ''
+        self._names: list[str] | None = None
+        self._warnings: set[str] = set()
         self.unreadable = 0
         self.publishers = [Publishers(parameters.other_publishers)]  # of the motor; of the arm
-        # Endpoints on our topics while nobody else gave our joints; the only one there ever was.
-        self._known, self._own = set(), set()
-        self._lost, self._lost_told = (Lost(), Lost()), 0  # of the motor's topic, of the arm's
-        self.joiner = self._arm = None
+        # Endpoints on our topics while nobody else gave our joints; the only one so far.
+        self._endpoints: set[bytes] = set()
+        self._own: set[bytes] = set()
+        self._losses = MessageLossCounter(), MessageLossCounter()  # of motor's topic, of arm's
+        self._reported_loss = 0
+        self.joiner: Joiner | None = None
+        self._arm = None
         self._main = subscribe(node, JointState, JOINT_STATES, self._on_message,
                                best_effort(DEPTH), raw=True)
-        self.topic = self.motor_topic = self._main.topic_name
-        self.arm_topic = None
+        self.topic: str = self._main.topic_name
+        self.motor_topic = self.topic
+        self.arm_topic: str | None = None
         if parameters.arm_topic:
             if not parameters.arm_joint:
                 raise InputError(f'arm_topic: {parameters.arm_topic!r}, expected none where '
                                  'arm_joint is empty')
             self._join(parameters)
 
-    def _join(self, parameters):
-        self._pairs = 0  # when asked last
+    def _join(self, parameters: EstimatorParameters) -> None:
+        self._pairs = 0  # at the last report
         self.joiner = Joiner(round(parameters.pair_tolerance * SECOND))
         self.publishers.append(Publishers(parameters.other_publishers))
         self._paired = advertise(self._node, JointState, PAIRED_JOINT_STATES, DEPTH)
@@ -80,30 +97,30 @@ class Inputs:
 
     # ------------------------------------------------------------------ messages
 
-    def _on_message(self, raw, info):
-        self._one(raw, info)
-        self._rest()
+    def _on_message(self, raw: bytes, info: Info) -> None:
+        self._take_message(raw, info)
+        self._take_queued()
 
-    def _on_arm(self, raw, info):
-        self._one_arm(self._unpacked(raw), info)
-        self._rest()
+    def _on_arm(self, raw: bytes, info: Info) -> None:
+        self._take_arm(self._unpacked(raw), info)
+        self._take_queued()
 
-    def _rest(self):
-        """Take whatever has queued up meanwhile: waking the executor costs more than a step."""
+    def _take_queued(self) -> None:
+        """Take all messages that wait: waking the executor costs more than a step."""
         if self._arm is None:
             for raw, info in drain(self._main, DEPTH):
-                self._one(raw, info)
+                self._take_message(raw, info)
             return
         # By turns: neither stream may run ahead of the other.
         for motor, arm in zip_longest(drain(self._main, DEPTH), drain(self._arm, DEPTH)):
             if motor is not None:
-                self._one(*motor)
+                self._take_message(*motor)
             if arm is not None:
-                self._one_arm(self._unpacked(arm[0]), arm[1])
+                self._take_arm(self._unpacked(arm[0]), arm[1])
 
-    def _unpacked(self, raw):
-        """Return the JointState of the bytes `raw`, None where they are none or too many."""
-        if len(raw) <= MOST_BYTES:
+    def _unpacked(self, raw: bytes) -> JointState | None:
+        """Return the JointState of the bytes `raw`; None if they are none or too many."""
+        if len(raw) <= MAX_BYTES:
             try:
                 return deserialize_message(raw, JointState)
             except (RMWError, UnicodeDecodeError):
@@ -111,17 +128,17 @@ class Inputs:
         self.unreadable += 1
         return None
 
-    def _one(self, raw, info):
+    def _take_message(self, raw: bytes, info: Info) -> None:
         message = self._unpacked(raw)
         if message is None:
             return
         if message.name != self._names:
             self._names = message.name
-            self._look(message)
+            self._check_joints(message)
         if self.joiner is None:
             sample = self._reader.sample(message)
             if sample is None:
-                self._is_foreign(message, 0, info)
+                self._count_foreign(message, 0, info)
             elif self._admitted(0, info):
                 self._take(sample, self._reader.raw(message))
             return
@@ -131,159 +148,164 @@ class Inputs:
             self._joined(self.joiner.motor(stamp_of(message), values))
         if self._arm is None and arm in message.name:
             if values is None:
-                self._lost[0].seen(info, False)
-            self._one_arm(message, info)
+                self._losses[0].add(info, False)
+            self._take_arm(message, info)
         elif values is None:
-            self._is_foreign(message, 0, info)
+            self._count_foreign(message, 0, info)
 
-    def _one_arm(self, message, info):
-        if message is None:
+    def _take_arm(self, message: JointState | None, info: Info) -> None:
+        if message is None or self.joiner is None:
             return
         values = joint_values_of(message, self.joints[1])
         if values is None:
-            self._is_foreign(message, 1, info)
+            self._count_foreign(message, 1, info)
         elif self._admitted(1, info):
             self._joined(self.joiner.arm(stamp_of(message), values))
 
-    def _admitted(self, joint, info):
+    def _admitted(self, joint: int, info: Info) -> bool:
         """Return whether to take a message of motor (0) or arm (1), by who published it."""
         publishers = self.publishers[joint]
-        before = publishers.disputes
+        disputes = publishers.disputes
         admitted = publishers.admit(info['publication_sequence_number'],
                                     info['received_timestamp'] or time.time_ns())
-        if publishers.disputes != before:
+        if publishers.disputes != disputes:
             self.clear()
-            self._lost[joint].forget()
+            self._losses[joint].forget()
             self._disputed()
-        if admitted and (joint == 0 or self._arm is not None):  # what is refused is no hole
-            self._lost[joint].seen(info, True)
+        if admitted and (joint == 0 or self._arm is not None):  # a refused message is not lost
+            self._losses[joint].add(info, True)
         return admitted
 
-    def _joined(self, due):
-        for stamp_ns, motor, arm in due:
+    def _joined(self, pairs: Iterable[tuple[int, Any, Any]]) -> None:
+        for stamp_ns, motor, arm in pairs:
             message = to_paired(stamp_ns, self.joints, motor, arm)
             self._paired.publish(message)
-            self._take(self._reader.sample(message), self._reader.raw(message))
+            if (sample := self._reader.sample(message)) is not None:
+                self._take(sample, self._reader.raw(message))
 
-    def _is_foreign(self, message, joint, info):
-        self._lost[joint].seen(info, False)
+    def _count_foreign(self, message: JointState, joint: int, info: Info) -> None:
+        self._losses[joint].add(info, False)
         self.foreign += 1
-        self._others = _listed(message.name)
+        self._foreign_names = _listed(message.name)
 
     # ------------------------------------------------------------------ words
 
-    def _look(self, message):
-        """Log what the message lacks that an estimate needs, once per arrangement of joints."""
+    def _check_joints(self, message: JointState) -> None:
+        """Warn once per arrangement of joints if `message` is incomplete for an estimate."""
         motor, arm = self.joints
         names = list(message.name)
         if motor not in names and arm not in names:
             return  # others may publish here, too
         text = ''
-        there = _listed(names)
+        listed = _listed(names)
         if motor not in names and self.joiner is None:
-            text = f'no joint {motor!r} among {there}: set motor_joint'
+            text = f'no joint {motor!r} among {listed}: set motor_joint'
         elif motor in names and names.index(motor) >= len(message.effort):
             text = (f'no effort of {motor!r} ({len(message.effort)} efforts for {len(names)} '
-                    'joints): nothing can be estimated; let its driver give the effort')
+                    'joints): nothing can be estimated; make its driver publish the effort')
         elif arm and arm not in names and self.joiner is None:
-            text = (f'no joint {arm!r} among {there}: set arm_joint, or arm_topic where it comes '
-                    'in messages of its own')
-        if text and text not in self._told and len(self._told) < MOST_TOLD:
-            self._told.add(text)
+            text = (f'no joint {arm!r} among {listed}: set arm_joint, or arm_topic if separate '
+                    'messages carry it')
+        if text and text not in self._warnings and len(self._warnings) < MAX_LISTED:
+            self._warnings.add(text)
             self._node.get_logger().warning(f'{self.motor_topic}: {text}')
 
-    def silence(self, taken):
-        """Return (why no sample came, what to do) or None; taken: whether any ever did."""
-        now = time.time_ns()
-        if any(p.disputed and p.others(now) for p in self.publishers):
+    def silence(self, has_samples: bool) -> tuple[str, str] | None:
+        """Return (why no sample came, the cure) or None; `has_samples`: whether any ever came."""
+        now_ns = time.time_ns()
+        if any(p.disputed and p.others(now_ns) for p in self.publishers):
             return (f'several publishers give our joints and none was the first: '
                     f'{self._rivals()}; nothing was taken',
                     'stop one, or set other_publishers')
-        if any(p.waits(now) for p in self.publishers):
+        if any(p.waits(now_ns) for p in self.publishers):
             return (f'the publisher that was followed is silent; that of {self._rivals()} spoke '
                     'beside it and is refused', 'start the first again, or call ~/reset')
-        if self.foreign and not taken:
+        if self.foreign and not has_samples:
             motor, arm = self.joints
             return (f'{self.foreign} messages named neither {motor!r} nor {arm!r} but '
-                    f'{self._others or "nothing"}', 'set motor_joint and arm_joint')
-        if self.joiner is not None and self.joiner.unused and not taken:
+                    f'{self._foreign_names or "nothing"}', 'set motor_joint and arm_joint')
+        if self.joiner is not None and self.joiner.unused and not has_samples:
             return (f'messages of the arm came on {self.arm_topic}, none of '
                     f'{self.joints[0]!r} on {self.motor_topic}', 'check motor_joint and its topic')
         return None
 
-    def strangers(self):
-        """Return ({name: value}, text of who else publishes our joints or '')."""
-        now = time.time_ns()
-        values = {'messages_unreadable': self.unreadable} if self.unreadable else {}
+    def strangers(self) -> tuple[dict[str, int | str], str]:
+        """Return ({name: value}, text about other publishers of our joints or '')."""
+        now_ns = time.time_ns()
+        values: dict[str, int | str] = {}
+        if self.unreadable:
+            values['messages_unreadable'] = self.unreadable
         refused = sum(p.refused for p in self.publishers)
         if refused:
             values['messages_of_other_publishers'] = refused
-        there = {bytes(info.endpoint_gid) for info in self._infos()}
-        if there == self._own and any(p.disputed or p.waits(now) for p in self.publishers):
-            self.forget_publishers()  # whatever its numbers look like, there is no other
-        if not any(p.others(now) for p in self.publishers):
+        endpoints = {bytes(info.endpoint_gid) for info in self._infos()}
+        if endpoints == self._own and any(
+                p.disputed or p.waits(now_ns) for p in self.publishers):
+            self.forget_publishers()  # there is no other one, whatever its numbers look like
+        if not any(p.others(now_ns) for p in self.publishers):
             if not any(p.disputed for p in self.publishers):
-                self._known = there
-                self._own = there if len(there) == 1 else self._own
+                self._endpoints = endpoints
+                self._own = endpoints if len(endpoints) == 1 else self._own
             return values, ''
         values['other_publishers'] = self._rivals()
         accepted = self.publishers[0].policy == ACCEPT
         return values, (f'another publisher gives our joints, its messages are '
                         f'{"taken, too" if accepted else "refused"}: {self._rivals()}')
 
-    def _infos(self):
-        """Return what the graph knows of the publishers on our topics."""
+    def _infos(self) -> list[Any]:
+        """Return the graph's TopicEndpointInfo of all publishers on our topics."""
         topics = {self.motor_topic, self.arm_topic} - {None}
         return [info for topic in topics
                 for info in self._node.get_publishers_info_by_topic(topic)]
 
-    def _rivals(self):
-        """Return the names of the nodes that may be the others: who came last, else all."""
+    def _rivals(self) -> str:
+        """Return the names of the nodes that may be rivals: the newest ones, else all."""
         infos = self._infos()
-        others = [info for info in infos if bytes(info.endpoint_gid) not in self._own]
-        new = [info for info in others if bytes(info.endpoint_gid) not in self._known]
+        rivals = [info for info in infos if bytes(info.endpoint_gid) not in self._own]
+        new = [info for info in rivals if bytes(info.endpoint_gid) not in self._endpoints]
         return _listed(sorted({f'{info.node_namespace.rstrip("/")}/{info.node_name}'
-                               for info in new or others or infos}))
+                               for info in new or rivals or infos}))
 
-    def lost(self):
-        """Return how many messages were lost in all, and since last asked."""
-        count = sum(lost.count for lost in self._lost)
-        new, self._lost_told = count - self._lost_told, count
+    def loss(self) -> tuple[int, int]:
+        """Return how many messages were lost in all, and since the last call."""
+        count = sum(loss.count for loss in self._losses)
+        new, self._reported_loss = count - self._reported_loss, count
         return count, new
 
-    def pairing(self):
-        """Return ({name: value}, text of what is wrong or '') of the pairs since last asked."""
+    def pairing(self) -> tuple[dict[str, float], str]:
+        """Return ({name: value}, text of a problem or '') of the pairs since the last call."""
         if self.joiner is None:
             return {}, ''
         nearest, tolerance = self.joiner.ask(), self.joiner.tolerance / SECOND
-        none, self._pairs = self.joiner.pairs == self._pairs, self.joiner.pairs
-        values = {'motor_without_arm': self.joiner.alone, 'arm_without_motor': self.joiner.unused,
-                  'pair_tolerance_s': tolerance}
+        unpaired, self._pairs = self.joiner.pairs == self._pairs, self.joiner.pairs
+        values: dict[str, float] = {
+            'motor_without_arm': self.joiner.alone, 'arm_without_motor': self.joiner.unused,
+            'pair_tolerance_s': tolerance}
         if nearest is None:
             return values, ''
         values['nearest_unpaired_s'] = nearest / SECOND
         text = (f'stamps of motor and arm are {nearest / SECOND:.6f} s apart, pair_tolerance is '
                 f'{tolerance:g} s')
-        if none:
+        if unpaired:
             self._node.get_logger().warning(f'{self.arm_topic}: nothing is paired: {text}',
                                             throttle_duration_sec=60.0)
         return values, text
 
-    def clear(self):
-        """Forget what waits for a partner."""
+    def clear(self) -> None:
+        """Forget messages that wait for their partner."""
         if self.joiner is not None:
             self.joiner.clear()
 
-    def forget_publishers(self):
-        """Follow whoever speaks next."""
+    def forget_publishers(self) -> None:
+        """Follow the publisher that speaks next."""
         for publishers in self.publishers:
             publishers.forget()
-        for lost in self._lost:
-            lost.forget()
+        for loss in self._losses:
+            loss.forget()
 
 
-def _listed(names):
-    """Return the first of `names`, in one text: others may send any number of any length."""
-    text = ', '.join(name[:64] for name in names[:MOST_TOLD])
+def _listed(names: Sequence[str]) -> str:
+    """Return the first `names`, in one text: anybody may send any number of any length."""
+    text = ', '.join(name[:64] for name in names[:MAX_LISTED])
     text = ''.join(c if c.isprintable() else '?' for c in text)  # no lines of their own in the log
-    return text + (f' and {len(names) - MOST_TOLD} more' if len(names) > MOST_TOLD else '')
+    return text + (f' and {len(names) - MAX_LISTED} more' if len(names) > MAX_LISTED else '')

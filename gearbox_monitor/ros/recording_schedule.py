@@ -1,0 +1,70 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""When the estimator keeps its recording by itself. No ROS, no clock, no disk here."""
+from collections.abc import Iterable
+import math
+
+
+class RecordingSchedule:
+    """
+    Tells when to keep the recording: `seconds` after a component became ERROR, once per alert.
+
+    Two such recordings are at least `span` (s) apart, the time that a recording reaches back: an
+    alert that comes sooner waits for the next recording. Components in `wrong` are ERROR from an
+    earlier run; they raise no alert until they have recovered once.
+
+    texts: {component: text} says what became of the newest alert of each component.
+    """
+
+    def __init__(self, seconds: float, span: float, wrong: Iterable[str] = ()) -> None:
+        self._seconds, self._span, self._wrong = seconds, span, set(wrong)
+        self._deadlines: dict[str, float] = {}  # {component: when to keep its recording}
+        self._last_time = -math.inf
+        self.texts: dict[str, str] = {}
+
+    def look(self, wrong: Iterable[str], time_s: float, busy: bool = False) -> list[str]:
+        """
+        Return the components whose alert to keep at once, mostly none.
+
+        Args:
+            wrong: components that are ERROR.
+            time_s: time by a clock that only goes forward, s.
+            busy: whether nothing can be kept at the moment.
+
+        Returns:
+            Their names; their alerts are taken for kept from then on.
+
+        """
+        wrong = set(wrong)
+        for component in wrong - self._wrong:
+            self._deadlines.setdefault(component, time_s + self._seconds)
+        self._wrong = wrong
+        deadline = min(self._deadlines.values(), default=math.inf)
+        wait = max(deadline, self._last_time + self._span) - time_s
+        if wait <= 0.0 and not busy:
+            self._last_time = time_s
+            return self.waiting()
+        self.texts.update({component: f'due in {max(wait, 0.0):.0f} s'
+                           for component in self._deadlines})
+        return []
+
+    def waiting(self) -> list[str]:
+        """Return the components whose alert was not kept yet; they are taken for kept."""
+        components, self._deadlines = sorted(self._deadlines), {}
+        return components
+
+    def tell(self, components: Iterable[str], text: str) -> None:
+        """Note with `text` what became of the recording of the alerts of `components`."""
+        self.texts.update(dict.fromkeys(components, text))
