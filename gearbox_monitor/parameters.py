@@ -22,15 +22,19 @@ without retuning.
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 import math
+from pkgutil import iter_modules
 from typing import Any, Self, TypeAlias, TypeVar
 
+import gearbox_monitor
 from gearbox_monitor.errors import InputError, Problems, unknown
-from gearbox_monitor.estimation.filters import FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import KINDS as EXCITATIONS
 
 # When a change takes effect: at once; with a restart of the filter; or never while it runs.
 AT_ONCE, RESTART, FIXED = 'at once', 'restart', 'fixed'
+# A filter is registered by its file; listing the files imports none of them.
+FILTER_NAMES = tuple(sorted(module.name for module in iter_modules(
+    [f'{path}/estimation/filters' for path in gearbox_monitor.__path__])))
 # Whose messages a node takes when several publishers give the same joints.
 REFUSE, FOLLOW_FIRST, ACCEPT = POLICIES = ('refuse', 'follow_first', 'accept')
 

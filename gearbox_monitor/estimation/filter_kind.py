@@ -23,7 +23,7 @@ from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.estimation import filters
 from gearbox_monitor.kernels.jit import jit_inline
 from gearbox_monitor.kernels.types import Array, States, Values
-from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 
 
 class Belief(NamedTuple):
@@ -127,8 +127,8 @@ class FilterKind:
 
 @cache
 def filter_kind(name: str) -> FilterKind:
-    """Return the filter called `name`, one of filters.FILTER_NAMES. Raises InputError."""
-    if name not in filters.FILTER_NAMES:
-        raise InputError(f'filter: {name!r}, {unknown(name, filters.FILTER_NAMES)}')
+    """Return the filter called `name`, one of FILTER_NAMES. Raises InputError."""
+    if name not in FILTER_NAMES:
+        raise InputError(f'filter: {name!r}, {unknown(name, FILTER_NAMES)}')
     kind: FilterKind = import_module(f'{filters.__name__}.{name}').FILTER
     return kind

@@ -21,10 +21,9 @@ import pytest
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
-from gearbox_monitor.estimation.filters import FILTER_NAMES
 from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, noise, pack, propagate, state_names, TAU_K)
-from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel, motor_friction, substeps
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate

@@ -15,9 +15,5 @@
 """
 The filters, one module each; its name is what the parameter `filter` chooses it by.
 
-A module here defines FILTER, a filter_kind.FilterKind, and that is all that makes it known. Only
-the names are read here; filter_kind.filter_kind imports the one that is chosen.
+A module here defines FILTER, a filter_kind.FilterKind, and that is all that registers it.
 """
-from pkgutil import iter_modules
-
-FILTER_NAMES = tuple(sorted(module.name for module in iter_modules(__path__)))
