@@ -100,7 +100,7 @@ def run(name: str, model: DriveModel, parameters: EstimatorParameters | Mapping[
     def move(z: Array, dt: float, u: float = 0.0, load: float = 0.0) -> Array:
         """Return state z after dt (s) under torque u and load (N m)."""
         z = np.array(z)
-        advance(states, z, u, load, dt, substeps(dt, p[EIGENVALUE]), p)
+        advance(states, z, (u, load), dt, substeps(dt, p[EIGENVALUE]), p)
         return z
 
     z0 = np.zeros(n)
@@ -123,7 +123,8 @@ def run(name: str, model: DriveModel, parameters: EstimatorParameters | Mapping[
         half = np.diag([0.5 * dt * noise(kf.x, p, i) for i in range(n)])
         if name == 'filterpy_ekf':
             z, phi = np.array(kf.x), np.empty((n, n))
-            propagate(states, z, phi.reshape(-1), u, load_k, dt, substeps(dt, p[EIGENVALUE]), p)
+            propagate(states, z, phi.reshape(-1), (u, load_k), dt,
+                      substeps(dt, p[EIGENVALUE]), p)
             half_at_end = np.diag([0.5 * dt * noise(z, p, i) for i in range(n)])
             kf.F, kf.Q = phi, phi @ half @ phi.T + half_at_end
             kf.predict_x = lambda u=0, z=z: setattr(kf, 'x', z)

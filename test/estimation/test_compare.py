@@ -74,7 +74,7 @@ def test_table_and_figure(bag, tmp_path, capsys):
 
 
 @pytest.mark.parametrize('options, words', [
-    (['--filters', 'ekf,kalman'], "filter: 'kalman', expected one of ekf"),
+    (['--filters', 'ekf,kalman'], "filter: 'kalman', expected one of aekf, ekf"),
     (['--png', 'x.gif'], 'expected a name that ends in .png'),
     (['--filterpy-samples', '5'], 'expected at least 1000')])
 def test_bad_input_is_one_line(options, words, bag, capsys):

@@ -184,7 +184,7 @@ def test_a_filter_that_cannot_run_scores_worst():
 
 
 @pytest.mark.parametrize('options, words', [
-    (['--filter', 'kalman'], "filter: 'kalman', expected one of ekf"),
+    (['--filter', 'kalman'], "filter: 'kalman', expected one of aekf, ekf"),
     (['--reference', '/nowhere'], 'no topic /nowhere'),
     (['--params', 'zero_r'], 'r_std_motor: 0.0, expected a number >= 1e-09'),
     (['--params', 'zero_q'], 'q_std_tau_k: 0, expected > 0'),

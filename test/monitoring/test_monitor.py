@@ -528,7 +528,7 @@ def test_divergence_is_named_and_the_filter_starts_anew(name):
     samples = Samples(stamps, np.zeros((300, 2)), np.zeros((300, 2)))
     monitor, one = (Monitor(DriveModel(), {'filter': name}) for _ in range(2))
     monitor.run(cut(samples, 0, 100))
-    monitor.estimator._z[0] = np.nan  # nothing that comes in does this any more
+    monitor.estimator._belief.z[0] = np.nan  # nothing that comes in does this any more
     estimates = monitor.run(cut(samples, 100, 300))
     told, = monitor.estimator.divergences
     assert (told.step, told.stamp_ns) == (100, stamps[100])
@@ -537,7 +537,7 @@ def test_divergence_is_named_and_the_filter_starts_anew(name):
     assert estimates.stamp_ns[-1] == stamps[-1] and np.isfinite(estimates.tau_k).all()
     for k in range(300):
         if k == 100:
-            one.estimator._z[0] = np.nan
+            one.estimator._belief.z[0] = np.nan
         one.step(Sample(int(stamps[k]), (0.0, 0.0), (0.0, 0.0)))
     assert list(one.estimator.divergences) == [told]
 
@@ -546,7 +546,7 @@ def test_lost_positive_definiteness_is_told_with_its_eigenvalue():
     monitor = Monitor(DriveModel(), {'filter': 'ukf', 'arm_load': 'none'})
     for k in range(20):
         if k == 10:
-            monitor.estimator._P[0] = -1.0
+            monitor.estimator._belief.P[0] = -1.0
         monitor.step(Sample(1_000_000_000 + 1_000_000 * k, (0.0, 0.0), (0.0, 0.0)))
     told, = monitor.estimator.divergences
     assert told.reason == 'the covariance is not positive definite'

@@ -372,7 +372,7 @@ def test_first_start_announces_that_it_compiles(graph, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize('parameters, told', [
-    (['filter:=kalman9'], "filter: 'kalman9', expected one of ekf"),
+    (['filter:=kalman9'], "filter: 'kalman9', expected one of aekf, ekf"),
     (['q_std_tau_k:=-3.0'], 'q_std_tau_k: -3.0, expected a number >= 0'),
     (['q_std_tau_k:=fast'], "q_std_tau_k: 'fast', expected a number"),
     (['model:=nowhere.yaml'], 'nowhere.yaml: No such file'),
