@@ -16,7 +16,7 @@
 The layers: each module imports only from its own layer or from below.
 
 cli -> benchmarks -> ros, fleet -> report, bag -> files -> interfaces -> identification
--> quality, monitoring, estimation, parameters -> plant -> kernels
+-> quality, monitoring -> estimation, parameters -> plant -> kernels
 """
 import ast
 from pathlib import Path
@@ -29,7 +29,8 @@ PACKAGE = Path(__file__).parents[1] / 'gearbox_monitor'
 # First part of a module's name below the package -> its height.
 LAYERS = {
     'kernels': 0, 'plant': 1,
-    'parameters': 3, 'estimation': 3, 'monitoring': 3, 'quality': 3,
+    'parameters': 2, 'estimation': 2,
+    'monitoring': 3, 'quality': 3,
     'identification': 4, 'interfaces': 4,
     'files': 5,
     'report': 6, 'bag': 6,

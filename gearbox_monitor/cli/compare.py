@@ -52,7 +52,8 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import filterpy_reference, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
-from gearbox_monitor.estimation.score import known_at, score, settled, torque_errors, WHITE_LIMIT
+from gearbox_monitor.estimation.score import (
+    reference_at, score, settled, torque_errors, WHITE_LIMIT)
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel
@@ -259,7 +260,7 @@ def _draw(args: Namespace, results: Sequence[FilterResult], torque: KnownTorque 
         keep = settled(e.stamp_ns)
         error = None
         if torque is not None:
-            value, valid = known_at(e.stamp_ns, *torque)
+            value, valid = reference_at(e.stamp_ns, *torque)
             error = np.where(valid, e.tau_k - value, np.nan)[keep]
         runs.append(compare_plot.FilterRun(
             r.name, (e.stamp_ns[keep] - origin) * 1e-9, e.twist[keep], e.tau_k[keep], error))

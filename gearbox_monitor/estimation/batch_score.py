@@ -15,10 +15,11 @@
 """
 The criterion of many candidates on one recording; EKFs that differ in Q and R run side by side.
 
-In lanes samples go as in sample_loop.run, as long as it would refuse none and hold nothing. A
-filter that diverges, or at which a position jumps, runs once more through sample_loop.run, which
-restarts it.
+Lanes process samples as sample_loop.run does, as long as it would refuse none and bridge no
+dropout. A filter that diverges, or at which a position jumps, runs once more through
+sample_loop.run, which restarts it.
 """
+from collections.abc import Sequence
 import math
 
 import numpy as np
@@ -27,14 +28,16 @@ from gearbox_monitor.estimation import batch_ekf, sample_loop
 from gearbox_monitor.estimation.batch_ekf import (
     BAD, begin, DETERMINANT, Drive, drive_of, ERROR_1, ERROR_2, LANES, N_ROWS, NIS, NOISE_1,
     NOISE_2, predict, S11, S22, update)
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.filters.ekf import LOG_TWO_PI
 from gearbox_monitor.estimation.process_model import pack
-from gearbox_monitor.estimation.sample_loop import jumps, Stream, usually
+from gearbox_monitor.estimation.sample_loop import jumps, LoopSettings, Stream, usually
 from gearbox_monitor.estimation.score import run_score, settled
 from gearbox_monitor.kernels.jit import COMPILED, jit
-from gearbox_monitor.kernels.types import Array, States
+from gearbox_monitor.kernels.types import Array, States, Values
 from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plant.drive import DriveModel
 
 FEWEST = 3  # candidates from which on lanes are faster than one filter after the other
 MAY_DIFFER = ('q_std_', 'r_std_')  # how names of parameters begin
@@ -89,13 +92,22 @@ def _run(states: States, stream: Stream, delay: int, first: int, p: Array, drive
                 break
 
 
-def run(packed, states, settings, samples, first):
+def run(packed: Array, states: States, settings: LoopSettings, samples: Samples,
+        first: int) -> Array:
     """
-    Return (log-likelihood, sum of NIS) [W] of EKFs over the Samples from number `first` on.
+    Run EKFs that differ in Q and R only, side by side; suited says whether that is possible.
 
-    packed: process_model.pack of each [W, N_PACKED]; states: process_model.markers; settings: of
-    sample_loop.run.
-    All as suited wants it. NaN where a filter diverges or a position jumps.
+    Args:
+        packed: process_model.pack of each [W, N_PACKED].
+        states: process_model.markers.
+        settings: of sample_loop.run.
+        samples: the recording.
+        first: number of the first sample that counts.
+
+    Returns:
+        Log-likelihoods [0] and sums of NIS [1] as [2, W]; NaN where a filter diverges or a
+        position jumps.
+
     """
     stamps = np.ascontiguousarray(samples.stamp_ns, np.int64)
     inputs, y = np.array(samples.u, float, order='C'), np.ascontiguousarray(samples.y, float)
@@ -109,19 +121,30 @@ def run(packed, states, settings, samples, first):
         carried, bad = c.reshape(-1, LANES), s[LANES * BAD:LANES * (BAD + 1)]
         loglik = (-0.5 * (carried[SUM_NIS] + carried[SUM_LOG])
                   - (len(stamps) - first) * LOG_TWO_PI)
-        found = np.where(bad == 0.0, [loglik, carried[SUM_NIS]], math.nan)
-        result[:, at:at + LANES] = found[:, :len(packed) - at]
+        scores = np.where(bad == 0.0, [loglik, carried[SUM_NIS]], math.nan)
+        result[:, at:at + LANES] = scores[:, :len(packed) - at]
     return result
 
 
-def suited(candidates, packed, settings, samples):
+def suited(candidates: Sequence[EstimatorParameters], packed: Array, settings: LoopSettings,
+           samples: Samples) -> bool:
     """
-    Return whether `run` gives what these candidates (EstimatorParameters) ask for on `samples`.
+    Return whether `run` gives the criteria of all candidates.
 
-    packed, settings: see run.
+    Args:
+        candidates: W sets of parameters.
+        packed: as of run.
+        settings: as of run.
+        samples: as of run.
+
+    Returns:
+        False if one of them differs from the others in more than Q and R, is no EKF or needs an
+        equation that lanes leave out; if sample_loop.run would refuse a sample or bridge a
+        dropout; or if the candidates are too few to gain time.
+
     """
-    ahead = np.diff(samples.stamp_ns)
-    seen = [samples.y, samples.u[:, :2 if settings.load_measured else 1]]
+    steps = np.diff(samples.stamp_ns)
+    readings = [samples.y, samples.u[:, :2 if settings.load_measured else 1]]
     values = [candidate.to_dict() for candidate in candidates]
     shared = {name: value for name, value in values[0].items()
               if not name.startswith(MAY_DIFFER)}
@@ -129,26 +152,34 @@ def suited(candidates, packed, settings, samples):
         COMPILED and len(candidates) >= FEWEST and shared['filter'] == 'ekf'
         and all(shared == {name: of_candidate[name] for name in shared} for of_candidate in values)
         and batch_ekf.suited(packed[0])
-        and len(ahead) and samples.stamp_ns[0] > 0
-        and ((ahead > 0) & (ahead <= settings.max_gap)).all()
-        and all((np.abs(values) <= sample_loop.HUGE).all() for values in seen)
+        and len(steps) and samples.stamp_ns[0] > 0
+        and ((steps > 0) & (steps <= settings.max_gap)).all()
+        and all((np.abs(columns) <= sample_loop.HUGE).all() for columns in readings)
         and settled(samples.stamp_ns[1:]).any())
 
 
-def criteria(model, candidates, samples):
+def criteria(model: DriveModel, candidates: Sequence[EstimatorParameters | Values],
+             samples: Samples) -> list[tuple[float, int]]:
     """
-    Return [(criterion, how often it diverged)] of score.run_score for each of `candidates`.
+    Score many candidates on one recording, side by side where that is possible.
 
-    model: DriveModel; candidates: EstimatorParameters or mappings; samples: Samples.
+    Args:
+        model: of the drive.
+        candidates: parameters of the estimator.
+        samples: the recording.
+
+    Returns:
+        (Score.criterion, how often the filter diverged) of each, as score.run_score gives them.
+
     """
-    candidates = [EstimatorParameters.of(values) for values in candidates]
-    one = Estimator(model, candidates[0])
-    packed = np.array([pack(one.drive, values) for values in candidates])
-    found = np.full(len(candidates), math.nan)
-    if suited(candidates, packed, one.settings, samples):
+    complete = [EstimatorParameters.of(values) for values in candidates]
+    estimator = Estimator(model, complete[0])
+    packed = np.array([pack(estimator.drive, values) for values in complete])
+    loglik = np.full(len(complete), math.nan)
+    if suited(complete, packed, estimator.settings, samples):
         first = 1 + int(np.argmax(settled(samples.stamp_ns[1:])))
-        found, _ = run(packed, one.states, one.settings, samples, first)
-    alone = {i: run_score(model, candidates[i], samples)
-             for i in np.flatnonzero(~np.isfinite(found)).tolist()}
-    return [(alone[i].criterion, alone[i].diverged) if i in alone else (value, 0)
-            for i, value in enumerate(found.tolist())]
+        loglik, _ = run(packed, estimator.states, estimator.settings, samples, first)
+    single = {i: run_score(model, complete[i], samples)
+              for i in np.flatnonzero(~np.isfinite(loglik)).tolist()}
+    return [(single[i].criterion, single[i].diverged) if i in single else (value, 0)
+            for i, value in enumerate(loglik.tolist())]

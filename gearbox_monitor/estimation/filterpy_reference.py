@@ -20,16 +20,16 @@ filterpy is no dependency of this package; it comes with the extra "test".
 from collections.abc import Mapping
 from dataclasses import dataclass
 import math
-from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.process_model import (
     advance, EIGENVALUE, markers, noise, P0, pack, propagate, R1, R2, state_names, TAU_K,
     TAU_K_MODEL_STD)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, substeps
 
@@ -38,7 +38,7 @@ NAMES = ('filterpy_ekf', 'filterpy_ukf')
 
 @dataclass(frozen=True)
 class ReferenceEstimates:
-    """M estimates with the columns of monitor.Estimates that scores and pictures read."""
+    """M estimates with the columns of estimates.Estimates that scores and pictures read."""
 
     stamp_ns: Integers
     x: Array
@@ -66,7 +66,7 @@ class ReferenceEstimates:
 
 
 def run(name: str, model: DriveModel, parameters: EstimatorParameters | Mapping[str, object],
-        samples: Any) -> ReferenceEstimates:
+        samples: Samples) -> ReferenceEstimates:
     """
     Run a filter of filterpy.
 
@@ -74,7 +74,7 @@ def run(name: str, model: DriveModel, parameters: EstimatorParameters | Mapping[
         name: one of NAMES.
         model: of the drive.
         parameters: of the estimator.
-        samples: monitor.Samples, in order and complete in the torque (and in a measured load).
+        samples: in order and complete in the torque (and in a measured load).
 
     Returns:
         Estimates from the second sample on.
@@ -98,7 +98,19 @@ def run(name: str, model: DriveModel, parameters: EstimatorParameters | Mapping[
     load = samples.u[:, 1] if model.arm_load == 'measured' else np.zeros(len(samples.u))
 
     def move(z: Array, dt: float, u: float = 0.0, load: float = 0.0) -> Array:
-        """Return state z after dt (s) under torque u and load (N m)."""
+        """
+        Advance a state.
+
+        Args:
+            z: the state [n].
+            dt: length of the step, s.
+            u: motor torque, N m.
+            load: measured load on the arm, N m.
+
+        Returns:
+            The state [n] at the end of the step.
+
+        """
         z = np.array(z)
         advance(states, z, (u, load), dt, substeps(dt, p[EIGENVALUE]), p)
         return z
@@ -145,12 +157,13 @@ def run(name: str, model: DriveModel, parameters: EstimatorParameters | Mapping[
         np.empty(0, np.int64), np.empty((0, N_SMOOTHED)))
 
 
-def _check(name: str, model: DriveModel, parameters: EstimatorParameters, samples: Any) -> None:
+def _check(name: str, model: DriveModel, parameters: EstimatorParameters,
+           samples: Samples) -> None:
     """Raise InputError if the plain loop of run does not suffice."""
     needed = np.column_stack([samples.u[:, :1], samples.y])
     if model.arm_load == 'measured':
         needed = np.column_stack([needed, samples.u[:, 1]])
-    bad = ~np.isfinite(needed).all(axis=1)
+    bad: Flags = np.asarray(~np.isfinite(needed).all(axis=1))
     bad[1:] |= np.diff(samples.stamp_ns) <= 0
     if len(bad) < 2 or bad.any():
         at = int(np.argmax(bad)) if bad.any() else len(bad)

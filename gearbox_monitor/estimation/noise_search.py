@@ -15,15 +15,16 @@
 """
 Find R and Q of a filter from a recording, without any truth.
 
-R comes from a stretch in which both shafts stand still, when there is one. What is left is found
-by maximising the log-likelihood of the innovations over the logarithms of the parameters. The
-search starts from numbers taken from the recording, never from the parameters in force: so the
-result does not depend on them. Those numbers also carry a weak prior (a factor of 30 costs half a
-unit of log-likelihood), which decides only what the recording leaves open.
+R comes from a stretch in which both shafts stand still, if the recording has one. The search finds
+the other parameters by maximising the log-likelihood of the innovations over the logarithms of the
+parameters. The search starts from numbers taken from the recording, never from the parameters in
+force: so the result does not depend on them. Those numbers also carry a weak prior (a factor of 30
+costs half a unit of log-likelihood), which decides only what the recording leaves open.
 """
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 import math
+from typing import TypeAlias
 
 import numpy as np
 from scipy.optimize import minimize
@@ -40,7 +41,7 @@ FINE_SECONDS = 20.0      # ... and the rest of the search is done on so much
 EXCITED = 5.0            # motion in units of the encoder noise
 PRIOR = math.log(30.0)
 REACH = math.log(1e4)    # the search stays within this factor of its first guess
-AGREE = 5.0              # log-likelihood by which starts may differ and still have met
+AGREE = 5.0              # log-likelihood by which agreeing starts may differ
 SLOPE_STEP = 0.03         # of the logarithms, for slopes
 SHARP = 0.05             # a parameter is well determined below this relative error
 DIVERGED = -1e9          # what a filter gets that cannot run at all
@@ -48,34 +49,38 @@ DIVERGED = -1e9          # what a filter gets that cannot run at all
 R_NAMES = ('r_std_motor', 'r_std_arm')
 SPEED_NAMES = ('q_std_motor_speed', 'q_std_arm_speed')
 
+# (trials as {name: value}, coarse) -> (criterion, diverged) of each; see search.
+Evaluate: TypeAlias = Callable[[Sequence[Mapping[str, float]], bool], list[tuple[float, bool]]]
+
 
 @dataclass(frozen=True)
-class Motion:
+class EncoderMotion:
     """
-    What a recording says about itself.
+    How a recording moves, and how noisy its encoders are.
 
     noise: standard deviations [2] of the encoders (rad); seconds: usable length; speed: rms [2]
-    of motor and arm (rad/s); torque: rms of the motor torque without its mean (N m); rest: noise
-    [2] while standing still, or None; rest_seconds: how long that was.
+    of motor and arm (rad/s); torque: rms of the motor torque without its mean (N m);
+    standstill_noise: [2] (rad) while both shafts stand still, or None; standstill_seconds: how
+    long that was.
     """
 
     noise: tuple[float, ...]
     seconds: float
     speed: tuple[float, ...]
     torque: float
-    rest: tuple[float, ...] | None
-    rest_seconds: float
+    standstill_noise: tuple[float, ...] | None
+    standstill_seconds: float
 
 
 @dataclass
 class Tuned:
     """
-    What a search found.
+    The result of a search.
 
     parameters {name: value}; error {name: relative standard error} where the curvature gives it;
     value: of the criterion; evaluations, failed: how many filter runs, and how many diverged;
-    starts, met: how many starts there were, and how many ended at the same optimum, within
-    `spread` (relative, largest over the parameters that are well determined).
+    starts, agreeing_starts: how many starts there were, and how many ended at the same optimum,
+    within `spread` (relative, largest over the parameters that are well determined).
     """
 
     parameters: dict[str, float]
@@ -84,7 +89,7 @@ class Tuned:
     evaluations: int = 0
     failed: int = 0
     starts: int = 0
-    met: int = 0
+    agreeing_starts: int = 0
     spread: float = 0.0
 
 
@@ -107,29 +112,29 @@ def at_rest(stamps: Integers, y: Array) -> tuple[tuple[float, ...], float] | Non
     if count < 3:
         return None
     blocks = y[:count * size].reshape(count, size, 2)
-    seen = np.all(np.isfinite(blocks), axis=(1, 2))
+    complete = np.all(np.isfinite(blocks), axis=(1, 2))
     with np.errstate(invalid='ignore'):
         means = blocks.mean(axis=1)
     sigma = np.array([noise_of(y[:, 0]), noise_of(y[:, 1])])
     if not np.isfinite(sigma).all():
         return None
     allowed = 4.0 * np.maximum(sigma, 1e-12) * math.sqrt(2.0 / size)
-    best, begin = (0, 0), 0
+    longest, begin = (0, 0), 0
     for end in range(count + 1):
-        still = end < count and seen[end]
+        still = end < count and complete[end]
         if still and end > begin:
             still = bool((np.abs(means[end] - means[end - 1]) < allowed).all() and
                          (np.abs(means[end] - np.median(means[begin:end], axis=0))
                           < allowed).all())
         if not still:
-            best = max(best, (end - begin, -begin))
-            begin = end if end < count and seen[end] else end + 1
-    length, begin = best[0], -best[1]
+            longest = max(longest, (end - begin, -begin))
+            begin = end if end < count and complete[end] else end + 1
+    length, begin = longest[0], -longest[1]
     seconds = length * size * period
     if seconds < STILL_SECONDS or length * size < STILL_SAMPLES:
         return None
-    rest = y[begin * size:(begin + length) * size]
-    return tuple(_clipped_std(rest[:, c], sigma[c]) for c in range(2)), seconds
+    standstill = y[begin * size:(begin + length) * size]
+    return tuple(_clipped_std(standstill[:, c], sigma[c]) for c in range(2)), seconds
 
 
 def _clipped_std(y: Array, floor: float) -> float:
@@ -142,11 +147,21 @@ def _clipped_std(y: Array, floor: float) -> float:
     return max(std, step / math.sqrt(12.0), 1e-9)
 
 
-def describe(stamps: Integers, u: Array, y: Array) -> Motion:
+def describe(stamps: Integers, u: Array, y: Array) -> EncoderMotion:
     """
-    Return the Motion of a recording: stamps int64 [N] ns, u [N] N m, y [N, 2] rad.
+    Measure the motion and the encoder noise of a recording.
 
-    Raises InputError when it is too short to tune on, or nothing moves in it.
+    Args:
+        stamps: int64 [N], ns.
+        u: motor torque [N], N m.
+        y: motor and arm position [N, 2], rad; NaN = not measured.
+
+    Returns:
+        The EncoderMotion.
+
+    Raises:
+        InputError: the recording is too short to tune on, or the motor does not move.
+
     """
     forward = np.concatenate([[True], np.diff(stamps) > 0]) if len(stamps) else np.zeros(0, bool)
     good = forward & np.isfinite(u) & np.isfinite(y).any(axis=1)
@@ -170,23 +185,34 @@ def describe(stamps: Integers, u: Array, y: Array) -> Motion:
             f'no excitation: the motor moves by {motion[0]:.3g} rad rms with encoder noise of '
             f'{noise[0]:.3g} rad, expected at least {EXCITED:g} times as much')
     speed = np.diff(means, axis=0) / np.diff(times)[:, None]
-    rest = at_rest(stamps, y)
-    return Motion(tuple(np.maximum(noise, 1e-9).tolist()), seconds,
-                  tuple(np.sqrt((speed ** 2).mean(axis=0)).tolist()), float(np.std(u)),
-                  rest and rest[0], rest[1] if rest else 0.0)
+    standstill = at_rest(stamps, y)
+    return EncoderMotion(tuple(np.maximum(noise, 1e-9).tolist()), seconds,
+                         tuple(np.sqrt((speed ** 2).mean(axis=0)).tolist()), float(np.std(u)),
+                         *(standstill or (None, 0.0)))
 
 
 def _filled(y: Array) -> Array:
-    """Return `y` [N, 2] with gaps bridged, for rough figures only."""
+    """Return `y` [N, 2] with missing values interpolated, for rough figures only."""
     y, at = y.copy(), np.arange(len(y))
     for c in range(2):
-        seen = np.isfinite(y[:, c])
-        y[:, c] = np.interp(at, at[seen], y[seen, c])
+        measured = np.isfinite(y[:, c])
+        y[:, c] = np.interp(at, at[measured], y[measured, c])
     return y
 
 
 def liveliest(stamps: Integers, y: Array, seconds: float) -> slice:
-    """Return the slice of `stamps` [N] of about `seconds` s in which `y` [N, 2] moves most."""
+    """
+    Find the part of a recording in which both shafts travel farthest.
+
+    Args:
+        stamps: int64 [N], ns.
+        y: motor and arm position [N, 2], rad; NaN = not measured.
+        seconds: length of the part, s.
+
+    Returns:
+        The slice of the samples; all of them if the recording is hardly longer.
+
+    """
     n = len(stamps)
     span = float(stamps[-1] - stamps[0]) * 1e-9
     length = n if span <= 1.25 * seconds else max(MIN_SAMPLES, int(n * seconds / span))
@@ -198,8 +224,8 @@ def liveliest(stamps: Integers, y: Array, seconds: float) -> slice:
     return slice(begin, begin + length)
 
 
-def first_guess(motion: Motion, free: Sequence[str]) -> dict[str, float]:
-    """Return {name: value} for the parameters `free`, from the Motion `motion` alone."""
+def first_guess(motion: EncoderMotion, free: Sequence[str]) -> dict[str, float]:
+    """Return {name: value} for the parameters `free`, from the `motion` alone."""
     torque = motion.torque if motion.torque > 0.0 else 1.0
     speed = [max(v, 1e-3) for v in motion.speed]
     guess = {
@@ -209,16 +235,22 @@ def first_guess(motion: Motion, free: Sequence[str]) -> dict[str, float]:
     return {name: guess[name] for name in free}
 
 
-def search(evaluate: Callable[[list[dict[str, float]], bool], list[tuple[float, bool]]],
-           guess: dict[str, float], progress: Callable[[float], None] | None = None,
-           likelihood: bool = True) -> Tuned:
+def search(evaluate: Evaluate, guess: dict[str, float],
+           progress: Callable[[float], None] | None = None, likelihood: bool = True) -> Tuned:
     """
-    Return the Tuned parameters that maximise `evaluate`.
+    Maximise a criterion over the logarithms of parameters, by L-BFGS-B from three starts.
 
-    evaluate([parameters {name: value}], coarse) -> [(criterion, failed)] of each: the criterion in
-    units of log-likelihood, -inf or NaN where the filter cannot run; failed: the filter diverged;
-    coarse: a part of the recording will do. guess {name: value > 0}: centre of the search.
-    progress: called with the share done, 0..1. likelihood: the curvature gives standard errors.
+    Args:
+        evaluate: of (trials as {name: value}, coarse) -> [(criterion, diverged)]; the criterion in
+            units of log-likelihood, -inf or NaN where the filter cannot run; coarse: a part of
+            the recording will do.
+        guess: {name: value > 0}, the centre of the search.
+        progress: called with the share done, 0..1.
+        likelihood: the curvature gives standard errors.
+
+    Returns:
+        The Tuned parameters.
+
     """
     names = list(guess)
     centre = np.array([guess[name] for name in names])
@@ -235,24 +267,40 @@ def search(evaluate: Callable[[list[dict[str, float]], bool], list[tuple[float, 
         starts.append(start)
 
     def values(x: Array) -> dict[str, float]:
+        """Return the parameters at `x` [n], in logarithms over the guess."""
         return dict(zip(names, (centre * np.exp(x)).tolist()))
 
     def costs(points: list[Array], coarse: bool) -> list[float]:
+        """Return the cost of each of the `points`: misfit, prior and penalty; see `coarse`."""
         trials = [values(np.clip(x, -REACH, REACH)) for x in points]
-        found = []
+        penalised = []
         for x, (criterion, failed) in zip(points, evaluate(trials, coarse)):
-            outside = np.maximum(np.abs(x) - REACH, 0.0).sum()
+            excess = np.maximum(np.abs(x) - REACH, 0.0).sum()
             result.evaluations += 1
             result.failed += bool(failed)
             if not math.isfinite(criterion):
                 criterion = DIVERGED
-            found.append(-criterion + 0.5 * float((x / PRIOR) @ (x / PRIOR)) + 1e3 * outside)
-        return found
+            penalised.append(
+                -criterion + 0.5 * float((x / PRIOR) @ (x / PRIOR)) + 1e3 * excess)
+        return penalised
 
     def descend(x: Array, coarse: bool, shares: tuple[float, float]) -> tuple[Array, float]:
+        """
+        Minimise the cost by L-BFGS-B with slopes by central differences.
+
+        Args:
+            x: start [n].
+            coarse: as of evaluate.
+            shares: progress at the start and at the end.
+
+        Returns:
+            The minimum and the cost there.
+
+        """
         calls = [0]
 
         def with_slope(x: Array) -> tuple[float, Array]:
+            """Return cost and slope at `x` [n]."""
             calls[0] += 1
             if progress:
                 share = 1.0 - 1.0 / (1.0 + 0.15 * calls[0])
@@ -268,15 +316,15 @@ def search(evaluate: Callable[[list[dict[str, float]], bool], list[tuple[float, 
         return done.x, float(done.fun)
 
     ends = [descend(start, True, (0.15 * k, 0.15 * k + 0.15)) for k, start in enumerate(starts)]
-    best, lowest = min(ends, key=lambda end: end[1])
-    met = [x for x, value in ends if value < lowest + AGREE]
-    result.starts, result.met = len(starts), len(met)
-    x, value = descend(best, False, (0.45, 0.8))
+    minimum, lowest = min(ends, key=lambda end: end[1])
+    agreeing = [x for x, value in ends if value < lowest + AGREE]
+    result.starts, result.agreeing_starts = len(starts), len(agreeing)
+    x, value = descend(minimum, False, (0.45, 0.8))
     x, value, deviations = _newton(lambda points: costs(points, False), x, value)
     sharp = deviations < SHARP
     if sharp.any():
-        apart = np.abs(np.array(met) - best)[:, sharp]
-        result.spread = float(np.expm1(apart.max()))
+        distances = np.abs(np.array(agreeing) - minimum)[:, sharp]
+        result.spread = float(np.expm1(distances.max()))
     result.parameters, result.value = values(x), -float(value)
     if likelihood:
         result.error = {name: float(d) for name, d in zip(names, deviations)
@@ -299,6 +347,7 @@ def _newton(cost: Callable[[list[Array]], list[float]], x: Array,
     costs = [value]
 
     def add(steps: list[Array]) -> list[float]:
+        """Evaluate the `steps` from x, note points and costs, and return the costs."""
         points.extend(steps)
         costs.extend(cost([x + d for d in steps]))
         return costs[-len(steps):]
@@ -308,18 +357,19 @@ def _newton(cost: Callable[[list[Array]], list[float]], x: Array,
     for i in range(n):
         rise = max(0.5 * (rises[2 * i] + rises[2 * i + 1]) - value, 0.02)
         reach[i] = min(max(0.1 * math.sqrt(4.0 / rise), 0.01), 0.5)
-    far = list(np.diag(0.7 * reach))
+    corners = list(np.diag(0.7 * reach))
     add([sign * d for sign in (1.0, -1.0) for d in (
         *(r * unit for r, unit in zip(reach, units)),
-        *(far[i] + other * far[j] for i in range(n) for j in range(i) for other in (1.0, -1.0)))])
+        *(corners[i] + side * corners[j]
+          for i in range(n) for j in range(i) for side in (1.0, -1.0)))])
     scaled, heights = np.array(points) / reach, np.array(costs)
-    near = (heights < value + 50.0) & (np.abs(scaled).max(axis=1) < 3.0)
+    usable = (heights < value + 50.0) & (np.abs(scaled).max(axis=1) < 3.0)
     pairs = [(i, j) for i in range(n) for j in range(i + 1)]
     columns = [np.ones(len(scaled)), *scaled.T, *(scaled[:, i] * scaled[:, j] for i, j in pairs)]
     unknown = np.full(n, math.nan)
-    if near.sum() < len(columns):
+    if usable.sum() < len(columns):
         return x, value, unknown
-    c = np.linalg.lstsq(np.column_stack(columns)[near], heights[near], rcond=None)[0]
+    c = np.linalg.lstsq(np.column_stack(columns)[usable], heights[usable], rcond=None)[0]
     hessian = np.zeros((n, n))
     for (i, j), a in zip(pairs, c[1 + n:]):
         hessian[i, j] += a
@@ -328,17 +378,24 @@ def _newton(cost: Callable[[list[Array]], list[float]], x: Array,
         return x, value, unknown
     deviations = reach * np.sqrt(np.diag(np.linalg.inv(hessian)))
     step = reach * np.clip(-np.linalg.solve(hessian, c[1:1 + n]), -1.5, 1.5)
-    there, = cost([x + step])
-    if there < value + 1.0:
-        return x + step, there, deviations
+    value_at_step, = cost([x + step])
+    if value_at_step < value + 1.0:
+        return x + step, value_at_step, deviations
     return x, value, deviations
 
 
 def widened(error: Array, variance: Array, share: float = 0.682689) -> float:
     """
-    Return what must be added (in quadrature) to the deviations so that they cover `share`.
+    Return the deviation to add in quadrature, so that the deviations cover a share of the errors.
 
-    error [N], variance [N] stated. 0.0 when they cover it already.
+    Args:
+        error: of the estimates [N].
+        variance: stated by the filter [N].
+        share: of the errors that one standard deviation should cover.
+
+    Returns:
+        The deviation, in the unit of the errors; 0.0 if they are covered already.
+
     """
     # |e| <= sqrt(v + m^2)  <=>  e^2 - v <= m^2
     return math.sqrt(max(float(np.quantile(error ** 2 - variance, share)), 0.0))

@@ -30,6 +30,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from gearbox_monitor.estimation.adaptation import adapted_names, softened_model
+from gearbox_monitor.estimation.filter_kind import filter_kind
 from gearbox_monitor.kernels.jit import COMPILED, fma, jit, jit_inline
 from gearbox_monitor.kernels.types import Array, Four, Packed, Pair, States
 from gearbox_monitor.parameters import EstimatorParameters
@@ -104,7 +105,7 @@ def pack(model: DriveModel, parameters: EstimatorParameters) -> Array:
 
     model: the drive; parameters: those of the filter.
     """
-    adaptive = parameters.filter == 'aekf'
+    adaptive = filter_kind(parameters.filter).adaptation is not None
     if adaptive:
         model = softened_model(model, parameters)
     names = state_names(model, parameters)

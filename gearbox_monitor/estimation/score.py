@@ -12,19 +12,26 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Run a filter over samples and say how well it predicts them, and how near the truth it is."""
+"""Run a filter over samples; score its innovations and, with a reference, its torque."""
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from scipy import stats
 
 from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
+from gearbox_monitor.estimation.filterpy_reference import ReferenceEstimates
 from gearbox_monitor.estimation.noise_search import BURN_IN, DIVERGED
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD
 from gearbox_monitor.estimation.sample_loop import SECOND
-from gearbox_monitor.monitoring.checks.innovation import LAGS, ljung_box
+from gearbox_monitor.estimation.whiteness import LAGS, ljung_box
+from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
+from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plant.drive import DriveModel
 
+AnyEstimates: TypeAlias = Estimates | ReferenceEstimates
 # What one divergence costs in log-likelihood: more than any good parameter can gain.
 DIVERGENCE_COST = 1e4
 WHITE_LIMIT = float(stats.chi2.isf(0.025, LAGS))  # two encoders share 5 %
@@ -46,64 +53,99 @@ class Score:
     nis: float
     nis_low: float
     nis_high: float
-    rms: tuple
-    mean: tuple
-    ljung_box: tuple
+    rms: tuple[float | None, ...]
+    mean: tuple[float, ...]
+    ljung_box: tuple[float, ...]
     diverged: int
 
     @property
-    def criterion(self):
+    def criterion(self) -> float:
         """The log-likelihood with what divergences cost."""
         if not self.estimates:
             return DIVERGED
         return self.loglik - DIVERGENCE_COST * self.diverged
 
 
-def settled(stamps, burn_in=BURN_IN):
+def settled(stamps: Integers, burn_in: float = BURN_IN) -> Flags:
     """Return a mask of the `stamps` int64 [M] ns later than `burn_in` s after the first."""
     return stamps >= (stamps[0] if len(stamps) else 0) + round(burn_in * SECOND)
 
 
-def score(estimates, name='', diverged=0, burn_in=BURN_IN):
+def score(estimates: AnyEstimates, name: str = '', diverged: int = 0,
+          burn_in: float = BURN_IN) -> Score:
     """
-    Return the Score, called `name`, of `estimates` (Estimates, or anything with their columns).
+    Score the innovations of a filter: likelihood, consistency (NIS) and whiteness.
 
-    diverged: how often the filter failed; burn_in: s at the start that do not count.
+    The mean NIS of a consistent filter has a chi-square distribution (Bar-Shalom, Li and
+    Kirubarajan, Estimation with Applications to Tracking and Navigation, 5.4).
+
+    Args:
+        estimates: of the filter.
+        name: of the filter.
+        diverged: how often the filter failed.
+        burn_in: time at the start that does not count, s.
+
+    Returns:
+        The Score; without any estimate its criterion is DIVERGED.
+
     """
     keep = settled(estimates.stamp_ns, burn_in)
-    nis, total = estimates.nis[keep], float(estimates.dof[keep].sum())
+    nis, dof = estimates.nis[keep], float(estimates.dof[keep].sum())
     n = len(nis)
-    if not n or not total:
-        return Score(name, 0, DIVERGED, *(np.nan,) * 3, *((np.nan, np.nan),) * 3, diverged)
-    channels = []
-    for column in (estimates.white_1, estimates.white_2):
-        white = column[keep]
-        channels.append(white[np.isfinite(white)])
-    errors = [e[keep] for e in (estimates.innovation_motor, estimates.innovation_arm)]
+    if not n or not dof:
+        missing = (np.nan, np.nan)
+        return Score(name, 0, DIVERGED, np.nan, np.nan, np.nan, missing, missing, missing,
+                     diverged)
+    channels = [_finite(column[keep]) for column in (estimates.white_1, estimates.white_2)]
+    innovations = (estimates.innovation_motor, estimates.innovation_arm)
     return Score(
         name, n, float(estimates.loglik[keep].sum()), float(nis.mean()),
-        float(stats.chi2.ppf(0.025, total) / n), float(stats.chi2.isf(0.025, total) / n),
-        tuple(_rms(e[np.isfinite(e)]) for e in errors),
+        float(stats.chi2.ppf(0.025, dof) / n), float(stats.chi2.isf(0.025, dof) / n),
+        tuple(_rms(_finite(innovation[keep])) for innovation in innovations),
         tuple(float(c.mean()) if len(c) else np.nan for c in channels),
         tuple(ljung_box(c)[0] if len(c) > LAGS else np.nan for c in channels), int(diverged))
 
 
-def run_score(model, parameters, samples):
-    """Return the Score of an Estimator with `model` and `parameters` on `samples`, unsmoothed."""
+def run_score(model: DriveModel, parameters: EstimatorParameters | Values,
+              samples: Samples) -> Score:
+    """
+    Run an Estimator without its smoother and score it.
+
+    Args:
+        model: of the drive.
+        parameters: of the estimator.
+        samples: the recording.
+
+    Returns:
+        The Score, named after the filter.
+
+    Raises:
+        InputError: a parameter is unknown or out of range.
+
+    """
     estimator = Estimator(model, unsmoothed(parameters))
     with np.errstate(all='ignore'):
         estimates = estimator.run(samples)
     return score(estimates, estimator.parameters.filter,
-                 estimator.counts[sample_loop.DIVERGED])
+                 int(estimator.counts[sample_loop.DIVERGED]))
 
 
-def torque_errors(estimates, stamps, tau_k, burn_in=BURN_IN):
+def torque_errors(estimates: AnyEstimates, stamps: Integers, tau_k: Array,
+                  burn_in: float = BURN_IN) -> dict[str, float | None]:
     """
-    Return {name: value} of `estimates` against what is known: stamps int64 [T] ns, tau_k [T] N m.
+    Compare the estimated tau_K with a true or measured one.
 
-    rms of the known torque; rmse (N m) and coverage (share within the stated deviation) of the
-    filtered, rmse_smoothed and coverage_smoothed of the smoothed torque; None where there is none.
-    The known torque is interpolated between its stamps. burn_in: see score.
+    Args:
+        estimates: of the filter.
+        stamps: of the reference int64 [T], ns.
+        tau_k: the reference [T], N m; interpolated between its stamps, see reference_at.
+        burn_in: time at the start that does not count, s.
+
+    Returns:
+        {name: value}: rms of the reference (N m); rmse (N m) and coverage (share within the
+        stated deviation) of the filtered torque; rmse_smoothed and coverage_smoothed of the
+        smoothed one. None where no estimate has a reference.
+
     """
     result = {}
     begin = estimates.stamp_ns[0] + round(burn_in * SECOND) if len(estimates.stamp_ns) else 0
@@ -111,37 +153,49 @@ def torque_errors(estimates, stamps, tau_k, burn_in=BURN_IN):
             ('', estimates.stamp_ns, estimates.tau_k, estimates.tau_k_std),
             ('_smoothed', estimates.smoothed_stamp_ns, estimates.smoothed[:, S_TAU_K],
              estimates.smoothed[:, S_TAU_K_STD])):
-        known, found = known_at(at, stamps, tau_k)
-        keep = found & (at >= begin)
-        error = value[keep] - known[keep]
+        reference, valid = reference_at(at, stamps, tau_k)
+        keep = valid & (at >= begin)
+        error = value[keep] - reference[keep]
         if not suffix:
-            result['rms'] = _rms(known[keep])
+            result['rms'] = _rms(reference[keep])
         result['rmse' + suffix] = _rms(error)
         result['coverage' + suffix] = (
             float((np.abs(error) <= std[keep]).mean()) if len(error) else None)
     return result
 
 
-def known_at(at, stamps, tau_k):
+def reference_at(at: Integers, stamps: Integers, tau_k: Array) -> tuple[Array, Flags]:
     """
-    Return (tau_k at the stamps `at` [M], mask [M] of where that is known).
+    Interpolate a reference torque linearly, but not across dropouts of 0.1 s or more.
 
-    Between samples of stamps int64 [T] ns, tau_k [T] it is interpolated, but not beyond 0.1 s.
+    Args:
+        at: stamps int64 [M] at which the torque is asked for, ns.
+        stamps: of the reference int64 [T], ns, in any order.
+        tau_k: the reference [T], N m; NaN = not measured.
+
+    Returns:
+        The torque [M], N m, and a mask [M] of where it is valid.
+
     """
-    good = np.isfinite(tau_k)
-    stamps, index = np.unique(stamps[good], return_index=True)
-    tau_k = tau_k[good][index]
+    finite = np.isfinite(tau_k)
+    stamps, index = np.unique(stamps[finite], return_index=True)
+    tau_k = tau_k[finite][index]
     if not len(stamps):
         return np.full(len(at), np.nan), np.zeros(len(at), bool)
-    right = np.clip(np.searchsorted(stamps, at), 0, len(stamps) - 1)
-    left = np.clip(right - 1, 0, None)
-    exact = stamps[right] == at
-    inside = (at >= stamps[0]) & (at <= stamps[-1]) & (stamps[right] - stamps[left] < SECOND // 10)
+    upper = np.clip(np.searchsorted(stamps, at), 0, len(stamps) - 1)
+    lower = np.clip(upper - 1, 0, None)
+    exact = stamps[upper] == at
+    between = ((at >= stamps[0]) & (at <= stamps[-1])
+               & (stamps[upper] - stamps[lower] < SECOND // 10))
     origin = stamps[0]
     values = np.interp((at - origin) * 1e-9, (stamps - origin) * 1e-9, tau_k)
-    values[exact] = tau_k[right[exact]]
-    return values, exact | inside
+    values[exact] = tau_k[upper[exact]]
+    return values, exact | between
 
 
-def _rms(values):
+def _finite(values: Array) -> Array:
+    return values[np.isfinite(values)]
+
+
+def _rms(values: Array) -> float | None:
     return float(np.sqrt(np.mean(np.square(values)))) if len(values) else None

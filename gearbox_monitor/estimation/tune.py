@@ -13,28 +13,35 @@
 # limitations under the License.
 
 """
-Tune a filter on recordings: R from standstill, what is left by likelihood or on a reference.
+Tune a filter on recordings: R from standstill, the rest by likelihood or on a reference torque.
 
-The search itself is in filters.tuning; here it runs the Estimator. No truth is needed.
+The search itself is noise_search; here it runs the Estimator. It needs no truth.
 """
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 import math
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import noise_search, sample_loop
 from gearbox_monitor.estimation.batch_score import criteria
-from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
+from gearbox_monitor.estimation.noise_search import EncoderMotion, Tuned
 from gearbox_monitor.estimation.score import (
-    DIVERGENCE_COST, known_at, run_score, settled, torque_errors, WHITE_LIMIT)
+    DIVERGENCE_COST, reference_at, run_score, settled, torque_errors, WHITE_LIMIT)
+from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters
+from gearbox_monitor.plant.drive import DriveModel
+
+ReferenceTorque: TypeAlias = tuple[Integers, Array]  # stamps [T] ns, torque [T] N m
 
 # The likelihood of the tangent at standstill is too rough to search on; averaging the friction
 # over the speed's spread smooths it and has its optimum at the same place. An adaptive filter is
 # tuned with its adaptation off: these are the values it starts from.
-SEARCH = {'friction_linearisation': 'statistical', 'adapt': ['']}
+SEARCH: dict[str, Any] = {'friction_linearisation': 'statistical', 'adapt': ['']}
 SMOOTHER_FACTOR = math.sqrt(5.0)
 REFERENCE_WEIGHT = 1e3  # makes 0.1 % of error one unit of the criterion
 OPEN_WITHOUT_REFERENCE = (
@@ -45,146 +52,215 @@ OPEN_WITH_REFERENCE = (
     'when torque constant and offset are right; not written)')
 
 
-def tune(model, parameters, recordings, reference=None, speeds=True, smoother=False,
-         progress=None):
+def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequence[Samples],
+         reference: ReferenceTorque | None = None, speeds: bool = True, smoother: bool = False,
+         progress: Callable[[float], None] | None = None) -> dict[str, Any]:
     """
-    Return what was found as {name: value}, ready for JSON; `parameters` holds the tuned ones.
+    Tune Q and R by maximum likelihood of the innovations, or Q on a measured torque.
 
-    model: DriveModel; parameters: EstimatorParameters; recordings: list of Samples
-    of one drive (the first tells R at standstill, and before and after); reference: (stamps
-    int64 [T] ns, torque [T] N m) or None; speeds: tune the process noise of the speeds, too;
-    smoother: for the smoothed torque; progress: called with the share done. Raises InputError.
+    Args:
+        model: of the drive.
+        parameters: in force; the result depends only on those that are not tuned.
+        recordings: of one drive; the first gives R at standstill and the scores.
+        reference: measured torque of the first recording, or None.
+        speeds: tune the process noise of the speeds, too.
+        smoother: tune for the smoothed torque.
+        progress: called with the share done, 0..1.
+
+    Returns:
+        {name: value} for JSON; `parameters` holds the tuned ones.
+
+    Raises:
+        InputError: the recording is too short or does not move, a parameter to tune is 0, or the
+            filter diverges with the best parameters.
+
     """
     samples = recordings[0]
     motion = noise_search.describe(samples.stamp_ns, samples.u[:, 0], samples.y)
-    load = parameters.arm_load
-    load = model.arm_load if load == 'model' else load
-    free = ['q_std_tau_k', *(['q_std_tau_arm'] if load == 'unknown' else []),
-            *(noise_search.SPEED_NAMES if speeds else [])]
-    noise = motion.rest
+    noise = motion.standstill_noise
     if noise is None and reference is not None:
-        noise = motion.noise  # the error of tau_K depends on Q / R only: one must be given
+        noise = motion.noise  # the error of tau_K depends on Q / R only: one must be fixed
     fixed = {} if noise is None else dict(zip(noise_search.R_NAMES, noise))
-    if noise is None:
-        free = [*noise_search.R_NAMES, *free]
-    for name in free:
-        if not getattr(parameters, name) > 0.0:
-            raise InputError(f'{name}: {getattr(parameters, name):g}, expected > 0 to tune it')
-    some = [_liveliest(samples, noise_search.COARSE_SECONDS)]
-    most = [_liveliest(s, noise_search.FINE_SECONDS) for s in recordings]
-    base = parameters.replace(**SEARCH, **fixed)
-
-    def evaluate(trials, coarse):
-        trials = [base.replace(**_within(values)) for values in trials]
-        if reference is not None:
-            return [_reference_criterion(model, trial, some[0] if coarse else most[0], reference)
-                    for trial in trials]
-        by_recording = [criteria(model, trials, s) for s in (some if coarse else most)]
-        return [(sum(criterion for criterion, _ in results),
-                 any(diverged for _, diverged in results)) for results in zip(*by_recording)]
-
-    if reference is not None:
-        _, found = known_at(samples.stamp_ns, *reference)
-        if found.sum() < noise_search.MIN_SAMPLES:
-            raise InputError(f'reference: {found.sum()} samples have a reference torque, expected '
-                             f'at least {noise_search.MIN_SAMPLES}')
-        inside = _part(samples, found)
-        some = [_liveliest(inside, noise_search.COARSE_SECONDS)]
-        most = [_liveliest(inside, noise_search.FINE_SECONDS)]
-    found = noise_search.search(evaluate, noise_search.first_guess(motion, free), progress,
-                                likelihood=reference is None)
-    tuned = {**fixed, **_within(found.parameters)}
+    free = _free_names(model, parameters, speeds, noise is None)
+    if reference is None:
+        evaluate = _likelihood(model, parameters.replace(**SEARCH, **fixed), recordings)
+    else:
+        evaluate = _reference_fit(model, parameters.replace(**SEARCH, **fixed), samples, reference)
+    result = noise_search.search(evaluate, noise_search.first_guess(motion, free), progress,
+                                 likelihood=reference is None)
+    values = {**fixed, **_clipped(result.parameters)}
     if smoother:
-        tuned['q_std_tau_k'] /= SMOOTHER_FACTOR
-    tuned = {name: float(f'{value:.6g}') for name, value in tuned.items()}
+        values['q_std_tau_k'] /= SMOOTHER_FACTOR
+    tuned_values: dict[str, Any] = {
+        name: float(f'{value:.6g}') for name, value in values.items()}
     if smoother and parameters.filter == 'ekf':
-        tuned['friction_linearisation'] = SEARCH['friction_linearisation']
-    data = {
-        'filter': parameters.filter, 'parameters': tuned, 'relative_error': found.error,
-        'noise_from': 'likelihood' if noise is None else 'standstill' if motion.rest else
-        'fourth differences', 'rest_seconds': motion.rest_seconds, 'seconds': motion.seconds,
-        'evaluations': found.evaluations, 'diverged_evaluations': found.failed,
-        'smoother': smoother, 'starts': found.starts, 'starts_met': found.met,
-        'spread': found.spread, 'notes': []}
+        tuned_values['friction_linearisation'] = SEARCH['friction_linearisation']
+    data: dict[str, Any] = {
+        'filter': parameters.filter, 'parameters': tuned_values, 'relative_error': result.error,
+        'noise_from': _noise_source(motion, noise), 'rest_seconds': motion.standstill_seconds,
+        'seconds': motion.seconds, 'evaluations': result.evaluations,
+        'diverged_evaluations': result.failed, 'smoother': smoother, 'starts': result.starts,
+        'starts_met': result.agreeing_starts, 'spread': result.spread, 'notes': []}
     if reference is not None:
-        data.update(_fit_reference(model, parameters, tuned, samples, reference))
+        data.update(_fit_reference(model, parameters, tuned_values, samples, reference))
     else:
         data['unidentifiable'] = OPEN_WITHOUT_REFERENCE
     data['white_limit'] = WHITE_LIMIT
-    data['before_parameters'] = {name: getattr(parameters, name) for name in data['parameters']}
+    data['before_parameters'] = {name: getattr(parameters, name) for name in tuned_values}
     data['before'] = asdict(run_score(model, parameters, samples))
-    data['after'] = asdict(run_score(model, parameters.replace(**tuned), samples))
+    data['after'] = asdict(run_score(model, parameters.replace(**tuned_values), samples))
     if data['after']['diverged']:
-        estimator = Estimator(model, parameters.replace(**tuned, smoother_lag=0.0))
+        estimator = Estimator(model, parameters.replace(**tuned_values, smoother_lag=0.0))
         estimator.run(samples)
         raise InputError(f'with the best parameters found {estimator.divergence_notes()[0]}, '
                          'expected a filter that runs through')
-    if found.met < found.starts:
-        data['notes'].append(f'{found.starts - found.met} of {found.starts} starts of the search '
-                             'ended at a worse place')
-    if found.failed:
-        data['notes'].append(f'the filter diverged in {found.failed} of {found.evaluations} '
-                             'trials, which counted against them')
-    vague = [name for name in free if found.error.get(name, 0.0) > 0.3]
-    if vague:
-        data['notes'].append('the recording hardly determines ' + ', '.join(vague))
+    data['notes'] = _notes(result, free)
     return data
 
 
-def tuned(model, parameters, recordings):
+def tuned(model: DriveModel, parameters: Mapping[str, object],
+          recordings: Sequence[Samples]) -> dict[str, Any]:
     """
-    Return `parameters` {name: value} with R and the Q of the torques tuned by likelihood.
+    Tune R and the process noise of the torques by likelihood.
 
-    recordings: list of Samples of one drive `model`. Raises InputError.
+    Args:
+        model: of the drive.
+        parameters: of the estimator, {name: value}.
+        recordings: of one drive.
+
+    Returns:
+        `parameters` with the tuned values.
+
+    Raises:
+        InputError: see tune.
+
     """
     complete = EstimatorParameters.of(parameters)
     return {**parameters, **tune(model, complete, recordings, speeds=False)['parameters']}
 
 
-def _part(samples, which):
-    return Samples(samples.stamp_ns[which], samples.u[which], samples.y[which])
+def _free_names(model: DriveModel, parameters: EstimatorParameters, speeds: bool,
+                noise: bool) -> list[str]:
+    """Return the names to search: of Q, and of R if `noise`. Raises InputError for a value 0."""
+    load = model.arm_load if parameters.arm_load == 'model' else parameters.arm_load
+    names = [*(noise_search.R_NAMES if noise else []), 'q_std_tau_k',
+             *(['q_std_tau_arm'] if load == 'unknown' else []),
+             *(noise_search.SPEED_NAMES if speeds else [])]
+    for name in names:
+        if not getattr(parameters, name) > 0.0:
+            raise InputError(f'{name}: {getattr(parameters, name):g}, expected > 0 to tune it')
+    return names
 
 
-def _liveliest(samples, seconds):
+def _likelihood(model: DriveModel, base: EstimatorParameters,
+                recordings: Sequence[Samples]) -> noise_search.Evaluate:
+    """Return the criterion of noise_search.search: log-likelihoods, summed over `recordings`."""
+    coarse_parts = [_liveliest(recordings[0], noise_search.COARSE_SECONDS)]
+    fine_parts = [_liveliest(samples, noise_search.FINE_SECONDS) for samples in recordings]
+
+    def evaluate(trials: Sequence[Mapping[str, float]], coarse: bool) -> list[tuple[float, bool]]:
+        """Return (criterion, diverged) of each of the `trials`; `coarse`: on one short part."""
+        candidates = [base.replace(**_clipped(values)) for values in trials]
+        by_recording = [criteria(model, candidates, samples)
+                        for samples in (coarse_parts if coarse else fine_parts)]
+        return [(sum(criterion for criterion, _ in results),
+                 any(diverged for _, diverged in results)) for results in zip(*by_recording)]
+
+    return evaluate
+
+
+def _reference_fit(model: DriveModel, base: EstimatorParameters, samples: Samples,
+                   reference: ReferenceTorque) -> noise_search.Evaluate:
+    """Return the criterion of noise_search.search: how near tau_K is to the `reference`."""
+    _, valid = reference_at(samples.stamp_ns, *reference)
+    if valid.sum() < noise_search.MIN_SAMPLES:
+        raise InputError(f'reference: {valid.sum()} samples have a reference torque, expected '
+                         f'at least {noise_search.MIN_SAMPLES}')
+    covered = _part(samples, valid)
+    coarse_part = _liveliest(covered, noise_search.COARSE_SECONDS)
+    fine_part = _liveliest(covered, noise_search.FINE_SECONDS)
+
+    def evaluate(trials: Sequence[Mapping[str, float]], coarse: bool) -> list[tuple[float, bool]]:
+        """Return (criterion, diverged) of each of the `trials`; `coarse`: on one short part."""
+        return [_reference_criterion(model, base.replace(**_clipped(values)),
+                                     coarse_part if coarse else fine_part, reference)
+                for values in trials]
+
+    return evaluate
+
+
+def _noise_source(motion: EncoderMotion, noise: Sequence[float] | None) -> str:
+    if noise is None:
+        return 'likelihood'
+    return 'standstill' if motion.standstill_noise else 'fourth differences'
+
+
+def _notes(result: Tuned, free: Sequence[str]) -> list[str]:
+    """Return sentences about the search `result` for the user."""
+    notes = []
+    if result.agreeing_starts < result.starts:
+        notes.append(f'{result.starts - result.agreeing_starts} of {result.starts} starts of the '
+                     'search ended at a worse place')
+    if result.failed:
+        notes.append(f'the filter diverged in {result.failed} of {result.evaluations} '
+                     'trials, which counted against them')
+    uncertain = [name for name in free if result.error.get(name, 0.0) > 0.3]
+    if uncertain:
+        notes.append('the recording hardly determines ' + ', '.join(uncertain))
+    return notes
+
+
+def _part(samples: Samples, part: slice | Flags) -> Samples:
+    return Samples(samples.stamp_ns[part], samples.u[part], samples.y[part])
+
+
+def _liveliest(samples: Samples, seconds: float) -> Samples:
     return _part(samples, noise_search.liveliest(samples.stamp_ns, samples.y, seconds))
 
 
-def _within(values):
+def _clipped(values: Mapping[str, float]) -> dict[str, Any]:
     """Return `values` inside the bounds of the table of parameters."""
     rows = {row.name: row for row in ESTIMATOR}
     return {name: min(max(value, rows[name].low), rows[name].high)
             for name, value in values.items()}
 
 
-def _run(model, parameters, samples):
+def _run(model: DriveModel, parameters: EstimatorParameters,
+         samples: Samples) -> tuple[Estimates, int]:
+    """Return the unsmoothed estimates and how often the filter diverged."""
     estimator = Estimator(model, unsmoothed(parameters))
     return estimator.run(samples), int(estimator.counts[sample_loop.DIVERGED])
 
 
-def _errors(estimates, reference):
+def _errors(estimates: Estimates, reference: ReferenceTorque) -> tuple[Array, Array, Array]:
     """Return (estimate, reference, variance) after the burn-in where both are known."""
-    known, found = known_at(estimates.stamp_ns, *reference)
-    keep = found & settled(estimates.stamp_ns)
-    return estimates.tau_k[keep], known[keep], estimates.tau_k_std[keep] ** 2
+    torque, valid = reference_at(estimates.stamp_ns, *reference)
+    keep = valid & settled(estimates.stamp_ns)
+    return estimates.tau_k[keep], torque[keep], estimates.tau_k_std[keep] ** 2
 
 
-def _reference_criterion(model, parameters, samples, reference):
+def _reference_criterion(model: DriveModel, parameters: EstimatorParameters, samples: Samples,
+                         reference: ReferenceTorque) -> tuple[float, bool]:
     estimates, diverged = _run(model, parameters, samples)
-    tau_k, known, _ = _errors(estimates, reference)
+    tau_k, torque, _ = _errors(estimates, reference)
     if not len(tau_k):
-        return noise_search.DIVERGED, diverged
-    rmse = float(np.sqrt(np.mean((tau_k - known) ** 2)))
-    return -REFERENCE_WEIGHT * math.log(max(rmse, 1e-12)) - DIVERGENCE_COST * diverged, diverged
+        return noise_search.DIVERGED, bool(diverged)
+    rmse = float(np.sqrt(np.mean((tau_k - torque) ** 2)))
+    criterion = -REFERENCE_WEIGHT * math.log(max(rmse, 1e-12)) - DIVERGENCE_COST * diverged
+    return criterion, bool(diverged)
 
 
-def _fit_reference(model, parameters, tuned, samples, reference):
-    """Add tau_k_model_std to `tuned`; return what the reference says."""
-    tuned['tau_k_model_std'] = 0.0
-    before = torque_errors(_run(model, parameters, samples)[0], *reference)
-    estimates, _ = _run(model, parameters.replace(**tuned), samples)
-    tau_k, known, variance = _errors(estimates, reference)
-    tuned['tau_k_model_std'] = float(f'{noise_search.widened(tau_k - known, variance):.6g}')
-    gain, offset = np.polyfit(tau_k, known, 1) if np.ptp(tau_k) > 0.0 else (np.nan, np.nan)
-    after = torque_errors(_run(model, parameters.replace(**tuned), samples)[0], *reference)
-    return {'reference_before': before, 'reference_after': after,
+def _fit_reference(model: DriveModel, parameters: EstimatorParameters,
+                   tuned_values: dict[str, Any], samples: Samples,
+                   reference: ReferenceTorque) -> dict[str, Any]:
+    """Add tau_k_model_std to `tuned_values`; return the comparison with the reference."""
+    tuned_values['tau_k_model_std'] = 0.0
+    errors_at_start = torque_errors(_run(model, parameters, samples)[0], *reference)
+    estimates, _ = _run(model, parameters.replace(**tuned_values), samples)
+    tau_k, torque, variance = _errors(estimates, reference)
+    tuned_values['tau_k_model_std'] = float(
+        f'{noise_search.widened(tau_k - torque, variance):.6g}')
+    gain, offset = np.polyfit(tau_k, torque, 1) if np.ptp(tau_k) > 0.0 else (np.nan, np.nan)
+    errors = torque_errors(_run(model, parameters.replace(**tuned_values), samples)[0], *reference)
+    return {'reference_before': errors_at_start, 'reference_after': errors,
             'unidentifiable': OPEN_WITH_REFERENCE.format(gain=gain, offset=offset)}

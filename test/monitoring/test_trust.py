@@ -23,6 +23,7 @@ from scipy import stats
 from gearbox_monitor.benchmarks import paper
 from gearbox_monitor.estimation import process_model, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.whiteness import LAGS, ljung_box
 from gearbox_monitor.monitoring.checks import covariance, innovation, observability
 from gearbox_monitor.monitoring.checks.level import Finding, Level
 from gearbox_monitor.monitoring.monitor import Monitor
@@ -207,13 +208,13 @@ def test_ljung_box_by_hand():
     d = e - e.mean()
     rho = [sum(d[i] * d[i - k] for i in range(k, 500)) / sum(d * d) for k in range(1, 21)]
     expected = 500 * 502 * sum(r * r / (500 - k) for k, r in enumerate(rho, 1))
-    q, predictable = innovation.ljung_box(e)
+    q, predictable = ljung_box(e)
     assert q == pytest.approx(expected, rel=1e-10)
     assert predictable == pytest.approx(sum(r * r for r in rho), rel=1e-10)
-    assert innovation.ljung_box(np.zeros(500)) == (0.0, 0.0)
+    assert ljung_box(np.zeros(500)) == (0.0, 0.0)
     # White: Q ~ chi2(20), mean 20, sd sqrt(40); 400 draws, 4 sigma.
     rng = np.random.default_rng(1)
-    mean = np.mean([innovation.ljung_box(rng.standard_normal(1000))[0] for _ in range(400)])
+    mean = np.mean([ljung_box(rng.standard_normal(1000))[0] for _ in range(400)])
     assert mean == pytest.approx(20.0, abs=4 * math.sqrt(40 / 400))
 
 
@@ -228,7 +229,7 @@ def test_thresholds_have_the_stated_odds():
     """Against scipy.stats, and by drawing: the shape of each test at odds that can be drawn."""
     alpha = innovation.SIGNIFICANCE
     assert innovation.MEAN_LIMIT == pytest.approx(stats.norm.isf(alpha / 4))
-    assert innovation.LJUNG_BOX_LIMIT == pytest.approx(stats.chi2.isf(alpha / 2, innovation.LAGS))
+    assert innovation.LJUNG_BOX_LIMIT == pytest.approx(stats.chi2.isf(alpha / 2, LAGS))
     for dof in (200.0, 4000.0):
         low, high = innovation.nis_limits(dof)
         assert low * dof == pytest.approx(stats.chi2.ppf(alpha / 2, dof), rel=1e-6)
@@ -236,10 +237,10 @@ def test_thresholds_have_the_stated_odds():
     rng = np.random.default_rng(0)
     draws = rng.standard_normal((3000, 500, 2))
     means = np.array([innovation._mean(w) for w in draws])
-    boxes = np.array([innovation.ljung_box(w[:, 0])[0] for w in draws])
+    boxes = np.array([ljung_box(w[:, 0])[0] for w in draws])
     sums = (draws ** 2).sum(axis=(1, 2))
     for values, limit in ((means, stats.norm.isf(0.01 / 4)),
-                          (boxes, stats.chi2.isf(0.01, innovation.LAGS)),
+                          (boxes, stats.chi2.isf(0.01, LAGS)),
                           (sums, stats.chi2.isf(0.01, 1000))):
         # 30 expected of 3000; +- 4 standard deviations. The chi-square of Ljung and Box is
         # asymptotic.

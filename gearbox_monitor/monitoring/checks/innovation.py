@@ -28,13 +28,12 @@ import math
 import numpy as np
 from scipy.special import chdtri, ndtri
 
+from gearbox_monitor.estimation.whiteness import LAGS, ljung_box, MIN_SAMPLES
 from gearbox_monitor.kernels.jit import jit_allocating
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.monitoring.checks.level import Condition, Finding, finding_of, Level
 
 MEAN_WINDOW, GATE_WINDOW, WINDOW = 0.5, 1.0, 2.0  # s
-MIN_SAMPLES = 100
-LAGS = 20
 # Of each of the three tests on one window, were the filter's model exact. So small because it
 # never is: a random walk for tau_K, a friction linearised at standstill leave traces of their own.
 SIGNIFICANCE = 1e-6
@@ -103,21 +102,6 @@ def _finite_sum(column: Array) -> tuple[float, int]:
 
 
 @jit_allocating
-def _centred(column: Array) -> Array:
-    """Return the finite values of `column` [N] less their mean, behind LAGS zeros."""
-    out, at, total = np.zeros(LAGS + column.shape[0]), LAGS, 0.0
-    for i in range(column.shape[0]):
-        if math.isfinite(column[i]):
-            out[at] = column[i]
-            total += column[i]
-            at += 1
-    mean = total / (at - LAGS)
-    for i in range(LAGS, at):
-        out[i] -= mean
-    return out[:at]
-
-
-@jit_allocating
 def _sizes(errors: Array, stds: Array, newest: int) -> tuple[float, float, float]:
     """
     Return the mean of (error / std)^2 of motor and arm, and the largest abs(error) / std.
@@ -139,29 +123,6 @@ def _sizes(errors: Array, stds: Array, newest: int) -> tuple[float, float, float
         if count >= MIN_SAMPLES:
             means[c] = total / count
     return means[0], means[1], largest
-
-
-@lru_cache(maxsize=64)
-def _weights(n: int) -> Array:
-    return n * (n + 2.0) / np.arange(n - 1.0, n - LAGS - 1.0, -1.0)
-
-
-def ljung_box(e: Array) -> tuple[float, float]:
-    """
-    Return (Q of Ljung and Box over LAGS lags, sum of squared correlations) of `e` [N].
-
-    NaN is left out; zeros where fewer than MIN_SAMPLES are left, or all are alike.
-    """
-    centred = _centred(e)
-    n = len(centred) - LAGS
-    if n < MIN_SAMPLES:
-        return 0.0, 0.0
-    products = np.correlate(centred, centred[LAGS:])
-    energy = products[LAGS]
-    if not energy > 0.0:
-        return 0.0, 0.0  # constant: a matter for the mean
-    squares = (products[LAGS - 1::-1] / energy) ** 2
-    return float(squares @ _weights(n)), float(squares.sum())
 
 
 @lru_cache(maxsize=64)

@@ -1,0 +1,64 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Whiteness of innovations: the portmanteau statistic of Ljung and Box (Biometrika 65, 1978)."""
+from functools import lru_cache
+import math
+
+import numpy as np
+
+from gearbox_monitor.kernels.jit import jit_allocating
+from gearbox_monitor.kernels.types import Array
+
+MIN_SAMPLES = 100
+LAGS = 20
+
+
+@jit_allocating
+def _centred(column: Array) -> Array:
+    """Return the finite values of `column` [N] less their mean, behind LAGS zeros."""
+    out, at, total = np.zeros(LAGS + column.shape[0]), LAGS, 0.0
+    for i in range(column.shape[0]):
+        if math.isfinite(column[i]):
+            out[at] = column[i]
+            total += column[i]
+            at += 1
+    mean = total / (at - LAGS)
+    for i in range(LAGS, at):
+        out[i] -= mean
+    return out[:at]
+
+
+@lru_cache(maxsize=64)
+def _weights(n: int) -> Array:
+    weights: Array = n * (n + 2.0) / np.arange(n - 1.0, n - LAGS - 1.0, -1.0)
+    return weights
+
+
+def ljung_box(e: Array) -> tuple[float, float]:
+    """
+    Return (Q of Ljung and Box over LAGS lags, sum of squared correlations) of `e` [N].
+
+    NaN is left out; zeros where fewer than MIN_SAMPLES are left, or all are alike.
+    """
+    centred = _centred(e)
+    n = len(centred) - LAGS
+    if n < MIN_SAMPLES:
+        return 0.0, 0.0
+    products = np.correlate(centred, centred[LAGS:])
+    energy = products[LAGS]
+    if not energy > 0.0:
+        return 0.0, 0.0  # constant: a matter for the mean
+    squares = (products[LAGS - 1::-1] / energy) ** 2
+    return float(squares @ _weights(n)), float(squares.sum())
