@@ -19,8 +19,8 @@ import sys
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from gearbox_monitor.monitoring.backlash import conditions  # noqa: E402
-from gearbox_monitor.monitoring.checks.level import DEBOUNCE  # noqa: E402
+from gearbox_monitor.monitoring.backlash import change_tests  # noqa: E402
+from gearbox_monitor.monitoring.checks.finding import DEBOUNCE  # noqa: E402
 from gearbox_monitor.monitoring.monitor import CONDITIONS  # noqa: E402
 
 PAGE = ROOT / 'docs/conditions.md'
@@ -59,7 +59,7 @@ def table(component, conditions):
 
 def page():
     """Return the text of the page."""
-    rows = [*CONDITIONS, *conditions.CONDITIONS]
+    rows = [*CONDITIONS, *change_tests.CONDITIONS]
     tables = [table(component, [c for c in rows if c.component == component])
               for component in DEBOUNCE if any(c.component == component for c in rows)]
     return HEAD + '\n' + '\n\n'.join(tables) + '\n'

@@ -66,8 +66,8 @@ class Problems:
             raise InputError(*self.found)
 
 
-def unknown(word: object, known: Iterable[object]) -> str:
-    """Return what was expected instead of `word`: the most similar of `known`, or all of them."""
-    words = sorted(map(str, known))
-    near = get_close_matches(str(word)[:100], words, 1)
-    return f'did you mean {near[0]!r}?' if near else 'expected one of ' + ', '.join(words)
+def unknown(word: object, names: Iterable[object]) -> str:
+    """Return what was expected instead of `word`: the most similar of `names`, or all of them."""
+    words = sorted(map(str, names))
+    matches = get_close_matches(str(word)[:100], words, 1)
+    return f'did you mean {matches[0]!r}?' if matches else 'expected one of ' + ', '.join(words)

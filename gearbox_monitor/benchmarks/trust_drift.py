@@ -23,7 +23,7 @@ from gearbox_monitor.benchmarks.trust_runs import SimulatedDrive, T0, watch
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.backlash import change
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
-from gearbox_monitor.monitoring.checks.level import Finding, Level
+from gearbox_monitor.monitoring.checks.finding import Finding, Level
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Faults
@@ -79,10 +79,10 @@ def friction_shift(drive: SimulatedDrive, seconds: float, seed: int,
     return max(abs(m / means[0] - 1.0) for m in means[1:])
 
 
-def settings(drive: SimulatedDrive, interval: float | None = None) -> change.Settings:
+def settings(drive: SimulatedDrive, interval: float | None = None) -> change.TrackerSettings:
     """Return Settings for `drive`, by default or for one false alarm every `interval` s."""
     extra = {} if interval is None else {'false_alarm_interval': interval}
-    return change.Settings.of(
+    return change.TrackerSettings.of(
         EstimatorParameters.from_mapping({**drive.parameters, **SMOOTHED, **extra}),
         drive.assumed)
 
@@ -104,7 +104,7 @@ def drawn(windows: Sequence[Backlash], count: int, random: np.random.Generator,
             for k, i in enumerate(at)]
 
 
-def trained(windows: Sequence[Window], goal: change.Settings) -> change.Tracker:
+def trained(windows: Sequence[Window], goal: change.TrackerSettings) -> change.Tracker:
     """Return a Tracker with the settings `goal` that has learnt from healthy `windows`."""
     tracker = change.Tracker(goal)
     for window in windows:

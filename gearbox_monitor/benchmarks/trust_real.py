@@ -26,7 +26,7 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.monitoring.backlash import change
 from gearbox_monitor.monitoring.backlash.features import Backlash, fit, NotExcited
-from gearbox_monitor.monitoring.checks.level import Level
+from gearbox_monitor.monitoring.checks.finding import Level
 
 # What "benchmark real" finds for this drive on the training runs of split orig.
 FITTED = {
@@ -67,7 +67,7 @@ def window(run, y, arm_step, number):
 def follow(runs, windows, arm_step):
     """Return the names of the recordings at which an alert was given, in their order."""
     model, parameters = real_fit.configure(FITTED, arm_step)
-    tracker = change.Tracker(change.Settings.of(parameters.replace(**ONE_POINT), model))
+    tracker = change.Tracker(change.TrackerSettings.of(parameters.replace(**ONE_POINT), model))
     alerted, was_alerted = [], False
     for name, window_of_run in zip(runs, windows):
         level = tracker.update(window_of_run)['backlash'].level

@@ -28,7 +28,7 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.process_model import pack, TAU_K
 from gearbox_monitor.estimation.tune import tuned
 from gearbox_monitor.monitoring.checks import covariance, innovation, observability
-from gearbox_monitor.monitoring.checks.level import Level
+from gearbox_monitor.monitoring.checks.finding import Level
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import PlantParameters
 from gearbox_monitor.plant.drive import DriveModel

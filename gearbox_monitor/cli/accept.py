@@ -48,8 +48,8 @@ from gearbox_monitor.cli.options import add_estimator_arguments, estimator_optio
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model, save_model
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
-from gearbox_monitor.monitoring.backlash.loop_windows import (
-    combine, reason_of, separable_of, Windows)
+from gearbox_monitor.monitoring.backlash.recording_windows import (
+    combine, reason_of, RecordingWindows, separable_of)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 
@@ -120,7 +120,7 @@ def angle(word: str) -> float:
 
 def windows(result: Replay) -> Sequence[Backlash | NotExcited]:
     """Return what features.fit finds in each window of the replay `result`."""
-    loops = Windows(result.estimator.drive, result.estimator.parameters)
+    loops = RecordingWindows(result.estimator.drive, result.estimator.parameters)
     loops.add(result.estimates.smoothed_stamp_ns, result.estimates.smoothed)
     return loops.finish()
 

@@ -25,7 +25,7 @@ from gearbox_monitor.bag.replay import RecordedSamples, Replay, replay
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
 from gearbox_monitor.interfaces.signals import DIAGNOSTICS, DRIFT_ALERTS, PLANT_TRANSMISSION_STATE
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.checks.level import Level
+from gearbox_monitor.monitoring.checks.finding import Level
 from gearbox_monitor.report import plots
 
 SECOND = 1e9

@@ -30,7 +30,7 @@ import yaml
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_yaml
-from gearbox_monitor.monitoring.backlash.change import Settings, Tracker
+from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
 
 FORMAT = 2
 STATE_FORMATS = 2, 3  # that can be read; the last one, with the adaptation, is written
@@ -68,7 +68,7 @@ def load_baseline(path, gearbox_serial=''):
     for k, point in enumerate(points):
         _check_point(point, f'{path}: baseline[{k}]')
     try:
-        return Tracker(Settings(), points).baseline_points()
+        return Tracker(TrackerSettings(), points).baseline_points()
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise Damaged(f'{path}: baseline: {error!r}, expected what ~/save_baseline '
                       'writes') from None
@@ -142,7 +142,7 @@ def load_state(path, gearbox_serial):
         if data['gearbox_serial'] != gearbox_serial:
             raise ValueError(f'gearbox_serial {data["gearbox_serial"]!r}, expected '
                              f'{gearbox_serial!r}')
-        Tracker(Settings(), data['drift']).findings()
+        Tracker(TrackerSettings(), data['drift']).findings()
         adaptation = data['adaptation'] if data['format'] > STATE_FORMATS[0] else {}
         if not isinstance(adaptation, dict):
             raise ValueError(f'adaptation {str(adaptation)[:60]!r}, expected a block')

@@ -38,8 +38,8 @@ from gearbox_monitor.fleet.paths import content_hash, fetched
 from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.kernels.jit import KERNELS
 from gearbox_monitor.monitoring.backlash.features import Backlash
-from gearbox_monitor.monitoring.backlash.loop_windows import (
-    combine, reason_of, separable_of, Windows)
+from gearbox_monitor.monitoring.backlash.recording_windows import (
+    combine, reason_of, separable_of, RecordingWindows)
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.admission import admitted
@@ -133,7 +133,7 @@ def _analysed(path, url, settings):
         monitor = player.monitor
         gearbox = _gearbox(url, player.namespace, monitor.parameters.gearbox_serial,
                            settings.gearbox)
-        windows, count, start = Windows(monitor.estimator.drive, monitor.parameters), 0, None
+        windows, count, start = RecordingWindows(monitor.estimator.drive, monitor.parameters), 0, None
         for part in player.parts():
             windows.add(part.estimates.smoothed_stamp_ns, part.estimates.smoothed)
             stamps = part.samples.stamp_ns

@@ -22,7 +22,7 @@ import numpy as np
 
 from gearbox_monitor.estimation.estimates import Samples
 import gearbox_monitor.fleet.job  # noqa: F401, what workers run
-from gearbox_monitor.monitoring.backlash.loop_windows import Windows
+from gearbox_monitor.monitoring.backlash.recording_windows import RecordingWindows
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -39,7 +39,7 @@ def warm():
     monitor = Monitor(model)
     found = monitor.run(Samples(np.round(t * 1e9).astype(np.int64), np.column_stack(
         [run.u, np.full(len(t), np.nan)]), run.y))
-    windows = Windows(monitor.estimator.drive, monitor.parameters)
+    windows = RecordingWindows(monitor.estimator.drive, monitor.parameters)
     windows.add(found.smoothed_stamp_ns, found.smoothed)
     return windows.finish()
 

@@ -20,7 +20,7 @@ Nodes publish by it, in its order; docs/messages.md is made of it. All keys are 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gearbox_monitor.monitoring.backlash.conditions import ALONE, size_name, Test, TESTS
+from gearbox_monitor.monitoring.backlash.change_tests import ALONE, ChangeTest, size_name, TESTS
 from gearbox_monitor.parameters import ESTIMATOR
 
 
@@ -39,7 +39,7 @@ def _of(component: str, *rows: tuple[str, str, str]) -> tuple[DiagnosticKey, ...
     return tuple(DiagnosticKey(component, *row) for row in rows)
 
 
-def _of_test(test: Test) -> tuple[DiagnosticKey, ...]:
+def _of_test(test: ChangeTest) -> tuple[DiagnosticKey, ...]:
     """Return the keys that a `test` on backlash or friction adds to its component."""
     size = size_name(test)
     scores = (

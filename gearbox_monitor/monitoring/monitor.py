@@ -19,10 +19,10 @@ from gearbox_monitor.estimation.process_model import P0, TAU_K
 from gearbox_monitor.estimation.rts_smoother import S_TWIST_STD
 from gearbox_monitor.kernels.types import Array, Integers, Values
 from gearbox_monitor.monitoring.backlash import change, features
-from gearbox_monitor.monitoring.backlash.shared import Known
+from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
 from gearbox_monitor.monitoring.checks import (
     covariance, innovation, model_mismatch, observability, passivity, usability)
-from gearbox_monitor.monitoring.checks.level import (
+from gearbox_monitor.monitoring.checks.finding import (
     Alarm, Condition, DEBOUNCE, Finding, finding_of, Level, with_more)
 from gearbox_monitor.monitoring.history import History, Recent
 from gearbox_monitor.parameters import EstimatorParameters
@@ -82,7 +82,7 @@ class Monitor:
         self.findings: Findings = dict.fromkeys(COMPONENTS, NO_DATA)
         self.windows: deque[features.Backlash] = deque(maxlen=1000)
         self.tracker = change.Tracker(
-            change.Settings.of(estimator.parameters, estimator.model), drift)
+            change.TrackerSettings.of(estimator.parameters, estimator.model), drift)
         if self.tracker.stamp_ns:
             self.findings.update(self.tracker.findings())
         self.temperature: float | None = None
@@ -179,7 +179,7 @@ class Monitor:
         """Apply `changes` as Estimator.set_parameters does; return whether it restarts."""
         packed = self.estimator.packed
         restarts = self.estimator.set_parameters(changes)
-        self.tracker.settings = change.Settings.of(self.parameters, self.model)
+        self.tracker.settings = change.TrackerSettings.of(self.parameters, self.model)
         if restarts or not np.array_equal(packed, self.estimator.packed):
             self._set_reference = None
         self._forget()

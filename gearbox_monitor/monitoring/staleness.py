@@ -20,7 +20,7 @@ A stream that has stopped has no stamps to judge it by. The node asks once per s
 from gearbox_monitor.estimation.sample_loop import REASONS, SECOND
 from gearbox_monitor.kernels.types import Integers
 from gearbox_monitor.monitoring.checks import usability
-from gearbox_monitor.monitoring.checks.level import Finding, Level
+from gearbox_monitor.monitoring.checks.finding import Finding, Level
 from gearbox_monitor.monitoring.monitor import Monitor
 
 MIN_SILENCE = 0.5  # s between two looks; a late timer is followed by one that comes too soon

@@ -46,9 +46,9 @@ from gearbox_monitor.interfaces.signals import (
 from gearbox_monitor.kernels.compilation import announced_compilation
 from gearbox_monitor.kernels.jit import CACHE_PROBLEM, COMPILED, KERNELS
 from gearbox_monitor.monitoring.backlash.change import Tracker
-from gearbox_monitor.monitoring.backlash.conditions import COMPONENTS, TESTS
+from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, TESTS
 from gearbox_monitor.monitoring.checks import usability
-from gearbox_monitor.monitoring.checks.level import Finding, Level, with_more
+from gearbox_monitor.monitoring.checks.finding import Finding, Level, with_more
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.monitoring.staleness import Silence
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MODEL, SETTINGS

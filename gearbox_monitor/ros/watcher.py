@@ -24,7 +24,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from gearbox_monitor.interfaces.signals import (
     DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, PLANT_TRANSMISSION_STATE, SNAPSHOT)
-from gearbox_monitor.monitoring.checks.level import Finding, Level
+from gearbox_monitor.monitoring.checks.finding import Finding, Level
 
 LATCHED = QoSProfile(depth=16, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 

@@ -23,7 +23,7 @@ from gearbox_monitor.benchmarks.harness import BarTable
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.backlash.features import Backlash
-from gearbox_monitor.monitoring.checks.level import Finding, Level
+from gearbox_monitor.monitoring.checks.finding import Finding, Level
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise
 

@@ -45,7 +45,7 @@ from gearbox_monitor.fleet.job import analyse
 from gearbox_monitor.fleet.paths import content_hash
 from gearbox_monitor.fleet.trend import gearboxes
 from gearbox_monitor.monitoring.backlash.features import Backlash
-from gearbox_monitor.monitoring.backlash.loop_windows import Windows
+from gearbox_monitor.monitoring.backlash.recording_windows import RecordingWindows
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -176,7 +176,7 @@ def test_the_dataset_holds_what_a_replay_gives(archive, whole):
     ours = [row for row in windows if row['path'] == f'{archive}/sn1/run_3']
     with open_bag(archive / 'sn1/run_3') as reader:
         result = replay(reader)
-    fits = Windows(result.monitor.estimator.drive, result.monitor.parameters)
+    fits = RecordingWindows(result.monitor.estimator.drive, result.monitor.parameters)
     fits.add(result.estimates.smoothed_stamp_ns, result.estimates.smoothed)
     expected, = fits.finish()
     assert isinstance(expected, Backlash) and len(ours) == 1
@@ -492,7 +492,7 @@ def test_sure_growth_comes_before_large_growth():
 def test_windows_come_out_alike_in_any_blocks():
     rng = np.random.default_rng(1)
     with pytest.raises(InputError, match='smoother_lag: 0'):
-        Windows(DriveModel(), EstimatorParameters(smoother_lag=0.0))
+        RecordingWindows(DriveModel(), EstimatorParameters(smoother_lag=0.0))
     t = np.arange(0.0, 31.0, 4e-3)
     run = simulate(DriveModel(), Excitation().torque(t), 4e-3)
     stamps = np.round(t * 1e9).astype(np.int64)
@@ -501,7 +501,7 @@ def test_windows_come_out_alike_in_any_blocks():
     found = monitor.run(Samples(stamps, np.column_stack([run.u, np.full(len(t), np.nan)]), run.y))
     fits = []
     for cuts in ([], np.sort(rng.integers(0, len(found.smoothed), 40))):
-        windows = Windows(monitor.estimator.drive, monitor.parameters)
+        windows = RecordingWindows(monitor.estimator.drive, monitor.parameters)
         for part in zip(np.split(found.smoothed_stamp_ns, cuts), np.split(found.smoothed, cuts)):
             windows.add(*part)
         fits.append(windows.finish())

@@ -26,9 +26,9 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TWIST, S_X4
 from gearbox_monitor.files.baselines import load_baseline, load_state, save_baseline, save_state
 from gearbox_monitor.monitoring.backlash import forecast, scan
-from gearbox_monitor.monitoring.backlash.change import Settings, Tracker
+from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
 from gearbox_monitor.monitoring.backlash.features import Backlash, lost_motion_of, NotExcited
-from gearbox_monitor.monitoring.checks.level import Level
+from gearbox_monitor.monitoring.checks.finding import Level
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -39,7 +39,7 @@ SPREAD = {'A': (0.0103, 0.0035), 'B': (0.0073, 0.0030)}
 
 
 def settings(**parameters):
-    return Settings.of(EstimatorParameters.from_mapping(parameters), DriveModel())
+    return TrackerSettings.of(EstimatorParameters.from_mapping(parameters), DriveModel())
 
 
 class Gearbox:
@@ -329,7 +329,7 @@ def test_real_recordings_do_not_drift_unless_widened():
 
 
 def test_history_stays_small_and_keeps_the_slope():
-    history, random = forecast.History(), np.random.default_rng(0)
+    history, random = forecast.GrowthHistory(), np.random.default_rng(0)
     for k in range(20000):
         history.add(k * WINDOW, 1e-6 * k + 0.005 * random.standard_normal(), 2.5e-5)
     assert len(history.blocks) < 16 * 12 and sum(b[3] for b in history.blocks) == 20000

@@ -28,8 +28,9 @@ from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, S_U, S_X3, S_X4)
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.monitoring.backlash import features
+from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
 from gearbox_monitor.monitoring.backlash.shape import N_SHAPE, normal_equations
-from gearbox_monitor.monitoring.backlash.shared import Known
+from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel, TWO_OVER_PI
@@ -176,7 +177,7 @@ def column(windows, name):
     ('B', 0.015, 0.0094, 0.006), ('A', 0.025, 0.014, 0.010)])
 def test_gap_of_the_papers_drives(case, bias, spread, refined_spread):
     found = windows_of(case, 20)
-    refined = refine(Known(), found)[1:]
+    refined = refine(PooledFeatures(), found)[1:]
     for name, of in (('gap', found), ('stiffness', found), ('hysteresis', found),
                      ('viscous', found), ('gap', refined)):
         stated = math.sqrt(np.mean(column(of, name + '_std') ** 2))
@@ -201,13 +202,13 @@ def test_refined_gap_when_friction_or_gap_jumps():
     for changes, gap in (({'viscous_friction': 0.11}, 1.2), ({'stiffness': 4.5}, 1.2),
                          ({'half_gap': 0.63}, 1.26)):
         other = windows_of('B', 6, **changes)
-        known = Known()
+        known = PooledFeatures()
         refine(known, healthy)
         after = refine(known, other)
         again = after[0].gap == after[0].alone[0]
         assert again == (gap == 1.2)  # what was known is given up where it is contradicted
         # The same noise: beside a start of its own, what came before makes 0.5 % at most.
-        own = refine(Known(), other)
+        own = refine(PooledFeatures(), other)
         if again:
             assert column(after, 'gap') == pytest.approx(column(own, 'gap'), rel=0.005)
         assert column(after, 'gap').mean() == pytest.approx(gap, rel=0.01)
@@ -215,20 +216,20 @@ def test_refined_gap_when_friction_or_gap_jumps():
 
 def test_known_is_carried_and_the_first_window_stands_alone():
     found = windows_of('A', 4)
-    known = Known()
+    known = PooledFeatures()
     first = known.refine(found[0])
     assert first.gap == found[0].gap and first.gap_std == pytest.approx(found[0].gap_std)
     assert first.alone == found[0].alone == (found[0].gap, found[0].gap_std)
-    other = Known(json.loads(json.dumps(known.to_list())))
+    other = PooledFeatures(json.loads(json.dumps(known.to_list())))
     assert refine(known, found[1:]) == refine(other, found[1:])
-    second = Known()
+    second = PooledFeatures()
     refine(second, found[:2])
-    assert Known(second.to_list()).refine(found[2]).gap_std < 0.85 * found[2].gap_std
+    assert PooledFeatures(second.to_list()).refine(found[2]).gap_std < 0.85 * found[2].gap_std
     blurred = replace(found[3], separable=False)
     before = known.to_list()
     assert known.refine(blurred) is blurred and known.to_list() == before
     with pytest.raises(ValueError):
-        Known([[0.0], [1.0], [0.0]])
+        PooledFeatures([[0.0], [1.0], [0.0]])
 
 
 def test_snapshots_carry_what_is_known():

@@ -25,7 +25,7 @@ from gearbox_monitor.estimation import process_model, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.whiteness import LAGS, ljung_box
 from gearbox_monitor.monitoring.checks import covariance, innovation, observability
-from gearbox_monitor.monitoring.checks.level import Finding, Level
+from gearbox_monitor.monitoring.checks.finding import Finding, Level
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation

@@ -41,7 +41,7 @@ from gearbox_monitor.bag.replay import replay  # noqa: E402
 from gearbox_monitor.files.baselines import save_state  # noqa: E402
 from gearbox_monitor.interfaces.signals import SIGNALS  # noqa: E402
 from gearbox_monitor.kernels.compilation import FIRST_START  # noqa: E402
-from gearbox_monitor.monitoring.backlash.change import Settings, Tracker  # noqa: E402
+from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings  # noqa: E402
 from gearbox_monitor.monitoring.backlash.features import Backlash  # noqa: E402
 from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
@@ -298,7 +298,7 @@ def test_baseline_is_saved_and_loaded(graph, drive, tmp_path):
 def test_drift_state_survives_a_restart(graph, drive, tmp_path):
     """An alarm and its baseline; without the file's sense it is set aside, and the node runs."""
     file, serial = tmp_path / 'state.json', 'g7'
-    tracker = Tracker(Settings.of(EstimatorParameters(), DriveModel()))
+    tracker = Tracker(TrackerSettings.of(EstimatorParameters(), DriveModel()))
     random = np.random.default_rng(0)
     for k in range(60):
         gap = 0.2 * (1.0 if k < 40 else 1.3) + 1e-3 * random.standard_normal()

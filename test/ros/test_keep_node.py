@@ -28,7 +28,7 @@ from std_srvs.srv import Trigger  # noqa: E402
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.cli.main import main  # noqa: E402
 from gearbox_monitor.files.baselines import save_state  # noqa: E402
-from gearbox_monitor.monitoring.backlash.change import Settings, Tracker  # noqa: E402
+from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings  # noqa: E402
 from gearbox_monitor.monitoring.backlash.features import Backlash  # noqa: E402
 from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
@@ -46,7 +46,7 @@ def graph(tmp_path, monkeypatch):
 
 def healthy(path):
     """Return the new file `path` of drift's state: a drive with half the gap."""
-    tracker = Tracker(Settings.of(
+    tracker = Tracker(TrackerSettings.of(
         EstimatorParameters(angle_bin=0.0, speed_bin=1.0, load_bin=1.0), DriveModel()))
     random = np.random.default_rng(0)
     for k in range(40):

@@ -33,7 +33,7 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.baselines import load_baseline, load_state, save_baseline, save_state
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
-from gearbox_monitor.monitoring.backlash.change import Settings, Tracker
+from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
 from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import ESTIMATOR
@@ -134,7 +134,7 @@ def _read_snapshot(folder):
 
 def _tracked():
     """Return a change.Tracker that has seen some windows."""
-    tracker = Tracker(Settings())
+    tracker = Tracker(TrackerSettings())
     random = np.random.default_rng(0)
     for k in range(6):
         gap, stiffness = random.normal((0.2, 25.0), (0.002, 0.3))

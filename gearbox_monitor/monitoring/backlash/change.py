@@ -26,13 +26,14 @@ import numpy as np
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.backlash import forecast, scan
-from gearbox_monitor.monitoring.backlash.conditions import (
-    ADVICE, ALONE, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, size_name, STIFFNESS, Test,
-    TESTS)
+from gearbox_monitor.monitoring.backlash.change_tests import (
+    ADVICE, ALONE, ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, size_name,
+    STIFFNESS, TESTS)
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
 from gearbox_monitor.monitoring.backlash.forecast import span, when
-from gearbox_monitor.monitoring.backlash.operating_point import numbers, Point, Points, Sums
-from gearbox_monitor.monitoring.checks.level import Finding, Level
+from gearbox_monitor.monitoring.backlash.operating_point import (
+    numbers, OperatingPoint, OperatingPoints, Sums)
+from gearbox_monitor.monitoring.checks.finding import Finding, Level
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -55,12 +56,12 @@ RAW, SHARP, *ELSE = (next(i for i, t in enumerate(TESTS) if t.key == key) for ke
 
 
 @dataclass(frozen=True)
-class Settings:
+class TrackerSettings:
     """
     What a Tracker goes by.
 
     windows_per_false_alarm: mean number of windows between two false alarms, of all tests
-    together. baseline_windows: how many a point learns. bins: see operating_point.Points.find.
+    together. baseline_windows: how many a point learns. bins: see OperatingPoints.find.
     limits {test: (notice, warn, error)}: relative changes; below `notice` nothing is reported.
     gap_limit: rad, 0 = none. viscous (N m s/rad), coulomb (N m): friction of the model.
     """
@@ -75,7 +76,7 @@ class Settings:
 
     @classmethod
     def of(cls, parameters: EstimatorParameters, model: DriveModel) -> Self:
-        """Return the Settings of `parameters` and the DriveModel `model`."""
+        """Return the TrackerSettings of `parameters` and the DriveModel `model`."""
         p = parameters
         width = p.gap_notice, p.gap_warn, p.gap_error
         friction = 0.25 * p.friction_warn, p.friction_warn, p.friction_error
@@ -89,8 +90,8 @@ class Settings:
              'torque_gain': stiffness, 'torque_gain_loss': stiffness},
             p.gap_limit, model.viscous_friction, model.coulomb_friction)
 
-    def threshold(self, test: Test) -> float:
-        """Return the normal score that a Test fires at."""
+    def threshold(self, test: ChangeTest) -> float:
+        """Return the normal score at which `test` fires."""
         return scan.threshold(self.windows_per_false_alarm / test.share)
 
 
@@ -126,20 +127,20 @@ class Tracker:
     """
     Baselines, sequential test, forecast and alarms of one gearbox; one `update` per window.
 
-    settings: Settings. state: what to_dict or baseline gave, or None. Raises ValueError,
+    settings: TrackerSettings. state: what to_dict or baseline gave, or None. Raises ValueError,
     KeyError or TypeError for a state that is none.
     """
 
-    def __init__(self, settings: Settings, state: Any = None) -> None:
+    def __init__(self, settings: TrackerSettings, state: Any = None) -> None:
         self.settings = settings
-        self._points = Points(len(FEATURES))
+        self._points = OperatingPoints(len(FEATURES))
         self._stamps: list[int] = []
         self._where: list[int] = []
         self._learned: list[bool] = []
         self._values: Array = np.empty((0, len(FEATURES)))
         self._scores = {test.key: 0.0 for test in TESTS}
         self.changes: dict[str, Change] = {}  # by test
-        self._history = forecast.History()
+        self._history = forecast.GrowthHistory()
         self._window: Backlash | None = None
         self._point, self._trusted = -1, False
         self._growth = math.nan  # of the newest window
@@ -153,10 +154,16 @@ class Tracker:
     def update(self, window: Backlash | NotExcited, trusted: bool = True,
                temperature: float | None = None) -> dict[str, Finding]:
         """
-        Take a window; return {component: Finding} in force.
+        Take a window of the sequential test.
 
-        window: Backlash or NotExcited. trusted: whether it may be learnt from. temperature (deg C)
-        or None.
+        Args:
+            window: features of the newest window, or why there are none.
+            trusted: whether the baseline may learn from it.
+            temperature: of the gearbox (deg C), None if unknown.
+
+        Returns:
+            {component: Finding} in force.
+
         """
         if window.stamp_ns == self.stamp_ns:
             return self.findings()  # it has been taken before
@@ -175,13 +182,13 @@ class Tracker:
         """Return (values [F], variances [F]) of a Backlash."""
         w, nan = window, (math.nan, math.nan)
         width = w.alone  # a gap refined by other windows is not independent of them
-        lost = w.lost_motion, w.lost_motion_std
+        lost_motion = w.lost_motion, w.lost_motion_std
         s = self.settings
         friction = s.viscous * w.speed + s.coulomb
         if not friction > 0.0:
             friction = w.load
         change = w.viscous * w.speed + w.coulomb
-        rows = (width if w.separable else nan, nan if w.separable else lost,
+        rows = (width if w.separable else nan, nan if w.separable else lost_motion,
                 (w.stiffness, w.stiffness_std), (w.hysteresis, w.hysteresis_std),
                 (1.0 + change / friction if friction > 0.0 else math.nan,
                  math.hypot(w.viscous_std * w.speed, w.coulomb_std) / friction
@@ -224,7 +231,7 @@ class Tracker:
             {point: self._points[point].sums for point in set(self._where)}, _COLUMNS)
 
     def _judge(self, stretches: scan.Stretches) -> None:
-        found = {}
+        detected = {}
         for t, test in enumerate(TESTS):
             k = int(np.argmax(stretches.score[:, t]))
             score = self._scores[test.key] = float(stretches.score[k, t])
@@ -235,14 +242,14 @@ class Tracker:
             else:
                 key, grown = test.key, stretches.growth[k, t]
             notice = self.settings.limits.get(key, (0.0,))[0]
-            if (key not in self.changes and key not in found and grown >= notice
+            if (key not in self.changes and key not in detected and grown >= notice
                     and score > self.settings.threshold(test)):
-                found[key] = (k, float(stretches.growth[k, t]), float(stretches.std[k, t]))
-        for key, (k, growth, std) in found.items():
+                detected[key] = (k, float(stretches.growth[k, t]), float(stretches.std[k, t]))
+        for key, (k, growth, std) in detected.items():
             since = self._stamps[k - 1] if k else self._stamps[0]
             self.changes[key] = Change(since, self.stamp_ns, growth, growth, std)
-        if found:
-            self._unlearn(min(k for k, _, _ in found.values()))
+        if detected:
+            self._unlearn(min(k for k, _, _ in detected.values()))
             stretches = self._stretches()
         for t, test in enumerate(TESTS):
             if test.key in self.changes:
@@ -250,8 +257,8 @@ class Tracker:
 
     @staticmethod
     def _all_else_equal(stretches: scan.Stretches, k: int) -> bool:
-        return (np.abs(stretches.score[k, ELSE]).max() < STAYED
-                and stretches.score[k, RAW] > AGREES)
+        return bool(np.abs(stretches.score[k, ELSE]).max() < STAYED
+                    and stretches.score[k, RAW] > AGREES)
 
     def _unlearn(self, first: int) -> None:
         """Take the windows from row `first` on out of the baselines: they are not healthy."""
@@ -263,14 +270,14 @@ class Tracker:
                 sums.add(self._values[k], stated, -1)
                 self._learned[k] = False
 
-    def _follow(self, t: int, test: Test, stretches: scan.Stretches) -> None:
+    def _follow(self, t: int, test: ChangeTest, stretches: scan.Stretches) -> None:
         """Bring a Change up to date, or end it."""
         change = self.changes[test.key]
-        after = [k for k, stamp in enumerate(self._stamps) if stamp > change.since_ns] or [0]
-        if test.key == 'gap' and self._all_else_equal(stretches, after[0]):
-            if math.isfinite(stretches.growth[after[0], SHARP]):
+        follow_rows = [k for k, stamp in enumerate(self._stamps) if stamp > change.since_ns] or [0]
+        if test.key == 'gap' and self._all_else_equal(stretches, follow_rows[0]):
+            if math.isfinite(stretches.growth[follow_rows[0], SHARP]):
                 t = SHARP
-        growth, std = stretches.growth[after[0], t], stretches.std[after[0], t]
+        growth, std = stretches.growth[follow_rows[0], t], stretches.std[follow_rows[0], t]
         if not math.isfinite(growth):
             return
         trend = self._history.trend(change.since_ns) if test.key in ('gap', 'lost_motion') \
@@ -278,10 +285,10 @@ class Tracker:
         if trend is not None and trend.found:
             growth, std = trend.growth, math.hypot(trend.growth_std, self._baseline_error())
         for length in RECENT:  # it may have gone on in a way that is neither level nor line
-            if length < len(after):
-                now, doubt = stretches.growth[-length, t], stretches.std[-length, t]
-                if abs(now - growth) > DIFFERENT * math.hypot(std, doubt):
-                    growth, std = now, doubt
+            if length < len(follow_rows):
+                recent_growth, doubt = stretches.growth[-length, t], stretches.std[-length, t]
+                if abs(recent_growth - growth) > DIFFERENT * math.hypot(std, doubt):
+                    growth, std = recent_growth, doubt
                     break
         change.growth, change.std = float(growth), float(std)
         _, warn, error = self._limits(test)
@@ -290,7 +297,7 @@ class Tracker:
             if growth >= (limit if change.stage < at else RELEASE * limit):
                 stage = at
         change.stage = stage
-        if len(after) >= RELEASE_WINDOWS:
+        if len(follow_rows) >= RELEASE_WINDOWS:
             recent = stretches.growth[-RELEASE_WINDOWS, t]
             if recent < 0.5 * change.found:
                 del self.changes[test.key]
@@ -302,7 +309,7 @@ class Tracker:
         base = self.baseline
         return 0.0 if base is None or not base.gap > 0.0 else base.gap_std / base.gap
 
-    def _limits(self, test: Test) -> tuple[float, float, float]:
+    def _limits(self, test: ChangeTest) -> tuple[float, float, float]:
         notice, warn, error = self.settings.limits.get(test.key, (0.0, math.inf, math.inf))
         base = self.baseline
         if test.key == 'gap' and self.settings.gap_limit > 0.0 and base and base.gap > 0.0:
@@ -325,8 +332,8 @@ class Tracker:
                         float(std[STIFFNESS]), int(count))
 
     @property
-    def points(self) -> list[Point]:
-        """The operating points, a list of operating_point.Point."""
+    def points(self) -> list[OperatingPoint]:
+        """The operating points, a list of operating_point.OperatingPoint."""
         return list(self._points)
 
     def stages(self) -> dict[str, dict[str, int]]:
@@ -340,29 +347,29 @@ class Tracker:
         return {component: self._finding(component) for component in COMPONENTS}
 
     def _finding(self, component: str) -> Finding:
-        now = self._window
-        if now is None and not self.changes:
-            what = 'backlash not measured yet' if component == 'backlash' else \
+        window = self._window
+        if window is None and not self.changes:
+            message = 'backlash not measured yet' if component == 'backlash' else \
                 'friction not measured yet'
-            why = f': {self._pause.reason}' if self._pause else \
+            reason = f': {self._pause.reason}' if self._pause else \
                 ': the motion must load both flanks'
-            return Finding(Level.WARN, what + why)
-        values = self._measured(component, now) if now else {}
-        found = [t for t in TESTS if t.component == component and t.key in self.changes]
-        found.sort(key=lambda t: -self.changes[t.key].stage)
+            return Finding(Level.WARN, message + reason)
+        values = self._measured(component, window) if window else {}
+        active = [t for t in TESTS if t.component == component and t.key in self.changes]
+        active.sort(key=lambda t: -self.changes[t.key].stage)
         level, said = Level.OK, []
-        for test in found:
+        for test in active:
             change = self.changes[test.key]
             level = max(level, Level.ERROR if change.stage == GROSS else Level.WARN)
             said.append(self._describe(test, change, values))
-        if now is not None and not said:
-            said.append(self._healthy(component, now))
+        if window is not None and not said:
+            said.append(self._healthy(component, window))
         notes: list[str] = []
-        if now is not None and self._point_windows() < scan.MIN_BASELINE:
+        if window is not None and self._point_windows() < scan.MIN_BASELINE:
             notes.append('no baseline at this operating point '
                          f'({self._point_windows()} of {scan.MIN_BASELINE} windows)'
                          + (', none is learnt during an alarm' if self.changes else ''))
-        if now is not None and not self._trusted:
+        if window is not None and not self._trusted:
             notes.append('the estimates are not trusted now, see the other indicators')
         message = '; '.join(said + notes)
         values = {key: value for key, value in values.items()
@@ -374,20 +381,20 @@ class Tracker:
     def _point_windows(self) -> int:
         return int(self._points[self._point].sums.count.max()) if self._point >= 0 else 0
 
-    def _healthy(self, component: str, now: Backlash) -> str:
+    def _healthy(self, component: str, window: Backlash) -> str:
         base = self.baseline
         learnt = ''
         if base and base.windows < self.settings.baseline_windows:
             learnt = f' (of {base.windows} windows, {self.settings.baseline_windows} wanted)'
         if component == 'backlash':
-            width = f'gap {now.gap:.4g} rad' if now.separable else \
-                f'lost motion {now.lost_motion:.4g} rad'
+            width = f'gap {window.gap:.4g} rad' if window.separable else \
+                f'lost motion {window.lost_motion:.4g} rad'
             if math.isfinite(self._growth):
                 return f'{width}, {100 * self._growth:+.1f} % against the baseline{learnt}'
             return width
         change = self._against(FRICTION)
         if not math.isfinite(change):
-            return 'friction not compared' if math.isfinite(now.viscous) else \
+            return 'friction not compared' if math.isfinite(window.viscous) else \
                 'friction not identifiable in this motion'
         return f'friction {100 * change:+.1f} % against the baseline{learnt}'
 
@@ -398,25 +405,26 @@ class Tracker:
         base = self._points[self._point].sums.mean()[column]
         return float(self._values[-1, column] / base - 1.0) if base else math.nan
 
-    def _measured(self, component: str, now: Backlash) -> dict[str, Any]:
+    def _measured(self, component: str, window: Backlash) -> dict[str, Any]:
         base = self.baseline
         values: dict[str, Any]
         if component == 'backlash':
             values = {
-                'gap_rad': now.gap, 'gap_std_rad': now.gap_std,
-                'gap_arcmin': math.degrees(now.gap) * 60.0,
-                'stiffness': now.stiffness, 'stiffness_std': now.stiffness_std,
-                'hysteresis': now.hysteresis, 'hysteresis_std': now.hysteresis_std,
-                'lost_motion_rad': now.lost_motion, 'separable': now.separable,
-                'flank': now.flank, 'coverage': now.coverage}
+                'gap_rad': window.gap, 'gap_std_rad': window.gap_std,
+                'gap_arcmin': math.degrees(window.gap) * 60.0,
+                'stiffness': window.stiffness, 'stiffness_std': window.stiffness_std,
+                'hysteresis': window.hysteresis, 'hysteresis_std': window.hysteresis_std,
+                'lost_motion_rad': window.lost_motion, 'separable': window.separable,
+                'flank': window.flank, 'coverage': window.coverage}
             if base:
                 values['baseline_gap_rad'] = base.gap
                 values['baseline_stiffness'] = base.stiffness
             values['growth'] = self._growth
         else:
-            values = {'viscous_change': now.viscous, 'viscous_change_std': now.viscous_std,
-                      'coulomb_change': now.coulomb, 'coulomb_change_std': now.coulomb_std,
-                      'torque_gain_change': now.gain, 'friction_change': self._against(FRICTION)}
+            values = {'viscous_change': window.viscous, 'viscous_change_std': window.viscous_std,
+                      'coulomb_change': window.coulomb, 'coulomb_change_std': window.coulomb_std,
+                      'torque_gain_change': window.gain,
+                      'friction_change': self._against(FRICTION)}
         if self._point >= 0:
             values['operating_point'] = self._points[self._point].text()
         values['baseline_windows'] = self._point_windows()
@@ -431,7 +439,7 @@ class Tracker:
         values['trusted'] = self._trusted
         return values
 
-    def _describe(self, test: Test, change: Change, values: dict[str, Any]) -> str:
+    def _describe(self, test: ChangeTest, change: Change, values: dict[str, Any]) -> str:
         """Return the words for a Change and add its figures to `values`."""
         name = size_name(test)
         values[name], values[f'{name}_std'] = change.growth, change.std
@@ -482,7 +490,7 @@ class Tracker:
             used += len(rows)
         self._stamps, self._where, self._learned = [], [], []
         self._values = self._values[:0]
-        self.changes, self._history = {}, forecast.History()
+        self.changes, self._history = {}, forecast.GrowthHistory()
         self._scores = {test.key: 0.0 for test in TESTS}
         return used
 
@@ -508,8 +516,8 @@ class Tracker:
             'pause': self._pause and asdict(self._pause), 'stamp_ns': self.stamp_ns}
 
     @classmethod
-    def from_dict(cls, settings: Settings, state: Any) -> Self:
-        """Return the Tracker that went on from `state` (to_dict or baseline_points)."""
+    def from_dict(cls, settings: TrackerSettings, state: Any) -> Self:
+        """Return the Tracker with `settings` that continues `state` (to_dict, baseline_points)."""
         return cls(settings, state)
 
     def _load(self, state: Any) -> None:
@@ -518,7 +526,7 @@ class Tracker:
         n = len(FEATURES)
         for row in state['points']:
             read = Sums.from_described if 'features' in row else Sums.from_dict
-            self._points.points.append(Point.at(row, read(row, FEATURES)))
+            self._points.points.append(OperatingPoint.at(row, read(row, FEATURES)))
         if 'windows' not in state:
             return
         rows = state['windows']
@@ -531,7 +539,7 @@ class Tracker:
         self._scores.update({test.key: float(state['scores'][test.key]) for test in TESTS})
         self.changes = {key: Change(**value) for key, value in state['changes'].items()
                         if key in self._scores}
-        self._history = forecast.History(state['history'])
+        self._history = forecast.GrowthHistory(state['history'])
         self._window = state['window'] and Backlash(**state['window'])
         self._point, self._trusted = int(state['point']), bool(state['trusted'])
         if self._point >= len(self._points):

@@ -55,7 +55,7 @@ STANDSTILL = 3.0
 # Gap and compliance are told apart by the slope on a flank: twist and torque must be correlated so
 # much on each flank for itself (half of the torque's variance explained).
 MIN_CORRELATION = 0.7
-# What windows have in common, see known.Known.
+# What windows have in common, see pooling.PooledFeatures.
 COMMON = (VISCOUS, COULOMB, GAIN, STIFFNESS)
 # Lost motion is the twist's answer to the direction in this share of the samples, or undefined.
 ONE_SIDED = 0.9
@@ -78,7 +78,7 @@ class Backlash:
     where none is seen; passive: whether the loop is open in the gap, too (passive_play).
     gap_slopes: change of the fitted gap per viscous, coulomb, gain and stiffness, gap_std_known:
     what is left of gap_std once these are known, see gap_given. gap_alone, gap_alone_std: where
-    known.Known has refined the gap, what the window gave alone; else NaN.
+    pooling.PooledFeatures has refined the gap, what the window gave alone; else NaN.
     """
 
     stamp_ns: int
@@ -134,9 +134,9 @@ class Backlash:
         NaN: not known.
         """
         return self.alone[0] + sum(
-            slope * (known - found)
-            for known, found, slope in zip(common, self.common, self.gap_slopes)
-            if math.isfinite(known) and math.isfinite(found))
+            slope * (value - own)
+            for value, own, slope in zip(common, self.common, self.gap_slopes)
+            if math.isfinite(value) and math.isfinite(own))
 
 
 @dataclass(frozen=True)
@@ -169,13 +169,13 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
                             float(np.ptp(data[:, 0])))
     for loop in (True, False):  # a loop that leaves no flank is none
         try:
-            found = _fit_all(regression, start, variance, _expected(data, model), loop)
+            fitted = _fit_all(regression, start, variance, _expected(data, model), loop)
         except np.linalg.LinAlgError:
             return NotExcited(stamp_ns, 'the motion does not determine any fit')
-        theta = found.theta
-        if not (np.isfinite(theta).all() and np.isfinite(found.covariance).all()):
+        theta = fitted.theta
+        if not (np.isfinite(theta).all() and np.isfinite(fitted.covariance).all()):
             return NotExcited(stamp_ns, 'the motion does not determine any fit')
-        half_width = theta[HALF_GAP] + (0.0 if found.passive else abs(theta[WIDTH]))
+        half_width = theta[HALF_GAP] + (0.0 if fitted.passive else abs(theta[WIDTH]))
         side = _sides(points[:, S_TWIST] - theta[ZERO], half_width)
         flank = float(min((side > 0).mean(), (side < 0).mean()))
         if flank >= MIN_FLANK or theta[WIDTH] == 0.0:
@@ -188,11 +188,11 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
     if traversals < MIN_TRAVERSALS:
         return NotExcited(stamp_ns, f'gap crossed {traversals} times in the window, expected '
                           f'{MIN_TRAVERSALS} or more: there and back')
-    if theta[STIFFNESS] <= LOADED * math.sqrt(max(found.covariance[STIFFNESS, STIFFNESS], 0.0)):
+    if theta[STIFFNESS] <= LOADED * math.sqrt(max(fitted.covariance[STIFFNESS, STIFFNESS], 0.0)):
         return NotExcited(stamp_ns, 'the torque on the flanks does not grow with the twist: the '
                           'stiffness is not seen')
     separable = all(_correlation(points[side == s]) >= MIN_CORRELATION for s in (1, -1))
-    return _features(rows, stamp_ns, found, flank, traversals, separable)
+    return _features(rows, stamp_ns, fitted, flank, traversals, separable)
 
 
 def _missing(rows: Array) -> str:
@@ -231,17 +231,17 @@ def _start(data: Array) -> tuple[Array, float]:
     free = np.zeros(N_SHAPE, bool)
     free[[STIFFNESS, HALF_GAP, ZERO]] = True
     regression = Regression(points, 1, np.ones(len(points)), 1, np.zeros(N_SHAPE), span)
-    best: Array = np.zeros(N_SHAPE)
-    least = math.inf
+    chosen: Array = np.zeros(N_SHAPE)
+    lowest_cost = math.inf
     for share in (0.1, 0.25, 0.4):  # the cost has a local minimum where a flank is missed
         theta = np.zeros(N_SHAPE)
         theta[HALF_GAP], theta[ZERO] = share * span, middle
         basis = np.sign(twist - middle) * np.maximum(np.abs(twist - middle) - share * span, 0.0)
         theta[STIFFNESS] = max(float(basis @ tau_k / max(basis @ basis, 1e-300)), 1e-12)
         cost = regression.solve(theta, free, iterations=20)
-        if cost < least:
-            best, least = regression.theta, cost
-    return best, least / len(points)
+        if cost < lowest_cost:
+            chosen, lowest_cost = regression.theta, cost
+    return chosen, lowest_cost / len(points)
 
 
 def _expected(data: Array, model: DriveModel) -> Array:
@@ -308,15 +308,16 @@ def _fit_all(regression: Regression, theta: Array, variance: float, expected: Ar
     theta_free, covariance_free, normal = theta, covariance, regression.normal
     width, doubt = theta[WIDTH], LOADED * math.sqrt(max(covariance[WIDTH, WIDTH], 0.0))
     if width < -doubt:
-        other = theta.copy()
-        other[WIDTH], other[HEIGHT] = -width, -width * theta[STIFFNESS]
-        more = free.copy()
-        more[HEIGHT] = True
+        passive_theta = theta.copy()
+        passive_theta[WIDTH], passive_theta[HEIGHT] = -width, -width * theta[STIFFNESS]
+        passive_free = free.copy()
+        passive_free[HEIGHT] = True
         weights, off = regression.weights.copy(), np.median(np.abs(regression.residuals))
         regression.weights[:] = base  # those at hand belong to residuals of the other structure
-        other, other_covariance = refit(other, more, passive=True, rounds=REWEIGHTS)
+        passive_theta, passive_covariance = refit(
+            passive_theta, passive_free, passive=True, rounds=REWEIGHTS)
         if np.median(np.abs(regression.residuals)) < off:
-            return _Fit(other, other_covariance, other, other_covariance,
+            return _Fit(passive_theta, passive_covariance, passive_theta, passive_covariance,
                         regression.normal, True, gain, loop)
         regression.weights[:] = weights
     # Shrunk towards none, without a jump: a loop that is not seen adds noise to the gap only.
@@ -332,41 +333,41 @@ def _fit_all(regression: Regression, theta: Array, variance: float, expected: Ar
     return _Fit(theta, covariance, theta_free, covariance_free, normal, False, gain, loop)
 
 
-def _features(rows: Array, stamp_ns: int, found: _Fit, flank: float, traversals: int,
+def _features(rows: Array, stamp_ns: int, fitted: _Fit, flank: float, traversals: int,
               separable: bool) -> Backlash:
-    theta, covariance = found.theta, found.covariance
+    theta, covariance = fitted.theta, fitted.covariance
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     to_gap = np.zeros(N_SHAPE)
     to_gap[HALF_GAP] = 2.0
-    if found.passive:
+    if fitted.passive:
         hysteresis, hysteresis_std = -2.0 * theta[HEIGHT], 2.0 * std[HEIGHT]
     else:
         to_gap[WIDTH] = 2.0 * np.sign(theta[WIDTH])
         to_height = np.zeros(N_SHAPE)
-        k, c = found.theta_free[STIFFNESS], found.theta_free[WIDTH]
+        k, c = fitted.theta_free[STIFFNESS], fitted.theta_free[WIDTH]
         to_height[STIFFNESS], to_height[WIDTH] = 2.0 * c, 2.0 * k
         hysteresis = 2.0 * k * c
-        hysteresis_std = math.sqrt(max(to_height @ found.covariance_free @ to_height, 0.0))
-    if not found.loop:
+        hysteresis_std = math.sqrt(max(to_height @ fitted.covariance_free @ to_height, 0.0))
+    if not fitted.loop:
         hysteresis = hysteresis_std = math.nan
     lost_motion, lost_motion_std = lost_motion_of(rows)
 
     def rms(column: int) -> float:
         return float(np.sqrt(np.mean(rows[:, column] ** 2)))
 
-    def changed(index: int, known: bool) -> tuple[float, float]:
-        return (float(theta[index]), float(std[index])) if known else (math.nan, math.nan)
+    def changed(index: int, identified: bool) -> tuple[float, float]:
+        return (float(theta[index]), float(std[index])) if identified else (math.nan, math.nan)
 
     moves = bool(rows[:, S_X3].any())
     viscous, coulomb, gain = (changed(VISCOUS, moves),
-                              changed(COULOMB, moves), changed(GAIN, found.gain))
+                              changed(COULOMB, moves), changed(GAIN, fitted.gain))
     load, stiffness = rms(S_TAU_K), float(theta[STIFFNESS])
     gap_std = math.sqrt(max(to_gap @ covariance @ to_gap, 0.0))
     stiffness_std = float(std[STIFFNESS])
-    slopes = _slopes(found.normal, to_gap)
-    left = to_gap.copy()
-    left[list(COMMON)] -= slopes
-    gap_std_known = math.sqrt(max(left @ covariance @ left, 0.0))
+    slopes = _slopes(fitted.normal, to_gap)
+    remaining = to_gap.copy()
+    remaining[list(COMMON)] -= slopes
+    gap_std_known = math.sqrt(max(remaining @ covariance @ remaining, 0.0))
     if not separable:  # what the load twists on both flanks may be gap as well
         gap_std, stiffness_std = math.hypot(gap_std, 2.0 * load / stiffness), stiffness
     return Backlash(
@@ -378,7 +379,7 @@ def _features(rows: Array, stamp_ns: int, found: _Fit, flank: float, traversals:
         gain=gain[0], gain_std=gain[1], lost_motion=lost_motion, lost_motion_std=lost_motion_std,
         separable=separable,
         angle=float(rows[:, S_X2].mean()), speed=rms(S_X3), load=load,
-        width=float(abs(theta[WIDTH])), passive=found.passive,
+        width=float(abs(theta[WIDTH])), passive=fitted.passive,
         gap_slopes=tuple(slopes.tolist()), gap_std_known=gap_std_known)
 
 

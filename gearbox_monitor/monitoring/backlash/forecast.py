@@ -50,16 +50,16 @@ class Trend:
         """
         if not self.found:
             return None
-        left = limit - self.growth
-        if left <= 0.0:
+        remaining = limit - self.growth
+        if remaining <= 0.0:
             return 0.0, 0.0, 0.0
         slow = self.slope - 2.0 * self.slope_std
-        return (left / self.slope,
-                max(left - 2.0 * self.growth_std, 0.0) / (self.slope + 2.0 * self.slope_std),
-                (left + 2.0 * self.growth_std) / slow if slow > 0.0 else math.inf)
+        return (remaining / self.slope,
+                max(remaining - 2.0 * self.growth_std, 0.0) / (self.slope + 2.0 * self.slope_std),
+                (remaining + 2.0 * self.growth_std) / slow if slow > 0.0 else math.inf)
 
 
-class History:
+class GrowthHistory:
     """`blocks` [stamp_ns, growth, variance of it, windows], oldest first."""
 
     def __init__(self, blocks: Iterable[Any] = ()) -> None:
@@ -97,10 +97,10 @@ class History:
         slope = w @ ((t - middle) * (y - level)) / spread
         # A curve that is no line states less than it should: take its misfit where that is more.
         misfit = w @ (y - level - slope * (t - middle)) ** 2 / (len(rows) - 2)
-        worse = max(misfit, 1.0)
+        inflation = max(misfit, 1.0)
         return Trend(last, float(level - slope * middle),
-                     math.sqrt(worse * (1.0 / w.sum() + middle ** 2 / spread)), float(slope),
-                     math.sqrt(worse / spread))
+                     math.sqrt(inflation * (1.0 / w.sum() + middle ** 2 / spread)), float(slope),
+                     math.sqrt(inflation / spread))
 
 
 def when(stamp_ns: int) -> str:

@@ -44,9 +44,9 @@ class Sums:
 
     first [F]: the value the sums refer to; count, total, squares [F] of value - first; stated [F]:
     mean of the variances the windows state. scale: what changes of features that are not relative
-    are divided by. others [F]: what comes out of the fit beside the gap; used [F]: what of it and
-    of the gap the first window had. complete, sum_complete [F], products [F, F]: number, sums and
-    sums of products over the windows that had all of these.
+    are divided by. companions [F]: what comes out of the fit beside the gap; used [F]: what of it
+    and of the gap the first window had. complete, sum_complete [F], products [F, F]: number, sums
+    and sums of products over the windows that had all of these.
     """
 
     first: np.ndarray
@@ -55,7 +55,7 @@ class Sums:
     squares: np.ndarray
     stated: np.ndarray
     scale: float
-    others: np.ndarray
+    companions: np.ndarray
     used: np.ndarray
     complete: float
     sum_complete: np.ndarray
@@ -63,16 +63,16 @@ class Sums:
 
     @classmethod
     def empty(cls, n: int, scale: float) -> Self:
-        """Return the Sums of no window, of `n` features."""
-        others = np.zeros(n, bool)
-        others[list(OTHERS)] = True
+        """Return the Sums of no window, of `n` features; `scale`: see Sums."""
+        companions = np.zeros(n, bool)
+        companions[list(OTHERS)] = True
         return cls(np.full(n, np.nan), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), scale,
-                   others, np.zeros(n, bool), 0.0, np.zeros(n), np.zeros((n, n)))
+                   companions, np.zeros(n, bool), 0.0, np.zeros(n), np.zeros((n, n)))
 
     def refer(self, values: Array) -> None:
         """Let features seen for the first time be referred to `values` [F]."""
         if not self.used.any():
-            self.used = np.isfinite(values) & self.others
+            self.used = np.isfinite(values) & self.companions
             self.used[GAP] = math.isfinite(values[GAP])
         self.first = np.where(np.isnan(self.first), values, self.first)
 
@@ -101,14 +101,14 @@ class Sums:
         zeros while these are few.
         """
         c = np.zeros(len(self.count))
-        which = np.flatnonzero(self.used & self.others)
+        active = np.flatnonzero(self.used & self.companions)
         n = self.complete
-        if n < MIN_COMPLETE or not len(which):
+        if n < MIN_COMPLETE or not len(active):
             return c
         moments = self.products - np.outer(self.sum_complete, self.sum_complete) / n
-        normal = moments[np.ix_(which, which)] + RIDGE * np.diag(self.stated[which])
+        normal = moments[np.ix_(active, active)] + RIDGE * np.diag(self.stated[active])
         try:
-            c[which] = np.linalg.solve(normal, moments[which, GAP])
+            c[active] = np.linalg.solve(normal, moments[active, GAP])
         except np.linalg.LinAlgError:
             pass
         return c
@@ -125,9 +125,9 @@ class Sums:
     def alone(self, x: Array) -> Array:
         """Return the gap, the others being equal, of rows x [n, F] of deviations from first."""
         c = self.couplings()
-        which = c != 0.0
+        active = c != 0.0
         with np.errstate(invalid='ignore'):
-            return x[:, GAP] - x[:, which] @ c[which]
+            return x[:, GAP] - x[:, active] @ c[active]
 
     def mean(self) -> Array:
         """Return the means [F], NaN where nothing is known."""
@@ -163,7 +163,7 @@ class Sums:
         return sums
 
     def described(self, features: Sequence[str]) -> dict[str, Any]:
-        """Return it for people: mean and deviation by name of the feature, and how they go."""
+        """Return mean and deviation by name of `features`, and their products, as plain data."""
         mean, std = self.mean(), self.std()
         row: dict[str, Any] = {'scale': self.scale, 'features': {}}
         if self.complete > 0:
@@ -185,26 +185,30 @@ class Sums:
 
     @classmethod
     def from_described(cls, row: Values, features: Sequence[str]) -> Self:
-        """Return the Sums of `row`, as of described. Raises KeyError, TypeError or ValueError."""
+        """
+        Return the Sums of a `row` of described(features).
+
+        Raises KeyError, TypeError or ValueError for a row that is none.
+        """
         sums = cls.empty(len(features), float(row['scale']))
-        for name, known in row['features'].items():
-            i, count = features.index(name), int(known['windows'])
-            sums.first[i], sums.count[i] = known['mean'], count
-            sums.squares[i] = (count - 1) * known['std'] ** 2
-            sums.stated[i] = known['stated_std'] ** 2
+        for name, feature in row['features'].items():
+            i, count = features.index(name), int(feature['windows'])
+            sums.first[i], sums.count[i] = feature['mean'], count
+            sums.squares[i] = (count - 1) * feature['std'] ** 2
+            sums.stated[i] = feature['stated_std'] ** 2
         if 'together' in row:
-            also = row['together']
-            which = [features.index(name) for name in also['features']]
-            sums.used[which] = True
-            sums.complete = float(also['windows'])
-            sums.sum_complete[which] = numbers(also['sums'], len(which))
-            sums.products[np.ix_(which, which)] = numbers(
-                also['products'], len(which) ** 2).reshape(len(which), -1)
+            block = row['together']
+            places = [features.index(name) for name in block['features']]
+            sums.used[places] = True
+            sums.complete = float(block['windows'])
+            sums.sum_complete[places] = numbers(block['sums'], len(places))
+            sums.products[np.ix_(places, places)] = numbers(
+                block['products'], len(places) ** 2).reshape(len(places), -1)
         return sums
 
 
 @dataclass
-class Point:
+class OperatingPoint:
     """
     An operating point and its baseline.
 
@@ -219,7 +223,7 @@ class Point:
 
     @classmethod
     def at(cls, row: Values, sums: Sums) -> Self:
-        """Return the Point with `sums` whose centre `row` names, see place."""
+        """Return the OperatingPoint with `sums` whose centre `row` names, see place."""
         temperature = row['temperature']
         return cls(float(row['angle']), float(row['speed']), float(row['load']),
                    None if temperature is None else float(temperature), sums)
@@ -235,62 +239,81 @@ class Point:
         return text + ('' if self.temperature is None else f', {self.temperature:.0f} deg C')
 
 
-class Points:
+class OperatingPoints:
     """All operating points seen, in the order in which they were; n_features: F of Sums."""
 
     def __init__(self, n_features: int) -> None:
         self.n_features = n_features
-        self.points: list[Point] = []
+        self.points: list[OperatingPoint] = []
 
-    def __getitem__(self, index: int) -> Point:
+    def __getitem__(self, index: int) -> OperatingPoint:
         return self.points[index]
 
     def __len__(self) -> int:
         return len(self.points)
 
-    def __iter__(self) -> Iterator[Point]:
+    def __iter__(self) -> Iterator[OperatingPoint]:
         return iter(self.points)
 
     def find(self, window: Backlash, temperature: float | None, bins: Sequence[float],
              create: bool = True) -> int:
         """
-        Return the index of the point of a Backlash, -1 where it is new and cannot be had.
+        Return the index of the operating point of a window.
 
-        create: add a point where none is near. temperature: deg C, or None.
-        bins: widths (angle in rad, speed ratio, load ratio, temperature in K); 0: not told apart.
+        Args:
+            window: its features.
+            temperature: of the gearbox (deg C), None if unknown.
+            bins: widths (angle in rad, speed ratio, load ratio, temperature in K); 0: one bin.
+            create: whether to add a point if none is near.
+
+        Returns:
+            The index, -1 if no point is near and none was added.
+
         """
-        best, nearest = -1, 0.5 + TINY
+        nearest_index, nearest = -1, 0.5 + TINY
         for index, point in enumerate(self.points):
-            far = distance(point, window, temperature, bins)
-            if far < nearest:
-                best, nearest = index, far
-        if best < 0 and create and len(self.points) < MAX_POINTS:
-            self.points.append(Point(
+            offset = distance(point, window, temperature, bins)
+            if offset < nearest:
+                nearest_index, nearest = index, offset
+        if nearest_index < 0 and create and len(self.points) < MAX_POINTS:
+            self.points.append(OperatingPoint(
                 _number(window.angle), _number(window.speed), _number(window.load), temperature,
                 Sums.empty(self.n_features, max(_number(window.load), TINY))))
-            best = len(self.points) - 1
-        return best
+            nearest_index = len(self.points) - 1
+        return nearest_index
 
 
-def distance(point: Point, window: Backlash, temperature: float | None,
+def distance(point: OperatingPoint, window: Backlash, temperature: float | None,
              bins: Sequence[float]) -> float:
-    """Return how far a window lies from `point`, in bins (the largest); see find."""
+    """
+    Return how far a window lies from an operating point, in bins: the largest of its coordinates.
+
+    Args:
+        point: with its centre.
+        window: features of the window.
+        temperature: of the gearbox (deg C), None if unknown.
+        bins: see OperatingPoints.find.
+
+    Returns:
+        The distance; inf if only one of both temperatures is known.
+
+    """
     angle, speed, load, kelvin = bins
-    far = [0.0]
+    offsets = [0.0]
     if angle > 0.0:
-        apart = (_number(window.angle) - point.angle) % (2 * math.pi)
-        far.append(min(apart, 2 * math.pi - apart) / angle)
+        turn = (_number(window.angle) - point.angle) % (2 * math.pi)
+        offsets.append(min(turn, 2 * math.pi - turn) / angle)
     for ratio, value, centre in ((speed, window.speed, point.speed),
                                  (load, window.load, point.load)):
         if ratio > 1.0:
-            far.append(abs(math.log(max(_number(value), TINY) / max(centre, TINY)))
-                       / math.log(ratio))
+            offsets.append(abs(math.log(max(_number(value), TINY) / max(centre, TINY)))
+                           / math.log(ratio))
     if kelvin > 0.0:
         if temperature is not None and point.temperature is not None:
-            far.append(abs(temperature - point.temperature) / kelvin)
+            offsets.append(abs(temperature - point.temperature) / kelvin)
         elif (temperature is None) != (point.temperature is None):
             return math.inf
-    return max(far)
+    return max(offsets)
 
 
 def _number(value: float) -> float:

@@ -52,7 +52,7 @@ def _normal_density(x: float) -> float:
 
 def false_alarm_rate(threshold: float) -> float:
     """
-    Return the false alarms per window of the one-sided test, a known baseline assumed.
+    Return the false alarms per window of the one-sided test at `threshold`, of a known baseline.
 
     Siegmund and Venkatraman, Annals of Statistics 23(1), 1995.
     """
@@ -96,21 +96,21 @@ class Stretches:
         weight, pull, whole, freedom = (np.zeros((n, c)) for _ in range(4))
         for point in np.unique(points):
             base = baselines[point]
-            here = (points == point)[:, None]
-            x = np.where(here, values - base.first, np.nan)
+            is_point = (points == point)[:, None]
+            x = np.where(is_point, values - base.first, np.nan)
             x = np.column_stack([x, base.alone(x)])
             x = x[:, column] * sign
             base_count, base_total, base_squares, stated = (
                 a[column] for a in base.extended())
             reference = np.append(base.first, base.first[GAP])[column]
-            seen = np.isfinite(x)
-            x0 = np.where(seen, x, 0.0)
-            old = np.where(learned[:, None] & seen, x0, 0.0)
-            count, total = _from_end(seen), _from_end(x0)
+            finite = np.isfinite(x)
+            x0 = np.where(finite, x, 0.0)
+            old = np.where(learned[:, None] & finite, x0, 0.0)
+            count, total = _from_end(finite), _from_end(x0)
             # What the baseline held before the stretch.
-            n0 = base_count - _from_end(learned[:, None] & seen)
-            least = np.where(column == values.shape[1], MIN_COMPLETE, MIN_BASELINE)
-            good = (n0 >= least) & (count > 0)
+            n0 = base_count - _from_end(learned[:, None] & finite)
+            min_count = np.where(column == values.shape[1], MIN_COMPLETE, MIN_BASELINE)
+            good = (n0 >= min_count) & (count > 0)
             n0 = np.maximum(n0, 1)
             s0 = base_total * sign - _from_end(old)
             mean = s0 / n0
@@ -120,7 +120,7 @@ class Stretches:
             variance = (PRIOR_WINDOWS * STATED ** 2 * stated + squares) / dof
             good &= np.isfinite(variance) & (variance > 0.0)
             variance = np.where(good, variance, 1.0)
-            first, second = _two_largest(np.where(seen, x, -np.inf), mean)
+            first, second = _two_largest(np.where(finite, x, -np.inf), mean)
             with np.errstate(invalid='ignore'):
                 limited = total - np.where(count > 0, np.maximum(
                     first - second - LONER * np.sqrt(variance), 0.0), 0.0)
@@ -133,13 +133,13 @@ class Stretches:
             pull += w * (limited / count - mean) / unit
             whole += w * (total / count - mean) / unit
             freedom += w * dof
-        known = weight > 0.0
-        safe = np.where(known, weight, 1.0)
+        judged = weight > 0.0
+        safe = np.where(judged, weight, 1.0)
         with np.errstate(invalid='ignore'):
-            self.growth = np.where(known, whole / safe, np.nan)
-            self.std = np.where(known, 1.0 / np.sqrt(safe), np.nan)
-            self.score = np.where(known, normal_score(pull / np.sqrt(safe),
-                                                      np.where(known, freedom / safe, 1.0)), 0.0)
+            self.growth = np.where(judged, whole / safe, np.nan)
+            self.std = np.where(judged, 1.0 / np.sqrt(safe), np.nan)
+            self.score = np.where(judged, normal_score(
+                pull / np.sqrt(safe), np.where(judged, freedom / safe, 1.0)), 0.0)
 
 
 def _from_end(values: Array | Flags) -> Array:
@@ -148,10 +148,10 @@ def _from_end(values: Array | Flags) -> Array:
     return sums[::-1]
 
 
-def _two_largest(x: Array, least: Array) -> tuple[Array, Array]:
-    """Return the largest and second largest of each stretch; the second is at least `least`."""
+def _two_largest(x: Array, floor: Array) -> tuple[Array, Array]:
+    """Return the largest and second largest of each stretch; the second is at least `floor`."""
     x = x[::-1]
     first = np.maximum.accumulate(x, axis=0)
-    before = np.vstack([np.full((1, x.shape[1]), -np.inf), first[:-1]])
-    second = np.maximum.accumulate(np.minimum(x, before), axis=0)
-    return first[::-1], np.maximum(second[::-1], least)
+    preceding = np.vstack([np.full((1, x.shape[1]), -np.inf), first[:-1]])
+    second = np.maximum.accumulate(np.minimum(x, preceding), axis=0)
+    return first[::-1], np.maximum(second[::-1], floor)

@@ -51,7 +51,7 @@ def normal_equations(theta: Array, free: Flags, passive: bool, data: Array, grou
     k, b, t0, height = theta[STIFFNESS], theta[HALF_GAP], theta[ZERO], theta[HEIGHT]
     active = theta[WIDTH] >= 0.0
     r = abs(theta[WIDTH])
-    w, w_r, w_t, known = data[0, 0] - t0, 0.0, -1.0, False
+    w, w_r, w_t, tracked = data[0, 0] - t0, 0.0, -1.0, False
     normal[:, :] = 0.0
     right[:] = 0.0
     scores[:, :] = 0.0
@@ -64,9 +64,9 @@ def normal_equations(theta: Array, free: Flags, passive: bool, data: Array, grou
         for i in range(j * group, (j + 1) * group):
             z = data[i, 0] - t0
             if z - w > r:
-                w, w_r, w_t, known = z - r, -1.0, -1.0, True
+                w, w_r, w_t, tracked = z - r, -1.0, -1.0, True
             elif w - z > r:
-                w, w_r, w_t, known = z + r, 1.0, -1.0, True
+                w, w_r, w_t, tracked = z + r, 1.0, -1.0, True
             y, y_c, y_t = z, 0.0, -1.0
             if not passive:
                 y_c = w_r
@@ -98,7 +98,7 @@ def normal_equations(theta: Array, free: Flags, passive: bool, data: Array, grou
                        - theta[GAIN] * data[i, 4])
             error += data[i, 1] - torque
         residuals[j] = 0.0
-        if not known:
+        if not tracked:
             continue
         for p in range(N_SHAPE):
             pair[p] = inverse * (slope[p] + last[p])

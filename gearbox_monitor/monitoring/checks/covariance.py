@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """Third trust indicator: the stated uncertainty of tau_K is where it was when all was well."""
-from gearbox_monitor.monitoring.checks.level import Condition, Finding, finding_of, Level
+from gearbox_monitor.monitoring.checks.finding import Condition, Finding, finding_of, Level
 
 LOWER, UPPER = 0.8, 1.3  # of the reference
 REFERENCE_EVALUATIONS = 5  # whose median is the reference, where none was given

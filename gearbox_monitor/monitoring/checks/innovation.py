@@ -31,7 +31,7 @@ from scipy.special import chdtri, ndtri
 from gearbox_monitor.estimation.whiteness import LAGS, ljung_box, MIN_SAMPLES
 from gearbox_monitor.kernels.jit import jit_allocating
 from gearbox_monitor.kernels.types import Array, Values
-from gearbox_monitor.monitoring.checks.level import Condition, Finding, finding_of, Level
+from gearbox_monitor.monitoring.checks.finding import Condition, Finding, finding_of, Level
 
 MEAN_WINDOW, GATE_WINDOW, WINDOW = 0.5, 1.0, 2.0  # s
 # Of each of the three tests on one window, were the filter's model exact. So small because it
@@ -183,7 +183,7 @@ def check(white: Array, nis: Array, dof: Array, errors: Array, stds: Array, rece
         return finding_of([TOO_FEW], '', {'window_samples': len(nis)})
     mean = _mean(white[len(white) - recent:])
     box, predictable = _whiteness(white)
-    enough = PREDICTABLE + LAGS / len(nis)
+    predictable_limit = PREDICTABLE + LAGS / len(nis)
     ratio = float(nis.sum()) / total
     low, high = nis_limits(total)
     low, high = min(low, NIS_LOW), max(high, NIS_HIGH)
@@ -192,14 +192,14 @@ def check(white: Array, nis: Array, dof: Array, errors: Array, stds: Array, rece
     values = {
         'mean': mean, 'mean_threshold': MEAN_LIMIT,
         'ljung_box': box, 'ljung_box_threshold': LJUNG_BOX_LIMIT,
-        'predictable_share': predictable, 'predictable_share_threshold': enough,
+        'predictable_share': predictable, 'predictable_share_threshold': predictable_limit,
         'nis_over_dof': ratio, 'nis_low': low, 'nis_high': high, 'nis_gross': NIS_GROSS,
         'variance_ratio_motor': motor, 'variance_ratio_arm': arm,
         'variance_ratio_low': VARIANCE_LOW, 'variance_ratio_high': VARIANCE_HIGH,
         'test_ratio': gate, 'test_ratio_threshold': 1.0, 'window_samples': len(nis)}
     broken = [condition for condition, is_broken in (
         (BIASED, mean > MEAN_LIMIT),
-        (COLOURED, box > LJUNG_BOX_LIMIT and predictable > enough),
+        (COLOURED, box > LJUNG_BOX_LIMIT and predictable > predictable_limit),
         (GROSS, not ratio <= NIS_GROSS),
         (LARGER, high < ratio <= NIS_GROSS),
         (SMALLER, ratio < low),

@@ -20,7 +20,7 @@ is then a diagnosis (docs/diagnose.md), not another tuning.
 """
 from collections import deque
 
-from gearbox_monitor.monitoring.checks.level import Condition, Finding, finding_of, Level
+from gearbox_monitor.monitoring.checks.finding import Condition, Finding, finding_of, Level
 
 SHARE = 0.5  # of the time that is looked at
 SECOND = 1_000_000_000
@@ -41,7 +41,7 @@ class Systematic:
         self._stamps: deque[int] = deque()
 
     def add(self, stamp_ns: int, systematic: bool) -> None:
-        """Take the evaluation at `stamp_ns`."""
+        """Take the evaluation at `stamp_ns`: whether its errors were `systematic`."""
         if systematic:
             self._stamps.append(stamp_ns)
 
@@ -55,9 +55,17 @@ class Systematic:
 
 def check(systematic: Systematic, stamp_ns: int, window: float, unknown_load: bool) -> Finding:
     """
-    Return the Finding at `stamp_ns` from a Systematic over the last `window` s.
+    Return the Finding on model mismatch.
 
-    unknown_load: whether a load on the arm is estimated, which takes most gaps upon itself.
+    Args:
+        systematic: the evaluations with systematic errors.
+        stamp_ns: now.
+        window: s before it that count.
+        unknown_load: whether a load on the arm is estimated, which absorbs most mismatches.
+
+    Returns:
+        WARN if the errors were systematic in more than SHARE of the window.
+
     """
     seconds = systematic.seconds(stamp_ns, window)
     values = {'systematic_s': float(seconds), 'systematic_s_threshold': SHARE * window,

@@ -30,7 +30,7 @@ from gearbox_monitor.estimation.process_model import (
     K_P, LOAD_AT, P0, Q0, R1, R2, tangent, TAU_K, X1, X2, X3, X4)
 from gearbox_monitor.kernels.jit import jit, jit_allocating, jit_inline
 from gearbox_monitor.kernels.types import Array, Flags, Values
-from gearbox_monitor.monitoring.checks.level import Condition, Finding, finding_of, Level
+from gearbox_monitor.monitoring.checks.finding import Condition, Finding, finding_of, Level
 from gearbox_monitor.plant.drive import (
     arm_load_slopes, D, INVERSE_M1, INVERSE_M2, motor_friction_slope)
 
@@ -55,7 +55,7 @@ CONDITIONS = (HIDDEN, UNKNOWN)
 
 
 @jit
-def _gramian(states: Array, dts: Array, seen: Array, p: Array, gramian: Array, product: Array,
+def _gramian(states: Array, dts: Array, measured: Array, p: Array, gramian: Array, product: Array,
              slope: Array) -> None:
     """
     Sum Phi' H' R^-1 H Phi over W samples [W, n], from the first state on.
@@ -71,7 +71,7 @@ def _gramian(states: Array, dts: Array, seen: Array, p: Array, gramian: Array, p
             gramian[i, j] = 0.0
     for k in range(states.shape[0]):
         for c in range(2):
-            if seen[k, c]:
+            if measured[k, c]:
                 r = p[R1] if c == 0 else p[R2]
                 for i in range(n):
                     for j in range(n):
@@ -114,26 +114,26 @@ def _scale(p: Array, n: int) -> Array:
 
 
 @jit_allocating
-def information_share(states: Array, dts: Array, seen: Array, p: Array) -> Array:
+def information_share(states: Array, dts: Array, measured: Array, p: Array) -> Array:
     """
     Return [n]: posterior over prior standard deviation of each state after the window.
 
-    states [W, n], dts [W] s, seen [W, 2] bool (measured), p: process.pack.
+    states [W, n], dts [W] s, measured [W, 2] bool, p: process.pack.
     sqrt(diag((S O S + I)^-1)) with the windowed Gramian O and the prior deviations S. 1 = nothing
     learnt, 0 = known.
     """
     n = states.shape[1]
     information = np.empty((n, n))
-    _gramian(states, dts, seen, p, information, np.empty((n, n)), np.empty((n, n)))
+    _gramian(states, dts, measured, p, information, np.empty((n, n)), np.empty((n, n)))
     scale = _scale(p, n)
     for i in range(n):
         for j in range(n):
             information[i, j] *= scale[i] * scale[j]
         information[i, i] += 1.0
-    left = np.linalg.inv(information)
+    posterior = np.linalg.inv(information)
     shares = np.empty(n)
     for i in range(n):
-        shares[i] = math.sqrt(min(max(left[i, i], 0.0), 1.0))
+        shares[i] = math.sqrt(min(max(posterior[i, i], 0.0), 1.0))
     return shares
 
 
@@ -145,7 +145,7 @@ def _condition(jacobian: Array) -> float:
 
 
 @jit_allocating
-def _paper(state: Array, seen: Flags, p: Array) -> tuple[float, float, float, float]:
+def _paper(state: Array, measured: Flags, p: Array) -> tuple[float, float, float, float]:
     n = state.shape[0]
     a, jacobian, scaled = np.empty((n, n)), np.zeros((n + 2, n)), np.zeros((n + 2, n))
     tangent(state, np.eye(n), p, a)
@@ -161,20 +161,20 @@ def _paper(state: Array, seen: Flags, p: Array) -> tuple[float, float, float, fl
             jacobian[i, j] = a[i, j]
             scaled[i, j] = a[i, j] * scale[j] / typical
     for i in range(2):
-        jacobian[n + i, i] = scaled[n + i, i] = 1.0 if seen[i] else 0.0
-    alone = 1.0
+        jacobian[n + i, i] = scaled[n + i, i] = 1.0 if measured[i] else 0.0
+    torque_condition = 1.0
     if p[LOAD_AT] > 0.0:
         two = np.empty((n + 2, 2))
         two[:, 0], two[:, 1] = jacobian[:, TAU_K], jacobian[:, int(p[LOAD_AT])]
-        alone = _condition(two)
+        torque_condition = _condition(two)
     signal = scale[TAU_K] * math.sqrt(a[X3, TAU_K] ** 2 / max(p[Q0 + X3], TINY)
                                       + a[X4, TAU_K] ** 2 / max(p[Q0 + X4], TINY))
-    return _condition(jacobian), _condition(scaled), alone, signal
+    return _condition(jacobian), _condition(scaled), torque_condition, signal
 
 
-def paper(state: Array, seen: Flags, p: Array) -> dict[str, float]:
+def paper(state: Array, measured: Flags, p: Array) -> dict[str, float]:
     """
-    Return the indicators of equation (6) at `state` [n] with `seen` [2] bool, as {name: number}.
+    Return the indicators of equation (6) at `state` [n], `measured` [2] bool: {name: number}.
 
     condition_eq6: s_min / s_max of the Jacobian of [f; h] with respect to (x, p), p the torques
     that are estimated, in raw units; condition_eq6_scaled: the same with columns scaled by typical
@@ -184,7 +184,7 @@ def paper(state: Array, seen: Flags, p: Array) -> dict[str, float]:
     row over its process noise, times the typical tau_K, per sqrt(s).
     """
     return dict(zip(('condition_eq6', 'condition_eq6_scaled', 'condition_eq6_p', 'signal_eq6_p'),
-                    _paper(state, seen, p)))
+                    _paper(state, measured, p)))
 
 
 def check(shares: Mapping[str, float], stated: float, eq6: Values) -> Finding:

@@ -18,7 +18,7 @@ from dataclasses import replace
 import re
 
 from gearbox_monitor.kernels.types import Values
-from gearbox_monitor.monitoring.checks.level import Condition, Finding, finding_of, Level
+from gearbox_monitor.monitoring.checks.finding import Condition, Finding, finding_of, Level
 
 START_TIME = 5.0  # s: before the first sample ever, silence is not yet an error
 _WINDOW = 'the last second'

@@ -31,7 +31,7 @@ RECENT = 0.3  # weight of the newest window in the short mean
 N_COMMON = 4
 
 
-class Known:
+class PooledFeatures:
     """
     Running means of Backlash.common; all of them begin anew where a window contradicts one.
 
@@ -53,13 +53,13 @@ class Known:
         return [list(self._mean), list(self._variance), list(self._trend)]
 
     def refine(self, window: Backlash) -> Backlash:
-        """Take a Backlash; return it with the gap that fits what is known, and its deviation."""
+        """Add `window` to the means; return it with the gap that fits them, and its deviation."""
         if not window.separable:  # its gap and stiffness stand for each other
             return window
         pairs = [(value, std ** 2) for value, std in zip(window.common, window.common_std)]
         if self._contradicted(pairs):
             self._mean, self._variance, self._trend = self._nothing()
-        alone = left = 0.0  # parts of the gap's variance before and now
+        own_part = remaining_part = 0.0  # parts of the gap's variance before and now
         for i, (value, variance) in enumerate(pairs):
             if not (math.isfinite(value) and 0.0 < variance < math.inf):
                 continue
@@ -67,18 +67,19 @@ class Known:
             share = 1.0 if math.isinf(prior) else prior / (prior + variance)
             self._mean[i] += share * (value - self._mean[i])
             self._variance[i] = share * variance
-            alone += window.gap_slopes[i] ** 2 * variance
-            left += window.gap_slopes[i] ** 2 * self._variance[i]
+            own_part += window.gap_slopes[i] ** 2 * variance
+            remaining_part += window.gap_slopes[i] ** 2 * self._variance[i]
         gap, gap_std = window.alone
-        known = min(window.gap_std_known, gap_std) ** 2
-        if not (math.isfinite(known) and alone > 0.0):
+        known_variance = min(window.gap_std_known, gap_std) ** 2
+        if not (math.isfinite(known_variance) and own_part > 0.0):
             return window
         return replace(
             window, gap=window.gap_given(self._mean), gap_alone=gap, gap_alone_std=gap_std,
-            gap_std=math.sqrt(known + (gap_std ** 2 - known) * left / alone))
+            gap_std=math.sqrt(known_variance
+                              + (gap_std ** 2 - known_variance) * remaining_part / own_part))
 
     def _contradicted(self, pairs: Any) -> bool:
-        found = False
+        contradicted = False
         for i, (value, variance) in enumerate(pairs):
             off = (value - self._mean[i]) / math.sqrt(
                 variance + self._variance[i] * MEMORY / (MEMORY - 1.0)) if variance > 0.0 else 0.0
@@ -86,5 +87,5 @@ class Known:
                 continue
             self._trend[i] += RECENT * (off - self._trend[i])
             usual = math.sqrt(RECENT / (2.0 - RECENT))
-            found |= max(abs(off), abs(self._trend[i]) / usual) > CONTRADICTED
-        return found
+            contradicted |= max(abs(off), abs(self._trend[i]) / usual) > CONTRADICTED
+        return contradicted

@@ -21,7 +21,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from gearbox_monitor.monitoring.backlash import scan
-from gearbox_monitor.monitoring.checks.level import Condition, Level
+from gearbox_monitor.monitoring.checks.finding import Condition, Level
 
 FEATURES = ('gap', 'lost_motion', 'stiffness', 'hysteresis', 'friction', 'gain')
 GAP, LOST_MOTION, STIFFNESS, HYSTERESIS, FRICTION, GAIN = range(len(FEATURES))
@@ -30,7 +30,7 @@ ALONE = 'gap_all_else_equal'
 
 
 @dataclass(frozen=True)
-class Test:
+class ChangeTest:
     """
     One upward test: `sign` times the feature in `column`.
 
@@ -47,19 +47,19 @@ class Test:
 
 
 TESTS = (
-    Test('gap', 'backlash', GAP, 1, True, 0.15, 'gap has grown by'),
+    ChangeTest('gap', 'backlash', GAP, 1, True, 0.15, 'gap has grown by'),
     # Far sharper where the others stay, see Sums.couplings; what it finds is a growth of the gap.
-    Test(ALONE, 'backlash', len(FEATURES), 1, True, 0.45, 'gap has grown by'),
-    Test('lost_motion', 'backlash', LOST_MOTION, 1, True, 0.1, 'lost motion has grown by'),
-    Test('stiffness_loss', 'backlash', STIFFNESS, -1, True, 0.05, 'stiffness is lost by'),
-    Test('hysteresis', 'backlash', HYSTERESIS, 1, False, 0.025,
-         'hysteresis, over the load, has risen by'),
-    Test('hysteresis_down', 'backlash', HYSTERESIS, -1, False, 0.025,
-         'hysteresis, over the load, has fallen by'),
-    Test('friction', 'friction', FRICTION, 1, True, 0.05, 'friction has grown by'),
-    Test('friction_loss', 'friction', FRICTION, -1, True, 0.05, 'friction has dropped by'),
-    Test('torque_gain', 'friction', GAIN, 1, True, 0.05, 'torque gain has grown by'),
-    Test('torque_gain_loss', 'friction', GAIN, -1, True, 0.05, 'torque gain has dropped by'),
+    ChangeTest(ALONE, 'backlash', len(FEATURES), 1, True, 0.45, 'gap has grown by'),
+    ChangeTest('lost_motion', 'backlash', LOST_MOTION, 1, True, 0.1, 'lost motion has grown by'),
+    ChangeTest('stiffness_loss', 'backlash', STIFFNESS, -1, True, 0.05, 'stiffness is lost by'),
+    ChangeTest('hysteresis', 'backlash', HYSTERESIS, 1, False, 0.025,
+               'hysteresis, over the load, has risen by'),
+    ChangeTest('hysteresis_down', 'backlash', HYSTERESIS, -1, False, 0.025,
+               'hysteresis, over the load, has fallen by'),
+    ChangeTest('friction', 'friction', FRICTION, 1, True, 0.05, 'friction has grown by'),
+    ChangeTest('friction_loss', 'friction', FRICTION, -1, True, 0.05, 'friction has dropped by'),
+    ChangeTest('torque_gain', 'friction', GAIN, 1, True, 0.05, 'torque gain has grown by'),
+    ChangeTest('torque_gain_loss', 'friction', GAIN, -1, True, 0.05, 'torque gain has dropped by'),
 )
 ADVICE = {
     'gap': ('watch it', 'plan a service', 'service the gearbox'),
@@ -110,8 +110,8 @@ def _conditions() -> Iterator[Condition]:
                 (f'{name}_{"warn" if k == 1 else "error"}',))
 
 
-def size_name(test: Test) -> str:
-    """Return the name of the size of a change in the values of a Finding; test: a Test."""
+def size_name(test: ChangeTest) -> str:
+    """Return the name of the size of a change in the values of a Finding; test: a ChangeTest."""
     return 'growth' if test.key == 'gap' else f'{test.key}_change'
 
 

@@ -73,11 +73,11 @@ def finding_of(broken: Sequence[Condition], fine: str, values: Values) -> Findin
 
 def with_more(finding: Finding, broken: Sequence[Condition], values: Values) -> Finding:
     """Return `finding` with the Conditions `broken` (one or more) and `values` besides."""
-    more = finding_of(broken, '', {**finding.values, **values})
+    combined = finding_of(broken, '', {**finding.values, **values})
     if finding.level == Level.OK:
-        return more
-    return Finding(max(finding.level, more.level), f'{more.message}; {finding.message}',
-                   more.values)
+        return combined
+    return Finding(max(finding.level, combined.level), f'{combined.message}; {finding.message}',
+                   combined.values)
 
 
 # Component -> evaluations in a row that raise and that lower its level. One evaluation per second
@@ -108,9 +108,9 @@ class Alarm:
     def update(self, raw: int, stamp_ns: int) -> Level:
         """Take the raw level found at `stamp_ns`; return the debounced level."""
         for i, at in enumerate((Level.WARN, Level.ERROR)):
-            above = raw >= at
-            self._above[i] = min(self._above[i] + 1, self.up) if above else 0
-            self._below[i] = 0 if above else min(self._below[i] + 1, self.down)
+            reached = raw >= at
+            self._above[i] = min(self._above[i] + 1, self.up) if reached else 0
+            self._below[i] = 0 if reached else min(self._below[i] + 1, self.down)
         new = self.level if self._judged else min(Level(raw), Level.WARN)
         for i, at in enumerate((Level.WARN, Level.ERROR)):
             if self._above[i] >= self.up:

@@ -36,7 +36,7 @@ SECOND = 1_000_000_000
 SETTLE = 2 * SECOND  # ns after the first value that are not used
 
 
-class Windows:
+class RecordingWindows:
     """
     Fits smoothed values window by window, as they come.
 
@@ -120,13 +120,13 @@ class Combined:
     std: float
 
 
-def combine(found: Sequence[Backlash], name: str, relative: float = 0.0) -> Combined | None:
+def combine(fits: Sequence[Backlash], name: str, relative: float = 0.0) -> Combined | None:
     """
-    Return the Combined feature `name` of the list `found` of Backlash, None without any.
+    Return the Combined feature `name` of the list `fits` of Backlash, None without any.
 
     relative: a deviation of the method itself, that averaging does not remove.
     """
-    pairs = np.array([(getattr(w, name), getattr(w, name + '_std')) for w in found])
+    pairs = np.array([(getattr(w, name), getattr(w, name + '_std')) for w in fits])
     pairs = pairs[np.isfinite(pairs).all(axis=1)] if len(pairs) else pairs
     if not len(pairs):
         return None
@@ -137,19 +137,19 @@ def combine(found: Sequence[Backlash], name: str, relative: float = 0.0) -> Comb
     return Combined(value, math.hypot(math.sqrt(variance / n), relative * value))
 
 
-def separable_of(found: Sequence[Backlash]) -> tuple[list[Backlash], bool]:
+def separable_of(fits: Sequence[Backlash]) -> tuple[list[Backlash], bool]:
     """
     Return (windows that count, whether they tell gap and compliance apart).
 
-    found: what Windows gave. Where most windows cannot, all those with features count.
+    fits: what RecordingWindows gave. Where most windows cannot, all those with features count.
     """
-    seen = [w for w in found if isinstance(w, features.Backlash)]
-    clear = [w for w in seen if w.separable]
-    separable = 2 * len(clear) > len(seen)
-    return (clear if separable else seen), separable
+    excited = [w for w in fits if isinstance(w, features.Backlash)]
+    clear = [w for w in excited if w.separable]
+    separable = 2 * len(clear) > len(excited)
+    return (clear if separable else excited), separable
 
 
-def reason_of(found: Sequence[NotExcited]) -> str:
-    """Return what the motion lacks, of windows `found`, of which none has features."""
-    reasons = [w.reason for w in found] or ['no estimates after the first seconds']
+def reason_of(fits: Sequence[NotExcited]) -> str:
+    """Return what the motion lacks, of windows `fits`, of which none has features."""
+    reasons = [w.reason for w in fits] or ['no estimates after the first seconds']
     return max(set(reasons), key=reasons.count)

@@ -18,7 +18,7 @@ import itertools
 import numpy as np
 import pytest
 
-from gearbox_monitor.monitoring.checks.level import Alarm, Condition, Finding, finding_of, Level
+from gearbox_monitor.monitoring.checks.finding import Alarm, Condition, Finding, finding_of, Level
 
 SECOND = 1_000_000_000
 DEBOUNCES = [(3, 5), (2, 2), (1, 1), (4, 1), (1, 2)]
