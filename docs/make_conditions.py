@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Write conditions.md from what the checks compare with: python docs/make_conditions.py."""
+from collections.abc import Sequence
 from pathlib import Path
 import sys
 
@@ -20,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.monitoring.backlash import change_tests  # noqa: E402
-from gearbox_monitor.monitoring.checks.finding import DEBOUNCE  # noqa: E402
+from gearbox_monitor.monitoring.checks.finding import Condition, DEBOUNCE  # noqa: E402
 from gearbox_monitor.monitoring.monitor import CONDITIONS  # noqa: E402
 
 PAGE = ROOT / 'docs/conditions.md'
@@ -38,13 +39,13 @@ component says WARN: no data yet, never OK.
 """
 
 
-def evaluations(n):
+def evaluations(n: int) -> str:
     """Return `n` evaluations in words."""
     return 'one evaluation' if n == 1 else f'{n} evaluations in a row'
 
 
-def table(component, conditions):
-    """Return heading and Markdown table of the `conditions` of one component."""
+def table(component: str, conditions: Sequence[Condition]) -> str:
+    """Return heading and Markdown table of the `conditions` of `component`."""
     up, down = DEBOUNCE[component]
     lines = [f'## {component}', '', f'Raised after {evaluations(up)}, lowered after '
              f'{evaluations(down)}.', '',
@@ -57,7 +58,7 @@ def table(component, conditions):
     return '\n'.join(lines)
 
 
-def page():
+def page() -> str:
     """Return the text of the page."""
     rows = [*CONDITIONS, *change_tests.CONDITIONS]
     tables = [table(component, [c for c in rows if c.component == component])

@@ -60,7 +60,7 @@ COLUMNS = {
     True: {S.S_TWIST: 'twist, motor - arm', S.S_TWIST_RATE: 'its rate', S.S_TAU_K: 'tau_K'}}
 
 
-def topics():
+def topics() -> str:
     """Return the Markdown table of the signals."""
     lines = ['| topic | joint | position | velocity | effort |', '|---|---|---|---|---|']
     for signal in SIGNALS:
@@ -71,7 +71,7 @@ def topics():
     return '\n'.join(lines)
 
 
-def table(component):
+def table(component: str) -> str:
     """Return heading and Markdown table of the values of `component`."""
     lines = [f'### {component}', '', '| key | unit | what |', '|---|---|---|']
     lines += [f'| `{row.key}` | {row.unit} | {row.description} |'
@@ -79,7 +79,7 @@ def table(component):
     return '\n'.join(lines)
 
 
-def page():
+def page() -> str:
     """Return the text of the page."""
     components = dict.fromkeys(value.component for value in DIAGNOSTIC_KEYS)
     return (HEAD + topics() + '\n' + DIAGNOSTICS + '\n'

@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.parameters import (  # noqa: E402
-    AT_ONCE, ESTIMATOR, MODEL, PLANT, RECORDER, RESTART)
+    AT_ONCE, ESTIMATOR, MODEL, ParameterRow, PLANT, RECORDER, RESTART, Table)
 
 PAGE = ROOT / 'docs/parameters.md'
 CHANGES = {AT_ONCE: 'yes', RESTART: 'yes, restarts the filter'}
@@ -50,15 +50,15 @@ The drive itself, read by plant, estimator and replay alike: every key with its 
 """
 
 
-def shown(value):
+def shown(value: object) -> str:
     """Return `value` as it stands in YAML."""
     plain = list(value) if isinstance(value, tuple) else value
     text = yaml.safe_dump(plain, default_flow_style=True, width=1000)
     return text.removesuffix('\n...\n').strip()
 
 
-def bounds(row):
-    """Return what a value may be, in a few characters."""
+def bounds(row: ParameterRow) -> str:
+    """Return what a value of `row` may be, in a few characters."""
     if row.choices:
         return ', '.join(row.choices)
     ends = [f'>= {row.low:g}' if row.low > -float('inf') else '',
@@ -66,7 +66,7 @@ def bounds(row):
     return ', '.join(filter(None, ends))
 
 
-def table(rows):
+def table(rows: Table) -> str:
     """Return a Markdown table of the parameters.ParameterRow `rows`."""
     lines = ['| name | default | unit | range | live | what |', '|---|---|---|---|---|---|']
     for row in rows:
@@ -76,7 +76,7 @@ def table(rows):
     return '\n'.join(lines)
 
 
-def page():
+def page() -> str:
     """Return the text of the page."""
     return (f'{HEAD}\n## estimator\n\n{table(ESTIMATOR)}\n\n{VALUES}\n{table(MODEL)}\n\n'
             f'## plant\n\n{table(PLANT)}\n\n'

@@ -24,12 +24,14 @@ import math
 import os
 from pathlib import Path
 import time
+from typing import Any
 
 import yaml
 
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_yaml
+from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
 
 FORMAT = 2
@@ -40,7 +42,7 @@ class Damaged(InputError):
     """A file of drift is not what this package has written."""
 
 
-def load_baseline(path, gearbox_serial=''):
+def load_baseline(path: str | Path, gearbox_serial: str = '') -> list[dict[str, Any]]:
     """
     Return the baselines in the file `path`, as change.Tracker takes them.
 
@@ -74,7 +76,8 @@ def load_baseline(path, gearbox_serial=''):
                       'writes') from None
 
 
-def _check_point(point, source):
+def _check_point(point: Any, source: str) -> None:
+    """Raise Damaged that names `source` if `point` is no operating point."""
     if not isinstance(point, dict) or not isinstance(point.get('features'), dict):
         raise Damaged(f'{source}: {str(point)[:60]!r}, expected an operating point with '
                       'features')
@@ -88,18 +91,28 @@ def _check_point(point, source):
             _check_number(value, f'{source}.{name}.{key}', 0.0 if key != 'mean' else -math.inf)
 
 
-def _check_number(value, source, low):
+def _check_number(value: object, source: str, low: float) -> None:
+    """Raise Damaged that names `source` if `value` is no finite number >= `low`."""
     if isinstance(value, bool) or not isinstance(value, (int, float)) or \
             not math.isfinite(value) or value < low:
         raise Damaged(f'{source}: {value!r}, expected a number'
                       + (f' >= {low:g}' if low > -math.inf else ''))
 
 
-def save_baseline(path, points, gearbox_serial, parameters):
+def save_baseline(path: str | Path, points: list[dict[str, Any]], gearbox_serial: str,
+                  parameters: dict[str, Any]) -> None:
     """
-    Write baselines (Tracker.baseline_points) to `path`, whole or not at all. Raises InputError.
+    Write baselines to a file, whole or not at all.
 
-    `parameters` in force are written beside them, for who wonders later.
+    Args:
+        path: of the file; replaced if it exists.
+        points: of Tracker.baseline_points.
+        gearbox_serial: of the gearbox that they belong to.
+        parameters: in force, for the record.
+
+    Raises:
+        InputError: if the file cannot be written.
+
     """
     text = '# What was healthy, per operating point; written by ~/save_baseline.\n' + \
         yaml.safe_dump({
@@ -108,11 +121,20 @@ def save_baseline(path, points, gearbox_serial, parameters):
     _write(Path(path), text)
 
 
-def save_state(path, tracker, gearbox_serial, adaptation=None):
+def save_state(path: str | Path, tracker: Tracker, gearbox_serial: str,
+               adaptation: Values | None = None) -> None:
     """
-    Write the state of a Tracker, and `adaptation` (Estimator.learnt), to `path`.
+    Write the state of drift to a file, whole or not at all.
 
-    Whole or not at all. Raises InputError.
+    Args:
+        path: of the file; replaced if it exists.
+        tracker: whose state continues after a restart.
+        gearbox_serial: of the gearbox that it belongs to.
+        adaptation: what an adaptive filter has learnt.
+
+    Raises:
+        InputError: if the file cannot be written.
+
     """
     _write(Path(path), json.dumps({
         'format': STATE_FORMATS[-1], 'gearbox_monitor': __version__,
@@ -120,9 +142,9 @@ def save_state(path, tracker, gearbox_serial, adaptation=None):
         'adaptation': adaptation or {}}))
 
 
-def load_state(path, gearbox_serial):
+def load_state(path: str | Path, gearbox_serial: str) -> tuple[dict[str, Any] | None, str]:
     """
-    Return (state or None, what is to be reported or '') of the state file `path`.
+    Return (state or None, report or '') of the state file `path` of the gearbox `gearbox_serial`.
 
     The state: {'drift': what Tracker takes, 'adaptation': what Estimator.recall takes or {}}.
     There may be no file yet. One that is damaged, of another version or of another gearbox is
@@ -153,7 +175,7 @@ def load_state(path, gearbox_serial):
     return None, f'{path}: {reason}: {set_aside(path)}'
 
 
-def set_aside(path):
+def set_aside(path: str | Path) -> str:
     """Rename `path` to PATH.corrupt-DATE; returns what to report. Raises InputError."""
     path = Path(path)
     aside = path.with_name(f'{path.name}.corrupt-{time.strftime("%Y%m%d-%H%M%S")}')
@@ -165,11 +187,13 @@ def set_aside(path):
     return f'set aside as {aside.name}; drift begins anew'
 
 
-def _now():
+def _now() -> str:
+    """Return the local time in ISO 8601."""
     return time.strftime('%Y-%m-%dT%H:%M:%S%z')
 
 
-def _write(path, text):
+def _write(path: Path, text: str) -> None:
+    """Replace the file `path` by `text` at once. Raises InputError."""
     temporary = path.with_name(path.name + '.tmp')
     try:
         with open(temporary, 'w', encoding='utf-8') as file:

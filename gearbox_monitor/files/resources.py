@@ -20,7 +20,7 @@ import sys
 from gearbox_monitor.errors import InputError
 
 
-def config_path(name):
+def config_path(name: str) -> Path:
     """
     Return the path of the packaged configuration file `name`, for example ``drive.yaml``.
 
@@ -30,8 +30,8 @@ def config_path(name):
     checkout = package.parent
     roots = [checkout / 'config'] if (checkout / 'package.xml').is_file() else []
     # The prefix this very package is installed in comes first: another may hold another version.
-    prefixes = [*package.parents, *os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep),
-                sys.prefix]
+    prefixes: list[str | Path] = [
+        *package.parents, *os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix]
     shares = [Path(p) / 'share/gearbox_monitor/config' for p in prefixes if p]
     roots += [share for share in dict.fromkeys(shares) if share.is_dir()]
     for root in roots:

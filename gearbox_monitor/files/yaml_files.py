@@ -13,16 +13,18 @@
 # limitations under the License.
 
 """Read the YAML files of a user: model of the drive, parameters of a node."""
+from collections.abc import Iterator, Sequence
 import contextlib
 from dataclasses import dataclass, field
 from pathlib import Path
 import re
+from typing import Any
 
 import yaml
 
 from gearbox_monitor.errors import InputError, Problems
-from gearbox_monitor.parameters import check_values
-from gearbox_monitor.plant.drive import model_from_dict
+from gearbox_monitor.parameters import check_values, Table
+from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 
 MAX_BYTES = 64 << 20  # of a file: baselines of a thousand operating points are a tenth of it
 MAX_NODES = 500_000  # values that a file stands for: aliases can make a line into billions
@@ -39,15 +41,16 @@ class _Loader(yaml.SafeLoader):
     A key that stands twice is an error. lines: {id of a mapping: {key: line}}.
     """
 
-    def __init__(self, text):
+    def __init__(self, text: str) -> None:
         super().__init__(text)
-        self.lines = {}
+        self.lines: dict[int, dict[Any, int]] = {}
 
-    def construct_mapping(self, node, deep=False):
-        given = [key for key, _ in node.value]
-        result = super().construct_mapping(node, deep)
-        lines = {}
-        for key in given:
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """Return the mapping of `node` (`deep`: with what is inside); note lines of its keys."""
+        keys = [key for key, _ in node.value]
+        result: dict[Any, Any] = super().construct_mapping(node, deep)
+        lines: dict[Any, int] = {}
+        for key in keys:
             if key.tag == 'tag:yaml.org,2002:merge':
                 continue
             name, line = self.construct_object(key), key.start_mark.line + 1
@@ -58,8 +61,9 @@ class _Loader(yaml.SafeLoader):
         self.lines[id(node)] = lines
         return result
 
-    def construct_yaml_map(self, node):
-        data = {}
+    def construct_yaml_map(self, node: yaml.MappingNode) -> Iterator[dict[Any, Any]]:
+        """Yield the mapping of `node` before it is filled, as aliases need it."""
+        data: dict[Any, Any] = {}
         yield data
         data.update(self.construct_mapping(node))
         self.lines[id(data)] = self.lines.pop(id(node), {})
@@ -75,33 +79,35 @@ _Loader.add_implicit_resolver(
 class Yaml:
     """The `content` of a YAML file, its `text`, and where keys stand: {dotted key: line}."""
 
-    path: str
-    content: object
+    path: str | Path
+    content: Any
     text: str
-    lines: dict = field(default_factory=dict)
+    lines: dict[str, int] = field(default_factory=dict)
 
     @contextlib.contextmanager
-    def located(self, within=''):
-        """Put the line into each InputError of this file; keys are looked up `within` a block."""
+    def located(self, block_name: str = '') -> Iterator[None]:
+        """Put the line into each InputError of this file; look keys up in block `block_name`."""
         try:
             yield
         except InputError as error:
-            raise type(error)(*(self._located(text, within) for text in error.args)) from None
+            raise type(error)(*(
+                self._located(text, block_name) for text in error.args)) from None
 
-    def _located(self, problem, within):
-        head, _, rest = problem.partition(': ')
-        key = rest.partition(': ')[0]
+    def _located(self, problem: str, block_name: str) -> str:
+        """Return `problem` with the line of the key that it names."""
+        head, _, tail = problem.partition(': ')
+        key = tail.partition(': ')[0]
         if head != str(self.path) or not key:
             return problem
         while key:  # what is missing is looked for where it should stand
             for name, line in self.lines.items():
-                if name.startswith(within) and (name == key or name.endswith('.' + key)):
-                    return f'{head}: line {line}: {rest}'
+                if name.startswith(block_name) and (name == key or name.endswith('.' + key)):
+                    return f'{head}: line {line}: {tail}'
             key = key.rpartition('.')[0]
         return problem
 
 
-def load_yaml(path):
+def load_yaml(path: str | Path) -> Yaml:
     """Return the Yaml of the file `path`; raises InputError with file and line."""
     try:
         with open(path, encoding='utf-8') as file:
@@ -129,51 +135,61 @@ def load_yaml(path):
     return Yaml(path, content, text, _lines(path, content, loader.lines))
 
 
-def _lines(path, content, known):
+def _lines(path: str | Path, content: Any, lines_by_id: dict[int, dict[Any, int]]
+           ) -> dict[str, int]:
     """Return {dotted key: line} of all mappings in `content`, which must not be too large."""
-    found, left, count = {}, [('', content)], 0
-    while left:
-        prefix, value = left.pop()
+    positions: dict[str, int] = {}
+    pending, count = [('', content)], 0
+    while pending:
+        prefix, value = pending.pop()
         count += 1
         if count > MAX_NODES:
             raise InputError(f'{path}: stands for more than {MAX_NODES} values, expected fewer '
                              '(an alias that contains itself, or aliases of aliases)')
         if isinstance(value, dict):
-            here = known.get(id(value), {})
+            own_lines = lines_by_id.get(id(value), {})
             for key, inner in value.items():
                 name = f'{prefix}{key}'
-                if key in here:
-                    found.setdefault(name, here[key])
-                left.append((name + '.', inner))
+                if key in own_lines:
+                    positions.setdefault(name, own_lines[key])
+                pending.append((name + '.', inner))
         elif isinstance(value, (list, tuple, set)):
             for item in value:  # named by their id, as effects are
                 name = prefix
                 if isinstance(item, dict) and 'id' in item:
                     name = f'{prefix}{item["id"]}'
-                    found.setdefault(name, min(known.get(id(item), {}).values(), default=1))
+                    own_lines = lines_by_id.get(id(item), {})
+                    positions.setdefault(name, min(own_lines.values(), default=1))
                     name += '.'
-                left.append((name, item))
-    return found
+                pending.append((name, item))
+    return positions
 
 
-def expect_folder_of(path):
+def expect_folder_of(path: str | Path) -> None:
     """Raise InputError where `path` cannot be made for want of its folder; '-': stdout."""
     if path and path != '-' and not Path(path).absolute().parent.is_dir():
         raise InputError(f'{path}: no such folder, expected a new name in an existing one')
 
 
-def load_model(path):
+def load_model(path: str | Path) -> DriveModel:
     """Return the DriveModel of the model file `path`. Raises InputError."""
     data = load_yaml(path)
     with data.located():
         return model_from_dict({} if data.content is None else data.content, str(path))
 
 
-def save_model(path, model, comment):
+def save_model(path: str | Path, model: DriveModel, comment: Sequence[str]) -> None:
     """
-    Write the DriveModel `model` to the new file `path`, under `comment` (lines). See load_model.
+    Write a model file.
 
-    Raises InputError where `path` exists or cannot be written.
+    Args:
+        path: of the new file.
+        model: see load_model.
+        comment: lines that precede it.
+
+    Raises:
+        InputError: if the file exists or cannot be written.
+
     """
     lines = [f'# {line}'.rstrip() for line in comment]
     text = '\n'.join(lines) + '\n' + yaml.safe_dump(
@@ -185,15 +201,28 @@ def save_model(path, model, comment):
         raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
 
 
-def load_parameters(path, node, table, of=''):
+def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> dict[str, Any]:
     """
-    Return the parameters of `table` that the ROS parameter file `path` gives to `node`.
+    Return the parameters that a ROS parameter file gives to a node.
 
-    Takes the blocks ``/**``, ``/**/node`` and `node` (with or without a namespace), in this order.
-    of: a topic or node; where there are several namespaces its own is meant. Raises InputError.
+    Takes the blocks ``/**``, ``/**/node`` and ``node`` (with or without a namespace), in this
+    order.
+
+    Args:
+        path: of the file.
+        node: name of the node.
+        table: rows of its parameters.
+        of: a topic or node, whose namespace counts if the file has several.
+
+    Returns:
+        {name: value} of the parameters in the file.
+
+    Raises:
+        InputError: for all problems in the file, with their lines.
+
     """
-    given = load_yaml(path)
-    data, problems = given.content, Problems()
+    file = load_yaml(path)
+    data, problems = file.content, Problems()
     if not isinstance(data, dict):
         raise InputError(f'{path}: {str(data)[:40]!r}, expected "{node}: ros__parameters: ..."')
     blocks = [block for block in data if isinstance(block, str)]
@@ -204,15 +233,15 @@ def load_parameters(path, node, table, of=''):
         if block.rsplit('/', 1)[-1] not in ('**', node):
             continue
         if len(several) > 1 and '/**' not in block:
-            wanted = '/' + of.rpartition('/')[0].strip('/')
-            if wanted not in several:
+            namespace = '/' + of.rpartition('/')[0].strip('/')
+            if namespace not in several:
                 raise InputError(
                     f'{path}: blocks for {node} in {", ".join(several)}, expected to know whose: '
                     f'choose it with --topic {several[0]}/{node}')
-            if (block.rsplit('/', 1)[0] or '/') != wanted:
+            if (block.rsplit('/', 1)[0] or '/') != namespace:
                 continue
         inner = None
-        with problems, given.located():
+        with problems, file.located():
             inner = data[block].get('ros__parameters') if isinstance(data[block], dict) else None
             if not isinstance(inner, dict):
                 raise InputError(f'{path}: {block}: expected a block ros__parameters')
@@ -221,8 +250,8 @@ def load_parameters(path, node, table, of=''):
         # /** addresses every node: what this one does not have belongs to another.
         ours = {k: v for k, v in inner.items() if k in names
                 or block.rsplit('/', 1)[-1] == node and str(k).partition('.')[0] not in OF_ROS}
-        with problems, given.located(block + '.'):
-            check_values(table, ours, path)
+        with problems, file.located(block + '.'):
+            check_values(table, ours, str(path))
         values.update(ours)
     problems.raise_all()
     return values

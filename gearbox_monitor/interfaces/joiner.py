@@ -19,11 +19,13 @@ What comes out depends on the two streams only, not on how they reached us in be
 neither falls behind the other by more than WAIT.
 """
 from collections import deque
+from typing import Generic, TypeVar
 
 WAIT = 1_000_000_000  # ns of stamps that a message waits for its partner
+Values = TypeVar('Values')
 
 
-class Joiner:
+class Joiner(Generic[Values]):
     """
     Pairs messages whose stamps are at most `tolerance` (int ns) apart, each message once.
 
@@ -31,71 +33,76 @@ class Joiner:
     message is left out. pairs, alone, unused: how many of each.
     """
 
-    def __init__(self, tolerance):
+    def __init__(self, tolerance: int) -> None:
         self.tolerance = tolerance
         self.pairs = self.alone = self.unused = 0
-        self._nearest = None
-        self._motor, self._arm = deque(), deque()  # (stamp, values)
+        self._nearest: int | None = None
+        self._motor: deque[tuple[int, Values]] = deque()
+        self._arm: deque[tuple[int, Values]] = deque()
 
-    def motor(self, stamp_ns, values):
-        """Take a motor message; return the [(stamp_ns, motor values, arm values or None)] due."""
+    def motor(self, stamp_ns: int, values: Values) -> list[tuple[int, Values, Values | None]]:
+        """Take `values` of the motor at `stamp_ns`; return the samples that are complete now."""
         if stamp_ns <= 0:  # says nothing about when
             self.alone += 1
             return [(stamp_ns, values, None)]
-        due = self._make_room(stamp_ns, self._motor)
+        samples = self._make_room(stamp_ns, self._motor)
         self._motor.append((stamp_ns, values))
-        return due + self._matched()
+        return samples + self._matched()
 
-    def arm(self, stamp_ns, values):
-        """Take an arm message; return what is due, see motor."""
+    def arm(self, stamp_ns: int, values: Values) -> list[tuple[int, Values, Values | None]]:
+        """Take `values` of the arm at `stamp_ns`; return the samples that are complete now."""
         if stamp_ns <= 0:
             self.unused += 1
             return []
-        due = self._make_room(stamp_ns, self._arm)
+        samples = self._make_room(stamp_ns, self._arm)
         self._arm.append((stamp_ns, values))
-        return due + self._matched()
+        return samples + self._matched()
 
-    def clear(self):
-        """Forget what waits."""
+    def clear(self) -> None:
+        """Drop all messages that wait for a partner."""
         self._motor.clear()
         self._arm.clear()
 
-    def ask(self):
-        """Return the smallest distance (ns) of stamps that did not fit, since last asked."""
+    def ask(self) -> int | None:
+        """Return the smallest distance (ns) of stamps that did not fit since the last call."""
         nearest, self._nearest = self._nearest, None
         return nearest
 
-    def _make_room(self, stamp_ns, own):
+    def _make_room(self, stamp_ns: int, own: deque[tuple[int, Values]]
+                   ) -> list[tuple[int, Values, Values | None]]:
         """Give up what waits in vain once `stamp_ns` has come, on the side `own`."""
-        due = []
+        samples: list[tuple[int, Values, Values | None]] = []
         back = bool(own) and own[-1][0] > stamp_ns  # a new time has begun
         while self._motor and (back and own is self._motor
                                or abs(self._motor[0][0] - stamp_ns) > WAIT):
-            due.append(self._single())
+            samples.append(self._single())
         while self._arm and (back and own is self._arm
                              or abs(self._arm[0][0] - stamp_ns) > WAIT):
             self._drop()
-        return due
+        return samples
 
-    def _matched(self):
-        due = []
+    def _matched(self) -> list[tuple[int, Values, Values | None]]:
+        """Return the samples of messages that have a partner, or can have none any more."""
+        samples: list[tuple[int, Values, Values | None]] = []
         while self._motor and self._arm:
-            apart = self._arm[0][0] - self._motor[0][0]
-            if abs(apart) <= self.tolerance:
-                due.append((*self._motor.popleft(), self._arm.popleft()[1]))
+            distance = self._arm[0][0] - self._motor[0][0]
+            if abs(distance) <= self.tolerance:
+                samples.append((*self._motor.popleft(), self._arm.popleft()[1]))
                 self.pairs += 1
                 continue
-            self._nearest = min(abs(apart), self._nearest or abs(apart))
-            if apart < 0:
+            self._nearest = min(abs(distance), self._nearest or abs(distance))
+            if distance < 0:
                 self._drop()
             else:
-                due.append(self._single())
-        return due
+                samples.append(self._single())
+        return samples
 
-    def _single(self):
+    def _single(self) -> tuple[int, Values, None]:
+        """Return the oldest motor message as a sample without arm."""
         self.alone += 1
         return (*self._motor.popleft(), None)
 
-    def _drop(self):
+    def _drop(self) -> None:
+        """Leave out the oldest arm message."""
         self.unused += 1
         self._arm.popleft()

@@ -18,11 +18,14 @@ The table of published signals: which column of an estimate stands in which mess
 One truth for the live node, replay, plots and docs. All topics carry sensor_msgs/JointState with
 the stamp of the measurement (smoothed: of the time it is about). Units: rad, rad/s, N m.
 """
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from gearbox_monitor.estimation import rts_smoother, sample_loop
+from gearbox_monitor.kernels.types import Array, Integers
 
 TRANSMISSION = 'transmission'
 MOTOR, ARM = 'motor', 'arm'
@@ -39,10 +42,10 @@ class Signal:
     """
 
     topic: str
-    joints: tuple
-    position: tuple
-    velocity: tuple = ()
-    effort: tuple = ()
+    joints: tuple[str, ...]
+    position: tuple[int, ...]
+    velocity: tuple[int, ...] = ()
+    effort: tuple[int, ...] = ()
     smoothed: bool = False
     deviation: bool = False
 
@@ -70,15 +73,34 @@ DRIFT_ALERTS = 'drift_alerts'
 SNAPSHOT = 'snapshot'
 
 
-def joint_values(signal, row, names, gear_ratio):
-    """
-    Return (joint names, position, velocity, effort) of `signal` for one row, as lists.
+class EstimateRows(Protocol):
+    """Estimates as rows with their stamps, see monitor.Estimates."""
 
-    row: estimate row, or smoothed row where signal.smoothed. names {MOTOR: ..., ARM: ...}: joint
-    names on the wire. The motor joint's position and velocity are given on the motor side, that
-    is times `gear_ratio`.
+    stamp_ns: Integers
+    rows: Array
+    smoothed_stamp_ns: Integers
+    smoothed: Array
+
+
+def joint_values(signal: Signal, row: Sequence[float] | Array, names: Mapping[str, str],
+                 gear_ratio: float) -> tuple[list[str], list[float], list[float], list[float]]:
     """
-    joints, position, velocity = [], [], []
+    Return what the message of `signal` holds for one row.
+
+    Args:
+        signal: a row of SIGNALS.
+        row: of an estimate, or a smoothed row if signal.smoothed.
+        names: {MOTOR: ..., ARM: ...}, the joints' names in messages.
+        gear_ratio: position and velocity of the motor joint are multiplied by it.
+
+    Returns:
+        Joint names, position (rad), velocity (rad/s), effort (N m); without joints whose position
+        is NaN.
+
+    """
+    joints: list[str] = []
+    position: list[float] = []
+    velocity: list[float] = []
     effort = [float(row[c]) for c in signal.effort]
     for i, joint in enumerate(signal.joints):
         value = row[signal.position[i]]
@@ -94,11 +116,19 @@ def joint_values(signal, row, names, gear_ratio):
     return joints, position, velocity, effort
 
 
-def signal_values(signal, estimates, gear_ratio):
+def signal_values(signal: Signal, estimates: EstimateRows, gear_ratio: float
+                  ) -> tuple[Integers, dict[str, Array]]:
     """
-    Return (stamp_ns [M], {field: [M, J]}) of `signal` for all estimates; see joint_values.
+    Return what the messages of `signal` hold for all estimates; see joint_values.
 
-    Values of joints that were not measured are NaN.
+    Args:
+        signal: a row of SIGNALS with J joints.
+        estimates: M of them.
+        gear_ratio: position and velocity of the motor joint are multiplied by it.
+
+    Returns:
+        Stamps [M] ns and {field: [M, J]}; values of joints that were not measured are NaN.
+
     """
     stamps = estimates.smoothed_stamp_ns if signal.smoothed else estimates.stamp_ns
     rows = estimates.smoothed if signal.smoothed else estimates.rows
