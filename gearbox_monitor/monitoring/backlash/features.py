@@ -149,10 +149,16 @@ class NotExcited:
 
 def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
     """
-    Return the Backlash of a window, or NotExcited where the motion does not show it.
+    Return the features of a window by one robust regression (Huber weights, Levenberg-Marquardt).
 
-    rows [N, N_SMOOTHED]: smoothed, in order of time (columns smoother.S_*). model: the DriveModel
-    that they were estimated with. The window ends at `stamp_ns`.
+    Args:
+        rows: smoothed values [N, N_SMOOTHED] in order of time (columns rts_smoother.S_*).
+        model: the drive that they were estimated with.
+        stamp_ns: end of the window.
+
+    Returns:
+        The features, or NotExcited if the motion does not determine them.
+
     """
     reason = _missing(rows)
     if reason:

@@ -66,7 +66,15 @@ class GrowthHistory:
         self.blocks = [list(b) for b in blocks]
 
     def add(self, stamp_ns: int, growth: float, variance: float) -> None:
-        """Add a window: its stamp_ns, its relative growth and the variance of that."""
+        """
+        Add a window and merge the oldest blocks, so that their number grows as a logarithm.
+
+        Args:
+            stamp_ns: end of the window.
+            growth: its relative growth.
+            variance: of the growth.
+
+        """
         self.blocks.append([int(stamp_ns), growth, variance, 1])
         size = 1
         while True:

@@ -77,16 +77,24 @@ class Sums:
         self.first = np.where(np.isnan(self.first), values, self.first)
 
     def add(self, values: Array, variances: Array, times: int = 1) -> None:
-        """Add a window, values and variances [F], or take it back (times=-1)."""
-        seen = np.isfinite(values) & np.isfinite(variances)
-        x = np.where(seen, values - self.first, 0.0)
-        count = self.count + times * seen
-        stated = self.stated * self.count + times * np.where(seen, variances, 0.0)
+        """
+        Add a window to the sums.
+
+        Args:
+            values: features [F], NaN if not measured.
+            variances: of the values [F].
+            times: 1, or -1 to take the window back.
+
+        """
+        finite = np.isfinite(values) & np.isfinite(variances)
+        x = np.where(finite, values - self.first, 0.0)
+        count = self.count + times * finite
+        stated = self.stated * self.count + times * np.where(finite, variances, 0.0)
         self.stated = np.where(count > 0, stated / np.maximum(count, 1), 0.0)
         self.count = count
         self.total = self.total + times * x
         self.squares = self.squares + times * x * x
-        if self.used.any() and seen[self.used].all():
+        if self.used.any() and finite[self.used].all():
             x = np.where(self.used, x, 0.0)
             self.complete += times
             self.sum_complete = self.sum_complete + times * x

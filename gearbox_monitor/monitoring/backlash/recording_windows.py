@@ -122,9 +122,16 @@ class Combined:
 
 def combine(fits: Sequence[Backlash], name: str, relative: float = 0.0) -> Combined | None:
     """
-    Return the Combined feature `name` of the list `fits` of Backlash, None without any.
+    Return a feature over all windows.
 
-    relative: a deviation of the method itself, that averaging does not remove.
+    Args:
+        fits: of the windows.
+        name: of the feature, a field of Backlash.
+        relative: deviation of the method itself, which averaging does not remove.
+
+    Returns:
+        The mean with its standard deviation; None without a finite value.
+
     """
     pairs = np.array([(getattr(w, name), getattr(w, name + '_std')) for w in fits])
     pairs = pairs[np.isfinite(pairs).all(axis=1)] if len(pairs) else pairs

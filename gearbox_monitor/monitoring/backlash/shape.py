@@ -42,7 +42,8 @@ def normal_equations(theta: Array, free: Flags, passive: bool, data: Array, grou
     """
     Write the weighted normal equations at `theta` [N_SHAPE]; return the weighted cost.
 
-    free bool [N_SHAPE]: what is fitted. data [N, 5]: twist, tau, x3, friction direction
+    free bool [N_SHAPE]: what is fitted. passive: whether the loop is open in the backlash, too.
+    data [N, 5]: twist, tau, x3, friction direction
     (2/pi) atan(alpha x3), u. weights [M]: of the groups of `group` samples, M group <= N. Written:
     normal [N_SHAPE, N_SHAPE] and right [N_SHAPE] of the step, scores [M // block + 1, N_SHAPE]
     (the parts of `right` by blocks of `block` groups), residuals [M] of each group's pair with the
@@ -148,7 +149,18 @@ class Regression:
         self.passes = 0
 
     def evaluate(self, theta: Array, free: Flags, passive: bool) -> tuple[float, Array, Array]:
-        """Return (cost, normal equations, right side) at `theta`, the prior's part included."""
+        """
+        Return the cost and the normal equations, with the part of the prior.
+
+        Args:
+            theta: parameters [N_SHAPE].
+            free: which of them are fitted [N_SHAPE].
+            passive: whether the loop is open in the backlash, too.
+
+        Returns:
+            Cost, normal matrix [N_SHAPE, N_SHAPE] and right side [N_SHAPE].
+
+        """
         normal, right = np.zeros((N_SHAPE, N_SHAPE)), np.zeros(N_SHAPE)
         cost = normal_equations(
             theta, free, passive, self.data, self.group, self.weights, self.block, normal, right,
@@ -160,7 +172,19 @@ class Regression:
 
     def solve(self, theta: Array, free: Flags, passive: bool = False,
               iterations: int = 30) -> float:
-        """Fit the `free` parameters from `theta` on, in so many iterations; return the cost."""
+        """
+        Minimise the cost by Levenberg and Marquardt's method.
+
+        Args:
+            theta: start [N_SHAPE].
+            free: which parameters are fitted [N_SHAPE].
+            passive: whether the loop is open in the backlash, too.
+            iterations: at most.
+
+        Returns:
+            The cost at the minimum, whose parameters stand in `theta` of this object.
+
+        """
         theta, at, damping = theta.copy(), np.flatnonzero(free), 1e-3
         cost, normal, right = self.evaluate(theta, free, passive)
         for _ in range(iterations):

@@ -63,7 +63,18 @@ class Condition:
 
 
 def finding_of(broken: Sequence[Condition], fine: str, values: Values) -> Finding:
-    """Return the Finding with `values` of the Conditions `broken`; without any, OK and `fine`."""
+    """
+    Return the Finding of one check.
+
+    Args:
+        broken: the conditions that do not hold.
+        fine: the message if all hold.
+        values: {key: value} to publish beside the message.
+
+    Returns:
+        OK and `fine`; with broken conditions their highest level, words and advice.
+
+    """
     if not broken:
         return Finding(Level.OK, fine, values)
     advice = dict.fromkeys(c.advice for c in broken)
@@ -72,7 +83,18 @@ def finding_of(broken: Sequence[Condition], fine: str, values: Values) -> Findin
 
 
 def with_more(finding: Finding, broken: Sequence[Condition], values: Values) -> Finding:
-    """Return `finding` with the Conditions `broken` (one or more) and `values` besides."""
+    """
+    Return a Finding extended by the result of another check of the same component.
+
+    Args:
+        finding: to extend.
+        broken: conditions that do not hold, one or more.
+        values: {key: value} to add.
+
+    Returns:
+        The Finding at the higher level of both; the added words come first.
+
+    """
     combined = finding_of(broken, '', {**finding.values, **values})
     if finding.level == Level.OK:
         return combined

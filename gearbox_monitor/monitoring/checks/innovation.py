@@ -145,10 +145,19 @@ def _whiteness(white: Array) -> tuple[float, float]:
 
 def flags(white: Array, nis: Array, dof: Array) -> dict[str, bool]:
     """
-    Return {test: bool} for one window of W samples: whether significance alone speaks against it.
+    Return whether significance alone speaks against a window of W samples.
 
-    white [W, 2] whitened innovations, NaN where not measured; nis, dof [W]. Were the filter's
-    model exact, each test would flag SIGNIFICANCE of all windows (whiteness: of long ones).
+    If the filter's model were exact, each test would flag SIGNIFICANCE of all windows (whiteness:
+    of long ones).
+
+    Args:
+        white: whitened innovations [W, 2], NaN where not measured.
+        nis: normalised innovation squared [W].
+        dof: its degrees of freedom [W].
+
+    Returns:
+        {test: bool} for the tests mean, whiteness (Ljung-Box) and nis (chi-square).
+
     """
     total = float(np.sum(dof))
     low, high = nis_limits(total)
@@ -172,11 +181,20 @@ def systematic(values: Values) -> bool:
 def check(white: Array, nis: Array, dof: Array, errors: Array, stds: Array, recent: int,
           newest: int) -> Finding:
     """
-    Return the Finding for a window of N samples.
+    Return the Finding for a window of N samples; NaN where not measured.
 
-    white [N, 2] whitened innovations, errors [N, 2] innovations and stds [N, 2] their predicted
-    standard deviations, NaN where not measured; nis, dof [N]. `recent` and `newest`: how many of
-    the last samples form the window of the mean and of the gate.
+    Args:
+        white: whitened innovations [N, 2].
+        nis: normalised innovation squared [N].
+        dof: its degrees of freedom [N].
+        errors: innovations [N, 2], rad.
+        stds: their predicted standard deviations [N, 2], rad.
+        recent: number of last samples for the test of the mean.
+        newest: number of last samples for the gate.
+
+    Returns:
+        The Finding with all test values and their thresholds.
+
     """
     total = float(dof.sum())
     if len(nis) < MIN_SAMPLES or total < MIN_SAMPLES:

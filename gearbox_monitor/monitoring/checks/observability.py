@@ -116,11 +116,19 @@ def _scale(p: Array, n: int) -> Array:
 @jit_allocating
 def information_share(states: Array, dts: Array, measured: Array, p: Array) -> Array:
     """
-    Return [n]: posterior over prior standard deviation of each state after the window.
+    Return posterior over prior standard deviation of each state after a window of W samples.
 
-    states [W, n], dts [W] s, measured [W, 2] bool, p: process.pack.
-    sqrt(diag((S O S + I)^-1)) with the windowed Gramian O and the prior deviations S. 1 = nothing
-    learnt, 0 = known.
+    sqrt(diag((S O S + I)^-1)) with the windowed observability Gramian O and prior deviations S.
+
+    Args:
+        states: estimates [W, n].
+        dts: steps [W], s.
+        measured: whether motor and arm were measured [W, 2].
+        p: packed parameters, see process_model.pack.
+
+    Returns:
+        The shares [n]: 1 = nothing learnt, 0 = known.
+
     """
     n = states.shape[1]
     information = np.empty((n, n))
