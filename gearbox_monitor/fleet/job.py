@@ -39,7 +39,7 @@ from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.kernels.jit import KERNELS
 from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.backlash.recording_windows import (
-    combine, reason_of, separable_of, RecordingWindows)
+    combine, reason_of, RecordingWindows, separable_of)
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.admission import admitted
@@ -133,7 +133,8 @@ def _analysed(path, url, settings):
         monitor = player.monitor
         gearbox = _gearbox(url, player.namespace, monitor.parameters.gearbox_serial,
                            settings.gearbox)
-        windows, count, start = RecordingWindows(monitor.estimator.drive, monitor.parameters), 0, None
+        windows = RecordingWindows(monitor.estimator.drive, monitor.parameters)
+        count, start = 0, None
         for part in player.parts():
             windows.add(part.estimates.smoothed_stamp_ns, part.estimates.smoothed)
             stamps = part.samples.stamp_ns

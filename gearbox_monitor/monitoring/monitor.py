@@ -56,9 +56,9 @@ CONDITIONS = (
 Findings = dict[str, Finding]  # by component
 
 
-def _common_of(snapshot: Values) -> Known:
+def _common_of(snapshot: Values) -> PooledFeatures:
     """Return what windows had in common in a `snapshot`; older ones do not hold it."""
-    return Known(json.loads(snapshot['known']) if 'known' in snapshot else None)
+    return PooledFeatures(json.loads(snapshot['known']) if 'known' in snapshot else None)
 
 
 class Monitor:
@@ -141,7 +141,7 @@ class Monitor:
         # Chunks (stamps, smoothed rows) of the last seconds.
         self._smoothed_rows: deque[tuple[Integers, Array]] = deque()
         self._begin_window()
-        self._common = Known()  # what the windows have in common
+        self._common = PooledFeatures()  # what the windows have in common
         self._evaluate_at(0)
         self._reference = self._set_reference
         self._references: list[float] = []
