@@ -22,7 +22,7 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.monitoring.backlash.forecast import History, Trend
+from gearbox_monitor.monitoring.backlash.forecast import GrowthHistory, Trend
 
 ENDS, SHARE = 5, 8  # at most so many bags at either end are compared, one in so many
 SCATTER = 4  # bags from which on their scatter is known
@@ -102,7 +102,7 @@ def _change(start, value, std, limit):
         return {}
     growth = float(new / old - 1.0)
     found = {'growth': growth, 'growth_std': math.hypot(new_std, new / old * old_std) / float(old)}
-    history = History()
+    history = GrowthHistory()
     for at, y, v in zip(start.tolist(), value / old - 1.0, variance / old ** 2):
         history.add(at, float(y), float(v))
     trend = history.trend(-1)
