@@ -21,7 +21,7 @@ import pytest
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import (
-    check_values, ESTIMATOR, EstimatorParameters, ModelParameters, PlantParameters,
+    check_values, ESTIMATOR, EstimatorParameters, FILTER_NAMES, ModelParameters, PlantParameters,
     RecorderParameters, resolve, SETTINGS, table_of)
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -68,7 +68,7 @@ def test_all_problems_of_a_mapping_are_named_with_their_source():
     assert str(error.value).splitlines() == [
         "a.yaml: smother_lag: unknown parameter, did you mean 'smoother_lag'?",
         'a.yaml: max_gap: -1, expected a number >= 0.001 and <= 60 (s)',
-        "a.yaml: filter: 'pf', expected one of ekf, ukf, srukf, aekf",
+        f"a.yaml: filter: 'pf', expected one of {', '.join(FILTER_NAMES)}",
         "a.yaml: adapt: 'r_std_arm', expected a list of texts"]
 
 
