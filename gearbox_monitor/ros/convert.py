@@ -26,7 +26,7 @@ from std_msgs.msg import Header
 from gearbox_monitor.estimation.estimates import Sample
 from gearbox_monitor.interfaces.diagnostic_keys import published
 from gearbox_monitor.interfaces.signals import joint_values, Signal
-from gearbox_monitor.monitoring.checks.level import Finding
+from gearbox_monitor.monitoring.checks.finding import Finding
 from gearbox_monitor.plant.drive import DriveModel
 
 NAN = math.nan
