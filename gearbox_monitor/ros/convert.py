@@ -26,6 +26,7 @@ from std_msgs.msg import Header
 from gearbox_monitor.estimation.estimates import Sample
 from gearbox_monitor.interfaces.diagnostic_keys import published
 from gearbox_monitor.interfaces.signals import joint_values, Signal
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.checks.finding import Finding
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -113,7 +114,7 @@ class SampleReader:
                 _at(message.effort, motor), _at(message.effort, arm))
 
 
-def to_joint_state(signal: Signal, stamp_ns: int, row: Sequence[float],
+def to_joint_state(signal: Signal, stamp_ns: int, row: Sequence[float] | Array,
                    names: Mapping[str, str], gear_ratio: float) -> JointState:
     """
     Return the JointState of an output.

@@ -71,7 +71,7 @@ class JointSubscriptions:
         self._own: set[bytes] = set()
         self._losses = MessageLossCounter(), MessageLossCounter()  # of motor's topic, of arm's
         self._reported_loss = 0
-        self.joiner: Joiner | None = None
+        self.joiner: Joiner[Any] | None = None
         self._arm = None
         self._main = subscribe(node, JointState, JOINT_STATES, self._on_message,
                                best_effort(DEPTH), raw=True)

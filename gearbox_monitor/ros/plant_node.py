@@ -74,7 +74,7 @@ class PlantNode(TableNode):
     def __init__(self) -> None:
         super().__init__('plant')
         values = declare(self, [row for row in PLANT if row.name not in PLANT_MODEL])
-        path = values['model'] or config_path('drive.yaml')
+        path = str(values['model']) or config_path('drive.yaml')
         self.drive = load_model(path)
         values |= declare(self, [
             replace(row, default=_value(self.drive, row.name)) for row in PLANT
