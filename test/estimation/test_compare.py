@@ -66,7 +66,7 @@ def test_table_and_figure(bag, tmp_path, capsys):
     table = lines[2:4 + len(names)]
     assert max(map(len, table)) <= 80
     assert [line.split()[0] for line in table[1:1 + len(names)]] == list(names)
-    assert any('first 3000 of 4000 samples only' in line for line in lines)
+    assert any('only the first 3000 of 4000 samples' in line for line in lines)
     assert main([*arguments, '--filters', 'ekf', '--json']) == 0
     row, = json.loads(capsys.readouterr().out)['rows']
     assert row['rmse'] < 1.4 and row['rmse_smoothed'] < 0.5 * row['rmse']
