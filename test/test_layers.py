@@ -92,6 +92,15 @@ def test_imports_only_downwards(path):
             assert top not in OUTSIDE_WORLD, f'{where}: the core does no I/O'
 
 
+def test_only_the_command_benchmark_imports_benchmarks():
+    """Benchmarks are no library: what another module shares with them stands in that module."""
+    importers = {
+        '.'.join(name_of(path)) for path in MODULES if name_of(path)[:1] != ('benchmarks',)
+        if any(dotted.startswith('gearbox_monitor.benchmarks') for _, dotted in imported(path))
+        or "'gearbox_monitor.benchmarks." in path.read_text(encoding='utf-8')}
+    assert importers == {'cli.benchmark'}
+
+
 @pytest.mark.parametrize('path', [p for p in MODULES if name_of(p) and
                                   LAYERS.get(name_of(p)[0], 9) <= CORE],
                          ids=lambda p: str(p.relative_to(PACKAGE)))

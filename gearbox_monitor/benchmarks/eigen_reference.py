@@ -132,6 +132,7 @@ def steppers(compiled: ctypes.CDLL, model: DriveModel, parameters: Mapping[str, 
     values, u, y = p[places], np.ascontiguousarray(u), np.ascontiguousarray(y)
 
     def stepper(function: Callable[..., None]) -> Callable[[], tuple[Array, Array]]:
+        """Return a call of the compiled `function` that returns states and NIS."""
         def run() -> tuple[Array, Array]:
             states, nis = np.empty((len(u), 5)), np.empty(len(u))
             function(len(u), dt, values, u, y, states, nis)

@@ -78,6 +78,7 @@ def _solver(u: Array, settings: Mapping[str, Any]) -> Callable[[], Any]:
     torques, last = u.tolist(), len(u) - 1
 
     def rates(t: float, x: Array) -> tuple[float, float, float, float]:
+        """Return d/dt of the state `x` at time `t`."""
         twist = x[0] - x[1]
         coupled = k * (twist - min(max(twist, -b), b)) + d * (x[2] - x[3])
         friction = cv * x[2] + cc * 2.0 / math.pi * math.atan(alpha * x[2])

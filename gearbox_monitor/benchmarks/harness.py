@@ -181,6 +181,7 @@ def progress_line() -> Callable[[str], None]:
     start = time.monotonic()
 
     def show(text: str) -> None:
+        """Show `text` with the elapsed time."""
         if sys.stderr.isatty():
             line = text and f'{time.monotonic() - start:4.0f} s  {text}'
             print(f'\r{line:<72}' + ('' if text else '\r'), end='', file=sys.stderr, flush=True)

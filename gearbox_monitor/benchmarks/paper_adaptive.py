@@ -31,7 +31,7 @@ from gearbox_monitor.plant.simulate import Noise, simulate, Trajectory
 SETTLED = (20.0, 40.0)  # s
 NOISIER = 4.0
 # start -> (parameters, factor on R's deviations, factor on the model's viscous friction)
-STARTS = {
+STARTS: dict[str, tuple[dict[str, Any], float, float]] = {
     'tuned EKF': ({'filter': 'ekf'}, 1.0, 1.0),
     'q_p = 1': ({'filter': 'aekf', 'q_std_tau_k': 1.0}, 1.0, 1.0),
     'q_p = 1, R x 9': ({'filter': 'aekf', 'q_std_tau_k': 1.0}, 3.0, 1.0),
@@ -70,6 +70,7 @@ def evaluate(drive: tuple[DriveModel, Noise], samples_of: Callable[..., Samples]
         name: [] for name in (*STARTS, 'Cv', 'noise x 4, EKF', 'noise x 4, AEKF')}
 
     def error(estimates: Estimates, trajectory: Trajectory) -> float:
+        """Return the settled RMS error of tau_K in `estimates` of a `trajectory`, N m."""
         k = np.round((estimates.stamp_ns - t0) * 1e-9 / dt).astype(int)
         keep = (k * dt >= SETTLED[0]) & (k * dt < SETTLED[1])
         return float(np.sqrt(np.mean((estimates.tau_k - trajectory.tau_k[k])[keep] ** 2)))

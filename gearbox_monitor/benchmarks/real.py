@@ -47,7 +47,6 @@ from gearbox_monitor.benchmarks.harness import all_met, bar_lines, BarTable
 from gearbox_monitor.benchmarks.static_compensation import fit_static
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.kernels.types import Array
 
 NAMES = [f'{x}{y}' for x in range(5) for y in range(4)]
 SPLITS = {
@@ -109,18 +108,21 @@ def compare(runs: dict[str, real_fit.DriveRecording], arm_step: float, split: st
     second = static if static.order == 2 else fit_static(train, burn_in, orders=(2,))
     values = real_fit.fit(train, burn_in, arm_step, progress=progress)
 
-    def by_filter(run: real_fit.DriveRecording) -> tuple[Array, Array]:
+    def by_filter(run: real_fit.DriveRecording) -> real_fit.TorqueAndDeviation:
+        """Return the estimates of the EKF for `run`."""
         return real_fit.replay(values, run, arm_step)
 
-    def by_static(run: real_fit.DriveRecording) -> tuple[Array, Array]:
+    def by_static(run: real_fit.DriveRecording) -> real_fit.TorqueAndDeviation:
+        """Return the static compensation for `run`, with a deviation of one."""
         return static.torque(run), np.ones(len(run.stamps))
     errors = {(method, part): real_fit.errors(estimator, members, burn_in)
               for method, estimator in (('ekf', by_filter), ('static', by_static))
               for part, members in (('train', train), ('test', test))}
-    rows = [{'run': run.name, 'static': real_fit.rmse([s]), 'ekf': real_fit.rmse([e]),
-             'ratio': real_fit.rmse([e]) / real_fit.rmse([s]),
-             'coverage_1': real_fit.coverage([e]), 'coverage_2': real_fit.coverage([e], 2.0)}
-            for run, e, s in zip(test, errors['ekf', 'test'], errors['static', 'test'])]
+    rows: list[dict[str, Any]] = [
+        {'run': run.name, 'static': real_fit.rmse([s]), 'ekf': real_fit.rmse([e]),
+         'ratio': real_fit.rmse([e]) / real_fit.rmse([s]),
+         'coverage_1': real_fit.coverage([e]), 'coverage_2': real_fit.coverage([e], 2.0)}
+        for run, e, s in zip(test, errors['ekf', 'test'], errors['static', 'test'])]
     pooled = {f'{method}_{part}': real_fit.rmse(f) for (method, part), f in errors.items()}
     pooled['second_order_test'] = real_fit.rmse(real_fit.errors(
         lambda run: (second.torque(run), np.ones(len(run.stamps))), test, burn_in))

@@ -19,24 +19,30 @@ Encoders are kinematic: without a reference torque, torque constant, inertia, fr
 share one unknown scale. So everything is fitted on the reference of the training runs, and judged
 on runs that no fit has seen.
 """
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 import os
+from typing import TypeAlias
 
 import numpy as np
 from scipy.optimize import brentq, least_squares
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.filter_kind import Belief, Reading, Scratch
 from gearbox_monitor.estimation.filters import ekf
 from gearbox_monitor.estimation.process_model import markers, P0, pack, state_names, TAU_K, X1, X2
 from gearbox_monitor.estimation.sample_loop import Stream
 from gearbox_monitor.estimation.step_record import record_size
 from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.types import Array, Integers, States
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
-from gearbox_monitor.plant.drive import model_from_dict
+from gearbox_monitor.plant.drive import DriveModel, model_from_dict
+
+# tau_K and its standard deviation, N m; or an error of tau_K and the deviation stated for it.
+TorqueAndDeviation: TypeAlias = tuple[Array, Array]
 
 # Parameters that the fit moves: start and scale, relative where the parameter is positive (and
 # moved in its logarithm), absolute where it may have either sign.
@@ -56,7 +62,7 @@ SIGNED = {
     'torque_offset': (0.0, 4e-3),         # N m; the sensor's zero
 }
 STARTS = {**POSITIVE, **SIGNED}
-# Held: what the recordings do not tell, or what a fit would only use to chase the step size.
+# Fixed: recordings do not identify these, or a fit would only use them to fit the step size.
 ARM_INERTIA = 5e-3                        # kg m^2
 STIFFNESS = 3.0                           # N m/rad; only in the choice of substeps
 SHARPNESS = 1000.0                        # s/rad
@@ -76,23 +82,32 @@ class DriveRecording:
     """One recording: stamps int64 [N] ns, current [N] A, outputs [N, 2] rad, reference [N] N m."""
 
     name: str
-    stamps: np.ndarray
-    current: np.ndarray
-    outputs: np.ndarray
-    reference: np.ndarray
+    stamps: Integers
+    current: Array
+    outputs: Array
+    reference: Array
 
     @property
-    def period(self):
+    def period(self) -> float:
         """Median sample time, s."""
         return float(np.median(np.diff(self.stamps))) * 1e-9
 
 
-def configure(values, arm_step, sharpness=SHARPNESS):
+def configure(values: Mapping[str, float], arm_step: float,
+              sharpness: float = SHARPNESS) -> tuple[DriveModel, EstimatorParameters]:
     """
-    Return (DriveModel, checked estimator parameters) of the fitted `values`.
+    Return the model of the drive and the parameters of the filter for fitted values.
 
-    arm_step: resolution of the arm encoder (rad). values: names of STARTS, and any of effects
-    and the parameters of the estimator.
+    Args:
+        values: value by name of STARTS; also effects and any parameter of the estimator.
+        arm_step: resolution of the arm encoder, rad.
+        sharpness: slope of Coulomb friction at rest, s/rad.
+
+    Returns:
+        The drive and the checked parameters of the estimator.
+
+    Raises:
+        InputError: if a value is outside its permitted range.
     """
     model = model_from_dict({
         **{k: values[k] for k in MODEL_KEYS if k in values}, 'arm_inertia': ARM_INERTIA,
@@ -108,8 +123,20 @@ def configure(values, arm_step, sharpness=SHARPNESS):
     return model, parameters
 
 
-def estimate(values, run, arm_step, sharpness=SHARPNESS):
-    """Return tau_K and its standard deviation (N m), each [N], of the EKF with these `values`."""
+def estimate(values: Mapping[str, float], run: DriveRecording, arm_step: float,
+             sharpness: float = SHARPNESS) -> TorqueAndDeviation:
+    """
+    Estimate the torque of a recording with the EKF alone.
+
+    Args:
+        values: as of configure().
+        run: the recording, N samples.
+        arm_step: resolution of the arm encoder, rad.
+        sharpness: slope of Coulomb friction at rest, s/rad.
+
+    Returns:
+        tau_K and its standard deviation [N], N m; infinite from a divergence on.
+    """
     model, parameters = configure(values, arm_step, sharpness)
     n = len(state_names(model, parameters))
     u = values['torque_constant'] * run.current
@@ -123,7 +150,8 @@ def estimate(values, run, arm_step, sharpness=SHARPNESS):
 
 
 @jit
-def _filter(states, stream, p, belief, scratch, record, torque, variance):
+def _filter(states: States, stream: Stream, p: Array, belief: Belief, scratch: Scratch,
+            record: Array, torque: Array, variance: Array) -> None:
     """Write tau_K and its variance, each [N]; releases the GIL, so that runs go in parallel."""
     n, (stamps, u, outputs), (z, P, _) = len(states), stream, belief
     z[X1], z[X2] = outputs[0, 0], outputs[0, 1]
@@ -137,15 +165,26 @@ def _filter(states, stream, p, belief, scratch, record, torque, variance):
         torque[k], variance[k] = z[TAU_K], P[TAU_K * n + TAU_K]
 
 
-def _monitored(values, run, arm_step):
+def _monitored(values: Mapping[str, float], run: DriveRecording, arm_step: float) -> Estimates:
     monitor = Monitor(*configure(values, arm_step))
     motor = values['torque_constant'] * run.current
     u = np.column_stack([motor, np.full_like(motor, np.nan)])
     return monitor.run(Samples(run.stamps, u, run.outputs))
 
 
-def replay(values, run, arm_step):
-    """Return what `estimate` returns, from the Monitor that nodes and replay use."""
+def replay(values: Mapping[str, float], run: DriveRecording,
+           arm_step: float) -> TorqueAndDeviation:
+    """
+    Estimate the torque of a recording with the Monitor that nodes and replay use.
+
+    Args:
+        values: as of configure().
+        run: the recording, N samples.
+        arm_step: resolution of the arm encoder, rad.
+
+    Returns:
+        tau_K and its standard deviation [N], N m; NaN without an estimate.
+    """
     estimates = _monitored(values, run, arm_step)
     torque, std = np.full((2, len(run.stamps)), np.nan)
     at = np.searchsorted(run.stamps, estimates.stamp_ns)
@@ -153,33 +192,55 @@ def replay(values, run, arm_step):
     return torque, std
 
 
-def errors(estimator, runs, burn_in):
-    """Return [(error [N], standard deviation [N])] against the reference, burn-in left out."""
+def errors(estimator: Callable[[DriveRecording], TorqueAndDeviation],
+           runs: Sequence[DriveRecording], burn_in: int) -> list[TorqueAndDeviation]:
+    """
+    Compare estimates with the torque sensor, one thread per run.
+
+    Args:
+        estimator: returns tau_K and its standard deviation for a recording.
+        runs: recordings with a reference.
+        burn_in: samples at the start of each run that do not count.
+
+    Returns:
+        Error and stated standard deviation [N - burn_in] of each run, N m.
+    """
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         results = list(pool.map(estimator, runs))
     return [((torque - run.reference)[burn_in:], std[burn_in:])
             for run, (torque, std) in zip(runs, results)]
 
 
-def rmse(pooled):
-    """Return the root mean square of the pooled errors of `errors` (N m)."""
+def rmse(pooled: Sequence[TorqueAndDeviation]) -> float:
+    """Return the root mean square of the `pooled` errors of errors(), N m."""
     return float(np.sqrt(np.mean(np.concatenate([e for e, _ in pooled]) ** 2)))
 
 
-def coverage(pooled, sigmas=1.0):
-    """Return the pooled share of errors within `sigmas` stated standard deviations."""
+def coverage(pooled: Sequence[TorqueAndDeviation], sigmas: float = 1.0) -> float:
+    """Return the share of `pooled` errors within `sigmas` stated standard deviations."""
     return float(np.mean(np.concatenate([np.abs(e) < sigmas * s for e, s in pooled])))
 
 
-def fit(runs, burn_in, arm_step, budget=(12, 12, 16), progress=None):
+def fit(runs: Sequence[DriveRecording], burn_in: int, arm_step: float,
+        budget: Sequence[int] = (12, 12, 16),
+        progress: Callable[[int, int], None] | None = None) -> dict[str, float]:
     """
-    Return the values {name: value} with the least pooled error on `runs`.
+    Fit the drive and the filter to the torque sensor: least pooled squared error.
 
-    Names are those of STARTS, r_std_arm and tau_k_model_std.
-    Gauss-Newton in a trust region, at each friction slope of APPROACH with `budget` steps at most.
-    progress(done, total) counts passes over the runs. Positive parameters move in their logarithm,
-    so no other bound is needed. The error knows only ratios of noises; a common factor then makes
-    the mean NIS 2, and tau_k_model_std makes one standard deviation cover what it should.
+    Trust-region Gauss-Newton over a sequence of friction slopes (APPROACH). Positive parameters
+    are fitted as logarithms and need no bounds. The error depends only on ratios of noises:
+    afterwards a common factor makes the mean NIS 2, and tau_k_model_std makes the pooled coverage
+    of one standard deviation 68 %.
+
+    Args:
+        runs: training runs with a reference.
+        burn_in: samples at the start of each run that do not count.
+        arm_step: resolution of the arm encoder, rad.
+        budget: most steps of the optimiser at each slope of APPROACH.
+        progress: called with the numbers of passes over the runs: done, and in all.
+
+    Returns:
+        Value by name: those of STARTS, r_std_arm and tau_k_model_std.
     """
     names = list(STARTS)
     values = {name: start for name, (start, _) in STARTS.items()}
@@ -188,18 +249,19 @@ def fit(runs, burn_in, arm_step, budget=(12, 12, 16), progress=None):
     done, total = 0, sum(budget) * (1 + len(names))
     largest = max(np.abs(run.reference).max() for run in runs)  # for a filter that diverges
 
-    def residuals(x, sharpness):
+    def residuals(x: Array, sharpness: float) -> Array:
+        """Return the scaled errors with the vector `x` at a friction slope of `sharpness`."""
         nonlocal done
         done += 1
         if progress:
             progress(min(done, total - 1), total)
         trial = _values(names, x)
         try:
-            trial_errors = errors(
-                lambda run: estimate(trial, run, arm_step, sharpness), runs, burn_in)
-        except InputError:  # outside what a model file admits
-            trial_errors = [(np.full(len(run.stamps) - burn_in, largest), None) for run in runs]
-        error = np.concatenate([e[::THIN] for e, _ in trial_errors])
+            trial_errors = [error for error, _ in errors(
+                lambda run: estimate(trial, run, arm_step, sharpness), runs, burn_in)]
+        except InputError:  # outside the range that a model file permits
+            trial_errors = [np.full(len(run.stamps) - burn_in, largest) for run in runs]
+        error = np.concatenate([e[::THIN] for e in trial_errors])
         return np.nan_to_num(error, nan=largest, posinf=largest, neginf=largest) / largest
 
     for sharpness, steps in zip(APPROACH, budget):
@@ -220,15 +282,16 @@ def fit(runs, burn_in, arm_step, budget=(12, 12, 16), progress=None):
         errors(lambda run: estimate(values, run, arm_step), runs, burn_in))}
 
 
-def _values(names, x):
+def _values(names: Sequence[str], x: Array) -> dict[str, float]:
     with np.errstate(over='ignore'):
         return {k: float(np.exp(v)) if k in POSITIVE else float(v * SIGNED[k][1])
                 for k, v in zip(names, x)}
 
 
-def _model_std(pooled):
-    """Return what to add to the standard deviations in quadrature for a coverage of one sigma."""
-    def excess(added):
-        return coverage([(e, np.hypot(s, added)) for e, s in pooled]) - ONE_SIGMA
+def _model_std(pooled: Sequence[TorqueAndDeviation]) -> float:
+    """Return the deviation (N m) whose addition in quadrature gives a coverage of one sigma."""
+    def excess(model_std: float) -> float:
+        """Return the coverage with `model_std` added, less that of one sigma."""
+        return coverage([(e, np.hypot(s, model_std)) for e, s in pooled]) - ONE_SIGMA
     high = 3.0 * rmse(pooled)
     return float(brentq(excess, 0.0, high, xtol=1e-6)) if excess(0.0) < 0.0 else 0.0

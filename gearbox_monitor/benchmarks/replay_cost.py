@@ -102,7 +102,7 @@ def decoded_by_rosbags(reader: AnyReader) -> int:
     """Decode all messages of rosbags' open `reader` as its users do; return their number."""
     rows = []
     for connection, _, raw in reader.messages():
-        message = reader.deserialize(raw, connection.msgtype)
+        message: Any = reader.deserialize(raw, connection.msgtype)
         stamp = message.header.stamp
         rows.append((stamp.sec * 10 ** 9 + stamp.nanosec, *message.position, *message.effort))
     return len(rows)

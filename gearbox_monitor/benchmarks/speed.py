@@ -101,8 +101,9 @@ def evaluate(rounds: int, eigen: str | None = None) -> dict[str, Any]:
     model, noise, u = drive('A')
     run = simulate(model, u[:SAMPLES], DT, noise, 0)
     y = np.ascontiguousarray(run.y)
-    rows = {name: stepper(model, {**FIXED, **changes}, run.u, y, DT)
-            for name, changes in FILTERS.items()}
+    rows: dict[str, Callable[[], object]] = {
+        name: stepper(model, {**FIXED, **changes}, run.u, y, DT)
+        for name, changes in FILTERS.items()}
     counts: dict[str, float] = {}
     skipped = {}  # {word in a bar's name: why it is skipped}
     with ExitStack() as stack:
@@ -125,10 +126,10 @@ def evaluate(rounds: int, eigen: str | None = None) -> dict[str, Any]:
             skipped['filterpy'] = str(error)
         rows['EKF, a call per sample'] = caller(model, {**FIXED, 'filter': 'ekf'}, run.u, y, DT)
         counts['EKF, a call per sample'] = SAMPLES
-        for steppers, samples in (free_run.steppers(),
-                                  stack.enter_context(replay_cost.steppers())):
-            rows.update(steppers)
-            counts.update(samples)
+        for functions, samples_of in (free_run.steppers(),
+                                      stack.enter_context(replay_cost.steppers())):
+            rows.update(functions)
+            counts.update(samples_of)
         times = cpu_per_step(rows, counts, rounds)
     starts = startup.cpu_seconds(rounds)
     bars = BarTable()

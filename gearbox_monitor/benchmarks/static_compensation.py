@@ -59,6 +59,7 @@ def _filtered(run: DriveRecording, order: int, frequency: float) -> Filtered:
     speed = np.diff(run.outputs[:, 0], prepend=run.outputs[0, 0]) / run.period
 
     def low_pass(x: Array) -> Array:
+        """Return the signal `x` low-passed, from its steady state on."""
         filtered: Array = sosfilt(sos, x, zi=sosfilt_zi(sos) * x[0])[0]
         return filtered
     speed = low_pass(speed)
@@ -87,6 +88,9 @@ def fit_static(runs: Sequence[DriveRecording], burn_in: int,
         runs: recordings to fit.
         burn_in: samples that are left out at the beginning of each.
         orders: of the low-pass, to choose from.
+
+    Returns:
+        The compensation with the least RMS error.
     """
     targets = np.concatenate([r.reference[burn_in:] for r in runs])
     optimum = (np.inf, 0, 0.0, 0.0)
@@ -99,6 +103,7 @@ def fit_static(runs: Sequence[DriveRecording], burn_in: int,
     order = optimum[1]
 
     def cost(log: Array) -> float:
+        """Return the RMS error at the logarithms `log` of cut-off frequency and width."""
         frequency, width = np.exp(log)
         return _solve([_filtered(r, order, frequency) for r in runs], targets, burn_in, width)[0]
     log = minimize(cost, np.log(optimum[2:]), method='Nelder-Mead',

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Cost of a filter's step: CPU time of the kernel alone, rounds of several filters interleaved."""
+from collections.abc import Callable, Mapping
 import time
 
 import numpy as np
@@ -22,15 +23,18 @@ from gearbox_monitor.estimation import batch_score
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator, loop_arrays
 from gearbox_monitor.estimation.filter import Filter
-from gearbox_monitor.estimation.filter_kind import filter_kind, Reading
+from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Reading, Scratch
 from gearbox_monitor.estimation.process_model import markers, pack, state_names
 from gearbox_monitor.estimation.sample_loop import filter_step, start
 from gearbox_monitor.kernels.jit import bound
+from gearbox_monitor.kernels.types import Array, States, Values
 from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plant.drive import DriveModel
 
 
-def _loop(states, belief, u, y, dt, p, scratch, record):
-    """Run the filter that filter_step stands for over N samples; return how many steps failed."""
+def _loop(states: States, belief: Belief, u: Array, y: Array, dt: float, p: Array,
+          scratch: Scratch, record: Array) -> int:
+    """Run the filter bound to filter_step over N samples; return how many steps failed."""
     failed = 0
     for k in range(1, u.shape[0]):
         if not filter_step(states, belief, Reading(dt, u[k - 1], 0.0, y[k, 0], y[k, 1]), p,
@@ -41,55 +45,104 @@ def _loop(states, belief, u, y, dt, p, scratch, record):
     return failed
 
 
-def stepper(model, parameters, u, y, dt):
-    """Return a function that runs the filter of `parameters` over u [N], y [N, 2] once."""
-    parameters = EstimatorParameters.of(parameters)
-    model = model.with_(arm_load=parameters.arm_load)
-    n, p = len(state_names(model, parameters)), pack(model, parameters)
-    kind, states = filter_kind(parameters.filter), markers(p, n)
+def stepper(model: DriveModel, parameters: Values, u: Array, y: Array,
+            dt: float) -> Callable[[], int]:
+    """
+    Return a function that runs the kernel of a filter once over a recording.
+
+    Args:
+        model: model of the drive.
+        parameters: of the estimator; they name the filter.
+        u: motor torque [N], N m.
+        y: motor and arm position [N, 2], rad.
+        dt: sample time, s.
+
+    Returns:
+        The function; it returns how many steps failed.
+    """
+    complete = EstimatorParameters.of(parameters)
+    model = model.with_(arm_load=complete.arm_load)
+    n, p = len(state_names(model, complete)), pack(model, complete)
+    kind, states = filter_kind(complete.filter), markers(p, n)
     loop = bound(_loop, kind.name, filter_step=kind.step)
 
-    def run():
+    def run() -> int:
         belief, scratch, state = loop_arrays(kind, n, 1)
         start(states, belief, y[0, 0], y[0, 1], p, state.ring[0])
         return loop(states, belief, u, y, dt, p.copy(), scratch, state.ring[0])
     return run
 
 
-def caller(model, parameters, u, y, dt):
-    """Return a function that runs a Filter over u [N], y [N, 2], one call per sample."""
+def caller(model: DriveModel, parameters: Values, u: Array, y: Array,
+           dt: float) -> Callable[[], None]:
+    """
+    Return a function that runs a Filter over a recording, one call per sample.
+
+    Args:
+        model: model of the drive.
+        parameters: of the estimator.
+        u: motor torque [N], N m.
+        y: motor and arm position [N, 2], rad.
+        dt: sample time, s.
+
+    Returns:
+        The function.
+    """
     single, torques, readings = Filter(model, parameters), u.tolist(), y.tolist()
 
-    def run():
+    def run() -> None:
         single.start(*readings[0])
         for torque, (y1, y2) in zip(torques, readings[1:]):
             single.step(dt, torque, y1, y2)
     return run
 
 
-def bank_stepper(model, parameters, u, y, dt, size):
-    """Return a function that runs `size` EKFs of different Q side by side, over u, y once."""
+def bank_stepper(model: DriveModel, parameters: Values, u: Array, y: Array, dt: float,
+                 size: int) -> Callable[[], None]:
+    """
+    Return a function that runs a batch of EKFs with different Q once over a recording.
+
+    Args:
+        model: model of the drive.
+        parameters: of the estimator.
+        u: motor torque [N], N m.
+        y: motor and arm position [N, 2], rad.
+        dt: sample time, s.
+        size: number of filters.
+
+    Returns:
+        The function; it raises InputError if a filter diverges.
+    """
     samples = Samples(np.round((1.0 + dt * np.arange(len(u))) * 1e9).astype(np.int64),
                       np.column_stack([u, np.full(len(u), np.nan)]), y)
-    one = Estimator(model, parameters)
-    packed = np.array([pack(one.drive, one.parameters.replace(q_std_tau_k=float(q)))
-                       for q in one.parameters.q_std_tau_k * np.geomspace(0.2, 5.0, size)])
+    estimator = Estimator(model, parameters)
+    packed = np.array([pack(estimator.drive, estimator.parameters.replace(q_std_tau_k=float(q)))
+                       for q in estimator.parameters.q_std_tau_k * np.geomspace(0.2, 5.0, size)])
 
-    def run():
-        scores = batch_score.run(packed, one.states, one.settings, samples, 1)
+    def run() -> None:
+        scores = batch_score.run(packed, estimator.states, estimator.settings, samples, 1)
         if not np.isfinite(scores).all():
             raise InputError('a filter of the batch diverged')
     return run
 
 
-def cpu_per_step(steppers, n, rounds=9):
+def cpu_per_step(steppers: Mapping[str, Callable[[], object]], n: float | Mapping[str, float],
+                 rounds: int = 9) -> dict[str, float]:
     """
-    Return the median CPU time per step (s) of each of `steppers` {name: function of n steps}.
+    Return the median CPU time per step (s) of each of the steppers, by name.
 
-    n: one number, or {name: number}. Every round runs each once, so that a machine that changes
-    its speed hits all alike.
+    Every round runs each function once, so that a change in the speed of the machine affects all
+    of them alike.
+
+    Args:
+        steppers: function by name.
+        n: how many steps a call takes, one number for all or a number by name.
+        rounds: how many rounds the median is taken of.
+
+    Returns:
+        CPU time per step by name, s.
     """
-    times = {name: [] for name in steppers}
+    times: dict[str, list[float]] = {name: [] for name in steppers}
     for run in steppers.values():
         run()  # compiles
     for _ in range(rounds):
@@ -97,5 +150,5 @@ def cpu_per_step(steppers, n, rounds=9):
             begin = time.process_time()
             run()
             times[name].append(time.process_time() - begin)
-    counts = n if isinstance(n, dict) else dict.fromkeys(steppers, n)
+    counts = n if isinstance(n, Mapping) else dict.fromkeys(steppers, n)
     return {name: float(np.median(values)) / counts[name] for name, values in times.items()}

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Trust indicators and drift alerts: false alarms, what faults they find, and how soon.
+Trust indicators and drift alerts: false alarms, detected faults, and delay of detection.
 
 Simulated drives: A and B of "benchmark paper" (with and without hysteresis), with R and Q by
 likelihood and the fixed EKF, each with and without a load on the arm; and the packaged drive with
@@ -25,6 +25,12 @@ usage examples:
   gearbox_monitor benchmark trust --quick
   gearbox_monitor benchmark trust path/to/davinci_backend --json trust.json
 """
+import argparse
+from collections.abc import Callable, Mapping, Sequence
+import copy
+from pathlib import Path
+from typing import Any, TypeAlias
+
 import numpy as np
 
 from gearbox_monitor.benchmarks import (
@@ -35,16 +41,22 @@ from gearbox_monitor.benchmarks.harness import (
 from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.kernels.types import Values
+from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.simulate import simulate
+
+Progress: TypeAlias = Callable[[str], None]
+Size: TypeAlias = Mapping[str, Any]  # a value of SIZES
+Row: TypeAlias = dict[str, Any]      # figures as plain data
 
 CASES = ('A', 'B')
 HEALTHY_SEED, LEARNING_SEED, FAULT_SEED, DELAY_SEED, DRAW_SEED = 1, 50, 100, 1000, 7
 ONSET, FAULTY = 12.0, 30.0  # s before a fault, and with it
-# Seconds of a run without fault, runs per fault, runs per change of the gap and per ramp, seconds
-# for the shift by friction, seconds that the baseline is learnt from, hours of drift windows,
-# recordings tuned on, whether tuned with the arm load, too.
-SIZES = {
+# Seconds of a run without fault, runs per fault, runs per step and per ramp of the backlash,
+# seconds for the shift by friction, seconds that the baseline is learnt from, hours of drift
+# windows, recordings for tuning, whether drives with an arm load are tuned separately.
+SIZES: dict[str, Size] = {
     'default': {'healthy': 3600.0, 'faults': 8, 'changes': 24, 'ramps': 6, 'shift': 600.0,
                 'learning': 7210.0, 'hours': 72.0, 'tuning': 3, 'tune_load': True},
     'quick': {'healthy': 300.0, 'faults': 1, 'changes': 2, 'ramps': 1, 'shift': 200.0,
@@ -54,15 +66,16 @@ SIZES = {
 MAX_FLAGGED, MAX_ALARMS = 0.02, 0
 MIN_FOUND = {'noise x1.2': 0.80, 'Cv x1.2': 0.98, 'motor frozen': 0.98, 'arm frozen': 0.98}
 GAP_STD, GAP_BIAS = {'A': 0.010, 'B': 0.006}, {'A': 2.5, 'B': 1.5}  # rad; %
-STATED = 1.5            # stated over empirical deviation, and the other way round
-MAX_SHIFT = 0.005       # of the gap, by 10 % of Cv
+STATED = 1.5            # stated over empirical deviation, or its inverse
+MAX_SHIFT = 0.005       # of the backlash, by 10 % of Cv
 GROWTH = 0.01
-MAX_DELAY = 180.0                       # s, mean, for GROWTH at the delivered setting
+MAX_DELAY = 180.0                       # s, mean, for GROWTH with the default setting
 MAX_DELAY_DAILY = {'A': 110.0, 'B': 60.0}   # s, at one false alarm per day
 MAX_COST, MAX_COST_ALL = 1.0, 10.0      # EKF steps
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this benchmark to `parser`."""
     parser.add_argument('data', metavar='DATA', nargs='?',
                         help='folder with the recordings XY.TXT.gz of davinci_backend')
     add_json_option(parser)
@@ -76,22 +89,24 @@ def add_arguments(parser):
                         'from an hour; takes an hour')
 
 
-# ---------------------------------------------------------------------- what is measured
+# ---------------------------------------------------------------------- measurements
 
-def healthy_runs(size, progress):
-    """Return ({name: SimulatedDrive}, {name: MonitoredRun}) of all drives without fault."""
-    drives, runs = {}, {}
+def healthy_runs(size: Size, progress: Progress) -> tuple[
+        dict[str, trust_runs.SimulatedDrive], dict[str, trust_runs.MonitoredRun]]:
+    """Return all drives and their runs without fault by name, of a `size`; tell `progress`."""
+    drives: dict[str, trust_runs.SimulatedDrive] = {}
+    runs: dict[str, trust_runs.MonitoredRun] = {}
     seeds = paper.TUNING_SEEDS[:size['tuning']]
-    makers = []
-    for case in CASES:
-        makers.append((case, lambda case=case: trust_runs.paper_drive(case, False, seeds)))
-        makers.append((f'{case}, arm load', lambda case=case: trust_runs.paper_drive(
-            case, True, seeds, None if size['tune_load'] else {
-                **drives[case].parameters, 'arm_load': 'unknown'})))
-    makers.append(('packaged', trust_runs.packaged_drive))
-    for name, make in makers:
+    for name in (*(f'{case}{load}' for case in CASES for load in ('', ', arm load')), 'packaged'):
         progress(f'{name}: tuning')
-        drive = make()
+        if name == 'packaged':
+            drive = trust_runs.packaged_drive()
+        elif name in CASES:
+            drive = trust_runs.paper_drive(name, False, seeds)
+        else:
+            case = name[0]
+            drive = trust_runs.paper_drive(case, True, seeds, None if size['tune_load'] else {
+                **drives[case].parameters, 'arm_load': 'unknown'})
         progress(f'{name}: running without fault')
         drives[drive.name] = drive
         runs[drive.name] = trust_runs.watch(drive, size['healthy'], HEALTHY_SEED,
@@ -99,9 +114,21 @@ def healthy_runs(size, progress):
     return drives, runs
 
 
-def healthy_table(runs, size, bars):
-    """Return rows of shares flagged and alarms; judges them."""
-    hours, rows = size['healthy'] / 3600.0, []
+def healthy_table(runs: Mapping[str, trust_runs.MonitoredRun], size: Size,
+                  bars: BarTable) -> list[Row]:
+    """
+    Count false alarms.
+
+    Args:
+        runs: runs without fault, by the name of the drive.
+        size: extent of the benchmark.
+        bars: collects the bars.
+
+    Returns:
+        One row per drive: flagged shares and alarms.
+    """
+    hours = size['healthy'] / 3600.0
+    rows: list[Row] = []
     for name, run in runs.items():
         hits, total = int(run.any().sum()), len(run.began)
         alarms = sum(run.alarms().values())
@@ -118,12 +145,26 @@ def healthy_table(runs, size, bars):
     return rows
 
 
-def fault_table(drive, reference, runs, bars, progress):
-    """Return a row per fault of `drive`: shares flagged per test, delay of the first alarm."""
-    rows = []
-    makers = {**trust_runs.faults(drive.noise), **dict.fromkeys(trust_runs.MISTUNED)}
+def fault_table(drive: trust_runs.SimulatedDrive, reference: float, runs: int, bars: BarTable,
+                progress: Progress) -> list[Row]:
+    """
+    Measure which faults are detected, and how soon.
+
+    Args:
+        drive: simulated drive.
+        reference: usual deviation of tau_K, N m.
+        runs: runs per fault.
+        bars: collects the bars.
+        progress: called with the name of each fault.
+
+    Returns:
+        One row per fault: flagged shares by test, delay of the first alarm.
+    """
+    rows: list[Row] = []
+    makers: dict[str, trust_runs.FaultsAt | None] = {
+        **trust_runs.faults(drive.noise), **dict.fromkeys(trust_runs.MISTUNED)}
     for fault, make in makers.items():
-        flags, delays, said = [], [], []
+        flags_of_runs, delays, components = [], [], []
         for run in range(runs):
             # Anywhere within the second between two evaluations, and in the excitation.
             start = ONSET + run * (1.0 + 1.0 / runs) if make else 0.0
@@ -134,13 +175,14 @@ def fault_table(drive, reference, runs, bars, progress):
                 drive, start + FAULTY, FAULT_SEED + run, make(start) if make else None, extra,
                 reference)
             faulty = watched.began >= start
-            flags.append(np.array([*(watched.flags[t][faulty] for t in trust_runs.TESTS),
-                                   watched.any()[faulty]]))
+            flags_of_runs.append(np.array([
+                *(watched.flags[t][faulty] for t in trust_runs.TESTS), watched.any()[faulty]]))
             if make:
                 delay, name = watched.delay(start)
-                delays += [] if delay is None else [delay]
-                said += [] if name is None else [name]
-        flags = np.concatenate(flags, axis=1)
+                if delay is not None:
+                    delays.append(delay)
+                    components.append(name)
+        flags = np.concatenate(flags_of_runs, axis=1)
         hits, total = int(flags[-1].sum()), flags.shape[1]
         rows.append({
             'fault': fault, 'windows': total, 'any': hits / total,
@@ -149,7 +191,7 @@ def fault_table(drive, reference, runs, bars, progress):
             'found': len(delays), 'delays': delays,
             'delay': float(np.mean(delays)) if delays else None,
             'delay_interval': intervals.mean(delays) if delays else None,
-            'first': max(set(said), key=said.count) if said else None})
+            'first': max(set(components), key=components.count) if components else None})
         if fault in MIN_FOUND:
             bars.judge(f'{drive.name}: {fault}, windows found', hits / total, low=MIN_FOUND[fault],
                        interval=rows[-1]['interval'])
@@ -157,8 +199,21 @@ def fault_table(drive, reference, runs, bars, progress):
     return rows
 
 
-def gap_figures(drive, windows, size, bars, progress):
-    """Return what the gap of `drive` was measured as over healthy `windows`; judges it."""
+def gap_figures(drive: trust_runs.SimulatedDrive, windows: Sequence[Backlash], size: Size,
+                bars: BarTable, progress: Progress) -> Row:
+    """
+    Compare the estimated backlash with the true one.
+
+    Args:
+        drive: simulated drive.
+        windows: drift windows of its run without fault.
+        size: extent of the benchmark.
+        bars: collects the bars.
+        progress: called before the long part.
+
+    Returns:
+        Bias, deviations, correlation of neighbours and shift by friction.
+    """
     case, truth = drive.name, trust_drift.true_gap(drive.model)
     gaps = trust_drift.gaps(windows)[1:]  # the first window begins at rest
     if len(gaps) < 3:
@@ -169,7 +224,7 @@ def gap_figures(drive, windows, size, bars, progress):
     std, bias = float(gaps.std(ddof=1)), float(gaps.mean() / truth - 1.0)
     neighbours = float(np.corrcoef(gaps[1:], gaps[:-1])[0, 1])
     error = std / np.sqrt(len(gaps)) / truth
-    shift = trust_drift.friction_shift(drive, size['shift'], HEALTHY_SEED + 1, lambda: None)
+    shift = trust_drift.friction_shift(drive, size['shift'], HEALTHY_SEED + 1)
     bars.judge(f'{case}: gap, deviation (rad)', std, high=GAP_STD[case],
                interval=intervals.spread(gaps))
     bars.judge(f'{case}: gap, bias (%)', 100 * bias, -GAP_BIAS[case], GAP_BIAS[case],
@@ -181,40 +236,53 @@ def gap_figures(drive, windows, size, bars, progress):
             'bias': bias, 'stated': stated, 'neighbours': neighbours, 'shift': shift}
 
 
-def drift_figures(drive, windows, size, full, bars, progress):
-    """Return false alarms and delays of the drift alert of `drive`; judges them."""
+def drift_figures(drive: trust_runs.SimulatedDrive, windows: Sequence[Backlash], size: Size,
+                  full: bool, bars: BarTable, progress: Progress) -> Row:
+    """
+    Measure false alarms and delays of the drift alert.
+
+    Args:
+        drive: simulated drive.
+        windows: drift windows of its run without fault.
+        size: extent of the benchmark.
+        full: whether all hours are simulated instead of drawn from `windows`.
+        bars: collects the bars.
+        progress: called before each long part.
+
+    Returns:
+        False alarms and, for each change of the backlash, delays.
+    """
     case, random = drive.name, np.random.default_rng(DRAW_SEED)
-    windows = trust_drift.measured(windows)[1:]
-    if len(windows) <= trust_drift.BLOCK:
-        bars.judge(f'{case}: windows for drift', len(windows), low=trust_drift.BLOCK + 1)
+    measured = trust_drift.measured(windows)[1:]
+    if len(measured) <= trust_drift.BLOCK:
+        bars.judge(f'{case}: windows for drift', len(measured), low=trust_drift.BLOCK + 1)
         return {}
     progress(f'{case}: {size["hours"]:g} h of drift windows')
-    # Learnt from a run of its own: what is judged must be new to it.
+    # The baseline comes from a separate run: judged windows must be new to the tracker.
     learnt = trust_runs.watch(drive, size['learning'], LEARNING_SEED, None, trust_drift.SMOOTHED,
                               flags=False).windows[1:]
-    yearly, daily = (trust_drift.trained(learnt, trust_drift.settings(drive, interval))
-                     for interval in (None, trust_drift.DAY))
+    trackers = {name: trust_drift.trained(learnt, trust_drift.settings(drive, interval))
+                for name, interval in (('yearly', None), ('daily', trust_drift.DAY))}
     count = round(size['hours'] * 3600.0 / trust_drift.PERIOD)
+    days: Sequence[trust_drift.Window]
     if full:
         days = trust_runs.watch(drive, size['hours'] * 3600.0, HEALTHY_SEED + 2, None,
                                 trust_drift.SMOOTHED, flags=False).windows
     else:
-        days = trust_drift.drawn(windows, count, random)
-    alarms = {name: trust_drift.false_alarms(trust_drift.fresh(tracker),
+        days = trust_drift.drawn(measured, count, random)
+    alarms = {name: trust_drift.false_alarms(copy.deepcopy(tracker),
                                              trust_drift.later(days, tracker))
-              for name, tracker in (('yearly', yearly), ('daily', daily))}
+              for name, tracker in trackers.items()}
     hours = size['hours']
     bars.judge(f'{case}: drift alarms in {hours:g} h', alarms['yearly'], high=0,
                interval=[v * hours for v in intervals.rate(alarms['yearly'], hours)])
-    result = {'hours': hours, 'simulated': full, 'alarms': alarms, 'delays': {}}
-    trackers = {'yearly': yearly, 'daily': daily}
+    result: Row = {'hours': hours, 'simulated': full, 'alarms': alarms, 'delays': {}}
     for change, growth, runs, ramp in (
             (f'+{100 * GROWTH:g} %', GROWTH, size['changes'], False),
             ('+2 %', 0.02, size['changes'] // 2, False),
             ('5 %/h', trust_drift.SLOW, size['ramps'], True)):
         progress(f'{case}: gap grows by {change}')
-        delays_of = trust_drift.delays(
-            drive, trackers, growth, runs, DELAY_SEED, lambda: None, ramp)
+        delays_of = trust_drift.delays(drive, trackers, growth, runs, DELAY_SEED, ramp)
         for name, delays in delays_of.items():
             detected = [d for d in delays if d is not None]
             result['delays'][f'{change} {name}'] = {
@@ -225,9 +293,9 @@ def drift_figures(drive, windows, size, full, bars, progress):
     for change, name, high in (('+1 %', 'yearly', MAX_DELAY),
                                ('+1 %', 'daily', MAX_DELAY_DAILY[case])):
         row = result['delays'][f'{change} {name}']
-        # What was not found counts as found at the end.
-        mean = np.mean([trust_drift.JUMP_TIME if d is None else d for d in row['values']]
-                       or [np.inf])
+        # A change without an alarm counts as detected at the end.
+        mean = float(np.mean([trust_drift.JUMP_TIME if d is None else d for d in row['values']]
+                             or [np.inf]))
         bars.judge(f'{case}: {change} found ({name}), s', mean, high=high,
                    interval=row['interval'])
     row = result['delays']['5 %/h yearly']
@@ -236,12 +304,12 @@ def drift_figures(drive, windows, size, full, bars, progress):
     return result
 
 
-def costs(drive):
+def costs(drive: trust_runs.SimulatedDrive) -> dict[str, float]:
     """
-    Return CPU time per sample over that of an EKF step, medians of interleaved rounds.
+    Return CPU time per sample of a `drive` over that of an EKF step, medians of rounds.
 
-    trust: see trust_cost; monitor: all of it, with the plain EKF; all: with AEKF, smoother and
-    drift.
+    trust: see trust_cost; monitor: the whole Monitor with the plain EKF; all: with AEKF, smoother
+    and drift, too.
     """
     _, _, u = paper.drive(drive.name)
     trajectory = simulate(drive.model, u, paper.DT, drive.noise, 0)
@@ -259,12 +327,24 @@ def costs(drive):
             'all': costs_of['all'] / costs_of['step']}
 
 
-def evaluate(size, full=False, data=None, progress=lambda text: None):
-    """Return all figures as plain data; `size`: see SIZES; `data`: folder of davinci_backend."""
+def evaluate(size: Size, full: bool = False, data: str | Path | None = None,
+             progress: Progress = lambda line: None) -> Row:
+    """
+    Run all measurements.
+
+    Args:
+        size: extent of the benchmark, see SIZES.
+        full: whether the hours of drift windows are simulated instead of drawn.
+        data: folder of davinci_backend; None: leave out the real drive.
+        progress: called before each long part.
+
+    Returns:
+        All figures and bars as plain data.
+    """
     bars = BarTable()
     drives, runs = healthy_runs(size, progress)
-    result = {'size': size, 'full': full, 'healthy': healthy_table(runs, size, bars),
-              'faults': {}, 'gap': {}, 'drift': {}}
+    result: Row = {'size': size, 'full': full, 'healthy': healthy_table(runs, size, bars),
+                   'faults': {}, 'gap': {}, 'drift': {}}
     for case in CASES:
         drive, run = drives[case], runs[case]
         result['faults'][case] = fault_table(drive, run.tau_k_std, size['faults'], bars, progress)
@@ -285,12 +365,12 @@ def evaluate(size, full=False, data=None, progress=lambda text: None):
 
 # ---------------------------------------------------------------------- tables
 
-def _percent(row):
+def _percent(row: Values) -> str:
     return ''.join(f'{100 * row[test]:7.1f}' for test in trust_runs.TESTS)
 
 
-def text(data):
-    """Return tables and bars, at most 80 columns."""
+def text(data: Values) -> str:
+    """Return the `data` of evaluate() as tables of at most 80 columns."""
     tests = ''.join(f'{name[:6]:>7}' for name in trust_runs.TESTS)
     lines = ['No fault: share of 0.5 s windows flagged (%), debounced alarms', '',
              f'{"drive":<20}{tests}{"any [95 %]":>18}{"alarms":>7}']
@@ -345,8 +425,8 @@ def text(data):
     return '\n'.join([*lines, *bar_lines(data['bars'])])
 
 
-def run(args):
-    """Run the benchmark; returns 1 when a bar is missed."""
+def run(args: argparse.Namespace) -> int:
+    """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
     require_compiled('benchmark trust')
     if args.seeds is not None:
         require_whole('--seeds', args.seeds)
@@ -355,9 +435,9 @@ def run(args):
     expect_folder_of(args.json)
     if args.data is not None:
         trust_real.check(args.data)
-    size = dict(SIZES['quick' if args.quick else 'default'])
+    size = SIZES['quick' if args.quick else 'default']
     if args.seeds is not None:
-        size['faults'] = args.seeds
+        size = {**size, 'faults': args.seeds}
     progress = progress_line()
     data = evaluate(size, args.full, args.data, progress)
     progress('')

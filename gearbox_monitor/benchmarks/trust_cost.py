@@ -44,12 +44,13 @@ def cost_ratio(parameters: Mapping[str, Any] | None = None,
     trajectory = simulate(model, u, paper.DT, noise, 0)
     samples = paper.run_samples(trajectory)
     step = stepper(model, parameters, trajectory.u, np.ascontiguousarray(trajectory.y), paper.DT)
-    trust, costs = _trust_cost(model, parameters, samples), []
+    trust = _trust_cost(model, parameters, samples)
+    costs: list[tuple[float, float]] = []
     trust()  # compiles
     for _ in range(rounds):
         costs.append((cpu_per_step({'EKF': step}, len(u), 1)['EKF'], trust() / len(u)))
-    step, trust = np.median(costs, axis=0)
-    return {'step': float(step), 'trust': float(trust),
+    of_step, of_trust = np.median(costs, axis=0)
+    return {'step': float(of_step), 'trust': float(of_trust),
             'ratio': float(np.median([b / a for a, b in costs]))}
 
 
@@ -58,9 +59,11 @@ def _trust_cost(model: DriveModel, parameters: Mapping[str, Any],
     """Return a function that runs a Monitor over `samples` and returns the CPU time of trust."""
     def run() -> float:
         monitor, spent = Monitor(model, parameters), [0.0]
-        monitor._check_backlash = lambda findings: {}
-        for name in ('_remember', '_evaluate'):
-            setattr(monitor, name, _timed(getattr(monitor, name), spent))
+        replaced = {'_check_backlash': lambda findings: {},
+                    **{name: _timed(getattr(monitor, name), spent)
+                       for name in ('_remember', '_evaluate')}}
+        for name, function in replaced.items():
+            setattr(monitor, name, function)
         monitor.run(samples)
         return spent[0]
     return run

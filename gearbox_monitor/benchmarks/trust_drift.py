@@ -12,8 +12,8 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Backlash and its drift in simulated running: how well the gap is measured, growth found when."""
-from collections.abc import Callable, Mapping, Sequence
+"""Backlash in simulated runs: accuracy of its estimate, false alarms, delay of detection."""
+from collections.abc import Mapping, Sequence
 import copy
 from dataclasses import replace
 
@@ -60,8 +60,7 @@ def gaps(windows: Sequence[Window]) -> Array:
     return np.array([w.gap for w in measured(windows)])
 
 
-def friction_shift(drive: SimulatedDrive, seconds: float, seed: int,
-                   progress: Callable[[], object]) -> float:
+def friction_shift(drive: SimulatedDrive, seconds: float, seed: int) -> float:
     """
     Return the largest relative shift of the mean backlash under +-10 % of Cv, same noise.
 
@@ -69,12 +68,13 @@ def friction_shift(drive: SimulatedDrive, seconds: float, seed: int,
         drive: simulated drive.
         seconds: length of each run.
         seed: of the noise.
-        progress: called after each minute.
+
+    Returns:
+        Largest shift over the mean.
     """
     means = []
     for factor in (1.0, 1.0 + FRICTION, 1.0 - FRICTION):
-        run = watch(drive, seconds, seed, Faults(viscous_friction=factor), SMOOTHED, flags=False,
-                    progress=progress)
+        run = watch(drive, seconds, seed, Faults(viscous_friction=factor), SMOOTHED, flags=False)
         means.append(gaps(run.windows)[1:].mean())  # the first one begins at rest
     return max(abs(m / means[0] - 1.0) for m in means[1:])
 
@@ -97,6 +97,9 @@ def drawn(windows: Sequence[Backlash], count: int, random: np.random.Generator,
         count: how many.
         random: source of random numbers.
         begin_ns: stamp before the first, ns.
+
+    Returns:
+        The windows with their new stamps.
     """
     starts = random.integers(0, len(windows) - BLOCK + 1, -(-count // BLOCK))
     at = (starts[:, None] + np.arange(BLOCK)).ravel()[:count]
@@ -119,9 +122,9 @@ def raised(findings: Mapping[str, Finding]) -> bool:
 
 def false_alarms(tracker: change.Tracker, windows: Sequence[Window]) -> int:
     """Return how often later `windows` raise the alarm of a `tracker`."""
-    said = [False] + [any(f.level > Level.OK for f in tracker.update(w).values())
-                      for w in windows]
-    return sum(current and not previous for previous, current in zip(said, said[1:]))
+    alarms = [False] + [any(f.level > Level.OK for f in tracker.update(w).values())
+                        for w in windows]
+    return sum(current and not previous for previous, current in zip(alarms, alarms[1:]))
 
 
 def later(windows: Sequence[Window], tracker: change.Tracker) -> list[Window]:
@@ -131,8 +134,7 @@ def later(windows: Sequence[Window], tracker: change.Tracker) -> list[Window]:
 
 
 def delays(drive: SimulatedDrive, trackers: Mapping[str, change.Tracker], growth: float,
-           runs: int, seed: int, progress: Callable[[], object],
-           ramp: bool = False) -> dict[str, list[float | None]]:
+           runs: int, seed: int, ramp: bool = False) -> dict[str, list[float | None]]:
     """
     Measure how soon a simulated change of the backlash is detected.
 
@@ -145,7 +147,6 @@ def delays(drive: SimulatedDrive, trackers: Mapping[str, change.Tracker], growth
         growth: relative jump, or relative growth per second of a ramp.
         runs: how many.
         seed: of the first run.
-        progress: called after each run.
         ramp: whether the backlash grows steadily.
 
     Returns:
@@ -163,6 +164,7 @@ def delays(drive: SimulatedDrive, trackers: Mapping[str, change.Tracker], growth
 
         def stop(windows: Sequence[Window], copies: dict[str, change.Tracker] = copies,
                  hits: dict[str, float] = hits, start: float = start) -> bool:
+            """Write when each of `copies` detects the change of `start` in `windows` to `hits`."""
             for window in windows:
                 since = (window.stamp_ns - T0) * 1e-9 - start
                 for name in copies.keys() - hits.keys():
@@ -177,10 +179,4 @@ def delays(drive: SimulatedDrive, trackers: Mapping[str, change.Tracker], growth
         for name in copies:
             if hits.get(name, 1.0) > 0.0:
                 delays_of[name].append(hits.get(name))
-        progress()
     return delays_of
-
-
-def fresh(tracker: change.Tracker) -> change.Tracker:
-    """Return a copy of `tracker`."""
-    return copy.deepcopy(tracker)

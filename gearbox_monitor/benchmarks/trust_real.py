@@ -18,12 +18,18 @@ Backlash of a real drive over its 20 recordings (davinci_backend), as it is and 
 Widened: from recording 11 on the motor encoder turns so much further while the twist crosses the
 dead zone, as it would had the dead zone grown by WIDENED.
 """
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 
 from gearbox_monitor.benchmarks import real, real_fit
+from gearbox_monitor.benchmarks.harness import BarTable
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.backlash import change
 from gearbox_monitor.monitoring.backlash.features import Backlash, fit, NotExcited
 from gearbox_monitor.monitoring.checks.finding import Level
@@ -43,11 +49,19 @@ LOST_MOTION, SPREAD = (1.65, 1.82), 0.08  # deg: mean; largest minus smallest
 ONE_POINT = {'angle_bin': 0.0, 'speed_bin': 1.0, 'load_bin': 1.0}
 
 
-def widened(y, width, growth):
+def widened(y: Array, width: float, growth: float) -> Array:
     """
-    Return readings y [N, 2] (rad) of a dead zone of `width` rad that has grown by `growth`.
+    Return readings as they would be with a wider dead zone.
 
     The twist is stretched about its middle within the dead zone and moved beyond it.
+
+    Args:
+        y: motor and arm position [N, 2], rad.
+        width: of the dead zone, rad.
+        growth: relative growth of the dead zone.
+
+    Returns:
+        Motor and arm position [N, 2], rad.
     """
     twist = y[:, 0] - y[:, 1]
     middle = 0.5 * (np.quantile(twist, 0.02) + np.quantile(twist, 0.98))
@@ -55,8 +69,20 @@ def widened(y, width, growth):
     return np.column_stack([y[:, 0] + 0.5 * growth * width * position, y[:, 1]])
 
 
-def window(run, y, arm_step, number):
-    """Return the Backlash (or NotExcited) of a DriveRecording with readings `y`."""
+def window(run: real_fit.DriveRecording, y: Array, arm_step: float,
+           number: int) -> Backlash | NotExcited:
+    """
+    Estimate the backlash of a recording, with readings that may differ from the recorded ones.
+
+    Args:
+        run: the recording, N samples.
+        y: motor and arm position [N, 2], rad.
+        arm_step: resolution of the arm encoder, rad.
+        number: of the recording, from 0; it sets the stamp of the window.
+
+    Returns:
+        The backlash, or why there is none.
+    """
     model, parameters = real_fit.configure(FITTED, arm_step)
     u = np.column_stack([FITTED['torque_constant'] * run.current, np.full(len(y), np.nan)])
     smoothed = smooth_interval(model, parameters, Samples(run.stamps, u, y))
@@ -64,11 +90,23 @@ def window(run, y, arm_step, number):
     return fit(rows, model, (number + 1) * 20_000_000_000)
 
 
-def follow(runs, windows, arm_step):
-    """Return the names of the recordings at which an alert was given, in their order."""
+def follow(runs: Iterable[str], windows: Sequence[Backlash | NotExcited],
+           arm_step: float) -> list[str]:
+    """
+    Track the backlash from recording to recording.
+
+    Args:
+        runs: names of the recordings.
+        windows: backlash of each recording.
+        arm_step: resolution of the arm encoder, rad.
+
+    Returns:
+        Names of the recordings that raised an alert, in their order.
+    """
     model, parameters = real_fit.configure(FITTED, arm_step)
     tracker = change.Tracker(change.TrackerSettings.of(parameters.replace(**ONE_POINT), model))
-    alerted, was_alerted = [], False
+    alerted: list[str] = []
+    was_alerted = False
     for name, window_of_run in zip(runs, windows):
         level = tracker.update(window_of_run)['backlash'].level
         is_alerted = level > Level.OK and bool(tracker.changes)
@@ -78,15 +116,15 @@ def follow(runs, windows, arm_step):
     return alerted
 
 
-def check(folder):
+def check(folder: str | Path) -> None:
     """Raise InputError unless `folder` holds recordings."""
     if len(real.load_runs(folder)[0]) <= FROM:
         raise InputError(f'{folder}: fewer than {FROM + 1} recordings, expected 00.TXT.gz to '
                          '43.TXT.gz')
 
 
-def figures(folder, bars):
-    """Return what was found in the recordings of `folder` as plain data; judges it."""
+def figures(folder: str | Path, bars: BarTable) -> dict[str, Any]:
+    """Evaluate the recordings in `folder`: return plain data and add its bars to `bars`."""
     runs, step = real.load_runs(folder)
     healthy = [window(run, run.outputs, step, i) for i, run in enumerate(runs.values())]
     measured = [w for w in healthy if isinstance(w, Backlash)]
@@ -114,8 +152,8 @@ def figures(folder, bars):
     return result
 
 
-def table(data):
-    """Return lines of at most 80 columns."""
+def table(data: Mapping[str, Any]) -> list[str]:
+    """Return the `data` of figures() as lines of at most 80 columns."""
     first_alert = (f'first alert with recording {data["alerts_widened"][0]}'
                    if data['alerts_widened'] else 'no alert')
     return [

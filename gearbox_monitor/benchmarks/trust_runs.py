@@ -13,12 +13,14 @@
 # limitations under the License.
 
 """
-Simulated running for the benchmark of the trust indicators: drives, faults, and what is said.
+Simulated runs for the benchmark of the trust indicators: drives, faults, and a monitor.
 
-A Monitor watches a simulated drive second by second, as the node does. Windows of its innovations
-are judged beside it, each by itself.
+A Monitor watches a simulated drive second by second, as the node does. In addition, the tests are
+applied to each window of its innovations separately.
 """
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -27,6 +29,8 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.process_model import pack, TAU_K
 from gearbox_monitor.estimation.tune import tuned
+from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
+from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.checks import covariance, innovation, observability
 from gearbox_monitor.monitoring.checks.finding import Level
 from gearbox_monitor.monitoring.monitor import Monitor
@@ -37,11 +41,12 @@ from gearbox_monitor.plant.faults import EncoderFault, Faults, FaultyPlant
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 DT, DT_NS, T0 = paper.DT, round(paper.DT * 1e9), paper.T0
-WINDOW = 500        # samples that one judgement by itself is made of
+WINDOW = 500        # samples of one window of innovations
 BURN_IN = 3.0       # s that are not judged
 CHUNK = 60          # s simulated at once
 LOAD = 0.5          # rms of the load on the arm over rms of tau_K
 TESTS = ('mean', 'whiteness', 'nis', 'covariance', 'observability')
+FaultsAt: TypeAlias = Callable[[float], Faults]  # of the start of the faults, s
 
 
 @dataclass(frozen=True)
@@ -52,53 +57,57 @@ class SimulatedDrive:
     model: DriveModel
     noise: Noise
     assumed: DriveModel
-    parameters: dict
+    parameters: Values
 
 
 @dataclass(frozen=True)
 class MonitoredRun:
     """
-    What one run gave.
+    Result of one run.
 
     flags {test: bool [W]} of windows that began `began` [W] s after the start; at [M] s: when
-    findings were read, levels {component: int [M]} what they said; windows: Backlash of each
+    findings were read; levels {component: int [M]}: their levels; windows: Backlash of each
     drift window; tau_k_std: median of the stated deviation, N m.
     """
 
-    flags: dict
-    began: np.ndarray
-    at: np.ndarray
-    levels: dict
-    windows: list
+    flags: dict[str, Flags]
+    began: Array
+    at: Array
+    levels: dict[str, Integers]
+    windows: list[Backlash]
     tau_k_std: float
 
-    def any(self):
+    def any(self) -> Flags:
         """Return bool [W]: flagged by any test."""
-        return np.any([self.flags[name] for name in TESTS], axis=0)
+        return np.logical_or.reduce([self.flags[name] for name in TESTS])
 
-    def alarms(self):
-        """Return {component: how often it left OK; once, too, when it never was OK}."""
+    def alarms(self) -> dict[str, int]:
+        """Return {component: how often it left OK}; a component that was never OK counts once."""
         counts = {}
         for name, levels in self.levels.items():
             raised = int(np.sum((levels[1:] > Level.OK) & (levels[:-1] == Level.OK)))
             counts[name] = raised if (levels == Level.OK).any() else 1
         return counts
 
-    def delay(self, start):
-        """Return (s from `start` to the first alarm, its component), (None, None) without."""
+    def delay(self, start: float) -> tuple[float, str] | tuple[None, None]:
+        """Return (s from `start` to the first alarm, its component), or (None, None)."""
         is_before, is_after = self.at <= start, self.at > start
         first_alarms = []
         for name, levels in self.levels.items():
             if not is_before.any() or levels[is_before][-1] != Level.OK:
-                continue  # has not been OK: nothing to leave
+                continue  # an alarm that was raised already says nothing
             raised = np.flatnonzero(is_after & (levels > Level.OK))
             if len(raised):
                 first_alarms.append((float(self.at[raised[0]] - start), name))
         return min(first_alarms, default=(None, None))
 
 
-def loaded(model):
-    """Return `model` with gravity and Coulomb friction on the arm, together LOAD of rms tau_K."""
+def loaded(model: DriveModel) -> DriveModel:
+    """
+    Return `model` with gravity and Coulomb friction on the arm.
+
+    A fixed-point iteration makes the rms of their sum LOAD times that of tau_K.
+    """
     u = Excitation().torque(DT * np.arange(round(10.0 / DT)))
     size = 0.1
     for _ in range(12):
@@ -109,7 +118,8 @@ def loaded(model):
     return loaded_model
 
 
-def paper_drive(case, with_load, seeds=paper.TUNING_SEEDS, parameters=None):
+def paper_drive(case: str, with_load: bool, seeds: Sequence[int] = paper.TUNING_SEEDS,
+                parameters: Values | None = None) -> SimulatedDrive:
     """
     Return the SimulatedDrive of a case of the paper.
 
@@ -118,9 +128,12 @@ def paper_drive(case, with_load, seeds=paper.TUNING_SEEDS, parameters=None):
         with_load: whether gravity and friction act on the arm.
         seeds: of the recordings that R and Q are tuned on, by likelihood.
         parameters: estimator parameters; None: tune them.
+
+    Returns:
+        The drive, its noise and the parameters of its estimator.
     """
     model, noise, u = paper.drive(case)
-    start = {
+    start: dict[str, Any] = {
         'arm_load': 'unknown' if with_load else 'none', 'smoother_lag': 0.0,
         'q_std_motor_position': noise.process[0], 'q_std_arm_position': noise.process[1],
         'q_std_motor_speed': noise.process[2], 'q_std_arm_speed': noise.process[3]}
@@ -132,56 +145,70 @@ def paper_drive(case, with_load, seeds=paper.TUNING_SEEDS, parameters=None):
                           estimator_parameters)
 
 
-def packaged_drive():
+def packaged_drive() -> SimulatedDrive:
     """Return the SimulatedDrive that the nodes start with, with an unmeasured load on the arm."""
     plant, model = PlantParameters(), DriveModel()
     noise = Noise(plant.process_noise, plant.measurement_noise)
     return SimulatedDrive('packaged', loaded(model), noise, model, {})
 
 
-def faults(noise):
-    """Return {fault: function of its start (s) that gives Faults}; parameters: see MISTUNED."""
-    def encoders(start, joints=('motor', 'arm'), **values):
-        return Faults(start, **{joint: EncoderFault(**values) for joint in joints})
+def faults(noise: Noise) -> dict[str, FaultsAt]:
+    """Return a function of the start (s) for each fault of a drive with this `noise`."""
+    def encoders(fault: EncoderFault) -> FaultsAt:
+        """Return the function for the same `fault` of both encoders."""
+        return lambda start: Faults(start, motor=fault, arm=fault)
 
-    def outliers(start):
-        return Faults(start, **{
-            joint: EncoderFault(outlier_rate=0.01, outlier_size=5.0 * noise.measurement[i])
-            for i, joint in enumerate(('motor', 'arm'))})
+    outliers = [EncoderFault(outlier_rate=0.01, outlier_size=5.0 * std)
+                for std in noise.measurement]
+    frozen, missing = EncoderFault(frozen=True), EncoderFault(lost=True)
+    delayed = EncoderFault(delay=0.005)
     return {
-        'noise x1.2': lambda s: encoders(s, noise=1.2),
-        'noise x1.5': lambda s: encoders(s, noise=1.5),
-        'outliers 1 %': outliers,
-        'motor frozen': lambda s: encoders(s, ('motor',), frozen=True),
-        'arm frozen': lambda s: encoders(s, ('arm',), frozen=True),
-        'motor lost': lambda s: encoders(s, ('motor',), lost=True),
-        'arm lost': lambda s: encoders(s, ('arm',), lost=True),
-        'motor 5 ms late': lambda s: encoders(s, ('motor',), delay=0.005),
-        'arm 5 ms late': lambda s: encoders(s, ('arm',), delay=0.005),
-        'arm scale x1.02': lambda s: encoders(s, ('arm',), scale=1.02),
+        'noise x1.2': encoders(EncoderFault(noise=1.2)),
+        'noise x1.5': encoders(EncoderFault(noise=1.5)),
+        'outliers 1 %': lambda s: Faults(s, motor=outliers[0], arm=outliers[1]),
+        'motor frozen': lambda s: Faults(s, motor=frozen),
+        'arm frozen': lambda s: Faults(s, arm=frozen),
+        'motor lost': lambda s: Faults(s, motor=missing),
+        'arm lost': lambda s: Faults(s, arm=missing),
+        'motor 5 ms late': lambda s: Faults(s, motor=delayed),
+        'arm 5 ms late': lambda s: Faults(s, arm=delayed),
+        'arm scale x1.02': lambda s: Faults(s, arm=EncoderFault(scale=1.02)),
         'Cv x1.2': lambda s: Faults(s, viscous_friction=1.2),
         'Cc x2': lambda s: Faults(s, coulomb_friction=2.0),
         'torque x1.05': lambda s: Faults(s, torque=1.05),
     }
 
 
-# Not a fault of the drive: how the filter is tuned, from the start on (factor on q_p).
+# Not faults of the drive but of the filter's tuning, from the start on (factor on q_p).
 MISTUNED = {'q_p /10': 0.1, 'q_p x10': 10.0}
 
 
-def watch(drive, seconds, seed, faults=None, parameters=None, reference=None, flags=True,
-          progress=lambda: None, stop=None):
+def watch(drive: SimulatedDrive, seconds: float, seed: int, faults: Faults | None = None,
+          parameters: Values | None = None, reference: float | None = None, flags: bool = True,
+          stop: Callable[[list[Backlash]], bool] | None = None) -> MonitoredRun:
     """
-    Run `drive` for `seconds` s with the Faults `due` and return what was MonitoredRun.
+    Simulate a drive and watch it with a Monitor.
 
-    parameters: estimator parameters that differ from the drive's. reference: tau_K's usual
-    deviation (N m), else that of this run. flags: judge windows, too. stop: called now and then
-    with new drift windows; ends the run early when it returns True.
+    Args:
+        drive: simulated drive.
+        seconds: length of the run.
+        seed: of the noise.
+        faults: faults of the drive; None: it is healthy.
+        parameters: estimator parameters that differ from those of the drive.
+        reference: usual deviation of tau_K, N m; None: the median of this run.
+        flags: whether the tests are applied to each window of innovations, too.
+        stop: called with the new drift windows after each CHUNK; ends the run if it returns True.
+
+    Returns:
+        Flags, levels and drift windows after the burn-in.
     """
     plant = FaultyPlant(drive.model, drive.noise, seed, faults)
     monitor = Monitor(drive.assumed, {**drive.parameters, **(parameters or {})})
     excitation, n, second = Excitation(), round(seconds / DT), round(1.0 / DT)
-    rows, at, levels, windows = [], [], [], []
+    at: list[float] = []
+    levels: list[dict[str, int]] = []
+    tests: list[dict[str, Any]] = []
+    windows: list[Backlash] = []
     for begin in range(0, n, CHUNK * second):
         k = np.arange(begin, min(n, begin + CHUNK * second))
         run = plant.run(excitation.torque(k * DT), DT, begin * DT)
@@ -189,36 +216,34 @@ def watch(drive, seconds, seed, faults=None, parameters=None, reference=None, fl
         for a in range(0, len(k), second):
             part = slice(a, a + second)
             u = np.column_stack([run.u[part], np.full(len(k[part]), np.nan)])
-            e = monitor.run(Samples(T0 + k[part] * DT_NS, u, run.y[part]))
-            estimates.append(e.rows)
+            estimates.append(monitor.run(Samples(T0 + k[part] * DT_NS, u, run.y[part])).rows)
             at.append((k[part][-1] + 1) * DT)
             levels.append({name: int(f.level) for name, f in monitor.findings.items()})
         last = windows[-1].stamp_ns if windows else 0
         new = [w for w in monitor.windows if w.stamp_ns > last]
         windows += new
         if flags:
-            rows.append(_judged(np.concatenate(estimates), monitor, at[-1]))
-        progress()
+            tests.append(_judged(np.concatenate(estimates), monitor, at[-1]))
         if stop and stop(new):
             break
-    at = np.array(at)
-    settled = at > BURN_IN + 1.0
-    levels = {name: np.array([flags_of[name] for flags_of in levels])[settled]
-              for name in (levels[-1] if levels else {})}
-    flags_of, began, std = {}, np.empty(0), np.nan
+    times = np.array(at)
+    settled = times > BURN_IN + 1.0
+    levels_of = {name: np.array([level_of[name] for level_of in levels])[settled]
+                 for name in (levels[-1] if levels else {})}
+    flags_of: dict[str, Flags] = {}
+    began, std = np.empty(0), np.nan
     if flags:
-        began = np.concatenate([r['began'] for r in rows])
-        keep = began >= BURN_IN - 1e-9
-        std = float(np.median(np.concatenate([r['std'] for r in rows])[keep]))
-        flags_of = {name: np.concatenate([r[name] for r in rows])[keep] for name in TESTS
-                    if name != 'covariance'}
-        ratio = np.concatenate([r['std'] for r in rows])[keep] / (reference or std)
+        values = {name: np.concatenate([r[name] for r in tests]) for name in tests[0]}
+        keep = values['began'] >= BURN_IN - 1e-9
+        began, stated = values['began'][keep], values['std'][keep]
+        std = float(np.median(stated))
+        flags_of = {name: values[name][keep] for name in TESTS if name != 'covariance'}
+        ratio = stated / (reference or std)
         flags_of['covariance'] = (ratio < covariance.LOWER) | (ratio > covariance.UPPER)
-        began = began[keep]
-    return MonitoredRun(flags_of, began, at[settled], levels, windows, std)
+    return MonitoredRun(flags_of, began, times[settled], levels_of, windows, std)
 
 
-def _judged(rows, monitor, end):
+def _judged(rows: Array, monitor: Monitor, end: float) -> dict[str, Any]:
     """Return the tests of windows of WINDOW estimates each, as {name: [W]}, up to `end` s."""
     count = len(rows) // WINDOW
     rows = rows[len(rows) - count * WINDOW:].reshape(count, WINDOW, -1)

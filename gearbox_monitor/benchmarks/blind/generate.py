@@ -56,6 +56,7 @@ def plan(counts: Mapping[str, int], random: np.random.Generator,
     chosen: list[list[str]]
 
     def cycle(names: Iterable[str], count: int) -> list[str]:
+        """Return `count` of the `names` in random order, each about as often."""
         ids = list(names)
         out: list[str] = []
         while len(out) < count:

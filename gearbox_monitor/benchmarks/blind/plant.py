@@ -198,10 +198,10 @@ def _sign(v: float, alpha: float) -> float:
 
 
 @jit
-def _rates(x1: float, x2: float, x3: float, x4: float, z: float, w: float, s: float, t: float,
-           u: float, push: float, p: Array,
-           bursts: Array) -> tuple[float, float, float, float, float]:
+def _rates(state: tuple[float, float, float, float, float, float, float], t: float, u: float,
+           push: float, p: Array, bursts: Array) -> tuple[float, float, float, float, float]:
     """Return d/dt of (x3, x4, z, w, s); u: after the lag; push: process torque on the motor."""
+    x1, x2, x3, x4, z, w, s = state
     delta, speed = x1 - x2, x3 - x4
     torque = u * (1.0 + p[GAIN])
     if p[RIP_A] != 0.0:
@@ -335,15 +335,15 @@ def _advance(state: Array, lagged: float, k: int, command: Array, push: float,
             ua = lagged
             ub = u + (ua - u) * decay
             uc = u + (ub - u) * decay
-        a3, a4, az, aw, as_ = _rates(x1, x2, x3, x4, z, w, s, t, ua, push, p, bursts)
+        a3, a4, az, aw, as_ = _rates((x1, x2, x3, x4, z, w, s), t, ua, push, p, bursts)
         y1, y2, y3, y4 = x1 + half * x3, x2 + half * x4, x3 + half * a3, x4 + half * a4
-        b3, b4, bz, bw, bs = _rates(y1, y2, y3, y4, z + half * az, w + half * aw, s + half * as_,
+        b3, b4, bz, bw, bs = _rates((y1, y2, y3, y4, z + half * az, w + half * aw, s + half * as_),
                                     t + half, ub, push, p, bursts)
         v1, v2, v3, v4 = x1 + half * y3, x2 + half * y4, x3 + half * b3, x4 + half * b4
-        c3, c4, cz, cw, cs = _rates(v1, v2, v3, v4, z + half * bz, w + half * bw, s + half * bs,
+        c3, c4, cz, cw, cs = _rates((v1, v2, v3, v4, z + half * bz, w + half * bw, s + half * bs),
                                     t + half, ub, push, p, bursts)
         w1, w2, w3, w4 = x1 + h * v3, x2 + h * v4, x3 + h * c3, x4 + h * c4
-        d3, d4, dz, dw, ds = _rates(w1, w2, w3, w4, z + h * cz, w + h * cw, s + h * cs,
+        d3, d4, dz, dw, ds = _rates((w1, w2, w3, w4, z + h * cz, w + h * cw, s + h * cs),
                                     t + h, uc, push, p, bursts)
         x1 += h / 6.0 * (x3 + 2.0 * y3 + 2.0 * v3 + w3)
         x2 += h / 6.0 * (x4 + 2.0 * y4 + 2.0 * v4 + w4)
