@@ -48,6 +48,26 @@ def test_written_page_is_up_to_date(name):
         f'run python docs/make_{name}.py'
 
 
+def test_the_map_is_drawn_from_the_tree():
+    picture = runpy.run_path(str(ROOT / 'docs/make_map.py'))['page']()
+    assert (ROOT / 'docs/map.svg').read_text(encoding='utf-8') == picture, \
+        'run python docs/make_map.py'
+
+
+def test_every_name_on_the_three_walks_exists():
+    text = (ROOT / 'CONTRIBUTING.md').read_text(encoding='utf-8')
+    walks = text[text.index('### Three walks'):text.index('### Rules')]
+    names = re.findall(r'`([a-z_]+(?:\.[a-z_]+)+(?:\.[A-Za-z_]+)?)`', walks)
+    assert len(names) > 15
+    for name in names:
+        path = ROOT / 'gearbox_monitor' / (name.replace('.', '/') + '.py')
+        if not path.is_file():
+            module, _, member = name.rpartition('.')
+            if module.startswith('ros.'):
+                pytest.importorskip('rclpy')
+            assert hasattr(import_module(f'gearbox_monitor.{module}'), member), name
+
+
 @pytest.mark.parametrize('node, parameters', [
     ('estimator', EstimatorParameters), ('plant', PlantParameters)])
 def test_parameter_files_show_the_defaults(node, parameters):
