@@ -34,7 +34,7 @@ REFUSED = {
 
 def softened_model(model: DriveModel, parameters: EstimatorParameters) -> DriveModel:
     """
-    Return the DriveModel that the adaptive filter computes with.
+    Return `model` with the friction of an adaptive filter, as soft as `parameters` say.
 
     A sharp friction step is far narrower than the speed is known to: with it the likelihood is
     rough and its gradient, though exact, leads nowhere.
@@ -44,7 +44,7 @@ def softened_model(model: DriveModel, parameters: EstimatorParameters) -> DriveM
 
 
 def adapted_names(model: DriveModel, parameters: EstimatorParameters) -> list[str]:
-    """Return the names to adapt, in order; raises InputError where that is not possible."""
+    """Return the names in `parameters` to adapt to `model`. Raises InputError for a bad one."""
     names = [name for name in parameters.adapt if name]  # [''] is how ROS writes "none"
     for name in names:
         where = f'parameters: adapt: {name!r}'

@@ -16,11 +16,11 @@
 The EKF for several candidates of Q and R side by side: lanes of a vector unit.
 
 Model, inputs and measurements are the same for all. The equations are those of filters.ekf and
-filters.process, for drives without the effects that need a branch or a sine in each stage (see
+process_model, for drives without the effects that need a branch or a sine in each stage (see
 suited) and samples with both encoders.
 
-states: process.markers; s [N_ROWS * LANES]: what the lanes carry, row by row, in each one beside
-the other; drive: see drive_of.
+states: process_model.markers; s [N_ROWS * LANES]: what the lanes carry, row by row, lanes side
+by side; drive: see drive_of.
 """
 from typing import TypeAlias
 
@@ -57,7 +57,17 @@ def drive_of(p: Array) -> Drive:
 
 @jit
 def begin(states: States, p: Array, y1: float, y2: float, s: Array) -> None:
-    """Set s to the start of the candidates `p` [LANES, N_PACKED] at the readings y1, y2."""
+    """
+    Start all lanes.
+
+    Args:
+        states: process_model.markers.
+        p: packed parameters [LANES, N_PACKED].
+        y1: motor position, rad.
+        y2: arm position, rad.
+        s: the lanes, written.
+
+    """
     n = len(states)
     s[:] = 0.0
     for i in range(LANES):
@@ -200,23 +210,23 @@ def _predicted(n: int, k: int, half_dt: float, s: Array, i: int) -> None:
             a6 = fma(s[phi + LANES * TAU_ARM], s[LANES * (HALF + TAU_ARM) + i],
                      s[cross + LANES * TAU_ARM])
     else:  # a row of the unit matrix
-        before = LANES * (P + N * TAU_ARM) + i
-        a1, a2, a3 = s[before + LANES * X1], s[before + LANES * X2], s[before + LANES * X3]
-        a4, a5 = s[before + LANES * X4], s[before + LANES * TAU_K]
-        a6 = s[before + LANES * TAU_ARM] + s[LANES * (HALF + TAU_ARM) + i]
+        row_p = LANES * (P + N * TAU_ARM) + i
+        a1, a2, a3 = s[row_p + LANES * X1], s[row_p + LANES * X2], s[row_p + LANES * X3]
+        a4, a5 = s[row_p + LANES * X4], s[row_p + LANES * TAU_K]
+        a6 = s[row_p + LANES * TAU_ARM] + s[LANES * (HALF + TAU_ARM) + i]
     for j in range(k + 1):
         if j == TAU_ARM:
             value = a6
         else:
-            other = LANES * (PHI + N * j) + i
-            value = a1 * s[other + LANES * X1]
+            row_j = LANES * (PHI + N * j) + i
+            value = a1 * s[row_j + LANES * X1]
             if j == X2:
                 value += a2
-            value = fma(a3, s[other + LANES * X3], value)
-            value = fma(a4, s[other + LANES * X4], value)
-            value = fma(a5, s[other + LANES * TAU_K], value)
+            value = fma(a3, s[row_j + LANES * X3], value)
+            value = fma(a4, s[row_j + LANES * X4], value)
+            value = fma(a5, s[row_j + LANES * TAU_K], value)
             if n > 5:
-                value = fma(a6, s[other + LANES * TAU_ARM], value)
+                value = fma(a6, s[row_j + LANES * TAU_ARM], value)
         if j == k:
             density = s[LANES * (DENSITY + k) + i]
             if k == TAU_K:
@@ -230,9 +240,17 @@ def _predicted(n: int, k: int, half_dt: float, s: Array, i: int) -> None:
 def predict(states: States, dt: float, u: float, load: float, p: Array, drive: Drive,
             s: Array) -> None:
     """
-    Predict z and PRIOR over `dt` s.
+    Predict z and PRIOR of all lanes, as ekf.predict does.
 
-    u, load: motor torque and known arm load (N m); p: packed parameters of any of the lanes.
+    Args:
+        states: process_model.markers.
+        dt: length of the step, s.
+        u: motor torque, N m.
+        load: measured load on the arm, N m.
+        p: packed parameters of any of the lanes.
+        drive: see drive_of.
+        s: the lanes, changed.
+
     """
     n = len(states)
     half = 0.5 * dt
@@ -288,9 +306,14 @@ def _updated(n: int, k: int, s: Array, i: int) -> None:
 @jit
 def update(states: States, y1: float, y2: float, s: Array) -> None:
     """
-    Update z and P with the readings y1, y2 (both finite).
+    Update z and P of all lanes, as ekf.update does; a lane stays BAD once ekf.step would fail.
 
-    A lane becomes BAD, and stays so, where ekf.step would fail.
+    Args:
+        states: process_model.markers.
+        y1: motor position, rad, finite.
+        y2: arm position, rad, finite.
+        s: the lanes, changed.
+
     """
     n = len(states)
     for i in range(LANES):

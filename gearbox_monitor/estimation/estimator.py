@@ -165,6 +165,7 @@ class Estimator:
         Numbers are written so that they read back bit for bit; see restore.
         """
         def numbers(a: Array) -> str:
+            """Return the elements of `a` as text."""
             return json.dumps([float(v).hex() for v in np.ravel(a)])
 
         return {
@@ -194,28 +195,30 @@ class Estimator:
                 model or parameters that are invalid.
 
         """
-        def read(name: str, into: Array) -> None:
+        def read(name: str, array: Array) -> None:
+            """Read the entry `name` into `array`."""
             values = [float.fromhex(v) for v in json.loads(snapshot[name])]
-            into[:] = np.array(values).reshape(into.shape)
+            array[:] = np.array(values).reshape(array.shape)
 
         def integers(name: str, count: int) -> list[int]:
+            """Return the `count` integers of the entry `name`."""
             values = json.loads(snapshot[name])
             if len(values) != count or any(type(value) is not int for value in values):
                 raise ValueError(f'{name}: {str(values)[:60]}, expected {count} whole numbers')
             return list(values)
 
         with snapshot_errors(source):
-            one = cls(model_from_dict(json.loads(snapshot['model']), source),
-                      {**json.loads(snapshot['parameters']), **(changes or {})})
-            one._gate[:sample_loop.STOP_AT] = integers('gate', sample_loop.STOP_AT)
-            one._gate[sample_loop.INPUTS] = int(snapshot['input_count'])
-            one.counts[:] = integers('counts', sample_loop.N_COUNTS)
-            for name, array in one._belief._asdict().items():
+            restored = cls(model_from_dict(json.loads(snapshot['model']), source),
+                           {**json.loads(snapshot['parameters']), **(changes or {})})
+            restored._gate[:sample_loop.STOP_AT] = integers('gate', sample_loop.STOP_AT)
+            restored._gate[sample_loop.INPUTS] = int(snapshot['input_count'])
+            restored.counts[:] = integers('counts', sample_loop.N_COUNTS)
+            for name, array in restored._belief._asdict().items():
                 read(name, array)
-            read('clock', one._state.clock)
-            read('efforts', one._state.efforts)
-        one._keep_belief_only()
-        return one
+            read('clock', restored._state.clock)
+            read('efforts', restored._state.efforts)
+        restored._keep_belief_only()
+        return restored
 
     def divergence_notes(self) -> list[str]:
         """Return sentences about divergences for the user."""
@@ -301,7 +304,11 @@ class Estimator:
         self._gate[sample_loop.STOP_AT] = stamp_ns
 
     def step(self, sample: Sample, observe: Observer | None = None) -> Estimate | None:
-        """Take one `sample`; return its Estimate, or None if it is refused or the first one."""
+        """
+        Take one `sample`; return its Estimate, or None if it is refused or the first one.
+
+        observe: see Estimator.
+        """
         stream, output = self._one, self._output_one
         stream.stamps[0] = sample.stamp_ns
         stream.inputs[0], stream.outputs[0] = sample.u, sample.y
@@ -322,7 +329,7 @@ class Estimator:
         return Estimate(int(sample.stamp_ns), z, P.reshape(len(z), -1), row, completed)
 
     def run(self, samples: Samples, observe: Observer | None = None) -> Estimates:
-        """Take `samples`; return their Estimates, the same bits as step by step."""
+        """Take `samples`; return their Estimates, the same bits as by step; observe: see step."""
         stamps = np.ascontiguousarray(samples.stamp_ns, np.int64)
         u = np.ascontiguousarray(samples.u, float)
         y = np.ascontiguousarray(samples.y, float)
@@ -331,17 +338,17 @@ class Estimator:
         codes, rows, stamps_s, smoothed = output
         while start < n:
             end = start + BATCH
-            taken, more = self._advance(
+            n_samples, n_rows = self._advance(
                 Stream(stamps[start:end], u[start:end], y[start:end]),
                 Output(codes[start:end], rows[start:end], stamps_s[completed:],
                        smoothed[completed:]))
-            end = start + taken
+            end = start + n_samples
             if observe is not None:
                 good = _selection(codes[start:end] == sample_loop.ESTIMATE)
-                new = slice(completed, completed + more)
+                new = slice(completed, completed + n_rows)
                 observe(Batch(int(stamps[end - 1]), codes[end - 1], stamps[start:end][good],
                               rows[start:end][good], stamps_s[new].copy(), smoothed[new].copy()))
-            start, completed = end, completed + more
+            start, completed = end, completed + n_rows
         good = _selection(codes == sample_loop.ESTIMATE)
         rows, smoothed = rows[good], smoothed[:completed]
         if not self.parameters.arm_joint:
@@ -349,11 +356,11 @@ class Estimator:
         return Estimates(stamps[good], rows, stamps_s[:completed], smoothed, codes)
 
     def _advance(self, stream: Stream, output: Output) -> tuple[int, int]:
-        taken, n = self._loop(self.states, self.settings, self.packed, stream, self._state,
-                              self._belief, self._scratch, output)
-        if taken and output.codes[taken - 1] == sample_loop.DIVERGED:
-            self.divergences.append(self._divergence(int(stream.stamps[taken - 1])))
-        return taken, n
+        n_samples, n = self._loop(self.states, self.settings, self.packed, stream, self._state,
+                                  self._belief, self._scratch, output)
+        if n_samples and output.codes[n_samples - 1] == sample_loop.DIVERGED:
+            self.divergences.append(self._divergence(int(stream.stamps[n_samples - 1])))
+        return n_samples, n
 
     def _divergence(self, stamp_ns: int) -> Divergence:
         """Return why the filter failed at the last sample, stamped `stamp_ns`."""
@@ -380,7 +387,15 @@ def settings_of(drive: DriveModel, parameters: EstimatorParameters) -> LoopSetti
 
 
 def loop_arrays(kind: FilterKind, n: int, rows: int) -> tuple[Belief, Scratch, LoopState]:
-    """Return what sample_loop.run carries for a filter `kind` of `n` states; rows: of the ring."""
+    """
+    Return the arrays that sample_loop.run carries from sample to sample.
+
+    Args:
+        kind: the filter.
+        n: number of states.
+        rows: of the ring of step records.
+
+    """
     memory = np.zeros(kind.memory_size(n))
     belief = Belief(np.zeros(n), np.eye(n).ravel(), memory)
     scratch = Scratch(np.zeros((kind.n_vectors, n)), np.zeros((max(kind.n_matrices, 5), n * n)))

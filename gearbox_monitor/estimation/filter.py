@@ -80,15 +80,16 @@ class Filter:
 
     def __init__(self, model: DriveModel,
                  parameters: EstimatorParameters | Values | None = None) -> None:
-        one = Estimator(model, unsmoothed(parameters))
-        self.names, self.parameters, self._states = one.names, one.parameters, one.states
-        n, kind = len(one.names), filter_kind(one.parameters.filter)
+        estimator = Estimator(model, unsmoothed(parameters))
+        self.names, self.parameters = estimator.names, estimator.parameters
+        self._states = estimator.states
+        n, kind = len(estimator.names), filter_kind(estimator.parameters.filter)
         self._room = np.zeros(n + n * n + N_PACKED + kind.n_vectors * n + kind.n_matrices * n * n
                               + record_size(n) + kind.memory_size(n))
         self._belief, self._packed, _, self._record = _parts(
             self._states, kind.n_vectors, kind.n_matrices, self._room)
         self.z, self.P = self._belief.z, self._belief.P.reshape(n, n)
-        self._packed[:] = one.packed
+        self._packed[:] = estimator.packed
         self.z[:] = math.nan  # until start
         self.innovation, self.S, self.K, self._scores = correction(self._record, n)
         self._kernel = _kernel_of(kind)

@@ -43,7 +43,7 @@ _Carried = tuple[Belief, LoopState]
 
 @dataclass(frozen=True)
 class Smoothed:
-    """L smoothed samples: stamp_ns int64 [L], rows [L, N_SMOOTHED] (columns smoother.S_*)."""
+    """L smoothed samples: stamp_ns int64 [L], rows [L, N_SMOOTHED] (columns rts_smoother.S_*)."""
 
     stamp_ns: Integers
     rows: Array
@@ -52,10 +52,20 @@ class Smoothed:
 def smooth_interval(model: DriveModel, parameters: EstimatorParameters | Values,
                     samples: Samples) -> Smoothed:
     """
-    Return the Smoothed values of `samples` under the DriveModel `model` and `parameters`.
+    Smooth a whole recording (Rauch-Tung-Striebel), but not across restarts of the filter.
 
-    What an Estimator accepts is smoothed, the sample of each (re)start included; nothing is
-    smoothed across a restart. `parameters` apply as they are, see smoother.smoother_parameters.
+    Args:
+        model: of the drive.
+        parameters: of the estimator, as they are.
+        samples: the recording.
+
+    Returns:
+        The Smoothed values of each sample that an Estimator accepts, including those at which it
+        starts.
+
+    Raises:
+        InputError: a parameter is unknown or out of range.
+
     """
     estimator = Estimator(model, unsmoothed(parameters))
     estimates = estimator.run(samples)
@@ -91,16 +101,25 @@ class _Pass:
             np.zeros(0, np.int64), np.zeros((0, N_SMOOTHED)))
 
     def advance(self, carried: _Carried, stream: Stream, begin: int, end: int) -> None:
-        """Step `carried` through the samples begin .. end - 1, no more than the ring's."""
+        """
+        Step the filter through a part of the stream, no longer than the ring.
+
+        Args:
+            carried: belief and state of the loop, changed.
+            stream: accepted samples.
+            begin: first sample of the part.
+            end: one past its last sample.
+
+        """
         belief, state = carried
         while begin < end:
-            taken, _ = self.loop(self.states, self.settings, self.packed,
-                                 _part(stream, begin, end), state, belief,
-                                 self.scratch, self.output)
-            begin += taken
+            n_samples, _ = self.loop(self.states, self.settings, self.packed,
+                                     _part(stream, begin, end), state, belief, self.scratch,
+                                     self.output)
+            begin += n_samples
 
     def smooth(self, stream: Stream) -> Array:
-        """Return rows [M, N_SMOOTHED] of M accepted samples, of which the first is a start."""
+        """Return rows [M, N_SMOOTHED] of the M samples of `stream`; the first is a start."""
         n, m, ring = self.n, len(stream.stamps), self.state.ring
         size = len(ring)
         carried = self._copy((self.start, self.state))

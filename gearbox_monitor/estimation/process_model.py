@@ -59,11 +59,11 @@ SLOTS = {'q_std_tau_k': Q0 + TAU_K, 'r_std_motor': R1, 'r_std_arm': R2, 'viscous
 # tau_K (with friction that depends on it) of every column of the tangent; then one row each, by
 # stage. Rows that only a load on the arm wants are counted from the end of the array, out of the
 # way of the others: four of x2, four of x4, then by stage.
-(SEEN_SPEED, SEEN_TWIST_RATE, SEEN_TORQUE) = (0, 4, 8)
-(SEEN_X3, SEEN_X4, SEEN_TAU_K, SEEN_SLOPE, SEEN_SHARE, N_SEEN) = range(12, 18)
-N_SEEN_OF_LOAD = 11
-(SEEN_ARM_POSITION, SEEN_ARM_SPEED) = (-11, -7)
-(SEEN_X2, SEEN_ON_POSITION, SEEN_ON_SPEED) = (-3, -2, -1)
+(TRACE_SPEED, TRACE_TWIST_RATE, TRACE_TORQUE) = (0, 4, 8)
+(TRACE_X3, TRACE_X4, TRACE_TAU_K, TRACE_SLOPE, TRACE_SHARE, N_TRACE) = range(12, 18)
+N_TRACE_OF_LOAD = 11
+(TRACE_ARM_POSITION, TRACE_ARM_SPEED) = (-11, -7)
+(TRACE_X2, TRACE_ON_POSITION, TRACE_ON_SPEED) = (-3, -2, -1)
 
 # What a stage answers: of (x1, x3, x4, tau_K, x2), and rates of (x3, x4); then of four stages.
 Column: TypeAlias = tuple[float, float, float, float, float]
@@ -90,7 +90,7 @@ DIFFERENCE = 1e-6  # step of forward differences, relative above 1
 
 
 def state_names(model: DriveModel, parameters: EstimatorParameters) -> list[str]:
-    """Return which of z's names form the state vector of a DriveModel `model`; see pack."""
+    """Return the names of the states of a filter with `parameters` for the drive `model`."""
     names = ['x1', 'x2', 'x3', 'x4', 'tau_k']
     if model.arm_load == 'unknown':
         names.append('tau_arm')
@@ -155,7 +155,7 @@ def pack(model: DriveModel, parameters: EstimatorParameters) -> Array:
 
 def markers(p: Array, n: int) -> States:
     """
-    Return what kernels take as `states` of a filter with `n` states and p: process.pack.
+    Return what kernels take as `states` of a filter with `n` states and p: pack.
 
     A tuple: its length is what the compiler unrolls loops for, and None in it leaves out what only
     a load on the arm wants. Then a filter without one costs what it did, to the last bit.
@@ -171,9 +171,15 @@ def _has_load(p: Array) -> bool:
 @jit_inline
 def noise(z: Array, p: Array, i: int) -> float:
     """
-    Return the spectral density of the process noise on state `i` at `z` [n].
+    Return the spectral density of the process noise on a state.
 
-    Constant but for tau_K: what the model of tau_K lacks shows more the faster the drive turns.
+    Constant but for tau_K: the error of its random walk grows with the speed of the drive.
+
+    Args:
+        z: state [n].
+        p: pack.
+        i: number of the state.
+
     """
     if i == TAU_K:
         return tau_k_noise(p[Q0 + TAU_K], p[Q_TAU_K_SPEED], z[X3])
@@ -182,13 +188,30 @@ def noise(z: Array, p: Array, i: int) -> float:
 
 @jit_inline
 def tau_k_noise(constant: float, of_speed: float, x3: float) -> float:
-    """Return the spectral density on tau_K: `constant`, and `of_speed` by the speed squared."""
+    """
+    Return the spectral density of the process noise on tau_K, (N m)^2/s.
+
+    Args:
+        constant: share that does not depend on the speed, (N m)^2/s.
+        of_speed: share per speed squared, (N m)^2 s/rad^2.
+        x3: motor speed, rad/s.
+
+    """
     return constant + of_speed * x3 * x3
 
 
 @jit
 def tangent(z: Array, m: Array, p: Array, out: Array) -> None:
-    """Write A(z) m into `out`, A = d z' / d z [n, n] and `m` [n, n]."""
+    """
+    Multiply a matrix by the Jacobian A = d z' / d z of the continuous model.
+
+    Args:
+        z: state [n].
+        m: matrix [n, n].
+        p: pack.
+        out: A m [n, n], written.
+
+    """
     slope, share = _slopes(z[X3], z[TAU_K], p)
     loaded, arm = _has_load(p), arm_load_slopes(z[X2], z[X4], p)
     load_at, friction_at = int(p[LOAD_AT]), int(p[FRICTION_AT])
@@ -221,7 +244,19 @@ def softened_sharpness(sharpness: float, variance: float) -> float:
 
 @jit_inline
 def decay(error: float, half: float, h: float, p: Array) -> Column:
-    """Return the friction error at the four stages of an RK4 step of h = 2 half, and behind it."""
+    """
+    Let the friction error decay over an RK4 step.
+
+    Args:
+        error: at the start, N m.
+        half: half the length of the step, s.
+        h: length of the step, s.
+        p: pack.
+
+    Returns:
+        The error at the four stages, and at the end of the step.
+
+    """
     rate = -1.0 / p[FRICTION_TIME]
     second = error + half * rate * error
     third = error + half * rate * second
@@ -339,9 +374,14 @@ def _load_slopes(loaded: bool | None, x2: float, x4: float, p: Array) -> Pair:
 @jit_inline
 def answer(loaded: bool | None, arm: Pair, load: float, m: Column) -> float:
     """
-    Return how the load of a stage answers to the column `m`.
+    Return the derivative of the arm's load at a stage along a column of the tangent.
 
-    loaded: None without a load on the arm; arm: arm_load_slopes; load: answer of the state.
+    Args:
+        loaded: None without a load on the arm.
+        arm: arm_load_slopes of the stage.
+        load: derivative of the load that is a state.
+        m: the column.
+
     """
     if loaded is None:
         return load
@@ -351,9 +391,16 @@ def answer(loaded: bool | None, arm: Pair, load: float, m: Column) -> float:
 @jit_inline
 def rates(m: Column, slope: float, share: float, error: float, load: float, p: Packed) -> Pair:
     """
-    Return how x3' and x4' of a stage answer to the column `m`, with the answers of error and load.
+    Return the derivatives of x3' and x4' at a stage along a column of the tangent.
 
-    slope, share: of the friction, on x3 and on tau_K.
+    Args:
+        m: the column.
+        slope: of the friction over x3.
+        share: of the motor's acceleration over tau_K.
+        error: derivative of the friction error.
+        load: derivative of the load on the arm, see answer.
+        p: pack, up to K_P.
+
     """
     twist_rate = m[1] - m[2]
     on_motor = fma(share, m[3], fma(slope, m[1], fma(p[KR], m[0], error)))
@@ -363,7 +410,17 @@ def rates(m: Column, slope: float, share: float, error: float, load: float, p: P
 
 @jit_inline
 def along(start: Column, a: float, m: Column, r: Pair, p: Packed) -> Column:
-    """Return the column at the next stage, `a` s from `start` with the rates `r` of stage `m`."""
+    """
+    Return a column of the tangent at the next stage of an RK4 step.
+
+    Args:
+        start: the column at the start of the step.
+        a: time from the start to the stage, s.
+        m: the column at the present stage.
+        r: rates of `m`.
+        p: pack, up to K_P.
+
+    """
     return (fma(a, m[1], start[0]), fma(a, r[0], start[1]), fma(a, r[1], start[2]),
             fma(a * p[K_P], m[1] - m[2], start[3]), fma(a, m[2], start[4]))
 
@@ -395,7 +452,7 @@ def _begin(n: int, phi: Array, j: int, first: bool) -> Column:
 
 @jit_inline
 def _end(states: States, phi: Array, j: int, h: float, m: Columns, r: Pairs, p: Array,
-         seen: Array | None) -> None:
+         trace: Array | None) -> None:
     """Write column `j` of phi behind an RK4 step; m, r: its four stages and their rates."""
     n, loaded = len(states), states[0]
     moved1 = h / 6.0 * fma(2.0, m[1][1] + m[2][1], m[0][1] + m[3][1])
@@ -405,23 +462,23 @@ def _end(states: States, phi: Array, j: int, h: float, m: Columns, r: Pairs, p: 
     phi[X3 * n + j] = fma(h / 6.0, fma(2.0, r[1][0] + r[2][0], r[0][0] + r[3][0]), m[0][1])
     phi[X4 * n + j] = fma(h / 6.0, fma(2.0, r[1][1] + r[2][1], r[0][1] + r[3][1]), m[0][2])
     phi[TAU_K * n + j] = m[0][3] + p[K_P] * (moved1 - moved2)
-    if seen is not None:
+    if trace is not None:
         for q in range(4):
-            seen[SEEN_SPEED + q, j] = m[q][1]
+            trace[TRACE_SPEED + q, j] = m[q][1]
         if p[K_P] > 0.0:
             for q in range(4):
-                seen[SEEN_TWIST_RATE + q, j] = m[q][1] - m[q][2]
+                trace[TRACE_TWIST_RATE + q, j] = m[q][1] - m[q][2]
         if p[CL] > 0.0:
             for q in range(4):
-                seen[SEEN_TORQUE + q, j] = m[q][3]
+                trace[TRACE_TORQUE + q, j] = m[q][3]
         if loaded is not None:
             for q in range(4):
-                seen[SEEN_ARM_POSITION + q, j], seen[SEEN_ARM_SPEED + q, j] = m[q][4], m[q][2]
+                trace[TRACE_ARM_POSITION + q, j], trace[TRACE_ARM_SPEED + q, j] = m[q][4], m[q][2]
 
 
 @jit_inline
 def _column(states: States, phi: Array, j: int, stages: _Stages, errors: Four, load: float,
-            p: Array, seen: Array | None) -> None:
+            p: Array, trace: Array | None) -> None:
     """Advance column `j` of phi by an RK4 step; errors: of friction, in its four stages."""
     loaded = states[0]
     slopes, shares, arms, h, first = stages
@@ -433,22 +490,22 @@ def _column(states: States, phi: Array, j: int, stages: _Stages, errors: Four, l
     r3 = rates(m3, slopes[2], shares[2], errors[2], answer(loaded, arms[2], load, m3), p)
     m4 = along(m1, h, m3, r3, p)
     r4 = rates(m4, slopes[3], shares[3], errors[3], answer(loaded, arms[3], load, m4), p)
-    _end(states, phi, j, h, (m1, m2, m3, m4), (r1, r2, r3, r4), p, seen)
+    _end(states, phi, j, h, (m1, m2, m3, m4), (r1, r2, r3, r4), p, trace)
 
 
 @jit_inline
 def _column_of_x2(states: States, phi: Array, stages: _Stages, p: Array,
-                  seen: Array | None) -> None:
+                  trace: Array | None) -> None:
     n = len(states)
     if states[0] is not None:
-        _column(states, phi, X2, stages, (0.0, 0.0, 0.0, 0.0), 0.0, p, seen)
+        _column(states, phi, X2, stages, (0.0, 0.0, 0.0, 0.0), 0.0, p, trace)
     else:  # nothing depends on x2
         if stages.first:
             for i in range(n):
                 phi[i * n + X2] = 1.0 if i == X2 else 0.0
-        if seen is not None:
+        if trace is not None:
             for q in range(12):
-                seen[q, X2] = 0.0
+                trace[q, X2] = 0.0
 
 
 @jit_inline
@@ -458,7 +515,7 @@ def _slopes(x3: float, tau_k: float, p: Array) -> Pair:
 
 @jit_inline
 def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: float, p: Array,
-        seen: Array | None) -> None:
+        trace: Array | None) -> None:
     """
     Advance a state by one RK4 step, and a matrix by the exact tangent of that step.
 
@@ -473,8 +530,8 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
         phi: matrix [n * n], changed in place.
         first: phi is not read, but taken for the unit matrix.
         h: length of the step, s.
-        seen: None, or an array [>= N_SEEN + N_SEEN_OF_LOAD, n] into which the stages write what
-            they saw: rows SEEN_*.
+        trace: None, or an array [>= N_TRACE + N_TRACE_OF_LOAD, n] into which the stages write
+            their values: rows TRACE_*.
 
     """
     n, loaded = len(states), states[0]
@@ -521,14 +578,14 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
     z[X3] = x3 + sixth * (f1 + 2.0 * (f2 + f3) + f4)
     z[X4] = x4 + sixth * (g1 + 2.0 * (g2 + g3) + g4)
     z[TAU_K] = tau_k + p[K_P] * (moved1 - moved2)
-    _end(states, phi, X1, h, (m1[0], m2[0], m3[0], m4[0]), (r1[0], r2[0], r3[0], r4[0]), p, seen)
-    _end(states, phi, X3, h, (m1[1], m2[1], m3[1], m4[1]), (r1[1], r2[1], r3[1], r4[1]), p, seen)
-    _end(states, phi, X4, h, (m1[2], m2[2], m3[2], m4[2]), (r1[2], r2[2], r3[2], r4[2]), p, seen)
+    _end(states, phi, X1, h, (m1[0], m2[0], m3[0], m4[0]), (r1[0], r2[0], r3[0], r4[0]), p, trace)
+    _end(states, phi, X3, h, (m1[1], m2[1], m3[1], m4[1]), (r1[1], r2[1], r3[1], r4[1]), p, trace)
+    _end(states, phi, X4, h, (m1[2], m2[2], m3[2], m4[2]), (r1[2], r2[2], r3[2], r4[2]), p, trace)
     _end(states, phi, TAU_K, h, (m1[3], m2[3], m3[3], m4[3]), (r1[3], r2[3], r3[3], r4[3]), p,
-         seen)
+         trace)
     stages = _Stages((slope1, slope2, slope3, slope4), (share1, share2, share3, share4),
                      (arm1, arm2, arm3, arm4), h, first)
-    _column_of_x2(states, phi, stages, p, seen)
+    _column_of_x2(states, phi, stages, p, trace)
     if n > 5:
         if first:
             for i in range(5, n):
@@ -536,27 +593,27 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
                     phi[i * n + j] = 1.0 if i == j else 0.0
         none = (0.0, 0.0, 0.0, 0.0)
         if p[LOAD_AT] > 0.0:
-            _column(states, phi, int(p[LOAD_AT]), stages, none, 1.0, p, seen)
+            _column(states, phi, int(p[LOAD_AT]), stages, none, 1.0, p, trace)
         if p[FRICTION_AT] > 0.0:
             i = int(p[FRICTION_AT])
             z[i] = error[4]
             fades = decay(phi[i * n + i], half, h, p)
-            _column(states, phi, i, stages, fades[:4], 0.0, p, seen)
+            _column(states, phi, i, stages, fades[:4], 0.0, p, trace)
             phi[i * n + i] = fades[4]
-    if seen is not None:
+    if trace is not None:
         for q, value in enumerate((x3, y3, v3, w3)):
-            seen[SEEN_X3, q] = value
+            trace[TRACE_X3, q] = value
         for q, value in enumerate((x4, y4, v4, w4)):
-            seen[SEEN_X4, q] = value
+            trace[TRACE_X4, q] = value
         for q, value in enumerate((tau_k, tau_y, tau_v, tau_w)):
-            seen[SEEN_TAU_K, q] = value
+            trace[TRACE_TAU_K, q] = value
         for q in range(4):
-            seen[SEEN_SLOPE, q], seen[SEEN_SHARE, q] = stages.slopes[q], stages.shares[q]
+            trace[TRACE_SLOPE, q], trace[TRACE_SHARE, q] = stages.slopes[q], stages.shares[q]
         if loaded is not None:
             for q, value in enumerate((x2, y2, v2, w2)):
-                seen[SEEN_X2, q] = value
+                trace[TRACE_X2, q] = value
             for q in range(4):
-                seen[SEEN_ON_POSITION, q], seen[SEEN_ON_SPEED, q] = stages.arms[q]
+                trace[TRACE_ON_POSITION, q], trace[TRACE_ON_SPEED, q] = stages.arms[q]
 
 
 @jit_inline

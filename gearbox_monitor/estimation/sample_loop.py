@@ -110,7 +110,7 @@ class LoopState(NamedTuple):
 
     gate int64 [N_GATE]; counts int64 [N_COUNTS], how often each code came; clock [N_CLOCK];
     efforts [N_EFFORTS, 2], the last inputs; ring [M, record_size(n)], step records, and their
-    ring_stamps int64 [M]; before [n + n * n + memory], the belief before the step (scratch).
+    ring_stamps int64 [M]; saved [n + n * n + memory], the belief before the step (scratch).
     """
 
     gate: Integers
@@ -119,7 +119,7 @@ class LoopState(NamedTuple):
     efforts: Array
     ring: Array
     ring_stamps: Integers
-    before: Array
+    saved: Array
 
 
 class Output(NamedTuple):
@@ -139,7 +139,7 @@ class Output(NamedTuple):
 
 def filter_step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
                 record: Array) -> bool:
-    """Stand in for the step of a filter, which `loop_of` puts here; arguments as of ekf.step."""
+    """Stand in for the step of a filter, which `loop_of` puts here."""
     raise NotImplementedError
 
 
@@ -156,10 +156,10 @@ def _gate(stamp: int, gate: Integers, max_gap: int) -> int:
     last = gate[LAST]
     if last == 0:
         return START
-    ahead = stamp - last
-    if ahead == 0:
+    elapsed = stamp - last
+    if elapsed == 0:
         return DUPLICATE
-    if 0 < ahead <= max_gap:
+    if 0 < elapsed <= max_gap:
         gate[PENDING_COUNT] = 0
         return ESTIMATE
     beyond = stamp - gate[PENDING_STAMP]
@@ -168,9 +168,9 @@ def _gate(stamp: int, gate: Integers, max_gap: int) -> int:
     else:
         gate[PENDING_COUNT] = 1
     gate[PENDING_STAMP] = stamp
-    if gate[PENDING_COUNT] >= (LATE_CONFIRM if -LATE < ahead < 0 else CONFIRM):
+    if gate[PENDING_COUNT] >= (LATE_CONFIRM if -LATE < elapsed < 0 else CONFIRM):
         return START
-    return BACKWARD if ahead < 0 else JUMP
+    return BACKWARD if elapsed < 0 else JUMP
 
 
 @jit
@@ -180,27 +180,27 @@ def _stops(stamp: int, gate: Integers) -> bool:
 
 
 @jit_inline
-def _save(belief: Belief, before: Array) -> None:
+def _save(belief: Belief, saved: Array) -> None:
     z, P, memory = belief
     n, m = z.shape[0], P.shape[0]
     for i in range(n):
-        before[i] = z[i]
+        saved[i] = z[i]
     for i in range(m):
-        before[n + i] = P[i]
+        saved[n + i] = P[i]
     for i in range(memory.shape[0]):
-        before[n + m + i] = memory[i]
+        saved[n + m + i] = memory[i]
 
 
 @jit_inline
-def _put_back(belief: Belief, before: Array) -> None:
+def _put_back(belief: Belief, saved: Array) -> None:
     z, P, memory = belief
     n, m = z.shape[0], P.shape[0]
     for i in range(n):
-        z[i] = before[i]
+        z[i] = saved[i]
     for i in range(m):
-        P[i] = before[n + i]
+        P[i] = saved[n + i]
     for i in range(memory.shape[0]):
-        memory[i] = before[n + m + i]
+        memory[i] = saved[n + m + i]
 
 
 @jit_inline
@@ -337,7 +337,7 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
     """
     stamps, inputs, outputs = stream
     max_gap, delay, lag, load_measured = settings
-    gate, counts, clock, efforts, ring, ring_stamps, before = state
+    gate, counts, clock, efforts, ring, ring_stamps, saved = state
     codes, estimates, smoothed_stamps, smoothed = output
     memory = belief.memory
     rows = ring.shape[0]
@@ -368,7 +368,7 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
             elif not have_y and (code == START or stamp - gate[LAST_MEASUREMENT] > max_gap):
                 code = NO_MEASUREMENT
             if code == NO_EFFORT or code == NO_MEASUREMENT:
-                gate[LAST] = 0  # start anew with the next complete sample
+                gate[LAST] = 0  # restart with the next complete sample
                 gate[PENDING_COUNT] = 0
         counts[code] += 1
         codes[k] = code
@@ -404,19 +404,19 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
         record = ring[step % rows]
         record[at_innovation], record[at_innovation + 1] = 0.0, 0.0
         record[at_S], record[at_S + 2] = 0.0, 0.0
-        _save(belief, before)
+        _save(belief, saved)
         good = filter_step(states, belief, reading, p, scratch, record)
         e1, e2 = record[at_innovation], record[at_innovation + 1]
         if (jumps(e1, record[at_S], clock[ERROR_MOTOR], p[R1], step)
                 or jumps(e2, record[at_S + 2], clock[ERROR_ARM], p[R2], step)):
             # As if it had not come; the belief stays.
-            _put_back(belief, before)
+            _put_back(belief, saved)
             codes[k] = POSITION_JUMP
             counts[ESTIMATE] -= 1
             counts[POSITION_JUMP] += 1
             gate[JUMPS] += 1
             if gate[JUMPS] >= CONFIRM:
-                gate[LAST] = 0  # start anew with the next complete sample
+                gate[LAST] = 0  # restart with the next complete sample
                 gate[PENDING_COUNT] = 0
             continue
         gate[LAST], gate[STEPS], gate[JUMPS] = stamp, step, 0

@@ -43,7 +43,7 @@ NEGATIVE_WEIGHT = -10.0
 
 
 def warnings(n: int, parameters: EstimatorParameters) -> list[str]:
-    """Return what to tell the user about the weights of `n` states, a list of str."""
+    """Return warnings about the weights of `n` states with these `parameters`."""
     alpha, kappa = parameters.ukf_alpha, parameters.ukf_kappa
     centre = 1.0 - n / (alpha ** 2 * (n + kappa))
     if centre >= NEGATIVE_WEIGHT:
@@ -55,7 +55,18 @@ def warnings(n: int, parameters: EstimatorParameters) -> list[str]:
 
 @jit
 def cholesky(states: States, a: Array, out: Array) -> bool:
-    """Write the lower Cholesky factor of `a` [n * n] into `out`; False when there is none."""
+    """
+    Write the lower Cholesky factor of a matrix.
+
+    Args:
+        states: process_model.markers of the n states.
+        a: symmetric matrix [n * n].
+        out: its factor [n * n], written.
+
+    Returns:
+        False if `a` is not positive definite.
+
+    """
     n = len(states)
     for j in range(n):
         s = a[j * n + j]
@@ -114,9 +125,9 @@ def transform(states: States, z: Array, factor: Array, reading: Reading, p: Arra
         z[j] = beside[at]
         bends[j] = 0.0
         for i in range(n):
-            ahead, behind = beside[at + 1 + i] - z[j], beside[at + 1 + n + i] - z[j]
-            bend = 0.5 * (ahead + behind)
-            rows[i, j] = 0.5 * root * (ahead - behind)
+            plus, minus = beside[at + 1 + i] - z[j], beside[at + 1 + n + i] - z[j]
+            bend = 0.5 * (plus + minus)
+            rows[i, j] = 0.5 * root * (plus - minus)
             rows[n + i, j] = bend
             bends[j] += bend
     for j in range(n):
@@ -129,11 +140,17 @@ def transform(states: States, z: Array, factor: Array, reading: Reading, p: Arra
 def cross_covariance(states: States, rows: Array, factor: Array, P: Array, slope: Array,
                      out: Array, at: int) -> None:
     """
-    Write cov(z predicted, z before) [n, n] into `out` from place `at` on.
+    Write cov(z predicted, z before), by the slope of the statistical linearisation.
 
-    rows, factor: as of transform; P [n * n]: covariance before any process noise, `factor` that of
-    P with the first half of it: hence by the slope of the statistical linearisation, left in
-    `slope` [n * n].
+    Args:
+        states: as of transform.
+        rows: as of transform.
+        factor: of P with the first half of the process noise, as of transform.
+        P: covariance before any process noise [n * n].
+        slope: of the linearisation [n * n], written.
+        out: receives the covariance [n, n].
+        at: place in `out` where it begins.
+
     """
     n = len(states)
     for j in range(n - 1, -1, -1):  # slope factor = (pair differences)'

@@ -33,9 +33,9 @@ def record_size(n: int) -> int:
 @jit_inline
 def places(n: int) -> tuple[int, int, int, int, int, int, int, int, int]:
     """
-    Return where z_pred, P_pred, C, z, P, innovation, S, K and (nis, loglik, dof) stand.
+    Return the places of z_pred, P_pred, C, z, P, innovation, S, K and (nis, loglik, dof).
 
-    For kernels, which index the record itself.
+    n: number of states. For kernels, which index the record itself.
     """
     m = n * n
     begin = 2 * n + 3 * m
@@ -43,19 +43,23 @@ def places(n: int) -> tuple[int, int, int, int, int, int, int, int, int]:
 
 
 def predicted(record: Array, n: int) -> tuple[Array, Array, Array]:
-    """Return views (z_pred [n], P_pred [n, n], C [n, n])."""
+    """Return views (z_pred [n], P_pred [n, n], C [n, n]) of the `record` of `n` states."""
     m = n * n
     return (record[:n], record[n:n + m].reshape(n, n), record[n + m:n + 2 * m].reshape(n, n))
 
 
 def updated(record: Array, n: int) -> tuple[Array, Array]:
-    """Return views (z [n], P [n, n])."""
+    """Return views (z [n], P [n, n]) of the `record` of `n` states."""
     start = n + 2 * n * n
     return record[start:start + n], record[start + n:start + n + n * n].reshape(n, n)
 
 
 def correction(record: Array, n: int) -> tuple[Array, Array, Array, Array]:
-    """Return views (innovation [2], S [3] as s11, s12, s22, K [n, 2], [nis, loglik, dof])."""
+    """
+    Return views of the `record` of `n` states.
+
+    innovation [2], S [3] as s11, s12, s22, K [n, 2], [nis, loglik, dof].
+    """
     start = 2 * n + 3 * n * n
     return (record[start:start + 2], record[start + 2:start + 5],
             record[start + 5:start + 5 + 2 * n].reshape(n, 2),

@@ -56,7 +56,7 @@ class Recent:
         return Recent(self.stamps[first:], self._columns[:, first:])
 
 
-class History:
+class EstimateHistory:
     """A ring of the newest `size` estimates."""
 
     def __init__(self, size: int) -> None:

@@ -24,7 +24,7 @@ from gearbox_monitor.monitoring.checks import (
     covariance, innovation, model_mismatch, observability, passivity, usability)
 from gearbox_monitor.monitoring.checks.finding import (
     Alarm, Condition, DEBOUNCE, Finding, finding_of, Level, with_more)
-from gearbox_monitor.monitoring.history import History, Recent
+from gearbox_monitor.monitoring.history import EstimateHistory, Recent
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -133,11 +133,12 @@ class Monitor:
 
     @tau_k_std_reference.setter
     def tau_k_std_reference(self, value: float | None) -> None:
+        """Set it to `value`, N m."""
         self._set_reference = self._reference = value
 
     def _forget(self) -> None:
         """Drop all windows: what they hold belongs to another belief."""
-        self._history = History(HISTORY)
+        self._history = EstimateHistory(HISTORY)
         # Chunks (stamps, smoothed rows) of the last seconds.
         self._smoothed_rows: deque[tuple[Integers, Array]] = deque()
         self._begin_window()
@@ -254,11 +255,11 @@ class Monitor:
             return
         if self.estimator.accurate_since_ns == stamp_ns:
             self._withdraw(NOT_EVALUATED)
-        due = self._due_ns
-        if due and due - SECOND <= stamp_ns < due:
+        due_ns = self._due_ns
+        if due_ns and due_ns - SECOND <= stamp_ns < due_ns:
             return
         self._evaluate_at(stamp_ns + SECOND)
-        if due and stamp_ns >= due:
+        if due_ns and stamp_ns >= due_ns:
             self._evaluate(stamp_ns)
 
     def _evaluate(self, stamp_ns: int) -> None:

@@ -40,7 +40,7 @@ class Silence:
         self.why = ''
 
     def findings(self, monitor: Monitor, now_ns: int, foreign: int = 0,
-                 told: tuple[str, str] | None = None) -> dict[str, Finding]:
+                 cause: tuple[str, str] | None = None) -> dict[str, Finding]:
         """
         Return the findings of a monitor, replaced where its stream is dead.
 
@@ -48,7 +48,7 @@ class Silence:
             monitor: the Monitor that takes the samples.
             now_ns: time of a steady clock, ns.
             foreign: number of messages that named none of our joints.
-            told: (reason, advice) of the receiver of messages, if it knows why none of them
+            cause: (reason, advice) of the receiver of messages, if it knows why none of them
                 becomes a sample.
 
         Returns:
@@ -67,8 +67,8 @@ class Silence:
                   for code, reason in REASONS.items() if monitor.counts[code]}
         counts['messages_without_our_joints'] = foreign
         reason, advice, self.why = 'no samples came', usability.SILENT.advice, 'silent'
-        if told:
-            (reason, advice), self.why = told, 'joints'
+        if cause:
+            (reason, advice), self.why = cause, 'joints'
         elif refused:
             new = monitor.counts - self._counts
             causes = usability.refused({text: int(new[code]) for code, text in REASONS.items()})

@@ -53,7 +53,7 @@ class Examination:
 def examine(samples: Samples, parameters: EstimatorParameters,
             model: DriveModel | None = None) -> Examination:
     """
-    Return the Examination of Samples [N] (monitor.Samples, on the arm side).
+    Return the Examination of Samples [N] (estimates.Samples, on the arm side).
 
     parameters: EstimatorParameters. model: DriveModel of the drive, or None where
     none is known: then nothing is said against it. Raises InputError where there is nothing to

@@ -39,7 +39,7 @@ class Messages:
     N messages in the order in which they arrive.
 
     number int64 [N]: which measurement of the drive each carries; at [N] s: when it arrives;
-    stamp_ns int64 [N]; u [N, 2] N m, y [N, 2] rad, see monitor.Samples.
+    stamp_ns int64 [N]; u [N, 2] N m, y [N, 2] rad, see estimates.Samples.
     """
 
     number: np.ndarray

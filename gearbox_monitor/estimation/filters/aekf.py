@@ -44,10 +44,10 @@ from gearbox_monitor.estimation.filter_kind import (
 from gearbox_monitor.estimation.filters import ekf
 from gearbox_monitor.estimation.process_model import (
     ADAPT_AT, ADAPT_COUNT, ADAPT_FORGETTING, ADAPT_RATE, ADAPT_START, along, answer, Column, decay,
-    EIGENVALUE, FRICTION_AT, K_P, LOAD_AT, N_PACKED, N_SEEN, N_SEEN_OF_LOAD, noise, Q0,
-    Q_TAU_K_SPEED, R1, R2, rates, rk4, SEEN_ARM_POSITION, SEEN_ARM_SPEED, SEEN_ON_POSITION,
-    SEEN_ON_SPEED, SEEN_SHARE, SEEN_SLOPE, SEEN_SPEED, SEEN_TAU_K, SEEN_TORQUE, SEEN_TWIST_RATE,
-    SEEN_X2, SEEN_X3, SEEN_X4, SLOTS, TAU_K, X1, X2, X3, X4)
+    EIGENVALUE, FRICTION_AT, K_P, LOAD_AT, N_PACKED, N_TRACE, N_TRACE_OF_LOAD, noise, Q0,
+    Q_TAU_K_SPEED, R1, R2, rates, rk4, SLOTS, TAU_K, TRACE_ARM_POSITION, TRACE_ARM_SPEED,
+    TRACE_ON_POSITION, TRACE_ON_SPEED, TRACE_SHARE, TRACE_SLOPE, TRACE_SPEED, TRACE_TAU_K,
+    TRACE_TORQUE, TRACE_TWIST_RATE, TRACE_X2, TRACE_X3, TRACE_X4, X1, X2, X3, X4)
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.jit import fma, jit, jit_inline
 from gearbox_monitor.kernels.linalg import multiply, multiply_symmetric
@@ -76,19 +76,19 @@ GUARDS = {'sensitivity_resets': RESETS, 'limited_steps': STEPS_LIMITED,
 # Rows of the scratch vectors; the first ones, and with a load on the arm the last ones, are what
 # rk4 has seen. Four rows of a kind, or four columns, belong to the stages of RK4.
 (_R_SPEED, _R_TWIST, _R_TORQUE, _R_ARM_POSITION, _R_ARM_SPEED) = (
-    SEEN_SPEED, SEEN_TWIST_RATE, SEEN_TORQUE, SEEN_ARM_POSITION, SEEN_ARM_SPEED)
+    TRACE_SPEED, TRACE_TWIST_RATE, TRACE_TORQUE, TRACE_ARM_POSITION, TRACE_ARM_SPEED)
 (_CURVATURE, _CROSS, _TWIST_RATE, _TORQUE, _FORCE, _A, _B, _C_SPEED, _C_TORQUE,
- _G) = range(N_SEEN, N_SEEN + 10)
+ _G) = range(N_TRACE, N_TRACE + 10)
 (_V_SPEED, _V_TORQUE, _G_TWIST, _V_TWIST, _W, _SCORE) = range(_G + 4, _G + 28, 4)
 _GRADIENT = _SCORE + MAX_THETA
 # With a load on the arm:
 (_G_ARM, _V_ARM_POSITION, _V_ARM_SPEED,
  _ON_POSITION) = range(_GRADIENT + MAX_THETA, _GRADIENT + MAX_THETA + 16, 4)
 (_ON_SPEED, _C_ARM_POSITION, _C_ARM_SPEED) = range(_ON_POSITION + 1, _ON_POSITION + 4)
-N_VECTORS, N_MATRICES = _C_ARM_SPEED + 1 + N_SEEN_OF_LOAD, 3
+N_VECTORS, N_MATRICES = _C_ARM_SPEED + 1 + N_TRACE_OF_LOAD, 3
 
 
-class Sensitivity(NamedTuple):
+class BeliefSensitivity(NamedTuple):
     """Derivatives of z and P in theta: z [>= n_theta, n], P [>= n_theta, n * n]."""
 
     z: Array
@@ -102,7 +102,7 @@ def memory_size(n: int) -> int:
 
 
 def adapted(memory: Array, p: Array) -> dict[str, float]:
-    """Return {name: value in use} of what is adapted; memory: as of step, p: process.pack."""
+    """Return {name: value in use} of the adapted parameters in `memory`; p: process_model.pack."""
     names = {slot: name for name, slot in SLOTS.items()}
     result = {}
     for i in range(int(p[ADAPT_COUNT])):
@@ -118,75 +118,86 @@ def guards(memory: Array) -> dict[str, int]:
 
 
 def at_bound(memory: Array, p: Array) -> list[str]:
-    """Return the names of what stands at the bound of its range; arguments as of adapted."""
+    """Return the names of parameters at the bound of their range; memory, p: as of adapted."""
     return [name for i, name in enumerate(adapted(memory, p)) if memory[STARTED] and
             abs(memory[THETA + i] - memory[START + i]) >= 0.999 * _range(int(p[ADAPT_AT + i]))]
 
 
 def in_use(memory: Array, p: Array) -> Array:
-    """Return the packed parameters [N_PACKED] of the next step; arguments as of adapted."""
+    """Return the packed parameters [N_PACKED] of the next step; memory, p: as of adapted."""
     return memory[IN_USE:IN_USE + N_PACKED].copy() if memory[STARTED] else p
 
 
 @jit
 def resume(memory: Array) -> None:
-    """Let the filter start anew with what `memory` has learnt."""
+    """Restart the filter with the parameters in `memory`."""
     memory[SAMPLES] = 0.0
     memory[SENSITIVITY:] = 0.0
 
 
 def learnt(memory: Array, p: Array) -> Values:
-    """Return what was adapted, for a file, {} where nothing is; memory, p: as of adapted."""
+    """Return the adaptation for a file, {} if nothing is adapted; memory, p: as of adapted."""
     count = int(p[ADAPT_COUNT])
     if not count or not memory[STARTED]:
         return {}
     names = list(adapted(memory, p))
 
-    def named(place: int) -> Values:
+    def by_name(place: int) -> Values:
+        """Return {name: value} of the numbers from `place` on."""
         return dict(zip(names, memory[place:place + count].tolist()))
-    return {'theta': named(THETA), 'start': named(START), 'gain': float(memory[GAIN]),
+
+    return {'theta': by_name(THETA), 'start': by_name(START), 'gain': float(memory[GAIN]),
             'forgetting': float(memory[FORGETTING]),
             'information': memory[INFORMATION:INFORMATION + count * (count + 1) // 2].tolist()}
 
 
-def recall(memory: Array, p: Array, kept: Values) -> bool:
+def recall(memory: Array, p: Array, state: Values) -> bool:
     """
-    Let `memory` go on from what learnt() has `kept`; memory, p: as of adapted.
+    Let the filter continue from a saved adaptation.
 
-    Returns False, changing nothing, where it began from other parameters than p. Raises
-    ValueError where it is no such thing.
+    Args:
+        memory: of the filter, changed.
+        p: process_model.pack [N_PACKED].
+        state: as learnt returned it.
+
+    Returns:
+        False, with the memory unchanged, if the adaptation began from other parameters than p.
+
+    Raises:
+        ValueError: the state is damaged.
+
     """
-    memory_of_kept = np.zeros(len(memory))
-    begin(memory_of_kept, p)
-    names, count = list(adapted(memory_of_kept, p)), int(p[ADAPT_COUNT])
+    recalled = np.zeros(len(memory))
+    begin(recalled, p)
+    names, count = list(adapted(recalled, p)), int(p[ADAPT_COUNT])
     size = count * (count + 1) // 2
     try:
-        numbers = [[float(kept[block][name]) for name in kept['start']]
+        numbers = [[float(state[block][name]) for name in state['start']]
                    for block in ('theta', 'start')]
-        numbers += [[float(kept['gain']), float(kept['forgetting'])],
-                    [float(value) for value in kept['information']]]
-        same = list(kept['start']) == names
+        numbers += [[float(state['gain']), float(state['forgetting'])],
+                    [float(value) for value in state['information']]]
+        same = list(state['start']) == names
     except (KeyError, TypeError, AttributeError, OverflowError) as error:
         raise ValueError(f'adaptation: {error!r}, expected what the filter has written') from None
-    theta, begun, (gain, forgetting), information = numbers
+    theta, theta_at_start, (gain, forgetting), information = numbers
     if not all(math.isfinite(value) for row in numbers for value in row) or not (
             0.0 < gain <= 1.0 and 0.0 < forgetting <= 1.0):
         raise ValueError(f'adaptation: gain {gain:g}, forgetting {forgetting:g}, expected finite '
                          'numbers, these between 0 and 1')
-    if not same or begun != memory_of_kept[START:START + count].tolist():
+    if not same or theta_at_start != recalled[START:START + count].tolist():
         return False
     if len(information) != size:
         raise ValueError(f'adaptation: information: {len(information)} numbers, expected {size}')
     for i, value in enumerate(theta):
         slot = int(p[ADAPT_AT + i])
-        if not abs(value - begun[i]) <= 1.000001 * _range(slot):
+        if not abs(value - theta_at_start[i]) <= 1.000001 * _range(slot):
             raise ValueError(f'adaptation: theta: {names[i]}: {value:g}, expected within '
-                             f'{_range(slot):g} of {begun[i]:g}')
-        memory_of_kept[IN_USE + slot] = math.exp(value)
-    memory_of_kept[THETA:THETA + count] = theta
-    memory_of_kept[INFORMATION:INFORMATION + size] = information
-    memory_of_kept[GAIN], memory_of_kept[FORGETTING] = gain, forgetting
-    memory[:] = memory_of_kept
+                             f'{_range(slot):g} of {theta_at_start[i]:g}')
+        recalled[IN_USE + slot] = math.exp(value)
+    recalled[THETA:THETA + count] = theta
+    recalled[INFORMATION:INFORMATION + size] = information
+    recalled[GAIN], recalled[FORGETTING] = gain, forgetting
+    memory[:] = recalled
     return True
 
 
@@ -276,14 +287,15 @@ def differentiate(states: States, belief: Belief, reading: Reading, p: Array, sc
 
     """
     n, memory, vectors = len(states), belief.memory, scratch.vectors
-    now = memory[IN_USE:IN_USE + N_PACKED]
+    current = memory[IN_USE:IN_USE + N_PACKED]
     count = int(p[ADAPT_COUNT])
     s = memory[SENSITIVITY:SENSITIVITY + MAX_THETA * n].reshape(MAX_THETA, n)
     P_s = memory[SENSITIVITY + MAX_THETA * n:].reshape(MAX_THETA, n * n)
-    _predict(states, belief, Sensitivity(s, P_s, count), reading, now, p, scratch, record)
-    if not ekf.update(states, belief, reading.y1, reading.y2, now, record):
+    _predict(states, belief, BeliefSensitivity(s, P_s, count), reading, current, p, scratch,
+             record)
+    if not ekf.update(states, belief, reading.y1, reading.y2, current, record):
         return False
-    _correct(states, Sensitivity(s, P_s, count), now, p, vectors, record)
+    _correct(states, BeliefSensitivity(s, P_s, count), current, p, vectors, record)
     for i in range(count):
         if not _sound(states, s[i], P_s[i]):
             memory[RESETS] += 1.0
@@ -309,10 +321,10 @@ def _sound(states: States, s: Array, P_s: Array) -> bool:
 
 
 @jit
-def _eigenvalue(now: Array, p: Array) -> float:
+def _eigenvalue(current: Array, p: Array) -> float:
     """Return a bound on the fastest eigenvalue with the parameters in use."""
-    slope = now[CV] - p[CV] + TWO_OVER_PI * p[ALPHA] * (now[CC] - p[CC])
-    stiffer = max(now[K_P] - p[K_P], 0.0)
+    slope = current[CV] - p[CV] + TWO_OVER_PI * p[ALPHA] * (current[CC] - p[CC])
+    stiffer = max(current[K_P] - p[K_P], 0.0)
     return (p[EIGENVALUE] + max(slope, 0.0) * p[INVERSE_M1]
             + math.sqrt(stiffer * (p[INVERSE_M1] + p[INVERSE_M2])))
 
@@ -322,37 +334,37 @@ def _arm(loaded: bool | None, q: int, vectors: Array) -> Pair:
     """Return the slopes of the load on the arm that stage `q` has seen."""
     if loaded is None:
         return 0.0, 0.0
-    return vectors[SEEN_ON_POSITION, q], vectors[SEEN_ON_SPEED, q]
+    return vectors[TRACE_ON_POSITION, q], vectors[TRACE_ON_SPEED, q]
 
 
 @jit_inline
-def _apply(loaded: bool | None, v: Column, stage: int, now: Array, vectors: Array) -> Column:
+def _apply(loaded: bool | None, v: Column, stage: int, current: Array, vectors: Array) -> Column:
     """Return A v for v = (v1, v2, v3, v4, v_tau), A as of stage `stage`, from these states."""
     m = (v[0], v[2], v[3], v[4], v[1])
     load = answer(loaded, _arm(loaded, stage, vectors), 0.0, m)
-    r = rates(m, vectors[SEEN_SLOPE, stage], vectors[SEEN_SHARE, stage], 0.0, load, now)
-    return v[2], v[3], r[0], r[1], now[K_P] * (v[2] - v[3])
+    r = rates(m, vectors[TRACE_SLOPE, stage], vectors[TRACE_SHARE, stage], 0.0, load, current)
+    return v[2], v[3], r[0], r[1], current[K_P] * (v[2] - v[3])
 
 
 @jit_inline
-def _look(loaded: bool | None, with_atan: bool, now: Array, vectors: Array) -> None:
+def _look(loaded: bool | None, with_atan: bool, current: Array, vectors: Array) -> None:
     """Complete what rk4 has seen of its four stages by what sensitivities need besides."""
     for q in range(4):
-        x3, tau = vectors[SEEN_X3, q], vectors[SEEN_TAU_K, q]
-        v = now[ALPHA] * x3
+        x3, tau = vectors[TRACE_X3, q], vectors[TRACE_TAU_K, q]
+        v = current[ALPHA] * x3
         flat = 1.0 / (1.0 + v * v)
-        coulomb = vectors[SEEN_SLOPE, q] - now[CV]
-        vectors[_CURVATURE, q] = -2.0 * coulomb * now[ALPHA] * v * flat
-        vectors[_FORCE, q] = TWO_OVER_PI * now[ALPHA] * flat
+        coulomb = vectors[TRACE_SLOPE, q] - current[CV]
+        vectors[_CURVATURE, q] = -2.0 * coulomb * current[ALPHA] * v * flat
+        vectors[_FORCE, q] = TWO_OVER_PI * current[ALPHA] * flat
         sign = 1.0 if tau > 0.0 else (-1.0 if tau < 0.0 else 0.0)
-        vectors[_CROSS, q] = now[CL] * vectors[_FORCE, q] * sign
-        vectors[_TWIST_RATE, q] = x3 - vectors[SEEN_X4, q]
+        vectors[_CROSS, q] = current[CL] * vectors[_FORCE, q] * sign
+        vectors[_TWIST_RATE, q] = x3 - vectors[TRACE_X4, q]
         vectors[_TORQUE, q] = TWO_OVER_PI * math.atan(v) if with_atan else 0.0
         if loaded is not None:  # how the slopes of the load bend
-            v = now[ARM_ALPHA] * vectors[SEEN_X4, q]
-            coulomb = vectors[SEEN_ON_SPEED, q] - now[CAV]
-            vectors[_ON_SPEED, q] = -2.0 * coulomb * now[ARM_ALPHA] * v / (1.0 + v * v)
-            vectors[_ON_POSITION, q] = -now[G] * math.sin(vectors[SEEN_X2, q])
+            v = current[ARM_ALPHA] * vectors[TRACE_X4, q]
+            coulomb = vectors[TRACE_ON_SPEED, q] - current[CAV]
+            vectors[_ON_SPEED, q] = -2.0 * coulomb * current[ARM_ALPHA] * v / (1.0 + v * v)
+            vectors[_ON_POSITION, q] = -current[G] * math.sin(vectors[TRACE_X2, q])
 
 
 @jit_inline
@@ -368,22 +380,23 @@ def _write(row: Array, v: Column, n: int) -> None:
 
 
 @jit_inline
-def _answers(states: States, unit: Column, g: int, h: float, now: Array, vectors: Array) -> None:
+def _answers(states: States, unit: Column, g: int, h: float, current: Array,
+             vectors: Array) -> None:
     """
     Write into rows g .. g + 2 how the end of a step of `h` s answers to a `unit` on z'.
 
     On that of the stages 1 to 3 each; the answer to the last one is h / 6 of the unit.
     """
     n, loaded = len(states), states[0]
-    a3 = _apply(loaded, unit, 3, now, vectors)
+    a3 = _apply(loaded, unit, 3, current, vectors)
     _write(vectors[g + 2], _sum(h / 3.0, unit, h * h / 6.0, a3), n)
-    a2 = _apply(loaded, unit, 2, now, vectors)
-    a32 = _apply(loaded, a2, 3, now, vectors)
+    a2 = _apply(loaded, unit, 2, current, vectors)
+    a32 = _apply(loaded, a2, 3, current, vectors)
     end = _sum(h / 3.0, a2, h * h / 6.0, a32)
     _write(vectors[g + 1], _sum(h / 3.0, unit, 0.5 * h, end), n)
-    a1 = _apply(loaded, unit, 1, now, vectors)
-    a21 = _apply(loaded, a1, 2, now, vectors)
-    a321 = _apply(loaded, a21, 3, now, vectors)
+    a1 = _apply(loaded, unit, 1, current, vectors)
+    a21 = _apply(loaded, a1, 2, current, vectors)
+    a321 = _apply(loaded, a21, 3, current, vectors)
     end = _sum(h / 3.0, a21, h * h / 6.0, a321)
     end = _sum(h / 3.0, a1, 0.5 * h, end)
     _write(vectors[g], _sum(h / 6.0, unit, 0.5 * h, end), n)
@@ -391,7 +404,7 @@ def _answers(states: States, unit: Column, g: int, h: float, now: Array, vectors
 
 @jit_inline
 def _sensitivity_rates(loaded: bool | None, m: Column, q: int, slot: int, error: float,
-                       load: float, now: Array, vectors: Array) -> Pair:
+                       load: float, current: Array, vectors: Array) -> Pair:
     """
     Return how x3' and x4' of stage `q` answer to theta, m = (s1, s3, s4, s_tau, s2) of that stage.
 
@@ -400,52 +413,52 @@ def _sensitivity_rates(loaded: bool | None, m: Column, q: int, slot: int, error:
     """
     c = vectors[_CURVATURE, q] * m[1] + vectors[_CROSS, q] * m[3]
     if slot == CV:
-        c += now[CV]
-        error += now[CV] * vectors[SEEN_X3, q]
+        c += current[CV]
+        error += current[CV] * vectors[TRACE_X3, q]
     elif slot == CC:
-        c += now[CC] * vectors[_FORCE, q]
-        error += now[CC] * vectors[_TORQUE, q]
-    vectors[_C_SPEED, q] = -c * now[INVERSE_M1]
-    vectors[_C_TORQUE, q] = -vectors[_CROSS, q] * m[1] * now[INVERSE_M1]
+        c += current[CC] * vectors[_FORCE, q]
+        error += current[CC] * vectors[_TORQUE, q]
+    vectors[_C_SPEED, q] = -c * current[INVERSE_M1]
+    vectors[_C_TORQUE, q] = -vectors[_CROSS, q] * m[1] * current[INVERSE_M1]
     if loaded is not None:
-        vectors[_C_ARM_POSITION, q] = -vectors[_ON_POSITION, q] * m[4] * now[INVERSE_M2]
-        vectors[_C_ARM_SPEED, q] = -vectors[_ON_SPEED, q] * m[2] * now[INVERSE_M2]
-    return rates(m, vectors[SEEN_SLOPE, q], vectors[SEEN_SHARE, q], error,
-                 answer(loaded, _arm(loaded, q, vectors), load, m), now)
+        vectors[_C_ARM_POSITION, q] = -vectors[_ON_POSITION, q] * m[4] * current[INVERSE_M2]
+        vectors[_C_ARM_SPEED, q] = -vectors[_ON_SPEED, q] * m[2] * current[INVERSE_M2]
+    return rates(m, vectors[TRACE_SLOPE, q], vectors[TRACE_SHARE, q], error,
+                 answer(loaded, _arm(loaded, q, vectors), load, m), current)
 
 
 @jit_inline
-def _advance_sensitivity(states: States, s: Array, slot: int, h: float, now: Array,
+def _advance_sensitivity(states: States, s: Array, slot: int, h: float, current: Array,
                          vectors: Array) -> None:
     """Advance `s` [n] by the derivative of one RK4 step."""
     n, loaded = len(states), states[0]
     half, sixth = 0.5 * h, h / 6.0
     error, load = (0.0, 0.0, 0.0, 0.0, 0.0), 0.0
     if n > 5:
-        if now[LOAD_AT] > 0.0:
-            load = s[int(now[LOAD_AT])]
-        if now[FRICTION_AT] > 0.0:
-            error = decay(s[int(now[FRICTION_AT])], half, h, now)
-            s[int(now[FRICTION_AT])] = error[4]
+        if current[LOAD_AT] > 0.0:
+            load = s[int(current[LOAD_AT])]
+        if current[FRICTION_AT] > 0.0:
+            error = decay(s[int(current[FRICTION_AT])], half, h, current)
+            s[int(current[FRICTION_AT])] = error[4]
     twist = (0.0, 0.0, 0.0, 0.0)  # what k_p as a theta adds to tau_K'
     if slot == K_P:
-        twist = (now[K_P] * vectors[_TWIST_RATE, 0], now[K_P] * vectors[_TWIST_RATE, 1],
-                 now[K_P] * vectors[_TWIST_RATE, 2], now[K_P] * vectors[_TWIST_RATE, 3])
+        twist = (current[K_P] * vectors[_TWIST_RATE, 0], current[K_P] * vectors[_TWIST_RATE, 1],
+                 current[K_P] * vectors[_TWIST_RATE, 2], current[K_P] * vectors[_TWIST_RATE, 3])
     m1 = (s[X1], s[X3], s[X4], s[TAU_K], s[X2])
-    r1 = _sensitivity_rates(loaded, m1, 0, slot, error[0], load, now, vectors)
-    m2 = _added(along(m1, half, m1, r1, now), half * twist[0])
-    r2 = _sensitivity_rates(loaded, m2, 1, slot, error[1], load, now, vectors)
-    m3 = _added(along(m1, half, m2, r2, now), half * twist[1])
-    r3 = _sensitivity_rates(loaded, m3, 2, slot, error[2], load, now, vectors)
-    m4 = _added(along(m1, h, m3, r3, now), h * twist[2])
-    r4 = _sensitivity_rates(loaded, m4, 3, slot, error[3], load, now, vectors)
+    r1 = _sensitivity_rates(loaded, m1, 0, slot, error[0], load, current, vectors)
+    m2 = _added(along(m1, half, m1, r1, current), half * twist[0])
+    r2 = _sensitivity_rates(loaded, m2, 1, slot, error[1], load, current, vectors)
+    m3 = _added(along(m1, half, m2, r2, current), half * twist[1])
+    r3 = _sensitivity_rates(loaded, m3, 2, slot, error[2], load, current, vectors)
+    m4 = _added(along(m1, h, m3, r3, current), h * twist[2])
+    r4 = _sensitivity_rates(loaded, m4, 3, slot, error[3], load, current, vectors)
     moved1 = sixth * (m1[1] + 2.0 * (m2[1] + m3[1]) + m4[1])
     moved2 = sixth * (m1[2] + 2.0 * (m2[2] + m3[2]) + m4[2])
     s[X1] += moved1
     s[X2] += moved2
     s[X3] += sixth * (r1[0] + 2.0 * (r2[0] + r3[0]) + r4[0])
     s[X4] += sixth * (r1[1] + 2.0 * (r2[1] + r3[1]) + r4[1])
-    s[TAU_K] += now[K_P] * (moved1 - moved2) + sixth * (
+    s[TAU_K] += current[K_P] * (moved1 - moved2) + sixth * (
         twist[0] + 2.0 * (twist[1] + twist[2]) + twist[3])
 
 
@@ -455,9 +468,9 @@ def _added(m: Column, torque: float) -> Column:
 
 
 @jit_inline
-def _predict(states: States, belief: Belief, sensitivity: Sensitivity, reading: Reading,
-             now: Array, p: Array, scratch: Scratch, record: Array) -> None:
-    """Predict belief and sensitivities; now: packed parameters in use."""
+def _predict(states: States, belief: Belief, sensitivity: BeliefSensitivity, reading: Reading,
+             current: Array, p: Array, scratch: Scratch, record: Array) -> None:
+    """Predict belief and sensitivities; current: packed parameters in use."""
     n, loaded = len(states), states[0]
     z, P, dt, torques = belief.z, belief.P, reading.dt, (reading.u, reading.load)
     s, P_s, count = sensitivity
@@ -472,15 +485,15 @@ def _predict(states: States, belief: Belief, sensitivity: Sensitivity, reading: 
         with_atan |= p[ADAPT_AT + i] == CC
         with_viscous |= p[ADAPT_AT + i] == CV
     stiffer = with_twist or with_atan or with_viscous
-    counted = substeps(dt, _eigenvalue(now, p) if stiffer else p[EIGENVALUE])
+    counted = substeps(dt, _eigenvalue(current, p) if stiffer else p[EIGENVALUE])
     h = dt / counted
     half = 0.5 * dt
-    _add_noise(states, z, sensitivity, half, now, p)
+    _add_noise(states, z, sensitivity, half, current, p)
     for i in range(n):
-        record[at_z + i] = half * noise(z, now, i)
+        record[at_z + i] = half * noise(z, current, i)
     for part in range(counted):
-        rk4(states, z, phi, True, torques, h, now, vectors)
-        _look(loaded, with_atan, now, vectors)
+        rk4(states, z, phi, True, torques, h, current, vectors)
+        _look(loaded, with_atan, current, vectors)
         if part == 0:
             multiply(states, phi, P, cross)
             for i in range(n):
@@ -492,37 +505,37 @@ def _predict(states: States, belief: Belief, sensitivity: Sensitivity, reading: 
                 cross[i] = product[i]
             multiply(states, phi, P_pred, product)
         multiply_symmetric(states, product, phi, P_pred)
-        _answers(states, (0.0, 0.0, 1.0, 0.0, 0.0), _G, h, now, vectors)
+        _answers(states, (0.0, 0.0, 1.0, 0.0, 0.0), _G, h, current, vectors)
         _times(states, product, _R_SPEED, flat, _V_SPEED)
-        if now[CL] > 0.0:
+        if current[CL] > 0.0:
             _times(states, product, _R_TORQUE, flat, _V_TORQUE)
         if with_twist:
-            _answers(states, (0.0, 0.0, 0.0, 0.0, 1.0), _G_TWIST, h, now, vectors)
+            _answers(states, (0.0, 0.0, 0.0, 0.0, 1.0), _G_TWIST, h, current, vectors)
             _times(states, product, _R_TWIST, flat, _V_TWIST)
         if loaded is not None:
-            _answers(states, (0.0, 0.0, 0.0, 1.0, 0.0), _G_ARM, h, now, vectors)
+            _answers(states, (0.0, 0.0, 0.0, 1.0, 0.0), _G_ARM, h, current, vectors)
             _times(states, product, _R_ARM_POSITION, flat, _V_ARM_POSITION)
             _times(states, product, _R_ARM_SPEED, flat, _V_ARM_SPEED)
         for i in range(count):
             slot = int(p[ADAPT_AT + i])
-            _advance_sensitivity(states, s[i], slot, h, now, vectors)
+            _advance_sensitivity(states, s[i], slot, h, current, vectors)
             multiply(states, phi, P_s[i], change)
             multiply_symmetric(states, change, phi, P_s[i])
-            _advance_covariance(states, P_s[i], slot, h, now, vectors, flat)
-    _add_noise(states, z, sensitivity, half, now, p)
+            _advance_covariance(states, P_s[i], slot, h, current, vectors, flat)
+    _add_noise(states, z, sensitivity, half, current, p)
     for i in range(n):
-        P_pred[i * n + i] += half * noise(z, now, i)
+        P_pred[i * n + i] += half * noise(z, current, i)
         record[at_z + i] = z[i]
 
 
 @jit_inline
-def _times(states: States, product: Array, given: int, flat: Array, out: int) -> None:
-    """Write Phi P r of the four stages' rows r from row `given` on into rows from `out` on."""
+def _times(states: States, product: Array, source: int, flat: Array, out: int) -> None:
+    """Write Phi P r of the four stages' rows r from row `source` on into rows from `out` on."""
     n = len(states)
     for a in range(n):
         v0 = v1 = v2 = v3 = 0.0
         for b in range(n):
-            v, at = product[a * n + b], given * n + b
+            v, at = product[a * n + b], source * n + b
             v0, v1 = fma(v, flat[at], v0), fma(v, flat[at + n], v1)
             v2, v3 = fma(v, flat[at + 2 * n], v2), fma(v, flat[at + 3 * n], v3)
         at = out * n + a
@@ -530,7 +543,7 @@ def _times(states: States, product: Array, given: int, flat: Array, out: int) ->
 
 
 @jit_inline
-def _advance_covariance(states: States, P_i: Array, slot: int, h: float, now: Array,
+def _advance_covariance(states: States, P_i: Array, slot: int, h: float, current: Array,
                         vectors: Array, flat: Array) -> None:
     """Add dphi_i P phi' + phi P dphi_i' to `P_i` [n * n]."""
     n = len(states)
@@ -538,12 +551,12 @@ def _advance_covariance(states: States, P_i: Array, slot: int, h: float, now: Ar
         c, d = vectors[_C_SPEED, q], vectors[_C_TORQUE, q]
         for a in range(n):
             w = c * flat[(_V_SPEED + q) * n + a]
-            if now[CL] > 0.0:
+            if current[CL] > 0.0:
                 w += d * flat[(_V_TORQUE + q) * n + a]
             flat[(_W + q) * n + a] = w
     _add_products(states, P_i, 1.0, X3, h, _G, _W, flat)
     if slot == K_P:
-        _add_products(states, P_i, now[K_P], TAU_K, h, _G_TWIST, _V_TWIST, flat)
+        _add_products(states, P_i, current[K_P], TAU_K, h, _G_TWIST, _V_TWIST, flat)
     if states[0] is not None:
         for q in range(4):
             c, d = vectors[_C_ARM_POSITION, q], vectors[_C_ARM_SPEED, q]
@@ -577,20 +590,20 @@ def _add_products(states: States, P_i: Array, factor: float, at: int, h: float, 
 
 
 @jit_inline
-def _add_noise(states: States, z: Array, sensitivity: Sensitivity, half: float, now: Array,
-               p: Array) -> None:
+def _add_noise(states: States, z: Array, sensitivity: BeliefSensitivity, half: float,
+               current: Array, p: Array) -> None:
     """Add the derivative of half a step's process noise."""
     s, P_s, count = sensitivity
     for i in range(count):
-        q = 2.0 * now[Q_TAU_K_SPEED] * z[X3] * s[i, X3]
+        q = 2.0 * current[Q_TAU_K_SPEED] * z[X3] * s[i, X3]
         if p[ADAPT_AT + i] == Q0 + TAU_K:
-            q += now[Q0 + TAU_K]
+            q += current[Q0 + TAU_K]
         P_s[i, TAU_K * len(states) + TAU_K] += half * q
 
 
 @jit_inline
-def _correct(states: States, sensitivity: Sensitivity, now: Array, p: Array, vectors: Array,
-             record: Array) -> None:
+def _correct(states: States, sensitivity: BeliefSensitivity, current: Array, p: Array,
+             vectors: Array, record: Array) -> None:
     """Update the sensitivities after ekf.update, and keep what the score needs."""
     n = len(states)
     s, P_s, count = sensitivity
@@ -616,9 +629,9 @@ def _correct(states: States, sensitivity: Sensitivity, now: Array, p: Array, vec
         s_i, P_i = s[i], P_s[i]
         d1 = -s_i[X1] if have1 else 0.0
         d2 = -s_i[X2] if have2 else 0.0
-        s11 = P_i[0] + (now[R1] if slot == R1 else 0.0)
+        s11 = P_i[0] + (current[R1] if slot == R1 else 0.0)
         s12 = P_i[1]
-        s22 = P_i[n + 1] + (now[R2] if slot == R2 else 0.0)
+        s22 = P_i[n + 1] + (current[R2] if slot == R2 else 0.0)
         for a in range(n):
             c1 = record[at_K + 2 * a] * s11 + record[at_K + 2 * a + 1] * s12
             c2 = record[at_K + 2 * a] * s12 + record[at_K + 2 * a + 1] * s22
@@ -672,7 +685,7 @@ def _adapt(states: States, memory: Array, p: Array, vectors: Array, matrices: Ar
     if not _solve(memory, count, gain * RIDGE, vectors, matrices[0]):
         memory[NOT_SOLVED] += 1.0
         return
-    limited = held = False
+    limited = clipped = False
     for i in range(count):
         change = -gain * vectors[_GRADIENT + i, 1]
         if abs(change) > STEP_LIMIT:
@@ -683,11 +696,11 @@ def _adapt(states: States, memory: Array, p: Array, vectors: Array, matrices: Ar
         theta = memory[THETA + i] + change
         if abs(theta - memory[START + i]) > width:
             theta = memory[START + i] + (width if theta > memory[START + i] else -width)
-            held = True
+            clipped = True
         memory[THETA + i] = theta
         memory[IN_USE + slot] = math.exp(theta)
     memory[STEPS_LIMITED] += 1.0 if limited else 0.0
-    memory[AT_BOUND] += 1.0 if held else 0.0
+    memory[AT_BOUND] += 1.0 if clipped else 0.0
 
 
 @jit_inline

@@ -195,7 +195,7 @@ def joseph(i: int, gain: Pair, column: Pair, prior: Triple, r: Pair) -> Four:
 
 
 @jit_inline
-def joseph_element(i: int, prior: float, row: Four, above: Pair, gain: Pair) -> float:
+def joseph_element(i: int, prior: float, row: Four, column_j: Pair, gain: Pair) -> float:
     """
     Return the element (i, j) of the updated P.
 
@@ -203,11 +203,11 @@ def joseph_element(i: int, prior: float, row: Four, above: Pair, gain: Pair) -> 
         i: number of the row.
         prior: the element of the predicted P.
         row: what joseph gave for row i.
-        above: column j of the predicted P, its first two rows.
+        column_j: column j of the predicted P, its first two rows.
         gain: row j of K.
 
     """
-    predicted = fma(row[1], above[1], fma(row[0], above[0], prior if i > 1 else -0.0))
+    predicted = fma(row[1], column_j[1], fma(row[0], column_j[0], prior if i > 1 else -0.0))
     return fma(row[3], gain[1], fma(row[2], gain[0], predicted))
 
 
