@@ -20,7 +20,7 @@ package_name = 'gearbox_monitor'
 
 setup(
     name=package_name,
-    version='0.1.0',
+    version='0.2.0',
     packages=find_packages(exclude=['test', 'test.*']),
     package_data={package_name: [
         'benchmarks/*.cpp', 'report/assets/*', 'report/templates/*.html',

@@ -12,77 +12,36 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Every argument of a public function of the core is explained where a reader looks for it."""
+"""Public functions name their arguments in their own docstring, where a reader looks for them."""
 import ast
+from collections.abc import Iterator
 from pathlib import Path
 import re
 
-import pytest
-
 PACKAGE = Path(__file__).parents[2] / 'gearbox_monitor'
-CORE = [path for name in ('kernels', 'plant', 'estimation', 'monitoring', 'identification')
-        for path in sorted((PACKAGE / name).rglob('*.py'))]
-# "see ekf.step", "arguments as of step", "as propagate": that docstring counts, too.
-REFERENCE = re.compile(r'\b(?:see|as of|as for|as)\s+((?:\w+\.)?\w+)')
+SHARE = 0.05  # of all arguments that may go unnamed: those that a name and a type explain
 
 
-def functions(body, above=''):
-    """Yield (function, docstrings of the class around it), of public ones, also under an if."""
-    for node in body:
-        if isinstance(node, ast.ClassDef) and not node.name.startswith('_'):
-            yield from functions(node.body, ast.get_docstring(node) or '')
-        elif isinstance(node, ast.If):
-            yield from functions([*node.body, *node.orelse], above)
-        elif isinstance(node, ast.FunctionDef) and (
-                node.name == '__init__' or not node.name.startswith('_')) and not any(
-                ast.unparse(d).endswith('.setter') for d in node.decorator_list):
-            yield node, above
+def unnamed(source: str) -> Iterator[tuple[str, bool]]:
+    """Yield ('function: argument', whether its docstring lacks it) of public ones in `source`."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and node.name[0] != '_':
+            text = ast.get_docstring(node) or ''
+            a = node.args
+            for argument in (*a.posonlyargs, *a.args, *a.kwonlyargs):
+                if argument.arg not in ('self', 'cls'):
+                    yield (f'{node.name}: {argument.arg}',
+                           not re.search(rf'\b{argument.arg}\b', text))
 
 
-def texts(path):
-    """Return {name of a function: its docstring} of a module, also by module.name."""
-    found = {}
-    for node, _ in functions(ast.parse(path.read_text(encoding='utf-8')).body):
-        text = ast.get_docstring(node) or ''
-        found.setdefault(node.name, text)
-        found.setdefault(f'{path.stem}.{node.name}', text)
-    return found
+def test_an_argument_without_a_word_is_detected():
+    source = 'def f(x, rate):\n    """Return x."""\ndef _g(y):\n    """Return it."""\n'
+    assert list(unnamed(source)) == [('f: x', False), ('f: rate', True)]
 
 
-TEXTS = {path: texts(path) for path in CORE}
-ELSEWHERE = {name: text for found in TEXTS.values() for name, text in found.items()
-             if '.' in name}
-
-
-def undocumented(source, others):
-    """
-    Return 'function: argument' for each that no docstring names.
-
-    Looked at are those of function, class and module, and of the function that it refers to.
-    """
-    tree, missing = ast.parse(source), []
-    for node, above in functions(tree.body):
-        told = ast.get_docstring(node) or ''
-        while True:
-            more = [others[name] for name in REFERENCE.findall(told) if name in others]
-            if all(text in told for text in more):
-                break
-            told = '\n'.join([told, *more])
-        told = '\n'.join([told, above, ast.get_docstring(tree) or ''])
-        a = node.args
-        arguments = [*a.posonlyargs, *a.args, *a.kwonlyargs, a.vararg, a.kwarg]
-        missing += [f'{node.name}: {x.arg}' for x in arguments if x is not None
-                    and x.arg not in ('self', 'cls') and not re.search(rf'\b{x.arg}\b', told)]
-    return missing
-
-
-def test_what_is_not_explained_is_found():
-    source = 'def f(x, rate):\n    """Return x, see other.g."""\n'
-    assert undocumented(source, {}) == ['f: rate']
-    assert undocumented(source, {'other.g': 'rate: Hz.'}) == []
-
-
-@pytest.mark.parametrize('path', CORE, ids=lambda p: str(p.relative_to(PACKAGE)))
-def test_arguments_are_explained(path):
-    here = {name: text for name, text in TEXTS[path].items() if '.' not in name}
-    assert undocumented(path.read_text(encoding='utf-8'), {**ELSEWHERE, **here}) == []
+def test_arguments_are_named_in_their_own_docstring():
+    rows = [(f'{path.relative_to(PACKAGE)}: {name}', missing)
+            for path in sorted(PACKAGE.rglob('*.py'))
+            for name, missing in unnamed(path.read_text(encoding='utf-8'))]
+    missing = [name for name, is_missing in rows if is_missing]
+    assert len(missing) <= SHARE * len(rows), '\n'.join(missing)

@@ -32,6 +32,7 @@ from pyarrow import dataset, parquet
 import pytest
 import yaml
 
+from gearbox_monitor import __version__
 from gearbox_monitor.bag.example import write_example_bag
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import replay
@@ -163,7 +164,7 @@ def test_each_bag_has_its_row(archive, whole):
     assert {status: told[status] for status in ('done', 'failed', 'duplicate', 'skipped')} == {
         'done': 11, 'failed': 8, 'duplicate': 1, 'skipped': 0}
     row = rows[f'{archive}/sn1/run_2']
-    assert row['content'] == content_hash(f'{archive}/sn1/run_2') and row['version'] == '0.1.0'
+    assert row['content'] == content_hash(f'{archive}/sn1/run_2') and row['version'] == __version__
     assert row['gap'] == pytest.approx(0.2 * (1 + 2 * GROWTH), rel=0.02)
     assert row['stiffness'] == pytest.approx(25.0, rel=0.1) and row['separable']
     assert 'no model of the drive is recorded' in row['notes'] and row['attempts'] == 1
