@@ -12,32 +12,37 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Whole runs of ``sensor_msgs/JointState`` between CDR bytes and arrays, without a loop."""
+"""Convert whole blocks of ``sensor_msgs/JointState`` between CDR bytes and arrays, vectorised."""
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 import struct
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from gearbox_monitor.bag.message_block import word
+from gearbox_monitor.bag.message_block import MessageBlock, word
 from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.types import Array, Flags, Integers
 
 FIELDS = ('position', 'velocity', 'effort')
 LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 MAX_ITEMS = 1 << 20  # no joint state is larger: guards against declared sizes in damaged data
-MAX_LAYOUTS = 16  # of one topic; messages in others are decoded one by one
+MAX_LAYOUTS = 16  # of one topic; messages in further layouts are decoded one by one
+Words = npt.NDArray[np.uint64]
 
 
 @dataclass(frozen=True)
 class JointStates:
-    """Joint states as arrays: N messages, J joints, NaN where a message lacks a value."""
+    """Joint states as arrays: N messages, J joints, NaN where a message has no value."""
 
-    names: tuple         # J joint names
-    stamp_ns: np.ndarray  # int64[N], header stamps
-    log_ns: np.ndarray   # int64[N], when recorded
-    named: np.ndarray    # bool[N, J], the message names the joint
-    position: np.ndarray  # float64[N, J], rad or m
-    velocity: np.ndarray  # float64[N, J], rad/s or m/s
-    effort: np.ndarray   # float64[N, J], N m or N
+    names: tuple[str, ...]  # J joint names
+    stamp_ns: Integers      # [N], header stamps
+    log_ns: Integers        # [N], when recorded
+    named: Flags            # [N, J], the message names the joint
+    position: Array         # [N, J], rad or m
+    velocity: Array         # [N, J], rad/s or m/s
+    effort: Array           # [N, J], N m or N
 
 
 @dataclass(frozen=True)
@@ -48,178 +53,233 @@ class Layout:
     Those bytes are in K words: from byte starts[k] on, under mask[k], stands fixed[k].
     """
 
-    names: tuple
-    offsets: tuple      # byte offset of position, velocity, effort
-    counts: tuple       # number of values of each
-    size: int           # bytes up to the last value
-    starts: np.ndarray  # uint64[K]
-    mask: np.ndarray    # uint64[K]
-    fixed: np.ndarray   # uint64[K]
+    names: tuple[str, ...]
+    offsets: tuple[int, ...]  # byte offset of position, velocity, effort
+    counts: tuple[int, ...]   # number of values of each
+    size: int                 # bytes up to the last value
+    starts: Words             # [K]
+    mask: Words               # [K]
+    fixed: Words              # [K]
 
-    def columns(self, names):
-        """Return int64[3 J]: byte offsets of position, velocity, effort of `names`, -1 = none."""
-        index = {name: k for k, name in reversed(list(enumerate(self.names)))}
+    def columns(self, names: Sequence[str]) -> Integers:
+        """Return [3 J] byte offsets of position, velocity, effort of `names`; -1: missing."""
+        index = _first_index(self.names)
         return np.array([
             begin + 8 * index[name] if index.get(name, count) < count else -1
             for begin, count in zip(self.offsets, self.counts) for name in names], np.int64)
 
 
-def read_layout(raw):
-    """Return the Layout of the little-endian CDR bytes `raw`, None when they are none."""
+def _first_index(names: Sequence[str]) -> dict[str, int]:
+    """Return {name: index of its first occurrence}."""
+    return {name: k for k, name in reversed(list(enumerate(names)))}
+
+
+def read_layout(raw: bytes) -> Layout | None:
+    """Return the Layout of the CDR bytes `raw`, None unless a little-endian joint state."""
     try:
         if raw[:4] != LITTLE_ENDIAN:
             return None
-        fixed, offsets, counts, names = [range(4)], [], [], []
-        _, at = _read_text(raw, 12, fixed)  # frame_id
-        count, at = _read_count(raw, at, fixed)
+        fixed = [range(4)]
+        offsets: list[int] = []
+        counts: list[int] = []
+        names: list[str] = []
+        _, offset = _read_text(raw, 12, fixed)  # frame_id
+        count, offset = _read_count(raw, offset, fixed)
         if count > MAX_ITEMS:
             return None
         for _ in range(count):
-            text, at = _read_text(raw, at, fixed)
+            text, offset = _read_text(raw, offset, fixed)
             names.append(text)
         for _ in FIELDS:
-            count, at = _read_count(raw, at, fixed)
-            at = _aligned(at, 8) if count else at
-            offsets.append(at)
+            count, offset = _read_count(raw, offset, fixed)
+            offset = _aligned(offset, 8) if count else offset
+            offsets.append(offset)
             counts.append(count)
-            at += 8 * count
-        if at > len(raw):
+            offset += 8 * count
+        if offset > len(raw):
             return None
     except (struct.error, UnicodeDecodeError):
         return None
-    decides = np.concatenate([np.asarray(r, int) for r in fixed])
-    mask = np.zeros(decides[-1] + 1, np.uint8)
-    mask[decides] = 0xff
+    decisive = np.concatenate([np.asarray(r, int) for r in fixed])
+    mask = np.zeros(decisive[-1] + 1, np.uint8)
+    mask[decisive] = 0xff
     starts = list(range(0, len(mask) - 7, 8))
     if len(mask) % 8:  # whole words only: the last one may overlap
         starts.append(len(mask) - 8)
-    words = [np.concatenate([table[k:k + 8] for k in starts]).view('<u8')
-             for table in (mask, mask & np.frombuffer(raw, np.uint8)[:len(mask)])]
-    return Layout(tuple(names), tuple(offsets), tuple(counts), at,
-                  np.array(starts, np.uint64), *words)
+    masks, values = (np.concatenate([table[k:k + 8] for k in starts]).view('<u8')
+                     for table in (mask, mask & np.frombuffer(raw, np.uint8)[:len(mask)]))
+    return Layout(tuple(names), tuple(offsets), tuple(counts), offset,
+                  np.array(starts, np.uint64), masks, values)
 
 
-def _read_count(raw, at, fixed):
-    """Return the count at `at` and the offset behind it; padding is no part of the layout."""
-    at = _aligned(at, 4)
-    fixed.append(range(at, at + 4))
-    return struct.unpack_from('<I', raw, at)[0], at + 4
+def _read_count(raw: bytes, offset: int, fixed: list[range]) -> tuple[int, int]:
+    """Return the count at `offset` and the offset behind it; padding is no part of the layout."""
+    offset = _aligned(offset, 4)
+    fixed.append(range(offset, offset + 4))
+    return struct.unpack_from('<I', raw, offset)[0], offset + 4
 
 
-def _read_text(raw, at, fixed):
-    length, at = _read_count(raw, at, fixed)
-    text = raw[at:at + length]
+def _read_text(raw: bytes, offset: int, fixed: list[range]) -> tuple[str, int]:
+    length, offset = _read_count(raw, offset, fixed)
+    text = raw[offset:offset + length]
     if not length or len(text) != length:
         raise struct.error('cut string')
-    fixed.append(range(at, at + length))
-    return text[:-1].decode(), at + length
+    fixed.append(range(offset, offset + length))
+    return text[:-1].decode(), offset + length
 
 
-def _aligned(at, size):
-    """Round the offset `at` up to `size`; CDR aligns relative to the end of its 4-byte head."""
-    return at + (4 - at) % size
+def _aligned(offset: int, size: int) -> int:
+    """Round `offset` up to `size`; CDR aligns relative to the end of its 4-byte head."""
+    return offset + (4 - offset) % size
 
 
 @jit
-def _gather(data, at, size, needed, starts, mask, fixed, columns, stamps, values, done):
-    """Write stamps [N] and values [N, 3 J] of the messages at data[at] that share a layout."""
-    for k in range(at.shape[0]):
+def _decode_rows(data: Any, block: Any, layout: Any, columns: Any, decoded: Any) -> None:
+    """
+    Write stamps [N] and values [N, 3 J] of the messages in `data` that share one layout.
+
+    block: (offsets, sizes). layout: (size, starts, mask, fixed) of a Layout. columns: its columns.
+    decoded: (stamps, values as uint64, done), written; done [N]: the message has that layout.
+    """
+    offsets, sizes = block
+    needed, starts, mask, fixed = layout
+    stamps, values, done = decoded
+    for k in range(offsets.shape[0]):
         done[k] = False
-        if size[k] < needed:
+        if sizes[k] < needed:
             continue
-        here, different = np.uint64(at[k]), np.uint64(0)
+        begin, different = np.uint64(offsets[k]), np.uint64(0)
         for i in range(starts.shape[0]):
-            different |= (word(data, here + starts[i]) & mask[i]) ^ fixed[i]
+            different |= (word(data, begin + starts[i]) & mask[i]) ^ fixed[i]
         if different != 0:
             continue
         done[k] = True
-        time = word(data, here + np.uint64(4))
+        time = word(data, begin + np.uint64(4))
         sec, nanosec = np.int64(time & np.uint64(0xffffffff)), np.int64(time >> np.uint64(32))
         if sec >= 0x80000000:  # it is signed
             sec -= 0x100000000
         stamps[k] = sec * 1000000000 + nanosec
         for i in range(columns.shape[0]):
             if columns[i] >= 0:
-                values[k, i] = word(data, here + np.uint64(columns[i]))
+                values[k, i] = word(data, begin + np.uint64(columns[i]))
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """A Layout with the offsets of the decoder's columns in it; named [J]: joints it names."""
+
+    layout: Layout
+    columns: Integers
+    named: Flags
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """What a block is decoded into: stamps [N], named [N, J], values [N, 3 J]."""
+
+    stamp_ns: Integers
+    named: Flags
+    values: Array
 
 
 class Decoder:
     """
     Turn the joint states of one topic into arrays, block by block.
 
-    names: J joints, the columns. decode: function that returns the message object of CDR bytes,
-    for messages in no layout of the kernel's. there: {joint: None} met so far, in order.
+    Args:
+        names: J joints, the columns.
+        decode: function that returns the message object of CDR bytes, for messages in layouts that
+            the kernel does not read.
+
+    Attribute `joints`: {joint: None} of all messages so far, in order of appearance.
     """
 
-    def __init__(self, names, decode):
-        self.names, self.there = tuple(names), {}
+    def __init__(self, names: Sequence[str], decode: Callable[[bytes], Any]) -> None:
+        self.names = tuple(names)
+        self.joints: dict[str, None] = {}
         self._decode = decode
-        self._layouts = []  # of MAX_LAYOUTS at most: (Layout, columns, named), newest first
+        self._readings: list[_Reading] = []  # at most MAX_LAYOUTS, newest first
 
-    def __call__(self, block):
-        """Return the JointStates of a MessageBlock, in its order."""
+    def __call__(self, block: MessageBlock) -> JointStates:
+        """Return the JointStates of `block`, in its order."""
         count, joints = len(block), len(self.names)
-        stamp_ns, named = np.zeros(count, np.int64), np.zeros((count, joints), bool)
-        values = np.full((count, 3 * joints), np.nan)
-        left = np.arange(count)
-        for known in list(self._layouts):
-            left = self._gather(block, left, known, stamp_ns, named, values)
-        while len(left):
-            raw = block.raw(left[0])
-            layout = read_layout(raw) if len(self._layouts) < MAX_LAYOUTS else None
+        rows = _Rows(np.zeros(count, np.int64), np.zeros((count, joints), bool),
+                     np.full((count, 3 * joints), np.nan))
+        pending = np.arange(count)
+        for reading in list(self._readings):
+            pending = self._read(block, pending, reading, rows)
+        while len(pending):
+            raw = block.raw(pending[0])
+            layout = read_layout(raw) if len(self._readings) < MAX_LAYOUTS else None
             if layout is None:
-                stamp_ns[left[0]] = self._decode_one(raw, named[left[0]], values[left[0]])
-                left = left[1:]
+                self._decode_one(raw, pending[0], rows)
+                pending = pending[1:]
                 continue
-            self._layouts.insert(0, (layout, layout.columns(self.names),
-                                     np.array([name in layout.names for name in self.names])))
-            self.there.update(dict.fromkeys(layout.names))
-            left = self._gather(block, left, self._layouts[0], stamp_ns, named, values)
-        position, velocity, effort = np.hsplit(values, 3) if joints else [values] * 3
-        return JointStates(self.names, stamp_ns, block.log_ns, named, position, velocity, effort)
+            self._readings.insert(0, _Reading(
+                layout, layout.columns(self.names),
+                np.array([name in layout.names for name in self.names])))
+            self.joints.update(dict.fromkeys(layout.names))
+            pending = self._read(block, pending, self._readings[0], rows)
+        position, velocity, effort = np.hsplit(rows.values, 3) if joints else [rows.values] * 3
+        return JointStates(self.names, rows.stamp_ns, block.log_ns, rows.named, position,
+                           velocity, effort)
 
-    def _gather(self, block, rows, known, stamp_ns, named, values):
-        """Decode those of `rows` that have a `known` layout; return the others."""
-        layout, columns, has = known
-        if not len(rows):
-            return rows
-        every = len(rows) == len(block)
-        at, size = (block.at, block.size) if every else (block.at[rows], block.size[rows])
-        done = np.empty(len(rows), bool)
-        stamps = stamp_ns if every else stamp_ns[rows]
-        found = values if every else values[rows]
-        _gather(block.data, at, size, layout.size, layout.starts, layout.mask, layout.fixed,
-                columns, stamps, found.view(np.uint64), done)
-        whole = bool(done.all())
-        good = rows if whole else rows[done]
-        if not every:
-            stamp_ns[good], values[good] = (stamps, found) if whole else (
-                stamps[done], found[done])
-        named[good] = has
-        return rows[:0] if whole else rows[~done]
+    def _read(self, block: MessageBlock, pending: Integers, reading: _Reading, rows: _Rows
+              ) -> Integers:
+        """Decode those of the rows `pending` in the layout of `reading`; return the others."""
+        if not len(pending):
+            return pending
+        layout = reading.layout
+        complete = len(pending) == len(block)
+        offset, size = (block.offset, block.size) if complete else (
+            block.offset[pending], block.size[pending])
+        done = np.empty(len(pending), bool)
+        stamps = rows.stamp_ns if complete else rows.stamp_ns[pending]
+        values = rows.values if complete else rows.values[pending]
+        _decode_rows(block.data, (offset, size),
+                     (layout.size, layout.starts, layout.mask, layout.fixed), reading.columns,
+                     (stamps, values.view(np.uint64), done))
+        uniform = bool(done.all())
+        decoded = pending if uniform else pending[done]
+        if not complete:
+            rows.stamp_ns[decoded], rows.values[decoded] = (stamps, values) if uniform else (
+                stamps[done], values[done])
+        rows.named[decoded] = reading.named
+        return pending[:0] if uniform else pending[~done]
 
-    def _decode_one(self, raw, named, values):
-        """Write the message `raw` to one row; return its stamp."""
+    def _decode_one(self, raw: bytes, row: int, rows: _Rows) -> None:
+        """Write the message `raw` to one `row` of `rows`."""
         message = self._decode(raw)
-        index = {name: k for k, name in reversed(list(enumerate(message.name)))}
-        self.there.update(dict.fromkeys(message.name))
-        named[:] = [name in index for name in self.names]
+        index = _first_index(message.name)
+        self.joints.update(dict.fromkeys(message.name))
+        rows.named[row] = [name in index for name in self.names]
         for i, field in enumerate(FIELDS):
-            given = getattr(message, field)
+            values = getattr(message, field)
             for column, name in enumerate(self.names):
-                k = index.get(name, len(given))
-                if k < len(given):
-                    values[i * len(self.names) + column] = given[k]
+                k = index.get(name, len(values))
+                if k < len(values):
+                    rows.values[row, i * len(self.names) + column] = values[k]
         stamp = message.header.stamp
-        return stamp.sec * 1_000_000_000 + stamp.nanosec
+        rows.stamp_ns[row] = stamp.sec * 1_000_000_000 + stamp.nanosec
 
 
-def encode_joint_states(stamp_ns, names, position=None, velocity=None, effort=None, frame_id=''):
+def encode_joint_states(stamp_ns: npt.ArrayLike, names: Sequence[str],
+                        position: npt.ArrayLike | None = None,
+                        velocity: npt.ArrayLike | None = None,
+                        effort: npt.ArrayLike | None = None, frame_id: str = '') -> list[bytes]:
     """
-    Return the CDR bytes of N joint states, a list of bytes.
+    Serialise N joint states as little-endian CDR.
 
-    `stamp_ns` int[N]; `names` J joints; position, velocity, effort float[N, J], each None when
-    the messages leave that field empty.
+    Args:
+        stamp_ns: header stamps, int [N].
+        names: J joint names, the same in all messages.
+        position: float [N, J], rad or m; None: the messages leave the field empty.
+        velocity: float [N, J], rad/s or m/s, or None.
+        effort: float [N, J], N m or N, or None.
+        frame_id: frame in the header.
+
+    Returns:
+        The bytes of each of the N messages.
     """
     stamp_ns = np.asarray(stamp_ns, np.int64)
     head = bytearray(LITTLE_ENDIAN + bytes(8))
@@ -251,12 +311,12 @@ def encode_joint_states(stamp_ns, names, position=None, velocity=None, effort=No
     return [bytes(data[k:k + size]) for k in range(0, len(data), size)]
 
 
-def _put_count(head, count):
+def _put_count(head: bytearray, count: int) -> None:
     head.extend(bytes(_aligned(len(head), 4) - len(head)))
     head.extend(struct.pack('<I', count))
 
 
-def _put_text(head, text):
+def _put_text(head: bytearray, text: str) -> None:
     data = text.encode() + b'\x00'
     _put_count(head, len(data))
     head.extend(data)

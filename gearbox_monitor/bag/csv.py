@@ -13,17 +13,17 @@
 # limitations under the License.
 
 """Read a recording from CSV: columns t, u, motor, arm and, where measured, arm_torque."""
+from collections.abc import Callable
 from dataclasses import dataclass
 import gzip
 import io
 from pathlib import Path
 import zlib
 
-import numpy as np
-
 from gearbox_monitor.bag.importer.columns import read_columns
 from gearbox_monitor.bag.importer.mapping import mapping_from_dict
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.types import Array
 
 # Column -> name of the importer's signal; the units are s, N m and rad.
 COLUMNS = {'t': 'time', 'u': 'motor_effort', 'motor': 'motor_position', 'arm': 'arm_position',
@@ -35,28 +35,28 @@ DELIMITERS = (',', ';', '\t')
 @dataclass(frozen=True)
 class CsvColumns:
     """
-    Columns of a CSV file as they stand there, float64 [N], NaN where not measured.
+    Columns of a CSV file, float64 [N], NaN where not measured.
 
     t s; u N m; motor, arm rad; arm_torque N m or None. notices: sentences for the user.
-    place(row, column): where a value stands, for messages.
+    place(row, column): line and column of a value, for messages.
     """
 
-    t: np.ndarray
-    u: np.ndarray
-    motor: np.ndarray
-    arm: np.ndarray
-    arm_torque: np.ndarray | None
-    place: object
-    notices: tuple = ()
+    t: Array
+    u: Array
+    motor: Array
+    arm: Array
+    arm_torque: Array | None
+    place: Callable[[int, str], str]
+    notices: tuple[str, ...] = ()
 
 
-def read_csv(path):
+def read_csv(path: str | Path) -> CsvColumns:
     """
     Return the CsvColumns of the file `path`, gzipped or not, with a header row.
 
-    Commas, semicolons or tabs between values; '#' begins a comment line. An empty value or 'nan'
-    is not measured. Other columns are ignored, with a notice.
-    Raises InputError naming file, line, column, value and what was expected.
+    Commas, semicolons or tabs separate values; '#' begins a comment line. An empty value or 'nan'
+    is not measured. Further columns are ignored with a notice. Raises InputError that names file,
+    line, column, value and the expected value.
     """
     header, delimiter = _header(path)
     for name in COLUMNS:
@@ -73,17 +73,17 @@ def read_csv(path):
         {'format': 'text', 'text': {'header': True, 'delimiter': delimiter},
          'time': {'column': header.index('t') + 1}, 'signals': signals}, str(path))
     columns, place = read_columns(path, mapping)
-    values = {name: columns.get(signal) for name, signal in COLUMNS.items()}
     ignored = [name or '(no name)' for name in header if name not in COLUMNS]
     notices = (f'ignored columns: {", ".join(ignored)}',) if ignored else ()
 
-    def where(row, name):
+    def place_by_name(row: int, name: str) -> str:
         line = place(row, COLUMNS[name]).split(',')[0]
         return f'{line}, column {name}'
-    return CsvColumns(**values, place=where, notices=notices)
+    t, u, motor, arm = (columns[COLUMNS[name]] for name in NEEDED)
+    return CsvColumns(t, u, motor, arm, columns.get(COLUMNS['arm_torque']), place_by_name, notices)
 
 
-def _header(path):
+def _header(path: str | Path) -> tuple[list[str], str]:
     """Return (names of the header row, delimiter)."""
     try:
         with Path(path).open('rb') as raw:

@@ -13,93 +13,116 @@
 # limitations under the License.
 
 """Write the estimates of a replay as a table: CSV, or Parquet with pyarrow."""
+from collections.abc import Callable, Sequence
 import json
 import os
 from pathlib import Path
+from typing import ParamSpec
 
 import numpy as np
 
 from gearbox_monitor import __version__
+from gearbox_monitor.bag.player import EstimatePlayer, ReplayPart
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
 from gearbox_monitor.kernels.jit import KERNELS
+from gearbox_monitor.kernels.types import Array, Integers
 
 COLUMNS = ('x1', 'x2', 'x3', 'x4', 'tau_k', 'tau_k_std', 'innovation_motor', 'innovation_arm',
            'nis')
 SMOOTHED_COLUMNS = {'tau_k_smoothed': S_TAU_K, 'tau_k_smoothed_std': S_TAU_K_STD,
                     'twist_smoothed': S_TWIST}
 ROW_GROUP = 1 << 17  # rows of a Parquet file that are packed together
+P = ParamSpec('P')
 
 
 class EstimateTable:
     """
-    Takes the parts of a replay.Player and writes a row per estimate: stamp_ns, COLUMNS.
+    Takes the parts of a replay and writes a row per estimate: stamp_ns, COLUMNS.
 
-    The file gets its name when all of it is written. smoothed: with SMOOTHED_COLUMNS; then `write`
-    takes everything at once. Raises InputError where `path` cannot be written.
+    The file gets its name when all rows are written. With `smoothed`, it also has SMOOTHED_COLUMNS
+    and `write` takes all estimates at once.
+
+    Args:
+        path: the new file.
+        player: whose estimates are written.
+        smoothed: whether to write estimates that are smoothed over the whole recording.
+
+    Raises:
+        InputError: the file cannot be written.
     """
 
     topics = ()
 
-    def __init__(self, path, player, smoothed=False):
+    def __init__(self, path: str | Path, player: EstimatePlayer, smoothed: bool = False) -> None:
         self._path, self._part = Path(path), Path(f'{path}.part')
         self._names = (*COLUMNS, *(SMOOTHED_COLUMNS if smoothed else ()))
         self._guarded(self._open, player)
 
-    def add(self, part):
-        """Take a ReplayPart."""
+    def add(self, part: ReplayPart) -> None:
+        """Take the next `part`."""
         self.write(part.estimates)
 
-    def write(self, estimates, whole=None):
-        """Write Estimates [M]; whole [M, N_SMOOTHED]: smoothed over the recording."""
+    def write(self, estimates: Estimates, rows: Array | None = None) -> None:
+        """Write `estimates` [M]; `rows` [M, N_SMOOTHED]: smoothed over the whole recording."""
         columns = [getattr(estimates, name) for name in COLUMNS]
-        if whole is not None:
-            columns += [whole[:, column] for column in SMOOTHED_COLUMNS.values()]
+        if rows is not None:
+            columns += [rows[:, column] for column in SMOOTHED_COLUMNS.values()]
         self._guarded(self._write, estimates.stamp_ns, columns)
 
-    def finish(self):
-        """Take note that all parts have come."""
+    def finish(self) -> None:
+        """Do nothing: all parts were added."""
 
-    def close(self):
+    def close(self) -> None:
         """Complete the file."""
         self._guarded(self._close)
         self._guarded(os.replace, self._part, self._path)
 
-    def abandon(self):
-        """Leave no file behind."""
+    def abandon(self) -> None:
+        """Delete the incomplete file."""
         try:
             self._close()
         except (OSError, InputError):
             pass
         self._part.unlink(missing_ok=True)
 
-    def _guarded(self, function, *args):
+    def _guarded(self, function: Callable[P, object], *args: P.args, **kwargs: P.kwargs) -> None:
         try:
-            function(*args)
+            function(*args, **kwargs)
         except OSError as error:
             raise InputError(f'{self._path}: {error.strerror or error}, expected a new, writable '
                              'file') from None
 
+    def _open(self, player: EstimatePlayer) -> None:
+        raise NotImplementedError
+
+    def _write(self, stamps: Integers, columns: Sequence[Array]) -> None:
+        raise NotImplementedError
+
+    def _close(self) -> None:
+        raise NotImplementedError
+
 
 class CsvTable(EstimateTable):
-    """Numbers read back bit for bit."""
+    """CSV file; its numbers are read back bit for bit."""
 
-    def _open(self, player):
+    def _open(self, player: EstimatePlayer) -> None:
         self._file = open(self._part, 'w', encoding='utf-8')
         self._file.write(','.join(('stamp_ns', *self._names)) + '\n')
 
-    def _write(self, stamps, columns):
+    def _write(self, stamps: Integers, columns: Sequence[Array]) -> None:
         rows = zip(stamps.tolist(), *(column.tolist() for column in columns))
         self._file.writelines(f'{stamp},{",".join(map(repr, row))}\n' for stamp, *row in rows)
 
-    def _close(self):
+    def _close(self) -> None:
         self._file.close()
 
 
 class ParquetTable(EstimateTable):
-    """float64 columns and, as metadata of the file, what they were made with."""
+    """Parquet file of float64 columns; model, parameters and versions are its metadata."""
 
-    def _open(self, player):
+    def _open(self, player: EstimatePlayer) -> None:
         try:
             import pyarrow
             from pyarrow import parquet
@@ -110,14 +133,14 @@ class ParquetTable(EstimateTable):
         self._stamps = np.empty(ROW_GROUP, np.int64)
         self._columns = np.empty((len(self._names), ROW_GROUP))
         estimator = player.estimator
-        about = {'version': __version__, 'kernels': KERNELS,
-                 'replayed_from': str(player.reader.path),
-                 'parameters': json.dumps(estimator.parameters.to_dict()),
-                 'model': json.dumps(estimator.model.to_dict())}
+        origin = {'version': __version__, 'kernels': KERNELS,
+                  'replayed_from': str(player.reader.path),
+                  'parameters': json.dumps(estimator.parameters.to_dict()),
+                  'model': json.dumps(estimator.model.to_dict())}
         self._schema = pyarrow.schema(
             [('stamp_ns', pyarrow.int64()), *((name, pyarrow.float64()) for name in self._names)],
-            metadata={f'gearbox_monitor.{key}': value for key, value in about.items()})
-        # Noise does not repeat: a dictionary of values only costs time; but the bytes that hold
+            metadata={f'gearbox_monitor.{key}': value for key, value in origin.items()})
+        # Noise does not repeat, so a dictionary of values would only cost time; but the bytes of
         # sign and exponent resemble each other.
         self._writer = parquet.ParquetWriter(
             self._part, self._schema, compression='lz4', use_dictionary=False,
@@ -125,25 +148,25 @@ class ParquetTable(EstimateTable):
                 'stamp_ns': 'DELTA_BINARY_PACKED', **dict.fromkeys(
                     self._names, 'BYTE_STREAM_SPLIT')})
 
-    def _write(self, stamps, columns):
+    def _write(self, stamps: Integers, columns: Sequence[Array]) -> None:
         done = 0
         while done < len(stamps):
-            here = slice(self._rows, min(self._rows + len(stamps) - done, ROW_GROUP))
-            part = slice(done, done + here.stop - here.start)
-            self._stamps[here] = stamps[part]
-            for kept, column in zip(self._columns, columns):
-                kept[here] = column[part]
-            self._rows, done = here.stop, part.stop
+            target = slice(self._rows, min(self._rows + len(stamps) - done, ROW_GROUP))
+            source = slice(done, done + target.stop - target.start)
+            self._stamps[target] = stamps[source]
+            for buffer, column in zip(self._columns, columns):
+                buffer[target] = column[source]
+            self._rows, done = target.stop, source.stop
             if self._rows == ROW_GROUP:
                 self._flush()
 
-    def _flush(self):
+    def _flush(self) -> None:
         table = self._arrow.table([self._stamps[:self._rows], *self._columns[:, :self._rows]],
                                   schema=self._schema)
         self._writer.write_table(table, row_group_size=ROW_GROUP)
         self._rows = 0
 
-    def _close(self):
+    def _close(self) -> None:
         if self._rows:
             self._flush()
         self._writer.close()

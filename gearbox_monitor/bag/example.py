@@ -12,42 +12,65 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Bags of a simulated drive: to try commands on, and for benchmarks and tests."""
+"""Bags of a simulated drive, to try commands and for benchmarks and tests."""
+from pathlib import Path
+from typing import NamedTuple
+
 import numpy as np
 
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.interfaces.signals import ARM, MOTOR, PLANT_TRANSMISSION_STATE, TRANSMISSION
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
 
 NOISE = Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3))
 
 
-def write_example_bag(path, model, seconds, seed=0, rate=1000.0, start=1_700_000_000,
-                      topic='/joint_states', noise=NOISE, rest=0.0, truth=False):
-    """
-    Write the new bag `path` of a drive (DriveModel `model`) that is moved for `seconds`.
+class ExampleMotion(NamedTuple):
+    """Duration (s), rate (Hz), first stamp (s) and initial standstill (s) of a recording."""
 
-    Before that it stands still for `rest` s. `rate` Hz; `seed` of the Noise `noise`; `start`:
-    first stamp in s. truth: write the true torque and twist, too. Raises InputError.
+    seconds: float
+    rate: float = 1000.0
+    start: int = 1_700_000_000
+    rest: float = 0.0
+
+
+def write_example_bag(path: str | Path, model: DriveModel, motion: ExampleMotion, seed: int = 0,
+                      topic: str = '/joint_states', noise: Noise = NOISE, truth: bool = False
+                      ) -> None:
     """
-    plant, dt = Plant(model, Noise(measurement=noise.measurement), seed), 1.0 / rate
-    still = plant.run(np.zeros(round(rest * rate)), dt)
+    Simulate a drive and record it.
+
+    Args:
+        path: the new bag.
+        model: the drive.
+        motion: duration, rate, start and standstill.
+        seed: of the noise.
+        topic: of the joint states.
+        noise: of process and encoders; at standstill only that of the encoders acts.
+        truth: whether to record true torque and twist as well.
+
+    Raises:
+        InputError: the bag cannot be written.
+    """
+    plant, dt = Plant(model, Noise(measurement=noise.measurement), seed), 1.0 / motion.rate
+    still = plant.run(np.zeros(round(motion.rest * motion.rate)), dt)
     plant.noise = noise
-    t = np.arange(round(seconds * rate)) * dt
+    t = np.arange(round(motion.seconds * motion.rate)) * dt
     run = plant.run(Excitation().torque(t), dt, len(still.t) * dt)
     t, u, y, x, tau_k, load = (
         np.concatenate([getattr(part, name) for part in (still, run)])
         for name in ('t', 'u', 'y', 'x', 'tau_k', 'tau_arm'))
-    stamps = start * 1_000_000_000 + np.round(t * 1e9).astype(np.int64)
+    stamps = motion.start * 1_000_000_000 + np.round(t * 1e9).astype(np.int64)
     measured = load if model.arm_load == 'measured' else np.full(len(t), np.nan)
-    topics = {topic: encode_joint_states(  # the motor's on its own side, as on the wire
+    topics = {topic: encode_joint_states(  # the motor on its own side, as on the wire
         stamps, [MOTOR, ARM], y * [model.gear_ratio, 1.0],
         effort=np.column_stack([u / model.effort_scale, measured]))}
     if truth:
         topics['/' + PLANT_TRANSMISSION_STATE] = encode_joint_states(
-            stamps, [TRANSMISSION], *((x[:, i] - x[:, i + 1])[:, None] for i in (0, 2)),
+            stamps, [TRANSMISSION], (x[:, 0] - x[:, 1])[:, None], (x[:, 2] - x[:, 3])[:, None],
             tau_k[:, None])
     with BagWriter(path, 'lz4') as writer:
         for name in topics:

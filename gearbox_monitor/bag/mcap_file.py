@@ -13,15 +13,17 @@
 # limitations under the License.
 
 """
-Scan one MCAP file record by record, whole or cut anywhere.
+Scan one MCAP file record by record, complete or cut anywhere.
 
-mcap's own readers need the footer or stop with an exception at the cut; here every record and
-every chunk before the cut counts, and of a cut chunk all messages that can still be unpacked.
+The readers of the mcap package need the footer or raise an exception at the cut. This one returns
+every record and every chunk before the cut and, of a cut chunk, all messages that it can unpack.
 """
 from dataclasses import dataclass, field
 from io import BytesIO
 import os
+from pathlib import Path
 import struct
+from typing import Any
 import zlib
 
 import lz4.frame
@@ -32,13 +34,14 @@ from mcap.records import Channel, Metadata, Schema
 import numpy as np
 import zstandard
 
-from gearbox_monitor.bag.message_block import CHANNELS, find_messages, MESSAGE_HEAD
+from gearbox_monitor.bag.message_block import (
+    CHANNELS, empty_index, find_messages, MESSAGE_HEAD)
 from gearbox_monitor.errors import InputError
 
 MAGIC = b'\x89MCAP0\r\n'
 RECORD = struct.Struct('<BQ')
 CHUNK = struct.Struct('<QQQII')  # start, end, unpacked size, CRC, length of compression name
-WINDOW = 1 << 14  # bytes of the file read at once while its structure is looked at
+WINDOW = 1 << 14  # bytes of the file read at once while its structure is scanned
 PIECE = 1 << 24  # bytes unpacked at a time: a declared size is never allocated at once
 EXPANSION = 256  # no whole chunk of data unpacks to more times its size, lz4 to 255 at most
 LOOSE_BYTES = 1 << 20  # messages outside chunks are grouped into runs of about this size
@@ -51,35 +54,36 @@ class Chunk:
     """Part of the file that holds messages."""
 
     begin: int          # offset of the packed data
-    end: int            # offset behind it
+    end: int            # offset behind the packed data
     compression: str
     unpacked_size: int
     crc: int
     start_ns: int = 0   # log times of its messages
     end_ns: int = 0
     whole: bool = True
-    counts: dict = field(default_factory=dict)  # channel id: number of messages
+    counts: dict[int, int] = field(default_factory=dict)  # channel id: number of messages
 
 
 class McapFile:
     """
-    The chunks, channels and metadata of one file.
+    The chunks, channels and metadata of the file `path`.
 
-    `truncated` says that the file has no footer, `damaged` lists what could not be read, `torn`
-    where and when: {offset of the packed data: (first, last log time)} of cut and damaged chunks,
-    as their heads tell. The file is read, not mapped: what is mapped would count as memory in use,
-    and a file that is cut while it is read would end the process.
+    `truncated`: the file has no footer. `damaged`: what could not be read. `torn`: {offset of the
+    packed data: (first, last log time)} of cut and damaged chunks, from their heads. The file is
+    read, not mapped: a mapping would count as memory in use, and a file that is cut while it is
+    mapped would end the process.
     """
 
-    def __init__(self, path):
+    def __init__(self, path: Path) -> None:
         self.path = path
         self.truncated = True
-        self.damaged = []
-        self.torn = {}
-        self.schemas, self.channels = {}, {}
-        self.metadata = {}
-        self.chunks = []
-        self._window_at, self._window = 0, b''
+        self.damaged: list[str] = []
+        self.torn: dict[int, tuple[int, int]] = {}
+        self.schemas: dict[int, Schema] = {}
+        self.channels: dict[int, Channel] = {}
+        self.metadata: dict[str, dict[str, str]] = {}
+        self.chunks: list[Chunk] = []
+        self._window_offset, self._window = 0, b''
         try:
             self._file = open(path, 'rb', buffering=0)
         except OSError as error:
@@ -98,11 +102,12 @@ class McapFile:
             self.close()
             raise
 
-    def close(self):
+    def close(self) -> None:
+        """Close the file."""
         self._file.close()
 
-    def unpacked(self, chunk):
-        """Return the records of `chunk`; of a cut or damaged one as much as can be had."""
+    def unpacked(self, chunk: Chunk) -> bytes:
+        """Return the records of `chunk`; of a cut or damaged one as much as can be unpacked."""
         packed = self._read(chunk.begin, chunk.end)
         data, problem = _unpack(packed, chunk.compression, chunk.unpacked_size)
         if chunk.whole and not problem:
@@ -118,35 +123,36 @@ class McapFile:
                 self.torn[chunk.begin] = (chunk.start_ns, chunk.end_ns)
         return data
 
-    def _read(self, begin, end):
-        """Return the bytes begin .. end - 1 of the file, fewer where it ends before."""
+    def _read(self, begin: int, end: int) -> bytes:
+        """Return the bytes begin .. end - 1 of the file, fewer at its end."""
         try:
             self._file.seek(begin)
             data = self._file.read(end - begin)
             while len(data) < end - begin:
-                more = self._file.read(end - begin - len(data))
-                if not more:
+                piece = self._file.read(end - begin - len(data))
+                if not piece:
                     break
-                data += more
+                data += piece
         except OSError as error:
             raise InputError(f'{self.path}: cannot read: {error.strerror}') from None
         return data
 
-    def _near(self, begin, size):
-        """Return what _read does, for few bytes near those asked for before."""
-        at = begin - self._window_at
-        if at < 0 or at + size > len(self._window):
-            self._window_at, at = begin, 0
+    def _near(self, begin: int, size: int) -> bytes:
+        """Return `size` bytes from `begin` on, from the window read last if they are in it."""
+        offset = begin - self._window_offset
+        if offset < 0 or offset + size > len(self._window):
+            self._window_offset, offset = begin, 0
             self._window = self._read(begin, begin + max(size, WINDOW))
-        return self._window[at:at + size]
+        return self._window[offset:offset + size]
 
-    def _scan(self):
-        """Read the file's structure; stop quietly where it is cut."""
-        size, at = self._size, len(MAGIC)
-        chunk, loose = None, None
-        while at + RECORD.size <= size:
-            opcode, length = RECORD.unpack(self._near(at, RECORD.size))
-            body, following = at + RECORD.size, at + RECORD.size + length
+    def _scan(self) -> None:
+        """Read the file's structure; stop silently where it is cut."""
+        size, offset = self._size, len(MAGIC)
+        chunk: Chunk | None = None
+        loose: Chunk | None = None
+        while offset + RECORD.size <= size:
+            opcode, length = RECORD.unpack(self._near(offset, RECORD.size))
+            body, following = offset + RECORD.size, offset + RECORD.size + length
             if not opcode:
                 break  # preallocated space behind a crash
             if opcode == Opcode.CHUNK:
@@ -154,7 +160,7 @@ class McapFile:
             elif following > size:
                 break
             elif opcode == Opcode.MESSAGE:
-                loose = self._extend(loose, at, following)
+                loose = self._extend(loose, offset, following)
             elif opcode == Opcode.MESSAGE_INDEX and chunk is not None:
                 if length >= 6:
                     channel, count = struct.unpack('<HI', self._near(body, 6))
@@ -168,84 +174,84 @@ class McapFile:
                 self._define(opcode, self._read(body, following))
             if opcode != Opcode.MESSAGE:
                 loose = None
-            at = following
+            offset = following
         if self.truncated and chunk is not None:
             chunk.counts = {}  # the cut may be amid its index
-        for part in self.chunks:
-            self._complete(part)
-        self.chunks = [part for part in self.chunks if part.counts]
+        for chunk in self.chunks:
+            self._complete(chunk)
+        self.chunks = [chunk for chunk in self.chunks if chunk.counts]
 
-    def _read_chunk(self, body, end, whole):
+    def _read_chunk(self, body: int, end: int, whole: bool) -> Chunk | None:
         try:
             start_ns, end_ns, unpacked, crc, length = CHUNK.unpack(
                 self._near(body, min(CHUNK.size, end - body)))
-            at = body + CHUNK.size
-            compression = self._near(at, min(length, end - at)).decode()
-            (packed,) = struct.unpack('<Q', self._near(at + length, 8))
-            at += length + 8
+            begin = body + CHUNK.size
+            compression = self._near(begin, min(length, end - begin)).decode()
+            (packed,) = struct.unpack('<Q', self._near(begin + length, 8))
+            begin += length + 8
         except (struct.error, UnicodeDecodeError):
             return None
-        if whole and at + packed != end:
+        if whole and begin + packed != end:
             self.damaged.append(f'chunk at byte {body - RECORD.size}')
             return None
-        chunk = Chunk(at, end, compression, unpacked, crc, start_ns, end_ns, whole)
+        chunk = Chunk(begin, end, compression, unpacked, crc, start_ns, end_ns, whole)
         self.chunks.append(chunk)
         if not whole:
             self.torn[chunk.begin] = (start_ns, end_ns)
         return chunk
 
-    def _extend(self, loose, at, following):
-        """Add the message record at `at` to the run `loose` of messages outside chunks."""
+    def _extend(self, loose: Chunk | None, begin: int, following: int) -> Chunk:
+        """Add the message record at `begin` to the run `loose` of messages outside chunks."""
         if loose is None or following - loose.begin > LOOSE_BYTES:
-            loose = Chunk(at, at, '', 0, 0)
+            loose = Chunk(begin, begin, '', 0, 0)
             self.chunks.append(loose)
         loose.end = following
         loose.unpacked_size = following - loose.begin
         return loose
 
-    def _complete(self, chunk):
-        """Find out what `chunk` holds where its index does not tell or names new channels."""
+    def _complete(self, chunk: Chunk) -> None:
+        """Count the messages of a `chunk` without an index, or whose index names new channels."""
         if chunk.counts and all(channel in self.channels for channel in chunk.counts):
             return
         raw = self.unpacked(chunk)
         rows = len(raw) // MESSAGE_HEAD
-        integers = np.empty((2, rows), np.int64)
-        channels, times = np.empty(rows, np.int32), np.empty((2, rows), np.uint64)
-        data, row, at = np.frombuffer(raw, np.uint8), 0, 0
+        index = empty_index(rows)
+        data, row, offset = np.frombuffer(raw, np.uint8), 0, 0
         while True:
-            row, at = find_messages(data, at, len(raw), ALL_CHANNELS, True, row, *integers,
-                                    channels, *times)
-            if at + RECORD.size > len(raw):
+            row, offset = find_messages(data, offset, len(raw), ALL_CHANNELS, True, row, index)
+            if offset + RECORD.size > len(raw):
                 break
-            opcode, length = RECORD.unpack_from(raw, at)
-            following = at + RECORD.size + length
+            opcode, length = RECORD.unpack_from(raw, offset)
+            following = offset + RECORD.size + length
             if not opcode or following > len(raw):
                 break
-            self._define(opcode, raw[at + RECORD.size:following])
-            at = following
-        found, counts = np.unique(channels[:row], return_counts=True)
-        chunk.counts = dict(zip(found.tolist(), counts.tolist()))
+            self._define(opcode, raw[offset + RECORD.size:following])
+            offset = following
+        channels, counts = np.unique(index.number[:row], return_counts=True)
+        chunk.counts = dict(zip(channels.tolist(), counts.tolist()))
         if row:
-            log_ns = times[0, :row].view(np.int64)
+            log_ns = index.log_ns[:row].view(np.int64)
             chunk.start_ns, chunk.end_ns = int(log_ns.min()), int(log_ns.max())
 
-    def _define(self, opcode, body):
-        """Take in a schema, channel or metadata record."""
-        kinds = {Opcode.SCHEMA: (Schema, self.schemas), Opcode.CHANNEL: (Channel, self.channels)}
+    def _define(self, opcode: int, body: bytes) -> None:
+        """Add a schema, channel or metadata record."""
+        stream = ReadDataStream(BytesIO(body))
         try:
-            if opcode in kinds:
-                kind, known = kinds[opcode]
-                record = kind.read(ReadDataStream(BytesIO(body)))
-                known.setdefault(record.id, record)
+            if opcode == Opcode.SCHEMA:
+                schema = Schema.read(stream)
+                self.schemas.setdefault(schema.id, schema)
+            elif opcode == Opcode.CHANNEL:
+                channel = Channel.read(stream)
+                self.channels.setdefault(channel.id, channel)
             elif opcode == Opcode.METADATA:
-                record = Metadata.read(ReadDataStream(BytesIO(body)))
-                self.metadata[record.name] = dict(record.metadata)
+                metadata = Metadata.read(stream)
+                self.metadata[metadata.name] = dict(metadata.metadata)
         except DAMAGE:
             self.damaged.append(f'{Opcode(opcode).name.lower()} record')
 
 
-def _unpack(packed, compression, size):
-    """Return (as many of `size` bytes as can be unpacked, what went wrong or None)."""
+def _unpack(packed: bytes, compression: str, size: int) -> tuple[bytes, str | None]:
+    """Return (as many of `size` bytes as can be unpacked, the problem or None)."""
     if compression == '':
         return packed[:size], None
     if compression not in ('zstd', 'lz4'):
@@ -257,8 +263,9 @@ def _unpack(packed, compression, size):
     return _unpack_piecewise(packed, compression, size)
 
 
-def _unpack_whole(packed, compression, size):
-    """Return the `size` bytes that a whole frame unpacks to, None where it is no such frame."""
+def _unpack_whole(packed: bytes, compression: str, size: int) -> bytes | None:
+    """Return the `size` bytes that a complete frame unpacks to, None if it is no such frame."""
+    data: bytes
     try:
         if compression == 'lz4':
             data = lz4.frame.LZ4FrameDecompressor().decompress(packed, size)
@@ -271,9 +278,11 @@ def _unpack_whole(packed, compression, size):
     return data if len(data) == size else None
 
 
-def _unpack_piecewise(packed, compression, size):
+def _unpack_piecewise(packed: bytes, compression: str, size: int) -> tuple[bytes, str | None]:
     """Return what _unpack does, of damaged and cut frames, too."""
-    pieces, total = [], 0
+    pieces: list[bytes] = []
+    total = 0
+    read: Any
     try:
         if compression == 'zstd':
             read = zstandard.ZstdDecompressor().stream_reader(packed).read

@@ -12,113 +12,143 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Where the messages stand in the unpacked bytes of MCAP chunks, as arrays."""
+"""Where the messages are in the unpacked bytes of MCAP chunks, as arrays."""
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from gearbox_monitor.kernels.jit import COMPILED, jit, jit_inline
+from gearbox_monitor.kernels.types import Integers
 
 MESSAGE = 5  # opcode
 RECORD_HEAD = 9  # opcode, length
 MESSAGE_HEAD = 31  # ... channel, sequence, log time, publish time
 CHANNELS = 1 << 16
 U8, U9, U15, U23, U31 = (np.uint64(k) for k in (8, 9, 15, 23, 31))
+Bytes: TypeAlias = npt.NDArray[np.uint8]
+Numbers: TypeAlias = npt.NDArray[np.int32]  # of channels or topics
+Message: TypeAlias = tuple[str, int, int, bytes]  # topic, log_ns, publish_ns, CDR bytes
 
 
 # Bytes in one word; what is unsigned needs no check for an index from the end.
 if COMPILED:
     @jit_inline
-    def word(data, at):
-        """Return the little-endian uint64 at data[at] (uint8 [N], uint64)."""
+    def word(data: Any, offset: Any) -> Any:
+        """Return the little-endian uint64 at data[offset] (`data` uint8 [N], `offset` uint64)."""
         value = np.uint64(0)
         for i in range(8):
-            value |= np.uint64(data[at + np.uint64(i)]) << np.uint64(8 * i)
+            value |= np.uint64(data[offset + np.uint64(i)]) << np.uint64(8 * i)
         return value
 else:
-    def word(data, at):
-        """Return the little-endian uint64 at data[at] (uint8 [N], uint64)."""
-        return np.uint64(int.from_bytes(data[at:at + U8].tobytes(), 'little'))
+    def word(data: Any, offset: Any) -> Any:
+        """Return the little-endian uint64 at data[offset] (`data` uint8 [N], `offset` uint64)."""
+        return np.uint64(int.from_bytes(data[offset:offset + U8].tobytes(), 'little'))
+
+
+class MessageIndex(NamedTuple):
+    """Columns that find_messages fills, one row per message; number: of its topic or channel."""
+
+    offset: Any      # int64 [rows], first byte of the message
+    size: Any        # int64 [rows]
+    number: Any      # int32 [rows]
+    log_ns: Any      # uint64 [rows]
+    publish_ns: Any  # uint64 [rows]
+
+
+def empty_index(rows: int) -> MessageIndex:
+    """Return a MessageIndex with room for `rows` messages."""
+    offset, size = np.empty((2, rows), np.int64)
+    log_ns, publish_ns = np.empty((2, rows), np.uint64)
+    return MessageIndex(offset, size, np.empty(rows, np.int32), log_ns, publish_ns)
 
 
 @jit
-def find_messages(data, begin, end, topic_of, stop, row, at, size, topic, log_ns, publish_ns):
+def find_messages(data: Any, begin: int, end: int, number_of: Any, stop: bool, row: int,
+                  index: MessageIndex) -> tuple[int, int]:
     """
-    Note the messages in data[begin:end] from `row` on; return (next row, offset behind them).
+    Walk over the MCAP records in data[begin:end] and note its messages.
 
-    data uint8. topic_of int32 [CHANNELS]: number of each channel's topic; messages where it is
-    negative are passed over. Written: at int64, first byte of the message, size int64, topic
-    int32, log_ns and publish_ns uint64. Ends at a cut or damaged record and, where `stop` is true,
-    at a record that is no message.
+    Args:
+        data: uint8 [N], unpacked records.
+        begin: offset of the first record.
+        end: offset behind the last one.
+        number_of: int32 [CHANNELS], number to note for each channel; messages of a channel whose
+            number is negative are skipped.
+        stop: whether to stop at a record that is no message.
+        row: first row of `index` to write.
+        index: MessageIndex, written.
+
+    Returns:
+        (Next free row, offset behind the records read: of a cut or damaged one, of the one that
+        stopped it, or `end`).
     """
-    here, last = np.uint64(begin), np.uint64(end)
-    while here + U9 <= last:
-        length = word(data, here + np.uint64(1))
-        if data[here] == 0 or length > last - here - U9:
+    offset, last = np.uint64(begin), np.uint64(end)
+    while offset + U9 <= last:
+        length = word(data, offset + np.uint64(1))
+        if data[offset] == 0 or length > last - offset - U9:
             break
-        if data[here] == MESSAGE and length >= np.uint64(22):
-            number = topic_of[int(data[here + U9]) + 256 * int(data[here + np.uint64(10)])]
+        if data[offset] == MESSAGE and length >= np.uint64(22):
+            number = number_of[int(data[offset + U9]) + 256 * int(data[offset + np.uint64(10)])]
             if number >= 0:
-                at[row], size[row] = here + U31, length - np.uint64(22)
-                topic[row] = number
-                log_ns[row] = word(data, here + U15)
-                publish_ns[row] = word(data, here + U23)
+                index.offset[row], index.size[row] = offset + U31, length - np.uint64(22)
+                index.number[row] = number
+                index.log_ns[row] = word(data, offset + U15)
+                index.publish_ns[row] = word(data, offset + U23)
                 row += 1
         elif stop:
             break
-        here += U9 + length
-    return row, int(here)
+        offset += U9 + length
+    return row, int(offset)
 
 
 @dataclass(frozen=True)
 class MessageBlock:
-    """
-    N messages: data[at[i]:at[i] + size[i]] (uint8) on topics[topic[i]].
+    """N messages: data[offset[i]:offset[i] + size[i]] is on topics[topic[i]]."""
 
-    at, size, log_ns, publish_ns int64 [N], topic int32 [N].
-    """
+    topics: tuple[str, ...]
+    data: Bytes
+    offset: Integers      # [N]
+    size: Integers        # [N]
+    topic: Numbers        # [N]
+    log_ns: Integers      # [N]
+    publish_ns: Integers  # [N]
 
-    topics: tuple
-    data: np.ndarray
-    at: np.ndarray
-    size: np.ndarray
-    topic: np.ndarray
-    log_ns: np.ndarray
-    publish_ns: np.ndarray
+    def __len__(self) -> int:
+        return len(self.offset)
 
-    def __len__(self):
-        return len(self.at)
-
-    def raw(self, row):
+    def raw(self, row: int) -> bytes:
         """Return the bytes of message `row`."""
-        return self.data[self.at[row]:self.at[row] + self.size[row]].tobytes()
+        return self.data[self.offset[row]:self.offset[row] + self.size[row]].tobytes()
 
-    def take(self, rows):
+    def take(self, rows: slice | Integers) -> 'MessageBlock':
         """Return the MessageBlock of `rows` (indices or slice), of the same data."""
-        return MessageBlock(self.topics, self.data, *(column[rows] for column in (
-            self.at, self.size, self.topic, self.log_ns, self.publish_ns)))
+        return MessageBlock(self.topics, self.data, self.offset[rows], self.size[rows],
+                            self.topic[rows], self.log_ns[rows], self.publish_ns[rows])
 
-    def of(self, topic):
+    def of(self, topic: str) -> 'MessageBlock':
         """Return the MessageBlock of the messages on `topic` alone."""
         if len(self.topics) == 1:
             return self
         return self.take(np.flatnonzero(self.topic == self.topics.index(topic)))
 
-    def messages(self):
+    def messages(self) -> Iterator[Message]:
         """Yield (topic, log_ns, publish_ns, bytes)."""
         data = self.data.tobytes()
-        for at, size, topic, log, publish in zip(*(column.tolist() for column in (
-                self.at, self.size, self.topic, self.log_ns, self.publish_ns))):
-            yield self.topics[topic], log, publish, data[at:at + size]
+        for offset, size, topic, log_ns, publish_ns in zip(*(column.tolist() for column in (
+                self.offset, self.size, self.topic, self.log_ns, self.publish_ns))):
+            yield self.topics[topic], log_ns, publish_ns, data[offset:offset + size]
 
 
-def block_of(topics, messages):
-    """Return the MessageBlock of `messages`, a list of (topic, log_ns, publish_ns, bytes)."""
+def block_of(topics: Sequence[str], messages: Sequence[Message]) -> MessageBlock:
+    """Return the MessageBlock of `messages`, which are on `topics`."""
     number = {topic: k for k, topic in enumerate(topics)}
     size = np.array([len(raw) for *_, raw in messages], np.int64)
     return MessageBlock(
         tuple(topics), np.frombuffer(b''.join(raw for *_, raw in messages), np.uint8),
         np.cumsum(size) - size, size,
         np.array([number[topic] for topic, *_ in messages], np.int32),
-        np.array([log for _, log, *_ in messages], np.int64),
-        np.array([publish for *_, publish, _ in messages], np.int64))
+        np.array([log_ns for _, log_ns, *_ in messages], np.int64),
+        np.array([publish_ns for *_, publish_ns, _ in messages], np.int64))

@@ -13,16 +13,22 @@
 # limitations under the License.
 
 """``metadata.yaml`` of a rosbag2 directory, in version 9 as ROS 2 Jazzy writes it."""
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Protocol, TypeAlias
+
 import yaml
+
+from gearbox_monitor.kernels.types import Values
 
 VERSION = 9
 FILE_NAME = 'metadata.yaml'
-# The one in C is ten times as fast, where it was built.
+# The loader in C is ten times as fast, if PyYAML was built with it.
 YAML_LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 FOREVER = {'sec': 9223372036, 'nsec': 854775807}
+QosProfile: TypeAlias = dict[str, Any]
 
-
-# What the numbers mean that rosbag2 wrote before version 9.
+# Names of the numbers that rosbag2 wrote before version 9.
 POLICIES = {
     'history': ('system_default', 'keep_last', 'keep_all', 'unknown'),
     'reliability': ('system_default', 'reliable', 'best_effort', 'unknown', 'best_available'),
@@ -32,10 +38,49 @@ POLICIES = {
 }
 
 
-def qos_profile(depth=10, reliability='reliable', durability='volatile', history='keep_last',
-                deadline=FOREVER, lifespan=FOREVER, liveliness='automatic',
-                liveliness_lease_duration=FOREVER):
-    """Return one offered QoS profile as rosbag2 spells it; durations are sec and nsec."""
+class BagFile(Protocol):
+    """One file of a bag; start_ns, end_ns: log times of its messages, None without one."""
+
+    path: Path
+    start_ns: int | None
+    end_ns: int | None
+
+    @property
+    def count(self) -> int:
+        """Number of messages."""
+
+
+class BagTopic(Protocol):
+    """One topic of a bag."""
+
+    name: str
+    msgtype: str
+    encoding: str
+    qos: list[QosProfile]
+    type_hash: str
+    count: int
+
+
+def qos_profile(depth: int = 10, reliability: str = 'reliable', durability: str = 'volatile',
+                history: str = 'keep_last', deadline: Mapping[str, int] = FOREVER,
+                lifespan: Mapping[str, int] = FOREVER, liveliness: str = 'automatic',
+                liveliness_lease_duration: Mapping[str, int] = FOREVER) -> QosProfile:
+    """
+    Return one offered QoS profile as rosbag2 spells it.
+
+    Args:
+        depth: length of the queue.
+        reliability: 'reliable' or 'best_effort'.
+        durability: 'volatile' or 'transient_local'.
+        history: 'keep_last' or 'keep_all'.
+        deadline: longest time between two messages, {'sec', 'nsec'}.
+        lifespan: time after which a message expires, {'sec', 'nsec'}.
+        liveliness: 'automatic' or 'manual_by_topic'.
+        liveliness_lease_duration: time within which a publisher shows that it is alive.
+
+    Returns:
+        Plain data for ``metadata.yaml`` and the metadata of an MCAP channel.
+    """
     return {
         'history': history,
         'depth': depth,
@@ -49,8 +94,8 @@ def qos_profile(depth=10, reliability='reliable', durability='volatile', history
     }
 
 
-def read_qos(text):
-    """Return the list of profiles that `text` holds, of any version of rosbag2; [] if damaged."""
+def read_qos(text: str) -> list[QosProfile]:
+    """Return the profiles in `text`, as any version of rosbag2 wrote them; [] if damaged."""
     try:
         profiles = yaml.load(text, YAML_LOADER) or []
         return [{**profile, **{name: values[profile[name]] for name, values in POLICIES.items()
@@ -59,8 +104,8 @@ def read_qos(text):
         return []
 
 
-def read_information(folder):
-    """Return ``rosbag2_bagfile_information`` of the bag `folder`, {} where it cannot be read."""
+def read_information(folder: Path) -> dict[str, Any]:
+    """Return ``rosbag2_bagfile_information`` of the bag `folder`, {} if it cannot be read."""
     try:
         content = yaml.load((folder / FILE_NAME).read_text(encoding='utf-8'), YAML_LOADER)
         content = content['rosbag2_bagfile_information']
@@ -69,12 +114,18 @@ def read_information(folder):
         return {}
 
 
-def bag_information(files, topics, custom_data):
+def bag_information(files: Sequence[BagFile], topics: Iterable[BagTopic],
+                    custom_data: Mapping[str, str]) -> dict[str, Any]:
     """
-    Return the content of ``rosbag2_bagfile_information``.
+    Describe a bag as ``metadata.yaml`` does.
 
-    `files` are objects with path, start_ns, end_ns (None without messages), count; `topics` with
-    name, msgtype, encoding, qos (list of :func:`qos_profile`), type_hash, count.
+    Args:
+        files: the files of the bag, in order.
+        topics: its topics.
+        custom_data: {key: text} that the bag carries besides.
+
+    Returns:
+        The content of ``rosbag2_bagfile_information``.
     """
     return {
         'version': VERSION,
@@ -99,9 +150,10 @@ def bag_information(files, topics, custom_data):
     }
 
 
-def _span(files):
+def _span(files: Sequence[BagFile]) -> dict[str, Any]:
     """Return time and messages of the `files` together."""
-    times = [time for file in files if file.count for time in (file.start_ns, file.end_ns)]
+    times = [time for file in files for time in (file.start_ns, file.end_ns)
+             if file.count and time is not None]
     return {
         'duration': {'nanoseconds': max(times) - min(times) if times else 0},
         'starting_time': {'nanoseconds_since_epoch': min(times, default=0)},
@@ -109,11 +161,11 @@ def _span(files):
     }
 
 
-def to_yaml(value):
-    """Return `value` as YAML text without anchors, in the given order."""
-    return yaml.dump(value, Dumper=_Dumper, sort_keys=False, default_flow_style=False)
+def to_yaml(value: Values | Sequence[Values]) -> str:
+    """Return `value` as YAML text without anchors, keys in their order."""
+    return str(yaml.dump(value, Dumper=_Dumper, sort_keys=False, default_flow_style=False))
 
 
 class _Dumper(yaml.SafeDumper):
-    def ignore_aliases(self, data):
+    def ignore_aliases(self, data: Any) -> bool:
         return True

@@ -12,36 +12,55 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Join motor and arm that a bag holds on two topics into samples on one, as the estimator does."""
+"""Join motor and arm on two topics of a bag into samples on one topic, as the estimator does."""
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TypeAlias
+
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY, find_topic, JOINT_STATE
+from gearbox_monitor.bag.cdr import Decoder, encode_joint_states
+from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY, find_topic
+from gearbox_monitor.bag.message_block import MessageBlock
+from gearbox_monitor.bag.read import BagReader, JOINT_STATE
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.interfaces.joiner import Joiner
+from gearbox_monitor.interfaces.joiner import JoinedSample, Joiner
 from gearbox_monitor.interfaces.signals import PAIRED_JOINT_STATES
+from gearbox_monitor.parameters import EstimatorParameters
 
 COPIED = (JOINT_STATE, DIAGNOSTIC_ARRAY)
-NOTHING = (np.nan, np.nan)
+NOT_MEASURED = (np.nan, np.nan)
+Reading: TypeAlias = tuple[float, float]  # position, effort
 
 
-def write_paired(reader, path, parameters, name):
+def write_paired(reader: BagReader, path: str | Path, parameters: EstimatorParameters, name: str
+                 ) -> tuple[str, int, Joiner[Reading]]:
     """
-    Write the new bag `path`: what `reader` has of joint states, and paired_joint_states beside.
+    Copy the joint states of a bag and add the joined samples on paired_joint_states.
 
-    parameters: EstimatorParameters; name: topic with the motor. Returns (topic, number of
-    samples, Joiner). Raises InputError.
+    Args:
+        reader: the recorded bag.
+        path: the new bag.
+        parameters: names of the joints, topic of the arm and tolerance of stamps.
+        name: topic of the motor, see find_topic.
+
+    Returns:
+        (topic of the samples, number of samples, Joiner with its counters).
+
+    Raises:
+        InputError: a topic or joint is missing, or the new bag cannot be written.
     """
     joints = parameters.motor_joint, parameters.arm_joint
     sources = _sources(reader, parameters, name)
     namespace = sources[0].rsplit('/', 1)[0]
     paired = f'{namespace}/{PAIRED_JOINT_STATES}'
-    if reader.topics.get(paired, ('', 0))[1]:
+    if reader.count(paired):
         raise InputError(f'{reader.path}: holds {paired} already, expected a bag without it')
     decoders = [reader.decoder(topic, (joint,)) for topic, joint in zip(sources, joints)]
-    joiner, count = Joiner(round(parameters.pair_tolerance * 1e9)), 0
+    joiner = Joiner[Reading](round(parameters.pair_tolerance * 1e9))
+    count = 0
     with BagWriter(path) as writer:
         writer.add_metadata('gearbox_monitor', {
             'version': __version__, 'paired_from': str(reader.path),
@@ -58,11 +77,11 @@ def write_paired(reader, path, parameters, name):
             for log_ns, raw in zip(logged, _encoded(samples, joints)):
                 writer.write(paired, log_ns, raw)
     for topic, joint, decoder in zip(sources, joints, decoders):
-        reader.require_joints(topic, (joint,), decoder.there)
+        reader.require_joints(topic, (joint,), decoder.joints)
     return paired, count, joiner
 
 
-def _sources(reader, parameters, name):
+def _sources(reader: BagReader, parameters: EstimatorParameters, name: str) -> tuple[str, str]:
     """Return the topics of motor and arm."""
     motor, arm = find_topic(reader, name), parameters.arm_topic
     if not arm:
@@ -73,29 +92,31 @@ def _sources(reader, parameters, name):
     return motor, arm
 
 
-def _joined(block, sources, decoders, joiner):
-    """Return (log times, samples (stamp, motor values, arm values)) that `block` completes."""
-    sides = []
+def _joined(block: MessageBlock, sources: Sequence[str], decoders: Sequence[Decoder],
+            joiner: Joiner[Reading]) -> tuple[list[int], list[JoinedSample[Reading]]]:
+    """Return (log times, samples) that `block` completes."""
+    readings: list[tuple[int, int, int, Reading]] = []  # row in the block, side, stamp, values
     for side, (topic, decode) in enumerate(zip(sources, decoders)):
         states = decode(block.of(topic))
-        rows = np.flatnonzero(block.topic == block.topics.index(topic))[states.named[:, 0]]
         named = states.named[:, 0]
-        sides += zip(rows.tolist(), [side] * len(rows), states.stamp_ns[named].tolist(),
-                     zip(states.position[named, 0].tolist(), states.effort[named, 0].tolist()))
-    take, log_ns = (joiner.motor, joiner.arm), block.log_ns
-    logged, samples = [], []
-    for row, side, stamp_ns, values in sorted(sides, key=lambda part: part[:2]):
-        due = take[side](stamp_ns, values)
-        samples += due
-        logged += [int(log_ns[row])] * len(due)
+        rows = np.flatnonzero(block.topic == block.topics.index(topic))[named]
+        readings += zip(rows.tolist(), [side] * len(rows), states.stamp_ns[named].tolist(),
+                        zip(states.position[named, 0].tolist(), states.effort[named, 0].tolist()))
+    take = (joiner.motor, joiner.arm)
+    logged: list[int] = []
+    samples: list[JoinedSample[Reading]] = []
+    for row, side, stamp_ns, values in sorted(readings, key=lambda reading: reading[:2]):
+        completed = take[side](stamp_ns, values)
+        samples += completed
+        logged += [int(block.log_ns[row])] * len(completed)
     return logged, samples
 
 
-def _encoded(samples, joints):
+def _encoded(samples: Sequence[JoinedSample[Reading]], joints: Sequence[str]) -> list[bytes]:
     """Return the messages of the samples, as the estimator publishes them."""
     if not samples:
         return []
     stamps, motor, arm = zip(*samples)
-    values = np.array([(m, a or NOTHING) for m, a in zip(motor, arm)])
+    values = np.array([(m, a or NOT_MEASURED) for m, a in zip(motor, arm)])
     return encode_joint_states(np.array(stamps, np.int64), joints, values[:, :, 0],
                                effort=values[:, :, 1])

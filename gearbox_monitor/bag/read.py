@@ -12,34 +12,40 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Read rosbag2 bags: directories, single ``.mcap`` files and what a crash has left of them."""
+"""Read rosbag2 bags: directories, single ``.mcap`` files and the remains of a crash."""
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 import os
 from pathlib import Path
 import re
 import sqlite3
+from types import TracebackType
+from typing import Any
 
 import numpy as np
 from rosbags.rosbag2 import Reader, ReaderError
 from rosbags.typesys import get_types_from_idl, get_types_from_msg, get_typestore, Stores
+from rosbags.typesys.store import Typestore
 
 from gearbox_monitor.bag import metadata
 from gearbox_monitor.bag.cdr import Decoder, JointStates
-from gearbox_monitor.bag.mcap_file import McapFile
+from gearbox_monitor.bag.mcap_file import Chunk, McapFile
 from gearbox_monitor.bag.message_block import (
-    block_of, CHANNELS, find_messages, MESSAGE_HEAD, MessageBlock)
+    block_of, CHANNELS, empty_index, find_messages, Message, MESSAGE_HEAD, MessageBlock, Numbers)
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.types import Integers
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 BLOCK_BYTES = 1 << 20  # unpacked at once, or one chunk where that is larger
-BLOCK_MESSAGES = 4096  # of a bag that comes message by message
+BLOCK_MESSAGES = 4096  # of a bag that is read message by message
 
 
-def open_bag(path):
+def open_bag(path: str | Path) -> 'BagReader':
     """
-    Return a BagReader of `path`: bag directory, ``.mcap`` or ``.db3`` file, whole or cut.
+    Return a BagReader of `path`: bag directory, ``.mcap`` or ``.db3`` file, complete or cut.
 
-    Raises InputError when there is nothing to read.
+    Raises InputError if there is nothing to read.
     """
     path = Path(path)
     if os.path.isdir(path):
@@ -54,13 +60,13 @@ def open_bag(path):
     return McapReader(path, [path])
 
 
-def _files_of(path):
+def _files_of(path: Path) -> list[Path]:
     """
     Return the recordings of the bag directory `path` in order.
 
-    The directory itself when rosbag2 has compressed the messages one by one.
+    If rosbag2 has compressed the messages one by one: the directory itself.
     """
-    content = metadata.read_information(path)  # if damaged, the recordings themselves tell all
+    content = metadata.read_information(path)  # if damaged, the recordings themselves suffice
     if content.get('compression_mode'):
         return [path]
     files = named_files(path, content)
@@ -73,13 +79,13 @@ def _files_of(path):
     return files
 
 
-def named_files(path, content):
+def named_files(path: Path, content: Mapping[str, Any]) -> list[Path]:
     """Return the files of the bag directory `path` that its information `content` names."""
     return [_inside(path, str(name)) for name in content.get('relative_file_paths', ())]
 
 
-def _inside(path, name):
-    """Return the file `name` of the bag directory `path`: never one outside of it."""
+def _inside(path: Path, name: str) -> Path:
+    """Return the file `name` of the bag directory `path`, never one outside of it."""
     file = path / name
     if '..' not in file.parts and file.is_relative_to(path) and os.path.exists(file):
         return file
@@ -87,100 +93,117 @@ def _inside(path, name):
     return path / Path(name).name
 
 
-def natural(path):
-    """Return a key that sorts bag_2 before bag_10."""
-    return [int(part) if part.isdigit() else part for part in re.split(r'(\d+)', path.name)]
+def natural(path: str | Path) -> list[int | str]:
+    """Return a key of `path` that sorts bag_2 before bag_10."""
+    return [int(part) if part.isdigit() else part for part in re.split(r'(\d+)', str(path))]
 
 
 class BagReader:
     """
-    What all bags have in common.
+    The bag `path`: what all storage formats have in common.
 
     topics: {topic: (message type, number of messages)}; metadata: {record name: {key: value}};
     start_ns, end_ns: log times (None in an empty bag); truncated: the recording was cut off;
     notice: one line for the user about that or about damage, else ''.
     """
 
-    def __init__(self, path):
+    def __init__(self, path: Path) -> None:
         self.path = path
-        self.topics = {}
-        self.metadata = {}
-        self.start_ns = self.end_ns = None
+        self.topics: dict[str, tuple[str, int]] = {}
+        self.metadata: dict[str, dict[str, str]] = {}
+        self.start_ns: int | None = None
+        self.end_ns: int | None = None
         self.truncated = False
         self.notice = ''
-        self._definitions = {}
-        self._decoded = {}
+        self._definitions: dict[str, tuple[str, str]] = {}
+        self._decoded: dict[tuple[str, tuple[str, ...]], tuple[JointStates, tuple[str, ...]]] = {}
 
-    def messages(self, topics=None):
-        """Yield (topic, log_ns, publish_ns, bytes) by log time, equal times in file order."""
+    def messages(self, topics: Iterable[str] | None = None) -> Iterator[Message]:
+        """Yield the messages on `topics` (None: all) by log time, equal times in file order."""
         for block in self.blocks(topics):
             yield from block.messages()
 
-    def blocks(self, topics=None):
+    def blocks(self, topics: Iterable[str] | None = None) -> Iterator[MessageBlock]:
         """
-        Yield MessageBlocks of the messages on `topics` (all when None), in the same order.
+        Yield MessageBlocks of the messages on `topics` (None: all), in the same order.
 
         A block holds about BLOCK_BYTES, whatever the length of the bag.
         """
         raise NotImplementedError
 
-    def close(self):
+    def close(self) -> None:
         """Release the files."""
 
-    def __enter__(self):
+    def __enter__(self) -> 'BagReader':
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 traceback: TracebackType | None) -> None:
         self.close()
 
-    def require(self, topic, msgtype=None):
-        """Raise InputError unless the bag holds `topic`, with `msgtype` where given."""
-        if topic not in self.topics:
-            there = ', '.join(sorted(self.topics)) or 'none at all'
-            raise InputError(f'{self.path}: no topic {topic}, the bag has {there}')
-        found = self.topics[topic][0]
-        if msgtype is not None and found != msgtype:
-            raise InputError(f'{self.path}: topic {topic} has type {found}, expected {msgtype}')
+    def count(self, topic: str) -> int:
+        """Return the number of messages on `topic`, 0 if the bag does not have it."""
+        return self.topics.get(topic, ('', 0))[1]
 
-    def decode(self, msgtype, raw):
-        """Return the message object of the CDR bytes `raw`."""
+    def require(self, topic: str, msgtype: str | None = None) -> None:
+        """Raise InputError unless the bag holds `topic`, with `msgtype` if that is not None."""
+        if topic not in self.topics:
+            topics = ', '.join(sorted(self.topics)) or 'none at all'
+            raise InputError(f'{self.path}: no topic {topic}, the bag has {topics}')
+        kind = self.topics[topic][0]
+        if msgtype is not None and kind != msgtype:
+            raise InputError(f'{self.path}: topic {topic} has type {kind}, expected {msgtype}')
+
+    def decode(self, msgtype: str, raw: bytes) -> Any:
+        """Return the message object of type `msgtype` in the CDR bytes `raw`."""
         try:
             if msgtype not in self._typestore.types:
                 self._register(msgtype)
             return self._typestore.deserialize_cdr(raw, msgtype)
         except InputError:
             raise
-        except Exception as error:  # generated code meets damaged bytes in many ways
+        except Exception as error:  # generated code raises many kinds for damaged bytes
             raise InputError(f'{self.path}: cannot decode a message of type {msgtype}: '
                              f'{type(error).__name__} {" ".join(str(error).split())}') from None
 
     @cached_property
-    def _typestore(self):
+    def _typestore(self) -> Typestore:
         return get_typestore(Stores.ROS2_JAZZY)
 
-    def joint_names(self, topic):
+    def joint_names(self, topic: str) -> tuple[str, ...]:
         """Return the joint names on `topic` in order of appearance."""
         return self._joint_states(topic, ())[1]
 
-    def joint_states(self, topic, names):
+    def joint_states(self, topic: str, names: Sequence[str]) -> JointStates:
         """Return the JointStates of `topic` with the joints `names` as columns."""
-        states, there = self._joint_states(topic, tuple(names))
-        self.require_joints(topic, names, there)
+        states, joints = self._joint_states(topic, tuple(names))
+        self.require_joints(topic, names, joints)
         return states
 
-    def require_joints(self, topic, names, there):
-        """Raise InputError unless all `names` are `there`, the joints on `topic`."""
-        for name in names:
-            if name and name not in there:  # '': there is no such joint
-                raise InputError(f'{self.path}: topic {topic} has no joint {name!r}, '
-                                 f'it has {", ".join(there) or "none"}')
+    def require_joints(self, topic: str, names: Iterable[str], joints: Iterable[str]) -> None:
+        """
+        Check that a topic has some joints.
 
-    def decoder(self, topic, names):
+        Args:
+            topic: its name, for the message.
+            names: joints that are required; '' stands for a joint that the drive does not have.
+            joints: joints on the topic.
+
+        Raises:
+            InputError: a joint is missing.
+        """
+        for name in names:
+            if name and name not in joints:
+                raise InputError(f'{self.path}: topic {topic} has no joint {name!r}, '
+                                 f'it has {", ".join(joints) or "none"}')
+
+    def decoder(self, topic: str, names: Sequence[str]) -> Decoder:
         """Return the cdr.Decoder of `topic` with the joints `names` as columns."""
         self.require(topic, JOINT_STATE)
         return Decoder(names, lambda raw: self.decode(JOINT_STATE, raw))
 
-    def _joint_states(self, topic, names):
+    def _joint_states(self, topic: str, names: tuple[str, ...]
+                      ) -> tuple[JointStates, tuple[str, ...]]:
         if (topic, names) in self._decoded:
             return self._decoded[topic, names]
         decode = self.decoder(topic, names)
@@ -189,10 +212,10 @@ class BagReader:
         states = JointStates(names, *(
             np.concatenate([getattr(part, field) for part in parts])
             for field in list(JointStates.__dataclass_fields__)[1:]))
-        self._decoded = {(topic, names): (states, tuple(decode.there))}
+        self._decoded = {(topic, names): (states, tuple(decode.joints))}
         return self._decoded[topic, names]
 
-    def _register(self, msgtype):
+    def _register(self, msgtype: str) -> None:
         encoding, text = self._definitions.get(msgtype, ('', ''))
         if not text:
             raise InputError(f'{self.path}: holds no definition of the type {msgtype}')
@@ -205,14 +228,32 @@ class BagReader:
                                   if name not in self._typestore.types})
 
 
-class McapReader(BagReader):
-    """Bag of one or more MCAP files."""
+@dataclass(frozen=True)
+class _PlacedChunk:
+    """A chunk of the bag; file_number: place of its `file`; rank: its place in file order."""
 
-    def __init__(self, path, files):
+    file_number: int
+    file: McapFile
+    chunk: Chunk
+    rank: int
+
+
+@dataclass(frozen=True)
+class _HeldRows:
+    """Messages that wait for later chunks, and the rank of the chunk of each."""
+
+    block: MessageBlock
+    ranks: Integers
+
+
+class McapReader(BagReader):
+    """Bag `path` of one or more MCAP files, `files`."""
+
+    def __init__(self, path: Path, files: Sequence[Path]) -> None:
         super().__init__(path)
         self._files, self._unreadable = _opened(files)
-        self._parts = []
-        lost = 0
+        undefined = 0  # messages
+        placed: list[_PlacedChunk] = []
         for number, file in enumerate(self._files):
             self.metadata.update(file.metadata)
             for channel in file.channels.values():
@@ -224,93 +265,89 @@ class McapReader(BagReader):
                     self._definitions.setdefault(schema.name, (schema.encoding, text))
             for chunk in file.chunks:
                 for channel_id, count in chunk.counts.items():
-                    channel = file.channels.get(channel_id)
-                    if channel is None:
-                        lost += count
+                    definition = file.channels.get(channel_id)
+                    if definition is None:
+                        undefined += count
                         continue
-                    msgtype, total = self.topics[channel.topic]
-                    self.topics[channel.topic] = (msgtype, total + count)
-                self._parts.append((chunk.start_ns, number, chunk.begin, file, chunk))
-        self._parts.sort(key=lambda part: part[:3])
-        self._ranks = np.empty(len(self._parts), np.int64)
-        self._ranks[sorted(range(len(self._parts)), key=lambda k: self._parts[k][1:3])] = \
-            np.arange(len(self._parts))
-        if self._parts:
-            self.start_ns = self._parts[0][0]
-            self.end_ns = max(part[4].end_ns for part in self._parts)
+                    msgtype, total = self.topics[definition.topic]
+                    self.topics[definition.topic] = (msgtype, total + count)
+            placed += [_PlacedChunk(number, file, chunk, len(placed) + k) for k, chunk in
+                       enumerate(sorted(file.chunks, key=lambda chunk: chunk.begin))]
+        # By log time; equal times stay in file order.
+        self._chunks = sorted(placed, key=lambda part: (part.chunk.start_ns, part.rank))
+        if placed:
+            self.start_ns = self._chunks[0].chunk.start_ns
+            self.end_ns = max(part.chunk.end_ns for part in placed)
         self.truncated = bool(self._unreadable) or any(file.truncated for file in self._files)
-        self.notice = self._notice(lost)
+        self.notice = self._notice(undefined)
 
-    def blocks(self, topics=None):
-        topics = tuple(self.topics if topics is None else topics)
-        tables = [self._topic_of(file, topics) for file in self._files]
-        held, group, size = None, [], 0
-        for position, (_, number, _, _, chunk) in enumerate(self._parts):
-            if any(tables[number][channel] >= 0 for channel in chunk.counts):
-                group.append(position)
-                size += chunk.unpacked_size
-            last = position + 1 == len(self._parts)
+    def blocks(self, topics: Iterable[str] | None = None) -> Iterator[MessageBlock]:
+        """Yield MessageBlocks of the messages on `topics` (None: all) by log time."""
+        names = tuple(self.topics if topics is None else topics)
+        tables = [_topic_numbers(file, names) for file in self._files]
+        held: _HeldRows | None = None
+        group: list[_PlacedChunk] = []
+        size = 0
+        for position, part in enumerate(self._chunks):
+            if any(tables[part.file_number][channel] >= 0 for channel in part.chunk.counts):
+                group.append(part)
+                size += part.chunk.unpacked_size
+            last = position + 1 == len(self._chunks)
             if not last and size < BLOCK_BYTES:
                 continue
-            block, ranks = self._block(topics, tables, held, group)
-            ready = len(block) if last else int(
-                np.searchsorted(block.log_ns, self._parts[position + 1][0]))
+            rows = self._rows(names, tables, held, group)
+            block = rows.block
+            complete = len(block) if last else int(
+                np.searchsorted(block.log_ns, self._chunks[position + 1].chunk.start_ns))
             held, group, size = None, [], 0
-            if ready < len(block):
-                held = _compact(block.take(slice(ready, None))), ranks[ready:]
-                block = block.take(slice(0, ready))
+            if complete < len(block):
+                held = _HeldRows(_compact(block.take(slice(complete, None))),
+                                 rows.ranks[complete:])
+                block = block.take(slice(0, complete))
             if len(block):
                 yield block
         self.notice = self._notice(0) or self.notice
 
-    def _topic_of(self, file, topics):
-        """Return int32[CHANNELS]: place in `topics` of each channel of `file`, -1 = none."""
-        number = {topic: k for k, topic in enumerate(topics)}
-        table = np.full(CHANNELS, -1, np.int32)
-        for channel_id, channel in file.channels.items():
-            table[channel_id] = number.get(channel.topic, -1)
-        return table
-
-    def _block(self, topics, tables, held, group):
+    def _rows(self, topics: tuple[str, ...], tables: list[Numbers], held: _HeldRows | None,
+              group: list[_PlacedChunk]) -> _HeldRows:
         """
-        Return (MessageBlock of what is `held` and in the parts `group`, ranks of its rows).
+        Return the messages of `held` and of the chunks `group` by log time.
 
         Equal times stay in the order of files, chunks and messages: that of the ranks.
         """
-        pieces, ranks = [], []
+        pieces = [part.file.unpacked(part.chunk) for part in group]
+        first = [held.block.data.tobytes()] if held is not None else []
+        data = np.frombuffer(b''.join([*first, *pieces]) if len(first + pieces) != 1 else
+                             (first + pieces)[0], np.uint8)
+        index = empty_index(len(data) // MESSAGE_HEAD + (len(held.block) if held else 0))
+        ranks, row, begin = [np.empty(0, np.int64)], 0, 0
         if held is not None:
-            pieces.append(held[0].data.tobytes())
-        pieces += [self._parts[k][3].unpacked(self._parts[k][4]) for k in group]
-        data = np.frombuffer(pieces[0] if len(pieces) == 1 else b''.join(pieces), np.uint8)
-        rows = len(data) // MESSAGE_HEAD + (len(held[0]) if held else 0)
-        at, size = np.empty((2, rows), np.int64)
-        log_ns, publish_ns = np.empty((2, rows), np.uint64)
-        topic, row, begin = np.empty(rows, np.int32), 0, 0
-        if held is not None:
-            block, row, begin = held[0], len(held[0]), len(pieces[0])
-            at[:row], size[:row], topic[:row] = block.at, block.size, block.topic
-            log_ns[:row], publish_ns[:row] = block.log_ns, block.publish_ns
-            ranks.append(held[1])
-        for k, piece in zip(group, pieces[len(pieces) - len(group):]):
-            first, end = row, begin + len(piece)
-            row, _ = find_messages(data, begin, end, tables[self._parts[k][1]], False, row, at,
-                                   size, topic, log_ns, publish_ns)
-            ranks.append(np.full(row - first, self._ranks[k]))
+            block, row, begin = held.block, len(held.block), len(first[0])
+            for column, values in zip(index, (block.offset, block.size, block.topic, block.log_ns,
+                                              block.publish_ns)):
+                column[:row] = values
+            ranks.append(held.ranks)
+        for part, piece in zip(group, pieces):
+            start, end = row, begin + len(piece)
+            row, _ = find_messages(data, begin, end, tables[part.file_number], False, row, index)
+            ranks.append(np.full(row - start, part.rank))
             begin = end
-        block = MessageBlock(topics, data, at[:row], size[:row], topic[:row],
-                             log_ns[:row].view(np.int64), publish_ns[:row].view(np.int64))
-        rank = np.concatenate(ranks) if ranks else np.empty(0, np.int64)
+        block = MessageBlock(topics, data, index.offset[:row], index.size[:row],
+                             index.number[:row], index.log_ns[:row].view(np.int64),
+                             index.publish_ns[:row].view(np.int64))
+        rank = np.concatenate(ranks)
         if not ((np.diff(block.log_ns) >= 0) & (np.diff(rank) >= 0)).all():
             order = np.lexsort((rank, block.log_ns))
             block, rank = block.take(order), rank[order]
-        return block, rank
+        return _HeldRows(block, rank)
 
-    def close(self):
+    def close(self) -> None:
+        """Close the files."""
         for file in self._files:
             file.close()
 
-    def _notice(self, lost):
-        """Return one line about what is missing of the recording."""
+    def _notice(self, undefined: int) -> str:
+        """Return one line about what is missing; undefined: messages without a definition."""
         texts = list(self._unreadable)
         if self.truncated:
             cut = [str(file.path) for file in self._files if file.truncated]
@@ -320,16 +357,25 @@ class McapReader(BagReader):
                   for text in file.damaged]
         if damage:
             texts.append(damage[0] + (f' and {len(damage) - 1} more' if damage[1:] else ''))
-        if lost:
-            texts.append(f'{self.path}: {lost} messages lost their channel definition')
+        if undefined:
+            texts.append(f'{self.path}: {undefined} messages lost their channel definition')
         return '; '.join(texts)
 
 
-def _opened(files):
-    """
-    Return (McapFiles, what is wrong with the others) of `files`.
+def _topic_numbers(file: McapFile, topics: Sequence[str]) -> Numbers:
+    """Return [CHANNELS]: place in `topics` of each channel of `file`, -1 = none."""
+    number = {topic: k for k, topic in enumerate(topics)}
+    table = np.full(CHANNELS, -1, np.int32)
+    for channel_id, channel in file.channels.items():
+        table[channel_id] = number.get(channel.topic, -1)
+    return table
 
-    The last file of a bag that was cut may be empty. InputError when none can be read.
+
+def _opened(files: Sequence[Path]) -> tuple[list[McapFile], list[str]]:
+    """
+    Return (McapFiles of the readable `files`, problems of the unreadable ones).
+
+    The last file of a cut bag may be empty. Raises InputError if no file can be read.
     """
     opened, problems = [], []
     for file in files:
@@ -342,15 +388,15 @@ def _opened(files):
     return opened, [str(problem) for problem in problems]
 
 
-def _compact(block):
+def _compact(block: MessageBlock) -> MessageBlock:
     """Return the `block` with the bytes of its own messages only."""
     return block_of(block.topics, list(block.messages()))
 
 
 class RosbagsReader(BagReader):
-    """Bag in a form that rosbags reads: SQLite, or compressed by rosbag2."""
+    """Bag `path` in a format that rosbags reads: SQLite, or compressed by rosbag2."""
 
-    def __init__(self, path):
+    def __init__(self, path: Path) -> None:
         super().__init__(path)
         try:
             self._reader = Reader(path.parent if path.is_file() else path)
@@ -365,26 +411,29 @@ class RosbagsReader(BagReader):
             self._definitions.setdefault(connection.msgtype, (encoding, text))
         if self._reader.message_count:
             self.start_ns = self._reader.start_time
-            self.end_ns = self._reader.end_time - 1  # rosbags names the first moment after it
+            self.end_ns = self._reader.end_time - 1  # rosbags returns the first moment after it
 
-    def blocks(self, topics=None):
-        wanted = [c for c in self._reader.connections if topics is None or c.topic in topics]
-        topics, messages = tuple(self.topics if topics is None else topics), []
+    def blocks(self, topics: Iterable[str] | None = None) -> Iterator[MessageBlock]:
+        """Yield MessageBlocks of the messages on `topics` (None: all) by log time."""
+        names = tuple(self.topics if topics is None else topics)
+        connections = [c for c in self._reader.connections if c.topic in names]
+        messages: list[Message] = []
         try:
-            for connection, log_ns, raw in self._reader.messages(connections=wanted) \
-                    if wanted else ():
+            for connection, log_ns, raw in self._reader.messages(connections=connections) \
+                    if connections else ():
                 messages.append((connection.topic, log_ns, log_ns, bytes(raw)))
                 if len(messages) == BLOCK_MESSAGES:
-                    yield block_of(topics, messages)
+                    yield block_of(names, messages)
                     messages = []
         except (ReaderError, OSError, sqlite3.Error) as error:
             raise _unreadable(self.path, error) from None
         if messages:
-            yield block_of(topics, messages)
+            yield block_of(names, messages)
 
-    def close(self):
+    def close(self) -> None:
+        """Close the database."""
         self._reader.close()
 
 
-def _unreadable(path, error):
+def _unreadable(path: Path, error: Exception) -> InputError:
     return InputError(f'{path}: cannot read: {" ".join(str(error).split())}')

@@ -12,27 +12,29 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""File of whole records, and the thread that brings them to the medium."""
+"""File of whole records, and the thread that syncs them to the medium."""
 import os
+from pathlib import Path
 from threading import Event, Lock, Thread
 
 
 class RecordFile:
     """
-    Unbuffered new file that a failed write leaves ending with a whole record.
+    Unbuffered new file `path`; after a failed write it still ends with a whole record.
 
-    mcap's writer passes whole records to write(). end: bytes written; synced: of these, the bytes
-    that sync() has brought to the medium; error: what it has met.
+    The writer of the mcap package passes whole records to write(). end: bytes written; synced: the
+    bytes of these that sync() has synced to the medium; error: that sync() has raised.
     """
 
-    def __init__(self, path):
+    def __init__(self, path: Path) -> None:
         self.path = path
         self._file = open(path, 'xb', buffering=0)
         self.end = self.synced = 0
-        self.error = None
+        self.error: OSError | None = None
         self._lock = Lock()
 
-    def write(self, data):
+    def write(self, data: bytes) -> int:
+        """Append the records `data`; return their length. Raises OSError."""
         if self.error is not None:
             raise self.error
         view = memoryview(data)
@@ -45,8 +47,8 @@ class RecordFile:
         self.end += len(data)
         return len(data)
 
-    def sync(self):
-        """Bring what is written to the medium, the first time the names, too; from any thread."""
+    def sync(self) -> None:
+        """Sync the file, the first time with its folders, to the medium; from any thread."""
         with self._lock:
             end = self.end
             if end == self.synced or self.error is not None or self._file.closed:
@@ -62,48 +64,49 @@ class RecordFile:
             else:
                 self.synced = end
 
-    def held_at(self):
-        """Return where the content still is after the file was removed or moved, else ''."""
+    def rescue_path(self) -> str:
+        """Return the path of the content after the file was removed or moved, else ''."""
         if self._file.closed:
             return ''
-        mine = os.fstat(self._file.fileno())
+        opened = os.fstat(self._file.fileno())
         try:
-            named = os.stat(self.path)
-            if (named.st_dev, named.st_ino) == (mine.st_dev, mine.st_ino):
+            if os.path.samestat(os.stat(self.path), opened):
                 return ''
         except OSError:
             pass
         return f'/proc/{os.getpid()}/fd/{self._file.fileno()}'
 
-    def tell(self):
+    def tell(self) -> int:
+        """Return the number of bytes written."""
         return self.end
 
-    def flush(self):
-        pass
+    def flush(self) -> None:
+        """Do nothing: the file has no buffer."""
 
-    def close(self):
+    def close(self) -> None:
+        """Close the file."""
         with self._lock:
             self._file.close()
 
 
 class Syncer:
-    """Thread that syncs `file` every `seconds`, so that who writes need not wait for it."""
+    """Thread that syncs `file` every `seconds`, so that the writer need not wait for it."""
 
-    def __init__(self, file, seconds):
+    def __init__(self, file: RecordFile, seconds: float) -> None:
         self._seconds, self._end = seconds, Event()
         self._files = [file]
         self._thread = Thread(target=self._run, daemon=True)
         self._thread.start()
 
-    def follow(self, file):
-        """Take the RecordFile `file`; those before are finished, closed once they are synced."""
+    def follow(self, file: RecordFile) -> None:
+        """Sync `file` from here on; the previous one is finished and is closed once synced."""
         self._files.append(file)
 
-    def _run(self):
+    def _run(self) -> None:
         while not self._end.wait(self._seconds):
             self._sync()
 
-    def _sync(self):
+    def _sync(self) -> None:
         *finished, newest = self._files.copy()
         for file in finished:
             file.sync()
@@ -112,15 +115,15 @@ class Syncer:
             self._files.remove(file)
         newest.sync()
 
-    def close(self):
-        """Sync what is written so far; end."""
+    def close(self) -> None:
+        """Sync the newest file and end the thread."""
         self._end.set()
         self._thread.join()
         self._sync()
 
 
-def sync_folder(path):
-    """Bring the names in the folder `path` to the medium."""
+def sync_folder(path: str | Path) -> None:
+    """Sync the names in the folder `path` to the medium."""
     handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)

@@ -12,18 +12,16 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Pair rows of two streams that carry the same stamp."""
+"""Match the rows of two streams that carry the same stamp."""
 import numpy as np
+
+from gearbox_monitor.kernels.types import Array, Flags, Integers
 
 WAIT = 10_000_000_000  # ns of log time that a row waits for its partner
 
 
-def match_stamps(a, b):
-    """
-    Return indices (i, j) with a[i] == b[j], the k-th occurrence of a value with the k-th.
-
-    a, b int64 [N], [M].
-    """
+def match_stamps(a: Integers, b: Integers) -> tuple[Integers, Integers]:
+    """Return indices (i, j) with a[i] == b[j]; `a`, `b` [N], [M]: k-th occurrence with k-th."""
     a, b = np.asarray(a), np.asarray(b)
     if np.array_equal(a, b):
         return np.arange(len(a)), np.arange(len(a))
@@ -33,11 +31,12 @@ def match_stamps(a, b):
         return i, j[i]
     place = {key: index for index, key in enumerate(_numbered(b))}
     pairs = [(index, place[key]) for index, key in enumerate(_numbered(a)) if key in place]
-    return tuple(np.array(pairs, int).reshape(-1, 2).T)
+    i, j = np.array(pairs, int).reshape(-1, 2).T
+    return i, j
 
 
-def _numbered(stamps):
-    """Return [(stamp, how often it stood before)]."""
+def _numbered(stamps: Integers) -> list[tuple[int, int]]:
+    """Return [(stamp, number of its earlier occurrences)]."""
     order = np.argsort(stamps, kind='stable')
     ordered = stamps[order]
     occurrence = np.empty(len(stamps), np.int64)
@@ -45,60 +44,75 @@ def _numbered(stamps):
     return list(zip(stamps.tolist(), occurrence.tolist()))
 
 
-class _Side:
-    """The rows of one stream that wait: stamps int64 [N], when they came, values [N, K]."""
+class _WaitingRows:
+    """Rows of one stream: stamps [N], log times of their arrival [N], values [N, width]."""
 
-    def __init__(self, width):
-        self.stamps, self.came = np.empty(0, np.int64), np.empty(0, np.int64)
-        self.values = np.empty((0, width))
+    def __init__(self, width: int) -> None:
+        self.stamps, self.arrival = np.empty(0, np.int64), np.empty(0, np.int64)
+        self.values: Array = np.empty((0, width))
 
-    def put(self, now, stamps, values):
+    def put(self, log_ns: int, stamps: Integers, values: Array) -> None:
         if len(self.stamps):
             stamps = np.concatenate([self.stamps, stamps])
             values = np.concatenate([self.values, values])
-        came = np.full(len(stamps), now)
-        came[:len(self.came)] = self.came
-        self.stamps, self.came, self.values = stamps, came, values
+        arrival = np.full(len(stamps), log_ns)
+        arrival[:len(self.arrival)] = self.arrival
+        self.stamps, self.arrival, self.values = stamps, arrival, values
 
-    def keep(self, rows):
-        self.stamps, self.came = self.stamps[rows], self.came[rows]
+    def keep(self, rows: slice | Flags) -> None:
+        self.stamps, self.arrival = self.stamps[rows], self.arrival[rows]
         self.values = self.values[rows]
 
 
 class StampMatcher:
-    """Pair the rows of two streams as they come; each waits for its partner for WAIT."""
+    """
+    Match the rows of two streams as they arrive; each waits for its partner for WAIT.
 
-    def __init__(self, left_width, right_width):
-        self._left, self._right = _Side(left_width), _Side(right_width)
+    Args:
+        left_width: number of values per row on the left.
+        right_width: the same on the right.
+    """
 
-    def put(self, now, left, right):
-        """Add (stamps [N], values [N, K]) on either side, at the log time `now` (ns)."""
-        self._left.put(now, *left)
-        self._right.put(now, *right)
+    def __init__(self, left_width: int, right_width: int) -> None:
+        self._left, self._right = _WaitingRows(left_width), _WaitingRows(right_width)
 
-    def skip_before(self, stamp):
-        """Drop what came before `stamp` on the right; returns whether that is there."""
-        at = np.flatnonzero(self._right.stamps == stamp)
-        if len(at):
-            self._right.keep(slice(at[0], None))
-        return len(at) > 0
+    def put(self, log_ns: int, left: tuple[Integers, Array], right: tuple[Integers, Array]
+            ) -> None:
+        """
+        Add rows.
 
-    def pairs(self):
-        """Return (stamps, left values, right values) of all that have met since last asked."""
+        Args:
+            log_ns: log time at which they arrive, ns.
+            left: (stamps [N], values [N, left_width]).
+            right: (stamps [M], values [M, right_width]).
+        """
+        self._left.put(log_ns, *left)
+        self._right.put(log_ns, *right)
+
+    def skip_until(self, stamp: int) -> bool:
+        """Drop the rows on the right that precede `stamp`; return whether it has arrived."""
+        rows = np.flatnonzero(self._right.stamps == stamp)
+        if len(rows):
+            self._right.keep(slice(rows[0], None))
+        return len(rows) > 0
+
+    def pairs(self) -> tuple[Integers, Array, Array]:
+        """Return (stamps, left values, right values) of the rows matched since the last call."""
         left, right = self._left, self._right
         i, j = match_stamps(left.stamps, right.stamps)
-        met = left.stamps[i], left.values[i], right.values[j]
+        matched = left.stamps[i], left.values[i], right.values[j]
         for side, rows in ((left, i), (right, j)):
             waiting = np.ones(len(side.stamps), bool)
             waiting[rows] = False
             side.keep(waiting)
-        return met
+        return matched
 
-    def expired(self, now=None):
-        """Return the stamps (left, right) that have waited too long at `now`; None: all."""
-        lost = []
+    def expired(self, log_ns: int | None = None) -> tuple[Integers, Integers]:
+        """Remove rows that have waited for WAIT at `log_ns` (None: all); return their stamps."""
+        stamps = []
         for side in (self._left, self._right):
-            late = np.ones(len(side.came), bool) if now is None else side.came < now - WAIT
-            lost.append(side.stamps[late])
-            side.keep(~late)
-        return tuple(lost)
+            overdue = np.ones(len(side.arrival), bool) if log_ns is None else \
+                side.arrival < log_ns - WAIT
+            stamps.append(side.stamps[overdue])
+            side.keep(~overdue)
+        return stamps[0], stamps[1]

@@ -13,15 +13,20 @@
 # limitations under the License.
 
 """Write a rosbag2-compatible MCAP bag that a crash or a full disk leaves readable."""
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 import os
 from pathlib import Path
 import time
+from types import TracebackType
+from typing import Any, ParamSpec, TypeVar
+
+from mcap.records import Channel, Schema
 
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores, TypesysError
 
 from gearbox_monitor.bag import metadata
-from gearbox_monitor.bag.bag_part import BagPart, COMPRESSIONS
+from gearbox_monitor.bag.bag_part import BagPart, COMPRESSIONS, McapTopic
 from gearbox_monitor.bag.record_file import sync_folder, Syncer
 from gearbox_monitor.errors import InputError
 
@@ -29,49 +34,48 @@ CHUNK_BYTES = 1 << 20
 CHUNK_SECONDS = 0.25
 
 
+P = ParamSpec('P')
+T = TypeVar('T')
+
+
 class WriteError(InputError):
     """The bag cannot be continued (disk full, medium gone); what it holds stays readable."""
-
-
-@dataclass
-class McapTopic:
-    """A topic of a bag; schema: definition of its type; about: metadata of its channel."""
-
-    name: str
-    msgtype: str
-    qos: list
-    type_hash: str
-    schema: bytes
-    about: dict
-    schema_encoding: str = 'ros2msg'
-    encoding: str = 'cdr'
-    count: int = 0
 
 
 class BagWriter:
     """
     Writer of one bag directory ``<path>/<name>_0.mcap``, ... with ``metadata.yaml``.
 
-    Chunks reach the operating system after `chunk_seconds` at the latest, so that a killed
-    process loses no more than that: :meth:`write` sees to it while messages come, whoever has
-    slower topics calls :meth:`flush_if_due` from a timer, too. With `sync_seconds` they reach the
-    medium as much later at the latest, or as long after as that takes, against power cuts; closed,
-    the bag is on the medium as a whole.
+    :meth:`write` hands a chunk to the operating system at least every `chunk_seconds`, so that a
+    killed process loses no more than that. With slower topics, call :meth:`flush_if_due` from a
+    timer, too. A closed bag is on the medium completely if `sync_seconds` is set.
 
-    The next file begins where one has `max_size` bytes or its messages span `max_seconds` (0: no
-    limit). Each is whole by itself and has the metadata records so far. A file that was removed or
-    moved is the last one: its content is not given up for another.
+    Each file is complete by itself and holds the metadata records so far. A file that was removed
+    or moved stays the last one, because closing it would delete its content.
 
     ``metadata.yaml`` is written when the bag is closed, as rosbag2 does: without it rosbag2 asks
     to reindex, with a premature one it would show an empty bag.
 
-    After the first failed write (WriteError, once) the file is cut back to its last whole record
-    and every further message is only counted in `dropped`.
+    The first failed write raises WriteError and truncates the file to its last whole record; every
+    further message is only counted in `dropped`.
+
+    Args:
+        path: the new bag directory.
+        compression: of the chunks, a key of COMPRESSIONS.
+        custom_data: {key: text} for ``metadata.yaml``.
+        chunk_seconds: longest time that a message waits in a chunk, s.
+        sync_seconds: time between two syncs to the medium, s, against power cuts; None: never.
+        max_size: size at which the next file begins, bytes; 0: no limit.
+        max_seconds: time span at which the next file begins, s; 0: no limit.
+
+    Raises:
+        InputError: `path` exists or cannot be created, or the compression is unknown.
     """
 
-    def __init__(self, path, compression='zstd', custom_data=None, chunk_seconds=CHUNK_SECONDS,
-                 sync_seconds=None, max_size=0, max_seconds=0.0):
-        """Create the bag; InputError when `path` exists or cannot be created."""
+    def __init__(self, path: str | Path, compression: str = 'zstd',
+                 custom_data: Mapping[str, str] | None = None,
+                 chunk_seconds: float = CHUNK_SECONDS, sync_seconds: float | None = None,
+                 max_size: int = 0, max_seconds: float = 0.0) -> None:
         if compression not in COMPRESSIONS:
             raise InputError(f'compression: {compression!r} is unknown, '
                              f'expected one of {", ".join(COMPRESSIONS)}')
@@ -80,16 +84,17 @@ class BagWriter:
         self.chunk_seconds = chunk_seconds
         self.message_count = 0
         self.dropped = 0
-        self.error = None
+        self.error: WriteError | None = None
         self.last_flush = time.monotonic()
         self._compression = compression
         self._max_size, self._max_ns = max_size, round(max_seconds * 1e9)
         self._unflushed, self._unflushed_bytes = 0, 0
-        self._topics, self._records = {}, []
-        self._parts = []
+        self._topics: dict[str, McapTopic] = {}
+        self._records: list[tuple[str, dict[str, str]]] = []
+        self._parts: list[BagPart] = []
         self._typestore = get_typestore(Stores.ROS2_JAZZY)
         self._closed = False
-        self._syncer = None
+        self._syncer: Syncer | None = None
         if os.path.lexists(self.path):
             raise InputError(f'{self.path}: exists already, expected a new bag directory')
         try:
@@ -102,32 +107,40 @@ class BagWriter:
         self._guarded(self._part.start)
 
     @property
-    def _part(self):
+    def _part(self) -> BagPart:
         return self._parts[-1]
 
     @property
-    def byte_count(self):
+    def byte_count(self) -> int:
         """Size of all files so far, bytes."""
         return sum(part.file.end for part in self._parts)
 
     @property
-    def removed(self):
-        """Tell in words that the file was removed or moved while it is written, else ''."""
-        held = self._part.file.held_at()
-        return held and (f'{self._part.path}: removed or moved while it is recorded; as long as '
-                         f'the recorder runs, save it: cp {held} saved.mcap')
+    def removed(self) -> str:
+        """A warning if the file was removed or moved while it is written, else ''."""
+        source = self._part.file.rescue_path()
+        return source and (f'{self._part.path}: removed or moved while it is recorded; as long as '
+                           f'the recorder runs, save it: cp {source} saved.mcap')
 
     @property
-    def topics(self):
+    def topics(self) -> dict[str, tuple[str, int]]:
         """Map of topic to (message type, number of messages)."""
         return {t.name: (t.msgtype, t.count) for t in self._topics.values()}
 
-    def add_topic(self, topic, msgtype, qos=None, msgdef=None):
+    def add_topic(self, topic: str, msgtype: str,
+                  qos: Iterable[metadata.QosProfile] | None = None, msgdef: str | None = None
+                  ) -> None:
         """
-        Announce `topic` with the `qos` profiles its publishers offer.
+        Add a topic with the QoS profiles that its publishers offer.
 
-        `qos` is a list of :func:`metadata.qos_profile`, one reliable profile when None.
-        `msgdef` is the ``ros2msg`` text, dependencies included, of a type outside ROS 2's own.
+        Args:
+            topic: its name.
+            msgtype: type of its messages, such as 'sensor_msgs/msg/JointState'.
+            qos: profiles from :func:`metadata.qos_profile`; None: one reliable profile.
+            msgdef: ``ros2msg`` text, dependencies included, of a type that ROS 2 does not define.
+
+        Raises:
+            WriteError: the file cannot be written.
         """
         if topic in self._topics:
             raise ValueError(f'{topic} was added before')
@@ -137,21 +150,34 @@ class BagWriter:
             'offered_qos_profiles': metadata.to_yaml(qos) if qos else '',
             'topic_type_hash': type_hash}))
 
-    def copy_topic(self, schema, channel):
-        """Announce the topic that `schema` and `channel` (mcap.records) of another bag define."""
-        about = channel.metadata
-        qos = metadata.read_qos(about.get('offered_qos_profiles', ''))
+    def copy_topic(self, schema: Schema, channel: Channel) -> None:
+        """Add the topic that `schema` and `channel` of another bag define."""
+        offer = channel.metadata
+        qos = metadata.read_qos(offer.get('offered_qos_profiles', ''))
         self._announce(McapTopic(
-            channel.topic, schema.name, qos, about.get('topic_type_hash', ''), schema.data, about,
+            channel.topic, schema.name, qos, offer.get('topic_type_hash', ''), schema.data, offer,
             schema.encoding, channel.message_encoding))
 
-    def _announce(self, topic):
+    def _announce(self, topic: McapTopic) -> None:
         if self.error is None:
             self._guarded(self._part.add_topic, topic)
             self._topics[topic.name] = topic
 
-    def write(self, topic, log_ns, cdr_bytes, publish_ns=None, sequence=0):
-        """Append one serialised message; times in ns since the epoch."""
+    def write(self, topic: str, log_ns: int, cdr_bytes: bytes, publish_ns: int | None = None,
+              sequence: int = 0) -> None:
+        """
+        Append one serialised message.
+
+        Args:
+            topic: name of a topic that was added.
+            log_ns: when it was recorded, ns since the epoch.
+            cdr_bytes: the message.
+            publish_ns: when it was published, ns since the epoch; None: when it was recorded.
+            sequence: its number among the messages of its publisher, 0 if unknown.
+
+        Raises:
+            WriteError: the first time that the file cannot be written.
+        """
         if self.error is not None:
             self.dropped += 1
             return
@@ -171,36 +197,48 @@ class BagWriter:
                 or time.monotonic() - self.last_flush > self.chunk_seconds):
             self.flush()
 
-    def write_message(self, topic, log_ns, msg, publish_ns=None):
-        """Append one message object of rosbags' ROS 2 Jazzy types."""
+    def write_message(self, topic: str, log_ns: int, msg: object, publish_ns: int | None = None
+                      ) -> None:
+        """
+        Append one message object.
+
+        Args:
+            topic: name of a topic that was added.
+            log_ns: when it was recorded, ns since the epoch.
+            msg: message of rosbags' ROS 2 Jazzy types.
+            publish_ns: when it was published, ns since the epoch; None: when it was recorded.
+
+        Raises:
+            WriteError: the first time that the file cannot be written.
+        """
         msgtype = self._topics[topic].msgtype
         self.write(topic, log_ns, bytes(self._typestore.serialize_cdr(msg, msgtype)), publish_ns)
 
-    def add_metadata(self, name, values):
-        """Add an MCAP metadata record, repeated in ``custom_data`` as ``<name>.<key>``."""
-        values = {str(key): str(value) for key, value in values.items()}
-        self.custom_data.update({f'{name}.{key}': value for key, value in values.items()})
+    def add_metadata(self, name: str, values: Mapping[str, object]) -> None:
+        """Add the MCAP metadata record `name` of `values`; custom_data repeats it as name.key."""
+        texts = {str(key): str(value) for key, value in values.items()}
+        self.custom_data.update({f'{name}.{key}': text for key, text in texts.items()})
         if self.error is None:
-            self._guarded(self._part.add_metadata, name, values)
-            self._records.append((name, values))
+            self._guarded(self._part.add_metadata, name, texts)
+            self._records.append((name, texts))
 
-    def flush_if_due(self):
-        """Flush when messages wait and the last flush is `chunk_seconds` ago."""
+    def flush_if_due(self) -> None:
+        """Flush if messages wait and the last flush was `chunk_seconds` ago."""
         if self._unflushed and time.monotonic() - self.last_flush > self.chunk_seconds:
             self.flush()
 
-    def flush(self):
+    def flush(self) -> None:
         """End the chunk and hand it to the operating system."""
         if self.error is None and not self._closed:
             self._guarded(self._part.finish_chunk)
             self._unflushed, self._unflushed_bytes = 0, 0
         self.last_flush = time.monotonic()
 
-    def close(self):
+    def close(self) -> None:
         """
         Write index, footer and ``metadata.yaml``; further calls do nothing.
 
-        A bag that has failed keeps its last whole record and gets neither.
+        After a failed write, none of them is written.
         """
         if self._closed:
             return
@@ -211,21 +249,22 @@ class BagWriter:
             if self._syncer is not None:
                 self._syncer.close()
             if self.error is None:
-                self._guarded(self._part.file.write, b'')  # it raises what the syncer has met
+                self._guarded(self._part.file.write, b'')  # raises the error of the syncer
                 info = metadata.bag_information(
                     self._parts, list(self._topics.values()), self.custom_data)
                 self._guarded(self._write_yaml, {'rosbag2_bagfile_information': info})
         finally:
             self._part.file.close()
 
-    def _is_full(self, log_ns):
-        """Return whether a message of `log_ns` belongs into the next file."""
+    def _is_full(self, log_ns: int) -> bool:
+        """Return whether a message of `log_ns` belongs in the next file."""
         part = self._part
         return part.start_ns is not None and bool(
             self._max_size and part.file.end + self._unflushed_bytes > self._max_size
-            or self._max_ns and log_ns - part.start_ns >= self._max_ns) and not part.file.held_at()
+            or self._max_ns and log_ns - part.start_ns >= self._max_ns
+        ) and not part.file.rescue_path()
 
-    def _split(self):
+    def _split(self) -> None:
         """Finish the file and begin the next one."""
         self.flush()
         self._guarded(self._finish_part)
@@ -238,15 +277,15 @@ class BagWriter:
         for topic in self._topics.values():
             self._guarded(self._part.add_topic, topic)
 
-    def _open_part(self):
+    def _open_part(self) -> None:
         """Create the next file."""
         name = f'{self.path.name}_{len(self._parts)}.mcap'
         self._parts.append(BagPart(self.path / name, self._compression))
         if self._syncer is not None:
             self._syncer.follow(self._part.file)
 
-    def _finish_part(self):
-        """Make the file whole."""
+    def _finish_part(self) -> None:
+        """Write the index and the footer of the file."""
         part = self._part
         part.finish_chunk()
         info = metadata.bag_information(
@@ -255,14 +294,15 @@ class BagWriter:
         part.add_metadata('rosbag2', {'serialized_metadata': metadata.to_yaml(info)})
         part.finish()
 
-    def __enter__(self):
+    def __enter__(self) -> 'BagWriter':
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 traceback: TracebackType | None) -> None:
         self.close()
 
-    def _definition(self, msgtype, msgdef):
-        """Return (ros2msg text, type hash) of `msgtype`; without a hash if rosbags knows none."""
+    def _definition(self, msgtype: str, msgdef: str | None) -> tuple[str, str]:
+        """Return (ros2msg text, type hash) of `msgtype`; '' if rosbags cannot hash it."""
         try:
             if msgtype not in self._typestore.types and msgdef:
                 types = get_types_from_msg(msgdef, msgtype)
@@ -273,7 +313,7 @@ class BagWriter:
         except (TypesysError, KeyError):
             return msgdef or '', ''
 
-    def _write_yaml(self, content):
+    def _write_yaml(self, content: dict[str, Any]) -> None:
         path = self.path / metadata.FILE_NAME
         temporary = path.with_suffix('.yaml.tmp')
         try:
@@ -289,17 +329,17 @@ class BagWriter:
             temporary.unlink(missing_ok=True)
             raise
 
-    def _guarded(self, function, *args, **kwargs):
+    def _guarded(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Call `function`; an OSError ends the recording with a WriteError."""
         try:
             return function(*args, **kwargs)
         except OSError as error:
             self.dropped += self._unflushed
             self.message_count -= self._unflushed
-            kept = self.byte_count
-            if self._part.file.error is not None:  # what else is on the medium is not known
-                kept = sum(part.file.synced for part in self._parts)
+            size = self.byte_count
+            if self._part.file.error is not None:  # only synced bytes are surely on the medium
+                size = sum(part.file.synced for part in self._parts)
             self.error = WriteError(
                 f'{self._part.path}: cannot write: {error.strerror or error}; '
-                f'the {kept} bytes written before are kept')
+                f'the {size} bytes written before are kept')
             raise self.error from None

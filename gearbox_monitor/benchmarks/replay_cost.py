@@ -29,8 +29,8 @@ from rosbags.highlevel import AnyReader
 
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.estimate_table import ParquetTable
+from gearbox_monitor.bag.player import EstimatePlayer, Player
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import EstimatePlayer, Player
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.benchmarks.memory import peak_bytes

@@ -39,7 +39,8 @@ from tqdm import tqdm
 
 from gearbox_monitor.bag.joint_input import find_input, JointInput
 from gearbox_monitor.bag.read import BagReader, open_bag
-from gearbox_monitor.bag.replay import read_snapshots, sample_parts
+from gearbox_monitor.bag.recorded_samples import sample_parts
+from gearbox_monitor.bag.recorded_snapshots import read_snapshots
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, dump, estimator_options, expect_new, write_new)
 from gearbox_monitor.errors import InputError
@@ -134,12 +135,12 @@ def _examined(reader: BagReader, topic: str, model: DriveModel | None,
               disable=None, leave=False) as bar:
         for samples in sample_parts(reader, topic, decode, model or DriveModel(),
                                     _min_samples(reader, topic, parameters), bar.update):
-            if motor in decode.there:
+            if motor in decode.joints:
                 try:
                     parts.append(examine(samples, parameters, model))
                 except InputError as error:
                     parts.append(error)
-    reader.require_joints(topic, [motor], decode.there)
+    reader.require_joints(topic, [motor], decode.joints)
     examined = [part for part in parts if isinstance(part, Examination)]
     if not examined:
         raise InputError(f'{reader.path}: {topic}: {parts[0]}')
@@ -149,10 +150,10 @@ def _examined(reader: BagReader, topic: str, model: DriveModel | None,
     if len(parts) > 1:
         notes.append(f'evaluated in {len(parts)} parts: each line shows the first of the worst '
                      'parts')
-    if arm not in decode.there:  # it was never measured
-        notes.append(f'{topic} has no joint {arm!r}, only {", ".join(decode.there)}: name it with '
-                     '--arm-joint')
-    return joined(examined, parameters.drift_window), notes, list(decode.there)
+    if arm not in decode.joints:  # it was never measured
+        notes.append(f'{topic} has no joint {arm!r}, only {", ".join(decode.joints)}: name it '
+                     'with --arm-joint')
+    return joined(examined, parameters.drift_window), notes, list(decode.joints)
 
 
 def _min_samples(reader: BagReader, topic: str, parameters: EstimatorParameters) -> int:

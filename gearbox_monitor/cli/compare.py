@@ -45,7 +45,8 @@ import numpy as np
 from tqdm import tqdm
 
 from gearbox_monitor.bag.read import BagReader, open_bag
-from gearbox_monitor.bag.replay import RecordedSamples, truth
+from gearbox_monitor.bag.recorded_samples import RecordedSamples
+from gearbox_monitor.bag.replay import truth
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import add_estimator_arguments, check_filter, expect_new
 from gearbox_monitor.errors import InputError

@@ -21,7 +21,8 @@ import numpy as np
 
 from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY
 from gearbox_monitor.bag.read import BagReader
-from gearbox_monitor.bag.replay import RecordedSamples, Replay, replay
+from gearbox_monitor.bag.recorded_samples import RecordedSamples
+from gearbox_monitor.bag.replay import Replay, replay
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
 from gearbox_monitor.interfaces.signals import DIAGNOSTICS, DRIFT_ALERTS, PLANT_TRANSMISSION_STATE
 from gearbox_monitor.kernels.types import Array
@@ -36,7 +37,7 @@ Seconds: TypeAlias = Callable[[Any], Array]  # stamps (ns) to s from the first s
 def evaluate(reader: BagReader, demo: Any) -> tuple[dict[str, Any], Figure]:
     """Replay the bag `reader` of `demo` (cli.demo.Demo); return ({name: value}, the picture)."""
     result = replay(reader)
-    data = dict(result.told)
+    data = dict(result.summary)
     stamps = result.recording.samples.stamp_ns
     alarms, alerts, losses = _diagnostics(reader, result.recording)
     expected = round(demo.duration * 1000.0)

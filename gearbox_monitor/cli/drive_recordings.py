@@ -24,7 +24,7 @@ from tqdm import tqdm
 from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import read_samples
+from gearbox_monitor.bag.recorded_samples import read_samples
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel

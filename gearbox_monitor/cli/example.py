@@ -30,7 +30,7 @@ import json
 import math
 from pathlib import Path
 
-from gearbox_monitor.bag.example import NOISE, write_example_bag
+from gearbox_monitor.bag.example import ExampleMotion, NOISE, write_example_bag
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
@@ -68,8 +68,9 @@ def run(args: Namespace) -> int:
         raise InputError(f'{args.bag}: exists, expected the name of a new bag')
     model_file = str(args.model or config_path('drive.yaml'))
     noise = Noise((0.0, 0.0, args.process_noise, args.process_noise), NOISE.measurement)
-    write_example_bag(Path(args.bag), load_model(model_file), args.seconds, args.seed, args.rate,
-                      noise=noise, rest=args.rest, truth=True)
+    write_example_bag(Path(args.bag), load_model(model_file),
+                      ExampleMotion(args.seconds, args.rate, rest=args.rest), args.seed,
+                      noise=noise, truth=True)
     samples = round(args.rest * args.rate) + round(args.seconds * args.rate)
     data = {'bag': args.bag, 'samples': samples, 'rate_hz': args.rate, 'seed': args.seed,
             'duration_s': args.rest + args.seconds, 'model': model_file}

@@ -19,7 +19,8 @@ from typing import Any
 
 from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import BagReader
-from gearbox_monitor.bag.replay import read_samples, read_snapshots, RecordedSamples
+from gearbox_monitor.bag.recorded_samples import read_samples, RecordedSamples
+from gearbox_monitor.bag.recorded_snapshots import read_snapshots
 from gearbox_monitor.cli.options import check_filter, estimator_options
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.yaml_files import load_model

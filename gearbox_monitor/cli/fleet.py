@@ -94,12 +94,12 @@ def run(args: Namespace) -> int:
     bags = find_bags(args.bags)
     with FleetTable(args.out) as table:
         job = FleetRun(bags, settings, table)
-        engine = _engine(args, job.left)
+        engine = _engine(args, job.pending)
         with Interrupt() as interrupt:
             try:
                 with tqdm(total=len(bags), initial=job.counts['skipped'], desc='fleet',
                           unit='bag', disable=None, leave=False) as bar:
-                    whole = job.go(engine, lambda: interrupt.requested, bar.update)
+                    whole = job.run(engine, lambda: interrupt.requested, bar.update)
             except InputError:
                 with suppress(InputError):  # of what is done
                     finish(table, settings.key, job.counts)

@@ -90,17 +90,17 @@ def _pair(args: Namespace) -> int:
         topic, count, joiner = write_paired(reader, args.bag, parameters, args.topic)
         notice = reader.notice
     data = {'bag': args.bag, 'topic': topic, 'samples': count,
-            'motor_without_arm': joiner.alone, 'arm_without_motor': joiner.unused,
+            'motor_without_arm': joiner.unpaired, 'arm_without_motor': joiner.dropped,
             'pair_tolerance_s': parameters.pair_tolerance,
             'notes': [notice] if notice else []}
-    nearest = joiner.ask()
+    nearest = joiner.pop_distance()
     if nearest is not None:
         data['nearest_unpaired_s'] = nearest * 1e-9
     if args.json:
         print(json.dumps(data, indent=2))
         return 0
-    print(f'{args.bag}: {count} samples on {topic}, {joiner.alone} without the arm; '
-          f'{joiner.unused} messages of the arm omitted'
+    print(f'{args.bag}: {count} samples on {topic}, {joiner.unpaired} without the arm; '
+          f'{joiner.dropped} messages of the arm omitted'
           + (f'; the nearest unpaired stamps are {nearest * 1e-9:.6f} s apart, '
              f'pair_tolerance is {parameters.pair_tolerance:g} s' if nearest else ''))
     for note in data['notes']:

@@ -76,15 +76,17 @@ def as_data(bag: str, recovery: Recovery) -> dict[str, Any]:
     return {
         'bag': str(bag), 'written': recovery.written and str(recovery.written),
         'notes': recovery.notes, 'cut': recovery.cut,
-        'kept': {'seconds': recovery.kept_s, 'messages': sum(topic.kept for topic in topics)},
+        'kept': {'seconds': recovery.recovered_s,
+                 'messages': sum(topic.recovered for topic in topics)},
         'lost': {'seconds': recovery.lost_s, 'messages': sum(topic.lost for topic in topics),
-                 'about': any(topic.about for topic in topics)},
+                 'about': any(topic.estimated for topic in topics)},
         'topics': [{
             'topic': name, 'type': topic.msgtype,
-            'kept': {'seconds': (topic.last_ns - topic.first_ns) * 1e-9 if topic.kept else 0.0,
-                     'messages': topic.kept},
+            'kept': {'seconds': (topic.last_ns - topic.first_ns) * 1e-9
+                     if topic.recovered else 0.0,
+                     'messages': topic.recovered},
             'lost': {'seconds': topic.lost * topic.period if topic.period else None,
-                     'messages': topic.lost, 'about': topic.about},
+                     'messages': topic.lost, 'about': topic.estimated},
         } for name, topic in sorted(recovery.topics.items())]}
 
 

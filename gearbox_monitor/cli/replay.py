@@ -42,9 +42,9 @@ from tqdm import tqdm
 
 from gearbox_monitor.bag.comparison import Comparer, Comparison
 from gearbox_monitor.bag.estimate_table import CsvTable, ParquetTable
+from gearbox_monitor.bag.player import EstimatePlayer, Player
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import (
-    EstimatePlayer, interval_error, Player, ReplayCollector, smoothed)
+from gearbox_monitor.bag.replay import interval_error, ReplayCollector, smoothed
 from gearbox_monitor.bag.replay_output import BagOutput
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.cli.options import add_estimator_arguments, estimator_options, expect_new
@@ -86,7 +86,7 @@ def run(args: Namespace) -> int:
     return 1 if comparison and comparison.different else 0
 
 
-def _play(args: Namespace, player: Player) -> tuple[dict[str, Any], Comparison | None]:
+def _play(args: Namespace, player: EstimatePlayer) -> tuple[dict[str, Any], Comparison | None]:
     """Run `player` into all outputs of the options; return the summary and the comparison."""
     summary = ReplaySummary(player)
     comparer = Comparer(player) if player.compared else None

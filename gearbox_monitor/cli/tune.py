@@ -48,8 +48,7 @@ import numpy as np
 from tqdm import tqdm
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.joint_input import JOINT_STATE
-from gearbox_monitor.bag.read import BagReader, open_bag
+from gearbox_monitor.bag.read import BagReader, JOINT_STATE, open_bag
 from gearbox_monitor.cli.filter_inputs import FilterInputs, load_filter_inputs
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, expect_new, write_new)

@@ -13,12 +13,13 @@
 # limitations under the License.
 
 """
-Where bags are worked on: in this process, in a pool of processes, on a Dask cluster.
+Executors of tasks: in this process, in a pool of processes, on a Dask cluster.
 
-All take tasks and give TaskResults back in the order they are ready. A pool is made of
-ProcessPoolExecutors of one process each: when a process dies, it is known which bag it had.
+All of them return TaskResults in order of completion. A pool consists of ProcessPoolExecutors of
+one process each, so that the bag of a process that died is known.
 """
-from concurrent.futures import CancelledError, FIRST_COMPLETED, ProcessPoolExecutor, wait
+from collections.abc import Callable
+from concurrent.futures import CancelledError, FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 import ctypes
 from dataclasses import dataclass
@@ -30,215 +31,256 @@ import queue
 import signal
 import threading
 import time
+from typing import Any, ClassVar, Protocol, TypeAlias
 
 from gearbox_monitor.errors import InputError
 
 PRELOADED = 'gearbox_monitor.fleet.preload'
-ANSWER = 10.0  # s to wait for a scheduler
-AGAIN = 5.0    # s between two looks at the size of a cluster
+CONNECT_TIMEOUT = 10.0  # s to wait for a scheduler
+SIZE_PERIOD = 5.0       # s between two queries for the size of a cluster
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of glibc's malloc.h
-KEPT, LARGEST = 1 << 27, 1 << 25  # bytes
+TRIM_BYTES, MMAP_BYTES = 1 << 27, 1 << 25  # values for these two
+Work: TypeAlias = tuple[Any, Callable[..., Any], tuple[Any, ...]]  # task, function, arguments
 
 
 @dataclass(frozen=True)
 class TaskResult:
-    """What `task` gave: `value`, or, where its worker died, None and the reason."""
+    """Result of `task`: `value`, or, if its worker died, None and the reason."""
 
-    task: object
-    value: object = None
+    task: Any
+    value: Any = None
     died: str = ''
 
 
+class Executor(Protocol):
+    """Runs tasks; attempts: number of workers that a task may kill before it is given up."""
+
+    attempts: ClassVar[int]
+
+    @property
+    def free(self) -> bool:
+        """Whether it can take a task."""
+
+    def submit(self, task: Any, function: Callable[..., Any], *args: Any) -> None:
+        """
+        Take a task; only if `free`.
+
+        Args:
+            task: any object, returned with the result.
+            function: what to call, for the value of the result.
+            args: its arguments.
+        """
+
+    def results(self, timeout: float) -> list[TaskResult]:
+        """Return the results since the last call; wait up to `timeout` s for one."""
+
+    def close(self) -> None:
+        """End the workers; tasks without a result are dropped."""
+
+
 class SerialExecutor:
-    """Works on each task in this process, when its result is asked for."""
+    """Runs each task in this process, when its result is requested."""
 
     attempts = 1
-    free = True
 
-    def __init__(self):
-        self._next = None
+    def __init__(self) -> None:
+        self._next: Work | None = None
 
-    def submit(self, task, function, *args):
-        """Take a task, when `free`."""
-        self._next, self.free = (task, function, args), False
+    @property
+    def free(self) -> bool:
+        """Whether it has no task."""
+        return self._next is None
 
-    def results(self, timeout):
-        """Return the TaskResults that are ready, after `timeout` s perhaps none."""
+    def submit(self, task: Any, function: Callable[..., Any], *args: Any) -> None:
+        """Take the `task` function(*args), see Executor; `function` is called in `results`."""
+        self._next = task, function, args
+
+    def results(self, timeout: float) -> list[TaskResult]:
+        """Run the task and return its result; `timeout` has no effect."""
+        if self._next is None:
+            return []
         task, function, args = self._next
-        self.free = True
+        self._next = None
         return [TaskResult(task, function(*args))]
 
-    def close(self):
-        """End; what has no TaskResult yet is dropped."""
+    def close(self) -> None:
+        """Do nothing: there are no workers."""
+
+
+@dataclass(frozen=True)
+class _Worker:
+    """A process and a future that is done once it has started."""
+
+    process: ProcessPoolExecutor
+    started: 'Future[int]'
 
 
 class PoolExecutor:
-    """`workers` processes; a TaskResult says so when one died, and another takes its place."""
+    """Pool of `workers` processes; a process that dies is reported and replaced."""
 
-    attempts = 3  # a bag is given to so many workers that die with it
-    STARTS = 10   # in a row that fail, before it is said that none can start
+    attempts = 3
+    MAX_START_FAILURES = 10  # in a row
 
-    def __init__(self, workers):
+    def __init__(self, workers: int) -> None:
         methods = multiprocessing.get_all_start_methods()
-        self._context = multiprocessing.get_context(
+        self._context: Any = multiprocessing.get_context(
             'forkserver' if 'forkserver' in methods else 'spawn')
         # Workers end when nobody holds the other end any more: also when this process is killed.
         self._ends, self._alive = self._context.Pipe(duplex=False)
         _start_server(self._context)
-        self._failed = 0
+        self._start_failures = 0
         self._idle = [self._worker() for _ in range(workers)]
-        self._running = {}
+        self._running: dict[Future[Any], tuple[Work, _Worker]] = {}
 
-    def _worker(self):
-        """Return (executor, future that is done once its process has started)."""
-        executor = ProcessPoolExecutor(1, self._context, _begin, (self._ends,))
-        return executor, executor.submit(os.getpid)
+    def _worker(self) -> _Worker:
+        process = ProcessPoolExecutor(1, self._context, _initialise, (self._ends,))
+        return _Worker(process, process.submit(os.getpid))
 
     @property
-    def free(self):
-        """Whether a worker has nothing to do."""
+    def free(self) -> bool:
+        """Whether a worker is idle."""
         return bool(self._idle)
 
-    def submit(self, task, function, *args):
-        """Take a task, when `free`."""
-        executor, started = self._idle.pop()
+    def submit(self, task: Any, function: Callable[..., Any], *args: Any) -> None:
+        """Run the `task` `function`(*args) in an idle worker, see Executor; `args` are pickled."""
+        worker = self._idle.pop()
         try:
-            future = executor.submit(function, *args)
+            future = worker.process.submit(function, *args)
         except BrokenProcessPool:  # it died since its last task
-            executor, started = self._worker()
-            future = executor.submit(function, *args)
-        self._running[future] = (task, function, *args), executor, started
+            worker = self._worker()
+            future = worker.process.submit(function, *args)
+        self._running[future] = (task, function, args), worker
 
-    def results(self, timeout):
+    def results(self, timeout: float) -> list[TaskResult]:
         """
-        Return the TaskResults that are ready, after `timeout` s perhaps none.
+        Return the results since the last call; wait up to `timeout` s for one.
 
-        Raises InputError when no process can be started.
+        Raises InputError if no process can be started.
         """
-        ready, _ = wait(self._running, timeout, FIRST_COMPLETED)
-        return [result for future in ready for result in self._results(future)]
+        done, _ = wait(self._running, timeout, FIRST_COMPLETED)
+        return [result for future in done for result in self._results(future)]
 
-    def _results(self, future):
-        work, executor, started = self._running.pop(future)
+    def _results(self, future: 'Future[Any]') -> list[TaskResult]:
+        (task, function, args), worker = self._running.pop(future)
         try:
-            result = TaskResult(work[0], future.result())
-            self._failed = 0
+            result = TaskResult(task, future.result())
+            self._start_failures = 0
         except BrokenProcessPool:
-            executor.shutdown(wait=False)
+            worker.process.shutdown(wait=False)
             self._idle.append(self._worker())
-            if started.exception() is None:
-                return [TaskResult(work[0], died='the worker died (killed, or out of memory)')]
-            self._failed += 1  # before it had its task
-            if self._failed >= self.STARTS:
-                raise InputError(f'--workers: {self._failed} processes ended while they started, '
-                                 'expected enough memory for them') from None
-            self.submit(*work)
+            if worker.started.exception() is None:
+                return [TaskResult(task, died='the worker died (killed, or out of memory)')]
+            self._start_failures += 1  # it died without its task
+            if self._start_failures >= self.MAX_START_FAILURES:
+                raise InputError(f'--workers: {self._start_failures} processes ended while they '
+                                 'started, expected enough memory for them') from None
+            self.submit(task, function, *args)
             return []
-        self._idle.append((executor, started))
+        self._idle.append(worker)
         return [result]
 
-    def close(self):
-        """End all workers at once; what has no TaskResult yet is dropped."""
+    def close(self) -> None:
+        """End all workers at once; tasks without a result are dropped."""
         self._alive.close()
-        executors = [executor for executor, _ in self._idle]
-        for executor in executors + [executor for _, executor, _ in self._running.values()]:
-            executor.shutdown(wait=True, cancel_futures=True)
+        for worker in [*self._idle, *(worker for _, worker in self._running.values())]:
+            worker.process.shutdown(wait=True, cancel_futures=True)
 
 
-def _start_server(context):
-    """Start the process that workers are forked from: modules are loaded once for all of them."""
+def _start_server(context: Any) -> None:
+    """Start the process from which workers are forked; it loads the modules once for all."""
     if context.get_start_method() != 'forkserver':
         return
     context.set_forkserver_preload([PRELOADED])
-    # Ctrl-C reaches every process of a terminal; workers are ended by this one, in order.
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    # Ctrl-C reaches every process of a terminal; this process ends its workers in order.
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     try:
         forkserver.ensure_running()
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
-def _begin(ends):
-    """Prepare a worker."""
+def _initialise(ends: Any) -> None:
+    """Prepare a worker, which ends when the other side of the pipe `ends` is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        # Freed memory is kept for the next bag: to get it anew costs some percent of the time.
+        # Keep freed memory for the next bag: requesting it again costs some percent of the time.
         libc = ctypes.CDLL(None)
-        libc.mallopt(M_TRIM_THRESHOLD, KEPT)
-        libc.mallopt(M_MMAP_THRESHOLD, LARGEST)
+        libc.mallopt(M_TRIM_THRESHOLD, TRIM_BYTES)
+        libc.mallopt(M_MMAP_THRESHOLD, MMAP_BYTES)
     except (OSError, AttributeError):
         pass  # not glibc
 
-    def watch():
+    def watch() -> None:
         connection.wait([ends])
         os._exit(1)
     threading.Thread(target=watch, daemon=True).start()
 
 
 class DaskExecutor:
-    """The Dask cluster with the scheduler at `address`. Raises InputError where there is none."""
+    """The Dask cluster with the scheduler at `address`. Raises InputError if there is none."""
 
     attempts = 1  # the scheduler itself gives a task to several workers
 
-    def __init__(self, address):
+    def __init__(self, address: str) -> None:
         try:
             from distributed import Client, KilledWorker
             from distributed.comm import get_address_host_port
         except ImportError:
             raise InputError('--scheduler: dask.distributed is not installed, expected what '
                              '"pip install gearbox_monitor[fleet]" brings') from None
-        for name in list(logging.Logger.manager.loggerDict):  # what they would say, we say
+        for name in list(logging.Logger.manager.loggerDict):  # our messages say the same
             if name.startswith(('distributed', 'tornado')):
                 logging.getLogger(name).setLevel(logging.CRITICAL + 1)
         self.address, self._killed = address, KilledWorker
         try:
             get_address_host_port(address)  # a Client takes long to notice
-            self._client = Client(address, timeout=ANSWER, set_as_default=False)
+            self._client: Any = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
             raise InputError(f'--scheduler: {address}: {" ".join(str(error).split())}, expected '
                              'the address of a running Dask scheduler, as tcp://host:8786') \
                 from None
-        self._running, self._ready = {}, queue.SimpleQueue()
-        self._size, self._looked = 1, -AGAIN
+        self._running: dict[str, tuple[Any, Any]] = {}  # key: (task, future)
+        self._done: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._size, self._queried = 1, -SIZE_PERIOD
 
-    def threads(self):
-        """Return how many tasks can run at once now. Raises InputError."""
-        return sum(self._called(self._client.nthreads).values())
+    def threads(self) -> int:
+        """Return how many tasks can run at once. Raises InputError."""
+        return sum(self._call(self._client.nthreads).values())
 
     @property
-    def free(self):
-        """Whether there are fewer tasks than the cluster can take."""
-        if time.monotonic() >= self._looked + AGAIN:
-            # One waits for each that runs, so that none is idle.
-            self._size, self._looked = max(2 * self.threads(), 1), time.monotonic()
+    def free(self) -> bool:
+        """Whether the cluster can take another task."""
+        if time.monotonic() >= self._queried + SIZE_PERIOD:
+            # One task waits for each that runs, so that no worker is idle.
+            self._size, self._queried = max(2 * self.threads(), 1), time.monotonic()
         return len(self._running) < self._size
 
-    def submit(self, task, function, *args):
-        """Take a task, when `free`."""
-        future = self._called(self._client.submit, function, *args, pure=False)
+    def submit(self, task: Any, function: Callable[..., Any], *args: Any) -> None:
+        """Run the `task` `function`(*args) on the cluster, see Executor; `args` are pickled."""
+        future = self._call(self._client.submit, function, *args, pure=False)
         self._running[future.key] = task, future
-        future.add_done_callback(self._ready.put)
+        future.add_done_callback(self._done.put)
 
-    def results(self, timeout):
-        """Return the TaskResults that are ready, after `timeout` s perhaps none."""
-        ready = []
+    def results(self, timeout: float) -> list[TaskResult]:
+        """Return the results since the last call; wait up to `timeout` s for one."""
+        done: list[Any] = []
         try:
-            ready.append(self._ready.get(timeout=timeout))
+            done.append(self._done.get(timeout=timeout))
             while True:
-                ready.append(self._ready.get_nowait())
+                done.append(self._done.get_nowait())
         except queue.Empty:
             pass
         if self._client.status != 'running':
             raise self._lost()
-        good = [future for future in ready if future.status == 'finished']
-        values = self._called(self._client.gather, good) if good else []
+        finished = [future for future in done if future.status == 'finished']
+        values = self._call(self._client.gather, finished) if finished else []
         results = [TaskResult(self._running.pop(future.key)[0], value)
-                   for future, value in zip(good, values)]
-        return results + [self._failed(future) for future in ready if future not in good]
+                   for future, value in zip(finished, values)]
+        return results + [self._failed(future) for future in done if future not in finished]
 
-    def _failed(self, future):
+    def _failed(self, future: Any) -> TaskResult:
         task, _ = self._running.pop(future.key)
-        error = self._called(future.exception)
+        error = self._call(future.exception)
         if isinstance(error, self._killed):
             return TaskResult(task, died=f'{error.allowed_failures + 1} workers died (killed, or '
                               'out of memory)')
@@ -247,22 +289,22 @@ class DaskExecutor:
         raise InputError(f'--scheduler: {self.address}: a worker cannot run gearbox_monitor: '
                          f'{type(error).__name__} {" ".join(str(error).split())}')
 
-    def _called(self, function, *args, **options):
-        """Return function(...). Raises InputError when the scheduler is gone."""
+    def _call(self, function: Callable[..., Any], *args: Any, **options: Any) -> Any:
+        """Return function(...). Raises InputError if the scheduler is lost."""
         try:
             return function(*args, **options)
         except (OSError, TimeoutError, CancelledError):
             raise self._lost() from None
 
-    def _lost(self):
+    def _lost(self) -> InputError:
         return InputError(f'--scheduler: {self.address}: the scheduler is lost; what is done is '
                           'kept, the same command goes on from there')
 
-    def close(self):
-        """End; what has no TaskResult yet is dropped."""
+    def close(self) -> None:
+        """Disconnect; tasks without a result are dropped."""
         try:
             if self._client.status == 'running':
                 self._client.cancel([future for _, future in self._running.values()])
             self._client.close(timeout=1.0)
         except (OSError, TimeoutError, CancelledError):
-            pass  # it was lost
+            pass  # the scheduler was lost

@@ -13,31 +13,35 @@
 # limitations under the License.
 
 """
-What becomes of one bag, wherever it runs: replayed, its features fitted, perhaps diagnosed.
+Analyse one bag: replay it, fit its features and diagnose it if required.
 
 Runs in a worker and returns plain data; only the process that started the fleet run writes files.
 """
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 import errno
 import hashlib
 import json
+from pathlib import Path
 import re
 import tempfile
 import time
+from typing import Any, TypeAlias
 from urllib.parse import quote
 
 import numpy as np
 
 from gearbox_monitor import __version__
+from gearbox_monitor.bag.player import Player
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import Player, samples_of
+from gearbox_monitor.bag.recorded_samples import joined_samples, samples_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.fleet.paths import content_hash, fetched
 from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.kernels.jit import KERNELS
-from gearbox_monitor.monitoring.backlash.features import Backlash
+from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
 from gearbox_monitor.monitoring.backlash.recording_windows import (
     combine, reason_of, RecordingWindows, separable_of)
 from gearbox_monitor.parameters import EstimatorParameters
@@ -46,60 +50,62 @@ from gearbox_monitor.quality.admission import admitted
 
 FORMAT = 1  # of the tables
 DIAGNOSED = 14_000_000_000  # ns of a bag that are diagnosed
-LONGEST_NAME = 200  # of a gearbox, bytes of its folder's name
+LONGEST_NAME = 200  # of a gearbox, bytes of the name of its folder
 COMBINED = ('gap', 'lost_motion', 'stiffness', 'hysteresis')
 TRUST = ('observability', 'prediction error', 'covariance', 'input')
-FULL = (errno.ENOSPC, errno.EDQUOT)
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
+Row: TypeAlias = dict[str, Any]  # plain data, some of fleet_table.COLUMNS
+Window: TypeAlias = Backlash | NotExcited
 
 
 @dataclass(frozen=True)
 class JobSettings:
     """
-    What every bag of a run is analysed with.
+    Settings under which every bag of a run is analysed.
 
-    model: DriveModel, or None: that recorded in the bag. model_name: what messages call it.
-    parameters: of the estimator, by name; they replace the recorded ones. topic: of the inputs.
-    gearbox: pattern whose first group, in the path, names the gearbox; '': the recorded serial.
-    diagnose: whether to. only: effects that are tried, () = all.
+    model: None: the one recorded in the bag; model_name: its name in messages. parameters: of the
+    estimator, by name; they replace the recorded ones. topic: of the inputs. gearbox: pattern
+    whose first group, in the path, names the gearbox; '': the recorded serial. diagnose: whether
+    to diagnose. only: ids of the effects to try, () = all.
     """
 
     model: DriveModel | None = None
     model_name: str = ''
-    parameters: dict = field(default_factory=dict)
+    parameters: Mapping[str, Any] = field(default_factory=dict)
     topic: str = 'joint_states'
     gearbox: str = ''
     diagnose: bool = False
-    only: tuple = ()
+    only: tuple[str, ...] = ()
     version: str = __version__
 
     @property
-    def key(self):
-        """Sixteen hex digits: what was analysed with the same ones is not analysed again."""
+    def key(self) -> str:
+        """Sixteen hex digits: a bag is not analysed twice under the same ones."""
         content = {'format': FORMAT, 'model': self.model and self.model.to_dict(),
                    'parameters': self.parameters, 'topic': self.topic, 'gearbox': self.gearbox,
                    'diagnose': self.diagnose, 'only': self.only, 'version': self.version}
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def digest(url):
-    """Return (content hash, '') of the bag `url`, ('', reason) where it cannot be read."""
+def digest(url: str) -> tuple[str, str]:
+    """Return (content hash, '') of the bag `url`, ('', reason) if it cannot be read."""
     try:
         return content_hash(url), ''
     except OSError as error:
         return '', f'cannot be read: {error.strerror or error}'
 
 
-def analyse(url, settings):
+def analyse(url: str, settings: JobSettings) -> tuple[Row, list[Window]]:
     """
-    Return (row, windows) of the bag `url` under JobSettings.
+    Return (row, windows) of the bag `url` under `settings`.
 
-    row: plain data, some of fleet_table.COLUMNS; windows: list of Backlash and NotExcited. A bag
-    that cannot be analysed has a row, too, with the reason; retry: whether that may pass.
-    Raises InputError where the disk for copies of bags is full.
+    The row of a bag that cannot be analysed states the reason; retry: whether it may pass. Raises
+    InputError if the disk for copies of bags is full.
     """
     began = time.process_time()
-    row = {'version': __version__, 'kernels': KERNELS, 'status': 'failed', 'retry': False}
-    windows = []
+    row: Row = {'version': __version__, 'kernels': KERNELS, 'status': 'failed',
+                'retry': False}
+    windows: list[Window] = []
     try:
         if settings.version != __version__:
             row['retry'] = True
@@ -108,14 +114,14 @@ def analyse(url, settings):
         row['content'] = content_hash(url)
         with fetched(url) as path:
             try:
-                found, windows = _analysed(path, url, settings)
-            except InputError as error:  # says where a copy lay
+                results, windows = _analysed(path, url, settings)
+            except InputError as error:  # it names the copy
                 raise InputError(str(error).replace(str(path), url)) from None
-        row.update(found, status='done')
+        row.update(results, status='done')
     except InputError as error:
         row['reason'] = str(error)
     except (OSError, MemoryError) as error:
-        if getattr(error, 'errno', None) in FULL:
+        if isinstance(error, OSError) and error.errno in DISK_FULL:
             raise InputError(f'{tempfile.gettempdir()}: {error.strerror}, expected room for a '
                              f'copy of {url}; what is done is kept, the same command goes on '
                              'from there') from None
@@ -126,24 +132,25 @@ def analyse(url, settings):
     return row, windows
 
 
-def _analysed(path, url, settings):
-    """Return (what the row says, windows) of the local bag `path`."""
+def _analysed(path: Path, url: str, settings: JobSettings) -> tuple[Row, list[Window]]:
+    """Return (results for the row, windows) of the local bag `path`."""
     with open_bag(path) as reader:
         player = Player(reader, settings.model, settings.parameters, settings.topic)
         monitor = player.monitor
         gearbox = _gearbox(url, player.namespace, monitor.parameters.gearbox_serial,
                            settings.gearbox)
-        windows = RecordingWindows(monitor.estimator.drive, monitor.parameters)
-        count, start = 0, None
+        fits, count = RecordingWindows(monitor.estimator.drive, monitor.parameters), 0
+        start: int | None = None
+        end = 0
         for part in player.parts():
-            windows.add(part.estimates.smoothed_stamp_ns, part.estimates.smoothed)
+            fits.add(part.estimates.smoothed_stamp_ns, part.estimates.smoothed)
             stamps = part.samples.stamp_ns
             if len(stamps):
-                start, end, count = int(stamps[0]) if start is None else start, int(stamps[-1]), \
-                    count + len(stamps)
-        if not count:
-            raise InputError(f'{path}: topic {player.topic} has no message, expected some')
-        windows, monitor = windows.finish(), player.monitor
+                start, end = int(stamps[0]) if start is None else start, int(stamps[-1])
+                count += len(stamps)
+        if start is None:
+            raise InputError(f'{path}: topic {player.topic} has no message, expected at least one')
+        windows, monitor = fits.finish(), player.monitor
         row = {
             'gearbox': gearbox, 'start': start, 'duration_s': (end - start) * 1e-9,
             'date': datetime.fromtimestamp(start // 10 ** 9, timezone.utc).strftime('%Y-%m-%d'),
@@ -163,12 +170,12 @@ def _analysed(path, url, settings):
     return row, windows
 
 
-def _records_a_model(player):
+def _records_a_model(player: Player) -> bool:
     """Return whether the bag holds snapshots of an estimator, and so its model."""
     return player.input.snapshots is not None
 
 
-def _gearbox(url, namespace, serial, pattern):
+def _gearbox(url: str, namespace: str, serial: str, pattern: str) -> str:
     """Return the name of the gearbox."""
     name, usual = serial, EstimatorParameters().gearbox_serial
     if pattern:
@@ -184,10 +191,10 @@ def _gearbox(url, namespace, serial, pattern):
     return name
 
 
-def _features(windows):
-    """Return what all windows say together."""
+def _features(windows: Sequence[Any]) -> Row:
+    """Return the features that all windows give together."""
     used, separable = separable_of(windows)
-    row = {'windows': len(windows), 'windows_used': len(used)}
+    row: Row = {'windows': len(windows), 'windows_used': len(used)}
     if not used:
         return {**row, 'not_excited': reason_of(windows)}
     row['separable'] = separable
@@ -198,10 +205,11 @@ def _features(windows):
     return row
 
 
-def _diagnosis(player, windows, start, end, settings):
-    """Return the verdict on the liveliest part of the bag, or why there is none."""
-    seen = [w for w in windows if isinstance(w, Backlash)]
-    last = max(seen, key=lambda w: w.coverage).stamp_ns if seen else start + DIAGNOSED
+def _diagnosis(player: Player, windows: Sequence[Window], start: int, end: int,
+               settings: JobSettings) -> Row:
+    """Return the verdict on the part of the bag with the best coverage, or why there is none."""
+    excited = [w for w in windows if isinstance(w, Backlash)]
+    last = max(excited, key=lambda w: w.coverage).stamp_ns if excited else start + DIAGNOSED
     begin = max(min(last, end) - DIAGNOSED, start)
     model = player.monitor.model
     samples = _between(player, begin, begin + DIAGNOSED)
@@ -209,27 +217,27 @@ def _diagnosis(player, windows, start, end, settings):
         recording, _ = admitted(samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1],
                                 str(player.reader.path), None, model, settings.model_name or
                                 'the recorded model')
-        found = diagnose([recording], model, only=settings.only or None).to_dict()
+        verdict = diagnose([recording], model, only=settings.only or None).to_dict()
     except InputError as error:
         return {'diagnosis': 'none possible', 'diagnosis_reason': str(error)}
-    place = found['location']
-    return {'diagnosis': found['verdict'], 'diagnosis_effect': found['effect'],
+    place = verdict['location']
+    return {'diagnosis': verdict['verdict'], 'diagnosis_effect': verdict['effect'],
             'diagnosis_place': place if isinstance(place, str) else '+'.join(place),
-            'diagnosis_confusable': ', '.join(found['confusable']),
-            'diagnosis_gap': _number(found['gap_before']),
-            'diagnosis_closed': _number(found['closed_fraction'])}
+            'diagnosis_confusable': ', '.join(verdict['confusable']),
+            'diagnosis_gap': _number(verdict['gap_before']),
+            'diagnosis_closed': _number(verdict['closed_fraction'])}
 
 
-def _number(value):
+def _number(value: float | None) -> float | None:
     return None if value is None or not np.isfinite(value) else float(value)
 
 
-def _between(player, begin, end):
-    """Return the Samples of a bag that are stamped within begin <= stamp < end (ns)."""
-    p, parts = player.monitor.parameters, []
-    decode = player.reader.decoder(player.topic, (p.motor_joint, p.arm_joint))
+def _between(player: Player, begin: int, end: int) -> Samples:
+    """Return the Samples of a bag with begin <= stamp < end (ns)."""
+    parameters, parts = player.monitor.parameters, []
+    decode = player.reader.decoder(player.topic, (parameters.motor_joint, parameters.arm_joint))
     for block in player.reader.blocks((player.topic,)):
         samples, _ = samples_of(decode(block), player.monitor.model)
-        inside = (samples.stamp_ns >= begin) & (samples.stamp_ns < end)
-        parts.append((samples.stamp_ns[inside], samples.u[inside], samples.y[inside]))
-    return Samples(*(np.concatenate(column) for column in zip(*parts)))
+        rows = (samples.stamp_ns >= begin) & (samples.stamp_ns < end)
+        parts.append(Samples(samples.stamp_ns[rows], samples.u[rows], samples.y[rows]))
+    return joined_samples(parts)

@@ -13,15 +13,16 @@
 # limitations under the License.
 
 """
-Load what a worker needs, kernels included, before workers are forked from this process.
+Load modules and kernels when imported, before workers are forked from this process.
 
-A kernel is compiled, or read from the cache, once for all of them, and again for none that takes
-the place of a killed one. Importing this module does it.
+A kernel is compiled, or read from the cache, once for all workers, including those that replace a
+killed one.
 """
 import numpy as np
 
 from gearbox_monitor.estimation.estimates import Samples
-import gearbox_monitor.fleet.job  # noqa: F401, what workers run
+import gearbox_monitor.fleet.job  # noqa: F401, workers run it
+from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
 from gearbox_monitor.monitoring.backlash.recording_windows import RecordingWindows
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
@@ -29,19 +30,19 @@ from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
 
 PERIOD = 2e-3  # s
-SECONDS = 13.0  # a window of the Monitor's own (drift_window) and what it waits for
+SECONDS = 13.0  # a window of the Monitor's own (drift_window) and its delay
 
 
-def warm():
+def load_kernels() -> list[Backlash | NotExcited]:
     """Run a short simulated recording through a Monitor and fit its backlash."""
     model, t = DriveModel(), np.arange(0.0, SECONDS, PERIOD)
     run = simulate(model, Excitation().torque(t), PERIOD)
     monitor = Monitor(model)
-    found = monitor.run(Samples(np.round(t * 1e9).astype(np.int64), np.column_stack(
+    estimates = monitor.run(Samples(np.round(t * 1e9).astype(np.int64), np.column_stack(
         [run.u, np.full(len(t), np.nan)]), run.y))
     windows = RecordingWindows(monitor.estimator.drive, monitor.parameters)
-    windows.add(found.smoothed_stamp_ns, found.smoothed)
+    windows.add(estimates.smoothed_stamp_ns, estimates.smoothed)
     return windows.finish()
 
 
-warm()
+load_kernels()

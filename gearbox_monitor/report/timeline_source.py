@@ -26,7 +26,8 @@ import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY, find_input
-from gearbox_monitor.bag.replay import read_snapshots, samples_of
+from gearbox_monitor.bag.recorded_samples import samples_of
+from gearbox_monitor.bag.recorded_snapshots import read_snapshots
 from gearbox_monitor.bag.stamp_matching import StampMatcher
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TWIST, S_TWIST_RATE, S_TWIST_STD
@@ -166,7 +167,7 @@ class TimelineSource:
             timeline.add_inputs(samples.stamp_ns, samples.u[:, 0])
             for part in _seconds(samples):
                 follower.take(monitor.run(part))
-        self.reader.require_joints(self.topic, self._joints, decode.there)
+        self.reader.require_joints(self.topic, self._joints, decode.joints)
         self.facts.counts = {text: int(monitor.counts[code]) for code, text in REASONS.items()}
         self.facts.notes += monitor.estimator.warnings + monitor.estimator.divergence_notes()
         self.facts.versions.append(('kernels', KERNELS))

@@ -224,7 +224,7 @@ class JointSubscriptions:
             motor, arm = self.joints
             return (f'{self.foreign} messages named neither {motor!r} nor {arm!r} but '
                     f'{self._foreign_names or "nothing"}', 'set motor_joint and arm_joint')
-        if self.joiner is not None and self.joiner.unused and not has_samples:
+        if self.joiner is not None and self.joiner.dropped and not has_samples:
             return (f'messages of the arm came on {self.arm_topic}, none of '
                     f'{self.joints[0]!r} on {self.motor_topic}', 'check motor_joint and its topic')
         return None
@@ -276,10 +276,10 @@ class JointSubscriptions:
         """Return ({name: value}, text of a problem or '') of the pairs since the last call."""
         if self.joiner is None:
             return {}, ''
-        nearest, tolerance = self.joiner.ask(), self.joiner.tolerance / SECOND
+        nearest, tolerance = self.joiner.pop_distance(), self.joiner.tolerance / SECOND
         unpaired, self._pairs = self.joiner.pairs == self._pairs, self.joiner.pairs
         values: dict[str, float] = {
-            'motor_without_arm': self.joiner.alone, 'arm_without_motor': self.joiner.unused,
+            'motor_without_arm': self.joiner.unpaired, 'arm_without_motor': self.joiner.dropped,
             'pair_tolerance_s': tolerance}
         if nearest is None:
             return values, ''

@@ -126,7 +126,7 @@ def test_missing_values_and_gaps_are_admitted_on_demand_and_reported(tmp_path, c
     recording = read_recording(write(tmp_path / 'b.csv', mapping, rows)[1],
                                load_mapping(tmp_path / 'map.yaml'))
     assert np.isnan(recording.arm_position).tolist() == [False] * 3 + [True] * 4
-    assert any('1 gaps' in notice for notice in recording.notices)
+    assert any('1 dropouts' in notice for notice in recording.notices)
 
 
 def test_mat(tmp_path):

@@ -28,7 +28,7 @@ import yaml
 
 from gearbox_monitor.bag import recover as module
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.example import write_example_bag as write_example
+from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
 from gearbox_monitor.bag.metadata import qos_profile
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recover import recover
@@ -90,7 +90,7 @@ def test_cut_at_every_byte(tmp_path, monkeypatch, compression):
         messages = read(out)
         assert len(messages) >= 6 * sum(chunk.end <= cut for chunk in chunks)
         assert messages == written[:len(messages)]
-        kept = sum(topic.kept for topic in found.topics.values())
+        kept = sum(topic.recovered for topic in found.topics.values())
         assert found.written == out and found.cut and kept == len(messages)
         told = BASE_NS + 10 * (5 if cut < chunks[-2].end else 8) * MS
         assert found.lost_s in (0.0, pytest.approx((told - messages[-1][1]) * 1e-9))
@@ -101,7 +101,7 @@ def test_cut_at_every_byte(tmp_path, monkeypatch, compression):
 
 def test_recovered_bag_replays_and_others_read_it(tmp_path, capsys):
     """A split bag of a drive: as many estimates as samples are left; the old one is untouched."""
-    write_example(tmp_path / 'one', DriveModel(), 4.0, 0, 200.0, rest=0.0)
+    write_example_bag(tmp_path / 'one', DriveModel(), ExampleMotion(4.0, 200.0))
     with open_bag(tmp_path / 'one') as one, BagWriter(tmp_path / 'bag', max_seconds=1.0) as bag:
         for topic, (msgtype, _) in one.topics.items():
             bag.add_topic(topic, msgtype)
@@ -126,7 +126,7 @@ def test_recovered_bag_replays_and_others_read_it(tmp_path, capsys):
     assert row['lost']['seconds'] == pytest.approx(lost / 200.0, rel=0.01)
     (tmp_path / 'bag' / 'metadata.yaml').unlink()  # then it is estimated from the rate
     found = recover(tmp_path / 'bag', tmp_path / 'again')
-    assert found.topics['/joint_states'].about and found.lost_s == pytest.approx(1.0, abs=0.01)
+    assert found.topics['/joint_states'].estimated and found.lost_s == pytest.approx(1.0, abs=0.01)
     assert found.topics['/joint_states'].lost == pytest.approx(lost, abs=2)
     with AnyReader([out]) as reader:
         assert [reader.topics[t].msgcount for t in sorted(reader.topics)] == [
@@ -150,7 +150,8 @@ def test_damage_inside_and_definitions(tmp_path):
     (tmp_path / 'bag' / 'metadata.yaml').unlink()
     found = recover(tmp_path / 'bag', tmp_path / 'out')
     assert read(tmp_path / 'out') == written[:10] + written[20:]
-    assert [(t.kept, t.lost, t.about) for t in found.topics.values()] == [(15, 5, False)] * 2
+    assert [(t.recovered, t.lost, t.estimated) for t in found.topics.values()] == [
+        (15, 5, False)] * 2
     assert found.lost_s == pytest.approx(0.05) and not found.cut
     assert 'metadata.yaml: missing' in found.notes[0] and 'chunk at byte' in found.notes[1]
     with open_bag(tmp_path / 'out') as bag:
@@ -235,6 +236,6 @@ def test_success_is_only_claimed_for_the_same_messages(tmp_path, monkeypatch):
 
     for writer in (Loses, Changes):
         monkeypatch.setattr(module, 'BagWriter', writer)
-        with pytest.raises(InputError, match='out: what was written could not be read again'):
+        with pytest.raises(InputError, match='out: the written bag differs when read back'):
             recover(tmp_path / 'bag', tmp_path / 'out')
         assert list(tmp_path.iterdir()) == [tmp_path / 'bag']

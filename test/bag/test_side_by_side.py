@@ -20,8 +20,8 @@ import pytest
 from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY, find_input, JOINT_STATE
-from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY, find_input
+from gearbox_monitor.bag.read import JOINT_STATE, open_bag
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Sample, Samples
@@ -69,14 +69,14 @@ def test_pairs_do_not_depend_on_the_order_of_arrival():
     assert all(abs(a - b) <= MS // 2 for a, b in pairs)
     # Whoever has a partner gets it.
     near = sum(any(abs(a - m) <= MS // 3 for a in arm) for m in motor)
-    assert near - 1 <= len(pairs) <= near and joiner.alone == len(found[2]) - len(pairs)
+    assert near - 1 <= len(pairs) <= near and joiner.unpaired == len(found[2]) - len(pairs)
 
 
 def test_a_silent_arm_holds_nothing_back_for_long():
     stamps = list(range(T0, T0 + 3 * WAIT, MS))
     due, joiner = joined(stamps, [], [0] * len(stamps))
     assert [stamp for stamp, _, _ in due] == stamps[:len(due)]
-    assert stamps[-1] - due[-1][0] == WAIT + MS and joiner.alone == len(due)
+    assert stamps[-1] - due[-1][0] == WAIT + MS and joiner.unpaired == len(due)
     assert not any(arm for _, _, arm in due)
 
 
@@ -88,13 +88,13 @@ def test_clock_that_is_set_back_pairs_on_at_once():
     assert [stamp for stamp, _, arm in due if not arm] == [first[9]]
     # An arm message left over from before does not make the motor wait for its time to come.
     due, joiner = joined(back, [*first[:1], *back], [1, *[0, 1] * 10])
-    assert [stamp for stamp, _, arm in due if arm] == back and joiner.unused == 1
+    assert [stamp for stamp, _, arm in due if arm] == back and joiner.dropped == 1
 
 
 def test_zero_stamps_say_nothing_about_when():
     due, joiner = joined([0, T0], [0, T0], [0, 1, 1, 0])
     assert [(stamp, bool(arm)) for stamp, _, arm in due] == [(0, False), (T0, True)]
-    assert (joiner.alone, joiner.unused) == (1, 1)
+    assert (joiner.unpaired, joiner.dropped) == (1, 1)
 
 
 @pytest.fixture

@@ -29,8 +29,9 @@ from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor.bag import cdr, estimate_table, read, stamp_matching
 from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.player import EstimatePlayer
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import EstimatePlayer, replay
+from gearbox_monitor.bag.replay import replay
 from gearbox_monitor.bag.stamp_matching import match_stamps, StampMatcher
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main

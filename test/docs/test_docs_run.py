@@ -25,7 +25,7 @@ from types import ModuleType
 
 import pytest
 
-from gearbox_monitor.bag.example import write_example_bag
+from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.monitoring import checks
@@ -132,7 +132,7 @@ def files(tmp_path_factory):
     """Give the folder with what the commands of the pages are about."""
     folder = tmp_path_factory.mktemp('files')
     for name, seed in (('BAG', 0), ('BAG2', 1)):
-        write_example_bag(folder / name, DriveModel(), 24.0, seed, 200.0, rest=2.0)
+        write_example_bag(folder / name, DriveModel(), ExampleMotion(24.0, 200.0, rest=2.0), seed)
     text = (ROOT / 'config/drive.yaml').read_text(encoding='utf-8')
     (folder / 'found').mkdir()
     for name in ('drive.yaml', 'joint3_drive.yaml', 'found/drive.closed.yaml'):

@@ -33,7 +33,7 @@ import pytest
 import yaml
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.example import write_example_bag
+from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import replay
 from gearbox_monitor.bag.write import BagWriter
@@ -68,8 +68,9 @@ def archive(tmp_path_factory):
     for serial, growth in (('sn1', GROWTH), ('0002', 0.0)):
         for k in range(5):
             model = DriveModel().with_(half_gap=0.1 * (1.0 + growth * k))
-            write_example_bag(folder / serial / f'run_{k}', model, 12.0, 10 * k + len(serial),
-                              500.0, T0 + 30 * DAY * k, f'/arm_{serial}/joint_states')
+            write_example_bag(folder / serial / f'run_{k}', model,
+                              ExampleMotion(12.0, 500.0, T0 + 30 * DAY * k), 10 * k + len(serial),
+                              f'/arm_{serial}/joint_states')
     bad = folder / 'odd'
     bad.mkdir()
     (bad / 'empty.mcap').write_bytes(b'')
@@ -303,7 +304,7 @@ def test_a_bag_that_kills_its_workers_is_given_up_then_tried_again(
 
 
 def test_processes_that_cannot_start_end_the_run(monkeypatch):
-    monkeypatch.setattr(executors, '_begin', deadly)  # it takes other arguments
+    monkeypatch.setattr(executors, '_initialise', deadly)  # it takes other arguments
     pool = executors.PoolExecutor(1)
     try:
         pool.submit('task', os.getpid)
@@ -444,8 +445,8 @@ def test_without_its_packages_it_says_so(tmp_path, monkeypatch):
 def test_diagnosis(tmp_path, capsys):
     model = tmp_path / 'drive.yaml'
     model.write_text(yaml.safe_dump(DriveModel().to_dict()))
-    write_example_bag(tmp_path / 'bag', DriveModel().with_(half_gap=0.115), 8.0, rate=500.0,
-                      noise=Noise((0.0,) * 4, (2e-3, 2e-3)))
+    write_example_bag(tmp_path / 'bag', DriveModel().with_(half_gap=0.115),
+                      ExampleMotion(8.0, 500.0), noise=Noise((0.0,) * 4, (2e-3, 2e-3)))
     out = tmp_path / 'out'
     code, told = fleet(capsys, tmp_path / 'bag', '--out', out, '--workers', 0, '--model',
                        model, '--diagnose', '--only', 'backlash_gap')

@@ -34,7 +34,8 @@ from std_srvs.srv import Trigger  # noqa: E402
 from gearbox_monitor.bag.joint_input import find_input  # noqa: E402
 from gearbox_monitor.bag.paired_bag import write_paired  # noqa: E402
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
-from gearbox_monitor.bag.replay import read_snapshots, replay  # noqa: E402
+from gearbox_monitor.bag.recorded_snapshots import read_snapshots  # noqa: E402
+from gearbox_monitor.bag.replay import replay  # noqa: E402
 from gearbox_monitor.files.yaml_files import load_parameters  # noqa: E402
 from gearbox_monitor.parameters import resolve, SETTINGS  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
@@ -193,7 +194,7 @@ def test_one_gearbox_of_a_robot(graph, drive, tmp_path):
     with open_bag(tmp_path / 'paired') as bag:
         again = bag.joint_states('/paired_joint_states', joints)
     # The recorder may find the estimator a moment after its first sample.
-    assert count == 4200 >= len(live.stamp_ns) > 2000 and joiner.alone == len(UNPAIRED)
+    assert count == 4200 >= len(live.stamp_ns) > 2000 and joiner.unpaired == len(UNPAIRED)
     for field in ('stamp_ns', 'position', 'effort'):
         np.testing.assert_array_equal(
             getattr(again, field)[-len(live.stamp_ns):], getattr(live, field))
@@ -202,7 +203,7 @@ def test_one_gearbox_of_a_robot(graph, drive, tmp_path):
     friction = [json.loads(s.content['model'])['coulomb_friction'] for s in recorded]
     assert friction[0] == 0.26 and friction[-1] == 0.27
     comparison = result.comparison
-    assert result.told['replay_identical'] == 'yes', comparison
+    assert result.summary['replay_identical'] == 'yes', comparison
     assert comparison.different == comparison.explained == comparison.lost_inputs == 0
     assert comparison.compared > 2 * 2000
     # Q goes on: two starts are those of the first sample, of the friction and of the clock.

@@ -130,12 +130,12 @@ def test_live_equals_replay_bit_for_bit(graph, drive, tmp_path):
     with open_bag(tmp_path / 'bag') as bag:
         result = replay(bag)
     comparison = result.comparison
-    assert result.told['replay_identical'] == 'yes', comparison
+    assert result.summary['replay_identical'] == 'yes', comparison
     assert comparison.different == comparison.explained == 0
     # The recorder may find the estimator's topics a moment after its first estimates.
     assert comparison.compared == comparison.identical > 6 * 1000
     assert comparison.lost_inputs == 0
-    refused = result.told['refused']
+    refused = result.summary['refused']
     assert refused['starts'] >= 1 and refused['repeated_stamps'] == 5
     whole = result.estimates
     mcap = next((tmp_path / 'bag').glob('*.mcap'))

@@ -21,7 +21,7 @@ import pytest
 
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.record_file import RecordFile
-from gearbox_monitor.bag.replay import read_samples
+from gearbox_monitor.bag.recorded_samples import read_samples
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import EstimatorParameters

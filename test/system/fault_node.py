@@ -30,8 +30,8 @@ from fault_runs import OK_AGAIN, TRUST
 
 import gearbox_monitor
 from gearbox_monitor.bag.comparison import Comparer
+from gearbox_monitor.bag.player import Player
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import Player
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.monitoring.checks.finding import Level

@@ -38,7 +38,7 @@ import numpy as np
 from script import run_script
 from tqdm import tqdm
 
-from gearbox_monitor.bag.example import write_example_bag
+from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
 from gearbox_monitor.benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
@@ -80,7 +80,7 @@ class FleetRuns:
         cpu, clock = cpu_seconds(others), time.monotonic()
         with FleetTable(self.folder / str(self.count)) as table:
             run = FleetRun(bags, JobSettings(), table)
-            run.go(engine)
+            run.run(engine)
             table.finish()
         if run.counts['done'] != len(bags):
             raise InputError(f'{len(bags)} bags: {dict(run.counts)}, expected all done')
@@ -110,7 +110,8 @@ def evaluate(count, seconds, rounds):
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         for k in tqdm(range(count), 'bags', disable=None, leave=False):
-            write_example_bag(folder / f'bags/{k:03d}', DriveModel(), seconds, k)
+            write_example_bag(folder / f'bags/{k:03d}', DriveModel(), ExampleMotion(seconds),
+                              k)
         bags = find_bags([str(folder / 'bags')])
         runs, engines = FleetRuns(folder), {'serial': SerialExecutor()}
         for name, workers in (('pool', WORKERS), ('one worker', 1)):

@@ -22,10 +22,11 @@ import sys
 import time
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.fleet.executors import KEPT, LARGEST
+from gearbox_monitor.fleet.executors import MMAP_BYTES, TRIM_BYTES
 
 # Of workers: freed memory is kept, see docs/fleet.md.
-ENVIRONMENT = {'MALLOC_TRIM_THRESHOLD_': str(KEPT), 'MALLOC_MMAP_THRESHOLD_': str(LARGEST)}
+ENVIRONMENT = {'MALLOC_TRIM_THRESHOLD_': str(TRIM_BYTES),
+               'MALLOC_MMAP_THRESHOLD_': str(MMAP_BYTES)}
 
 
 @contextmanager

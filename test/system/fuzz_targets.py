@@ -23,8 +23,8 @@ from rosbags.typesys import get_typestore, Stores
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.importer import load_mapping, read_recording
+from gearbox_monitor.bag.player import EstimatePlayer
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import EstimatePlayer
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.benchmarks.trust_runs import T0

@@ -24,7 +24,7 @@ from fleet import FleetRuns
 import numpy as np
 from tqdm import tqdm
 
-from gearbox_monitor.bag.example import NOISE, write_example_bag
+from gearbox_monitor.bag.example import ExampleMotion, NOISE, write_example_bag
 from gearbox_monitor.estimation.batch_score import criteria
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.fleet.executors import SerialExecutor
@@ -46,7 +46,8 @@ NUMBERS = {'bags': (10, 20, 40), 'candidates': (16, 32, 64, 128),
 def bags(folder, most):
     """Return a function that replays `n` different bags, one after the other, as a fleet run."""
     for k in range(most):
-        write_example_bag(folder / f'bags/{k:03d}', DriveModel(), SECONDS['bags'], k)
+        write_example_bag(folder / f'bags/{k:03d}', DriveModel(), ExampleMotion(SECONDS['bags']),
+                          k)
     found, runs = find_bags([str(folder / 'bags')]), FleetRuns(folder)
 
     def run(n):

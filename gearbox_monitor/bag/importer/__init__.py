@@ -13,12 +13,13 @@
 # limitations under the License.
 
 """
-Turn foreign recordings (text, MATLAB, JSON) into samples in SI units, and these into a bag.
+Convert foreign recordings (text, MATLAB, JSON) into samples in SI units, and these into a bag.
 
-The bag holds ``joint_states`` with the joints ``motor`` and ``arm`` (NaN = not measured) and, when
-the recording has one, the reference torque on ``reference/transmission_state``: a reference is for
-fitting and scoring and never an input of the estimator.
+The bag holds ``joint_states`` with the joints ``motor`` and ``arm`` (NaN = not measured) and the
+reference torque, if recorded, on ``reference/transmission_state``. A reference serves fits and
+scores and is never an input of the estimator.
 """
+from collections.abc import Callable
 from dataclasses import dataclass
 import hashlib
 from pathlib import Path
@@ -28,14 +29,16 @@ import numpy as np
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.importer.columns import read_columns
-from gearbox_monitor.bag.importer.mapping import FIRST_STAMP_NS, load_mapping, SIGNALS
+from gearbox_monitor.bag.importer.mapping import (
+    FIRST_STAMP_NS, ImportMapping, load_mapping, SIGNALS)
+from gearbox_monitor.bag.read import JOINT_STATE
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.types import Array, Flags, Integers
 
 __all__ = ['FIRST_STAMP_NS', 'ImportedRecording', 'load_mapping', 'read_recording',
            'write_imported_bag']
 
-JOINT_STATE = 'sensor_msgs/msg/JointState'
 JOINT_TOPIC = '/joint_states'
 REFERENCE_TOPIC = '/reference/transmission_state'
 
@@ -49,27 +52,27 @@ class ImportedRecording:
     `notices` are sentences about the data that its owner should read.
     """
 
-    stamp_ns: np.ndarray
-    motor_position: np.ndarray
-    motor_effort: np.ndarray
-    arm_position: np.ndarray
-    arm_effort: np.ndarray
-    reference_torque: np.ndarray | None
-    notices: tuple = ()
+    stamp_ns: Integers
+    motor_position: Array
+    motor_effort: Array
+    arm_position: Array
+    arm_effort: Array
+    reference_torque: Array | None
+    notices: tuple[str, ...] = ()
 
 
-def read_recording(path, mapping):
+def read_recording(path: str | Path, mapping: ImportMapping) -> ImportedRecording:
     """
-    Return the ImportedRecording in the file `path` as the ImportMapping `mapping` reads it.
+    Return the ImportedRecording in the file `path` as `mapping` reads it.
 
-    Raises InputError naming file, line or entry, value and what was expected.
+    Raises InputError that names file, line or entry, value and expected value.
     """
     columns, place = read_columns(path, mapping)
     n = len(next(iter(columns.values())))
     if n < 2:
         raise InputError(f'{path}: {n} samples, expected at least two')
     stamps = _stamps(path, mapping, columns.pop('time', None), n, place)
-    values = dict.fromkeys(SIGNALS)
+    values: dict[str, Array] = {}
     notices = []
     for name, raw in columns.items():
         values[name] = _convert(path, mapping, name, raw, place)
@@ -79,28 +82,32 @@ def read_recording(path, mapping):
         if missing < n and np.nanmax(raw) == np.nanmin(raw):
             notices.append(f'{name}: the same value in all samples')
     step = np.diff(stamps)
-    gaps = int((step > 3 * np.median(step)).sum())
-    if gaps:
-        notices.append(f'time: {gaps} gaps of more than 3 sample times, longest '
+    dropouts = int((step > 3 * np.median(step)).sum())
+    if dropouts:
+        notices.append(f'time: {dropouts} dropouts of more than 3 sample times, longest '
                        f'{step.max() * 1e-9:.3g} s')
-    for name in ('motor_position', 'motor_effort', 'arm_position', 'arm_effort'):
-        if values[name] is None:
-            values[name] = np.full(n, np.nan)
-    return ImportedRecording(stamp_ns=stamps, notices=tuple(notices), **values)
+    motor_position, motor_effort, arm_position, arm_effort = (
+        values[name] if name in values else np.full(n, np.nan)
+        for name in ('motor_position', 'motor_effort', 'arm_position', 'arm_effort'))
+    return ImportedRecording(stamps, motor_position, motor_effort, arm_position, arm_effort,
+                             values.get('reference_torque'), tuple(notices))
 
 
-def _stamps(path, mapping, raw, n, place):
-    """Return the stamps (int64 ns) of `n` samples from raw time (None: a constant rate)."""
+def _stamps(path: str | Path, mapping: ImportMapping, raw: Array | None, n: int,
+            place: Callable[[int, str], str]) -> Integers:
+    """Return the stamps (ns) of `n` samples from raw time (None: a constant rate)."""
     time = mapping.time
-    start = FIRST_STAMP_NS if time.start_stamp_ns == 'recorded' else time.start_stamp_ns
+    recorded = time.start_stamp_ns == 'recorded'
+    start = FIRST_STAMP_NS if recorded else int(time.start_stamp_ns)
     if raw is None:
-        return start + np.rint(np.arange(n) * (1e9 / time.rate)).astype(np.int64)
+        assert time.rate is not None  # the mapping was checked
+        constant: Integers = np.rint(np.arange(n) * (1e9 / time.rate)).astype(np.int64)
+        return start + constant
     bad = np.flatnonzero(~np.isfinite(raw))
     if len(bad):
         raise InputError(f'{path}: {place(bad[0], "time")} value {raw[bad[0]]}: expected a finite '
                          'number')
     # Whole numbers from here on: a double resolves today's date to 256 ns only.
-    recorded = time.start_stamp_ns == 'recorded'
     ns = np.rint((raw if recorded else raw - raw[0]) * (time.scale * 1e9))
     back = np.flatnonzero(np.diff(ns) <= 0)
     if len(back):
@@ -112,15 +119,17 @@ def _stamps(path, mapping, raw, n, place):
         if not 1 <= ns[row] + first < 2 ** 31 * 1e9:
             raise InputError(f'{path}: {place(row % n, "time")} value {raw[row]:.12g}: stamp '
                              f'{(ns[row] + first) * 1e-9:.9g} s, expected one > 0 and < 2^31 s')
-    return ns.astype(np.int64) + first
+    stamps: Integers = ns.astype(np.int64)
+    return stamps + first
 
 
-def _convert(path, mapping, name, raw, place):
-    """Return the values of signal `name` in SI units on the side that the mapping asks for."""
+def _convert(path: str | Path, mapping: ImportMapping, name: str, raw: Array,
+             place: Callable[[int, str], str]) -> Array:
+    """Return the values of signal `name` in SI units on the arm side."""
     signal = mapping.signals[name]
 
-    def refuse(rows, expected):
-        rows = np.flatnonzero(rows)
+    def refuse(wrong: Flags, expected: str) -> None:
+        rows = np.flatnonzero(wrong)
         if len(rows):
             raise InputError(f'{path}: {place(rows[0], name)} value {raw[rows[0]]:.12g}: '
                              f'expected {expected}')
@@ -137,19 +146,26 @@ def _convert(path, mapping, name, raw, place):
     zero = signal.zero
     if zero == 'first':
         zero = 0.0 if missing.all() else value[~missing][0]
-    value = (value - zero) * signal.factor()
+    value = (value - float(zero)) * signal.factor()
     position, _, motor_side = SIGNALS[name]
     if motor_side:
         value = value / mapping.gear_ratio if position else value * mapping.gear_ratio
     return value
 
 
-def write_imported_bag(recording, bag, source, mapping):
+def write_imported_bag(recording: ImportedRecording, bag: str | Path, source: str | Path,
+                       mapping: ImportMapping) -> None:
     """
-    Write the ImportedRecording of the file `source`, read through `mapping`, into the bag `bag`.
+    Write a recording and, as metadata record ``import``, its origin.
 
-    Mapping, name and SHA-256 of the source and the package's version go with it as the metadata
-    record ``import``. Raises InputError when `bag` exists.
+    Args:
+        recording: the samples.
+        bag: the new bag.
+        source: the file they were read from; its name and SHA-256 are recorded.
+        mapping: through which they were read; it is recorded.
+
+    Raises:
+        InputError: `bag` exists or cannot be written.
     """
     r = recording
     messages = [(JOINT_TOPIC, encode_joint_states(

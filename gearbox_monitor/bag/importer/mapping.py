@@ -15,12 +15,14 @@
 """
 The mapping file: which columns or fields of a foreign recording are which signals of a drive.
 
-A value of a signal is ``sign (raw - zero) scale``, in SI units. `SIGNALS` and `KEYS` are the whole
-vocabulary; everything else is refused.
+A value of a signal is ``sign (raw - zero) scale``, in SI units. Keys outside this vocabulary raise
+an error.
 """
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields
 import math
 from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
 
 import yaml
 
@@ -30,13 +32,22 @@ from gearbox_monitor.files.yaml_files import load_yaml
 
 FORMATS = ('text', 'mat', 'json')
 KINDS = ('rotary', 'prismatic')
-# signal -> (is a position, is the effort of the motor, is on the motor's side of the gear)
+
+
+class SignalKind(NamedTuple):
+    """Whether a signal is a position, the effort of the motor, on the motor side of the gear."""
+
+    position: bool
+    motor_effort: bool
+    motor_side: bool
+
+
 SIGNALS = {
-    'motor_position': (True, False, True),
-    'motor_effort': (False, True, True),
-    'arm_position': (True, False, False),
-    'arm_effort': (False, False, False),
-    'reference_torque': (False, False, False),
+    'motor_position': SignalKind(True, False, True),
+    'motor_effort': SignalKind(False, True, True),
+    'arm_position': SignalKind(True, False, False),
+    'arm_effort': SignalKind(False, False, False),
+    'reference_torque': SignalKind(False, False, False),
 }
 FIRST_STAMP_NS = 1_000_000_000  # stamp 0 means "no stamp" to ROS and to the estimator
 
@@ -56,7 +67,7 @@ class SignalMapping:
     missing: str = 'error'
     unit: str = ''
 
-    def factor(self):
+    def factor(self) -> float:
         """Return the factor from raw units to SI units."""
         rev = 2.0 * math.pi / self.counts_per_rev if self.counts_per_rev else 1.0
         return self.sign * self.scale * rev * self.torque_constant
@@ -64,7 +75,7 @@ class SignalMapping:
 
 @dataclass(frozen=True)
 class TimeMapping:
-    """Where the time of a sample stands, or the constant `rate` (Hz) of a recording without."""
+    """Place of the time of a sample, or the constant `rate` (Hz) of a recording without time."""
 
     column: int | str | None = None
     field: str | None = None
@@ -75,7 +86,7 @@ class TimeMapping:
 
 @dataclass(frozen=True)
 class TextFormat:
-    """How a text file is written; `delimiter` 'whitespace' is any run of blanks and tabs."""
+    """Format of a text file; `delimiter` 'whitespace' is any run of blanks and tabs."""
 
     delimiter: str = ','
     comment: str = '#'
@@ -86,20 +97,20 @@ class TextFormat:
 
 @dataclass(frozen=True)
 class JsonFormat:
-    """Dotted path of the list of entries; none: `field` is the path of a list of numbers."""
+    """Dotted path of the list of entries; None: `field` is the path of a list of numbers."""
 
     entries: str | None = None
 
 
 @dataclass(frozen=True)
 class ImportMapping:
-    """A checked mapping file; `text` is the YAML it was read from."""
+    """A checked mapping file; `yaml_text` is its content, `source` its path."""
 
     source: str
     yaml_text: str
     format: str
     time: TimeMapping
-    signals: dict
+    signals: Mapping[str, SignalMapping]
     kind: str = 'rotary'
     gear_ratio: float = 1.0
     description: str = ''
@@ -107,34 +118,48 @@ class ImportMapping:
     json: JsonFormat = field(default_factory=JsonFormat)
 
 
+Place: TypeAlias = SignalMapping | TimeMapping
 _KEYS = ('format', 'description', 'kind', 'gear_ratio', 'time', 'signals', 'text', 'json')
 
 
-def find_mapping(name):
-    """Return the path of a mapping given as a path or as the name of a packaged one."""
+def find_mapping(name: str | Path) -> Path:
+    """Return the path of the mapping `name`: a path or the name of a packaged mapping."""
     if Path(name).is_file():
         return Path(name)
     try:
         return config_path(f'import/{name}.yaml')
     except InputError:
-        ready = sorted(p.stem for p in config_path(
+        packaged = sorted(p.stem for p in config_path(
             'import/davinci_backend.yaml').parent.glob('*.yaml'))
         raise InputError(f'--map: {str(name)!r}, expected a mapping file or one of '
-                         f'{", ".join(ready)}') from None
+                         f'{", ".join(packaged)}') from None
 
 
-def load_mapping(name):
-    """Return the ImportMapping of a file or of a packaged name. Raises InputError."""
+def load_mapping(name: str | Path) -> ImportMapping:
+    """Return the ImportMapping `name`: a file or a packaged mapping. Raises InputError."""
     path = find_mapping(name)
     data = load_yaml(path)
     with data.located():
         return mapping_from_dict(data.content, str(path), data.text)
 
 
-def mapping_from_dict(data, source, yaml_text=None):
-    """Return the ImportMapping of plain values; `source` is what error messages call it."""
+def mapping_from_dict(data: Any, source: str, yaml_text: str | None = None) -> ImportMapping:
+    """
+    Check a mapping.
+
+    Args:
+        data: plain values, as in the mapping file.
+        source: name of the mapping in error messages.
+        yaml_text: text of the file; None: `data` as YAML.
+
+    Returns:
+        The ImportMapping.
+
+    Raises:
+        InputError: it names all keys with a wrong value.
+    """
     text = yaml.safe_dump(data) if yaml_text is None else yaml_text
-    _known(data, 'mapping', source, _KEYS)
+    _require_keys(data, 'mapping', source, _KEYS)
     for key in ('format', 'time', 'signals'):
         if key not in data:
             raise InputError(f'{source}: {key}: missing, expected one of '
@@ -146,7 +171,7 @@ def mapping_from_dict(data, source, yaml_text=None):
         if name in data and name != kind:
             raise InputError(f'{source}: {name}: a block for another format, expected only '
                              f'blocks for format {kind}')
-    values = {'format': kind, 'description': str(data.get('description', ''))}
+    values: dict[str, Any] = {'format': kind, 'description': str(data.get('description', ''))}
     values['kind'] = _choice(data.get('kind', 'rotary'), 'kind', source, KINDS)
     problems = Problems()
     with problems:
@@ -157,13 +182,13 @@ def mapping_from_dict(data, source, yaml_text=None):
             values['text'] = _text(data['text'], source)
     if 'json' in data:
         with problems:
-            _known(data['json'], 'json', source, ('entries',))
+            _require_keys(data['json'], 'json', source, ('entries',))
             entries = _string(data['json'].get('entries'), 'json.entries', source)
             values['json'] = JsonFormat(entries[:-2] if entries.endswith('[]') else entries)
     with problems:
         values['time'] = _time(data['time'], source, kind)
     with problems:
-        _known(data['signals'], 'signals', source, SIGNALS)
+        _require_keys(data['signals'], 'signals', source, SIGNALS)
     values['signals'], blocks = {}, data['signals'] if isinstance(data['signals'], dict) else {}
     for name in blocks:
         if name in SIGNALS:
@@ -177,8 +202,8 @@ def mapping_from_dict(data, source, yaml_text=None):
     return ImportMapping(source=source, yaml_text=text, **values)
 
 
-def _text(block, source):
-    _known(block, 'text', source, [f.name for f in fields(TextFormat)])
+def _text(block: Any, source: str) -> TextFormat:
+    _require_keys(block, 'text', source, [f.name for f in fields(TextFormat)])
     text = TextFormat(**block)
     for name in ('delimiter', 'comment', 'encoding', 'decimal'):
         _string(getattr(text, name), f'text.{name}', source)
@@ -199,8 +224,8 @@ def _text(block, source):
     return text
 
 
-def _time(block, source, kind):
-    _known(block, 'time', source, [f.name for f in fields(TimeMapping)])
+def _time(block: Any, source: str, kind: str) -> TimeMapping:
+    _require_keys(block, 'time', source, [f.name for f in fields(TimeMapping)])
     if 'rate' in block:
         for key in ('column', 'field', 'scale'):
             if key in block:
@@ -218,13 +243,13 @@ def _time(block, source, kind):
     return TimeMapping(**block)
 
 
-def _signal(name, block, source, kind, axis):
+def _signal(name: str, block: Any, source: str, kind: str, axis: str) -> SignalMapping:
     position, motor_effort, _ = SIGNALS[name]
     where = f'signals.{name}'
     allowed = ['column', 'field', 'scale', 'sign', 'zero', 'bits', 'missing', 'unit']
     allowed += ['counts_per_rev'] if position and axis == 'rotary' else []
     allowed += ['torque_constant'] if motor_effort else []
-    _known(block, where, source, allowed)
+    _require_keys(block, where, source, allowed)
     _place(block, where, source, kind)
     for key in ('scale', 'counts_per_rev', 'torque_constant'):
         if key in block:
@@ -241,8 +266,9 @@ def _signal(name, block, source, kind, axis):
     return SignalMapping(**block)
 
 
-def _place(block, where, source, kind):
-    """Check `column` and `field`: text has columns, the others fields, mat a column of one."""
+def _place(block: Mapping[str, Any], where: str, source: str, kind: str) -> None:
+    """Check `column` and `field`: text has columns, the other formats fields, mat both."""
+    allowed: tuple[str, ...]
     if kind == 'text':
         allowed, needed = ('column',), 'column'
     else:
@@ -263,7 +289,7 @@ def _place(block, where, source, kind):
                          + (' or a name of the header row' if kind == 'text' else ''))
 
 
-def _known(data, name, source, allowed):
+def _require_keys(data: Any, name: str, source: str, allowed: Collection[str]) -> None:
     if not isinstance(data, dict):
         raise InputError(f'{source}: {name}: {data!r}, expected keys and values')
     prefix = '' if name == 'mapping' else name + '.'
@@ -273,22 +299,23 @@ def _known(data, name, source, allowed):
                            for key in strange))
 
 
-def _choice(value, name, source, choices):
+def _choice(value: Any, name: str, source: str, choices: Collection[str]) -> Any:
     if value not in choices:
         raise InputError(f'{source}: {name}: {value!r}, expected one of {", ".join(choices)}')
     return value
 
 
-def _string(value, name, source):
+def _string(value: Any, name: str, source: str) -> str:
     if not isinstance(value, str) or not value:
         raise InputError(f'{source}: {name}: {value!r}, expected text')
     return value
 
 
-def _number(value, name, source, positive=False, nonzero=False, also=''):
-    good = isinstance(value, (int, float)) and not isinstance(value, bool)
-    good = good and -1e300 < value < 1e300
-    if not good or (positive and value <= 0) or (nonzero and value == 0):
-        which = ' > 0' if positive else ' other than 0' if nonzero else ''
-        raise InputError(f'{source}: {name}: {value!r}, expected a number{which} {also}'.rstrip())
+def _number(value: Any, name: str, source: str, positive: bool = False, nonzero: bool = False,
+            also: str = '') -> float:
+    finite = isinstance(value, (int, float)) and not isinstance(value, bool)
+    finite = finite and -1e300 < value < 1e300
+    if not finite or (positive and value <= 0) or (nonzero and value == 0):
+        bound = ' > 0' if positive else ' other than 0' if nonzero else ''
+        raise InputError(f'{source}: {name}: {value!r}, expected a number{bound} {also}'.rstrip())
     return float(value)

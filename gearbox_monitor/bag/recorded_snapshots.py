@@ -1,0 +1,81 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Read the snapshots of an estimator (state, parameters, input counter) from a bag."""
+from collections.abc import Mapping
+from dataclasses import dataclass
+import json
+import re
+from typing import Any
+
+from gearbox_monitor.bag.joint_input import JointInput, snapshot_of
+from gearbox_monitor.bag.read import BagReader
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.parameters import ESTIMATOR
+from gearbox_monitor.plant.drive import DriveModel, model_from_dict
+
+
+@dataclass(frozen=True)
+class RecordedSnapshot:
+    """One recorded snapshot: `content` {name: text} (Monitor.snapshot) logged at `log_ns`."""
+
+    content: Mapping[str, str]
+    log_ns: int
+
+    @property
+    def stamp_ns(self) -> int:
+        """Stamp of the sample that precedes it, 0 without one."""
+        return int(self.content['stamp_ns'])
+
+    @property
+    def input_count(self) -> int:
+        """Number of samples that the estimator had taken."""
+        return int(self.content['input_count'])
+
+    def settings(self, source: str) -> tuple[DriveModel, dict[str, Any]]:
+        """
+        Return (DriveModel, {parameter: value}) that the estimator used.
+
+        Parameters that this version does not have are left out. Raises InputError, in which
+        `source` names the bag.
+        """
+        names = {row.name for row in ESTIMATOR}
+        try:
+            model, parameters = (json.loads(self.content[name])
+                                 for name in ('model', 'parameters'))
+            parameters = {name: value for name, value in parameters.items() if name in names}
+        except (KeyError, ValueError, AttributeError, RecursionError):
+            raise InputError(f'{source}: snapshot: no model and parameters, expected what an '
+                             'estimator writes') from None
+        return model_from_dict(model, f'{source}: snapshot'), parameters
+
+
+def read_snapshots(reader: BagReader, joint_input: JointInput) -> list[RecordedSnapshot]:
+    """
+    Return the snapshots in `reader` of the estimator of `joint_input`, [] without one.
+
+    Raises InputError for a stamp or a counter that is no whole number.
+    """
+    if joint_input.snapshots is None:
+        return []
+    contents = ((log_ns, snapshot_of(reader, raw))
+                for _, log_ns, _, raw in reader.messages([joint_input.snapshots]))
+    snapshots = [RecordedSnapshot(content, log_ns) for log_ns, content in contents if content]
+    for snapshot in snapshots:
+        for name in ('stamp_ns', 'input_count'):
+            value = snapshot.content.get(name, '')
+            if not re.fullmatch('-?[0-9]{1,18}|[0-9]{19}', value):
+                raise InputError(f'{reader.path}: snapshot: {name}: {value!r}, expected a whole '
+                                 'number')
+    return snapshots
