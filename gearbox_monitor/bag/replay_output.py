@@ -148,7 +148,10 @@ class BagOutput:
             rows = np.flatnonzero((present == pattern).all(axis=1))
             joints = [self._names.get(j, j) for j, measured in zip(signal.joints, pattern)
                       if measured]
-            fields = {name: array[rows][:, pattern] for name, array in values.items()}
-            for row, raw in zip(rows, encode_joint_states(stamps[rows], joints, **fields)):
+            position, velocity, effort = (
+                values[name][rows][:, pattern] if name in values else None
+                for name in ('position', 'velocity', 'effort'))
+            for row, raw in zip(rows, encode_joint_states(
+                    stamps[rows], joints, position, velocity, effort)):
                 encoded[row] = raw
         self._waiting += [(log, topic, log, raw) for log, raw in zip(log_ns.tolist(), encoded)]

@@ -81,10 +81,15 @@ def load_runs(folder: str | Path) -> tuple[dict[str, real_fit.DriveRecording], f
             continue
         path = paths[0]
         r = read_recording(path, mapping)
+        if r.reference_torque is None:
+            raise InputError(f'{path}: no reference torque, expected a measured one')
         runs[name] = real_fit.DriveRecording(
             name, r.stamp_ns, r.motor_effort / constant,
             np.column_stack([r.motor_position, r.arm_position]), r.reference_torque)
-    return runs, 2.0 * np.pi / mapping.signals['arm_position'].counts_per_rev
+    counts = mapping.signals['arm_position'].counts_per_rev
+    if counts is None:
+        raise InputError(f'{folder}: arm_position has no counts_per_rev, expected a number')
+    return runs, 2.0 * np.pi / counts
 
 
 def compare(runs: dict[str, real_fit.DriveRecording], arm_step: float, split: str,

@@ -111,10 +111,10 @@ def _model_and_parameters(args: Namespace, reader: BagReader,
                           source: JointInput) -> tuple[DriveModel | None, EstimatorParameters]:
     """Return model, or None, and all parameters: of the options, else as recorded."""
     options, model_file = estimator_options(args)
-    model, recorded = None, {}
+    model, recorded = None, dict[str, Any]()
     snapshots = read_snapshots(reader, source)
     if snapshots:
-        model, recorded = snapshots[0].used(reader.path)
+        model, recorded = snapshots[0].settings(str(reader.path))
     if model_file:
         model = load_model(model_file)
     values = {**recorded, **options}
@@ -163,7 +163,8 @@ def _min_samples(reader: BagReader, topic: str, parameters: EstimatorParameters)
 
 
 def _topics(reader: BagReader) -> list[dict[str, Any]]:
-    seconds = (reader.end_ns - reader.start_ns) * 1e-9 if reader.end_ns else 0.0
+    begin, end = reader.start_ns, reader.end_ns
+    seconds = (end - begin) * 1e-9 if begin is not None and end else 0.0
     return [{'topic': topic, 'type': kind, 'messages': count,
              'rate_hz': (count - 1) / seconds if seconds > 0.0 and count > 1 else None}
             for topic, (kind, count) in sorted(reader.topics.items())]

@@ -167,8 +167,8 @@ def run_filter(name: str, model: DriveModel, parameters: EstimatorParameters,
         few = Samples(*(getattr(samples, field)[:3] for field in ('stamp_ns', 'u', 'y')))
         filterpy_reference.run(name, model, parameters, few)
         begin = time.process_time()
-        estimates = filterpy_reference.run(name, model, parameters, samples)
-        return FilterResult(name, estimates,
+        reference = filterpy_reference.run(name, model, parameters, samples)
+        return FilterResult(name, reference,
                             (time.process_time() - begin) / len(samples.stamp_ns), 0)
     parameters = parameters.replace(filter=name)
     estimator = Estimator(model, parameters)

@@ -27,6 +27,7 @@ from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIS
 from gearbox_monitor.interfaces.signals import DIAGNOSTICS, DRIFT_ALERTS, PLANT_TRANSMISSION_STATE
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.checks.finding import Level
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.report import plots
 
 SECOND = 1e9
@@ -37,7 +38,7 @@ Seconds: TypeAlias = Callable[[Any], Array]  # stamps (ns) to s from the first s
 def evaluate(reader: BagReader, demo: Any) -> tuple[dict[str, Any], Figure]:
     """Replay the bag `reader` of `demo` (cli.demo.Demo); return ({name: value}, the picture)."""
     result = replay(reader)
-    data = dict(result.summary)
+    data = dict(result.summary or {})
     stamps = result.recording.samples.stamp_ns
     alarms, alerts, losses = _diagnostics(reader, result.recording)
     expected = round(demo.duration * 1000.0)
@@ -170,8 +171,8 @@ def _run(reader: BagReader, result: Replay, data: Mapping[str, Any],
         title, _loops(demo, t_s[settled], smoothed[settled], truth, seconds),
         plots.TorqueCurve(t, estimates.tau_k, estimates.tau_k_std),
         plots.TorqueCurve(t_s, smoothed[:, S_TAU_K], smoothed[:, S_TAU_K_STD]),
-        truth and plots.TorqueCurve(seconds(truth.stamp_ns), truth.effort[:, 0]),
-        _backlash(result, data, demo, seconds),
+        plots.TorqueCurve(seconds(truth.stamp_ns), truth.effort[:, 0]) if truth else None,
+        _backlash(result.monitor, data, demo, seconds) if result.monitor else None,
         plots.Innovations(
             t, np.column_stack([estimates.innovation_motor, estimates.innovation_arm]),
             np.column_stack([estimates.innovation_std_motor, estimates.innovation_std_arm]),
@@ -199,11 +200,11 @@ def _loops(demo: Any, t: Array, smoothed: Array, truth: Any,
     return tuple(curves)
 
 
-def _backlash(result: Replay, data: Mapping[str, Any], demo: Any,
+def _backlash(monitor: Monitor, data: Mapping[str, Any], demo: Any,
               seconds: Seconds) -> plots.BacklashCurve:
     """Return the backlash of the windows, with limits, alarms and truth."""
-    windows, p = list(result.monitor.windows), result.monitor.parameters
-    baseline = result.monitor.baseline
+    windows, p = list(monitor.windows), monitor.parameters
+    baseline = monitor.baseline
     level = baseline.gap if baseline else None
     t = np.linspace(0.0, demo.duration, 200)
     grown = 1.0 + demo.growth_rate * np.maximum(t - demo.growth_start, 0.0)
@@ -213,4 +214,4 @@ def _backlash(result: Replay, data: Mapping[str, Any], demo: Any,
         seconds([w.stamp_ns for w in windows]), np.array([w.gap for w in windows]),
         np.array([w.gap_std for w in windows]), demo.window, level,
         level and level * (1.0 + p.gap_warn), level and level * (1.0 + p.gap_error),
-        tuple(alarms), (t, 2.0 * result.monitor.model.transmission.half_gap * grown))
+        tuple(alarms), (t, 2.0 * monitor.model.transmission.half_gap * grown))

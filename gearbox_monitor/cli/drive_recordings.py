@@ -26,7 +26,7 @@ from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recorded_samples import read_samples
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.admission import admitted
 from gearbox_monitor.quality.recording import UniformRecording
@@ -39,7 +39,7 @@ FIELDS = {'t': 'stamp', 'u': 'effort of the motor', 'motor': 'position of the mo
 class Readings(NamedTuple):
     """Columns of a recording; place(row, field): where a value stands in the file, in words."""
 
-    t: Array
+    t: Array | Integers
     u: Array
     y: Array
     arm_torque: Array | None

@@ -70,10 +70,10 @@ def load_filter_inputs(args: Namespace, reader: BagReader,
     """
     options, model_file = estimator_options(args)
     source = find_input(reader, args.topic)
-    model, recorded = DriveModel(), {}
+    model, recorded = DriveModel(), dict[str, Any]()
     snapshots = read_snapshots(reader, source)
     if snapshots:
-        model, recorded = snapshots[0].used(reader.path)
+        model, recorded = snapshots[0].settings(str(reader.path))
     if model_file:
         model = load_model(model_file)
     values = {**recorded, **options}

@@ -83,7 +83,7 @@ def as_data(bag: str, recovery: Recovery) -> dict[str, Any]:
         'topics': [{
             'topic': name, 'type': topic.msgtype,
             'kept': {'seconds': (topic.last_ns - topic.first_ns) * 1e-9
-                     if topic.recovered else 0.0,
+                     if topic.first_ns is not None and topic.last_ns is not None else 0.0,
                      'messages': topic.recovered},
             'lost': {'seconds': topic.lost * topic.period if topic.period else None,
                      'messages': topic.lost, 'about': topic.estimated},

@@ -50,7 +50,7 @@ JAGGED_PROBE = 0.3  # of the scale, where what is made small is jagged (multisca
 FINER = 4     # times as many steps, where long ones are suspected
 FAR = 2.5     # tolerances from which on a nominal value is tried as an effect of its own
 Item = TypeVar('Item')
-Outcome = TypeVar('Found')
+Outcome = TypeVar('Outcome')
 Trial: TypeAlias = tuple[str, int | None]  # id, N
 
 

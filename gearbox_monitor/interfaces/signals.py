@@ -76,10 +76,21 @@ SNAPSHOT = 'snapshot'
 class EstimateRows(Protocol):
     """Estimates as rows with their stamps, see monitor.Estimates."""
 
-    stamp_ns: Integers
-    rows: Array
-    smoothed_stamp_ns: Integers
-    smoothed: Array
+    @property
+    def stamp_ns(self) -> Integers:
+        """Stamps of the rows, int64 [M] ns."""
+
+    @property
+    def rows(self) -> Array:
+        """Estimates, [M, sample_loop.N_ESTIMATE]."""
+
+    @property
+    def smoothed_stamp_ns(self) -> Integers:
+        """Stamps of the smoothed rows, int64 [L] ns."""
+
+    @property
+    def smoothed(self) -> Array:
+        """Smoothed estimates, [L, rts_smoother.N_SMOOTHED]."""
 
 
 def joint_values(signal: Signal, row: Sequence[float] | Array, names: Mapping[str, str],

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.monitoring.monitor import Samples
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality import (

@@ -39,7 +39,7 @@ def joined(parts: Sequence[Examination], drift_window: float) -> Examination:
     if len(parts) == 1:
         return parts[0]
     moving = [part for part in parts if not _rests(part)] or parts
-    by_name = {}
+    by_name: dict[tuple[str, str], list[tuple[float, Finding]]] = {}
     for part in parts:
         for line in part.lines:
             if part in moving or _of_rest(line):

@@ -35,6 +35,7 @@ from gearbox_monitor.estimation.sample_loop import REASONS, SECOND
 from gearbox_monitor.interfaces.signals import ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, TRANSMISSION
 from gearbox_monitor.kernels.jit import KERNELS
 from gearbox_monitor.kernels.types import Flags, Integers, Values
+from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.checks.usability import key_of
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
@@ -105,9 +106,9 @@ class TimelineSource:
         self.topic = self._input.topic
         self._progress = progress or (lambda share: None)
         snapshots = read_snapshots(reader, self._input)
-        recorded_model, recorded = DriveModel(), {}
+        recorded_model, recorded = DriveModel(), dict[str, Any]()
         if snapshots:
-            recorded_model, recorded = snapshots[0].used(reader.path)
+            recorded_model, recorded = snapshots[0].settings(str(reader.path))
         values = EstimatorParameters.from_mapping({**recorded, **choice.parameters})
         estimated = all(self._count(name) for name in (STATE, ERRORS, ERRORS_STD))
         live = estimated and choice.model is None and not choice.parameters and not choice.replay
@@ -244,7 +245,8 @@ class MonitorFollower:
     def __init__(self, monitor: Monitor, timeline: Timeline) -> None:
         """Follow `monitor` into `timeline`."""
         self._monitor, self._timeline = monitor, timeline
-        self._window, self._findings = None, monitor.findings
+        self._window: Backlash | None = None
+        self._findings = monitor.findings
         self._stages: dict[str, Any] = {}
         self._twist_std = twist_std(monitor.parameters)
 

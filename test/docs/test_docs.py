@@ -27,6 +27,7 @@ import yaml
 from gearbox_monitor.cli.main import _parse, COMMANDS
 from gearbox_monitor.estimation.adaptation import ADAPTABLE
 from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.sample_loop import REASONS
 from gearbox_monitor.interfaces import signals
 from gearbox_monitor.interfaces.diagnostic_keys import DIAGNOSTIC_KEYS, published
@@ -104,7 +105,7 @@ def test_every_published_value_is_explained():
         assert ('input', key_of(reason)) in explained, reason
     for name in ADAPTABLE:
         assert ('covariance', f'adapted_{name}') in explained
-    for name in Monitor(model, {'filter': 'aekf', 'arm_load': 'none'}).adaptation_guards():
+    for name in Estimator(model, {'filter': 'aekf', 'arm_load': 'none'}).adaptation_guards:
         assert ('covariance', f'adaptation_{name}') in explained
 
 

@@ -154,7 +154,7 @@ def test_dead_node_is_told(demo, tmp_path):
 
 @pytest.mark.parametrize('options, text', [
     (['--out', '.'], '.: exists, expected a new directory'),
-    (['--filter', 'magic'], "--filter: 'magic' is unknown, expected one of ekf"),
+    (['--filter', 'magic'], "--filter: 'magic' is unknown, expected one of aekf"),
     (['--duration', '3'], '--duration: 3, expected 16 to 86400'),
     (['--duration', 'nan'], '--duration: nan, expected'),
 ])
