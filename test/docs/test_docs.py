@@ -105,7 +105,7 @@ def test_every_published_value_is_explained():
         assert ('input', key_of(reason)) in explained, reason
     for name in ADAPTABLE:
         assert ('covariance', f'adapted_{name}') in explained
-    for name in Estimator(model, {'filter': 'aekf', 'arm_load': 'none'}).adaptation_guards:
+    for name in Estimator(model, {'filter': 'aekf', 'arm_load': 'none'}).adaptation_guards():
         assert ('covariance', f'adaptation_{name}') in explained
 
 

@@ -22,16 +22,26 @@ PACKAGE = Path(__file__).parents[2] / 'gearbox_monitor'
 SHARE = 0.05  # of all arguments that may go unnamed: those that a name and a type explain
 
 
+def functions(body: list[ast.stmt]) -> Iterator[ast.FunctionDef]:
+    """Yield the public functions and methods in `body`; those inside a function are not public."""
+    for node in body:
+        if isinstance(node, ast.ClassDef):
+            yield from functions(node.body)
+        elif isinstance(node, ast.If):
+            yield from functions([*node.body, *node.orelse])
+        elif isinstance(node, ast.FunctionDef) and not node.name.startswith('_'):
+            yield node
+
+
 def unnamed(source: str) -> Iterator[tuple[str, bool]]:
     """Yield ('function: argument', whether its docstring lacks it) of public ones in `source`."""
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and node.name[0] != '_':
-            text = ast.get_docstring(node) or ''
-            a = node.args
-            for argument in (*a.posonlyargs, *a.args, *a.kwonlyargs):
-                if argument.arg not in ('self', 'cls'):
-                    yield (f'{node.name}: {argument.arg}',
-                           not re.search(rf'\b{argument.arg}\b', text))
+    for node in functions(ast.parse(source).body):
+        text = ast.get_docstring(node) or ''
+        a = node.args
+        for argument in (*a.posonlyargs, *a.args, *a.kwonlyargs):
+            if argument.arg not in ('self', 'cls'):
+                yield (f'{node.name}: {argument.arg}',
+                       not re.search(rf'\b{argument.arg}\b', text))
 
 
 def test_an_argument_without_a_word_is_detected():
