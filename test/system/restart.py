@@ -217,7 +217,7 @@ def _goes_on(kept, snapshot):
         return None
     began = Monitor.restore(snapshot)
     drift = json.loads(json.dumps(began.tracker.to_dict()))
-    return drift == kept['drift'] and began.learnt() == kept['adaptation']
+    return drift == kept['drift'] and began.estimator.learnt() == kept['adaptation']
 
 
 def evaluate(times, seed):
