@@ -16,6 +16,7 @@
 import argparse
 from collections.abc import Callable, Iterator, Sequence
 import ctypes
+import gc
 import os
 from pathlib import Path
 import signal
@@ -133,6 +134,9 @@ def spin_node(factory: Callable[[], Node | list[Node]], args: Sequence[str] | No
         executor = SingleThreadedExecutor()
         for node in nodes:
             executor.add_node(node)
+        # Full collections would hold up samples: a first start's compiler leaves many objects.
+        gc.collect()
+        gc.freeze()
         executor.spin()
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
