@@ -35,7 +35,7 @@ from gearbox_monitor.quality.recording import UniformRecording
 
 # Warnings of the check about a motion, and effects that then look alike.
 UNEXCITED = (('never crosses the gap', (BACKLASH_GAP.id, ENCODER_OFFSET.id)),
-             (' reverses: friction', (COULOMB_ASYMMETRY.id, LOAD_TORQUE.id)),
+             ('offset and load cannot be distinguished', (COULOMB_ASYMMETRY.id, LOAD_TORQUE.id)),
              ('hardly accelerates', (MOTOR_INERTIA.id, MOTOR_VISCOUS.id)))
 
 

@@ -135,7 +135,7 @@ def test_recovered_bag_replays_and_others_read_it(tmp_path, capsys):
     assert main(['replay', str(out), '--json']) == 0
     assert json.loads(capsys.readouterr().out)['samples'] == kept
     assert main(['recover', str(out)]) == 0
-    assert 'whole' in capsys.readouterr().out
+    assert 'complete' in capsys.readouterr().out
     assert not (tmp_path / 'bag_recovered_recovered').exists()
 
 
