@@ -61,150 +61,150 @@ def term_of(effect: Effect, slot: str) -> Term:
     coefficients = make_type(effect.id, [p.name for p in effect.parameters])
     k = PLACES[effect.id]
 
-    def one(e: Array) -> Coefficients:
+    def _one(e: Array) -> Coefficients:
         return coefficients(e[k])
 
-    def two(e: Array) -> Coefficients:
+    def _two(e: Array) -> Coefficients:
         return coefficients(e[k], e[k + 1])
 
-    def three(e: Array) -> Coefficients:
+    def _three(e: Array) -> Coefficients:
         return coefficients(e[k], e[k + 1], e[k + 2])
 
-    def four(e: Array) -> Coefficients:
+    def _four(e: Array) -> Coefficients:
         return coefficients(e[k], e[k + 1], e[k + 2], e[k + 3])
-    read: Kernel = (one, two, three, four)[len(effect.parameters) - 1]
+    read: Kernel = (_one, _two, _three, _four)[len(effect.parameters) - 1]
     return Term(getattr(effect, slot), jit_part(read), k, MEMORIES.get(effect.id, 0))
 
 
 def chained(terms: Sequence[Kernel]) -> Kernel:
     """Return the function (value, *arguments) -> value that applies `terms` one by one."""
-    def unchanged(value: Any, *arguments: Any) -> Any:
+    def _unchanged(value: Any, *arguments: Any) -> Any:
         return value
 
-    def joined(first: Kernel, second: Kernel) -> Kernel:
-        def both(value: Any, *arguments: Any) -> Any:
+    def _joined(first: Kernel, second: Kernel) -> Kernel:
+        def _both(value: Any, *arguments: Any) -> Any:
             return second(first(value, *arguments), *arguments)
-        return jit_part(both)
-    return reduce(joined, terms) if terms else jit_part(unchanged)
+        return jit_part(_both)
+    return reduce(_joined, terms) if terms else jit_part(_unchanged)
 
 
 def _friction(effect: Effect) -> Kernel:
     equation, read, place, memory = term_of(effect, 'friction')
 
-    def term(torque: float, e: Array, t: float, x3: float, m: Any, base: Any) -> float:
+    def _term(torque: float, e: Array, t: float, x3: float, m: Any, base: Any) -> float:
         if e[place] != 0.0:
             torque += equation(read(e), t, x3, m[memory], base)
         return torque
-    return jit_part(term)
+    return jit_part(_term)
 
 
 def _arm_torque(effect: Effect) -> Kernel:
     equation, read, place, memory = term_of(effect, 'arm_torque')
 
-    def term(torque: float, e: Array, t: float, x2: float, x4: float, m: Any) -> float:
+    def _term(torque: float, e: Array, t: float, x2: float, x4: float, m: Any) -> float:
         if e[place] != 0.0:
             torque += equation(read(e), t, x2, x4, m[memory])
         return torque
-    return jit_part(term)
+    return jit_part(_term)
 
 
 def _twist(effect: Effect) -> Kernel:
     equation, read, place, memory = term_of(effect, 'twist')
 
-    def term(twist: float, e: Array, x1: float, x2: float, m: Any) -> float:
+    def _term(twist: float, e: Array, x1: float, x2: float, m: Any) -> float:
         if e[place] != 0.0:
             twist += equation(read(e), x1, x2, m[memory])
         return twist
-    return jit_part(term)
+    return jit_part(_term)
 
 
 def _elastic(effect: Effect) -> Kernel:
     equation, read, place, memory = term_of(effect, 'elastic')
 
-    def term(torque: float, e: Array, twist: float, m: Any, half_gap: float) -> float:
+    def _term(torque: float, e: Array, twist: float, m: Any, half_gap: float) -> float:
         if e[place] != 0.0:
             torque += equation(read(e), twist, m[memory], half_gap)
         return torque
-    return jit_part(term)
+    return jit_part(_term)
 
 
 def _motor_torque(effect: Effect) -> Kernel:
     equation, read, place, _ = term_of(effect, 'motor_torque')
 
-    def term(u: float, e: Array, x1: float, x3: float) -> float:
+    def _term(u: float, e: Array, x1: float, x3: float) -> float:
         if e[place] != 0.0:
             u = equation(read(e), x1, x3, u)
         return u
-    return jit_part(term)
+    return jit_part(_term)
 
 
 def _motor_gain(effect: Effect) -> Kernel:
     equation, read, place, _ = term_of(effect, 'motor_gain')
 
-    def term(gain: float, e: Array, x1: float) -> float:
+    def _term(gain: float, e: Array, x1: float) -> float:
         if e[place] != 0.0:
             gain *= equation(read(e), x1)
         return gain
-    return jit_part(term)
+    return jit_part(_term)
 
 
 def _command(effect: Effect) -> Kernel:
     equation, read, place, _ = term_of(effect, 'command')
     off = effect.off
 
-    def term(u: float, e: Array) -> float:
+    def _term(u: float, e: Array) -> float:
         if e[place] != off:
             u = equation(read(e), u)
         return u
-    return jit_part(term)
+    return jit_part(_term)
 
 
 def _read(effect: Effect) -> Kernel:
     equation, read, place, _ = term_of(effect, 'encoder_error')
 
-    def term(position: float, e: Array) -> float:
+    def _term(position: float, e: Array) -> float:
         if e[place] != 0.0:
             position += equation(read(e), position)[0]
         return position
-    return jit_part(term)
+    return jit_part(_term)
 
 
 def _corrected(effect: Effect) -> Kernel:
     equation, read, place, _ = term_of(effect, 'encoder_error')
 
-    def term(position: float, e: Array) -> float:
+    def _term(position: float, e: Array) -> float:
         if e[place] != 0.0:
             position -= equation(read(e), position)[0]
         return position
-    return jit_part(term)
+    return jit_part(_term)
 
 
 def _error(effect: Effect) -> Kernel:
     equation, read, place, _ = term_of(effect, 'encoder_error')
 
-    def term(total: Three, e: Array, x: float) -> Three:
+    def _term(total: Three, e: Array, x: float) -> Three:
         if e[place] != 0.0:
             error, slope, curvature = equation(read(e), x)
             return total[0] + error, total[1] + slope, total[2] + curvature
         return total
-    return jit_part(term)
+    return jit_part(_term)
 
 
 def _memory(effect: Effect) -> Kernel:
     equation, read, place, memory = term_of(effect, 'memory')
 
-    def term(advanced: Any, e: Array, m: Any, x3: float, x4: float, h: float, base: Any) -> Any:
+    def _term(advanced: Any, e: Array, m: Any, x3: float, x4: float, h: float, base: Any) -> Any:
         z = m[memory]
         if e[place] != 0.0:
             z = equation(read(e), z, x3, x4, h, base)
         return advanced + (z,)
-    return jit_part(term)
+    return jit_part(_term)
 
 
 def _stored(place: int) -> Kernel:
-    def term(memories: Any, state: Array) -> Any:
+    def _term(memories: Any, state: Array) -> Any:
         return memories + (state[4 + place],)
-    return jit_part(term)
+    return jit_part(_term)
 
 
 def _chain(slot: str, term: Callable[[Effect], Kernel]) -> Kernel:
