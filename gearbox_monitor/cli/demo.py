@@ -266,9 +266,10 @@ class Demo:
                 samples = status.samples(watcher)
                 if samples != previous:
                     previous, changed = samples, time.monotonic()
-                elif time.monotonic() - changed > STALL_SECONDS:
-                    raise ChildFailed(f'no samples arrived for {STALL_SECONDS:g} s:\n'
-                                      + plant.tail())
+                # Before the first sample the plant compiles.
+                patience = STALL_SECONDS if samples else READY_SECONDS
+                if time.monotonic() - changed > patience:
+                    raise ChildFailed(f'no samples arrived for {patience:g} s:\n' + plant.tail())
             plant.check()
             updates, end = watcher.updates, time.monotonic() + 3.0
             while watcher.updates == updates and time.monotonic() < end:
