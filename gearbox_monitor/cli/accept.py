@@ -29,7 +29,7 @@ usage examples:
   gearbox_monitor accept BAG --model drive.yaml --params estimator.yaml --max-gap 0.5deg --json
   gearbox_monitor accept BAG --write-model measured.yaml
 
-exit code: 0 pass, 1 fail, 2 undecided (not excited, close to the limit) or bad usage or input.
+exit code: 0 pass, 1 fail, 2 bad usage or input, 3 undecided (not excited, or close to a limit).
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
@@ -59,7 +59,7 @@ UNITS = {'': 1.0, 'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
 GAP_ERROR, STIFFNESS_ERROR = 0.01, 0.02
 SIGNIFICANT = 3.0  # standard deviations: a larger hysteresis goes into the model file
 INSEPARABLE = 'the motion does not distinguish gap and compliance'
-EXIT = {'pass': 0, 'fail': 1, 'not excited': 2, 'undecided': 2, 'measured': 0}
+EXIT = {'pass': 0, 'fail': 1, 'not excited': 3, 'undecided': 3, 'measured': 0}
 
 
 def add_arguments(parser: ArgumentParser) -> None:

@@ -87,7 +87,9 @@ def _announced_compilation() -> contextlib.AbstractContextManager[None]:
 def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:
     """Return the parsed `argv`; only the module of `command` is imported."""
     parser = argparse.ArgumentParser(
-        prog='gearbox_monitor', description='Condition monitor for robot joint gearboxes.')
+        prog='gearbox_monitor', description='Condition monitor for robot joint gearboxes.',
+        epilog='exit code: 0 done, 1 a finding that asks for action, 2 bad usage or input, '
+               '3 undecided, 130 ended by Ctrl-C')
     parser.add_argument('--version', action='version', version=__version__)
     subparsers = parser.add_subparsers(dest='command', metavar='COMMAND', required=True)
     for name, (module, summary) in COMMANDS.items():

@@ -69,7 +69,7 @@ def test_verdicts(bag, capsys, limits, code, verdict):
 
 def test_not_excited(tmp_path, capsys):
     still = write(tmp_path / 'still', DriveModel(), scale=0.0, seconds=6.0)
-    assert main(['accept', still, '--max-gap', '1.0', '--json']) == 2
+    assert main(['accept', still, '--max-gap', '1.0', '--json']) == 3
     told = json.loads(capsys.readouterr().out)
     assert told['verdict'] == 'not excited' and 'stands still' in told['reason']
     file = tmp_path / 'never.yaml'
