@@ -55,6 +55,8 @@ setup(
     extras_require={
         # "fleet --scheduler"; dask and distributed have no rosdep keys
         'fleet': ['dask>=2024.1', 'distributed>=2024.1'],
+        # "export", and models read from MJCF files; no rosdep key
+        'mujoco': ['mujoco>=4.0'],
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         'test': [
             'distributed>=2024.1',
@@ -64,6 +66,7 @@ setup(
             'flake8>=6',
             'flake8-import-order>=0.18',
             'flake8-quotes>=3.3',
+            'mujoco>=4.0',
             'mypy>=1.11,<3',
             'psutil>=5.9',
             'pytest>=7.4',

@@ -15,7 +15,7 @@
 """
 The layers: each module imports only from its own layer or from below.
 
-cli -> benchmarks -> ros, fleet -> report, bag -> files -> interfaces -> identification
+cli -> benchmarks -> ros, fleet -> report, bag, export -> files -> interfaces -> identification
 -> quality, monitoring -> estimation, parameters -> plant -> kernels
 """
 import ast
@@ -33,7 +33,7 @@ LAYERS = {
     'monitoring': 3, 'quality': 3,
     'identification': 4, 'interfaces': 4,
     'files': 5,
-    'report': 6, 'bag': 6,
+    'report': 6, 'bag': 6, 'export': 6,
     'ros': 7, 'fleet': 7,
     'benchmarks': 8,
     'cli': 9, '__main__': 10,

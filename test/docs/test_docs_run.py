@@ -38,7 +38,8 @@ ELSEWHERE = {
     'benchmark': 'each has a test of its own', 'demo': 'test_demo', 'play': 'test_play',
     'tune': 'test_tune, and below', 'diagnose': 'test_diagnose',
     'suggest': 'test_experiment_design',
-    'fit-nominal': 'test_real_drives', 'import': 'test_import', 'fleet': 'test_fleet, and below'}
+    'export': 'test_mujoco_page', 'fit-nominal': 'test_real_drives', 'import': 'test_import',
+    'fleet': 'test_fleet, and below'}
 # Pages whose commands go on with each other's files: each has a test of its own.
 WALKS = ('first_hour.md', 'current.md', 'closed_model.md')
 RATE = ['--rate', '200']  # five times as fast as what the pages make

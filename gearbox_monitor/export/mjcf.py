@@ -1,0 +1,291 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What each effect becomes in an MJCF file: one row per id, for MuJoCo 4.0.
+
+An effect is native where MJCF has an attribute or an element with its law, a construct where other
+elements come close to it, and refused where nothing in a file does what it does.
+"""
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+import math
+from typing import NamedTuple
+
+from gearbox_monitor.kernels.types import Values
+from gearbox_monitor.plant.drive import CAC, CAV, DriveModel, G, OFFSET
+from gearbox_monitor.plant.effects import (
+    actuator, arm_side, EFFECTS, encoder, gearbox, motor_side)
+
+NATIVE, CONSTRUCT, REFUSED = KINDS = ('native', 'construct', 'refused')
+MOTOR, ARM, TENDON = ('motor', 'arm', 'tendon')  # where a passive torque acts
+
+
+class Inexpressible(Exception):
+    """An effect, with these values, that MJCF cannot express: the reason."""
+
+
+class Passive(NamedTuple):
+    """A passive torque, an element dcmotor: where it acts, `lugre` or `cogging`, its numbers."""
+
+    where: str
+    kind: str
+    numbers: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class MjcfValues:
+    """
+    A drive in the quantities of MJCF, SI units on the arm side.
+
+    motor_inertia, arm_inertia: kg m^2. motor_damping, arm_damping: N m s/rad. motor_friction,
+    arm_friction: N m, of the sharpness `sharpness` (s/rad). motor_stiffness: N m/rad, to the
+    ground. weight: G of G sin(x2), N m; None leaves that of the file. rigid: without transmission;
+    stiffness (N m/rad), cubic (N m/rad^3), half_gap (rad), damping of the transmission;
+    yielding: stiffness and yield (rad) of an elasto-plastic spring beside it.
+    gain (1), offset, limit (N m), lag, delay (s) of the actuator, limit before the lag.
+    late: delay of the readings of motor and arm, s; zero: offset of that of the arm, rad.
+    """
+
+    motor_inertia: float
+    arm_inertia: float
+    motor_damping: float
+    arm_damping: float
+    motor_friction: float
+    arm_friction: float
+    sharpness: float
+    motor_stiffness: float
+    weight: float | None
+    rigid: bool
+    stiffness: float
+    half_gap: float
+    damping: float
+    cubic: float = 0.0
+    yielding: tuple[float, float] | None = None
+    gain: float = 1.0
+    offset: float = 0.0
+    limit: float = math.inf
+    lag: float = 0.0
+    delay: float = 0.0
+    passive: tuple[Passive, ...] = ()
+    late: tuple[float, float] = (0.0, 0.0)
+    zero: float = 0.0
+
+
+class Expression(NamedTuple):
+    """
+    What an effect becomes: its kind, in which words, and how it changes MjcfValues.
+
+    change(values, effect) is None where MjcfValues hold the effect already: it is a value of the
+    model. It may raise Inexpressible.
+    """
+
+    kind: str
+    words: str
+    change: Callable[[MjcfValues, Values], MjcfValues] | None = None
+
+
+class Exported(NamedTuple):
+    """What one effect or value of a model became."""
+
+    id: str
+    kind: str
+    words: str
+
+
+# ---------------------------------------------------------------------- changes
+
+
+def _with(values: MjcfValues, *passive: Passive) -> MjcfValues:
+    return replace(values, passive=(*values.passive, *passive))
+
+
+def _lugre(values: MjcfValues, e: Values) -> MjcfValues:
+    level = values.motor_friction
+    if level <= 0.0:
+        raise Inexpressible('coulomb_friction: 0, expected more: MuJoCo divides by it')
+    return _with(replace(values, motor_friction=0.0), Passive(MOTOR, 'lugre', (
+        e['sigma0'], e['sigma1'], level, level + e['Cs'], e['vs'])))
+
+
+def _asymmetry(values: MjcfValues, e: Values) -> MjcfValues:
+    return replace(values, offset=values.offset - e['Ca'])
+
+
+def _cogging(values: MjcfValues, e: Values) -> MjcfValues:
+    return _with(values, Passive(MOTOR, 'cogging', (e['A'], e['N'], e['phi'])))
+
+
+def _load(values: MjcfValues, e: Values) -> MjcfValues:
+    """Return `values` with a constant torque: cogging with no pole, a quarter of a turn on."""
+    return _with(values, Passive(ARM, 'cogging', (-e['TL'], 0.0, 0.5 * math.pi)))
+
+
+def _elastic(values: MjcfValues, effect: str) -> None:
+    if values.rigid:
+        raise Inexpressible(f'{effect}: the model is rigid, expected a transmission')
+
+
+def _hardening(values: MjcfValues, e: Values) -> MjcfValues:
+    _elastic(values, e['id'])
+    return replace(values, cubic=values.cubic + e['K3'])
+
+
+def _bouc_wen(values: MjcfValues, e: Values) -> MjcfValues:
+    """Return `values` with the loop: LuGre friction of the twist without a Stribeck part."""
+    _elastic(values, e['id'])
+    if e['Th'] < 0.0:
+        raise Inexpressible('Th < 0: the loop supplies energy, LuGre friction of a tendon cannot')
+    return _with(values, Passive(TENDON, 'lugre', (e['Th'] / e['dh'], 0.0, e['Th'], e['Th'], 1.0)))
+
+
+def _branch(values: MjcfValues, e: Values) -> MjcfValues:
+    """Return `values` with the branches: without a gap, K (delta - h s) is a Bouc-Wen loop."""
+    if values.half_gap > 0.0:
+        raise Inexpressible('the branch shifts the backlash with the direction: no attribute of a '
+                            'tendon moves springlength; without backlash it is a Bouc-Wen loop')
+    return _bouc_wen(values, {'id': e['id'], 'Th': -values.stiffness * e['h'], 'dh': e['ds']})
+
+
+def _gain(values: MjcfValues, e: Values) -> MjcfValues:
+    return replace(values, gain=values.gain * (1.0 + e['g']))
+
+
+def _lag(values: MjcfValues, e: Values) -> MjcfValues:
+    return replace(values, lag=e['T'])
+
+
+def _delay(values: MjcfValues, e: Values) -> MjcfValues:
+    return replace(values, delay=e['T'])
+
+
+def _saturation(values: MjcfValues, e: Values) -> MjcfValues:
+    return replace(values, limit=e['umax'])
+
+
+def _late(values: MjcfValues, e: Values) -> MjcfValues:
+    motor = EFFECTS[e['id']].location == 'motor_sensor'
+    return replace(values, late=(e['T'], values.late[1]) if motor else (values.late[0], e['T']))
+
+
+def _zero(values: MjcfValues, e: Values) -> MjcfValues:
+    _elastic(values, e['id'])
+    return replace(values, zero=values.zero + e['c'])
+
+
+# ---------------------------------------------------------------------- the table
+
+
+_PHASE = 'no sensor has it; add it to the reading in your code: y = q + A sin(q + phi)'
+_LATTICE = 'no sensor has a resolution; round the reading in your code'
+EXPRESSIONS = {effect.id: expression for effect, expression in (
+    (motor_side.MOTOR_VISCOUS, Expression(NATIVE, 'joint damping')),
+    (motor_side.MOTOR_COULOMB, Expression(NATIVE, 'joint frictionloss')),
+    (motor_side.STRIBECK, Expression(
+        REFUSED, 'friction that falls with speed stands in MJCF only as lugre, which sticks where '
+        'this law creeps: diagnose with lugre, without stribeck')),
+    (motor_side.LUGRE, Expression(
+        NATIVE, 'passive dcmotor: lugre, in place of frictionloss', _lugre)),
+    (motor_side.COULOMB_ASYMMETRY, Expression(
+        CONSTRUCT, 'actuator biasprm, its twin: they differ only near standstill', _asymmetry)),
+    (motor_side.LOAD_FRICTION, Expression(
+        REFUSED, 'no friction of a joint depends on a load: a callback')),
+    (motor_side.MOTOR_INERTIA, Expression(NATIVE, 'joint armature')),
+    (motor_side.VISCOUS_DRIFT, Expression(
+        REFUSED, 'no attribute changes with time: set dof_damping from your code')),
+    (motor_side.COGGING, Expression(NATIVE, 'passive dcmotor: cogging', _cogging)),
+    (arm_side.ARM_VISCOUS, Expression(NATIVE, 'joint damping')),
+    (arm_side.ARM_COULOMB, Expression(NATIVE, 'joint frictionloss')),
+    (arm_side.GRAVITY, Expression(NATIVE, 'body inertial: mass and pos, its inertia about the '
+                                  'joint kept')),
+    (arm_side.LOAD_TORQUE, Expression(
+        NATIVE, 'passive dcmotor: cogging with 0 poles, a constant torque', _load)),
+    (arm_side.ARM_INERTIA, Expression(NATIVE, 'body inertial: inertia about the joint')),
+    (arm_side.DISTURBANCE, Expression(
+        REFUSED, 'a profile over time: set qfrc_applied from your code')),
+    (gearbox.BACKLASH_GAP, Expression(NATIVE, 'tendon springlength')),
+    (gearbox.STIFFNESS, Expression(NATIVE, 'tendon stiffness')),
+    (gearbox.HARDENING, Expression(NATIVE, 'tendon stiffness: cubic coefficient', _hardening)),
+    (gearbox.BOUC_WEN, Expression(
+        NATIVE, 'passive dcmotor on the tendon: lugre', _bouc_wen)),
+    (gearbox.BRANCH, Expression(
+        CONSTRUCT, 'without backlash: passive dcmotor on the tendon, lugre', _branch)),
+    (gearbox.TRANSMISSION_DAMPING, Expression(NATIVE, 'tendon damping')),
+    (gearbox.MESH_ERROR, Expression(
+        REFUSED, 'no length of a tendon is a wave of an angle: a callback')),
+    (actuator.TORQUE_GAIN, Expression(NATIVE, 'actuator gainprm', _gain)),
+    (actuator.TORQUE_OFFSET, Expression(NATIVE, 'actuator biasprm')),
+    (actuator.ACTUATOR_LAG, Expression(
+        NATIVE, 'actuator dyntype filterexact, dynprm', _lag)),
+    (actuator.ACTUATOR_DELAY, Expression(
+        NATIVE, 'actuator delay, nsample, interp linear', _delay)),
+    (actuator.SATURATION, Expression(
+        NATIVE, 'actuator forcerange; ctrlrange where it lags', _saturation)),
+    (actuator.TORQUE_RIPPLE, Expression(
+        REFUSED, 'no gain depends on an angle: multiply ctrl in your code')),
+    (encoder.MOTOR_ENCODER_ECCENTRICITY, Expression(REFUSED, _PHASE)),
+    (encoder.MOTOR_ENCODER_QUANTISATION, Expression(REFUSED, _LATTICE)),
+    (encoder.MOTOR_ENCODER_DELAY, Expression(
+        NATIVE, 'sensor jointpos: delay, nsample, interp', _late)),
+    (encoder.ARM_ENCODER_ECCENTRICITY, Expression(REFUSED, _PHASE)),
+    (encoder.ARM_ENCODER_QUANTISATION, Expression(REFUSED, _LATTICE)),
+    (encoder.ARM_ENCODER_DELAY, Expression(
+        NATIVE, 'sensor jointpos: delay, nsample, interp', _late)),
+    (encoder.ENCODER_OFFSET, Expression(NATIVE, 'joint ref, and tendon springlength', _zero)),
+)}
+
+
+def values_of(model: DriveModel) -> tuple[MjcfValues, list[Exported]]:
+    """Return the MjcfValues of `model`, and what each of its effects became."""
+    folded = model.folded()
+    p, shape = folded.pack(), folded.transmission
+    rigid = shape.kind == 'rigid'
+    listed = {effect['id'] for effect in model.effects}
+    values = MjcfValues(
+        folded.motor_inertia, folded.arm_inertia, folded.viscous_friction, float(p[CAV]),
+        folded.coulomb_friction, float(p[CAC]), folded.friction_sharpness,
+        folded.position_gain, float(p[G]) if arm_side.GRAVITY.id in listed else None, rigid,
+        shape.stiffness, shape.half_gap, folded.damping, offset=float(p[OFFSET]))
+    exported = []
+    if shape.kind == 'passive_play':
+        values = replace(values, yielding=(shape.hysteresis_stiffness, shape.hysteresis_width))
+    elif shape.kind == 'play':
+        exported.append(Exported('transmission.kind', REFUSED,
+                                 'play supplies energy: no spring of a tendon does'))
+    for effect in sorted(model.effects, key=lambda e: _order(e['id'])):
+        values, row = _expressed(values, effect)
+        exported.append(row)
+    return values, exported
+
+
+def _order(name: str) -> int:
+    """Return the place of effect `name` among others: LuGre replaces all Coulomb friction."""
+    return 1 if name == motor_side.LUGRE.id else 0
+
+
+def _expressed(values: MjcfValues, effect: Values) -> tuple[MjcfValues, Exported]:
+    expression = EXPRESSIONS.get(effect['id'])
+    if expression is None:
+        return values, Exported(effect['id'], REFUSED, 'an effect of a plug-in')
+    try:
+        if expression.change is not None:
+            values = expression.change(values, effect)
+    except Inexpressible as reason:
+        return values, Exported(effect['id'], REFUSED, str(reason))
+    return values, Exported(effect['id'], expression.kind, expression.words)
+
+
+def refused(exported: Sequence[Exported]) -> list[Exported]:
+    """Return those of `exported` that the file does not express."""
+    return [row for row in exported if row.kind == REFUSED]

@@ -1,0 +1,536 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Write a drive into an MJCF file: the smallest edits that make the file move like the model.
+
+Two joints in the file take the model as it is. One joint takes a rigid model; for one with a
+transmission it becomes the joint of the arm, and a body without shape, the rotor, gets that of the
+motor: the actuator moves there, and a tendon holds both together.
+"""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.mjcf import ARM, Exported, MjcfValues, MOTOR, Passive, TENDON
+from gearbox_monitor.export.mjcf_file import drive_of, MjcfDrive, MjcfJoint, mujoco_module, weight
+from gearbox_monitor.export.xml_edit import (
+    behind, Edit, edited, with_attributes, with_child, XmlElement)
+from gearbox_monitor.kernels.types import Array
+
+SAME = 1e-9  # relative: what differs by less is not edited
+# Regularised Coulomb friction: a ramp up to this many 1 / sharpness is nearest to the arctangent
+# over motions of some hundred of them.
+RAMP = 5.0
+IMPEDANCE = 1e-3  # of the friction constraint: at small ones it is a function of speed alone
+HEAVY = 0.5   # largest share of the inertia of an arm that its mass takes, off the joint
+ROTOR = 'mass="1e-6" diaginertia="1e-12 1e-12 1e-12"'
+TURN = ('quat', 'euler', 'axisangle', 'xyaxes', 'zaxis')
+
+
+class Change(NamedTuple):
+    """One attribute that was edited: of which element, its text before ('' for none) and after."""
+
+    element: str
+    attribute: str
+    before: str
+    after: str
+
+
+@dataclass(frozen=True)
+class Patch:
+    """The bytes of a patched file, its changes, and what the model's effects became."""
+
+    data: bytes
+    changes: tuple[Change, ...]
+    exported: tuple[Exported, ...]
+    joints: tuple[str, str | None]
+
+
+@dataclass
+class _Draft:
+    """Edits of one file as they gather: attributes per element, children per section."""
+
+    drive: MjcfDrive
+    changes: list[Change] = field(default_factory=list)
+    attributes: dict[int, tuple[XmlElement, dict[str, str | None], str]] = field(
+        default_factory=dict)
+    children: dict[str, list[str]] = field(default_factory=dict)
+    edits: list[Edit] = field(default_factory=list)
+
+    def put(self, element: XmlElement, values: Mapping[str, str | None], tag: str = '') -> None:
+        """Give an element attributes, None removes one, and another tag where it is not ''."""
+        kept = self.attributes.setdefault(element.start, (element, {}, tag))
+        if tag:
+            self.attributes[element.start] = (element, kept[1], tag)
+        for name, value in values.items():
+            before = element.attributes.get(name, '')
+            if value is None and not before or value == before:
+                continue
+            kept[1][name] = value
+            self.changes.append(Change(_title(element), name, before, value or 'removed'))
+
+    def add(self, section: str, title: str, text: str) -> None:
+        """Add an element, its `text`, to a section of the file such as tendon."""
+        self.children.setdefault(section, []).append(text)
+        self.changes.append(Change(title, '', '', 'new'))
+
+    def patched(self) -> bytes:
+        """Return the file with all edits."""
+        document = self.drive.document
+        edits = list(self.edits)
+        for element, values, tag in self.attributes.values():
+            edits += with_attributes(document, element, values, tag)
+        new = ''
+        for section, texts in self.children.items():
+            lines = '\n'.join(texts)
+            parts = document.root.all(section)
+            if parts:
+                edits.append(with_child(document, parts[-1], lines))
+            else:
+                inner = '\n'.join(f'  {line}' for line in lines.splitlines())
+                new += f'<{section}>\n{inner}\n</{section}>\n'
+        if new:
+            edits.append(with_child(document, document.root, new))
+        return edited(document, edits)
+
+
+def _title(element: XmlElement) -> str:
+    name = element.attributes.get('name')
+    return f'{element.tag} "{name}"' if name else f'{element.tag} (line {element.line})'
+
+
+def number(*values: float) -> str:
+    """Return `values` as MJCF writes them, 0 for -0."""
+    return ' '.join(f'{value + 0.0:.9g}' for value in values)
+
+
+def _same(a: float, b: float) -> bool:
+    return abs(a - b) <= SAME * max(abs(a), abs(b))
+
+
+def patched(drive: MjcfDrive, values: MjcfValues, exported: Sequence[Exported]) -> Patch:
+    """
+    Return the Patch that gives a drive in a file the values of a model.
+
+    Args:
+        drive: in the file.
+        values: of the model.
+        exported: what the effects of the model became.
+
+    Returns:
+        The Patch; MuJoCo has compiled it, and its inertias are those of the model.
+
+    Raises:
+        InputError: the file and the model do not fit each other.
+
+    """
+    draft = _Draft(drive)
+    if values.rigid and drive.arm is not None:
+        raise InputError(f'{drive.path}: joints {drive.motor.name}, {drive.arm.name}: two, '
+                         'expected one joint for a model with transmission.kind: rigid')
+    names: tuple[str, str | None] = (drive.motor.name, drive.arm.name if drive.arm else None)
+    if values.rigid:
+        _one_joint(draft, values)
+    elif drive.arm is None:
+        names = _with_rotor(draft, values)
+    else:
+        _two_joints(draft, values)
+    _inertial(draft, values)
+    _tendons(draft, values, names)
+    _actuator(draft, values, names[0])
+    for passive in values.passive:
+        _passive(draft, passive, names)
+    _sensors(draft, values, names)
+    patch = Patch(draft.patched(), tuple(draft.changes), tuple(exported), names)
+    _verify(patch, drive, values)
+    return patch
+
+
+# ---------------------------------------------------------------------- joints
+
+
+def _friction(drive: MjcfDrive, friction: float, sharpness: float, inertia: float
+              ) -> dict[str, str]:
+    """
+    Return the attributes of Coulomb friction: a constraint that is nearly a function of speed.
+
+    MuJoCo's force is d (tau + M b v) within +-frictionloss, d the impedance, tau all other torque.
+    """
+    if friction == 0.0:
+        return {'frictionloss': '0'}
+    # The constraint is explicit in the speed: within a step it must not reverse it.
+    speed = max(RAMP / sharpness, friction * drive.timestep / inertia)
+    slope = friction / (inertia * speed)
+    return {'frictionloss': number(friction), 'solreffriction': f'-1 {number(-slope)}',
+            'solimpfriction': number(IMPEDANCE, IMPEDANCE)}
+
+
+def _put_joint(draft: _Draft, joint: MjcfJoint, wanted: Mapping[str, float], sharpness: float,
+               inertia: float) -> None:
+    """Edit what of a joint differs from `wanted` {armature, damping, frictionloss, stiffness}."""
+    current = {'armature': joint.armature, 'damping': joint.damping,
+               'stiffness': joint.stiffness}
+    own = {'armature': wanted['armature'], 'damping': wanted['damping'] - joint.actuator_damping,
+           'stiffness': wanted['stiffness']}
+    where = f'{draft.drive.path}: joint {joint.name}'
+    if own['armature'] < -SAME * inertia:
+        raise InputError(f'{where}: armature: would be {own["armature"]:.4g}, expected a model '
+                         'whose inertia is at least that of the body and of the actuator')
+    if own['damping'] < 0.0:
+        raise InputError(f'{where}: damping: would be {own["damping"]:.4g}, expected at least 0: '
+                         'the model has less viscous friction than the actuator in the file')
+    values = {name: number(max(0.0, value)) for name, value in own.items()
+              if not _same(wanted[name], current[name])}
+    values |= _friction(draft.drive, wanted['frictionloss'], sharpness, inertia)
+    if not wanted['frictionloss'] and not joint.frictionloss:
+        del values['frictionloss']
+    draft.put(joint.element, values)
+
+
+def _one_joint(draft: _Draft, values: MjcfValues) -> None:
+    joint = draft.drive.motor
+    _put_joint(draft, joint, {
+        'armature': values.motor_inertia, 'damping': values.motor_damping + values.arm_damping,
+        'frictionloss': values.motor_friction + values.arm_friction,
+        'stiffness': values.motor_stiffness}, values.sharpness,
+        values.motor_inertia + values.arm_inertia)
+
+
+def _two_joints(draft: _Draft, values: MjcfValues) -> None:
+    drive = draft.drive
+    motor, arm = drive.motor, drive.arm_joint
+    _put_joint(draft, motor, {
+        'armature': values.motor_inertia - motor.inertia, 'damping': values.motor_damping,
+        'frictionloss': values.motor_friction, 'stiffness': values.motor_stiffness},
+        values.sharpness, values.motor_inertia)
+    _put_joint(draft, arm, _of_arm(values, arm.armature, arm.stiffness), values.sharpness,
+               values.arm_inertia)
+
+
+def _of_arm(values: MjcfValues, armature: float, stiffness: float) -> dict[str, float]:
+    return {'armature': armature, 'damping': values.arm_damping,
+            'frictionloss': values.arm_friction, 'stiffness': stiffness}
+
+
+def _with_rotor(draft: _Draft, values: MjcfValues) -> tuple[str, str]:
+    """Add the rotor's body and joint; return the names of the joints of motor and arm."""
+    drive, joint = draft.drive, draft.drive.motor
+    document, m = drive.document, drive.compiled
+    body = document.parent(joint.element)
+    if len(body.all('joint')) != 1:
+        raise InputError(f'{drive.path}: line {body.line}: {_title(body)}: several joints, '
+                         'expected one for a rotor beside it')
+    name = f'{joint.name}_motor'
+    taken = {e.attributes.get('name') for e in document.root.walk()}
+    if name in taken:
+        raise InputError(f'{drive.path}: {name}: the name is taken, expected it to be free for '
+                         'the joint of the motor')
+    _put_joint(draft, joint, _of_arm(values, 0.0, 0.0), values.sharpness, values.arm_inertia)
+    place = ''.join(f' {key}="{value}"' for key, value in body.attributes.items()
+                    if key in ('pos', *TURN))
+    friction = ' '.join(f'{k}="{v}"' for k, v in _friction(
+        drive, values.motor_friction, values.sharpness, values.motor_inertia).items())
+    kind = 'slide' if joint.slide else 'hinge'
+    draft.edits.append(behind(document, body, f"""\
+<body name="{name}"{place}>
+  <inertial pos="0 0 0" {ROTOR}/>
+  <joint name="{name}" type="{kind}" pos="{number(*m.jnt_pos[joint.index])}"
+         axis="{number(*m.jnt_axis[joint.index])}" limited="false" ref="0" springref="0"
+         armature="{number(values.motor_inertia)}" damping="{number(values.motor_damping)}"
+         stiffness="{number(values.motor_stiffness)}"
+         {friction}/>
+</body>"""))
+    draft.changes.append(Change(f'body "{name}"', '', '', 'new, with the joint of the motor'))
+    _keyframes(draft, joint)
+    return name, joint.name
+
+
+def _keyframes(draft: _Draft, joint: MjcfJoint) -> None:
+    """Give the postures in keyframes the value of the motor's joint."""
+    drive, m = draft.drive, draft.drive.compiled
+    first = m.jnt_bodyid[joint.index]
+    last = first
+    while last + 1 < m.nbody and _inside(m, last + 1, first):
+        last += 1
+    joints = [j for j in range(m.njnt) if first <= m.jnt_bodyid[j] <= last]
+    place, own = m.jnt_qposadr[joints[-1]] + 1, m.jnt_qposadr[joint.index]
+    if m.jnt_type[joints[-1]] == int(mujoco_module().mjtJoint.mjJNT_BALL):
+        place += 3
+    for part in drive.document.root.all('keyframe'):
+        for key in part.all('key'):
+            row = key.attributes.get('qpos', '').split()
+            if row:
+                draft.put(key, {'qpos': ' '.join([*row[:place], row[own], *row[place:]])})
+            if key.attributes.get('qvel') or key.attributes.get('act'):
+                raise InputError(f'{drive.path}: line {key.line}: {_title(key)}: qvel or act, '
+                                 'expected only qpos where a joint is added')
+
+
+def _inside(m: Any, body: int, of: int) -> bool:
+    """Return whether a body of `m` is `of` or hangs on it."""
+    while body > of:
+        body = m.body_parentid[body]
+    return bool(body == of)
+
+
+# ---------------------------------------------------------------------- inertia and weight
+
+
+def _inertial(draft: _Draft, values: MjcfValues) -> None:
+    """Give the arm's body the inertia about its joint, and the weight, of the model."""
+    drive = draft.drive
+    joint = drive.arm_joint
+    # What the joint's own armature adds stays with it, unless it was that of the motor.
+    own = joint.armature if drive.arm is not None else 0.0
+    heavier = values.arm_inertia - own - joint.inertia
+    moved = values.weight is not None and not _same(values.weight, weight(drive)[0])
+    if abs(heavier) <= SAME * values.arm_inertia and not moved:
+        return
+    mujoco, m = mujoco_module(), drive.compiled
+    body = m.jnt_bodyid[joint.index]
+    flat = np.zeros(9)
+    mujoco.mju_quat2Mat(flat, m.body_iquat[body])
+    turn = flat.reshape(3, 3)
+    tensor = turn @ np.diag(m.body_inertia[body]) @ turn.T
+    mass, centre = float(m.body_mass[body]), m.body_ipos[body].copy()
+    axis, anchor = m.jnt_axis[joint.index], m.jnt_pos[joint.index]
+    if joint.slide:
+        mass += heavier
+        factor = mass / float(m.body_mass[body])
+        tensor = tensor * factor
+    else:
+        lever = _across(centre - anchor, axis)
+        wanted = float(axis @ tensor @ axis) + mass * float(lever @ lever) + heavier
+        if wanted <= 0.0:
+            raise InputError(f'{drive.path}: joint {joint.name}: inertia: what the body carries '
+                             f'has more than the {values.arm_inertia:.4g} kg m^2 of the model')
+        if moved and values.weight is not None:
+            moment = mass * lever + _added_moment(drive, values.weight)
+            # A light body far out would have more inertia than the model: heavier, and nearer.
+            mass = max(mass, float(moment @ moment) / (HEAVY * wanted))
+            centre = centre - lever + moment / mass
+            lever = moment / mass
+        about = wanted - mass * float(lever @ lever)
+        before = float(axis @ tensor @ axis)
+        if about < 0.05 * wanted:
+            factor = wanted / (before + mass * float(lever @ lever))
+            mass, tensor = mass * factor, tensor * factor
+        elif about < before:
+            tensor = tensor * (about / before)
+        else:  # a disc about the axis
+            tensor = tensor + (about - before) * 0.5 * (np.eye(3) + np.outer(axis, axis))
+    _write_inertial(draft, mass, centre, tensor)
+
+
+def _across(vector: Array, axis: Array) -> Array:
+    """Return the part of `vector` across the unit vector `axis`."""
+    return vector - axis * float(axis @ vector)
+
+
+def _added_moment(drive: MjcfDrive, wanted: float) -> Array:
+    """Return mass times lever (kg m) that the body lacks for the weight `wanted` (N m)."""
+    mujoco, m, joint = mujoco_module(), drive.compiled, drive.arm_joint
+    state = mujoco.MjData(m)
+    state.qpos[:] = drive.posture
+    state.qpos[m.jnt_qposadr[joint.index]] = 0.0
+    mujoco.mj_forward(m, state)
+    body = m.jnt_bodyid[joint.index]
+    turn = state.xmat[body].reshape(3, 3)
+    down = turn.T @ m.opt.gravity
+    axis = m.jnt_axis[joint.index]
+    down = _across(down, axis)
+    size = float(np.linalg.norm(down))
+    if size < 1e-6:
+        raise InputError(f'{drive.path}: joint {joint.name}: gravity acts along its axis or is '
+                         'off, expected one that the weight of the model can come from')
+    com = turn.T @ (state.subtree_com[body] - state.xanchor[joint.index])
+    present = float(m.body_subtreemass[body]) * _across(com, axis)
+    return wanted / size * (down / size) - present
+
+
+def _write_inertial(draft: _Draft, mass: float, centre: Array, tensor: Array) -> None:
+    drive = draft.drive
+    body = drive.document.parent(drive.arm_joint.element)
+    tensor = np.where(np.abs(tensor) < SAME * np.trace(tensor), 0.0, tensor)
+    full = number(*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2])
+    values = {'pos': number(*centre), 'mass': number(mass), 'fullinertia': full}
+    present = body.all('inertial')
+    if present:
+        draft.put(present[0], {**values, 'diaginertia': None, **dict.fromkeys(TURN)})
+        return
+    text = '<inertial ' + ' '.join(f'{k}="{v}"' for k, v in values.items()) + '/>'
+    draft.edits.append(with_child(drive.document, body, text, first=True))
+    draft.changes.append(Change(f'inertial of {_title(body)}', '', '', 'new'))
+
+
+# ---------------------------------------------------------------------- tendon, actuator, sensors
+
+
+def _tendons(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -> None:
+    if values.rigid:
+        return
+    tendon = draft.drive.tendon
+    sign = tendon.sign if tendon else 1.0
+    ends = sorted(sign * (edge - values.zero) for edge in (-values.half_gap, values.half_gap))
+    attributes = {'springlength': number(*ends),
+                  'stiffness': number(values.stiffness, 0.0, values.cubic) if values.cubic
+                  else number(values.stiffness), 'damping': number(values.damping)}
+    joints = f'  <joint joint="{names[0]}" coef="1"/>\n  <joint joint="{names[1]}" coef="-1"/>\n'
+    if tendon is None:
+        words = ' '.join(f'{k}="{v}"' for k, v in attributes.items())
+        draft.add('tendon', f'tendon "{names[1]}_gearbox"',
+                  f'<fixed name="{names[1]}_gearbox" {words}>\n{joints}</fixed>')
+    else:
+        if _same(ends[0], tendon.low) and _same(ends[1], tendon.high):
+            del attributes['springlength']
+        if all(map(_same, (values.stiffness, 0.0, values.cubic), tendon.stiffness)):
+            del attributes['stiffness']
+        if _same(values.damping, tendon.damping):
+            del attributes['damping']
+        draft.put(tendon.element, attributes)
+    if values.yielding:
+        draft.add('tendon', f'tendon "{names[1]}_hysteresis"',
+                  f'<fixed name="{names[1]}_hysteresis" springlength="0 0" '
+                  f'stiffness="{number(values.yielding[0])}" '
+                  f'springyield="{number(values.yielding[1])}">\n{joints}</fixed>')
+
+
+def _actuator(draft: _Draft, values: MjcfValues, motor: str) -> None:
+    drive, a = draft.drive, draft.drive.actuator
+    plain = (values.gain == 1.0 and not values.lag and not values.delay
+             and math.isinf(values.limit))
+    if a is None:
+        if plain and not values.offset:
+            return
+        raise InputError(f'{drive.path}: joint {drive.motor.name}: no actuator acts on it, '
+                         'expected one')
+    attributes: dict[str, str | None] = {'joint': motor}
+    bias = values.offset / a.gear
+    if not plain or not _same(bias, a.bias[0]):
+        attributes |= _of_actuator(drive, values, bias)
+    general = {'gainprm', 'biasprm', 'dyntype'} & set(attributes)
+    draft.put(a.element, attributes, 'general' if general else '')
+
+
+def _of_actuator(drive: MjcfDrive, values: MjcfValues, bias: float) -> dict[str, str | None]:
+    """Return the attributes of the actuator with gain, offset, limit, lag and delay."""
+    a = drive.actuator
+    assert a is not None
+    where = f'{drive.path}: line {a.element.line}: actuator {a.name}'
+    if a.setpoint and (values.lag or values.delay):
+        raise InputError(f'{where}: follows a setpoint, and lag or delay of a torque would act on '
+                         'that; expected a motor')
+    if a.dynamics != 'none' and values.lag:
+        raise InputError(f'{where}: dyntype {a.dynamics}, expected none for a lag')
+    out: dict[str, str | None] = {}
+    if values.gain != 1.0 or not _same(bias, a.bias[0]) or values.lag:
+        gains = tuple(values.gain * v for v in (a.gain, a.bias[1], a.bias[2]))
+        affine = bias != 0.0 or a.setpoint
+        out = {'gainprm': number(gains[0]), 'biasprm': None,
+               # Of the shortcuts that general replaces.
+               'kp': None, 'kv': None, 'dampratio': None, 'timeconst': None}
+        if affine:
+            out |= {'biastype': 'affine', 'biasprm': number(bias, *gains[1:])}
+        elif any(e.tag == 'default' for e in drive.document.root.children):
+            out |= {'gaintype': 'fixed', 'biastype': 'none'}
+        if values.lag or a.dynamics != 'none':
+            lag = values.lag or float(drive.compiled.actuator_dynprm[a.index, 0])
+            out |= {'dyntype': 'filterexact' if values.lag else a.dynamics,
+                    'dynprm': number(lag)}
+    if not math.isinf(values.limit) and values.lag:
+        span = values.limit / abs(a.gear * a.gain)
+        out |= {'ctrllimited': 'true', 'ctrlrange': number(-span, span)}
+    elif not math.isinf(values.limit):
+        span = values.gain * values.limit / abs(a.gear)
+        out |= {'forcelimited': 'true', 'forcerange': number(bias - span, bias + span)}
+    if values.delay:
+        out |= _delayed(drive, values.delay, where)
+    return out
+
+
+def _delayed(drive: MjcfDrive, delay: float, where: str) -> dict[str, str | None]:
+    """Return the attributes of a delay (s): between steps it is interpolated."""
+    if delay < drive.timestep:
+        raise InputError(f'{where}: a delay of {delay:.4g} s, expected a timestep of at most that '
+                         f'in the file, which has {drive.timestep:g} s')
+    return {'delay': number(delay), 'interp': 'linear',
+            'nsample': str(math.ceil(delay / drive.timestep - 1e-9) + 1)}
+
+
+def _passive(draft: _Draft, passive: Passive, names: tuple[str, str | None]) -> None:
+    place = {MOTOR: ('joint', names[0]), ARM: ('joint', names[1] or names[0]),
+             TENDON: ('tendon', draft.drive.tendon.name if draft.drive.tendon
+                      else f'{names[1]}_gearbox')}[passive.where]
+    title = f'dcmotor ({passive.kind} on {place[1]})'
+    draft.add('actuator', title,
+              f'<dcmotor {place[0]}="{place[1]}" input="none" motorconst="0" resistance="1" '
+              f'{passive.kind}="{number(*passive.numbers)}"/>')
+
+
+def _sensors(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -> None:
+    drive = draft.drive
+    if values.zero:
+        _shift_zero(draft, values.zero)
+    for delay, name in zip(values.late, (names[0], names[1] or names[0])):
+        if not delay:
+            continue
+        where = f'{drive.path}: sensor of joint {name}'
+        late = _delayed(drive, delay, where)
+        own = [e for part in drive.document.root.all('sensor') for e in part.all('jointpos')
+               if e.attributes.get('joint') == name]
+        if own:
+            draft.put(own[0], late)
+        else:
+            words = ' '.join(f'{k}="{v}"' for k, v in late.items())
+            draft.add('sensor', f'sensor "{name}_encoder"',
+                      f'<jointpos name="{name}_encoder" joint="{name}" {words}/>')
+
+
+def _shift_zero(draft: _Draft, zero: float) -> None:
+    """Let the arm's joint read `zero` rad more; its limits move with it."""
+    drive, joint = draft.drive, draft.drive.arm_joint
+    m = drive.compiled
+    unit = 180.0 / math.pi if drive.degrees and not joint.slide else 1.0
+    values: dict[str, str | None] = {'ref': number((joint.ref + zero) * unit)}
+    if m.jnt_limited[joint.index]:
+        values['range'] = number(*((m.jnt_range[joint.index] + zero) * unit))
+    if joint.stiffness:
+        spring = float(m.qpos_spring[m.jnt_qposadr[joint.index]])
+        values['springref'] = number((spring + zero) * unit)
+    draft.put(joint.element, values)
+
+
+def _verify(patch: Patch, drive: MjcfDrive, values: MjcfValues) -> None:
+    """Raise InputError unless MuJoCo compiles the patch to the inertias and weight of `values`."""
+    again = drive_of(patch.data, drive.path, patch.joints,
+                     actuator=drive.actuator.name or None if drive.actuator else None)
+    if patch.joints == (drive.motor.name, drive.arm.name if drive.arm else None):
+        again = replace(again, posture=drive.posture)
+    inertias = [again.arm_joint.inertia + (again.arm.armature if again.arm else 0.0)]
+    wanted = [values.arm_inertia]
+    if values.weight is not None:
+        sine, cosine = weight(again)
+        inertias.append(sine * math.cos(values.zero) - cosine * math.sin(values.zero))
+        wanted.append(values.weight)
+    for present, right in zip(inertias, wanted):
+        if not math.isclose(present, right, rel_tol=1e-5, abs_tol=1e-9):
+            raise InputError(
+                f'{drive.path}: joint {again.arm_joint.name}: MuJoCo makes {present:.6g} of '
+                f'{right:.6g}, expected a file whose body takes an inertial of its own '
+                '(compiler inertiafromgeom, another posture)')

@@ -1,0 +1,201 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""A model in an MJCF file moves in MuJoCo as it does in our simulator."""
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.mjcf import EXPRESSIONS, REFUSED, values_of
+from gearbox_monitor.export.mjcf_file import (
+    compiled_model, drive_of, model_of, read_mjcf, weight)
+from gearbox_monitor.export.mjcf_patch import patched
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.simulate import simulate
+
+mujoco = pytest.importorskip('mujoco')
+HERE = Path(__file__).parent
+PAIR, ROBOT = HERE / 'pair.xml', HERE / 'robot.xml'
+DT, BOUND = 1e-3, 2e-3  # s, rad rms
+T = np.arange(0.0, 1.0, DT)
+U = 6.0 * np.cos(2.0 * np.pi * 0.9 * T) + 2.0 * np.cos(2.0 * np.pi * 2.3 * T)
+# Of each effect that MJCF expresses: values under which the motion differs.
+CASES = {
+    'motor_viscous': {'Cv': 0.15}, 'motor_coulomb': {'Cc': 0.35},
+    'lugre': {'sigma0': 30.0, 'sigma1': 0.1, 'Cs': 0.1, 'vs': 0.2},
+    'coulomb_asymmetry': {'Ca': 0.1}, 'motor_inertia': {'m1': 0.008},
+    'cogging': {'A': 0.5, 'N': 4, 'phi': 0.3}, 'arm_viscous': {'Cav': 0.05},
+    'arm_coulomb': {'Cac': 0.3}, 'gravity': {'G': 1.5}, 'load_torque': {'TL': 0.5},
+    'arm_inertia': {'m2': 0.033}, 'backlash_gap': {'b': 0.14}, 'stiffness': {'K': 17.0},
+    'hardening': {'K3': 200.0}, 'hysteresis_bouc_wen': {'Th': 0.5, 'dh': 0.02},
+    'hysteresis_branch': {'h': -0.02, 'ds': 0.02}, 'transmission_damping': {'D': 0.03},
+    'torque_gain': {'g': 0.1}, 'torque_offset': {'u0': 0.2}, 'actuator_lag': {'T': 0.01},
+    'actuator_delay': {'T': 0.0053}, 'saturation': {'umax': 4.0},
+    'motor_encoder_delay': {'T': 0.0053}, 'arm_encoder_delay': {'T': 0.0028},
+    'encoder_offset': {'c': 0.05}}
+
+
+def nominal(**changes):
+    """Return the model of the drive in PAIR."""
+    return model_of(read_mjcf(PAIR, 'motor', 'arm')).with_(**changes)
+
+
+def free_run(patch):
+    """Return what the joints of motor and arm read in MuJoCo [N, 2], rad."""
+    m = compiled_model(patch.data, PAIR)
+    d = mujoco.MjData(m)
+    joints = [mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_JOINT, name or patch.joints[0])
+              for name in patch.joints]
+    d.qpos[:] = m.qpos0
+    places, y = m.jnt_qposadr[joints], np.empty((len(U), 2))
+    # Those of a step are from before it.
+    sensors = {m.sensor_objid[i]: m.sensor_adr[i] for i in range(m.nsensor)}
+    for k, torque in enumerate(U):
+        if sensors:
+            mujoco.mj_forward(m, d)
+        y[k] = [d.sensordata[sensors[j]] if j in sensors else d.qpos[place]
+                for j, place in zip(joints, places)]
+        d.ctrl[0] = torque
+        mujoco.mj_step(m, d, nstep=round(DT / m.opt.timestep))
+    return y
+
+
+def compared(model, path=PAIR, joints=('motor', 'arm')):
+    """Return rms deviations of MuJoCo from our simulator, rad, and the Patch."""
+    patch = patched(read_mjcf(path, *joints), *values_of(model))
+    return np.sqrt(np.mean((free_run(patch) - simulate(model, U, DT).y) ** 2, axis=0)), patch
+
+
+def test_every_expressed_effect_has_a_case():
+    assert {name for name, e in EXPRESSIONS.items() if e.kind != REFUSED} == set(CASES)
+
+
+@pytest.mark.parametrize('name', CASES)
+def test_free_run_with_an_effect(name):
+    model = nominal(**{'half_gap': 0.0} if name == 'hysteresis_branch' else {})
+    effects = [e for e in model.effects if e['id'] != name]
+    model = model.with_(effects=[*effects, {'id': name, **CASES[name]}])
+    rms, patch = compared(model)
+    assert not [row for row in patch.exported if row.kind == REFUSED]
+    assert rms.max() < BOUND
+
+
+def test_without_an_effect_the_file_stays_but_for_the_law_of_friction():
+    _, patch = compared(nominal())
+    assert {(c.element, c.attribute) for c in patch.changes} == {
+        ('joint "motor"', 'solreffriction'), ('joint "motor"', 'solimpfriction')}
+
+
+def test_passive_play_yields():
+    rms, _ = compared(nominal(kind='passive_play', hysteresis_width=0.02,
+                              hysteresis_stiffness=20.0))
+    assert rms.max() < BOUND
+
+
+def test_one_joint_gets_a_rotor_beside_it():
+    model = DriveModel().with_(position_gain=0.0, gear_ratio=50.0)
+    drive = read_mjcf(ROBOT, 'elbow')
+    patch = patched(drive, *values_of(model))
+    assert patch.joints == ('elbow_motor', 'elbow')
+    m = compiled_model(patch.data, ROBOT)
+    assert m.nu == 1 and list(m.key_qpos[0]) == [0.2, 0.2] and m.nq == 2
+    text = patch.data.decode()
+    for kept in ('<!-- identified by hand in 2019 -->', '<!-- ranges in degrees -->',
+                 'fromto="0 0 0 0.3 0 0" size="0.03" density="500"/>'):
+        assert kept in text
+    after = model_of(read_patched(patch))
+    for name in ('motor_inertia', 'arm_inertia', 'damping', 'viscous_friction',
+                 'coulomb_friction', 'gear_ratio'):
+        assert getattr(after, name) == pytest.approx(getattr(model, name), rel=1e-6)
+    assert after.transmission == model.transmission
+    again = patched(read_patched(patch), *values_of(model))
+    assert not again.changes and again.data == patch.data
+
+
+def read_patched(patch):
+    return drive_of(patch.data, ROBOT, patch.joints)
+
+
+def test_rigid_model_in_one_joint():
+    drive = read_mjcf(ROBOT, 'elbow')
+    before = model_of(drive)
+    assert before.transmission.kind == 'rigid' and before.gear_ratio == 50.0
+    # About the joint: the link of 0.25 m and the hand at its end.
+    link = 0.8 * (0.29 / 2.0) ** 2 / 3.0
+    assert before.arm_inertia == pytest.approx(link + 0.8 * 0.125 ** 2 + 0.1 * 0.25 ** 2, rel=0.05)
+    model = before.with_(arm_inertia=0.7 * before.arm_inertia, motor_inertia=0.008,
+                         viscous_friction=0.2)
+    after = model_of(drive_of(patched(drive, *values_of(model)).data, ROBOT, ('elbow', None)))
+    assert after.arm_inertia == pytest.approx(model.arm_inertia, rel=1e-6)
+    assert (after.motor_inertia, after.viscous_friction) == pytest.approx((0.008, 0.2))
+
+
+def test_weight_of_a_light_arm_keeps_its_inertia():
+    """More weight than mass and inertia of the file allow: heavier and nearer to the axis."""
+    model = nominal(effects=[{'id': 'gravity', 'G': 6.0}])
+    rms, patch = compared(model)
+    assert rms.max() < BOUND
+    drive = drive_of(patch.data, PAIR, patch.joints)
+    assert weight(drive)[0] == pytest.approx(6.0, rel=1e-6)
+    assert drive.arm.inertia == pytest.approx(model.arm_inertia, rel=1e-6)
+
+
+def test_setpoints_are_neither_late_nor_slow():
+    data = PAIR.read_bytes().replace(b'<motor joint="motor"/>',
+                                     b'<position joint="motor" kp="50" kv="2"/>')
+    drive = drive_of(data, PAIR, ('motor', 'arm'))
+    gain = nominal().with_(effects=[*nominal().effects, {'id': 'torque_gain', 'g': -0.2}])
+    patch = patched(drive, *values_of(gain))
+    m = compiled_model(patch.data, PAIR)
+    assert m.actuator_gainprm[0, 0] == 40.0 and list(m.actuator_biasprm[0, :3]) == [0, -40, -1.6]
+    lag = nominal().with_(effects=[*nominal().effects, {'id': 'actuator_lag', 'T': 0.01}])
+    with pytest.raises(InputError, match='line 22: actuator : follows a setpoint'):
+        patched(drive, *values_of(lag))
+
+
+@pytest.mark.parametrize('changes, problem', [
+    ({'effects': [{'id': 'actuator_delay', 'T': 5e-5}]},
+     'a delay of 5e-05 s, expected a timestep of at most that'),
+    ({'motor_inertia': 1e-13}, 'armature: would be'),
+    ({'kind': 'rigid'}, 'two, expected one joint')])
+def test_what_does_not_fit_is_one_line(changes, problem):
+    model = nominal(**changes)
+    with pytest.raises(InputError, match=problem):
+        patched(read_mjcf(PAIR, 'motor', 'arm'), *values_of(model))
+
+
+def test_unknown_names_are_one_line():
+    with pytest.raises(InputError, match="joint: 'knee' is not in this file"):
+        read_mjcf(ROBOT, 'knee')
+    with pytest.raises(InputError, match="keyframe: 'up' is not in the file"):
+        read_mjcf(ROBOT, 'elbow', keyframe='up')
+    with pytest.raises(InputError, match='no fixed tendon'):
+        model_of(drive_of(PAIR.read_bytes().replace(b'stiffness="25"', b''), PAIR,
+                          ('motor', 'arm')))
+
+
+def test_the_command_lists_what_it_cannot_express(tmp_path, capsys):
+    (tmp_path / 'closed.yaml').write_text(
+        'gear_ratio: 50\neffects: [{id: torque_gain, g: 0.1}, {id: mesh_error, A: 0.01, N: 3, '
+        'phi: 0.0}]\n')
+    words = ['export', str(tmp_path / 'closed.yaml'), '--to', 'mjcf', '--into', str(ROBOT),
+             '--joint', 'elbow']
+    assert main([*words, '--out', str(tmp_path / 'out.xml')]) == 1
+    out = capsys.readouterr().out
+    assert 'mesh_error: refused: no length' in out and 'torque_gain: native' in out
+    assert mujoco.MjModel.from_xml_path(str(tmp_path / 'out.xml')).nq == 2
+    assert main(words) == 1
+    assert '+    <general name="elbow" joint="elbow_motor"' in capsys.readouterr().out
