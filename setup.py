@@ -57,6 +57,8 @@ setup(
         'fleet': ['dask>=2024.1', 'distributed>=2024.1'],
         # "export", and models read from MJCF files; no rosdep key
         'mujoco': ['mujoco>=4.0'],
+        # "import" of HDF5 and MATLAB 7.3 files
+        'import': ['h5py>=3.10'],
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         'test': [
             'distributed>=2024.1',
@@ -67,6 +69,7 @@ setup(
             'flake8-import-order>=0.18',
             'flake8-quotes>=3.3',
             'mujoco>=4.0',
+            'h5py>=3.10',
             'mypy>=1.11,<3',
             'psutil>=5.9',
             'pytest>=7.4',

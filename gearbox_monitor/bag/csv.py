@@ -72,12 +72,13 @@ def read_csv(path: str | Path) -> CsvColumns:
     mapping = mapping_from_dict(
         {'format': 'text', 'text': {'header': True, 'delimiter': delimiter},
          'time': {'column': header.index('t') + 1}, 'signals': signals}, str(path))
-    columns, place = read_columns(path, mapping)
+    raw = read_columns(path, mapping)
+    columns = raw.values
     ignored = [name or '(no name)' for name in header if name not in COLUMNS]
     notices = (f'ignored columns: {", ".join(ignored)}',) if ignored else ()
 
     def place_by_name(row: int, name: str) -> str:
-        line = place(row, COLUMNS[name]).split(',')[0]
+        line = raw.place(row, COLUMNS[name]).split(',')[0]
         return f'{line}, column {name}'
     t, u, motor, arm = (columns[COLUMNS[name]] for name in NEEDED)
     return CsvColumns(t, u, motor, arm, columns.get(COLUMNS['arm_torque']), place_by_name, notices)

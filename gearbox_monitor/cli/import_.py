@@ -13,11 +13,12 @@
 # limitations under the License.
 
 """
-Convert a recording into a bag: CSV-like text, .mat or JSON, gzipped or not.
+Convert a recording into a bag: text, .mat, JSON, HDF5, NumPy, Parquet or Feather, gzipped or not.
 
 A mapping file names column or field, unit, sign and encoder zero of each signal. Packaged mappings
-go by name: davinci_backend, emps, bam_servo_pendulum; their files in
-config/import show every key at work.
+go by name: davinci_backend, emps, bam_servo_pendulum; their files in config/import show most keys
+at work. --guess proposes a mapping from names, units and the motion itself; without BAG it prints
+this mapping, to be edited.
 
 The bag holds joint_states with the joints motor and arm (NaN = not measured). A reference torque
 goes to reference/transmission_state, never into the estimator's input.
@@ -29,12 +30,15 @@ bag has paired_joint_states, which all commands take.
 usage examples:
   gearbox_monitor import davinci_backend/00.TXT.gz --map davinci_backend run00
   gearbox_monitor import test_bench.csv --map my_bench.yaml bench
+  gearbox_monitor import run7.csv --map my_bench.yaml --set signals.arm_position.zero=812 bench7
+  gearbox_monitor import test_bench.csv --guess > my_bench.yaml    # then: look, edit, use it
   gearbox_monitor import two_topics --params joint3.yaml one_topic
   gearbox_monitor check bench                     # then: its contents, and what it suits
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Action, ArgumentParser, Namespace
 import json
 from pathlib import Path
+from typing import Any
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_parameters
@@ -42,14 +46,29 @@ from gearbox_monitor.parameters import resolve, SETTINGS
 from gearbox_monitor.plant.drive import DriveModel
 
 
+class _Guess(Action):
+    """Set the option, with which BAG need not follow."""
+
+    def __call__(self, parser: ArgumentParser, namespace: Namespace, values: Any,
+                 option_string: str | None = None) -> None:
+        setattr(namespace, self.dest, True)
+        for action in parser._actions:
+            if action.dest == 'bag':
+                action.required = False
+
+
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
-    parser.add_argument('file', metavar='FILE', help='recording: text, .mat or JSON; or a bag')
+    parser.add_argument('file', metavar='FILE', help='recording, or with --params a bag')
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument('--map', metavar='MAP',
                         help='mapping file, or the name of a packaged mapping')
+    source.add_argument('--guess', action=_Guess, nargs=0, default=False,
+                        help='propose a mapping; without BAG, print it and write nothing')
     source.add_argument('--params', metavar='PARAMS',
                         help='FILE is a bag: ROS parameter file of the estimator with arm_topic')
+    parser.add_argument('--set', metavar='KEY=VALUE', action='append', default=[],
+                        help='replace a value of the mapping, as gear_ratio=50; repeatable')
     parser.add_argument('--topic', default='joint_states',
                         help='with --params: topic of the motor')
     parser.add_argument('bag', metavar='BAG', help='bag to write; must not exist')
@@ -59,23 +78,37 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     from gearbox_monitor.bag.importer import load_mapping, read_recording, write_imported_bag
-    if Path(args.bag).exists():
+    if args.bag is not None and Path(args.bag).exists():
         raise InputError(f'{args.bag}: exists, expected the name of a new bag')
     if args.params:
         return _pair(args)
-    mapping = load_mapping(args.map)
+    assumptions: tuple[str, ...] = ()
+    if args.guess:
+        from gearbox_monitor.bag.importer.guess import guessed_mapping
+        guess = guessed_mapping(args.file, args.set)
+        if args.bag is None:
+            print(guess.yaml_text, end='')
+            return 0
+        mapping, assumptions = guess.mapping(), guess.assumptions
+    else:
+        mapping = load_mapping(args.map, args.set)
     recording = read_recording(args.file, mapping)
     write_imported_bag(recording, args.bag, args.file, mapping)
     n = len(recording.stamp_ns)
     duration = (recording.stamp_ns[-1] - recording.stamp_ns[0]) * 1e-9
+    signals = list(mapping.signals)
+    signals += list(mapping.second_file.mapping.signals) if mapping.second_file else []
     data = {'bag': args.bag, 'samples': n, 'duration_s': duration, 'rate_hz': (n - 1) / duration,
-            'signals': list(mapping.signals), 'notes': list(recording.notices)}
+            'signals': signals, 'assumptions': list(assumptions),
+            'notes': list(recording.notices)}
     if args.json:
         print(json.dumps(data, indent=2))
         return 0
+    for assumption in assumptions:
+        print(f'assumed: {assumption}')
     print(f'{args.bag}: {n} samples, {duration:.3f} s, {data["rate_hz"]:.1f} Hz, signals '
-          f'{", ".join(data["signals"])}')
-    for notice in data['notes']:
+          f'{", ".join(signals)}')
+    for notice in recording.notices:
         print(f'note: {notice}')
     return 0
 

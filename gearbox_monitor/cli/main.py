@@ -31,7 +31,7 @@ COMMANDS = {
     'replay': ('replay', 'run a bag through the estimator, offline'),
     'play': ('play', 'publish a bag to live nodes, with /clock'),
     'recover': ('recover', 'repair a truncated bag'),
-    'import': ('import_', 'convert CSV, .mat or JSON recordings into a bag'),
+    'import': ('import_', 'convert a recording of another format into a bag'),
     'tune': ('tune', 'estimate R and Q of a filter from a recording'),
     'compare': ('compare', 'compare several filters on one recording'),
     'check': ('check', 'show the contents of a recording and what it suits'),

@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 Array: TypeAlias = npt.NDArray[np.floating[Any]]  # float64 where nothing else is said
+AnyArray: TypeAlias = npt.NDArray[Any]
 Integers: TypeAlias = npt.NDArray[np.int64]  # stamps are in ns
 Flags: TypeAlias = npt.NDArray[np.bool_]
 # Plain data by name: parameters, an effect of a model file, figures beside a finding.

@@ -156,7 +156,8 @@ signals:
   motor_effort: {field: motor.i, torque_constant: 0.1, sign: -1}
 gear_ratio: 35.0
 """
-ROWS = json.dumps({'rows': [{'t': k, 'motor': {'q': 10.0 * k, 'i': 0.1 * k}} for k in range(30)]})
+ROWS = json.dumps({'rows': [
+    {'t': k, 'motor': {'q': 10.0 * k, 'i': 0.1 * k}} for k in range(120)]})
 
 
 def targets(folder):

@@ -13,14 +13,15 @@
 # limitations under the License.
 
 """
-Convert foreign recordings (text, MATLAB, JSON) into samples in SI units, and these into a bag.
+Convert foreign recordings into samples in SI units, and these into a bag.
 
 The bag holds ``joint_states`` with the joints ``motor`` and ``arm`` (NaN = not measured) and the
 reference torque, if recorded, on ``reference/transmission_state``. A reference serves fits and
 scores and is never an input of the estimator.
 """
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 import hashlib
 from pathlib import Path
 
@@ -28,13 +29,17 @@ import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.importer.clocks import estimated_lag, interpolated
 from gearbox_monitor.bag.importer.columns import read_columns
 from gearbox_monitor.bag.importer.mapping import (
-    FIRST_STAMP_NS, ImportMapping, load_mapping, SIGNALS)
+    bound_to, FIRST_STAMP_NS, ImportMapping, load_mapping, SIGNALS, TimeMapping)
+from gearbox_monitor.bag.importer.raw_columns import MIN_SAMPLES, RawColumns
+from gearbox_monitor.bag.importer.stamps import absolute_ns, ordered, require_plausible
+from gearbox_monitor.bag.importer.units import standard_unit
 from gearbox_monitor.bag.read import JOINT_STATE
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.kernels.types import AnyArray, Array, Flags, Integers
 
 __all__ = ['FIRST_STAMP_NS', 'ImportedRecording', 'load_mapping', 'read_recording',
            'write_imported_bag']
@@ -46,7 +51,7 @@ REFERENCE_TOPIC = '/reference/transmission_state'
 @dataclass(frozen=True)
 class ImportedRecording:
     """
-    Samples [N] of one drive: rad (or m) and N m (or N); NaN where not measured.
+    Samples [N] of one drive: rad (or m), rad/s (m/s) and N m (N); NaN where not measured.
 
     `stamp_ns` is int64 and strictly increasing. `reference_torque` is None when there is none.
     `notices` are sentences about the data that its owner should read.
@@ -58,7 +63,17 @@ class ImportedRecording:
     arm_position: Array
     arm_effort: Array
     reference_torque: Array | None
+    motor_velocity: Array
+    arm_velocity: Array
     notices: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ClockSignals:
+    """Signals in SI units that one clock has stamped: {name: float [N]}, stamps in its own ns."""
+
+    stamp_ns: Integers
+    values: Mapping[str, Array]
 
 
 def read_recording(path: str | Path, mapping: ImportMapping) -> ImportedRecording:
@@ -67,89 +82,210 @@ def read_recording(path: str | Path, mapping: ImportMapping) -> ImportedRecordin
 
     Raises InputError that names file, line or entry, value and expected value.
     """
-    columns, place = read_columns(path, mapping)
-    n = len(next(iter(columns.values())))
-    if n < 2:
-        raise InputError(f'{path}: {n} samples, expected at least two')
-    stamps = _stamps(path, mapping, columns.pop('time', None), n, place)
+    mapping = bound_to(mapping, path)
+    notices: list[str] = []
+    first, *others = _signals_by_clock(path, mapping, notices)
+    require_plausible(path, first.stamp_ns, '' if mapping.time.rate else mapping.time.unit)
+    values = dict(first.values)
+    for part in others:
+        values.update(_on_stamps(path, first.stamp_ns, part, notices))
+    if mapping.second_file:
+        values.update(_of_second_file(path, mapping, ClockSignals(first.stamp_ns, values),
+                                      notices))
+    stamps = first.stamp_ns
+    if mapping.time.start_stamp_ns != 'recorded':
+        stamps = stamps - stamps[0] + int(mapping.time.start_stamp_ns)
+    for stamp in (stamps[0], stamps[-1]):
+        if not 1 <= stamp < 2 ** 31 * 1_000_000_000:
+            raise InputError(f'{path}: time: stamp {stamp * 1e-9:.9g} s, expected one > 0 and < '
+                             '2^31 s (time.start_stamp_ns)')
+    notices += _described(values, stamps)
+    for side in ('motor', 'arm'):
+        velocity = values.get(f'{side}_velocity')
+        if velocity is not None and f'{side}_position' not in values:
+            values[f'{side}_position'] = _integrated(stamps, velocity)
+            notices.append(f'{side}_position: integrated from {side}_velocity, from 0: its zero '
+                           'is arbitrary and an offset of the velocity makes it drift')
+    signals = {name: values.get(name, np.full(len(stamps), np.nan)) for name in SIGNALS
+               if name != 'reference_torque'}
+    return ImportedRecording(stamp_ns=stamps, reference_torque=values.get('reference_torque'),
+                             notices=tuple(notices), **signals)
+
+
+def _signals_by_clock(path: str | Path, mapping: ImportMapping, notices: list[str]
+                      ) -> list[ClockSignals]:
+    """Return the signals of a file: first those of its common time, then those with their own."""
+    raw = read_columns(path, mapping)
+    notices += raw.notices
+    for name, unit in raw.units.items():
+        stated = standard_unit(mapping.signals[name].unit) if name in mapping.signals else ''
+        if unit and stated and unit != stated:
+            notices.append(f'{name}: unit {stated} in the mapping, {unit} in the recording: the '
+                           'mapping counts')
+    clocks: list[tuple[str, TimeMapping, list[str]]] = [('time', mapping.time, [])]
+    for name, signal in mapping.signals.items():
+        if signal.time is None:
+            clocks[0][2].append(name)
+        else:
+            clocks.append((f'{name}.time', signal.time, [name]))
+    if not clocks[0][2]:
+        del clocks[0]
+    return [_clock_signals(path, mapping, raw, clock, notices) for clock in clocks]
+
+
+def _clock_signals(path: str | Path, mapping: ImportMapping, raw: RawColumns,
+                   clock: tuple[str, TimeMapping, list[str]], notices: list[str]) -> ClockSignals:
+    """Return the signals `clock` (name of the time, its mapping, names) of `raw`, in order."""
+    key, time, names = clock
+    columns = {name: raw.values[name] for name in names}
+    times = raw.values.get(key)
+    count = len(next(iter(columns.values())) if times is None else times)
+    rows: Integers = np.arange(count)
+    if key != 'time' or len(columns) < len(mapping.signals):  # unequal lengths: empty cells
+        rows = np.flatnonzero(_measured(times)) if times is not None else \
+            np.flatnonzero(np.any([_measured(column) for column in columns.values()], axis=0))
+    for name, column in columns.items():
+        if len(column) != count:
+            raise InputError(f'{path}: {raw.place(0, name)}: {len(column)} values, expected '
+                             f'{count} like its time')
+    if count < 1 or not len(rows):
+        raise InputError(f'{path}: {len(rows)} samples of {", ".join(names)}, expected at least '
+                         f'{MIN_SAMPLES}')
+    if times is None:
+        assert time.rate is not None  # the mapping was checked
+        stamps: Integers = np.rint(np.arange(len(rows)) * (1e9 / time.rate)).astype(np.int64)
+    else:
+        stamps = absolute_ns(path, times[rows], time, partial(_place, raw, rows, key))
+    order = ordered(path, stamps, time, lambda row: (
+        f'{raw.place(int(rows[row]), key)} value '
+        f'{_written(times[rows[row]]) if times is not None else stamps[row]}'))
+    notices += order.notices
     values: dict[str, Array] = {}
-    notices = []
-    for name, raw in columns.items():
-        values[name] = _convert(path, mapping, name, raw, place)
-        missing = int(np.isnan(raw).sum())
+    for name, column in columns.items():
+        place = partial(_place, raw, rows, name)
+        values[name] = order.apply(_convert(path, mapping, name, column[rows], place))
+    return ClockSignals(order.stamp_ns, values)
+
+
+def _place(raw: RawColumns, rows: Integers, name: str, row: int) -> str:
+    return raw.place(int(rows[row]), name)
+
+
+def _written(time: object) -> str:
+    return f'{time:.12g}' if isinstance(time, np.floating) else str(time)
+
+
+def _measured(column: AnyArray) -> Flags:
+    if column.dtype.kind == 'f':
+        return ~np.isnan(column)
+    return column != '' if column.dtype.kind == 'U' else np.full(len(column), True)
+
+
+def _on_stamps(path: str | Path, stamps: Integers, part: ClockSignals, notices: list[str]
+               ) -> Iterator[tuple[str, Array]]:
+    """Yield (name, values) of `part` at `stamps`; say what was not covered."""
+    for name, values in part.values.items():
+        result = interpolated(stamps, part.stamp_ns, values)
+        missing = int(np.isnan(result).sum())
+        if len(stamps) - missing < MIN_SAMPLES:
+            raise InputError(f'{path}: {name}: measured at {len(stamps) - missing} of '
+                             f'{len(stamps)} stamps, expected clocks with at least {MIN_SAMPLES} '
+                             'in common')
+        if not np.array_equal(stamps, part.stamp_ns):
+            notices.append(f'{name}: {len(values)} samples of another clock, interpolated')
+        yield name, result
+
+
+def _of_second_file(path: str | Path, mapping: ImportMapping, first: ClockSignals,
+                    notices: list[str]) -> Iterator[tuple[str, Array]]:
+    """Yield (name, values) of the second file at the stamps of the first."""
+    second = mapping.second_file
+    assert second is not None
+    stem = Path(path).name.partition('.')[0]
+    other = Path(path).parent / second.path.replace('{stem}', stem)
+    for part in _signals_by_clock(other, second.mapping, notices):
+        require_plausible(other, part.stamp_ns, second.mapping.time.unit)
+        lag = second.lag
+        if isinstance(lag, str):
+            origin = int(first.stamp_ns[0])
+            estimate = estimated_lag(*_aligned_pair(mapping.source, first, part, origin),
+                                     f'{mapping.source}: second_file.lag')
+            lag = estimate.lag
+            notices.append(f'{other.name}: its clock is {lag:+.6g} s off, which explains '
+                           f'{estimate.explained:.2%} of its variance')
+        shifted = part.stamp_ns + round(lag * 1e9)
+        yield from _on_stamps(other, first.stamp_ns, ClockSignals(shifted, part.values), notices)
+
+
+def _aligned_pair(source: str, first: ClockSignals, second: ClockSignals, origin: int
+                  ) -> tuple[tuple[Array, Array], tuple[Array, Array], bool]:
+    """Return (motion, response, whether it is a position) of two files, for estimated_lag."""
+    seconds = [(part.stamp_ns - origin) * 1e-9 for part in (first, second)]
+    position = next((values for name, values in first.values.items()
+                     if SIGNALS[name].quantity == 'position'), None)
+    names = sorted(second.values, key=lambda name: SIGNALS[name].quantity, reverse=True)
+    if position is None or SIGNALS[names[0]].quantity == 'velocity':
+        raise InputError(f'{source}: second_file.lag: estimated: no position in the first file '
+                         'and position or effort in the second, expected a number (s)')
+    return ((seconds[0], position), (seconds[1], second.values[names[0]]),
+            SIGNALS[names[0]].quantity == 'position')
+
+
+def _described(values: Mapping[str, Array], stamps: Integers) -> Iterator[str]:
+    """Yield sentences on missing and constant values and on dropouts."""
+    for name, column in values.items():
+        missing = int(np.isnan(column).sum())
         if missing:
-            notices.append(f'{name}: {missing} of {n} samples not measured')
-        if missing < n and np.nanmax(raw) == np.nanmin(raw):
-            notices.append(f'{name}: the same value in all samples')
+            yield f'{name}: {missing} of {len(column)} samples not measured'
+        if missing < len(column) and np.nanmax(column) == np.nanmin(column):
+            yield f'{name}: the same value in all samples'
     step = np.diff(stamps)
     dropouts = int((step > 3 * np.median(step)).sum())
     if dropouts:
-        notices.append(f'time: {dropouts} dropouts of more than 3 sample times, longest '
-                       f'{step.max() * 1e-9:.3g} s')
-    motor_position, motor_effort, arm_position, arm_effort = (
-        values[name] if name in values else np.full(n, np.nan)
-        for name in ('motor_position', 'motor_effort', 'arm_position', 'arm_effort'))
-    return ImportedRecording(stamps, motor_position, motor_effort, arm_position, arm_effort,
-                             values.get('reference_torque'), tuple(notices))
+        yield (f'time: {dropouts} dropouts of more than 3 sample times, longest '
+               f'{step.max() * 1e-9:.3g} s')
 
 
-def _stamps(path: str | Path, mapping: ImportMapping, raw: Array | None, n: int,
-            place: Callable[[int, str], str]) -> Integers:
-    """Return the stamps (ns) of `n` samples from raw time (None: a constant rate)."""
-    time = mapping.time
-    recorded = time.start_stamp_ns == 'recorded'
-    start = FIRST_STAMP_NS if recorded else int(time.start_stamp_ns)
-    if raw is None:
-        assert time.rate is not None  # the mapping was checked
-        constant: Integers = np.rint(np.arange(n) * (1e9 / time.rate)).astype(np.int64)
-        return start + constant
-    bad = np.flatnonzero(~np.isfinite(raw))
-    if len(bad):
-        raise InputError(f'{path}: {place(bad[0], "time")} value {raw[bad[0]]}: expected a finite '
-                         'number')
-    # Whole numbers from here on: a double resolves today's date to 256 ns only.
-    ns = np.rint((raw if recorded else raw - raw[0]) * (time.scale * 1e9))
-    back = np.flatnonzero(np.diff(ns) <= 0)
-    if len(back):
-        row = int(back[0]) + 1
-        raise InputError(f'{path}: {place(row, "time")} value {raw[row]:.12g} after '
-                         f'{raw[row - 1]:.12g}: expected strictly increasing time')
-    first = 0 if recorded else start
-    for row in (0, -1):
-        if not 1 <= ns[row] + first < 2 ** 31 * 1e9:
-            raise InputError(f'{path}: {place(row % n, "time")} value {raw[row]:.12g}: stamp '
-                             f'{(ns[row] + first) * 1e-9:.9g} s, expected one > 0 and < 2^31 s')
-    stamps: Integers = ns.astype(np.int64)
-    return stamps + first
+def _integrated(stamps: Integers, velocity: Array) -> Array:
+    """Return the integral of `velocity` [N] from 0 by the trapezoidal rule, NaN where it is."""
+    valid = ~np.isnan(velocity)
+    position = np.full(len(velocity), np.nan)
+    if valid.any():
+        step, v = np.diff(stamps[valid]) * 1e-9, velocity[valid]
+        position[valid] = np.concatenate([[0.0], np.cumsum(step * (v[1:] + v[:-1]) / 2.0)])
+    return position
 
 
-def _convert(path: str | Path, mapping: ImportMapping, name: str, raw: Array,
-             place: Callable[[int, str], str]) -> Array:
+def _convert(path: str | Path, mapping: ImportMapping, name: str, raw: AnyArray,
+             place: Callable[[int], str]) -> Array:
     """Return the values of signal `name` in SI units on the arm side."""
     signal = mapping.signals[name]
+    raw = raw.astype(float)
 
-    def refuse(wrong: Flags, expected: str) -> None:
+    def _refuse(wrong: Flags, expected: str) -> None:
         rows = np.flatnonzero(wrong)
         if len(rows):
-            raise InputError(f'{path}: {place(rows[0], name)} value {raw[rows[0]]:.12g}: '
+            raise InputError(f'{path}: {place(int(rows[0]))} value {raw[rows[0]]:.12g}: '
                              f'expected {expected}')
     missing = np.isnan(raw)
-    refuse(np.isinf(raw), 'a finite number')
+    _refuse(np.isinf(raw), 'a finite number')
     if signal.missing == 'error':
-        refuse(missing, 'a number (missing: nan admits missing ones)')
-    value = raw
+        _refuse(missing, 'a number (missing: nan admits missing ones)')
+    value: Array = raw
     if signal.bits:
         full = 2.0 ** signal.bits
-        refuse(~missing & ((raw < 0) | (raw >= full) | (raw != np.floor(raw))),
-               f'an integer from 0 to {int(full) - 1}')
-        value = np.where(raw >= full / 2, raw - full, raw)
+        _refuse(~missing & ((raw < 0) | (raw >= full) | (raw != np.floor(raw))),
+                f'an integer from 0 to {int(full) - 1}')
+        negative = full / 2 - raw if signal.coding == 'sign_magnitude' else raw - full
+        value = np.where(raw >= full / 2, negative, raw)
     zero = signal.zero
     if zero == 'first':
         zero = 0.0 if missing.all() else value[~missing][0]
-    value = (value - float(zero)) * signal.factor()
-    position, _, motor_side = SIGNALS[name]
+    value = ((value - float(zero)) * signal.scale + signal.offset) * signal.factor()
+    quantity, _, motor_side = SIGNALS[name]
     if motor_side:
-        value = value / mapping.gear_ratio if position else value * mapping.gear_ratio
+        ratio = mapping.gear_ratio
+        value = value * ratio if quantity == 'effort' else value / ratio
     return value
 
 
@@ -168,8 +304,10 @@ def write_imported_bag(recording: ImportedRecording, bag: str | Path, source: st
         InputError: `bag` exists or cannot be written.
     """
     r = recording
+    velocity = np.column_stack([r.motor_velocity, r.arm_velocity])
     messages = [(JOINT_TOPIC, encode_joint_states(
         r.stamp_ns, ['motor', 'arm'], np.column_stack([r.motor_position, r.arm_position]),
+        velocity=None if np.isnan(velocity).all() else velocity,
         effort=np.column_stack([r.motor_effort, r.arm_effort])))]
     if r.reference_torque is not None:
         messages.append((REFERENCE_TOPIC, encode_joint_states(

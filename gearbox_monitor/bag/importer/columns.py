@@ -13,293 +13,277 @@
 # limitations under the License.
 
 """
-Read the raw columns of a foreign recording: text, MATLAB and JSON files, gzipped or not.
+Raw columns of a foreign recording: text, MATLAB, JSON, HDF5, NumPy, Parquet and Feather files.
 
-Every reader returns ``(columns, place)``: `columns` maps the name of a signal to a float64 array
-[N] in raw units (NaN for an admitted missing value), ``place(row, name)`` names the place of a
-value in error messages.
+All may be gzipped. A matrix with one row per signal is recognised by its shape.
 """
-from array import array
-from collections.abc import Callable, Iterator, Mapping
-import csv
-import gzip
-import io
-from itertools import chain
-import json
+from collections.abc import Mapping
 import math
 from pathlib import Path
-from typing import Any, cast, IO, TypeAlias
-import zlib
+from typing import Any
 
 import numpy as np
-import scipy.io
 
-from gearbox_monitor.bag.importer.mapping import ImportMapping, Place, TextFormat
+from gearbox_monitor.bag.importer.containers import opened_table, opened_tree, readable
+from gearbox_monitor.bag.importer.mapping import ImportMapping, Place, TimeMapping
+from gearbox_monitor.bag.importer.raw_columns import (
+    key_of, label_of, MIN_SAMPLES, names_of, Places, RawColumns)
+from gearbox_monitor.bag.importer.text_file import read_text
+from gearbox_monitor.bag.importer.units import standard_unit
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import AnyArray
 
-MAX_INT = 1 << 1000  # larger ones are no float
-Places: TypeAlias = Mapping[str, Place]  # by name of the signal, and 'time'
-Columns: TypeAlias = tuple[dict[str, Array], Callable[[int, str], str]]
-Rows: TypeAlias = Iterator[tuple[int, str]]  # line number, line
+MAX_INT = 1 << 63  # larger ones are no int64
+MAX_FLOAT = 1 << 1000  # larger ones are no float
 
 
-def read_columns(path: str | Path, mapping: ImportMapping) -> Columns:
+def read_columns(path: str | Path, mapping: ImportMapping) -> RawColumns:
     """
-    Return ``(columns, place)`` of the file `path` for the signals and the time of `mapping`.
+    Return the RawColumns of the file `path` for the signals and times of `mapping`.
 
     Raises InputError that names file, line or entry, value and expected value.
     """
-    places: Places = mapping.signals
+    places: dict[str, Place] = {}
     if mapping.time.rate is None:
-        places = {'time': mapping.time, **mapping.signals}
-    reader = {'text': _read_text, 'mat': _read_mat, 'json': _read_json}[mapping.format]
-    try:
-        return reader(path, mapping, places)
-    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
-        raise InputError(f'{path}: {error}, expected a whole gzip file') from None
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror or error}, expected a readable file') from None
-    except UnicodeDecodeError as error:
-        raise InputError(f'{path}: byte {error.object[error.start]:#04x} is not '
-                         f'{error.encoding}, expected text in the encoding of the mapping '
-                         f'({mapping.text.encoding})') from None
-
-
-def _open(path: str | Path) -> IO[bytes]:
-    """Open `path` for reading bytes, unpacked if its first bytes are those of gzip."""
-    stream = Path(path).open('rb')
-    packed = stream.read(2) == b'\x1f\x8b'
-    stream.seek(0)
-    return cast(IO[bytes], gzip.open(stream)) if packed else stream
-
-
-def _label(name: str) -> str:
-    return name.replace('_', ' ')
-
-
-# --- text ---------------------------------------------------------------------------------------
-def _rows(path: str | Path, text: TextFormat) -> Rows:
-    """Yield ``(line number, line)`` of lines that are neither empty nor a comment."""
-    with io.TextIOWrapper(_open(path), encoding=text.encoding, newline=None) as stream:
-        for number, line in enumerate(stream, 1):
-            if number == 1:
-                line = line.removeprefix('\ufeff')
-            if line.strip() and not line.lstrip().startswith(text.comment):
-                yield number, line
-
-
-def _split(line: str, text: TextFormat) -> list[str]:
-    if text.delimiter == 'whitespace':
-        return line.split()
-    return next(csv.reader([line.rstrip('\n')], delimiter=text.delimiter))
-
-
-def _column_numbers(path: str | Path, mapping: ImportMapping, places: Places, rows: Rows
-                    ) -> dict[str, int]:
-    """Return {name: column from 0}; takes the header row, if any, from `rows`."""
-    header = None
-    if mapping.text.header:
-        number, line = next(rows, (0, ''))
-        header = [name.strip() for name in _split(line, mapping.text)] if number else []
-    numbers = {}
-    for name, signal in places.items():
-        column = signal.column
-        if isinstance(column, str):
-            if header is None:
-                raise InputError(f'{mapping.source}: {_key(name)}.column: {column!r}, expected a '
-                                 'number, or text.header: true for a name')
-            if header.count(column) != 1:
-                names = ', '.join(header) or 'none'
-                raise InputError(f'{path}: header row: column {column!r} of {_key(name)} stands '
-                                 f'{header.count(column)} times, expected once in: {names}')
-            column = header.index(column) + 1
-        assert column is not None  # the mapping was checked
-        numbers[name] = column - 1
-    return numbers
-
-
-def _key(name: str) -> str:
-    return name if name == 'time' else f'signals.{name}'
-
-
-def _read_text(path: str | Path, mapping: ImportMapping, places: Places) -> Columns:
-    text = mapping.text
-    rows = _rows(path, text)
-    numbers = _column_numbers(path, mapping, places, rows)
-    if not numbers:
+        places['time'] = mapping.time
+    for name, signal in mapping.signals.items():
+        places[name] = signal
+        if signal.time is not None and signal.time.rate is None:
+            places[f'{name}.time'] = signal.time
+    if not mapping.signals:
         raise InputError(f'{mapping.source}: signals: none, expected at least one')
-    lines = array('q')
-
-    def data() -> Iterator[str]:
-        for number, line in rows:
-            lines.append(number)
-            yield line.replace(',', '.') if text.decimal == ',' else line
-
-    def place(row: int, name: str) -> str:
-        return f'line {lines[row]}, column {numbers[name] + 1} ({_label(name)})'
-
-    columns = sorted(set(numbers.values()))
-    delimiter = None if text.delimiter == 'whitespace' else text.delimiter
-    try:
-        first = next(rows, None)
-        if first is None:
-            raise InputError(f'{path}: no rows of data, expected at least two')
-        rows = chain([first], rows)
-        values: Array = np.loadtxt(data(), delimiter=delimiter, usecols=columns, comments=None,
-                                   quotechar=None if delimiter is None else '"', ndmin=2)
-    except UnicodeDecodeError:
-        raise
-    except ValueError as error:
-        if isinstance(error, InputError):
-            raise
-        lines = array('q')
-        values = _read_carefully(path, mapping, places, numbers, lines)
-    result: dict[str, Array] = {}
-    for name, column in numbers.items():
-        result[name] = values[:, columns.index(column)].copy()
-    return result, place
+    if mapping.format == 'text':
+        with readable(path, mapping.text.encoding):
+            return read_text(path, mapping, places)
+    if mapping.format in ('parquet', 'feather'):
+        return _read_table(path, mapping, places)
+    with opened_tree(path, mapping.format) as tree:
+        if mapping.format == 'json':
+            entries = _entries(path, tree, mapping.json.entries)
+            if entries is not None:
+                return _read_entries(path, entries, mapping.json.entries or '', places)
+        return _read_tree(path, tree, places)
 
 
-def _read_carefully(path: str | Path, mapping: ImportMapping, places: Places,
-                    numbers: Mapping[str, int], lines: 'array[int]') -> Array:
-    """Read row by row, to name the first bad value or to admit missing ones; fill `lines`."""
-    text, columns = mapping.text, sorted(set(numbers.values()))
-    rows = _rows(path, text)
-    _column_numbers(path, mapping, places, rows)
-    values = array('d')
-    names: dict[int, str] = {}
-    for name, column in numbers.items():
-        names.setdefault(column, name)
-    may_miss = {numbers[name] for name, signal in places.items() if _may_miss(signal)}
-    for number, line in rows:
-        lines.append(number)
-        cells = _split(line, text)
-        if len(cells) <= columns[-1]:
-            raise InputError(f'{path}: line {number}: {len(cells)} columns, expected at least '
-                             f'{columns[-1] + 1}')
-        for column in columns:
-            cell = cells[column].strip()
-            try:
-                number_text = cell.replace(',', '.') if text.decimal == ',' else cell
-                values.append(math.nan if not cell and column in may_miss else
-                              float(number_text))
-            except ValueError:
-                raise InputError(f'{path}: line {number}, column {column + 1} '
-                                 f'({_label(names[column])}) value {cell!r}: expected a number'
-                                 ) from None
-    return np.array(values).reshape(-1, len(columns))
-
-
-# --- MATLAB -------------------------------------------------------------------------------------
-def _read_mat(path: str | Path, mapping: ImportMapping, places: Places) -> Columns:
-    with _open(path) as stream:
-        content = io.BytesIO(stream.read())
-    try:
-        tree = scipy.io.loadmat(content, simplify_cells=True)
-    except NotImplementedError:
-        raise InputError(f'{path}: MATLAB version 7.3, expected version 7.2 or older (save -v7)'
-                         ) from None
-    except Exception as error:  # scipy raises many kinds for a foreign or a cut file
-        raise InputError(f'{path}: {type(error).__name__} {error}, expected a MATLAB file'
-                         .replace('\n', ' ')) from None
-    tree = {k: v for k, v in tree.items() if not k.startswith('__')}
-    return _arrays(path, tree, places)
-
-
-def _arrays(path: str | Path, tree: Any, places: Places) -> Columns:
-    """Return the arrays of numbers at the dotted paths of `places` in nested mappings."""
-    columns: dict[str, Array] = {}
+# --- Parquet and Feather ------------------------------------------------------------------------
+def _read_table(path: str | Path, mapping: ImportMapping, places: Places) -> RawColumns:
+    table = opened_table(path, mapping.format)
+    values: dict[str, AnyArray] = {}
     for name, signal in places.items():
-        value: Any = tree
-        for part in _path(signal):
-            if not isinstance(value, dict) or part not in value:
-                raise InputError(f'{path}: field {signal.field} ({_label(name)}): missing, '
-                                 f'expected one of {_names(value)}')
-            value = value[part]
-        try:
-            if isinstance(value, list):
-                value = [math.nan if v is None else v for v in value]
-            value = np.asarray(value)
-            if value.dtype.kind not in 'iuf':
-                raise TypeError
-        except (TypeError, ValueError):
-            raise InputError(f'{path}: field {signal.field} ({_label(name)}): not numeric, '
-                             'expected an array of numbers') from None
-        if signal.column is not None:
-            if value.ndim != 2 or int(signal.column) > value.shape[1]:
-                raise InputError(f'{path}: field {signal.field} ({_label(name)}): shape '
-                                 f'{value.shape}, expected a matrix with column {signal.column}')
-            value = value[:, int(signal.column) - 1]
-        value = np.atleast_1d(np.squeeze(value)).astype(float)
-        if value.ndim != 1:
-            raise InputError(f'{path}: field {signal.field} ({_label(name)}): shape '
-                             f'{value.shape}, expected one number per sample')
-        columns[name] = value
-        length = len(next(iter(columns.values())))
-        if len(value) != length:
-            raise InputError(f'{path}: field {signal.field} ({_label(name)}): {len(value)} '
-                             f'values, expected {length} like {next(iter(columns))}')
+        column, element = signal.column, None
+        if isinstance(column, str) and column not in table.column_names:
+            stem, _, digits = column.rpartition('.')
+            if stem in table.column_names and digits.isdigit() and int(digits):
+                column, element = stem, int(digits)
+        is_column = table.column_names.count(column) == 1 if isinstance(column, str) else \
+            column is not None and column <= len(table.column_names)
+        if not is_column:
+            raise InputError(f'{path}: column {signal.column!r} ({label_of(name)}): missing, '
+                             f'expected one of {", ".join(table.column_names)}')
+        data = table[column if isinstance(column, str) else int(column or 1) - 1]
+        values[name] = _table_column(path, data, element, f'column {signal.column} '
+                                     f'({label_of(name)})', isinstance(signal, TimeMapping))
 
     def place(row: int, name: str) -> str:
-        return f'{places[name].field}[{row}] ({_label(name)})'
-    return columns, place
+        return f'row {row + 1}, column {places[name].column} ({label_of(name)})'
+    return RawColumns(values, place)
 
 
-def _path(signal: Place) -> list[str]:
-    """Return the parts of the dotted path of `signal`."""
-    assert signal.field is not None  # the mapping was checked
-    return signal.field.split('.')
-
-
-def _may_miss(signal: Place) -> bool:
-    """Return whether values of `signal` may be missing."""
-    return getattr(signal, 'missing', 'error') == 'nan'
-
-
-def _names(value: object) -> str:
-    return ', '.join(sorted(map(str, value))) if isinstance(value, dict) and value else 'no fields'
-
-
-# --- JSON ---------------------------------------------------------------------------------------
-def _read_json(path: str | Path, mapping: ImportMapping, places: Places) -> Columns:
-    with _open(path) as stream:
-        content = stream.read()
+def _table_column(path: str | Path, data: Any, element: int | None, where: str, is_time: bool
+                  ) -> AnyArray:
+    """Return a pyarrow column as an array: whole numbers and stamps exactly, nulls as NaN."""
+    import pyarrow as pa
+    from pyarrow import compute
     try:
-        tree = json.loads(content)
-    except json.JSONDecodeError as error:
-        raise InputError(f'{path}: line {error.lineno} column {error.colno}: {error.msg}, '
-                         'expected JSON') from None
-    except (ValueError, RecursionError) as error:  # an endless number, nested too deeply
-        raise InputError(f'{path}: {error}, expected JSON') from None
-    where = mapping.json.entries
+        if element is not None:
+            data = compute.list_element(data, element - 1)
+        if pa.types.is_timestamp(data.type) or pa.types.is_duration(data.type):
+            unit = data.type.unit
+            numbers = data.cast(pa.int64())
+            if not is_time or numbers.null_count:
+                raise InputError(f'{path}: {where}: stamps, expected '
+                                 + ('none missing' if is_time else 'numbers'))
+            return numbers.to_numpy().astype(f'M8[{unit}]')
+        if is_time and (pa.types.is_string(data.type) or pa.types.is_large_string(data.type)):
+            return np.array([text or '' for text in data.to_pylist()])
+        if pa.types.is_integer(data.type) and not data.null_count:
+            return data.cast(pa.int64()).to_numpy()
+        return data.cast(pa.float64()).to_numpy()
+    except pa.ArrowException as error:
+        raise InputError(f'{path}: {where}: {data.type}, expected numbers ({error})') from None
+
+
+# --- fields: MATLAB, HDF5, NumPy, JSON of arrays ------------------------------------------------
+def _read_tree(path: str | Path, tree: Any, places: Places) -> RawColumns:
+    """Return the arrays of numbers at the dotted paths of `places`."""
+    values: dict[str, AnyArray] = {}
+    notices: list[str] = []
+    labels: dict[str, str] = {}
+    for name, signal in places.items():
+        where = f'field {signal.field or "(root)"} ({label_of(name)})'
+        value = _field(path, tree, signal, where)
+        stated = getattr(value, 'attrs', {}).get('units', getattr(value, 'attrs', {}).get('unit'))
+        labels[name] = standard_unit(stated.decode() if isinstance(stated, bytes) else
+                                     str(stated)) if stated is not None else ''
+        is_time = isinstance(signal, TimeMapping)
+        array = _numbers(path, value, where, is_time)
+        if signal.column is not None:
+            array, transposed = _oriented(path, array, where)
+            if int(signal.column) > array.shape[1]:
+                raise InputError(f'{path}: {where}: shape {array.shape}, expected a matrix with '
+                                 f'column {signal.column}')
+            if transposed and transposed not in notices:
+                notices.append(transposed)
+            array = array[:, int(signal.column) - 1]
+        array = np.atleast_1d(np.squeeze(array))
+        if array.ndim != 1:
+            raise InputError(f'{path}: {where}: shape {array.shape}, expected one number per '
+                             'sample, or the column of a matrix (column: 1, ...)')
+        values[name] = array
+    lengths = {name: len(values[name]) for name in values if '.' not in name
+               and f'{name}.time' not in places and getattr(places[name], 'time', None) is None}
+    for name, length in lengths.items():
+        first = next(iter(lengths))
+        if length != lengths[first]:
+            raise InputError(f'{path}: field {places[name].field} ({label_of(name)}): {length} '
+                             f'values, expected {lengths[first]} like {first} (or a time of its '
+                             f'own: {key_of(name)}.time)')
+
+    def place(row: int, name: str) -> str:
+        signal = places[name]
+        column = f', {signal.column}' if signal.column is not None else ''
+        return f'{signal.field or ""}[{row}{column}] ({label_of(name)})'
+    return RawColumns(values, place, tuple(notices), labels)
+
+
+def _field(path: str | Path, tree: Any, signal: Place, where: str) -> Any:
+    """Return what stands at the dotted path of `signal`; numbers count entries from 1."""
+    value = tree
+    parts = _parts(signal)
+    for k, part in enumerate(parts):
+        rest = '.'.join(parts[k:])
+        if isinstance(value, Mapping) and rest in value:  # a name with dots
+            return value[rest]
+        value = _step(path, value, part, where)
+    return value
+
+
+def _step(path: str | Path, value: Any, part: str, where: str) -> Any:
+    if isinstance(value, Mapping):
+        if part in value:
+            return value[part]
+    elif _names_of_record(value):
+        if part in _names_of_record(value):
+            return value[part]
+    elif isinstance(value, (list, np.ndarray)) and getattr(value, 'ndim', 1) == 1 and \
+            len(value) and isinstance(value[0], Mapping):  # an array of structs
+        if part.isdigit() and 1 <= int(part) <= len(value):
+            return value[int(part) - 1]
+        return [_step(path, entry, part, where) for entry in value]
+    elif isinstance(value, list) and part.isdigit() and 1 <= int(part) <= len(value):
+        return value[int(part) - 1]
+    raise InputError(f'{path}: {where}: missing, expected one of {names_of(value)}')
+
+
+def _names_of_record(value: Any) -> tuple[str, ...]:
+    """Return the names of the fields of a table of records (a compound type), () for others."""
+    return getattr(getattr(value, 'dtype', None), 'names', None) or ()
+
+
+def _numbers(path: str | Path, value: Any, where: str, is_time: bool) -> AnyArray:
+    """Return an array of numbers; of a time also texts."""
+    try:
+        if isinstance(value, list):
+            value = [math.nan if v is None else v for v in value]
+        matlab = 'MATLAB_class' in getattr(value, 'attrs', ())  # stores columns as rows
+        array = np.asarray(value[()] if hasattr(value, 'attrs') else value)
+        array = array.T if matlab else array
+        if is_time and array.dtype.kind in 'OSU' and array.size and isinstance(
+                array.flat[0], (bytes, str)):
+            return np.array([text.decode() if isinstance(text, bytes) else str(text)
+                             for text in array.ravel()])
+        if array.dtype.kind == 'M' and is_time:
+            return array
+        if array.dtype.kind == 'u':
+            array = array.astype(np.int64 if array.dtype.itemsize < 8 else float)
+        if array.dtype.kind not in 'if':
+            raise TypeError
+    except (TypeError, ValueError):
+        raise InputError(f'{path}: {where}: not numeric, expected an array of numbers') from None
+    return array
+
+
+def _oriented(path: str | Path, array: AnyArray, where: str) -> tuple[AnyArray, str]:
+    """Return a matrix with one row per sample, and a notice if it had one row per signal."""
+    if array.ndim > 2:
+        array = np.squeeze(array)
+    if array.ndim != 2:
+        raise InputError(f'{path}: {where}: shape {array.shape}, expected a matrix')
+    rows, columns = array.shape
+    if rows < MIN_SAMPLES <= columns:
+        return array.T, (f'{where.partition(" (")[0]}: one row per signal ({rows} rows of '
+                         f'{columns} samples): column numbers count its rows')
+    return array, ''
+
+
+def _parts(signal: Place) -> list[str]:
+    """Return the parts of the dotted path of `signal`."""
+    return signal.field.strip('/').replace('/', '.').split('.') if signal.field else []
+
+
+# --- JSON entries -------------------------------------------------------------------------------
+def _entries(path: str | Path, tree: Any, where: str | None) -> list[Any] | None:
+    """Return the list of entries of a JSON recording; None: it is one of arrays by name."""
     if where is None and isinstance(tree, dict):
-        return _arrays(path, tree, places)
+        return None
     entries = tree
     for part in where.split('.') if where else ():
         if not isinstance(entries, dict) or part not in entries:
             raise InputError(f'{path}: {where}: missing, expected a list of entries, found '
-                             f'{_names(entries)}')
+                             f'{names_of(entries)}')
         entries = entries[part]
     if not isinstance(entries, list):
         raise InputError(f'{path}: {where}: {type(entries).__name__}, expected a list of entries')
+    return entries
+
+
+def _read_entries(path: str | Path, entries: list[Any], where: str, places: Places) -> RawColumns:
+    """Return the values of `places` in a list of entries, each a mapping or a row of numbers."""
+    notices: tuple[str, ...] = ()
+    lists = bool(entries) and all(isinstance(entry, list) for entry in entries)
+    if lists and len(entries) < MIN_SAMPLES and len(entries[0]) >= MIN_SAMPLES and all(
+            len(entry) == len(entries[0]) for entry in entries):
+        notices = (f'{where or "the list"}: one row per signal ({len(entries)} rows of '
+                   f'{len(entries[0])} samples): column numbers count its rows',)
+        entries = [list(row) for row in zip(*entries)]
 
     def place(row: int, name: str) -> str:
-        return f'{where or ""}[{row}].{places[name].field} ({_label(name)})'
-    columns: dict[str, Array] = {}
+        signal = places[name]
+        field = f'.{signal.field}' if signal.field else ''
+        column = f'[{int(signal.column) - 1}]' if signal.column is not None else ''
+        return f'{where}[{row}]{field}{column} ({label_of(name)})'
+    values: dict[str, AnyArray] = {}
     for name, signal in places.items():
-        parts, may_miss = _path(signal), _may_miss(signal)
-        values = np.empty(len(entries))
+        parts, column = _parts(signal), signal.column
+        may_miss = getattr(signal, 'missing', 'error') == 'nan'
+        is_time, numbers = isinstance(signal, TimeMapping), []
         for row, entry in enumerate(entries):
             value = entry
             for part in parts:
                 value = value.get(part) if isinstance(value, dict) else None
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or \
-                    isinstance(value, int) and abs(value) > MAX_INT:
+            if column is not None:
+                value = value[int(column) - 1] if isinstance(value, list) and \
+                    int(column) <= len(value) else None
+            if not (is_time and isinstance(value, str)) and (
+                    isinstance(value, bool) or not isinstance(value, (int, float)) or
+                    isinstance(value, int) and abs(value) > MAX_FLOAT):
                 if value is not None or not may_miss:
                     text = 'missing' if value is None else f'value {value!r}'
                     raise InputError(f'{path}: {place(row, name)} {text}: expected a number')
                 value = math.nan
-            values[row] = value
-        columns[name] = values
-    return columns, place
+            numbers.append(value)
+        texts = any(isinstance(value, str) for value in numbers)
+        whole = all(isinstance(value, int) and abs(value) < MAX_INT for value in numbers)
+        values[name] = np.array([str(v) for v in numbers]) if texts else np.array(
+            numbers, np.int64 if whole else float)
+    return RawColumns(values, place, notices)

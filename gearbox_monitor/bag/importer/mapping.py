@@ -15,84 +15,118 @@
 """
 The mapping file: which columns or fields of a foreign recording are which signals of a drive.
 
-A value of a signal is ``sign (raw - zero) scale``, in SI units. Keys outside this vocabulary raise
-an error.
+A value of a signal is ``sign ((raw - zero) scale + offset)`` in its unit, which converts it to SI.
+Keys outside this vocabulary raise an error.
 """
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-import math
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 import yaml
 
+from gearbox_monitor.bag.importer.header import (
+    header_references, header_values, with_header, with_settings)
+from gearbox_monitor.bag.importer.units import TIME, TURN, unit_factor
 from gearbox_monitor.errors import InputError, Problems, unknown
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_yaml
 
-FORMATS = ('text', 'mat', 'json')
+FORMATS = ('text', 'mat', 'json', 'hdf5', 'numpy', 'parquet', 'feather')
+TABLES = ('text', 'parquet', 'feather')  # columns with names; the others have fields
 KINDS = ('rotary', 'prismatic')
+CODINGS = ('twos_complement', 'sign_magnitude')
+REPEATED = ('error', 'first', 'average', 'drop')
+UNORDERED = ('error', 'sort', 'drop')
 
 
 class SignalKind(NamedTuple):
-    """Whether a signal is a position, the effort of the motor, on the motor side of the gear."""
+    """Quantity of a signal, and whether it is the effort of the motor, or on the motor side."""
 
-    position: bool
+    quantity: str
     motor_effort: bool
     motor_side: bool
 
 
 SIGNALS = {
-    'motor_position': SignalKind(True, False, True),
-    'motor_effort': SignalKind(False, True, True),
-    'arm_position': SignalKind(True, False, False),
-    'arm_effort': SignalKind(False, False, False),
-    'reference_torque': SignalKind(False, False, False),
+    'motor_position': SignalKind('position', False, True),
+    'motor_velocity': SignalKind('velocity', False, True),
+    'motor_effort': SignalKind('effort', True, True),
+    'arm_position': SignalKind('position', False, False),
+    'arm_velocity': SignalKind('velocity', False, False),
+    'arm_effort': SignalKind('effort', False, False),
+    'reference_torque': SignalKind('effort', False, False),
 }
+MAX_HEADER = 100  # rows
+SECOND = ': second_file'  # in the name of a mapping
 FIRST_STAMP_NS = 1_000_000_000  # stamp 0 means "no stamp" to ROS and to the estimator
 
 
 @dataclass(frozen=True)
-class SignalMapping:
-    """One signal of the recording; `column` counts from 1 or is a name of the header row."""
+class TimeMapping:
+    """
+    Place of the time of a sample, or the constant `rate` (Hz) of a recording without time.
+
+    unit: of TIME, or 'iso8601'. repeated, unordered: what becomes of samples with one stamp, and
+    of those whose stamp is before an earlier one.
+    """
 
     column: int | str | None = None
     field: str | None = None
     scale: float = 1.0
+    unit: str = 's'
+    rate: float | None = None
+    start_stamp_ns: int | str = FIRST_STAMP_NS
+    repeated: str = 'error'
+    unordered: str = 'error'
+
+
+@dataclass(frozen=True)
+class SignalMapping:
+    """
+    One signal of the recording; `column` counts from 1 or is a name of the header row.
+
+    time: its own, where it was not sampled together with the others. unit_scale: of `unit`, to SI.
+    """
+
+    column: int | str | None = None
+    field: str | None = None
+    scale: float = 1.0
+    offset: float = 0.0
     counts_per_rev: float | None = None
     torque_constant: float = 1.0
     sign: int = 1
     zero: float | str = 0.0
     bits: int | None = None
+    coding: str = 'twos_complement'
     missing: str = 'error'
     unit: str = ''
+    unit_scale: float = 1.0
+    time: TimeMapping | None = None
 
     def factor(self) -> float:
-        """Return the factor from raw units to SI units."""
-        rev = 2.0 * math.pi / self.counts_per_rev if self.counts_per_rev else 1.0
-        return self.sign * self.scale * rev * self.torque_constant
-
-
-@dataclass(frozen=True)
-class TimeMapping:
-    """Place of the time of a sample, or the constant `rate` (Hz) of a recording without time."""
-
-    column: int | str | None = None
-    field: str | None = None
-    scale: float = 1.0
-    rate: float | None = None
-    start_stamp_ns: int | str = FIRST_STAMP_NS
+        """Return the factor from the unit of `scale` to SI units."""
+        rev = TURN / self.counts_per_rev if self.counts_per_rev else 1.0
+        return self.sign * self.unit_scale * rev * self.torque_constant
 
 
 @dataclass(frozen=True)
 class TextFormat:
-    """Format of a text file; `delimiter` 'whitespace' is any run of blanks and tabs."""
+    """
+    Format of a text file; `delimiter` 'whitespace' is any run of blanks and tabs.
+
+    header: number of header rows (true: 1), or 'comment': names in the last comment before the
+    data. skip: lines before anything else. rows: 'samples', 'signals' (a row per signal) or
+    'auto': by shape.
+    """
 
     delimiter: str = ','
     comment: str = '#'
     encoding: str = 'utf-8'
-    header: bool = False
+    header: bool | int | str = False
     decimal: str = '.'
+    skip: int = 0
+    rows: str = 'auto'
 
 
 @dataclass(frozen=True)
@@ -104,7 +138,11 @@ class JsonFormat:
 
 @dataclass(frozen=True)
 class ImportMapping:
-    """A checked mapping file; `yaml_text` is its content, `source` its path."""
+    """
+    A checked mapping file; `yaml_text` is its content, `source` its path.
+
+    references: {dotted key of `data`: (name in the header of a recording, scale)}, for bound_to.
+    """
 
     source: str
     yaml_text: str
@@ -116,10 +154,28 @@ class ImportMapping:
     description: str = ''
     text: TextFormat = field(default_factory=TextFormat)
     json: JsonFormat = field(default_factory=JsonFormat)
+    second_file: 'SecondFile | None' = None
+    data: Any = None
+    references: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class SecondFile:
+    """
+    Further signals of the same run in a file with its own clock.
+
+    path: beside the first file; ``{stem}`` stands for the name of that without its endings. lag:
+    s, added to the times of this file; 'estimated': from the motion.
+    """
+
+    path: str
+    lag: float | str
+    mapping: ImportMapping
 
 
 Place: TypeAlias = SignalMapping | TimeMapping
-_KEYS = ('format', 'description', 'kind', 'gear_ratio', 'time', 'signals', 'text', 'json')
+_KEYS = ('format', 'description', 'kind', 'gear_ratio', 'time', 'signals', 'text', 'json',
+         'second_file')
 
 
 def find_mapping(name: str | Path) -> Path:
@@ -135,12 +191,28 @@ def find_mapping(name: str | Path) -> Path:
                          f'{", ".join(packaged)}') from None
 
 
-def load_mapping(name: str | Path) -> ImportMapping:
-    """Return the ImportMapping `name`: a file or a packaged mapping. Raises InputError."""
+def load_mapping(name: str | Path, settings: Sequence[str] = ()) -> ImportMapping:
+    """
+    Return the ImportMapping `name`: a file or a packaged mapping.
+
+    `settings` are ``KEY=VALUE`` that replace values, keys dotted as in 'time.unit=ms'. Raises
+    InputError.
+    """
     path = find_mapping(name)
     data = load_yaml(path)
     with data.located():
-        return mapping_from_dict(data.content, str(path), data.text)
+        content = with_settings(data.content, settings)
+        return mapping_from_dict(content, str(path), None if settings else data.text)
+
+
+def bound_to(mapping: ImportMapping, recording: str | Path) -> ImportMapping:
+    """Return `mapping` with the values that it takes from the header of `recording`."""
+    if not mapping.references:
+        return mapping
+    names = [name for name, _ in mapping.references.values()]
+    values = header_values(recording, mapping.data, names)
+    return mapping_from_dict(with_header(mapping.data, mapping.references, values,
+                                         str(recording)), mapping.source, mapping.yaml_text)
 
 
 def mapping_from_dict(data: Any, source: str, yaml_text: str | None = None) -> ImportMapping:
@@ -158,7 +230,14 @@ def mapping_from_dict(data: Any, source: str, yaml_text: str | None = None) -> I
     Raises:
         InputError: it names all keys with a wrong value.
     """
-    text = yaml.safe_dump(data) if yaml_text is None else yaml_text
+    text = yaml.safe_dump(data, sort_keys=False) if yaml_text is None else yaml_text
+    original = data
+    try:
+        references = header_references(data)
+    except InputError as error:
+        raise InputError(f'{source}: {error}') from None
+    # The numbers are checked once they were read; until then any will do.
+    data = with_header(data, references, {name: 1.0 for name, _ in references.values()}, '')
     _require_keys(data, 'mapping', source, _KEYS)
     for key in ('format', 'time', 'signals'):
         if key not in data:
@@ -177,6 +256,9 @@ def mapping_from_dict(data: Any, source: str, yaml_text: str | None = None) -> I
     with problems:
         values['gear_ratio'] = _number(data.get('gear_ratio', 1.0), 'gear_ratio', source,
                                        nonzero=True)
+    if 'second_file' in data:
+        with problems:
+            values['second_file'] = _second_file(data, source)
     if 'text' in data:
         with problems:
             values['text'] = _text(data['text'], source)
@@ -196,10 +278,32 @@ def mapping_from_dict(data: Any, source: str, yaml_text: str | None = None) -> I
                 values['signals'][name] = _signal(name, blocks[name], source, kind,
                                                   values['kind'])
     problems.raise_all()
-    if not {'motor_position', 'arm_position'} & set(values['signals']):
+    second = values.get('second_file')
+    if not source.endswith(SECOND) and not any(
+            SIGNALS[name].quantity != 'effort' for name in
+            (*values['signals'], *(second.mapping.signals if second else ()))):
         raise InputError(f'{source}: signals: no position, expected motor_position, arm_position '
-                         'or both')
-    return ImportMapping(source=source, yaml_text=text, **values)
+                         'or both, or a velocity')
+    return ImportMapping(source=source, yaml_text=text, data=original, references=references,
+                         **values)
+
+
+def _second_file(data: Mapping[str, Any], source: str) -> SecondFile:
+    """Return the SecondFile of the mapping `data`, whose axis and gear ratio are those of it."""
+    block = data['second_file']
+    _require_keys(block, 'second_file', source, ('path', 'lag', *_KEYS[:-1]))
+    path = _string(block.get('path'), 'second_file.path', source)
+    lag = block.get('lag')
+    if lag != 'estimated':
+        lag = _number(lag, 'second_file.lag', source, also="(s) or 'estimated'")
+    inner = {**{key: data[key] for key in ('kind', 'gear_ratio') if key in data},
+             **{key: value for key, value in block.items() if key not in ('path', 'lag')}}
+    mapping = mapping_from_dict(inner, source + SECOND)
+    both = set(mapping.signals) & set(data['signals'] if isinstance(data['signals'], dict) else ())
+    if both or not mapping.signals:
+        raise InputError(f'{source}: second_file.signals: {", ".join(sorted(both)) or "none"}, '
+                         'expected signals that the first file does not have')
+    return SecondFile(path, lag, mapping)
 
 
 def _text(block: Any, source: str) -> TextFormat:
@@ -207,8 +311,13 @@ def _text(block: Any, source: str) -> TextFormat:
     text = TextFormat(**block)
     for name in ('delimiter', 'comment', 'encoding', 'decimal'):
         _string(getattr(text, name), f'text.{name}', source)
-    if not isinstance(text.header, bool):
-        raise InputError(f'{source}: text.header: {text.header!r}, expected true or false')
+    if text.header != 'comment' and not (
+            isinstance(text.header, int) and 0 <= text.header <= MAX_HEADER):
+        raise InputError(f'{source}: text.header: {text.header!r}, expected true, false, a number '
+                         f"of rows up to {MAX_HEADER} or 'comment'")
+    if isinstance(text.skip, bool) or not isinstance(text.skip, int) or text.skip < 0:
+        raise InputError(f'{source}: text.skip: {text.skip!r}, expected a number of lines')
+    _choice(text.rows, 'text.rows', source, ('auto', 'samples', 'signals'))
     if text.delimiter != 'whitespace' and len(text.delimiter) != 1:
         raise InputError(f'{source}: text.delimiter: {text.delimiter!r}, expected one character '
                          "or 'whitespace'")
@@ -224,30 +333,37 @@ def _text(block: Any, source: str) -> TextFormat:
     return text
 
 
-def _time(block: Any, source: str, kind: str) -> TimeMapping:
-    _require_keys(block, 'time', source, [f.name for f in fields(TimeMapping)])
+def _time(block: Any, source: str, kind: str, where: str = 'time') -> TimeMapping:
+    allowed = [f.name for f in fields(TimeMapping)]
+    if where != 'time':  # of one signal: the recording begins where the common time begins
+        allowed.remove('start_stamp_ns')
+    _require_keys(block, where, source, allowed)
     if 'rate' in block:
-        for key in ('column', 'field', 'scale'):
+        for key in ('column', 'field', 'scale', 'unit'):
             if key in block:
-                raise InputError(f'{source}: time.{key}: given beside time.rate, expected one of '
-                                 'the two')
-        _number(block['rate'], 'time.rate', source, positive=True)
+                raise InputError(f'{source}: {where}.{key}: given beside {where}.rate, expected '
+                                 'one of the two')
+        _number(block['rate'], f'{where}.rate', source, positive=True)
     else:
-        _place(block, 'time', source, kind)
-    _number(block.get('scale', 1.0), 'time.scale', source, positive=True)
+        _place(block, where, source, kind)
+    _number(block.get('scale', 1.0), f'{where}.scale', source, positive=True)
+    _choice(block.get('unit', 's'), f'{where}.unit', source, (*TIME, 'iso8601'))
+    _choice(block.get('repeated', 'error'), f'{where}.repeated', source, REPEATED)
+    _choice(block.get('unordered', 'error'), f'{where}.unordered', source, UNORDERED)
     start = block.get('start_stamp_ns', FIRST_STAMP_NS)
     if start != 'recorded' and (isinstance(start, bool) or not isinstance(start, int)
                                 or start <= 0):
-        raise InputError(f'{source}: time.start_stamp_ns: {start!r}, expected an integer > 0 (ns) '
-                         "or 'recorded'")
+        raise InputError(f'{source}: {where}.start_stamp_ns: {start!r}, expected an integer > 0 '
+                         "(ns) or 'recorded'")
     return TimeMapping(**block)
 
 
 def _signal(name: str, block: Any, source: str, kind: str, axis: str) -> SignalMapping:
-    position, motor_effort, _ = SIGNALS[name]
+    quantity, motor_effort, _ = SIGNALS[name]
     where = f'signals.{name}'
-    allowed = ['column', 'field', 'scale', 'sign', 'zero', 'bits', 'missing', 'unit']
-    allowed += ['counts_per_rev'] if position and axis == 'rotary' else []
+    allowed = ['column', 'field', 'scale', 'offset', 'sign', 'zero', 'bits', 'coding', 'missing',
+               'unit', 'time']
+    allowed += ['counts_per_rev'] if quantity != 'effort' and axis == 'rotary' else []
     allowed += ['torque_constant'] if motor_effort else []
     _require_keys(block, where, source, allowed)
     _place(block, where, source, kind)
@@ -256,37 +372,66 @@ def _signal(name: str, block: Any, source: str, kind: str, axis: str) -> SignalM
             _number(block[key], f'{where}.{key}', source, positive=True)
     if block.get('sign', 1) not in (1, -1):
         raise InputError(f'{source}: {where}.sign: {block["sign"]!r}, expected 1 or -1')
+    _number(block.get('offset', 0.0), f'{where}.offset', source)
     if block.get('zero') != 'first':
         _number(block.get('zero', 0.0), f'{where}.zero', source, also="or 'first'")
     bits = block.get('bits', 16)
     if isinstance(bits, bool) or not isinstance(bits, int) or not 2 <= bits <= 52:
         raise InputError(f'{source}: {where}.bits: {bits!r}, expected an integer from 2 to 52')
+    _choice(block.get('coding', CODINGS[0]), f'{where}.coding', source, CODINGS)
+    if 'coding' in block and 'bits' not in block:
+        raise InputError(f'{source}: {where}.bits: missing, expected the bits of this coding')
     _choice(block.get('missing', 'error'), f'{where}.missing', source, ('error', 'nan'))
-    _string(block.get('unit', '-'), f'{where}.unit', source)
-    return SignalMapping(**block)
+    values = {**block, 'unit_scale': _unit_scale(block, where, source, (quantity, axis))}
+    if 'time' in block:
+        values['time'] = _time(block['time'], source, kind, f'{where}.time')
+    return SignalMapping(**values)
+
+
+def _unit_scale(block: Mapping[str, Any], where: str, source: str, quantity: tuple[str, str]
+                ) -> float:
+    """Return the factor to SI of the unit in `block`; check it against what stands beside it."""
+    if 'unit' not in block:
+        return 1.0
+    unit = _string(block['unit'], f'{where}.unit', source)
+    try:
+        factor, complete = unit_factor(unit, *quantity)
+    except InputError as error:
+        raise InputError(f'{source}: {where}.unit: {error}') from None
+    second = [key for key in ('counts_per_rev', 'torque_constant') if key in block]
+    if complete and second:
+        raise InputError(f'{source}: {where}.{second[0]}: beside unit {unit!r}, expected one of '
+                         'the two')
+    if not complete and not second and ('scale' not in block or factor != 1.0):
+        expected = ('counts_per_rev or scale' if quantity == ('position', 'rotary') or
+                    quantity == ('velocity', 'rotary') else
+                    'torque_constant or scale' if 'motor_effort' in where else 'scale')
+        raise InputError(f'{source}: {where}.unit: {unit!r} needs a factor to SI, expected '
+                         f'{expected} beside it')
+    return factor
 
 
 def _place(block: Mapping[str, Any], where: str, source: str, kind: str) -> None:
-    """Check `column` and `field`: text has columns, the other formats fields, mat both."""
-    allowed: tuple[str, ...]
-    if kind == 'text':
-        allowed, needed = ('column',), 'column'
+    """Check `column` and `field`: tables have columns, the other formats fields or both."""
+    if kind in TABLES:
+        allowed, needed = ['column'], ['column']
     else:
-        allowed, needed = ('field', 'column') if kind == 'mat' else ('field',), 'field'
-    if needed not in block:
-        raise InputError(f'{source}: {where}.{needed}: missing, expected the '
-                         f'{needed} of a {kind} recording')
+        allowed = ['field', 'column']
+        needed = allowed if kind in ('json', 'numpy') else ['field']
+    if not any(key in block for key in needed):
+        raise InputError(f'{source}: {where}.{needed[0]}: missing, expected the '
+                         f'{" or ".join(needed)} of a {kind} recording')
     for key in ('column', 'field'):
         if key in block and key not in allowed:
             raise InputError(f'{source}: {where}.{key}: a {kind} recording has none, expected '
-                             f'{needed}')
+                             f'{needed[0]}')
     if 'field' in block:
         _string(block['field'], f'{where}.field', source)
     column = block.get('column', 1)
-    named = isinstance(column, str) and column and kind == 'text'
+    named = isinstance(column, str) and column and kind in TABLES
     if isinstance(column, bool) or not (named or (isinstance(column, int) and column >= 1)):
         raise InputError(f'{source}: {where}.column: {column!r}, expected a number from 1'
-                         + (' or a name of the header row' if kind == 'text' else ''))
+                         + (' or a name of the header row' if kind in TABLES else ''))
 
 
 def _require_keys(data: Any, name: str, source: str, allowed: Collection[str]) -> None:

@@ -1,0 +1,170 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Open recordings of all formats: bytes (gzipped or not), trees of fields, tables of columns.
+
+A tree is a Mapping of Mappings, lists and arrays: MATLAB, JSON, HDF5 and NumPy files.
+"""
+from collections.abc import Iterator, Mapping
+import contextlib
+import gzip
+import io
+import json
+from pathlib import Path
+from types import ModuleType
+from typing import Any, cast, IO
+import zlib
+
+import numpy as np
+import scipy.io
+
+from gearbox_monitor.errors import InputError
+
+HDF5 = b'\x89HDF\r\n\x1a\n'
+MATLAB_HEADER = 512  # bytes before the HDF5 content of a MATLAB 7.3 file
+
+
+def opened_bytes(path: str | Path) -> IO[bytes]:
+    """Open `path` for reading bytes, unpacked if its first bytes are those of gzip."""
+    stream = Path(path).open('rb')
+    packed = stream.read(2) == b'\x1f\x8b'
+    stream.seek(0)
+    return cast(IO[bytes], gzip.open(stream)) if packed else stream
+
+
+@contextlib.contextmanager
+def readable(path: str | Path, encoding: str = 'utf-8') -> Iterator[None]:
+    """Turn errors of reading the file `path` (text: in `encoding`) into InputErrors."""
+    try:
+        yield
+    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        raise InputError(f'{path}: {error}, expected a whole gzip file') from None
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror or error}, expected a readable file') from None
+    except UnicodeDecodeError as error:
+        raise InputError(f'{path}: byte {error.object[error.start]:#04x} is not '
+                         f'{error.encoding}, expected text in the encoding of the mapping '
+                         f'({encoding})') from None
+
+
+@contextlib.contextmanager
+def opened_tree(path: str | Path, kind: str) -> Iterator[Any]:
+    """
+    Yield the tree of a file; large arrays of HDF5 are read when they are asked for.
+
+    Args:
+        path: of the file.
+        kind: 'mat', 'json', 'hdf5' or 'numpy'.
+
+    Raises:
+        InputError: the file is damaged or of another format.
+    """
+    with readable(path), opened_bytes(path) as stream:
+        content = io.BytesIO(stream.read())
+    head = content.getbuffer()[:MATLAB_HEADER + 8].tobytes()
+    if kind == 'hdf5' or kind == 'mat' and HDF5 in (head[:8], head[MATLAB_HEADER:]):
+        with _hdf5(path, content) as file:
+            yield file
+    elif kind == 'mat':
+        with _foreign(path, 'a MATLAB file'):
+            tree = scipy.io.loadmat(content, simplify_cells=True)
+        yield {name: value for name, value in tree.items() if not name.startswith('__')}
+    elif kind == 'numpy':
+        with _foreign(path, 'a NumPy file (.npy or .npz) without objects'):
+            loaded = np.load(content, allow_pickle=False)
+            tree = dict(loaded) if isinstance(loaded, Mapping) else loaded
+        yield tree
+    else:
+        yield _json(path, content.getvalue())
+
+
+@contextlib.contextmanager
+def _foreign(path: str | Path, expected: str) -> Iterator[None]:
+    """Turn whatever a library raises for a foreign or a cut file into an InputError."""
+    try:
+        yield
+    except Exception as error:
+        raise InputError(f'{path}: {type(error).__name__} {error}, expected {expected}') from None
+
+
+@contextlib.contextmanager
+def _hdf5(path: str | Path, content: IO[bytes]) -> Iterator[Any]:
+    h5py = reader_package('h5py', path)
+    with _foreign(path, 'an HDF5 file'):
+        file = h5py.File(content, 'r')
+    with file:
+        yield file
+
+
+def reader_package(name: str, path: str | Path) -> ModuleType:
+    """Return the module `name`, which the file `path` needs. Raises InputError: not installed."""
+    from importlib import import_module
+    try:
+        return import_module(name)
+    except ModuleNotFoundError:
+        package = name.partition('.')[0]
+        raise InputError(f'{path}: {package} is not installed, expected it for this format: pip '
+                         f"install {package}, or 'gearbox_monitor[import]'") from None
+
+
+def _json(path: str | Path, content: bytes) -> Any:
+    """Return the value of a JSON text, or the list of those on its lines (JSON lines)."""
+    try:
+        try:
+            return json.loads(content)
+        except json.JSONDecodeError as error:
+            # The first value ends where its line ends: one value per line.
+            if not error.msg.startswith('Extra data') or error.colno != 1 or error.lineno != 2:
+                raise
+            return [json.loads(line) for line in content.splitlines() if line.strip()]
+    except json.JSONDecodeError as error:
+        raise InputError(f'{path}: line {error.lineno} column {error.colno}: {error.msg}, '
+                         'expected JSON') from None
+    except (ValueError, RecursionError) as error:  # an endless number, nested too deeply
+        raise InputError(f'{path}: {error}, expected JSON') from None
+
+
+def opened_table(path: str | Path, kind: str) -> Any:
+    """Return the pyarrow.Table of the file `path`, `kind` 'parquet' or 'feather'."""
+    reader = reader_package(f'pyarrow.{kind}', path)
+    with readable(path), opened_bytes(path) as stream:
+        content = stream.read()
+    from pyarrow import BufferReader
+    with _foreign(path, f'a {kind.capitalize()} file'):
+        table = reader.read_table(BufferReader(content))
+        # A struct becomes columns 'name.part'.
+        while any(str(field.type).startswith('struct') for field in table.schema):
+            table = table.flatten()
+        return table
+
+
+def table_metadata(path: str | Path, kind: str) -> dict[str, str]:
+    """Return the metadata of the Parquet or Feather file `path` (`kind`)."""
+    metadata = opened_table(path, kind).schema.metadata or {}
+    return {key.decode('utf-8', 'replace'): value.decode('utf-8', 'replace')
+            for key, value in metadata.items()}
+
+
+def attribute(tree: Any, name: str) -> Any:
+    """Return field or attribute `name` (dotted: inside others) of a `tree`, None without it."""
+    parts = name.replace('/', '.').split('.')
+    for part in parts[:-1]:
+        if not isinstance(tree, Mapping) or part not in tree:
+            return None
+        tree = tree[part]
+    if isinstance(tree, Mapping) and parts[-1] in tree:
+        value = tree[parts[-1]]
+        return None if isinstance(value, Mapping) else value
+    return getattr(tree, 'attrs', {}).get(parts[-1])

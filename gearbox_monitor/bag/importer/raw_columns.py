@@ -1,0 +1,57 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What every reader of a foreign recording returns, and how its messages name things."""
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from gearbox_monitor.bag.importer.mapping import Place
+from gearbox_monitor.kernels.types import AnyArray
+
+MIN_SAMPLES = 100  # of a recording; a matrix with fewer rows and more columns has rows of samples
+Places: TypeAlias = Mapping[str, Place]  # by name of the signal, 'time' and 'SIGNAL.time'
+
+
+@dataclass(frozen=True)
+class RawColumns:
+    """
+    Columns of a recording as it holds them.
+
+    values: {name: [N]} floats (NaN: an admitted missing value), whole numbers, or of a time also
+    texts and datetime64; N may differ between signals with a time of their own. place(row, name):
+    the place of a value, for messages. notices: sentences for the user. units: {name: standard
+    name of the unit that the recording itself states}.
+    """
+
+    values: dict[str, AnyArray]
+    place: Callable[[int, str], str]
+    notices: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+
+
+def label_of(name: str) -> str:
+    """Return the `name` of a signal as messages write it."""
+    return name.replace('_', ' ').replace('.', ' ')
+
+
+def key_of(name: str) -> str:
+    """Return the key of the signal or time `name` in a mapping."""
+    return name if name == 'time' else f'signals.{name}'
+
+
+def names_of(value: object) -> str:
+    """Return the names in a mapping, for messages."""
+    return ', '.join(sorted(map(str, value))) if isinstance(value, Mapping) and value else \
+        'no fields'

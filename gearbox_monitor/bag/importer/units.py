@@ -1,0 +1,103 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Units of recordings and their factors to SI: a table of what drives and sensors write."""
+from itertools import chain
+import math
+import re
+
+from gearbox_monitor.errors import InputError
+
+TURN = 2.0 * math.pi
+ANGLE = {'rad': 1.0, 'mrad': 1e-3, 'deg': TURN / 360, 'turns': TURN, 'arcmin': TURN / 21600,
+         'arcsec': TURN / 1_296_000}
+LENGTH = {'m': 1.0, 'cm': 1e-2, 'mm': 1e-3, 'um': 1e-6, 'in': 0.0254}
+ANGULAR_SPEED = {'rad/s': 1.0, 'mrad/s': 1e-3, 'deg/s': TURN / 360, 'turns/s': TURN,
+                 'rpm': TURN / 60}
+SPEED = {'m/s': 1.0, 'cm/s': 1e-2, 'mm/s': 1e-3, 'um/s': 1e-6, 'mm/min': 1e-3 / 60,
+         'm/min': 1 / 60}
+KILOPOND, POUND = 9.80665, 4.4482216152605
+TORQUE = {'N m': 1.0, 'mN m': 1e-3, 'uN m': 1e-6, 'N mm': 1e-3, 'N cm': 1e-2, 'kN m': 1e3,
+          'kgf m': KILOPOND, 'kgf cm': KILOPOND * 1e-2, 'lbf in': POUND * 0.0254,
+          'lbf ft': POUND * 0.3048, 'ozf in': POUND / 16 * 0.0254}
+FORCE = {'N': 1.0, 'mN': 1e-3, 'kN': 1e3, 'kgf': KILOPOND, 'lbf': POUND}
+# What a torque constant turns into torque or force.
+DRIVE_INPUT = {'A': 1.0, 'mA': 1e-3, 'V': 1.0, 'mV': 1e-3, '1': 1.0, '%': 1e-2, 'per mille': 1e-3}
+COUNTS = {'counts': 1.0}
+COUNT_RATE = {'counts/s': 1.0}
+TIME = {'s': 1_000_000_000, 'ms': 1_000_000, 'us': 1000, 'ns': 1, 'min': 60_000_000_000}  # ns
+QUANTITIES: dict[tuple[str, str], dict[str, float]] = {
+    ('position', 'rotary'): ANGLE, ('position', 'prismatic'): LENGTH,
+    ('velocity', 'rotary'): ANGULAR_SPEED, ('velocity', 'prismatic'): SPEED,
+    ('effort', 'rotary'): TORQUE, ('effort', 'prismatic'): FORCE,
+}
+_SPELLINGS = {
+    'degree': 'deg', 'degrees': 'deg', '°': 'deg', 'radian': 'rad', 'radians': 'rad',
+    'turn': 'turns', 'rev': 'turns', 'revs': 'turns', 'rot': 'turns', 'count': 'counts',
+    'ticks': 'counts', 'tick': 'counts', 'cts': 'counts', 'inc': 'counts',
+    'increments': 'counts', 'rev/min': 'rpm', '1/min': 'rpm', 'amps': 'A', 'amp': 'A',
+    'amperes': 'A', 'ampere': 'A', 'volts': 'V', 'volt': 'V', 'percent': '%', '‰': 'per mille',
+    'permille': 'per mille', 'newton': 'N', 'sec': 's', 'second': 's', 'seconds': 's',
+    'msec': 'ms', 'milliseconds': 'ms', 'usec': 'us', 'microseconds': 'us', 'nsec': 'ns',
+    'nanoseconds': 'ns',
+}
+_BY_SPELLING = {
+    **{re.sub(r'\s', '', name): name for name in chain(
+        *QUANTITIES.values(), DRIVE_INPUT, COUNTS, COUNT_RATE, TIME)},
+    **_SPELLINGS,
+    **{f'{spelling}/{second}': f'{name}/s' for spelling, name in _SPELLINGS.items()
+       for second in ('s', 'sec') if f'{name}/s' in {**ANGULAR_SPEED, **COUNT_RATE}},
+}
+
+
+def standard_unit(text: str) -> str:
+    """Return the name in the tables of the unit `text` ('Nm', 'N*m', 'degrees'), '' if none."""
+    squeezed = re.sub(r'[\s*·.^_]', '', text.replace('µ', 'u').replace('μ', 'u'))
+    return _BY_SPELLING.get(squeezed) or _BY_SPELLING.get(squeezed.lower(), '')
+
+
+def unit_of_label(label: str) -> str:
+    """Return the unit that a name of a column states, 'q [deg]' or 'q_deg'; '' if none."""
+    bracketed = re.search(r'[\[(<{]([^\[\](){}<>]+)[\])>}]\s*$', label)
+    if bracketed:
+        return standard_unit(bracketed[1].rstrip('?'))
+    # Single letters after an underscore are indices more often than units.
+    ending = re.search(r'[_ /-]([A-Za-z%°]{2,})$', label)
+    return standard_unit(ending[1]) if ending else ''
+
+
+def unit_factor(unit: str, quantity: str, axis: str) -> tuple[float, bool]:
+    """
+    Return the factor of a unit to SI.
+
+    Args:
+        unit: as a user writes it.
+        quantity: 'position', 'velocity' or 'effort'.
+        axis: 'rotary' or 'prismatic'.
+
+    Returns:
+        (factor, whether the unit alone gives SI). Counts and inputs of a motor need a second
+        factor: counts per turn, torque constant or scale.
+
+    Raises:
+        InputError: not a unit of this quantity; the text names what was expected.
+    """
+    name, table = standard_unit(unit), QUANTITIES[quantity, axis]
+    if name in table:
+        return table[name], True
+    raw = {'position': COUNTS, 'velocity': COUNT_RATE, 'effort': {**DRIVE_INPUT, **COUNTS}}
+    if name in raw[quantity]:
+        return raw[quantity][name], False
+    raise InputError(f'{unit!r}, expected a unit of {quantity} on a {axis} axis: '
+                     + ', '.join([*table, *raw[quantity]]))
