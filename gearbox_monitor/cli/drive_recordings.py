@@ -14,8 +14,11 @@
 
 """Recordings of a drive, from bags or CSV files, as commands compare them with models."""
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+import math
 from pathlib import Path
+import signal
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +32,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.admission import admitted
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.quality.recording import merged, REPEATED, UniformRecording
 
 CSV = ('.csv', '.tsv', '.txt', '.csv.gz', '.tsv.gz', '.txt.gz')
 FIELDS = {'t': 'stamp', 'u': 'effort of the motor', 'motor': 'position of the motor',
@@ -55,6 +58,9 @@ def add_drive_arguments(parser: ArgumentParser) -> None:
                         help='name of the motor joint, in bags (default: motor)')
     parser.add_argument('--arm-joint', metavar='NAME', default='arm',
                         help='name of the arm joint, in bags (default: arm)')
+    parser.add_argument('--repeated', choices=REPEATED, default=REPEATED[0],
+                        help='what is used of samples with one and the same stamp: the first '
+                        '(default), their average, or none')
 
 
 def add_recording_arguments(parser: ArgumentParser) -> None:
@@ -86,9 +92,16 @@ def load_recording(name: str, model: DriveModel,
         raise InputError(f'{path}: no such file or directory, expected a bag or a CSV file')
     csv = path.is_file() and path.name.lower().endswith(CSV)
     readings = _read_csv(path, model) if csv else _read_bag(path, model, args)
-    recording, notes = admitted(readings.t, readings.u, readings.y, readings.arm_torque, str(path),
-                                readings.place, model, Path(args.model).name)
-    return recording, [*readings.notes, *notes]
+    arm = np.full(len(readings.u), np.nan) if readings.arm_torque is None else readings.arm_torque
+    rows, values, repeats = merged(readings.t, np.column_stack([readings.u, readings.y, arm]),
+                                   args.repeated)
+
+    def place(row: int, field: str) -> str:
+        """Return where the value of field in a row that is left stands."""
+        return readings.place(int(rows[row]), field)
+    recording, notes = admitted(readings.t[rows], values[:, 0], values[:, 1:3], values[:, 3],
+                                str(path), place, model, Path(args.model).name)
+    return recording, [*readings.notes, *([repeats] if repeats else []), *notes]
 
 
 def _read_csv(path: Path, model: DriveModel) -> Readings:
@@ -109,6 +122,30 @@ def _read_bag(path: Path, model: DriveModel, args: Namespace) -> Readings:
         """Return where the value of field in a row stands."""
         return f'{topic}, sample {row}, {FIELDS[field]}'
     return Readings(samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1], place, notes)
+
+
+@contextmanager
+def time_limit(seconds: float, option: str) -> Iterator[None]:
+    """
+    Raise InputError when the block takes longer than so many `seconds`; inf: without a limit.
+
+    Args:
+        seconds: longest time, s.
+        option: name of the option that sets it.
+    """
+    def _expired(*_: object) -> None:
+        raise InputError(f'{option} {seconds:g}: not finished after so many seconds, nothing is '
+                         'written; expected a longer time, or fewer values and recordings')
+    if math.isinf(seconds):
+        yield
+        return
+    before = signal.signal(signal.SIGALRM, _expired)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def percent_bar(name: str) -> 'tqdm[None]':

@@ -17,7 +17,8 @@ Identify the values of a model file from recordings, and report which of them th
 
 All values of the drive are fitted (or those named with --free), each within physical bounds and
 held weakly at the value of the model file, which must be right within a factor of about ten.
-Values that the recordings do not determine are listed as such and stay near their start.
+Values that the recordings do not determine are listed as such and stay near their start. A fit
+that leaves more than the model file on windows that were not fitted writes nothing.
 
 names: m1 m2 (inertias) D (damping) Cv Cc (friction) K (stiffness) b (half gap), kt
 (torque_constant: torque per A of effort, 1 if the effort is a torque), u0 (torque offset), zero
@@ -40,7 +41,7 @@ from pathlib import Path
 from typing import Any
 
 from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_recording, percent_bar, progress_of)
+    add_recording_arguments, load_recording, percent_bar, progress_of, time_limit)
 from gearbox_monitor.cli.options import check_jobs, plain
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model, save_model
@@ -60,6 +61,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--windows', metavar='S', type=float, default=SECONDS,
                         help='length of the runs that are fitted, s; longer than the recording: '
                         'all of it (default: %(default)g)')
+    parser.add_argument('--time-limit', metavar='S', type=float, default=math.inf,
+                        help='give up after so many seconds (default: none)')
     parser.add_argument('--out', metavar='FILE', help='write the model file, a new one')
     parser.add_argument('--json', metavar='FILE', help='write all figures as JSON; - prints them')
     parser.add_argument('--jobs', metavar='N', type=int, default=cores(),
@@ -71,6 +74,8 @@ def run(args: Namespace) -> int:
     check_jobs(args.jobs)
     if not args.windows >= SECONDS:
         raise InputError(f'--windows: {args.windows:g}, expected at least {SECONDS:g} s')
+    if not args.time_limit > 0.0:
+        raise InputError(f'--time-limit: {args.time_limit:g}, expected a number > 0 (s)')
     expect_folder_of(args.out)
     expect_folder_of(args.json)
     if args.out and Path(args.out).exists():
@@ -80,7 +85,7 @@ def run(args: Namespace) -> int:
     loaded = [load_recording(path, model, args) for path in paths]
     recordings = [recording for recording, _ in loaded]
     validate = recordings.pop() if args.validate else None
-    with percent_bar('fit') as bar:
+    with percent_bar('fit') as bar, time_limit(args.time_limit, '--time-limit'):
         result = fit_nominal(
             recordings, model, args.free, validate=validate, jobs=args.jobs,
             seconds=args.windows if args.windows > SECONDS else None, progress=progress_of(bar))
@@ -105,7 +110,7 @@ def text(data: Mapping[str, Any], args: Namespace) -> str:
     lines = [f'{"":{wide}s}{"model file":>12s}{"fitted":>12s}{"+-":>10s}  unit']
     for name, v in data['values'].items():
         lines.append(f'{name:{wide}s}{v["start"]:12.5g}{v["value"]:12.5g}{v["error"]:10.2g}  '
-                     f'{v["unit"]:10s}' + ('' if v['determined'] else 'not determined'))
+                     f'{v["unit"]:10s}' + ('' if v['determined'] else 'not identified'))
     for first, second, r in data['correlated']:
         lines.append(f'{first} and {second} are hardly distinguishable (correlation {r:.2f})')
     gap = f'gap {data["gap_after"]:.4g}'

@@ -16,7 +16,9 @@
 Fit the nominal values of a drive to recordings, and tell which of them the data determine.
 
 Each value moves on a log scale about that of the model file, under a weak prior: values that the
-data do not determine stay there.
+data do not determine stay there. A fit starts there or where a linear regression of the torque
+leads, whichever fits better. One that leaves more than the model file on windows that were not
+fitted is no solution.
 """
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -36,17 +38,20 @@ from gearbox_monitor.identification.process_noise import noise_weighted_residual
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.torque_domain import driven
+from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import concatenated, UniformRecording
+from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
 
 WEAK = 1.0         # standard deviation of the prior on the log of a value, or of an offset's scale
 DETERMINED = 0.3   # standard error of the log, or of an offset over its scale, to count as known
 WIDE = (1e-3, 1e3)  # bounds of a value over that of the model file
 STAGES = (0.1, 0.25)  # s: windows before those of 1 s
 ROUNDS = 3
+SAME = 1.01        # times the misfit of the start that counts as no worse
 
 
 @dataclass
@@ -94,7 +99,7 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         progress: callback with (done, total, text).
 
     Raises:
-        InputError: names that this drive does not have.
+        InputError: names that this drive does not have, or a fit that is no solution.
     """
     recording, model = concatenated([driven(r, model) for r in recordings]), model.folded()
     names, own = offered(model), _effects_of(model)
@@ -117,14 +122,18 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         coordinates += _of_effect(search.starts, own[name], i)
     orders = {i: int(own[name]['N']) for i, name in enumerate(ids) if name in PERIODIC}
     candidate = CandidateModel(plain, ids, tuple(coordinates), orders)
-    fitted = _settled(search, candidate)
+    report = progress or (lambda *_: None)
+    fitted = _settled(search, candidate, report)
+    states = fitted.point
     data = search.long
     if seconds:
         whole = min(seconds, min(np.diff([*recording.cuts, len(recording.u)])) * recording.dt)
         squares = data.weighing and replace(data.weighing, robust=False)
         data = likelihood.WindowData(recording, search.simulator,
                                      shooting_windows(recording, whole), sigma, weighing=squares)
+        report(0.9, 1.0, f'windows of {seconds:g} s')
         fitted = _longer(data, fitted)
+    _require_improvement(search, fitted.candidate, replace(states, z=fitted.point.z))
     fitted_model = candidate.model(fitted.point.z)
     values, correlated = _known(data, fitted, plain)
     gap_after = _gap(data, candidate, fitted.point)
@@ -138,6 +147,79 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
                            zero_tolerance=model.zero_tolerance)
     return NominalFit(fitted_model, values, correlated, None if seconds else gap_before, gap_after,
                       validation)
+
+
+def _require_improvement(search: Search, candidate: CandidateModel,
+                         point: likelihood.FitPoint) -> None:
+    """Raise InputError if the fit leaves more than its start on windows that were not fitted."""
+    unseen = ~search.long.train if (~search.long.train).any() else search.long.train
+    gaps = []
+    for z in (candidate.start(), point.z):
+        trial = replace(likelihood.copied(point), z=z)
+        index = np.arange(len(search.long.windows))
+        trial.states, _ = window_states.solve_states(
+            search.long, candidate.model(z), trial.states, trial.memory, index)
+        search.long.evaluate(candidate, trial)
+        rivals = [point, search.fitted[''].point]
+        window_states.rescue(search.long, candidate, trial, rivals, half_gap=search.half_gap)
+        gaps.append(closed_model.gap_of(trial.chi2[unseen], search.long.size))
+    if not gaps[1] <= SAME * gaps[0]:
+        raise InputError(f'the fit leaves {gaps[1]:.4g} standard deviations on windows that were '
+                         f'not fitted, the model file {gaps[0]:.4g}: no solution; expected a '
+                         'model of this drive (see check), or fewer values to fit (--free)')
+
+
+def regressed_start(recording: UniformRecording, candidate: CandidateModel) -> Array:
+    """
+    Return coordinates [P] where a linear regression of the torque leads, else the start.
+
+    Torque over acceleration, speed, direction and 1, and over sine and cosine of the arm's
+    position where gravity is fitted; inertias keep their ratio. What is not fitted counts as in
+    the model file. Values that come out negative stay at the start.
+
+    Args:
+        recording: recording of the drive.
+        candidate: model to be fitted, with its coordinates.
+    """
+    model, z = candidate.nominal, candidate.start()
+    column = recording.channels[0]
+    sigma, _ = noise_levels(recording.positions)
+    parts = [SmoothedMotion(replace(
+        recording, t=recording.t[s], u=recording.u[s], y=recording.positions[s],
+        cuts=(0,)), sigma) for s in recording.segments]
+    p, v, a = (np.concatenate([getattr(part, name) for part in parts]) for name in 'pva')
+    u = np.concatenate([part.u for part in parts]) * (
+        start_values(model)['kt'] / model.torque_constant) + start_values(model)['u0']
+    names = {c.name for c in candidate.coordinates}
+    motor, arm = model.motor_inertia * a[:, column], model.arm_inertia * a[:, -1]
+    together = model.transmission.kind == 'rigid' or 'm2' in names or 'm1' not in names
+    gravity = sum(e['G'] for e in model.effects if e['id'] == 'gravity')
+    columns = {'m1': motor + arm if together else motor,
+               'Cv': model.viscous_friction * v[:, column],
+               'Cc': model.coulomb_friction * 2.0 / np.pi * np.arctan(
+                   model.friction_sharpness * v[:, column]),
+               'G': gravity * np.sin(p[:, -1]), 'u0': -np.ones(len(u))}
+    places = {c.name: i for i, c in enumerate(candidate.coordinates) if c.name in columns}
+    rest = u - model.position_gain * p[:, column] - sum(
+        (columns[name] for name in ('m1', 'Cv', 'Cc', 'G') if name not in places),
+        0.0 * u if together else arm)
+    free = [columns[name] for name in places] + ([np.cos(p[:, -1])] if 'G' in places else [])
+    if not free or any(np.ptp(columns[name]) == 0.0 for name in places if name != 'u0'):
+        return z
+    solution = np.linalg.lstsq(np.column_stack(free), rest, rcond=None)[0]
+    for (name, i), value in zip(places.items(), solution):
+        coordinate = candidate.coordinates[i]
+        if name == 'u0':
+            z[i] = value
+        elif not coordinate.log:
+            z[i] *= value
+        elif value > 0.0:
+            z[i] += math.log(value)
+            if name == 'm1':
+                for k, other in enumerate(candidate.coordinates):
+                    if other.name == 'm2':
+                        z[k] += math.log(value)
+    return candidate.bounded(z)
 
 
 def _coordinate(name: str, scale: float | None) -> Coordinate:
@@ -173,7 +255,8 @@ def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
         c.scale, abs(values[c.name])))) for c in own if c.owner == 0]
 
 
-def _settled(search: Search, candidate: CandidateModel) -> CandidateFit:
+def _settled(search: Search, candidate: CandidateModel,
+             report: Callable[..., object]) -> CandidateFit:
     """
     Return the CandidateFit `candidate`, from short windows to long ones.
 
@@ -181,19 +264,30 @@ def _settled(search: Search, candidate: CandidateModel) -> CandidateFit:
     """
     recording, sigma = search.recording, search.long.sigma
     coarse = search.short.simulator
-    z = candidate.start()
-    for seconds in STAGES if recording.motor is None else ():
-        data = likelihood.WindowData(recording, coarse, shooting_windows(recording, seconds),
-                                     sigma)
-        point = likelihood.fresh(data, candidate)
-        point.z = z
-        z = _rounds(search, data, candidate, point).z
+    stages = [likelihood.WindowData(recording, coarse, shooting_windows(recording, seconds), sigma)
+              for seconds in STAGES] if recording.motor is None else []
+    stages.append(search.long)
+    starts = [candidate.start(), regressed_start(recording, candidate)]
+    z = min(starts, key=lambda z: float(_at(stages[0], candidate, z).chi2.sum()))
+    for i, data in enumerate(stages[:-1]):
+        report(i, len(stages) + 1, f'fit, windows of {STAGES[i]:g} s')
+        z = _rounds(search, data, candidate, _at(data, candidate, z)).z
+    report(len(stages) - 1, len(stages) + 1, 'fit, windows of 1 s')
     point = likelihood.fresh(search.long, candidate)
     point.z = z
     search.fitted[''] = search.as_fitted(candidate, _rounds(search, search.long, candidate, point))
     search.settle([''])
     search.whiten([''])
     return search.fitted['']
+
+
+def _at(data: likelihood.WindowData, candidate: CandidateModel, z: Array) -> likelihood.FitPoint:
+    """Return the FitPoint at coordinates `z` [P] with the windows' best states."""
+    point = likelihood.fresh(data, candidate)
+    point.z = z
+    point.states, _ = window_states.solve_states(
+        data, candidate.model(z), point.states, point.memory, np.arange(len(data.windows)))
+    return data.evaluate(candidate, point)
 
 
 def _rounds(search: Search, data: likelihood.WindowData, candidate: CandidateModel,
@@ -241,7 +335,8 @@ def _known(data: likelihood.WindowData, fitted: CandidateFit,
     fitted_values = start_values(candidate.model(point.z))
     values, names = [], []
     for c, error, z in zip(candidate.coordinates, errors, point.z):
-        determined = error < DETERMINED * (1.0 if c.log else c.scale)
+        inside = not c.log or math.log(c.low) + 1e-6 < z < math.log(c.high) - 1e-6
+        determined = inside and error < DETERMINED * (1.0 if c.log else c.scale)
         if c.owner < 0:
             name, unit, start, value = c.name, UNITS[c.name], starts[c.name], (
                 fitted_values[c.name])

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import closed_model, isolability, localisation
 from gearbox_monitor.identification.adequacy import misfit, on_all, residual_law, sharpen_sigma
 from gearbox_monitor.identification.candidates import (
@@ -34,6 +35,7 @@ from gearbox_monitor.quality.recording import UniformRecording
 
 TIE = 1.01  # ratio of chi2 that free signals leave at places that they do not tell apart
 AS_MUCH = 1.1  # times what a free signal leaves, a law leaves where it tells as much
+BEYOND = 5.0   # standard deviations: below, a motion is too small to be missed
 NEARLY = 0.85  # share of the gap in chi2: what explains it acts where the effect does
 LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
 UNREPEATABLE = tuple(name for name, effect in EFFECTS.items() if not effect.fitted)
@@ -146,10 +148,34 @@ def report(search: Search, best_fit: CandidateFit, kind: str, lattices: list[str
     }
     if nuisances:
         data['nominal_shift'] = shifts(best_fit.candidate, nuisances)
+    _require_solution(search, data)
+    if data['closed_fraction'] is not None and data['closed_fraction'] < 0.0:
+        data.update(closed_fraction=None, closed_fraction_ci=None)  # of what is not claimed
     if validate is not None:
         data['validation'] = closed_model.validate(validate, search.model, model or search.model,
                                                    search.long.sigma)
     return DiagnosisVerdict(data, model, weighed)
+
+
+def _require_solution(search: Search, data: Mapping[str, Any]) -> None:
+    """Raise InputError if the figures `data` of a verdict are those of a fit that failed."""
+    gaps = data['gap_before'], data['gap_after']
+    if not np.isfinite(gaps).all():
+        raise InputError('diagnose: free runs of the model are not finite: no solution; check '
+                         'the model file (inertias, stiffness, damping)')
+    windows = search.long.windows
+    rows = windows.first[:, None] + np.arange(windows.length)
+    readings = (search.recording.y / search.long.sigma)[rows][:, :, list(search.long.channels)]
+    rest = float(np.sqrt(readings.var(axis=1).mean()))
+    if data['gap_after'] > max(rest, BEYOND):
+        raise InputError(f'diagnose: free runs of 1 s miss the readings by {gaps[1]:.4g} standard '
+                         f'deviations, one that stood still by {rest:.4g}: no solution; check '
+                         'the model file, or fit it with fit-nominal')
+    fraction = data['closed_fraction']
+    if data['verdict'] == 'effect' and fraction is not None and fraction < 0.0:
+        raise InputError(f'diagnose: {data["effect"]} leaves {gaps[1]:.4g} standard deviations on '
+                         f'windows that were not fitted, the model file {gaps[0]:.4g}: no '
+                         'solution; record longer, or more kinds of motion')
 
 
 def unknown_place(places: Mapping[str, Any], law: ResidualDependence | None,

@@ -167,7 +167,8 @@ class DriveModel:
             return folded.pack()
         p = np.zeros(N_PARAMETERS)
         p[INVERSE_M1], p[INVERSE_M2] = 1.0 / self.motor_inertia, 1.0 / self.arm_inertia
-        p[D] = self.damping
+        # A rigid transmission has one inertia: between its halves is no speed to damp.
+        p[D] = 0.0 if self.transmission.kind == 'rigid' else self.damping
         p[CV], p[CC] = self.viscous_friction, self.coulomb_friction
         p[ALPHA], p[KR], p[OFFSET] = (
             self.friction_sharpness, self.position_gain, self.torque_offset)

@@ -26,7 +26,7 @@ from gearbox_monitor.quality import (
     encoders, excitation_checks, input_checks as gap_check, stamps, stretch, torque)
 from gearbox_monitor.quality.finding import (
     BAD, everything, Finding, Grade, hurts, OK, PURPOSES, WARN)
-from gearbox_monitor.quality.recording import prepare
+from gearbox_monitor.quality.recording import merged, prepare, REPEATED
 from gearbox_monitor.quality.stamps import StampClock
 from gearbox_monitor.quality.stretch import Segment
 
@@ -72,6 +72,7 @@ def examine(samples: Samples, parameters: EstimatorParameters,
     lines = stamps.lines(samples.stamp_ns, clock, parameters.max_gap,
                          parameters.drift_window)
     lines += encoders.measured(y)
+    lines += stamps.held(clock, y)
     part = stretch.stretch(clock, u, y)
     if any(part.measured):
         lines += _moved(samples, clock, part, parameters, model)
@@ -111,6 +112,7 @@ def _moved(samples: Samples, clock: StampClock, part: Segment, parameters: Estim
         lines.append(excitation_checks.excitation(part, moved))
     if moving and part.u is not None and np.ptp(part.u) > 0.0:
         i = int(np.flatnonzero(part.measured)[0])
+        lines += torque.setpoint(part, moved)
         lines += torque.answered(torque.answer(part, moved.sigma, moved.width), part.dt,
                                  parameters.effort_delay, i)
     return motion_lines + lines
@@ -127,10 +129,12 @@ def _diagnosis(samples: Samples, model: DriveModel | None) -> list[Finding]:
                          hurts(BAD, BAD))]
     else:
         rigid = []
-    load = samples.u[:, 1] if model.arm_load == 'measured' else None
+    rows, values, repeats = merged(samples.stamp_ns, np.column_stack([samples.u, samples.y]),
+                                   REPEATED[0])
+    load = values[:, 1] if model.arm_load == 'measured' else None
     try:
-        recording, notes = prepare((samples.stamp_ns - samples.stamp_ns[0]) * 1e-9,
-                                   samples.u[:, 0], samples.y, load,
+        recording, notes = prepare((samples.stamp_ns[rows] - samples.stamp_ns[0]) * 1e-9,
+                                   values[:, 0], values[:, 2:], load,
                                    one_encoder=bool(rigid), axis=model.axis)
     except InputError as error:
         one_encoder = not rigid and np.isnan(samples.y).all(axis=0).any()
@@ -146,7 +150,8 @@ def _diagnosis(samples: Samples, model: DriveModel | None) -> list[Finding]:
         wired.get('estimation') else 'see above'
     word = 'refuses it: ' if fatal else 'takes it; ' if problems else ''
     return [*rigid,
-            Finding('model', 'diagnose', word + '; '.join([*sentences, *notes]), advice, wired)]
+            Finding('model', 'diagnose', word + '; '.join([
+                *sentences, *([repeats] if repeats else []), *notes]), advice, wired)]
 
 
 def _suits(lines: Iterable[Finding], purpose: str) -> tuple[Grade, tuple[str, ...]]:

@@ -20,8 +20,6 @@ the drive: wrong channel, sign or unit, a dead or clipped encoder, no motion. Th
 the recording cannot show.
 """
 from dataclasses import replace
-from itertools import product
-from typing import Any
 
 import numpy as np
 
@@ -29,28 +27,21 @@ from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality import encoders
+from gearbox_monitor.quality import encoders, wiring
 from gearbox_monitor.quality.excitation_checks import reversal_finding, REVERSALS, reversals
 from gearbox_monitor.quality.finding import Finding
 from gearbox_monitor.quality.recording import (
     DIAGNOSIS_RATES as RATES, MIN_DURATION, SHORT, UniformRecording)
+from gearbox_monitor.quality.smoothed_motion import HALF_WIDTHS, SmoothedMotion
+from gearbox_monitor.quality.stamps import held_rows
 from gearbox_monitor.quality.stretch import Segment
 from gearbox_monitor.quality.torque import limits as torque_limits
+from gearbox_monitor.quality.wiring import Reading
 
 MIN_TRAVEL = 10.0           # noise standard deviations
 MIN_MOVING = 4              # windows of 1 s with motion
-LOOSE = (0.33, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0)  # parts of the half gap that are tried
-SWINGS = np.array([0.0, 0.25, 0.4, 0.45])  # half gaps in parts of the twist's swing
-LASTING = 0.5   # share of what is unexplained that smoothing leaves where it is no noise
-HALF_WIDTHS = (0.015, 0.03, 0.06, 0.12)  # s, of the smoothing
-# A channel, sign or unit is called wrong where putting it right takes the misfit from above the
-# first number down to the second part of it and below the third. Sound recordings with effects as
-# strong as they come stay below 0.8, and no change makes them much better.
-WRONG = {'unit': ((0.45, 0.4, 0.3), (0.15, 0.12, 0.3), (100.0, 0.02, 0.7)),
-         'wiring': ((0.45, 0.4, 0.3), (0.15, 0.12, 0.3), (1.0, 0.4, 0.7))}
-LEAST_DECADES = 0.9         # of an unknown factor between units
-IMPLAUSIBLE = 5.0           # misfit that no effect explains
-STRANGE = 1.0               # misfit worth a word
+IMPLAUSIBLE = 5.0           # share of the torque's power that no drive like the model leaves
+STRANGE = 0.5               # the same, worth a word
 SAME_FACTOR = 0.3          # how near (relative) a factor comes to a known one
 
 
@@ -99,6 +90,11 @@ def _problems(recording: UniformRecording, model: DriveModel) -> list[Finding]:
 
 def _rate_and_length(r: UniformRecording) -> list[Finding]:
     rate = 1.0 / r.dt
+    rows = max(held_rows(r.y[:, i]) for i in r.channels)
+    if rate / rows < RATES[0] * 0.99 <= rate:
+        return [_finding('rate', f'{rate:.4g} samples/s, but positions are held for {rows} rows: '
+                         f'measured at {rate / rows:.4g} Hz, expected {RATES[0]:g} to '
+                         f'{RATES[1]:g}')]
     if not RATES[0] * 0.99 <= rate <= RATES[1] * 1.01:
         hint = ''
         for unit, factor in (('ms', 1e3), ('us', 1e6), ('ns', 1e9)):
@@ -135,175 +131,34 @@ def _encoders(r: UniformRecording, model: DriveModel, sigma: Array,
     return findings + moving
 
 
-# --- smoothed motion ----------------------------------------------------------------------------
-class SmoothedMotion:
-    """
-    Torque and positions smoothed alike, with the positions' derivatives, every few samples.
-
-    u [M] N m; p, v, a [M, 2] rad, rad/s, rad/s^2; k [M] samples they stand at; noise [2] rad, what
-    is left of the noise in p. As wide as the noise asks for, and half the width `least` s.
-    """
-
-    def __init__(self, recording: UniformRecording, sigma: Array, shortest: float = 0.0) -> None:
-        r = recording
-        for half_width in (w for w in HALF_WIDTHS if w >= shortest):
-            n = max(3, int(round(half_width / r.dt)))
-            kernels = _kernels(n, r.dt)
-            a = np.column_stack([np.convolve(y - y[0], kernels[2], 'valid') for y in r.y.T])
-            gain = np.sqrt((kernels[2] ** 2).sum())
-            if (sigma * gain <= 0.15 * a.std(axis=0)).all() or half_width == HALF_WIDTHS[-1]:
-                break
-        self.half_width = half_width
-        decimated = slice(None, None, max(1, n // 3))
-        self.k = np.arange(n, len(r.u) - n)[decimated]
-        self.a = a[decimated]
-        self.p, self.v = (np.column_stack(
-            [np.convolve(y - y[0], kernels[i],
-                         'valid') for y in r.y.T])[decimated] for i in (0, 1))
-        self.p += r.y[0]
-        self.u = np.convolve(r.u, kernels[0], 'valid')[decimated]
-        self.noise = sigma * np.sqrt((kernels[0] ** 2).sum())
-        self.noise_v = sigma * np.sqrt((kernels[1] ** 2).sum())
-
-
-def _kernels(n: int, dt: float) -> tuple[Array, Array, Array]:
-    """Return weights [2n+1] for np.convolve of smoothed value, first and second derivative."""
-    s = np.arange(-n, n + 1) / (n + 1)
-    w = 1.0 - s * s
-    t = s * (n + 1) * dt
-    value = w ** 4
-    value /= value.sum()
-    first = -s * w ** 3  # of w^4, turned round by the convolution
-    first *= 1.0 / (first @ -t)
-    second = w ** 2 * (7.0 * s * s - 1.0)
-    second -= value * second.sum()
-    second *= 2.0 / (second @ (t * t))
-    return value, first, second
-
-
 # --- channels, signs and units ------------------------------------------------------------------
 def _wrong(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
            model: DriveModel) -> list[Finding]:
-    """Find what _wiring does where it is still there when more is smoothed away."""
-    wrong = _wiring(smooth, model)
-    # Noise that lasts is more than its high frequencies tell. Much wider hides what is wrong, too.
-    wider = [w for w in HALF_WIDTHS if w > smooth.half_width]
-    if wrong and wider and wrong[0].code not in ('implausible', 'strange'):
-        wide = SmoothedMotion(recording, sigma, wider[0])
-        lasts = misfit(wide, model) > LASTING * misfit(smooth, model) or _wiring(wide, model)
-        return wrong if lasts else []
-    for width in wider:
-        wrong = wrong and _wiring(SmoothedMotion(recording, sigma, width), model)
-    return wrong
-
-
-def _wiring(smooth: SmoothedMotion, model: DriveModel) -> list[Finding]:
-    """Find the change of channels, signs or units without which the model says nothing."""
-    as_recorded = misfit(smooth, model)
-    if as_recorded < min(threshold for threshold, _, _ in WRONG['wiring']):
-        return []
-    lowest = as_recorded
-    change: tuple[Any, ...] | None = None
-    for swap, arm, torque in product((False, True), (1, -1), (1, -1)):
-        value = misfit(smooth, model, swap, (1.0, float(arm)), float(torque))
-        if value < lowest:
-            lowest, change = value, ('wiring', swap, arm, torque)
-    # One position against the other must fit to a few percent: known units, the slope, a grid.
-    motor, arm = smooth.p[:, 0] - smooth.p[:, 0].mean(), smooth.p[:, 1] - smooth.p[:, 1].mean()
-    slope = abs(motor @ arm) / (motor @ motor)
-    ratio = abs(model.gear_ratio)
-    usual_factors = np.array([180 / np.pi, 1e3, 2 * np.pi])
-    decades = np.arange(-4.5, 4.51, 0.1)
-    # Inertias and loads of a model may be off by several times: other factors must be large.
-    grid = 10.0 ** decades[np.abs(decades) > LEAST_DECADES]
-    usual = np.concatenate([usual_factors, 1 / usual_factors])
-    for quantity, usual_ones in product(('both', 'torque', 'motor', 'arm', 'side'), (True, False)):
-        extra_factors = {'both': [], 'arm': [1 / slope]}.get(quantity, [slope, ratio, 1 / ratio])
-        factors = np.append(usual if usual_ones else grid,
-                            [f for f in extra_factors if abs(np.log10(f)) > 0.4])
-        for factor in factors:
-            scale = (factor if quantity in ('motor', 'both', 'side') else 1.0,
-                     factor if quantity in ('arm', 'both') else 1.0)
-            value = misfit(smooth, model, False, scale,
-                           {'torque': factor, 'side': 1.0 / factor}.get(quantity, 1.0))
-            # Signs are the simpler explanation, and usual units that of odd factors.
-            handicap = 0.8 if change and change[0] == 'wiring' else 1.0 if usual_ones else 0.6
-            if value < handicap * lowest:
-                lowest, change = value, ('unit', quantity, 1.0 / factor)
-    if change is None or not any(
-            as_recorded > threshold and lowest < min(part * as_recorded, limit)
-            for threshold, part, limit in WRONG[change[0]]):
-        if as_recorded < STRANGE:
+    """Find the change of channels, signs or units that explains the data."""
+    for width in (w for w in HALF_WIDTHS if w >= smooth.half_width):
+        if width > smooth.half_width:  # noise that lasts is more than its high frequencies tell
+            smooth = SmoothedMotion(recording, sigma, width)
+        recorded, reading, fit = wiring.better(smooth, model)
+        if reading is not None and fit is not None:
+            before, after = (f'{100 * np.sqrt(f.unexplained):.3g} % of the torque and '
+                             f'{100 * np.sqrt(f.untransmitted):.3g} % of what is transmitted'
+                             for f in (recorded, fit))
+            code = {'signs': 'sign', 'swapped': 'swapped'}.get(reading.kind, 'units')
+            text = _unit_text(model, reading) if code == 'units' else _wiring_text(reading)
+            return [_finding(code, f'{text}: with that changed, {after} stay unexplained instead '
+                             f'of {before}')]
+        if recorded.unexplained < STRANGE:
             return []
-        return [_finding('implausible' if as_recorded > IMPLAUSIBLE else 'strange',
-                         'the torque that motion and model leave unexplained is '
-                         f'{np.sqrt(as_recorded):.3g} times the commanded one; check model file, '
-                         'channels, signs and units')]
-    text = _wiring_text(*change[1:]) if change[0] == 'wiring' else _unit_text(model, *change[1:])
-    code = 'units' if change[0] == 'unit' else 'swapped' if change[1] else 'sign'
-    return [_finding(code, f'{text}: with that changed, {100 * np.sqrt(lowest):.0f} % of the '
-                     'torque stay unexplained instead of '
-                     f'{100 * np.sqrt(as_recorded):.0f} %')]
+    share = recorded.unexplained
+    return [_finding('implausible' if share > IMPLAUSIBLE else 'strange',
+                     'the torque that motion and model leave unexplained is '
+                     f'{np.sqrt(share):.3g} times the commanded one; check model file, '
+                     'channels, signs and units')]
 
 
-def misfit(smooth: SmoothedMotion, model: DriveModel, swap: bool = False,
-           scale: tuple[float, float] = (1.0, 1.0), torque: float = 1.0) -> float:
-    """
-    Return how far torque and positions are from the two equations of motion, in parts of |u|^2.
-
-    0: they hold exactly; 1: as much torque is unexplained as there is. The data are read with
-    motor and arm swapped or not, positions times scale [2], torque times `torque`. What real
-    drives have anyway is free: loads on the arm, a constant torque, encoders that share no zero,
-    gap and stiffness within a factor of three.
-
-    Args:
-        smooth: smoothed motion.
-        model: model of the drive.
-        swap: whether motor and arm change places.
-        scale: factors on the positions [2].
-        torque: factor on the torque.
-    """
-    order = (1, 0) if swap else (0, 1)
-    p, v, a = (x[:, order] * scale for x in (smooth.p, smooth.v, smooth.a))
-    u = smooth.u * torque
-    damping = model.damping * (v[:, 0] - v[:, 1])
-    friction = _sign(v[:, 0], model)
-    motor = (u - model.motor_inertia * a[:, 0] - model.viscous_friction * v[:, 0] - damping
-             - model.coulomb_friction * friction - model.position_gain * p[:, 0])
-    motor -= motor.mean()
-    loads = np.column_stack([np.ones(len(u)), v[:, 1], _sign(v[:, 1], model),
-                             np.sin(p[:, 1]), np.cos(p[:, 1])])
-    loads, _ = np.linalg.qr(loads)
-    arm = model.arm_inertia * a[:, 1] - damping
-    arm -= loads @ (loads.T @ arm)
-    twist = p[:, 0] - p[:, 1]
-    middle = 0.5 * (np.percentile(twist, 2) + np.percentile(twist, 98))
-    t = model.transmission
-    lowest, loose = np.inf, 3.0
-    gaps = [factor * t.half_gap for factor in (LOOSE if t.half_gap > 0.0 else (1.0,))]
-    if model.driven_by == 'position':  # gap and stiffness are looked for in the twist itself
-        swing = min(np.ptp(np.percentile(twist, (2, 98))),
-                    2.0 * encoders.OWN_PLAY * np.ptp(p[:, 1]))
-        gaps, loose = [*gaps, *(SWINGS * swing)], 100.0
-    for zero, gap in product((0.0, middle), gaps):
-        bent = twist - zero
-        bent = bent - np.clip(bent, -gap, gap)
-        moved = bent - bent.mean()
-        stiffness = (motor @ moved) / max(float(moved @ moved), 1e-300)
-        stiffness = np.clip(stiffness, t.stiffness / loose, t.stiffness * loose)
-        motor_off = motor - stiffness * moved
-        arm_off = stiffness * (bent - loads @ (loads.T @ bent)) - arm
-        lowest = min(lowest, motor_off @ motor_off + arm_off @ arm_off)
-    return float(lowest / max(float(u @ u), 1e-300))
-
-
-def _sign(v: Array, model: DriveModel) -> Array:
-    return 2.0 / np.pi * np.arctan(model.friction_sharpness * v)
-
-
-def _wiring_text(swap: bool, arm: float, torque: float) -> str:
-    phrases = []
-    if swap:
+def _wiring_text(reading: Reading) -> str:
+    phrases, arm, torque = [], reading.scale[1], reading.torque
+    if reading.swap:
         phrases.append('motor and arm positions are swapped')
     if arm < 0 and torque < 0:
         phrases.append('the sign of the motor position is wrong')
@@ -314,8 +169,11 @@ def _wiring_text(swap: bool, arm: float, torque: float) -> str:
     return ' and '.join(phrases)
 
 
-def _unit_text(model: DriveModel, quantity: str, factor: float) -> str:
-    """Describe `factor`, what the recording's values are times the expected ones."""
+def _unit_text(model: DriveModel, reading: Reading) -> str:
+    """Describe what the recording's values are times the expected ones."""
+    quantity = reading.quantity
+    factor = 1.0 / (reading.torque if quantity == 'torque' else
+                    reading.scale[1] if quantity == 'arm' else reading.scale[0])
     units = [(180 / np.pi, 'in degrees'), (1000.0, 'in thousandths'), (0.5 / np.pi, 'in turns'),
              (1e-3, 'in thousands')]
     if quantity == 'torque':

@@ -34,6 +34,7 @@ DIAGNOSIS_RATES = (200.0, 4000.0)  # Hz
 MAX_REPAIRED = 0.01    # share of samples that may be interpolated
 MAX_RUN = 3            # samples in a row that may be interpolated: below the drive's own periods
 QUIET_JITTER = 0.01    # of a sample time, rms: stamps rounded by a computer, not worth a word
+REPEATED = ('first', 'average', 'drop')  # what is used of samples with one stamp
 SPIKE = 12.0           # robust standard deviations off its neighbours
 FIELDS = ('u', 'motor', 'arm', 'arm_torque')
 UNITS = {'t': 's', 'u': 'N m', 'motor': 'rad', 'arm': 'rad', 'arm_torque': 'N m'}
@@ -174,6 +175,33 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
             notices.append(f'{count} single wild readings of {field} are interpolated')
     return UniformRecording(grid, values['u'], np.column_stack([values['motor'], values['arm']]),
                             dt, values.get('arm_torque'), name, channels=channels), tuple(notices)
+
+
+def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, Array, str]:
+    """
+    Return what is left of samples whose stamp repeats the one before.
+
+    Args:
+        t: stamps [N], s, or integer ns.
+        values: what was measured [N, C].
+        policy: one of REPEATED: of samples with one stamp keep the first, their mean, or none.
+
+    Returns:
+        Rows that are kept [K], their values [K, C], and a notice, '' where no stamp repeats.
+    """
+    first = np.append(True, np.diff(t) != 0) if len(t) else np.zeros(0, bool)
+    rows, sizes = np.flatnonzero(first), np.diff(np.append(np.flatnonzero(first), len(t)))
+    count = len(t) - len(rows)
+    if not count:
+        return rows, values, ''
+    if policy == 'drop':
+        rows, sizes = rows[sizes == 1], sizes[sizes == 1]
+    chosen = values[rows]
+    if policy == 'average':
+        chosen = np.add.reduceat(values, rows, axis=0) / sizes[:, None]
+    how = {'first': 'the first of each is used', 'average': 'their mean is used',
+           'drop': 'none of them is used'}[policy]
+    return rows, chosen, f'{count} of {len(t)} stamps repeat the one before: {how}'
 
 
 def _seconds(t: Any) -> tuple[Array, float]:

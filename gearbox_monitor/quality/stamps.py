@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """Stamps of a recording: order, rate, jitter, dropouts and length."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,6 +28,9 @@ JITTER = (0.1, 1.0)      # of the period: worth a word; no clock of the measurem
 LOST = (0.001, 0.1)      # share of samples
 LENGTH = 5.0             # s, for R and Q
 DRIFT_WINDOWS = (1, 6)   # none can be measured; few
+LEAST_CHANGES = 50       # of a value, to see a rhythm
+HELD = 0.8               # share of changes that come in one rhythm, if values are held
+UNEVEN = 0.3             # of the size of their steps: steps of a lattice are all of one size
 _GROUP = 'stamps'
 
 
@@ -108,11 +111,48 @@ def _order(stamps: Integers, clock: StampClock) -> Finding:
     return Finding(
         _GROUP, 'order', f'{", ".join(counts)}; {refused} of {len(stamps)} samples are refused',
         'let one publisher stamp each message with the time of its measurement',
-        hurts(grade, grade, BAD), values)
+        hurts(grade, grade, BAD if zero or backward or share > MAX_REPAIRED else grade), values)
+
+
+def held(clock: StampClock, y: Array) -> list[Finding]:
+    """
+    Return findings about positions y [N, 2] (rad) that are repeated between their measurements.
+
+    Args:
+        clock: usable stamps.
+        y: readings as recorded [N, 2], rad; NaN: not measured.
+    """
+    findings = []
+    for name, values in zip(('motor', 'arm'), y[clock.usable].T):
+        rows = held_rows(values)
+        if rows > 1:
+            rate = 1.0 / (rows * clock.period)
+            findings.append(replace(
+                _rate_of(rate), group=name, name='held', figure=f'each value is held for {rows} '
+                f'rows: measured at {rate:.4g} Hz, not at {1.0 / clock.period:.5g} Hz'))
+    return findings
+
+
+def held_rows(values: Array) -> int:
+    """Return for how many rows each of the readings [N] is held, 1 if they are not."""
+    values = values[np.isfinite(values)]
+    at = np.flatnonzero(np.diff(values)) + 1
+    if len(at) < LEAST_CHANGES:
+        return 1
+    rows = np.diff(at)
+    usual = int(np.median(rows))
+    rhythmic = np.abs(rows - usual) <= max(0.1 * usual, usual > 2)
+    size = np.abs(np.diff(values[at - 1]))
+    if usual < 2 or rhythmic.mean() < HELD or size.std() < UNEVEN * size.mean():
+        return 1
+    return usual
 
 
 def _rate(clock: StampClock) -> Finding:
-    rate = 1.0 / clock.period
+    return _rate_of(1.0 / clock.period)
+
+
+def _rate_of(rate: float) -> Finding:
     estimation = OK if RATES[0] <= rate * 1.01 and rate <= RATES[1] * 1.01 else WARN
     if rate < LEAST_RATE:
         estimation = BAD

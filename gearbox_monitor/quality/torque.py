@@ -38,6 +38,9 @@ SEEN = 0.3               # correlation with the acceleration from which on the t
 VAGUE = 1.0              # standard error of the delay, samples
 METHOD = 0.15            # samples: what the low pass and a controller's feedback leave in it
 WORK = 0.05              # of |u dx|: net work that has a sign
+CERTAIN = 5.0            # standard errors from which on something is called wrong
+SETPOINT = 0.05          # share of a position that follows its setpoint, and of its slope of 1
+AHEAD = 0.5              # s that a position is behind its setpoint at most
 
 
 def lines(u: Array, part: Segment) -> list[Finding]:
@@ -90,6 +93,32 @@ def limits(u: Array) -> list[Finding]:
                     'torque_limit')]
 
 
+def setpoint(part: Segment, moved: LowPassedMotion) -> list[Finding]:
+    """
+    Return the finding about a torque that is a position's setpoint, if it is one.
+
+    A setpoint has the slope 1 over the position that follows it, and nothing else in it.
+
+    Args:
+        part: even grid of samples.
+        moved: low-passed motion of the segment.
+    """
+    assert moved.u is not None
+    u = moved.u - moved.u.mean()
+    for i in np.flatnonzero(part.measured).tolist():
+        p = moved.p[:, i] - moved.p[:, i].mean()
+        for late in range(0, min(int(AHEAD / part.dt), len(u) // 4), max(1, moved.width)):
+            x, y = p[late:], u[:len(u) - late]
+            slope = float(x @ y) / max(float(x @ x), 1e-300)
+            if abs(slope - 1.0) < SETPOINT and np.std(y - slope * x) < SETPOINT * np.std(y):
+                return [Finding(
+                    'torque', 'setpoint', f'the torque equals the position of the {NAMES[i]} '
+                    f'{late * part.dt:.2g} s later (slope {slope:.3f}): a setpoint',
+                    'log the commanded torque as effort, not the reference position',
+                    everything(BAD), {'slope': slope})]
+    return []
+
+
 # Delay in samples, gain, correlation, whether at the edge.
 Peak: TypeAlias = tuple[float, float, float, bool]
 
@@ -102,7 +131,7 @@ class TorqueResponse:
     delay, delay_std: samples that the effort acts later than its stamp says; correlation: of
     torque and acceleration at that delay, once speed, friction, position and twist are accounted
     for; gain, gain_std: rad/s^2 per N m; at_edge: the best delay is the last one that was tried;
-    work: net work of the motor over the sum of its amounts, -1 to 1.
+    work, work_std: net work of the motor over the sum of its amounts, -1 to 1.
     """
 
     delay: float
@@ -112,6 +141,7 @@ class TorqueResponse:
     gain_std: float
     at_edge: bool
     work: float
+    work_std: float
 
     @property
     def seen(self) -> bool:
@@ -148,10 +178,13 @@ def answer(part: Segment, sigma: Array, width: int) -> TorqueResponse | None:
     (whole, spread), (wider, _) = narrow, wide
     x = np.diff(moved.p[:, i])
     work = moved.u[:-1] * x
+    whole_work = max(np.abs(work).sum(), 1e-300)
+    by_block = np.array([block.sum() for block in np.array_split(work, BLOCKS)])
     return TorqueResponse(
         float(whole[0]), math.hypot(spread[0], whole[0] - wider[0], METHOD), float(whole[2]),
         float(whole[1]), math.hypot(spread[1], whole[1] - wider[1]), bool(whole[3]),
-        float(work.sum() / max(np.abs(work).sum(), 1e-300)))
+        float(work.sum() / whole_work),
+        float(math.sqrt(BLOCKS) * by_block.std() / whole_work))
 
 
 def _regressed(part: Segment, moved: LowPassedMotion, i: int) -> tuple[Peak, Array] | None:
@@ -260,7 +293,7 @@ def _delay(response: TorqueResponse, dt: float, stated: int) -> Finding:
     figure = (f'{response.delay:.2f} +- {response.delay_std:.2f} samples, '
               f'{response.delay * dt * 1e3:.3g} +- {response.delay_std * dt * 1e3:.2g} ms')
     rounded = int(np.rint(response.delay))
-    off = abs(response.delay - stated) > max(0.7, 3.0 * response.delay_std)
+    off = abs(response.delay - stated) > max(0.7, CERTAIN * response.delay_std)
     if not off:
         return Finding('torque', 'effort delay', f'{figure}; effort_delay is {stated}',
                        values=values)
@@ -270,15 +303,18 @@ def _delay(response: TorqueResponse, dt: float, stated: int) -> Finding:
 
 
 def _sign(response: TorqueResponse, name: str) -> Finding:
-    values = {'gain': response.gain, 'gain_std': response.gain_std, 'work': response.work}
+    values = {'gain': response.gain, 'gain_std': response.gain_std, 'work': response.work,
+              'work_std': response.work_std}
     figure = (f'1 N m gives {response.gain:.3g} +- {response.gain_std:.1g} rad/s^2'
-              if response.seen else f'net work {100 * response.work:+.0f} % of its amounts')
-    wrong = response.gain < 0.0 if response.seen else response.work < -WORK
-    if wrong:
+              if response.seen else f'net work {100 * response.work:+.0f} +- '
+              f'{100 * response.work_std:.0f} % of its amounts')
+    size, error = ((response.gain, response.gain_std) if response.seen else
+                   (response.work, max(response.work_std, WORK / CERTAIN)))
+    if size < -CERTAIN * error:
         return Finding('signs', f'torque and {name}', f'{figure}: the wrong way',
                        'turn the sign of ' f'the effort, or of the {name} position',
                        everything(BAD), values)
-    if not response.seen and response.work < WORK:
+    if size < 0.0 or not response.seen and response.work < WORK:
         return Finding('signs', f'torque and {name}', f'{figure}: cannot be told',
                        'accelerate more, or move against friction', everything(WARN), values)
     return Finding('signs', f'torque and {name}', figure, values=values)

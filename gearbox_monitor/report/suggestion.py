@@ -30,8 +30,8 @@ from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
 from gearbox_monitor.plant.effects.gearbox import BACKLASH_GAP
 from gearbox_monitor.plant.effects.motor_side import (
     COULOMB_ASYMMETRY, MOTOR_INERTIA, MOTOR_VISCOUS)
-from gearbox_monitor.quality.input_checks import SmoothedMotion
 from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
 
 # Warnings of the check about a motion, and effects that then look alike.
 UNEXCITED = (('never crosses the gap', (BACKLASH_GAP.id, ENCODER_OFFSET.id)),

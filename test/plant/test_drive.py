@@ -153,6 +153,16 @@ def test_a_rigid_drive_is_the_limit_of_a_stiff_one():
     assert np.quantile(np.abs(error), 0.99) < 0.15  # differences smear reversals
 
 
+def test_a_rigid_drive_has_one_inertia():
+    """However it is divided between motor and arm, and whatever damps a twist that is not."""
+    u = Excitation().torque(1e-3 * np.arange(2000))
+    one = DriveModel(motor_inertia=0.03, arm_inertia=1e-6, transmission=Transmission('rigid'))
+    other = replace(one, motor_inertia=0.020001, arm_inertia=0.01, damping=0.0)
+    x = simulate(one, u, 1e-3).x
+    assert np.ptp(x[:, 0]) > 1.0
+    np.testing.assert_allclose(x, simulate(other, u, 1e-3).x, atol=1e-9)
+
+
 def test_eigenvalue_and_substeps():
     eigenvalue = fastest_eigenvalue(DriveModel())
     assert eigenvalue == pytest.approx(2684, abs=1)

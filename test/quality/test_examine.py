@@ -29,7 +29,7 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.quality import parts, stamps
+from gearbox_monitor.quality import parts, stamps, torque
 from gearbox_monitor.quality.examine import examine
 from gearbox_monitor.quality.finding import BAD, OK, PURPOSES, WARN
 
@@ -41,9 +41,9 @@ N = 31000
 DT = 1e-3
 
 
-def recorded(torque=None, noise=5e-3, model=MODEL, n=N, rest=1000):
+def recorded(command=None, noise=5e-3, model=MODEL, n=N, rest=1000):
     """Return Samples of a simulated drive, at rest for the first `rest` samples."""
-    u = Excitation().torque(DT * np.arange(n)) if torque is None else torque
+    u = Excitation().torque(DT * np.arange(n)) if command is None else command
     u[:rest] = 0.0
     drive = simulate(model, u, DT, Noise(measurement=(noise, noise)), seed=1)
     return Samples(T0 + np.arange(n) * 1_000_000, np.column_stack([u, np.full(n, np.nan)]),
@@ -155,7 +155,7 @@ def one_way(s):
     (without_torque, ('torque', 'readings'), 'none', BAD, PURPOSES),
     (lambda s: changed(s, u=0.0 * s.u + (1.0, 0.0)), ('torque', 'readings'), 'throughout', BAD,
      PURPOSES),
-    (lambda s: stamped(s, repeat=100), ('stamps', 'order'), '309 repeated', BAD, ('diagnosis',)),
+    (lambda s: stamped(s, repeat=100), ('stamps', 'order'), '309 repeated', WARN, ()),
     (lambda s: stamped(s, repeat=10), ('stamps', 'order'), 'repeated', BAD, PURPOSES),
     (lambda s: stamped(s, jitter=0.2), ('stamps', 'jitter'), '20 % of the period', WARN, ()),
     (lambda s: stamped(s, lose=0.02), ('stamps', 'gaps'), 'samples (', BAD, ('diagnosis',)),
@@ -184,6 +184,35 @@ def test_one_encoder_suits_the_diagnosis_of_a_rigid_drive(sound):
     lines, suits = judged(changed(sound, y=y), rigid)
     assert suits['estimation'] == BAD
     assert lines['model', 'diagnose'].figure.startswith('takes it')
+
+
+def test_values_that_are_held_tell_their_true_rate(sound):
+    rows = np.arange(N) // 15 * 15
+    lines, suits = judged(changed(sound, y=sound.y[rows]))
+    assert lines['motor', 'held'].values['rate_hz'] == pytest.approx(1000.0 / 15)
+    assert 'held for 15 rows' in lines['arm', 'held'].figure
+    assert 'held for 15 rows' in lines['model', 'diagnose'].figure and suits['diagnosis'] == BAD
+    # A coarse encoder repeats itself, too, but in no rhythm.
+    for step in (1e-3, 0.02, 0.1, 0.5):
+        assert stamps.held_rows(step * np.rint(sound.y[:, 0] / step)) == 1
+
+
+@pytest.mark.parametrize('late', [0, 20, 150])
+def test_a_setpoint_is_no_torque(sound, late):
+    u = np.column_stack([np.roll(sound.y[:, 0], -late), sound.u[:, 1]])
+    line = judged(changed(sound, u=u), None)[0]['torque', 'setpoint']
+    assert line.verdict() == BAD and 'a setpoint' in line.figure
+
+
+def test_a_sign_is_wrong_above_five_standard_errors_only():
+    def graded(gain, std, correlation=0.8, work=0.0, work_std=0.1):
+        response = torque.TorqueResponse(0.0, 0.1, correlation, gain, std, False, work, work_std)
+        return torque.answered(response, 1e-3, 0)[1].verdict()
+    assert [graded(-10.0, std) for std in (1.9, 2.1, 5.3)] == [BAD, WARN, WARN]
+    assert graded(10.0, 5.3) == OK
+    unseen = {'gain': 1.0, 'std': 10.0, 'correlation': 0.0}
+    assert graded(**unseen, work=-0.6) == BAD and graded(**unseen, work=-0.4) == WARN
+    assert graded(**unseen, work=0.4) == OK
 
 
 def test_coarse_encoder(sound):

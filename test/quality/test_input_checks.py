@@ -31,7 +31,7 @@ from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.quality.input_checks import check
-from gearbox_monitor.quality.recording import prepare
+from gearbox_monitor.quality.recording import merged, prepare
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data' / 'davinci_backend'
 MODEL = DriveModel()
@@ -100,6 +100,32 @@ def test_a_drive_that_differs_from_the_model_is_no_bad_input(change):
     assert not found(t, u, y)
     for gain in (0.8, 1.2):
         assert not found(t, u / gain, y)
+
+
+def loaded(seed):
+    """Return a model and a recording whose drive has gravity, offset or friction of any size."""
+    random = np.random.default_rng(seed)
+    size = np.exp(random.uniform(np.log(0.2), np.log(8.0), 3))
+    model = replace(MODEL, motor_inertia=MODEL.motor_inertia * np.exp(random.normal(0, 0.5)),
+                    arm_inertia=MODEL.arm_inertia * np.exp(random.normal(0, 0.5)))
+    gravity, offset, friction = (bool(seed >> i & 1) for i in range(3))
+    effects = [{'id': 'gravity', 'G': size[0]}] if gravity else []
+    effects += [{'id': 'arm_coulomb', 'Cac': size[2]}] if friction else []
+    true = replace(model, torque_offset=0.3 * size[1] * offset, effects=tuple(effects),
+                   coulomb_friction=model.coulomb_friction + 0.3 * size[1] * friction)
+    t = np.arange(10000) * 1e-3
+    kind = ('multisine', 'chirp', 'square', 'slow')[seed % 4]
+    u = (1.0 + size.max()) * MOTIONS[kind].torque(t)
+    y = simulate(true, u, 1e-3).x[:, :2]
+    return model, t, u, y + SIGMA * random.standard_normal(y.shape)
+
+
+@pytest.mark.parametrize('seeds', [range(8), pytest.param(range(8, 200),
+                                                          marks=pytest.mark.system)])
+def test_loads_of_any_size_are_no_wrong_wiring(seeds):
+    for seed in seeds:
+        model, t, u, y = loaded(seed)
+        assert not [p for p in found(t, u, y, model) if p.fatal], seed
 
 
 def test_encoders_that_share_no_zero(sound):
@@ -346,6 +372,13 @@ def test_stamps_must_increase(sound):
     t[40] = t[39]
     with pytest.raises(InputError, match=r'row 40, t: 0\.039 s repeats after 0\.039 s'):
         prepare(t, u, y)
+    for policy, count, value in (('first', 9999, u[39]), ('average', 9999, u[39:41].mean()),
+                                 ('drop', 9998, u[41])):
+        rows, values, notice = merged(t, np.column_stack([u, y]), policy)
+        assert len(rows) == len(values) == count and values[39, 0] == pytest.approx(value)
+        assert notice.startswith('1 of 10000 stamps repeat')
+        recording, _ = prepare(t[rows], values[:, 0], values[:, 1:])
+        assert len(recording.u) == 10000
     t[40] = t[30]
     with pytest.raises(InputError, match=r'row 40, t: 0\.03 s goes back after 0\.039 s'):
         prepare(t, u, y)

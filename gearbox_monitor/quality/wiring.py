@@ -1,0 +1,267 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Wrong channels, signs and units: another reading of the data that explains them.
+
+Every reading (channels swapped or not, signs, factors) is fitted to two equations of smoothed
+data,
+
+    u = m1 x1'' + m2 x2'' + friction of motor and arm + gravity + offset
+    K dz(x1 - x2, b) + D (x1' - x2') = m2 x2'' + friction of the arm + gravity + offset
+
+with inertias and stiffness within a factor of LOOSE of the model's, friction of any size that
+brakes, gravity (sine and cosine) and offsets of any size. A reading replaces the one as
+recorded by its likelihood ratio over both equations, each with a variance of its own, with as many
+independent samples as the autocorrelation of its residual leaves (Bartlett 1946). How much is
+unexplained is no evidence by itself.
+"""
+from collections.abc import Iterator
+from itertools import groupby, product
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import nnls
+
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.quality.encoders import OWN_PLAY
+from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
+
+LOOSE = 3.0         # times or part of the model's inertias and stiffness that a drive may have
+GAPS = (0.33, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0)  # parts of the half gap that are tried
+FEW_GAPS = (0.5, 1.0, 2.0)   # for choosing the readings that are tried with all
+REFINED = 3         # readings, likewise
+SWINGS = (0.0, 0.25, 0.4, 0.45)  # the same in parts of the twist's swing, if that is searched
+ROWS = 1000         # that are fitted
+ACCURACY = (0.01, 0.03)  # share of the torque's power that models leave of torque and twist
+EXPLAINED = 0.12    # share of the power that an accepted reading leaves at most
+SAMPLES = 20.0      # independent ones at most: the error of a model does not average out
+# Log of the likelihood ratio: 15 is 3e-7, over 400 readings 1e-4; odd factors are rarer.
+MARGINS = {'signs': 15.0, 'swapped': 15.0, 'usual': 15.0, 'odd': 20.0}
+LEAST_DECADES = 0.9  # of an odd factor: loads and inertias of a model are off by several times
+SLACK = 1e3         # weight of a bound
+
+
+class Reading(NamedTuple):
+    """How data are read: swapped or not, times `scale` (motor, arm) and `torque`."""
+
+    kind: str
+    quantity: str = ''
+    swap: bool = False
+    scale: tuple[float, float] = (1.0, 1.0)
+    torque: float = 1.0
+
+
+class ReadingFit(NamedTuple):
+    """
+    Residuals of both equations.
+
+    torque, twist [M] N m; power of the torque; noise [2]: power that the encoders' noise leaves in
+    the residuals, whichever encoder is the motor's; scale: the smallest one of the positions.
+    """
+
+    torque: Array
+    twist: Array
+    power: float
+    noise: Array
+    scale: float
+
+    @property
+    def unexplained(self) -> float:
+        """Share of the power of the torque that is unexplained."""
+        return float(np.mean(self.torque ** 2)) / self.power
+
+    @property
+    def untransmitted(self) -> float:
+        """The same of the transmitted torque that the twist does not explain."""
+        return float(np.mean(self.twist ** 2)) / self.power
+
+
+def readings(smooth: SmoothedMotion, model: DriveModel) -> Iterator[Reading]:
+    """
+    Yield all readings but the one as recorded, simple ones first.
+
+    Args:
+        smooth: smoothed motion.
+        model: model of the drive.
+    """
+    for swap, arm_sign, sign in product((False, True), (1.0, -1.0), (1.0, -1.0)):
+        if swap or arm_sign < 0.0 or sign < 0.0:
+            kind = 'swapped' if swap else 'signs'
+            yield Reading(kind, '', swap, (1.0, arm_sign), sign)
+    motor, arm = (smooth.p[:, i] - smooth.p[:, i].mean() for i in (0, 1))
+    slope, ratio = abs(motor @ arm) / (motor @ motor), abs(model.gear_ratio)
+    units = np.array([180 / np.pi, 1e3, 2 * np.pi])
+    decades = np.arange(-4.5, 4.51, 0.2)
+    factors = {'usual': [*units, *(1 / units)],
+               'odd': 10.0 ** decades[np.abs(decades) > LEAST_DECADES]}
+    for kind, quantity in product(factors, ('both', 'torque', 'motor', 'arm', 'side')):
+        extra = {'both': [], 'arm': [1 / slope]}.get(quantity, [slope, ratio, 1 / ratio])
+        for f in [*factors[kind], *(f for f in extra if abs(np.log10(f)) > 0.4)]:
+            motor_scale = f if quantity in ('motor', 'both', 'side') else 1.0
+            arm_scale = f if quantity in ('arm', 'both') else 1.0
+            torque = {'torque': f, 'side': 1.0 / f}.get(quantity, 1.0)
+            yield Reading(kind, quantity, False, (motor_scale, arm_scale), torque)
+
+
+def fitted(smooth: SmoothedMotion, model: DriveModel, reading: Reading,
+           gaps: tuple[float, ...] = GAPS) -> ReadingFit:
+    """
+    Return the fit of both equations to the data as read.
+
+    Args:
+        smooth: smoothed motion.
+        model: model of the drive.
+        reading: how the data are read.
+        gaps: parts of the half gap that are tried.
+    """
+    rows = slice(None, None, max(1, len(smooth.u) // ROWS))
+    order = (1, 0) if reading.swap else (0, 1)
+    p, v, a = (x[rows][:, order] * reading.scale for x in (smooth.p, smooth.v, smooth.a))
+    u = smooth.u[rows] * reading.torque
+    sign = 2.0 / np.pi * np.arctan(model.friction_sharpness * v)
+    zero, one, gravity = np.zeros(len(u)), np.ones(len(u)), (np.sin(p[:, 1]), np.cos(p[:, 1]))
+    # Columns of the equations of torque and twist, those with a lower bound first.
+    columns = np.array([
+        [a[:, 0], a[:, 1], zero, v[:, 0], sign[:, 0], v[:, 1], sign[:, 1], one, zero, *gravity,
+         u - model.position_gain * p[:, 0]],
+        [zero, a[:, 1], zero, zero, zero, v[:, 1], sign[:, 1], zero, one, *gravity,
+         model.damping * (v[:, 0] - v[:, 1])]])
+    t = model.transmission
+    nominal = np.array([model.motor_inertia, model.arm_inertia, t.stiffness])
+    spread = np.array([LOOSE, LOOSE, 100.0 if model.driven_by == 'position' else LOOSE])
+    low = np.concatenate([nominal / spread, [min(0.0, LOOSE * model.viscous_friction), 0, 0, 0]])
+    room = nominal * spread - low[:3]
+    power = float(u @ u) / len(u)
+    best: tuple[float, Array] = (np.inf, columns[:, -1])
+    gram = columns @ columns.transpose(0, 2, 1)
+    for bent in _bent(p[:, 0] - p[:, 1], np.ptp(p[:, 1]), model, gaps):
+        columns[1, 2] = -bent
+        gram[1, 2] = gram[1, :, 2] = columns[1] @ -bent
+        weight = np.ones(2) / power
+        for _ in range(2):
+            x = np.append(-_solution(np.tensordot(weight, gram, 1), low, room), 1.0)
+            variance = np.maximum(x @ gram @ x, 0.0) / len(u) + np.multiply(ACCURACY, power)
+            weight = 1.0 / variance
+        if np.log(variance).sum() < best[0]:
+            best = float(np.log(variance).sum()), x @ columns
+    inertial = np.square(smooth.noise_a * np.abs(reading.scale)).max()
+    twisted = np.square(smooth.noise * np.abs(reading.scale)).sum() * t.stiffness ** 2
+    noise = inertial * np.array([nominal[0] ** 2 + nominal[1] ** 2, nominal[1] ** 2])
+    return ReadingFit(*best[1], power, noise + (0.0, twisted),
+                      float(np.abs(reading.scale).min()))
+
+
+def _bent(twist: Array, travel: float, model: DriveModel,
+          parts: tuple[float, ...]) -> Iterator[Array]:
+    """Yield the twist beyond a gap for all gaps and zeros that are tried."""
+    half_gap = model.transmission.half_gap
+    gaps = [part * half_gap for part in (parts if half_gap > 0.0 else (1.0,))]
+    low, high = np.percentile(twist, (2, 98))
+    if model.driven_by == 'position':  # gap and stiffness are searched in the twist itself
+        gaps += [share * min(high - low, 2.0 * OWN_PLAY * travel) for share in SWINGS]
+    for zero, gap in product((0.0, 0.5 * (low + high)), gaps):
+        yield twist - zero - np.clip(twist - zero, -gap, gap)
+
+
+def _solution(gram: Array, low: Array, room: Array) -> Array:
+    """
+    Return x [P] of bounded least squares (Lawson and Hanson, 1974).
+
+    Args:
+        gram: products of the columns [P + 1, P + 1], the last one is what they explain; those
+            with a lower bound come first.
+        low: lower bounds.
+        room: from the lower to the upper bound, of the first ones.
+    """
+    bounded, slack, free = len(low), len(room), len(gram) - 1 - len(low)
+    scale = np.sqrt(np.diag(gram))
+    scale[scale == 0.0] = 1.0
+    order = np.concatenate([np.arange(bounded, len(gram) - 1), np.arange(bounded), [-1]])
+    shift = np.eye(len(gram))
+    shift[:bounded, -1] = -low  # what is left for the rest of the values to explain
+    shift /= np.append(scale[:-1], 1.0)
+    moved = (shift.T @ gram @ shift)[np.ix_(order, order)]
+    moved += 1e-10 * np.diag(np.maximum(np.diag(moved), 1.0))
+    r = np.linalg.cholesky(moved).T
+    # What a value has of its room and what is left of it add up to the room.
+    room = room * scale[:slack]
+    weight = SLACK * np.abs(r[free:, -1]).max() / room
+    matrix = np.zeros((bounded + 1 + slack, bounded + slack))
+    matrix[:bounded + 1, :bounded] = r[free:, free:-1]
+    matrix[bounded + 1:, :slack] = matrix[bounded + 1:, bounded:] = np.diag(weight)
+    z = nnls(matrix, np.concatenate([r[free:, -1], weight * room]))[0][:bounded]
+    x = np.linalg.solve(r[:free, :free], r[:free, -1] - r[:free, free:-1] @ z)
+    return np.concatenate([low + z / scale[:bounded], x / scale[bounded:-1]])
+
+
+def evidence(recorded: ReadingFit, other: ReadingFit) -> Array:
+    """
+    Return the log of the likelihood ratio of another reading by both equations [2].
+
+    Errors of torque count in units of the torque and errors of twist in units of the positions, as
+    they were recorded: a change of unit alone is no evidence.
+    """
+    result = np.zeros(2)
+    for i, units in ((0, [np.sqrt(fit.power) for fit in (recorded, other)]),
+                     (1, [recorded.scale, other.scale])):
+        power = [float(np.mean(fit[i] ** 2)) / unit ** 2
+                 for fit, unit in zip((recorded, other), units)]
+        floor = ACCURACY[i] * max(fit.power / unit ** 2
+                                  for fit, unit in zip((recorded, other), units))
+        floor += other.noise[i] / units[1] ** 2
+        samples = min(SAMPLES, independent(other[i]))
+        result[i] = 0.5 * samples * np.log((power[0] + floor) / (power[1] + floor))
+    return result
+
+
+def independent(residual: Array) -> float:
+    """Return how many independent samples a residual [M] counts for: M over its correlation."""
+    spectrum = np.abs(np.fft.rfft(residual, 2 * len(residual))) ** 2
+    r = np.fft.irfft(spectrum)[:len(residual)]
+    r = r / max(r[0], 1e-300)
+    end = int(np.argmax(r <= 0.0)) or len(r)
+    return len(residual) / (1.0 + 2.0 * float(r[1:end].sum()))
+
+
+def better(smooth: SmoothedMotion,
+           model: DriveModel) -> tuple[ReadingFit, Reading | None, ReadingFit | None]:
+    """
+    Return the data's fit as recorded, and the reading that explains them instead with its fit.
+
+    Args:
+        smooth: smoothed motion.
+        model: model of the drive.
+
+    Returns:
+        Fit as recorded; reading and its fit, None where the recording is read rightly.
+    """
+    recorded = fitted(smooth, model, Reading('recorded'))
+    white = np.resize([1e-9, -1e-9], len(recorded.torque))
+    ideal = recorded._replace(torque=white, twist=white)
+    if evidence(recorded, ideal).sum() < min(MARGINS.values()):
+        return recorded, None, None
+    for _, rivals in groupby(readings(smooth, model), key=lambda reading: reading.kind):
+        chosen = sorted(rivals, reverse=True, key=lambda reading: evidence(
+            recorded, fitted(smooth, model, reading, FEW_GAPS)).sum())[:REFINED]
+        fits = [(reading, fitted(smooth, model, reading)) for reading in chosen]
+        reading, fit = max(fits, key=lambda pair: evidence(recorded, pair[1]).sum())
+        ratio, margin = evidence(recorded, fit), MARGINS[reading.kind]
+        sure = ratio.sum() > margin
+        if reading.swap:  # it turns the twist round; without its support, the torque must decide
+            sure = sure and ratio[1] > margin / 3.0 or ratio[0] > MARGINS['odd']
+        if sure and fit.unexplained < EXPLAINED:
+            return recorded, reading, fit
+    return recorded, None, None
