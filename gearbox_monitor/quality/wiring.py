@@ -160,7 +160,8 @@ def fitted(smooth: SmoothedMotion, model: DriveModel, reading: Reading,
     inertial = np.square(smooth.noise_a * np.abs(reading.scale)).max()
     twisted = np.square(smooth.noise * np.abs(reading.scale)).sum() * t.stiffness ** 2
     noise = inertial * np.array([nominal[0] ** 2 + nominal[1] ** 2, nominal[1] ** 2])
-    return ReadingFit(*best[1], power, noise + (0.0, twisted),
+    torque, twist = best[1]
+    return ReadingFit(torque, twist, power, noise + (0.0, twisted),
                       float(np.abs(reading.scale).min()))
 
 
@@ -217,12 +218,12 @@ def evidence(recorded: ReadingFit, other: ReadingFit) -> Array:
     result = np.zeros(2)
     for i, units in ((0, [np.sqrt(fit.power) for fit in (recorded, other)]),
                      (1, [recorded.scale, other.scale])):
-        power = [float(np.mean(fit[i] ** 2)) / unit ** 2
+        power = [float(np.mean((fit.torque, fit.twist)[i] ** 2)) / unit ** 2
                  for fit, unit in zip((recorded, other), units)]
         floor = ACCURACY[i] * max(fit.power / unit ** 2
                                   for fit, unit in zip((recorded, other), units))
         floor += other.noise[i] / units[1] ** 2
-        samples = min(SAMPLES, independent(other[i]))
+        samples = min(SAMPLES, independent((other.torque, other.twist)[i]))
         result[i] = 0.5 * samples * np.log((power[0] + floor) / (power[1] + floor))
     return result
 
