@@ -135,10 +135,11 @@ def _encoders(r: UniformRecording, model: DriveModel, sigma: Array,
 def _wrong(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
            model: DriveModel) -> list[Finding]:
     """Find the change of channels, signs or units that explains the data."""
+    kinds = tuple(wiring.MARGINS)
     for width in (w for w in HALF_WIDTHS if w >= smooth.half_width):
         if width > smooth.half_width:  # noise that lasts is more than its high frequencies tell
-            smooth = SmoothedMotion(recording, sigma, width)
-        recorded, reading, fit = wiring.better(smooth, model)
+            smooth, kinds = SmoothedMotion(recording, sigma, width), kinds[:3]
+        recorded, reading, fit = wiring.better(smooth, model, kinds)
         if reading is not None and fit is not None:
             before, after = (f'{100 * np.sqrt(f.unexplained):.3g} % of the torque and '
                              f'{100 * np.sqrt(f.untransmitted):.3g} % of what is transmitted'

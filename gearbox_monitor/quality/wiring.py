@@ -237,14 +237,15 @@ def independent(residual: Array) -> float:
     return len(residual) / (1.0 + 2.0 * float(r[1:end].sum()))
 
 
-def better(smooth: SmoothedMotion,
-           model: DriveModel) -> tuple[ReadingFit, Reading | None, ReadingFit | None]:
+def better(smooth: SmoothedMotion, model: DriveModel, kinds: tuple[str, ...] = tuple(MARGINS)
+           ) -> tuple[ReadingFit, Reading | None, ReadingFit | None]:
     """
     Return the data's fit as recorded, and the reading that explains them instead with its fit.
 
     Args:
         smooth: smoothed motion.
         model: model of the drive.
+        kinds: of MARGINS that are tried.
 
     Returns:
         Fit as recorded; reading and its fit, None where the recording is read rightly.
@@ -254,12 +255,14 @@ def better(smooth: SmoothedMotion,
     ideal = recorded._replace(torque=white, twist=white)
     if evidence(recorded, ideal).sum() < min(MARGINS.values()):
         return recorded, None, None
-    for _, rivals in groupby(readings(smooth, model), key=lambda reading: reading.kind):
+    for kind, rivals in groupby(readings(smooth, model), key=lambda reading: reading.kind):
+        if kind not in kinds:
+            continue
         chosen = sorted(rivals, reverse=True, key=lambda reading: evidence(
             recorded, fitted(smooth, model, reading, FEW_GAPS)).sum())[:REFINED]
         fits = [(reading, fitted(smooth, model, reading)) for reading in chosen]
         reading, fit = max(fits, key=lambda pair: evidence(recorded, pair[1]).sum())
-        ratio, margin = evidence(recorded, fit), MARGINS[reading.kind]
+        ratio, margin = evidence(recorded, fit), MARGINS[kind]
         sure = ratio.sum() > margin
         if reading.swap:  # it turns the twist round; without its support, the torque must decide
             sure = sure and ratio[1] > margin / 3.0 or ratio[0] > MARGINS['odd']
