@@ -39,7 +39,8 @@ from gearbox_monitor.estimation.step_record import predicted, record_size
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.parameters import (
     AT_ONCE, ESTIMATOR, EstimatorParameters, resolve, with_model_values)
-from gearbox_monitor.plant.drive import DriveModel, loads_arm, model_from_dict
+from gearbox_monitor.plant.drive import (
+    DriveModel, expect_integrable, loads_arm, model_from_dict)
 from gearbox_monitor.plant.effects import not_in_filters
 
 RING = 2048  # step records at hand for the smoother
@@ -414,17 +415,29 @@ def _output(n: int, n_smoothed: int) -> Output:
 
 
 def drive_of(model: DriveModel, parameters: EstimatorParameters) -> DriveModel:
-    """Return the drive that a filter with `parameters` computes with, made from `model`."""
+    """
+    Return the drive that a filter with `parameters` computes with, made from `model`.
+
+    Raises InputError for one that no filter can compute with, or not in time.
+    """
     if model.transmission.kind == 'rigid':
         raise InputError('transmission.kind: rigid: a filter has no twist to see the '
                          'transmission torque by, expected another kind')
     if parameters.arm_joint:
         load = parameters.arm_load
-        return model.with_(arm_load=model.arm_load if load == 'model' else load)
-    if parameters.tau_k_stiffness > 0.0:
+        drive = model.with_(arm_load=model.arm_load if load == 'model' else load)
+    elif parameters.tau_k_stiffness > 0.0:
         raise InputError(f'tau_k_stiffness: {parameters.tau_k_stiffness:g}, expected 0 where '
                          'no arm is measured (arm_joint is empty)')
-    return model.without_arm()
+    else:
+        drive = model.without_arm()
+    dt = parameters.max_gap
+    expect_integrable(drive, dt, f'max_gap: {dt:g}, model')
+    stiffness = parameters.tau_k_stiffness
+    if stiffness > drive.transmission.stiffness:
+        expect_integrable(drive.with_(stiffness=stiffness), dt,
+                          f'max_gap: {dt:g}, tau_k_stiffness in place of stiffness')
+    return drive
 
 
 def _model_warnings(drive: DriveModel) -> list[str]:

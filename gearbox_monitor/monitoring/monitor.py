@@ -29,15 +29,16 @@ import numpy as np
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Batch, Estimate, Estimates, Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator, snapshot_errors
-from gearbox_monitor.estimation.process_model import P0, TAU_K
+from gearbox_monitor.estimation.process_model import P0, R1, R2, TAU_K
 from gearbox_monitor.estimation.rts_smoother import S_TWIST_STD
-from gearbox_monitor.kernels.types import Array, Integers, Values
+from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.monitoring.backlash import change, features
 from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
 from gearbox_monitor.monitoring.checks import (
-    covariance, innovation, model_mismatch, observability, passivity, usability)
+    covariance, elastic_curve, innovation, model_mismatch, observability, passivity, twist_range,
+    usability)
 from gearbox_monitor.monitoring.checks.finding import (
-    Alarm, Condition, DEBOUNCE, Finding, finding_of, Level, with_more)
+    Alarm, Condition, DEBOUNCE, Finding, finding_of, joined, Level)
 from gearbox_monitor.monitoring.history import EstimateHistory, Recent
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -65,7 +66,11 @@ AT_BOUND = Condition(
     'only)', 'the evaluation', 'the model or a start value is far off: check it', ('adapted_...',))
 CONDITIONS = (
     *usability.CONDITIONS, *observability.CONDITIONS, *innovation.CONDITIONS,
-    *passivity.CONDITIONS, *covariance.CONDITIONS, AT_BOUND, *model_mismatch.CONDITIONS)
+    *passivity.CONDITIONS, *twist_range.CONDITIONS, *elastic_curve.CONDITIONS,
+    *covariance.CONDITIONS, AT_BOUND, *model_mismatch.CONDITIONS)
+# What smoothed torque and twist show, beside the prediction errors and in their component.
+ROW_CHECKS = (passivity.CHECK, twist_range.CHECK, elastic_curve.CHECK)
+ROWS_KEPT = max(check.window for check in ROW_CHECKS)
 
 Findings = dict[str, Finding]  # by component
 
@@ -163,6 +168,11 @@ class Monitor:
         self._systematic = model_mismatch.Systematic()
         self.findings = {**self.findings, **dict.fromkeys((*JUDGED, 'input'), NO_DATA)}
         self._alarms = {name: Alarm(*debounce) for name, debounce in DEBOUNCE.items()}
+        # Of each of ROW_CHECKS: its alarm, its evaluations, and those that reached a result.
+        self._row_alarms = [Alarm(*DEBOUNCE['prediction error']) for _ in ROW_CHECKS]
+        for alarm in self._row_alarms:
+            alarm.update(Level.OK, 0)  # a check that has not reached a result says nothing
+        self._row_counts = np.zeros((len(ROW_CHECKS), 2), np.int64)
         self._last_counts = self.counts.copy()
 
     def _begin_window(self) -> None:
@@ -257,7 +267,7 @@ class Monitor:
             chunk = (batch.smoothed_stamps, batch.smoothed)
             self._drift.append(chunk)
             self._smoothed_rows.append(chunk)
-            first = batch.smoothed_stamps[-1] - round(passivity.WINDOW * SECOND)
+            first = batch.smoothed_stamps[-1] - round(ROWS_KEPT * SECOND)
             while self._smoothed_rows[0][0][-1] <= first:
                 self._smoothed_rows.popleft()
 
@@ -280,19 +290,26 @@ class Monitor:
         settled = self.estimator.accurate_since_ns + round(SETTLE * SECOND)
         recent = self._history.recent(stamp_ns - round(innovation.WINDOW * SECOND), stamp_ns)
         findings = {'input': self._check_input(recent.stamps, stamp_ns)}
+        broken: list[Condition] = []
         if stamp_ns - settled >= SECOND:
             recent = recent.after(settled - 1)
             if len(recent):
                 findings['observability'] = self._check_observability(recent)
-                findings['prediction error'] = self._check_prediction_error(recent, stamp_ns)
+                finding = self._check_prediction_error(recent, stamp_ns)
+                broken, values = self._check_rows(settled, stamp_ns)
+                findings['prediction error'] = replace(
+                    finding, values={**finding.values, **values})
                 findings['covariance'] = self._check_covariance(recent)
                 findings['model'] = self._check_model(findings, stamp_ns)
             else:
                 self._withdraw(NO_ESTIMATES)
-        findings.update(self._check_backlash(findings))
-        self.findings = {**self.findings, **{
-            name: self._alarms[name].judge(finding, stamp_ns)
-            for name, finding in findings.items()}}
+        findings.update(self._check_backlash(findings, bool(broken)))
+        debounced = {name: self._alarms[name].judge(finding, stamp_ns)
+                     for name, finding in findings.items()}
+        if 'prediction error' in debounced:
+            debounced['prediction error'] = joined([debounced['prediction error'], *(
+                alarm.standing(stamp_ns) for alarm in self._row_alarms)])
+        self.findings = {**self.findings, **debounced}
 
     def _check_input(self, stamps: Integers, stamp_ns: int) -> Finding:
         new = self.counts - self._last_counts
@@ -328,14 +345,35 @@ class Monitor:
         white, errors, stds = (recent.pair(column) for column in (
             sample_loop.E_WHITE_1, sample_loop.E_INNOVATION_MOTOR,
             sample_loop.E_INNOVATION_STD_MOTOR))
-        finding = innovation.check(white, recent[sample_loop.E_NIS], recent[sample_loop.E_DOF],
-                                   errors, stds, for_mean, newest)
-        if not self._smoothed_rows:
-            return finding
-        broken, values = passivity.check(np.concatenate([rows for _, rows in self._smoothed_rows]))
-        if not broken:
-            return replace(finding, values={**finding.values, **values})
-        return with_more(finding, broken, values)
+        return innovation.check(white, recent[sample_loop.E_NIS], recent[sample_loop.E_DOF],
+                                errors, stds, for_mean, newest)
+
+    def _check_rows(self, settled: int, stamp_ns: int) -> tuple[list[Condition], dict[str, float]]:
+        """
+        Run ROW_CHECKS on the smoothed rows since `settled`; return (broken conditions, values).
+
+        One that abstains moves its alarm neither way.
+        """
+        broken: list[Condition] = []
+        values: dict[str, float] = {}
+        if not self._smoothed_rows or not self.parameters.arm_joint:
+            return broken, values
+        stamps, rows = (np.concatenate(column) for column in zip(*self._smoothed_rows))
+        certain = self._certain(rows)
+        stamps, rows = stamps[certain], rows[certain]
+        for check, alarm, counts in zip(ROW_CHECKS, self._row_alarms, self._row_counts):
+            begin = max(settled, stamp_ns - round(check.window * SECOND))
+            result = check.check(rows[np.searchsorted(stamps, begin, 'right'):],
+                                 self.estimator.drive)
+            counts[0] += 1
+            if result is not None:
+                counts[1] += 1
+                alarm.judge(finding_of(result[0], '', {}), stamp_ns)
+                broken += result[0]
+                values.update(result[1])
+            values[f'{check.name}_evaluations'] = int(counts[0])
+            values[f'{check.name}_results'] = int(counts[1])
+        return broken, values
 
     def _check_covariance(self, recent: Recent) -> Finding:
         stds = np.sort(recent[sample_loop.E_STD + TAU_K][::MEDIAN_STRIDE])  # slow: few will do
@@ -369,12 +407,17 @@ class Monitor:
         return model_mismatch.check(self._systematic, stamp_ns, self.parameters.model_gap_after,
                                     self.estimator.drive.arm_load == 'unknown')
 
-    def _check_backlash(self, findings: Findings) -> Findings:
-        """Return {component: Finding} when a window has ended, else nothing."""
+    def _check_backlash(self, findings: Findings, broken: bool) -> Findings:
+        """
+        Return {component: Finding} when a window has ended, else nothing.
+
+        broken: whether one of ROW_CHECKS speaks against the estimates now.
+        """
         if not self.parameters.arm_joint:
             self._drift = []
             return dict.fromkeys(COMPONENTS[4:6], NOT_WATCHED)
-        if any(finding.level > Level.OK for name, finding in findings.items() if name != 'model'):
+        if broken or any(
+                finding.level > Level.OK for name, finding in findings.items() if name != 'model'):
             self._window_flagged += 1
         if not self._drift:
             return {}
@@ -398,14 +441,17 @@ class Monitor:
         return result
 
     def _window_ended(self, rows: Array, end: int) -> Findings:
-        p = self.parameters
-        # A twist less certain than from one reading of both encoders: one of them was missing.
-        certain = rows[:, S_TWIST_STD] <= np.hypot(p.r_std_motor, p.r_std_arm)
-        window = features.fit(rows[certain], self.estimator.drive, end)
+        window = features.fit(rows[self._certain(rows)], self.estimator.drive, end)
         if isinstance(window, features.Backlash):
             window = self._common.refine(window)
             self.windows.append(window)
         return self.tracker.update(window, self._trusted(), self.temperature)
+
+    def _certain(self, rows: Array) -> Flags:
+        """Return which of `rows` [N, N_SMOOTHED] rest on both encoders."""
+        # A twist less certain than from one reading of both: one of them was missing.
+        packed = self.estimator.packed_in_use
+        return rows[:, S_TWIST_STD] ** 2 <= packed[R1] + packed[R2]
 
     def _trusted(self) -> bool:
         """Return whether the window that ends here may serve as a baseline."""

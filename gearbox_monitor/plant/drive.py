@@ -48,6 +48,9 @@ from gearbox_monitor.plant.units import on_axis
 TWO_OVER_PI = 2.0 / math.pi
 # An explicit RK4 step is stable up to 2.785 on the negative real axis.
 RK4_STABILITY = 2.7
+# Of RK4 in one step of a filter, over the longest gap that it bridges: 0.1 s of computing time at
+# most. A kernel takes no more, whatever an adaptive filter makes of the model.
+MAX_SUBSTEPS = 100_000
 
 # Places in the packed parameter array; of the inertias stand the inverses, kernels need no other.
 (INVERSE_M1, INVERSE_M2, D, CV, CC, ALPHA, KR, OFFSET, KIND, STIFFNESS, HALF_GAP, WIDTH, K_S,
@@ -367,6 +370,8 @@ def fastest_eigenvalue(model: DriveModel) -> float:
     """
     model = model.folded()
     p = model.pack()
+    if not np.isfinite(p).all():
+        return math.inf
     if model.transmission.kind == 'rigid':
         torque = abs(p[G]) + abs(p[TL])
     else:
@@ -387,13 +392,75 @@ def fastest_eigenvalue(model: DriveModel) -> float:
         [0.0, 0.0, 0.0, 1.0],
         [-(k + model.position_gain + spring) / m1, k / m1, -(d + slope) / m1, d / m1],
         [k / m2, -(k + p[G]) / m2, d / m2, -(d + arm_slope) / m2]])
+    if not np.isfinite(a).all():
+        return math.inf
     return float(np.abs(np.linalg.eigvals(a)).max())
+
+
+def fast_values(model: DriveModel) -> str:
+    """Return the values of the `model` that make its fastest eigenvalue, as name: value."""
+    model = model.folded()
+    p = model.pack()
+    shape = model.transmission
+    stiffness = (f'stiffness: {shape.stiffness:g}'
+                 + (f', hysteresis_stiffness: {shape.hysteresis_stiffness:g}'
+                    if shape.hysteresis_stiffness else ''))
+    friction = (f'coulomb_friction: {model.coulomb_friction:g}, '
+                f'friction_sharpness: {model.friction_sharpness:g}')
+    k = shape.stiffness + shape.hysteresis_stiffness
+    motor, arm = (f'{name}: {getattr(model, name):g}' for name in ('motor_inertia', 'arm_inertia'))
+    rates = {
+        f'viscous_friction: {model.viscous_friction:g}, {motor}':
+            abs(p[CV]) * p[INVERSE_M1],
+        f'{friction}, {motor}': p[CC] * p[ALPHA] * p[INVERSE_M1],
+        f'damping: {model.damping:g}, {motor}': p[D] * p[INVERSE_M1],
+        f'damping: {model.damping:g}, {arm}': p[D] * p[INVERSE_M2],
+        f'{stiffness}, {motor}': math.sqrt(k * p[INVERSE_M1]),
+        f'{stiffness}, {arm}': math.sqrt(k * p[INVERSE_M2]),
+        f'position_gain: {model.position_gain:g}, {motor}': math.sqrt(p[KR] * p[INVERSE_M1])}
+    if p[CAV] or p[CAC] or p[G]:
+        rates[f'effects that load the arm, {arm}'] = (
+            p[CAV] + p[CAC] * p[ALPHA] + math.sqrt(abs(p[G]))) * p[INVERSE_M2]
+    if p[CL]:
+        rates[f'effect load_friction, {motor}'] = (
+            p[CL] * k * shape.half_gap * p[ALPHA] * p[INVERSE_M1])
+    return max(rates, key=lambda name: rates[name])
+
+
+def expect_integrable(model: DriveModel, dt: float, source: str,
+                      most: int = MAX_SUBSTEPS) -> None:
+    """
+    Raise InputError if a step over the drive takes too many RK4 substeps to be computed in time.
+
+    Args:
+        model: the drive.
+        dt: longest step, s.
+        source: file or node that the message names.
+        most: number of substeps that is allowed.
+
+    Raises:
+        InputError: names the values of the model that are too fast.
+
+    """
+    eigenvalue = fastest_eigenvalue(model)
+    limit = most * RK4_STABILITY / dt
+    if not eigenvalue <= limit:
+        raise InputError(f'{source}: {fast_values(model)}: the drive moves at {eigenvalue:.3g} '
+                         f'1/s, expected at most {limit:.3g} 1/s, {most} integration steps '
+                         f'in {dt:g} s')
 
 
 @jit
 def substeps(dt: float, eigenvalue: float) -> int:
-    """Return the number of RK4 substeps for a step of `dt` s: n = ceil(dt eigenvalue / 2.7)."""
-    return max(1, int(math.ceil(dt * eigenvalue / RK4_STABILITY)))
+    """
+    Return the number of RK4 substeps for a step of `dt` s: n = ceil(dt eigenvalue / 2.7).
+
+    At most MAX_SUBSTEPS, whatever the numbers are.
+    """
+    n = dt * eigenvalue / RK4_STABILITY
+    if not n < MAX_SUBSTEPS:
+        return MAX_SUBSTEPS
+    return max(1, int(math.ceil(n)))
 
 
 @jit_inline

@@ -37,6 +37,8 @@ from gearbox_monitor.ros.runtime import drain, RMWError
 SECOND = 1_000_000_000
 # Two seconds at 1 kHz: a pause of this process must not cost samples.
 DEPTH = 2000
+# s after which queued messages wait for the next turn: services and signals want answers.
+TURN = 0.2
 MAX_LISTED = 16  # arrangements of joints that are reported; names that are listed
 # Longer messages are not unpacked; one of this length has 3000 joints and takes a few ms.
 MAX_BYTES = 1 << 18
@@ -107,9 +109,12 @@ class JointSubscriptions:
 
     def _take_queued(self) -> None:
         """Take all messages that wait: waking the executor costs more than a step."""
+        end = time.monotonic() + TURN
         if self._arm is None:
             for raw, info in drain(self._main, DEPTH):
                 self._take_message(raw, info)
+                if time.monotonic() > end:
+                    break
             return
         # By turns: neither stream may run ahead of the other.
         for motor, arm in zip_longest(drain(self._main, DEPTH), drain(self._arm, DEPTH)):
@@ -117,6 +122,8 @@ class JointSubscriptions:
                 self._take_message(*motor)
             if arm is not None:
                 self._take_arm(self._unpacked(arm[0]), arm[1])
+            if time.monotonic() > end:
+                break
 
     def _unpacked(self, raw: bytes) -> JointState | None:
         """Return the JointState of the bytes `raw`; None if they are none or too many."""
@@ -139,12 +146,12 @@ class JointSubscriptions:
             sample = self._reader.sample(message)
             if sample is None:
                 self._count_foreign(message, 0, info)
-            elif self._admitted(0, info):
+            elif self._admitted(0, info, message):
                 self._take(sample, self._reader.raw(message))
             return
         motor, arm = self.joints
         values = joint_values_of(message, motor)
-        if values is not None and self._admitted(0, info):
+        if values is not None and self._admitted(0, info, message):
             self._joined(self.joiner.motor(stamp_of(message), values))
         if self._arm is None and arm in message.name:
             if values is None:
@@ -159,15 +166,16 @@ class JointSubscriptions:
         values = joint_values_of(message, self.joints[1])
         if values is None:
             self._count_foreign(message, 1, info)
-        elif self._admitted(1, info):
+        elif self._admitted(1, info, message):
             self._joined(self.joiner.arm(stamp_of(message), values))
 
-    def _admitted(self, joint: int, info: Info) -> bool:
-        """Return whether to take a message of motor (0) or arm (1), by who published it."""
+    def _admitted(self, joint: int, info: Info, message: JointState) -> bool:
+        """Return whether to take `message` of motor (0) or arm (1), by who published it."""
         publishers = self.publishers[joint]
         disputes = publishers.disputes
         admitted = publishers.admit(info['publication_sequence_number'],
-                                    info['received_timestamp'] or time.time_ns())
+                                    info['received_timestamp'] or time.time_ns(),
+                                    stamp_of(message))
         if publishers.disputes != disputes:
             self.clear()
             self._losses[joint].forget()

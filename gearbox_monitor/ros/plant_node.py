@@ -42,7 +42,7 @@ from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE, TRANSMISSION
 from gearbox_monitor.kernels.compilation import announced_compilation
 from gearbox_monitor.parameters import PLANT, PLANT_MODEL, PlantParameters
-from gearbox_monitor.plant.drive import DriveModel, model_from_dict
+from gearbox_monitor.plant.drive import DriveModel, expect_integrable, model_from_dict
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, GRAVITY, LOAD_TORQUE
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.faults import EncoderFault, Faults, FaultyPlant, JOINTS
@@ -59,6 +59,8 @@ DISCOVERY_TIME = 3.5  # s; a participant announces itself every 3 s
 REPORT_PERIOD = 10.0  # s between two reports of overruns
 ACKNOWLEDGED = Duration(seconds=5)
 QUEUE = 1000          # messages kept for a slow subscriber
+MAX_SUBSTEPS = 500    # integration steps per sample: 0.2 ms of computing time
+LONGEST = 1e7         # s: a plant runs no longer
 # Field of drive.faults.EncoderFault, Faults -> parameter.
 ENCODER_FAULTS = {name: f'fault_{name}' for name in (
     'delay', 'scale', 'noise', 'outlier_rate', 'outlier_size')}
@@ -126,15 +128,18 @@ class PlantNode(TableNode):
         values = self.drive.with_(**{name: getattr(v, name) for name in PLANT_MODEL}).to_dict()
         values['effects'] += [*loads, *map(_effect, filter(str.strip, v.effects))]
         model = model_from_dict(values, 'plant')
-        self._model, self._excitation = model, excitation
-        self._noise = Noise(v.process_noise, v.measurement_noise)
         encoders: dict[str, Any] = {joint: EncoderFault(
             frozen=v.fault_frozen in (joint, 'both'), lost=v.fault_lost in (joint, 'both'),
             **{field: getattr(v, name)[i] for field, name in ENCODER_FAULTS.items()})
             for i, joint in enumerate(JOINTS)}
-        self._faults = Faults(
+        faults = Faults(
             v.fault_start, v.fault_duration or math.inf, **encoders,
             **{field: getattr(v, name) for field, name in DRIVE_FAULTS.items()})
+        for source, drive in (('plant', model), (
+                'plant with fault_...', faults.model(model.folded(), True, LONGEST))):
+            expect_integrable(drive, self.dt, source, MAX_SUBSTEPS)
+        self._model, self._excitation, self._faults = model, excitation, faults
+        self._noise = Noise(v.process_noise, v.measurement_noise)
 
     def _change(self, changes: Mapping[str, object]) -> None:
         values = self.values.replace(**changes)

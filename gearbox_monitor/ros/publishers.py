@@ -16,12 +16,14 @@
 Whose messages are taken if several publishers give the same joints.
 
 A message says nothing about its publisher, but each publisher numbers its messages on a topic one
-by one. Numbers that go back, or jump, belong to another publisher. No clock here: times are those
+by one. Numbers that go back, or jump, belong to another publisher. Where the numbers of two come
+close, the stamps tell: those of one publisher advance by its step. No clock here: times are those
 of reception, by a clock that may be set back.
 """
 from dataclasses import dataclass
+import math
 
-from gearbox_monitor.parameters import ACCEPT, REFUSE
+from gearbox_monitor.parameters import ACCEPT, FOLLOW_FIRST, REFUSE
 
 SECOND = 1_000_000_000
 SILENT = SECOND     # ns without a message after which a publisher counts as gone
@@ -30,6 +32,12 @@ REACH = 5000        # numbers that one publisher may skip: lost, or messages of 
 RETURN = 10         # numbers behind a skip that show that another publisher sent it
 NEAR = 100          # with numbers so close to those of another one, a loss confuses the two
 MAX_PUBLISHERS = 16  # that are distinguished
+STEADY = 100         # messages after which the step of the stamps is known
+# A stamp fits within this share of the step and so many times its usual deviation.
+SHARE, SPREADS = 0.25, 4.0
+# ns, and steps, for which the followed one may be silent before one that continues its numbers
+# with other stamps is the same publisher, whose clock was set.
+HOLD, HOLD_STEPS = 50_000_000, 20
 
 
 @dataclass(eq=False)
@@ -42,6 +50,29 @@ class HeardPublisher:
     last_before_skip: int = 0  # last number before its latest skip,
     skipped: int = 0           # and when that was
     refused: bool = False      # it spoke beside the one that is followed
+    stamp: int = 0             # of its last message, ns
+    step: float = 0.0          # of its stamps per number, ns,
+    spread: float = 0.0        # how far they usually miss it, ns,
+    messages: int = 0          # and by how many messages that is known
+    continues: bool = False    # its first number may be the next one of the followed
+
+    def add_stamp(self, stamp_ns: int, numbers: int) -> None:
+        """Take the stamp of a message whose number is `numbers` after the last one."""
+        elapsed = (stamp_ns - self.stamp) / max(numbers, 1)
+        if self.stamp and stamp_ns:
+            weight = 1.0 / min(self.messages + 1, STEADY)
+            self.spread += weight * (abs(elapsed - self.step) * (self.messages > 0) - self.spread)
+            self.step += weight * (elapsed - self.step)
+            self.messages += 1
+        self.stamp = stamp_ns
+
+    def misses(self, number: int, stamp_ns: int) -> float:
+        """Return how far, over what is usual, the message is off the next one; > 1: not ours."""
+        numbers = number - self.last
+        if not 0 < numbers <= REACH:
+            return math.inf
+        usual = SHARE * self.step + SPREADS * self.spread * numbers
+        return abs(stamp_ns - self.stamp - numbers * self.step) / max(usual, 1.0)
 
 
 class Publishers:
@@ -67,15 +98,22 @@ class Publishers:
         self._since = 0
         self._disputed: int | None = None  # when two were heard last, while none is followed
 
-    def admit(self, number: int | None, now_ns: int) -> bool:
-        """Return whether to take the message `number` (None: not numbered) received at now_ns."""
+    def admit(self, number: int | None, now_ns: int, stamp_ns: int = 0) -> bool:
+        """
+        Return whether to take a message.
+
+        Args:
+            number: that its publisher gave it, None: not numbered.
+            now_ns: when it was received, ns.
+            stamp_ns: of its measurement, 0: not stamped.
+
+        """
         if not number:
             return True
-        source, now_ns = self._followed, self._time(now_ns)
-        if source is not None and len(self._sources) == 1 and number == source.last + 1:
-            source.last, source.heard = number, now_ns
-            return True
-        source = self._source_of(number, now_ns)
+        now_ns = self._time(now_ns)
+        source = self._by_stamp(number, now_ns, stamp_ns)
+        if source is None:
+            source = self._source_of(number, now_ns, stamp_ns)
         if self.policy == ACCEPT or self._is_ours(source, now_ns):
             return True
         self.refused += 1
@@ -140,7 +178,40 @@ class Publishers:
         self.disputes += self._disputed is None
         self._followed, self._disputed = None, time_ns
 
-    def _source_of(self, number: int, time_ns: int) -> HeardPublisher | None:
+    def _by_stamp(self, number: int, time_ns: int, stamp_ns: int) -> HeardPublisher | None:
+        """
+        Return the publisher of message `number` by its stamp, where the followed one is known.
+
+        Numbers alone do not decide then. None: it is not known well enough yet.
+        """
+        followed = self._followed
+        if (followed is None or self.policy != FOLLOW_FIRST or not stamp_ns
+                or followed.messages < STEADY or time_ns - self._since < FIRST):
+            return None
+        others = [source for source in self._sources if source is not followed]
+        exact = [source for source in others if source.last == number - 1]
+        miss = followed.misses(number, stamp_ns)
+        if miss <= 1.0 and not any(source.messages >= STEADY
+                                   and source.misses(number, stamp_ns) < miss for source in exact):
+            source = followed
+        elif exact:
+            source = exact[0]
+        else:
+            ahead = 0 < number - followed.last <= REACH
+            source = _nearest(others, number) or self._new(number, time_ns)
+            source.continues |= ahead and not source.messages and source.born == time_ns
+        if source is not followed and source.continues:
+            silent = time_ns - followed.heard
+            if followed.heard > source.born:
+                source.continues = False
+            elif silent > max(HOLD, HOLD_STEPS * followed.step):
+                self._sources.remove(source)  # its clock was set, or its rate
+                source, followed.messages = followed, 0
+        source.add_stamp(stamp_ns, number - source.last)
+        source.last, source.heard = max(number, source.last), time_ns
+        return source
+
+    def _source_of(self, number: int, time_ns: int, stamp_ns: int) -> HeardPublisher | None:
         """Return the publisher of message `number`; None if that is ambiguous."""
         heard = self._heard(time_ns)
         silent = [source for source in self._sources if source not in heard]
@@ -153,6 +224,7 @@ class Publishers:
         else:
             skipped = self._behind_a_skip(heard, number, time_ns)
             if skipped is not None:
+                skipped.stamp = stamp_ns
                 return skipped
             nearest = _nearest(heard, number) or _nearest(silent, number)
             if nearest is None:
@@ -162,6 +234,7 @@ class Publishers:
                    for rival in heard):
                 return None
             source.last_before_skip, source.skipped = source.last, time_ns
+        source.add_stamp(stamp_ns, number - source.last)
         source.last, source.heard = number, time_ns
         return source
 

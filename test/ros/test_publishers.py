@@ -120,6 +120,34 @@ def test_a_publisher_that_was_held_up_is_recognised():
     assert len(taken['a']) == 10_000 and publishers.refused == len(numbers)
 
 
+@pytest.mark.parametrize('loss', [0.0, 0.05])
+@pytest.mark.parametrize('step', [0.2, 1.0, 2.0])
+@pytest.mark.parametrize('ahead', [-200, -1, 0, 1, 3, 40, 101, 4000])
+def test_numbers_near_those_of_the_first_stop_nothing(ahead, step, loss):
+    """Equal numbers, numbers that overtake, numbers that look like losses: the stamps tell."""
+    _, times, numbers = stream('a', 0, 30_000, first=5, loss=loss)
+    _, other, foreign = stream('b', 15_000.5, 30_000, step=step, first=7505 + ahead, loss=loss)
+    random, publishers = np.random.default_rng(1), Publishers('follow_first')
+    stamps = times + random.uniform(-0.05, 0.05, len(times)), other + 0.3
+    events = sorted([*zip(times, numbers, stamps[0], np.zeros(len(times))),
+                     *zip(other, foreign, stamps[1], np.ones(len(other)))])
+    taken = [who for t, number, stamp, who in events if publishers.admit(
+        int(number), T0 + int(t * MS), T0 + int(stamp * MS))]
+    assert publishers.disputes == 0
+    assert len(times) - taken.count(0.0) <= 1 and taken.count(1.0) <= 1
+
+
+@pytest.mark.parametrize('change', [
+    lambda t: t + 3.6e6 * (t > 9000), lambda t: t - 3000.0 * (t > 9000),
+    lambda t: t + 3.0 * np.maximum(t - 9000, 0.0)])
+def test_one_publisher_whose_clock_is_set_is_still_followed(change):
+    _, times, numbers = stream('a', 0, 20_000)
+    publishers = Publishers('follow_first')
+    taken = [publishers.admit(int(number), T0 + int(t * MS), T0 + int(stamp * MS))
+             for t, number, stamp in zip(times, numbers, change(times.astype(float)))]
+    assert taken.count(False) * 2 <= 60 and all(taken[-5000:])
+
+
 def test_policies_refuse_and_accept():
     a = stream('a', 0, 20_000)
     b = stream('b', 8000.5, 12_000)

@@ -143,6 +143,7 @@ class Tracker:
         self._history = forecast.GrowthHistory()
         self._window: Backlash | None = None
         self._point, self._trusted = -1, False
+        self._temperature: float | None = None  # of the newest window
         self._growth = math.nan  # of the newest window
         self._pause: NotExcited | None = None  # when the newest window was none
         self.stamp_ns = 0
@@ -158,7 +159,7 @@ class Tracker:
 
         Args:
             window: features of the newest window, or why there are none.
-            trusted: whether the baseline may learn from it.
+            trusted: whether the estimates of the window were; if not, it is only shown.
             temperature: of the gearbox (deg C), None if unknown.
 
         Returns:
@@ -167,14 +168,14 @@ class Tracker:
         """
         if window.stamp_ns == self.stamp_ns:
             return self.findings()  # it has been taken before
-        self.stamp_ns = window.stamp_ns
+        self.stamp_ns, self._temperature = window.stamp_ns, temperature
         if isinstance(window, NotExcited):
             self._pause = window
             return self.findings()
         self._pause, self._window, self._trusted = None, window, bool(trusted)
         self._point = self._points.find(window, temperature, self.settings.bins)
         self._growth = math.nan
-        if self._point >= 0:
+        if self._point >= 0 and trusted:
             self._take(*self._measure(window))
         return self.findings()
 
@@ -201,7 +202,7 @@ class Tracker:
     def _take(self, values: Array, variances: Array) -> None:
         sums = self._points[self._point].sums
         sums.refer(values)
-        learn = (self._trusted and not self.changes
+        learn = (not self.changes
                  and sums.count.max() < self.settings.baseline_windows)
         if learn:
             sums.add(values, variances)
@@ -370,7 +371,8 @@ class Tracker:
                          f'({self._point_windows()} of {scan.MIN_BASELINE} windows)'
                          + (', none is learnt during an alarm' if self.changes else ''))
         if window is not None and not self._trusted:
-            notes.append('the estimates are not trusted now, see the other indicators')
+            notes.append('not compared: the estimates are not trusted now, see the other '
+                         'indicators')
         message = '; '.join(said + notes)
         values = {key: value for key, value in values.items()
                   if not isinstance(value, float) or math.isfinite(value)}
@@ -400,7 +402,7 @@ class Tracker:
 
     def _against(self, column: int) -> float:
         """Return the relative change of a feature of the newest window."""
-        if self._point < 0 or not len(self._values):
+        if self._point < 0 or not self._trusted or not len(self._values):
             return math.nan
         base = self._points[self._point].sums.mean()[column]
         return float(self._values[-1, column] / base - 1.0) if base else math.nan
@@ -445,8 +447,16 @@ class Tracker:
         values[name], values[f'{name}_std'] = change.growth, change.std
         values[f'{name}_since'] = when(change.since_ns)
         digits = 1 if change.std >= 0.001 else 2
-        text = (f'{test.words} {100 * change.growth:+.{digits}f} % +- '
+        sign = '+' if test.sign > 0 else ''  # "dropped by" says the sign itself
+        growth = max(change.growth, 0.0)
+        text = (f'{test.words} {100 * growth:{sign}.{digits}f} % +- '
                 f'{100 * change.std:.{digits}f} % since {when(change.since_ns)}')
+        if change.growth < 0.0:
+            text = (f'{test.words} {100 * change.found:{sign}.{digits}f} % at '
+                    f'{when(change.found_ns)}; now {-100 * change.growth:.{digits}f} % the other '
+                    'way')
+        if test.column == FRICTION and self._temperature is None:
+            text += ' (warm-up or lubrication: the temperature is not known)'
         _, _, error = self._limits(test)
         if test.key in ('gap', 'lost_motion') and change.stage < GROSS:
             trend = self._history.trend(change.since_ns)
@@ -513,6 +523,7 @@ class Tracker:
             'history': [list(b) for b in self._history.blocks],
             'window': self._window and asdict(self._window), 'point': self._point,
             'trusted': self._trusted, 'growth': self._growth,
+            'temperature': self._temperature,
             'pause': self._pause and asdict(self._pause), 'stamp_ns': self.stamp_ns}
 
     @classmethod
@@ -544,6 +555,6 @@ class Tracker:
         self._point, self._trusted = int(state['point']), bool(state['trusted'])
         if self._point >= len(self._points):
             raise ValueError('an unknown operating point')
-        self._growth = float(state['growth'])
+        self._growth, self._temperature = float(state['growth']), state.get('temperature')
         self._pause = state['pause'] and NotExcited(**state['pause'])
         self.stamp_ns = int(state['stamp_ns'])

@@ -14,7 +14,7 @@
 
 """The one state machine of every alarm: debounced, clamped on both sides, with hysteresis."""
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import enum
 
 from gearbox_monitor.kernels.types import Values
@@ -80,6 +80,16 @@ def finding_of(broken: Sequence[Condition], fine: str, values: Values) -> Findin
     advice = dict.fromkeys(c.advice for c in broken)
     return Finding(max(c.level for c in broken),
                    ', '.join(c.says for c in broken) + ': ' + '; '.join(advice), values)
+
+
+def joined(findings: Sequence[Finding]) -> Finding:
+    """Return one Finding at the highest level of `findings`, the first one's words last."""
+    first, *others = findings
+    raised = [finding for finding in others if finding.level > Level.OK]
+    texts = [finding.message for finding in raised]
+    if not raised or first.level > Level.OK:
+        texts.append(first.message)
+    return Finding(max(finding.level for finding in findings), '; '.join(texts), first.values)
 
 
 def with_more(finding: Finding, broken: Sequence[Condition], values: Values) -> Finding:
@@ -161,13 +171,15 @@ class Alarm:
         self._said[Level.OK if finding.level == Level.OK else Level.WARN] = finding.message
         if finding.level == Level.ERROR:
             self._said[Level.ERROR] = finding.message
-        message = finding.message
-        if finding.level != level:
-            message = self._said.get(level, message)
-        lasted = self.lasted(stamp_ns)
-        if level > Level.OK and lasted > 0.0:
+        self._said.setdefault(level, finding.message)
+        return replace(self.standing(stamp_ns), values=finding.values)
+
+    def standing(self, stamp_ns: int) -> Finding:
+        """Return the level in force at `stamp_ns`, with what was found last at it."""
+        message, lasted = self._said.get(self.level, ''), self.lasted(stamp_ns)
+        if self.level > Level.OK and lasted > 0.0:
             message += f' (for {lasted:.1f} s)'
-        return Finding(level, message, finding.values)
+        return Finding(self.level, message)
 
     def lasted(self, stamp_ns: int) -> float:
         """Return how long the level has lasted at `stamp_ns` (s); 0 where time went backwards."""

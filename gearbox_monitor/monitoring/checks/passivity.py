@@ -24,6 +24,8 @@ from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_RATE_STD, S_TWIST_STD, S_X3, S_X4)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.checks.finding import Condition, Level
+from gearbox_monitor.monitoring.checks.row_check import Result, RowCheck
+from gearbox_monitor.plant.drive import DriveModel
 
 WINDOW = 2.0  # s
 MIN_ROWS = 50
@@ -43,21 +45,17 @@ AGAINST = Condition(
 CONDITIONS = (AGAINST,)
 
 
-def check(rows: Array) -> tuple[list[Condition], dict[str, float]]:
-    """
-    Return (Conditions that are broken, values) of `rows` [N, N_SMOOTHED], see smoother.
-
-    Both are empty where the motion does not show it.
-    """
+def check(rows: Array, _: DriveModel) -> Result:
+    """Return the Result of `rows` [N, N_SMOOTHED]; None where the motion does not show it."""
     rows = rows[::max(1, len(rows) // MAX_ROWS)]
     if len(rows) < MIN_ROWS:
-        return [], {}
+        return None
     torque, twist, rate = rows[:, S_TAU_K], rows[:, S_TWIST], rows[:, S_X3] - rows[:, S_X4]
     rms, noise = float(np.sqrt(np.mean(rate ** 2))), np.median(rows, axis=0)
     moved = torque.std(), twist.std(), rms
     stated = noise[[S_TAU_K_STD, S_TWIST_STD, S_TWIST_RATE_STD]]
     if not (np.array(moved) > SIGNIFICANT * stated).all():
-        return [], {}
+        return None
     correlation = float(np.mean((torque - torque.mean()) * (twist - twist.mean()))
                         / (moved[0] * moved[1]))
     power = float(np.mean(torque * rate) / (np.sqrt(np.mean(torque ** 2)) * rms))
@@ -65,3 +63,6 @@ def check(rows: Array) -> tuple[list[Condition], dict[str, float]]:
               'torque_twist_correlation_threshold': CORRELATION,
               'torque_twist_power': power, 'torque_twist_power_threshold': POWER}
     return [AGAINST] if correlation < CORRELATION or power < POWER else [], values
+
+
+CHECK = RowCheck('torque_twist', WINDOW, check)

@@ -1,0 +1,233 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Whether tau_K, which comes from the motor's torque, is what the elastic curve says of the twist.
+
+Both encoders and the model's stiffness give the torque of the transmission a second time, and a
+load on the arm, known or not, has no part in it. Over a window the difference of the two is fitted
+with what may be wrong (linearised, Gauss-Newton with Huber weights and priors):
+
+    tau_K = K' dz(twist - o - s x2 - d x4, b') + g u + dCv x3 + dCc (2/pi) atan(alpha x3) + e
+
+K', b' and the zero o may differ from the model's: a gearbox wears, and that makes no estimate
+wrong. g and the friction are errors of tau_K; scale s and delay d between the encoders are errors
+of the twist; e is what no such error explains. Each counts where it is certain and exceeds the stated
+deviations.
+"""
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import stdtrit
+
+from gearbox_monitor.estimation.rts_smoother import (
+    S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_RATE_STD, S_TWIST_STD, S_U, S_X2, S_X3, S_X4)
+from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.monitoring.checks.finding import Condition, Level
+from gearbox_monitor.monitoring.checks.row_check import Result, RowCheck
+from gearbox_monitor.plant.drive import DriveModel, TWO_OVER_PI
+from gearbox_monitor.plant.effects import EFFECTS
+
+WINDOW, SHORTEST = 10.0, 4.0  # s; shares of it that must be there
+MAX_ROWS = 500                # looked at
+BLOCKS = 20                   # parts of a window that count as independent
+CONTACT = 0.05                # share of the rows that a flank must hold
+SIGMA = 3.0                   # stated standard deviations
+SIGNIFICANCE = 1e-3           # of an error of torque or twist, by Student's t over BLOCKS
+CERTAIN = float(-stdtrit(BLOCKS, SIGNIFICANCE / 2))
+SHARE = 0.01                  # of the rows that may be beyond
+HUBER, ITERATIONS, ENOUGH = 1.5, 12, 1e-3
+STANDSTILL = 3.0              # deviations of the speed below which friction is uncertain
+STANDSTILL_WEIGHT = 0.05
+(ZERO, STIFFNESS, HALF_GAP, SCALE, DELAY, VISCOUS, COULOMB, GAIN, N_SHAPE) = range(9)
+TORQUE, TWIST = [VISCOUS, COULOMB, GAIN], [SCALE, DELAY]
+# Standard deviations that are expected before the window is seen: of stiffness and half gap
+# relative to the model's, by wear; of the friction, too; scale; delay (s); gain.
+WORN, FRICTION, SCALES, DELAYS, GAINS = (0.1, 0.5), 1.0, 0.5, 0.05, 1.0
+_WINDOW = f'{WINDOW:g} s'
+
+NO_CURVE = Condition(
+    'prediction error', Level.WARN, 'torque that no elastic curve explains',
+    f'share of the smoothed tau_K that is more than {SIGMA:g} stated standard deviations off '
+    f'the best elastic curve, gain, friction, scale and delay > {SHARE:g}', _WINDOW,
+    'check sign, limits and delay of the effort and the signs and order of the encoders',
+    ('elastic_misfit_share',), ('elastic_misfit_share_threshold',))
+OTHER_TORQUE = Condition(
+    'prediction error', Level.WARN, 'torque is not that of the twist',
+    f'share of the smoothed tau_K whose error by gain and friction, as the twist shows it, '
+    f'is more than {SIGMA:g} stated standard deviations, and certain, > {SHARE:g}', _WINDOW,
+    'check scale of the effort, time stamps and friction of the model; then its stiffness',
+    ('elastic_torque_share', 'elastic_gain', 'elastic_viscous', 'elastic_coulomb'),
+    ('elastic_torque_share_threshold',))
+OTHER_TWIST = Condition(
+    'prediction error', Level.WARN, 'encoders disagree',
+    f'share of the smoothed twist whose error by scale and delay between the encoders is more '
+    f'than {SIGMA:g} stated standard deviations, and certain, > {SHARE:g}', _WINDOW,
+    'check gear_ratio, scale and delay of both encoders',
+    ('elastic_twist_share', 'elastic_scale', 'elastic_delay_s'),
+    ('elastic_twist_share_threshold',))
+CONDITIONS = (NO_CURVE, OTHER_TORQUE, OTHER_TWIST)
+
+
+class _Fit(NamedTuple):
+    """Parameters [N_SHAPE] and covariance, columns [N, N_SHAPE], residuals, rows in contact."""
+
+    theta: Array
+    covariance: Array
+    columns: Array
+    residuals: Array
+    contact: Flags
+
+
+def _curve(rows: Array, drive: DriveModel, theta: Array) -> tuple[Array, Array, Flags]:
+    """Return tau_K by the curve [N], its slopes [N, N_SHAPE] over `theta`, rows in contact."""
+    shape = drive.transmission
+    k, b = shape.stiffness + theta[STIFFNESS], shape.half_gap + theta[HALF_GAP]
+    twist = (rows[:, S_TWIST] - theta[ZERO] - theta[SCALE] * rows[:, S_X2]
+             - theta[DELAY] * rows[:, S_X4])
+    load = np.sign(twist) * np.maximum(np.abs(twist) - b, 0.0)
+    contact = load != 0.0
+    slopes = np.zeros((len(rows), N_SHAPE))
+    slopes[:, ZERO] = -k * contact
+    slopes[:, SCALE], slopes[:, DELAY] = (slopes[:, ZERO] * rows[:, i] for i in (S_X2, S_X4))
+    slopes[:, STIFFNESS], slopes[:, HALF_GAP] = load, slopes[:, ZERO] * np.sign(twist)
+    slopes[:, VISCOUS], slopes[:, GAIN] = rows[:, S_X3], rows[:, S_U]
+    slopes[:, COULOMB] = TWO_OVER_PI * np.arctan(drive.friction_sharpness * rows[:, S_X3])
+    torque = k * load + slopes[:, TORQUE] @ theta[TORQUE]
+    return torque, slopes, contact
+
+
+def _prior(drive: DriveModel) -> Array:
+    """Return 1 / variance [N_SHAPE] of what is expected of the parameters."""
+    shape, tolerance = drive.transmission, drive.tolerance
+    std = np.empty(N_SHAPE)
+    std[ZERO] = np.inf
+    std[STIFFNESS] = np.hypot(WORN[0], tolerance) * shape.stiffness
+    std[HALF_GAP] = max(WORN[1] * shape.half_gap, 1e-3)
+    std[SCALE], std[DELAY], std[GAIN] = SCALES, DELAYS, GAINS
+    std[VISCOUS] = max(FRICTION * abs(drive.viscous_friction), 1e-2)
+    std[COULOMB] = max(FRICTION * drive.coulomb_friction, 1e-2)
+    return 1.0 / std ** 2
+
+
+def _fit(rows: Array, drive: DriveModel) -> _Fit:
+    """Return the robust fit of the curve by Levenberg and Marquardt."""
+    stds, prior, theta = rows[:, S_TAU_K_STD], _prior(drive), np.zeros(N_SHAPE)
+    base = _weights(rows, drive)
+
+    def errors(theta: Array) -> tuple[Array, Array, Flags, float]:
+        """Return residuals and slopes in stated deviations, contact, and the cost at `theta`."""
+        torque, slopes, contact = _curve(rows, drive, theta)
+        e = (rows[:, S_TAU_K] - torque) / stds
+        size = np.abs(e)
+        cost = base @ np.where(size < HUBER, e * e, HUBER * (2.0 * size - HUBER))
+        return e, slopes / stds[:, None], contact, float(cost + prior @ theta ** 2)
+
+    theta[ZERO] = _zero(rows, drive)
+    e, a, contact, cost = errors(theta)
+    damping = 1e-3
+    for _ in range(ITERATIONS):
+        weighted = a * (base / np.maximum(1.0, np.abs(e) / HUBER))[:, None]
+        normal = weighted.T @ a + np.diag(prior)
+        damped = normal + np.diag(damping * np.diag(normal) + 1e-12)
+        step = theta + np.linalg.solve(damped, weighted.T @ e - prior * theta)
+        shape = drive.transmission
+        if shape.stiffness + step[STIFFNESS] > 0.0 and shape.half_gap + step[HALF_GAP] >= 0.0:
+            e_new, a_new, contact_new, cost_new = errors(step)
+            if cost_new < cost:
+                done = cost - cost_new < ENOUGH * cost
+                theta, e, a, contact, cost = step, e_new, a_new, contact_new, cost_new
+                damping *= 0.1
+                if done:
+                    break
+                continue
+        damping *= 10.0
+    weighted = a * (base / np.maximum(1.0, np.abs(e) / HUBER))[:, None]
+    inverse = np.linalg.pinv(weighted.T @ a + np.diag(prior), 1e-12)
+    # Neighbours err alike: blocks of rows are taken as independent (sandwich covariance).
+    length = max(1, len(rows) // BLOCKS)
+    scores = (weighted * e[:, None])[:length * BLOCKS].reshape(BLOCKS, length, -1).sum(axis=1)
+    covariance = inverse @ (scores.T @ scores + np.diag(prior)) @ inverse
+    return _Fit(theta, covariance, a * stds[:, None], e, contact)
+
+
+def _zero(rows: Array, drive: DriveModel) -> float:
+    """Return the zero of the twist (rad) to start from: the best of a grid."""
+    shape, twist, torque = drive.transmission, rows[:, S_TWIST], rows[:, S_TAU_K]
+    middle = np.median(twist - torque / shape.stiffness)
+    zeros = np.concatenate([[0.0], middle + 1.5 * shape.half_gap * np.linspace(-1.0, 1.0, 13)])
+    free = twist - zeros[:, None]
+    load = free - np.clip(free, -shape.half_gap, shape.half_gap)
+    error = np.abs(torque - shape.stiffness * load) / rows[:, S_TAU_K_STD]
+    return float(zeros[np.argmin(np.minimum(error, SIGMA).sum(axis=1))])
+
+
+def _weights(rows: Array, drive: DriveModel) -> Array:
+    """Return weights [N] that fall where the speed may be 0, and friction anything."""
+    if drive.coulomb_friction == 0.0:
+        return np.ones(len(rows))
+    doubt = STANDSTILL * float(np.median(rows[:, S_TWIST_RATE_STD]))
+    ratio = (rows[:, S_X3] / max(doubt, 1e-12)) ** 2
+    return STANDSTILL_WEIGHT + ratio / (1.0 + ratio)
+
+
+def _share_beyond(columns: Array, stds: Array, fit: _Fit, at: list[int]) -> float:
+    """
+    Return the share of the rows at which an error is beyond SIGMA stated deviations, and certain.
+
+    Args:
+        columns: [N, A] what the parameters `at` multiply.
+        stds: stated standard deviations [N].
+        fit: of the window.
+        at: places of the A parameters.
+
+    """
+    error = np.abs(columns @ fit.theta[at])
+    variance = ((columns @ fit.covariance[np.ix_(at, at)]) * columns).sum(axis=1)
+    return float(np.mean((error > SIGMA * stds) & (error ** 2 > CERTAIN ** 2 * variance)))
+
+
+def check(rows: Array, drive: DriveModel) -> Result:
+    """
+    Return the Result of `rows` [N, N_SMOOTHED] against the elastic curve of `drive`.
+
+    None where no flank is in contact, or where the curve has effects that the filter leaves out.
+    """
+    drive = drive.folded()
+    rows = rows[::max(1, len(rows) // MAX_ROWS)]
+    if len(rows) < MAX_ROWS * SHORTEST / WINDOW or not np.isfinite(rows).all() or any(
+            EFFECTS[e['id']].location == 'transmission' for e in drive.effects
+            if e['id'] in EFFECTS):
+        return None
+    fit = _fit(rows, drive)
+    if fit.contact.mean() < CONTACT:
+        return None
+    moved = rows[:, [S_X2, S_X4]] - np.median(rows[:, [S_X2, S_X4]], axis=0)
+    shares = {
+        'misfit': float(np.mean(np.abs(fit.residuals) > SIGMA)),
+        'torque': _share_beyond(fit.columns[:, TORQUE], rows[:, S_TAU_K_STD], fit, TORQUE),
+        'twist': _share_beyond(moved, rows[:, S_TWIST_STD], fit, TWIST)}
+    values = {f'elastic_{name}_share': share for name, share in shares.items()}
+    values |= {f'elastic_{name}_share_threshold': SHARE for name in shares}
+    values |= {'elastic_gain': float(fit.theta[GAIN]), 'elastic_scale': float(fit.theta[SCALE]),
+               'elastic_delay_s': float(fit.theta[DELAY]),
+               'elastic_viscous': float(fit.theta[VISCOUS]),
+               'elastic_coulomb': float(fit.theta[COULOMB])}
+    broken = [condition for condition, name in (
+        (NO_CURVE, 'misfit'), (OTHER_TORQUE, 'torque'), (OTHER_TWIST, 'twist'))
+        if shares[name] > SHARE]
+    return broken, values
+
+
+CHECK = RowCheck('elastic', WINDOW, check)

@@ -1,0 +1,39 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A check of smoothed torque and twist, which abstains where the motion does not show a result."""
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.monitoring.checks.finding import Condition
+from gearbox_monitor.plant.drive import DriveModel
+
+# Conditions that are broken and {key: value}; None: the check abstains.
+Result: TypeAlias = tuple[Sequence[Condition], dict[str, float]] | None
+
+
+@dataclass(frozen=True)
+class RowCheck:
+    """
+    One check of the newest smoothed rows, registered in monitor.ROW_CHECKS.
+
+    name: what its keys begin with; window: s of rows that it looks at; check: takes rows
+    [N, N_SMOOTHED] in order of time (columns rts_smoother.S_*) and the drive of the filter.
+    """
+
+    name: str
+    window: float
+    check: Callable[[Array, DriveModel], Result]

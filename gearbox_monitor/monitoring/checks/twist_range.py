@@ -1,0 +1,58 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Whether backlash and compliance of the model leave room for the twist that is measured."""
+import numpy as np
+
+from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.monitoring.checks.finding import Condition, Level
+from gearbox_monitor.monitoring.checks.row_check import Result, RowCheck
+from gearbox_monitor.plant.drive import DriveModel
+
+WINDOW = 10.0  # s
+MIN_ROWS = 50
+MAX_ROWS = 500  # looked at: neighbours are alike
+# Of the twist that the model allows. A drive that has worn, or a stiffness that was guessed, may
+# twist so much more; two encoders that do not read the same shaft twist by turns.
+ROOM = 4.0
+SURE = 3.0  # stated standard deviations of the torque
+
+BEYOND = Condition(
+    'prediction error', Level.ERROR, 'twist beyond what backlash and stiffness allow',
+    f'range of the smoothed twist > {ROOM:g} times the backlash of the model and what the range '
+    f'of tau_K, widened by {2 * SURE:g} stated standard deviations, twists', f'{WINDOW:g} s',
+    'check sign, scale and delay of both encoders and whether motor and arm are swapped; then '
+    'stiffness and half_gap of the model', ('twist_range',), ('twist_range_threshold',))
+CONDITIONS = (BEYOND,)
+
+
+def check(rows: Array, drive: DriveModel) -> Result:
+    """
+    Return the Result of `rows` [N, N_SMOOTHED] against `drive`; None where they are too few.
+
+    The zero of the encoders against each other does not matter: only the range of the twist does.
+    """
+    rows = rows[::max(1, len(rows) // MAX_ROWS)]
+    if len(rows) < MIN_ROWS:
+        return None
+    shape = drive.folded().transmission
+    torque = float(np.ptp(rows[:, S_TAU_K]) + 2.0 * SURE * np.median(rows[:, S_TAU_K_STD]))
+    allowed = ROOM * (2.0 * (shape.half_gap + shape.hysteresis_width) + torque / shape.stiffness)
+    twist = float(np.ptp(rows[:, S_TWIST]))
+    return ([BEYOND] if not twist <= allowed else [],
+            {'twist_range': twist, 'twist_range_threshold': allowed})
+
+
+CHECK = RowCheck('twist_range', WINDOW, check)

@@ -1,0 +1,78 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Models too fast to be computed in time are refused by name, before a kernel sees them."""
+import math
+
+import pytest
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.parameters import FILTER_NAMES, MODEL
+from gearbox_monitor.plant.drive import (
+    DriveModel, expect_integrable, fastest_eigenvalue, MAX_SUBSTEPS, RK4_STABILITY, substeps)
+
+PACKAGED = DriveModel()
+TOO_FAST = [
+    ({'motor_inertia': 1e-9}, 'motor_inertia: 1e-09'),
+    ({'motor_inertia': 5e-324}, 'motor_inertia: 4.94066e-324'),
+    ({'arm_inertia': 1e-12}, 'arm_inertia: 1e-12'),
+    ({'friction_sharpness': 1e9}, 'friction_sharpness: 1e\\+09'),
+    ({'coulomb_friction': 1e9}, 'coulomb_friction: 1e\\+09'),
+    ({'viscous_friction': 1e9}, 'viscous_friction: 1e\\+09'),
+    ({'viscous_friction': -1e9}, 'viscous_friction: -1e\\+09'),
+    ({'damping': 1e9}, 'damping: 1e\\+09'),
+    ({'stiffness': 1e12}, 'stiffness: 1e\\+12')]
+
+
+@pytest.mark.parametrize('values, words', TOO_FAST)
+def test_a_model_that_is_too_fast_is_refused_by_name(values, words):
+    with pytest.raises(InputError, match=words):
+        Estimator(PACKAGED.with_(**values))
+
+
+def test_a_change_that_is_too_fast_leaves_all_as_it_was():
+    estimator = Estimator(PACKAGED)
+    with pytest.raises(InputError, match='friction_sharpness: 1e'):
+        estimator.set_parameters({'friction_sharpness': 1e9})
+    with pytest.raises(InputError, match='tau_k_stiffness'):
+        estimator.set_parameters({'tau_k_stiffness': 1e12})
+    assert estimator.model == PACKAGED and estimator.parameters.tau_k_stiffness == 0.0
+
+
+@pytest.mark.parametrize('kind', FILTER_NAMES)
+@pytest.mark.parametrize('name', [row.name for row in MODEL])
+def test_every_range_is_accepted_or_refused(name, kind):
+    """At the bounds of its range a value is refused, or a step over max_gap is affordable."""
+    row = next(row for row in MODEL if row.name == name)
+    for value in (row.low, row.high):
+        parameters = {'filter': kind, 'max_gap': 60.0, name: value}
+        try:
+            drive = Estimator(PACKAGED, parameters).drive
+        except InputError as error:
+            assert len(str(error)) < 300
+        else:
+            assert substeps(60.0, fastest_eigenvalue(drive)) <= MAX_SUBSTEPS
+
+
+def test_the_number_of_substeps_is_bounded():
+    for eigenvalue in (1e12, 1e300, math.inf, math.nan):
+        assert substeps(0.25, eigenvalue) == MAX_SUBSTEPS
+    assert substeps(1e-3, 2700.0) == 1 and substeps(1e-3, 27_001.0) == 11
+    limit = MAX_SUBSTEPS * RK4_STABILITY / 0.25
+    slow, fast = (PACKAGED.with_(damping=d) for d in (0.9e-2 * limit / 250, 1.3e-2 * limit / 250))
+    assert fastest_eigenvalue(slow) < fastest_eigenvalue(fast)
+    expect_integrable(PACKAGED, 0.25, 'model')
+    with pytest.raises(InputError, match='expected at most'):
+        expect_integrable(PACKAGED, 1e3, 'model')

@@ -1,0 +1,117 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Torque against twist: exact curves with one error each, and checks that abstain."""
+import math
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.rts_smoother import (
+    N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_RATE_STD, S_TWIST_STD, S_U, S_X2, S_X3,
+    S_X4)
+from gearbox_monitor.monitoring import monitor as monitor_module
+from gearbox_monitor.monitoring.checks import elastic_curve, innovation, twist_range
+from gearbox_monitor.monitoring.checks.finding import Level
+from gearbox_monitor.monitoring.checks.row_check import RowCheck
+from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
+
+MODEL = DriveModel()
+T = 1e-3 * np.arange(10_000)
+
+
+def rows_of(half_gap=0.1, stiffness=25.0, zero=0.3, gain=0.0, viscous=0.0, scale=0.0, delay=0.0):
+    """Return exact rows [N, N_SMOOTHED] of a drive whose estimates have these errors."""
+    twist = 0.25 * np.sin(7.1 * T) + 0.08 * np.sin(17.3 * T)
+    torque = stiffness * (twist - np.clip(twist, -half_gap, half_gap))
+    x2, x4 = 2.0 * np.sin(5.3 * T), 10.6 * np.cos(5.3 * T)
+    u = torque + 0.2 * x4 + 1.5 * np.cos(11.0 * T)
+    rows = np.zeros((len(T), N_SMOOTHED))
+    rows[:, S_TWIST] = twist + zero + scale * x2 + delay * x4
+    rows[:, S_X2], rows[:, S_X4], rows[:, S_X3], rows[:, S_U] = x2, x4, x4, u
+    rows[:, S_TAU_K] = torque + gain * u + viscous * x4
+    rows[:, S_TAU_K_STD], rows[:, S_TWIST_STD], rows[:, S_TWIST_RATE_STD] = 0.3, 0.004, 0.1
+    rows[:, S_TAU_K] += 0.05 * np.random.default_rng(0).standard_normal(len(T))
+    return rows
+
+
+@pytest.mark.parametrize('error, key, condition', [
+    ({'gain': 0.5}, 'elastic_gain', elastic_curve.OTHER_TORQUE),
+    ({'gain': -0.4}, 'elastic_gain', elastic_curve.OTHER_TORQUE),
+    ({'viscous': 0.15}, 'elastic_viscous', elastic_curve.OTHER_TORQUE),
+    ({'scale': 0.02}, 'elastic_scale', elastic_curve.OTHER_TWIST),
+    ({'delay': 0.005}, 'elastic_delay_s', elastic_curve.OTHER_TWIST)])
+def test_each_error_is_found_with_its_size(error, key, condition):
+    broken, values = elastic_curve.check(rows_of(**error), MODEL)
+    assert broken == [condition]
+    assert values[key] == pytest.approx(next(iter(error.values())), rel=0.1)
+
+
+@pytest.mark.parametrize('worn', [{}, {'half_gap': 0.14}, {'stiffness': 20.0}, {'zero': -2.0}])
+def test_wear_and_another_zero_are_no_error(worn):
+    for check in (elastic_curve.check, twist_range.check):
+        assert check(rows_of(**worn), MODEL)[0] == []
+
+
+def test_torque_without_a_curve():
+    rows = rows_of()
+    rows[:, S_TAU_K] = 3.0 * np.sign(np.sin(29.0 * T))
+    assert elastic_curve.NO_CURVE in elastic_curve.check(rows, MODEL)[0]
+
+
+def test_without_contact_or_rows_the_curve_abstains():
+    rows = rows_of()
+    assert elastic_curve.check(rows[:3000:100], MODEL) is None
+    rows[:, S_TWIST], rows[:, S_TAU_K] = 0.02 * np.sin(T), 0.0
+    assert elastic_curve.check(rows, MODEL) is None
+    hardening = {'id': 'hardening', 'K3': 100.0}
+    assert elastic_curve.check(rows_of(), MODEL.with_(effects=[hardening])) is None
+
+
+def test_a_twist_of_turns_is_an_error():
+    rows = rows_of()
+    rows[:, S_TWIST] += 4.0 * np.sin(T)
+    broken, values = twist_range.check(rows, MODEL)
+    assert [condition.level for condition in broken] == [Level.ERROR]
+    assert values['twist_range'] > 7.0 > values['twist_range_threshold']
+
+
+def test_an_alarm_counts_only_evaluations_that_reached_a_result(monkeypatch):
+    """Violated in all of 3 results, 3 evaluations apart; then good ones as seldom end it."""
+    answers = []
+
+    def seldom(rows, drive):
+        answers.append(None if len(answers) % 3 else len(answers) // 3 < 3)
+        return None if answers[-1] is None else ([innovation.BIASED] if answers[-1] else [], {})
+
+    monkeypatch.setattr(monitor_module, 'ROW_CHECKS', (RowCheck('seldom', 2.0, seldom),))
+    t = 1e-3 * np.arange(36_000)
+    run = simulate(MODEL, Excitation().torque(t), 1e-3, Noise((0.0, 0.0, 0.4, 0.4),
+                                                              (0.005, 0.005)))
+    monitor, levels = Monitor(MODEL), []
+    for k in range(0, len(t), 1000):
+        part = slice(k, k + 1000)
+        monitor.run(Samples(10 ** 18 + 1_000_000 * np.arange(k, k + 1000),
+                            np.column_stack([run.u[part], np.full(1000, math.nan)]), run.y[part]))
+        levels.append(monitor.findings['prediction error'].level)
+    values = monitor.findings['prediction error'].values
+    assert values['seldom_evaluations'] == len(answers)
+    assert values['seldom_results'] == sum(answer is not None for answer in answers)
+    raised = np.flatnonzero(np.array(levels[5:]) > Level.OK) + 5
+    first = len(levels) - len(answers) + 6  # the third result is that of the 7th evaluation
+    assert raised[0] == first and np.array_equal(raised, np.arange(first, first + 15))

@@ -1,0 +1,291 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Faults of source, encoders and drive in motions of machines: what was said and what was true."""
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_STD
+from gearbox_monitor.monitoring.checks.finding import Level
+from gearbox_monitor.monitoring.monitor import COMPONENTS, Monitor
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, Plant, Trajectory
+
+SECONDS, SETTLED = 60.0, 6.0  # s of a run; s after its start that are not judged
+DT, STEP_NS, T0 = 1e-3, 1_000_000, 1_700_000_000_000_000_000
+SIGMA, SHARE = 3.0, 0.01  # stated standard deviations; share of estimates that may be beyond
+CONTROL = 5  # samples between two commands of the position loop
+NOISE = (0.005, 0.005)  # rad
+PROCESS = (0.0, 0.0, 0.4, 0.4)
+TRUST = (*COMPONENTS[:4], 'input')
+MOTIONS = ('multisine', 'point to point', 'slow')
+LOADS = ('none', 'unknown')
+
+
+@dataclass(frozen=True)
+class Source:
+    """What a source publishes: stamps int64 [N] ns, effort [N] N m, readings [N, 2] rad."""
+
+    stamp_ns: np.ndarray
+    effort: np.ndarray
+    y: np.ndarray
+
+
+@dataclass(frozen=True)
+class Fault:
+    """
+    One fault of a given `size`.
+
+    source(Source, size, Trajectory): what is published instead; plant(DriveModel, size): the drive
+    that moves instead. sizes: (low, high) that are drawn from, and the one of the table. healthy:
+    whether nothing is to be said.
+    """
+
+    name: str
+    size: float = 1.0
+    sizes: tuple[float, float] = (1.0, 1.0)
+    source: Callable | None = None
+    plant: Callable | None = None
+    healthy: bool = False
+
+
+# ---------------------------------------------------------------------- motions
+
+def plant_of(motion):
+    """Return the DriveModel that moves: the packaged one with the load of the motion."""
+    load = {'point to point': [{'id': 'gravity', 'G': 2.3}],
+            'slow': [{'id': 'arm_coulomb', 'Cac': 0.6}]}.get(motion, [])
+    return DriveModel().with_(effects=load)
+
+
+def trajectory(motion, model, noise, seed):
+    """Return the Trajectory of `model` in `motion`; noise: rad of both encoders."""
+    random = np.random.default_rng([seed, 3])
+    t = DT * np.arange(round(SECONDS / DT))
+    plant = Plant(model, Noise(PROCESS, noise), seed)
+    if motion == 'multisine':
+        scale, faster = (1.0, 1.0) if not seed else random.uniform(0.7, 1.3, 2)
+        return plant.run(Excitation('multisine', (6.0 * scale, 2.0 * scale),
+                                    (0.9 * faster, 2.3 * faster)).torque(t), DT)
+    reference = (_point_to_point(t, random) if motion == 'point to point'
+                 else _slow(t, random))
+    return _controlled(plant, reference)
+
+
+def _point_to_point(t, random):
+    """Return positions [N] of moves of 0.5 to 0.9 s between rests of up to 2 s."""
+    x, begin, at = np.zeros(len(t)), 0.0, 0.5
+    while at < t[-1]:
+        end, length = random.uniform(-1.6, 1.6), random.uniform(0.5, 0.9)
+        s = np.clip((t - at) / length, 0.0, 1.0)
+        x = np.where(t >= at, begin + (end - begin) * s ** 3 * (10.0 - 15.0 * s + 6.0 * s * s), x)
+        begin, at = end, at + length + random.uniform(0.3, 2.0)
+    return x
+
+
+def _slow(t, random):
+    """Return positions [N] of a slow sine of some rad."""
+    return random.uniform(3.0, 5.0) * (1.0 - np.cos(2.0 * np.pi * random.uniform(0.1, 0.2) * t))
+
+
+def _controlled(plant, reference):
+    """Return the Trajectory of a plant whose motor follows `reference` [N] by a PD controller."""
+    speed, parts = np.gradient(reference, DT), []
+    for k in range(0, len(reference), CONTROL):
+        x = plant.state
+        u = 20.0 * (reference[k] - x[0]) + 0.9 * (speed[k] - x[2])
+        parts.append(plant.run(np.full(min(CONTROL, len(reference) - k), u), DT, k * DT))
+    return Trajectory(*(np.concatenate([getattr(p, name) for p in parts]) for name in (
+        't', 'u', 'y', 'x', 'tau_k', 'tau_arm')))
+
+
+@lru_cache(maxsize=64)
+def _healthy(motion, seed):
+    return trajectory(motion, plant_of(motion), NOISE, seed)
+
+
+# ---------------------------------------------------------------------- faults
+
+def _effort(change):
+    return lambda source, size, run: replace(source, effort=change(source.effort, size))
+
+
+def _late(values, samples):
+    n = round(samples)
+    return np.concatenate([np.repeat(values[:1], n, axis=0), values[:len(values) - n]])
+
+
+def _encoder(joint, change):
+    def apply(source, size, run):
+        y = source.y.copy()
+        y[:, joint] = change(y[:, joint], size)
+        return replace(source, y=y)
+    return apply
+
+
+def _clipped(u, share):
+    return np.clip(u, -share * np.abs(u).max(), share * np.abs(u).max())
+
+
+def _noisy(source, size, run):
+    return replace(source, y=run.x[:, :2] + size * (source.y - run.x[:, :2]))
+
+
+def _clock(source, size, run):
+    stamps = T0 + np.round((source.stamp_ns - T0) / size).astype(np.int64)
+    return replace(source, stamp_ns=stamps)
+
+
+def _model(**factors):
+    def apply(model, size):
+        shape = model.transmission
+        return model.with_(**{
+            name: (getattr(model, name, None) or getattr(shape, name, None)) * (
+                size if factor is None else factor) for name, factor in factors.items()})
+    return apply
+
+
+MOTOR, ARM = 0, 1
+HEALTHY = Fault('healthy', healthy=True)
+FAULTS = (
+    HEALTHY,
+    Fault('sign of the effort', source=_effort(lambda u, _: -u)),
+    Fault('effort x 2', 2.0, (1.3, 3.0), _effort(lambda u, s: s * u)),
+    Fault('effort x 0.5', 0.5, (0.3, 0.75), _effort(lambda u, s: s * u)),
+    Fault('effort x 1.15', 1.15, (1.05, 1.3), _effort(lambda u, s: s * u)),
+    Fault('effort x 0.85', 0.85, (0.75, 0.95), _effort(lambda u, s: s * u)),
+    Fault('effort clipped', 0.5, (0.3, 0.8), _effort(_clipped)),
+    Fault('effort held 50 ms', 50, (10, 100), _effort(
+        lambda u, s: np.repeat(u[::round(s)], round(s))[:len(u)])),
+    Fault('effort 20 ms late', 20, (5, 50), _effort(_late)),
+    Fault('sign of the motor', source=_encoder(MOTOR, lambda y, _: -y)),
+    Fault('sign of the arm', source=_encoder(ARM, lambda y, _: -y)),
+    Fault('joints swapped', source=lambda s, _, run: replace(s, y=s.y[:, ::-1].copy())),
+    Fault('motor x 1.02', 1.02, (1.005, 1.05), _encoder(MOTOR, lambda y, s: s * y)),
+    Fault('arm x 0.98', 0.98, (0.95, 0.995), _encoder(ARM, lambda y, s: s * y)),
+    Fault('motor x 2', 2.0, (1.2, 3.0), _encoder(MOTOR, lambda y, s: s * y)),
+    Fault('arm x 0.5', 0.5, (0.3, 0.8), _encoder(ARM, lambda y, s: s * y)),
+    Fault('both x 0.5', 0.5, (0.3, 0.8), lambda s, size, _: replace(s, y=size * s.y)),
+    Fault('both x 2', 2.0, (1.3, 3.0), lambda s, size, _: replace(s, y=size * s.y)),
+    Fault('motor 5 ms late', 5, (2, 30), _encoder(MOTOR, _late)),
+    Fault('arm 5 ms late', 5, (2, 30), _encoder(ARM, _late)),
+    Fault('clock x 2', 2.0, (1.2, 3.0), _clock),
+    Fault('clock x 0.5', 0.5, (0.3, 0.8), _clock),
+    Fault('Cv x 0.5', 0.5, (0.3, 0.8), plant=_model(viscous_friction=None)),
+    Fault('Cv x 1.5', 1.5, (1.2, 2.0), plant=_model(viscous_friction=None)),
+    Fault('Cc x 1.5', 1.5, (1.2, 3.0), plant=_model(coulomb_friction=None)),
+    Fault('Cv, Cc x 1.5', 1.5, (1.2, 2.0), plant=_model(
+        viscous_friction=None, coulomb_friction=None)),
+    Fault('noise x 2', 2.0, (1.5, 4.0), _noisy),
+    Fault('gap x 1.3', 1.3, (1.1, 2.0), plant=_model(half_gap=None)),
+    Fault('stiffness x 0.8', 0.8, (0.6, 0.95), plant=_model(stiffness=None)),
+)
+
+
+# ---------------------------------------------------------------------- runs
+
+@dataclass(frozen=True)
+class Outcome:
+    """
+    What a run gave.
+
+    beyond: shares of the estimates under levels that are all OK (of all) that are off by more than
+    SIGMA stated deviations, for (tau_K, smoothed tau_K, smoothed twist); told: s of the first
+    level that is not OK, None: none; by: {component: share of seconds at which it was not OK};
+    error, stated: rms of smoothed tau_K, N m.
+    """
+
+    fault: str
+    size: float
+    motion: str
+    load: str
+    filter: str
+    seed: int
+    beyond: tuple[float, float, float]
+    told: float | None
+    by: dict
+    error: float
+    stated: float
+
+    @property
+    def silent(self):
+        """Whether it breaks the promise: nothing was said, and the estimates were wrong."""
+        return self.told is None and max(self.beyond) > SHARE
+
+
+def simulated(fault, size, motion, seed):
+    """Return (Source, Trajectory) of a drive with `fault` of this size."""
+    if fault.plant is None:
+        run = _healthy(motion, seed)
+    else:
+        run = trajectory(motion, fault.plant(plant_of(motion), size), NOISE, seed)
+    source = Source(T0 + STEP_NS * np.arange(len(run.t)), run.u, run.y)
+    return (fault.source(source, size, run) if fault.source else source), run
+
+
+def run(fault, motion, load, kind='ekf', seed=0, size=None):
+    """
+    Return the Outcome of a drive with a fault from the first sample on.
+
+    Args:
+        fault: Fault.
+        motion: one of MOTIONS.
+        load: arm_load of the estimator, one of LOADS; "none": its model has the load of the drive.
+        kind: name of the filter.
+        seed: of noise and motion.
+        size: of the fault, None: that of the table.
+
+    """
+    size = fault.size if size is None else size
+    source, truth = simulated(fault, size, motion, seed)
+    model = plant_of(motion) if load == 'none' else DriveModel()
+    monitor = Monitor(model, {'arm_load': load, 'filter': kind})
+    levels, rows, smoothed, numbers, smoothed_numbers = [], [], [], [], []
+    # One block per second of motion: diagnostics come once per second.
+    for k in range(0, len(truth.t), round(1.0 / DT)):
+        part = slice(k, k + round(1.0 / DT))
+        u = np.column_stack([source.effort[part], np.full(len(source.effort[part]), np.nan)])
+        found = monitor.run(Samples(source.stamp_ns[part], u, source.y[part]))
+        levels.append({name: monitor.findings[name].level for name in TRUST})
+        rows.append(found.rows)
+        smoothed.append(found.smoothed)
+        numbers.append(np.searchsorted(source.stamp_ns, found.stamp_ns))
+        smoothed_numbers.append(np.searchsorted(source.stamp_ns, found.smoothed_stamp_ns))
+    rows, smoothed = np.concatenate(rows), np.concatenate(smoothed)
+    at, at_smoothed = np.concatenate(numbers), np.concatenate(smoothed_numbers)
+    names = {name: np.array([level[name] for level in levels]) > Level.OK for name in TRUST}
+    judged = slice(round(SETTLED), None)
+    bad = np.any(list(names.values()), axis=0)[judged]
+    twist = truth.x[:, 0] - truth.x[:, 1]
+    tau = truth.tau_k
+    errors = (
+        (at, (rows[:, 4] - tau[at]) / rows[:, 7 + 4]),
+        (at_smoothed, (smoothed[:, S_TAU_K] - tau[at_smoothed]) / smoothed[:, S_TAU_K_STD]),
+        (at_smoothed, (smoothed[:, S_TWIST] - twist[at_smoothed]) / smoothed[:, S_TWIST_STD]))
+    beyond = tuple(float(np.mean(np.abs(e[n * DT > SETTLED]) > SIGMA)) if len(e) else 0.0
+                   for n, e in errors)
+    settled = at_smoothed * DT > SETTLED
+    error = (smoothed[:, S_TAU_K] - tau[at_smoothed])[settled]
+    first = np.flatnonzero(bad)
+    return Outcome(
+        fault.name, size, motion, load, kind, seed, beyond,
+        float(first[0] + 1 + SETTLED) if len(first) else None,
+        {name: float(values[judged].mean()) for name, values in names.items()
+         if values[judged].any()},
+        float(np.sqrt(np.mean(error ** 2))), float(np.median(smoothed[settled, S_TAU_K_STD])))
