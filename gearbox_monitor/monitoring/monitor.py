@@ -169,9 +169,8 @@ class Monitor:
         self.findings = {**self.findings, **dict.fromkeys((*JUDGED, 'input'), NO_DATA)}
         self._alarms = {name: Alarm(*debounce) for name, debounce in DEBOUNCE.items()}
         # Of each of ROW_CHECKS: its alarm, its evaluations, and those that reached a result.
-        self._row_alarms = [Alarm(*DEBOUNCE['prediction error']) for _ in ROW_CHECKS]
-        for alarm in self._row_alarms:
-            alarm.update(Level.OK, 0)  # a check that has not reached a result says nothing
+        self._row_alarms = [
+            Alarm(DEBOUNCE['prediction error'][0], check.down) for check in ROW_CHECKS]
         self._row_counts = np.zeros((len(ROW_CHECKS), 2), np.int64)
         self._last_counts = self.counts.copy()
 
@@ -192,8 +191,8 @@ class Monitor:
         """Replace each OK of JUDGED by `finding`: it says nothing of the estimates from now on."""
         self.findings = {name: finding if name in JUDGED and old.level == Level.OK else old
                          for name, old in self.findings.items()}
-        for name in JUDGED:
-            self._alarms[name].doubt()
+        for alarm in (*(self._alarms[name] for name in JUDGED), *self._row_alarms):
+            alarm.doubt()
 
     def reset(self) -> None:
         """Restart with the next sample; counters and baseline stay."""
@@ -308,7 +307,7 @@ class Monitor:
                      for name, finding in findings.items()}
         if 'prediction error' in debounced:
             debounced['prediction error'] = joined([debounced['prediction error'], *(
-                alarm.standing(stamp_ns) for alarm in self._row_alarms)])
+                alarm.standing(stamp_ns) for alarm in self._row_alarms if alarm.judged)])
         self.findings = {**self.findings, **debounced}
 
     def _check_input(self, stamps: Integers, stamp_ns: int) -> Finding:

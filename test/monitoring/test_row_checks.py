@@ -92,11 +92,11 @@ def test_a_twist_of_turns_is_an_error():
 
 
 def test_an_alarm_counts_only_evaluations_that_reached_a_result(monkeypatch):
-    """Violated in all of 3 results, 3 evaluations apart; then good ones as seldom end it."""
+    """Violated in 3 results, 3 evaluations apart; then good ones, as seldom, end it."""
     answers = []
 
     def seldom(rows, drive):
-        answers.append(None if len(answers) % 3 else len(answers) // 3 < 3)
+        answers.append(None if len(answers) % 3 else 1 <= len(answers) // 3 <= 3)
         return None if answers[-1] is None else ([innovation.BIASED] if answers[-1] else [], {})
 
     monkeypatch.setattr(monitor_module, 'ROW_CHECKS', (RowCheck('seldom', 2.0, seldom),))
@@ -113,5 +113,5 @@ def test_an_alarm_counts_only_evaluations_that_reached_a_result(monkeypatch):
     assert values['seldom_evaluations'] == len(answers)
     assert values['seldom_results'] == sum(answer is not None for answer in answers)
     raised = np.flatnonzero(np.array(levels[5:]) > Level.OK) + 5
-    first = len(levels) - len(answers) + 6  # the third result is that of the 7th evaluation
+    first = len(levels) - len(answers) + 9  # the third of them is that of the 10th evaluation
     assert raised[0] == first and np.array_equal(raised, np.arange(first, first + 15))

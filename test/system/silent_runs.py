@@ -115,7 +115,7 @@ def _controlled(plant, reference):
         't', 'u', 'y', 'x', 'tau_k', 'tau_arm')))
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=8)
 def _healthy(motion, seed):
     return trajectory(motion, plant_of(motion), NOISE, seed)
 

@@ -230,4 +230,4 @@ def check(rows: Array, drive: DriveModel) -> Result:
     return broken, values
 
 
-CHECK = RowCheck('elastic', WINDOW, check)
+CHECK = RowCheck('elastic', WINDOW, check, down=1)

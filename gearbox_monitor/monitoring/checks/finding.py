@@ -125,7 +125,7 @@ class Alarm:
     A level is raised after `up` consecutive evaluations at or above it and lowered after `down`
     consecutive ones below it, so the latency is at most `up` or `down` evaluations, whatever came
     before: the counters are clamped. Before the first evaluation the level is WARN ("no data
-    yet"), never OK; the first one may clear it.
+    yet"), never OK; the first one may clear it. judged: whether it has come.
     """
 
     def __init__(self, up: int = 3, down: int = 5) -> None:
@@ -134,7 +134,7 @@ class Alarm:
         self.since_ns: int | None = None
         self._above = [0, 0]  # evaluations in a row at or above WARN, ERROR
         self._below = [0, 0]
-        self._judged = False
+        self.judged = False
         self._said: dict[Level, str] = {}  # level: what was found last at it
 
     def update(self, raw: int, stamp_ns: int) -> Level:
@@ -143,7 +143,7 @@ class Alarm:
             reached = raw >= at
             self._above[i] = min(self._above[i] + 1, self.up) if reached else 0
             self._below[i] = 0 if reached else min(self._below[i] + 1, self.down)
-        new = self.level if self._judged else min(Level(raw), Level.WARN)
+        new = self.level if self.judged else min(Level(raw), Level.WARN)
         for i, at in enumerate((Level.WARN, Level.ERROR)):
             if self._above[i] >= self.up:
                 new = max(new, at)
@@ -152,13 +152,13 @@ class Alarm:
                 break
         if new != self.level or self.since_ns is None:
             self.since_ns = stamp_ns
-        self.level, self._judged = new, True
+        self.level, self.judged = new, True
         return new
 
     def doubt(self) -> None:
         """Take back the level OK: the next evaluation decides, as the first of all does."""
         if self.level == Level.OK:
-            self.level, self.since_ns, self._judged = Level.WARN, None, False
+            self.level, self.since_ns, self.judged = Level.WARN, None, False
 
     def judge(self, finding: Finding, stamp_ns: int) -> Finding:
         """

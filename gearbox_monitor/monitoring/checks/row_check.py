@@ -31,9 +31,11 @@ class RowCheck:
     One check of the newest smoothed rows, registered in monitor.ROW_CHECKS.
 
     name: what its keys begin with; window: s of rows that it looks at; check: takes rows
-    [N, N_SMOOTHED] in order of time (columns rts_smoother.S_*) and the drive of the filter.
+    [N, N_SMOOTHED] in order of time (columns rts_smoother.S_*) and the drive of the filter; down:
+    results in a row that lower its level, 1 where the windows overlap by far.
     """
 
     name: str
     window: float
     check: Callable[[Array, DriveModel], Result]
+    down: int = 5

@@ -55,4 +55,4 @@ def check(rows: Array, drive: DriveModel) -> Result:
             {'twist_range': twist, 'twist_range_threshold': allowed})
 
 
-CHECK = RowCheck('twist_range', WINDOW, check)
+CHECK = RowCheck('twist_range', WINDOW, check, down=1)

@@ -1,0 +1,52 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Nothing wrong under levels that are all OK, and nothing told of a healthy drive: a short run."""
+import pytest
+from silent_errors import BY_NAME, draws, outcome, summary
+from silent_runs import HEALTHY, run
+
+# Silent before torque was compared with the elastic curve, all with an unknown load.
+ONCE_SILENT = (
+    ('effort x 2', 'multisine'), ('effort clipped', 'multisine'), ('Cv x 1.5', 'multisine'),
+    ('effort 20 ms late', 'multisine'), ('motor x 1.02', 'multisine'),
+    ('arm 5 ms late', 'multisine'), ('sign of the effort', 'point to point'),
+    ('joints swapped', 'point to point'))
+
+
+@pytest.mark.parametrize('name, motion', ONCE_SILENT)
+def test_what_was_silent_is_told(name, motion):
+    result = run(BY_NAME[name], motion, 'unknown')
+    assert max(result.beyond) > 0.01 and result.told is not None, result
+
+
+@pytest.mark.parametrize('motion', ['multisine', 'point to point', 'slow'])
+def test_a_healthy_drive_is_right_and_quiet(motion):
+    result = run(HEALTHY, motion, 'unknown', seed=7)
+    assert result.told is None and not result.silent, result
+
+
+def test_draws_are_those_of_their_seed():
+    rows = draws(200, 3)
+    assert rows == draws(200, 3) != draws(200, 4)
+    assert 0.15 < sum(name == HEALTHY.name for name, *_ in rows) / 200 < 0.35
+    assert all(BY_NAME[name].sizes[0] <= size <= BY_NAME[name].sizes[1] or size == 1.0
+               for name, _, _, _, _, size in rows)
+
+
+@pytest.mark.system
+def test_thousands_of_draws():
+    """At most one faulty run in 25 is silent, as docs/faults.md says; no false alarm in 250."""
+    counts = summary([outcome(row) for row in draws(1000, 0)])
+    assert counts['silent'] <= 0.04 * counts['faulty'] and counts['false alarms'] <= 1, counts
