@@ -23,8 +23,8 @@ with what may be wrong (linearised, Gauss-Newton with Huber weights and priors):
 
 K', b' and the zero o may differ from the model's: a gearbox wears, and that makes no estimate
 wrong. g and the friction are errors of tau_K; scale s and delay d between the encoders are errors
-of the twist; e is what no such error explains. Each counts where it is certain and exceeds the stated
-deviations.
+of the twist; e is what no such error explains. Each counts where it is certain and exceeds the
+stated deviations.
 """
 from typing import NamedTuple
 
