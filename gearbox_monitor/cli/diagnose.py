@@ -47,10 +47,10 @@ from matplotlib.figure import Figure
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_recording, percent_bar, progress_of)
+    add_recording_arguments, load_drive, load_recording, percent_bar, progress_of)
 from gearbox_monitor.cli.options import check_jobs, dump, expect_new, JSON_FILE_HELP, plain
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import expect_folder_of, load_model, save_model
+from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
 from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.identification.verdict import DiagnosisVerdict
 from gearbox_monitor.kernels.jit import COMPILED
@@ -98,7 +98,7 @@ def run(args: Namespace) -> int:
     if not [i for i in (only or library()) if i not in exclude]:
         raise InputError('--exclude: no effect remains, expected at least one to try')
     targets = _targets(args)
-    model = load_model(args.model)
+    model = load_drive(args)
     paths = [*args.bag, *([args.validate] if args.validate else [])]
     recordings, notes = [], []
     for path in paths:
@@ -114,7 +114,8 @@ def run(args: Namespace) -> int:
     data = plain(verdict.to_dict())
     data['warnings'] = [*notes, *(data.get('warnings') or [])]
     closed = verdict.model if data['verdict'] == 'effect' else None
-    command = suggestion(data, recordings, args.model, args.out)
+    # Motions are found for model files.
+    command = [] if args.joint else suggestion(data, recordings, args.model, args.out)
     drawn: Drawn = {}
     if args.out:
         drawn = draw(verdict, data, recordings, model,

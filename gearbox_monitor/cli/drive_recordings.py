@@ -29,6 +29,8 @@ from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recorded_samples import read_samples
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.mjcf_file import model_of, read_mjcf
+from gearbox_monitor.files.yaml_files import load_model, load_yaml
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.admission import admitted
@@ -52,7 +54,11 @@ class Readings(NamedTuple):
 
 def add_drive_arguments(parser: ArgumentParser) -> None:
     """Declare in `parser` the model file and the joints of a drive."""
-    parser.add_argument('--model', metavar='FILE', required=True, help='model file of the drive')
+    parser.add_argument('--model', metavar='FILE', required=True,
+                        help='model file of the drive, or MJCF or URDF file with --joint')
+    add_joint_arguments(parser, '--model-arm-joint')
+    parser.add_argument('--values', metavar='FILE',
+                        help='with --joint: values of a model file that the other file lacks')
     parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
     parser.add_argument('--motor-joint', metavar='NAME', default='motor',
                         help='name of the motor joint, in bags (default: motor)')
@@ -61,6 +67,48 @@ def add_drive_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--repeated', choices=REPEATED, default=REPEATED[0],
                         help='what is used of samples with one and the same stamp: the first '
                         '(default), their average, or none')
+
+
+def add_joint_arguments(parser: ArgumentParser, arm: str, required: bool = False) -> None:
+    """
+    Declare which joint of a simulator's file is the drive.
+
+    Args:
+        parser: of the command.
+        arm: name of the option for the joint of the arm.
+        required: whether a joint must be named.
+
+    """
+    parser.add_argument('--joint', metavar='NAME', required=required,
+                        help="joint of the simulator's file that the motor drives")
+    parser.add_argument(arm, metavar='NAME', dest='model_arm_joint',
+                        help="joint of the arm in the simulator's file, where it is another")
+    parser.add_argument('--keyframe', metavar='NAME',
+                        help='posture in which inertia and weight are taken, a key of the file')
+    parser.add_argument('--actuator', metavar='NAME',
+                        help='actuator of the joint, where several act on it')
+
+
+def load_drive(args: Namespace) -> DriveModel:
+    """
+    Return the model that --model of the options `args` names.
+
+    It is a model file, or the file of a simulator where --joint is given. Raises InputError.
+    """
+    if args.joint is None:
+        if Path(args.model).suffix.lower() in ('.xml', '.urdf'):
+            raise InputError(f'{args.model}: the file of a simulator, expected --joint with the '
+                             'joint of the drive in it')
+        if args.values is not None:
+            raise InputError('--values: needs --joint, expected a --model of a simulator')
+        return load_model(args.model)
+    drive = read_mjcf(args.model, args.joint, args.model_arm_joint, args.keyframe, args.actuator)
+    if args.values is None:
+        return model_of(drive)
+    file = load_yaml(args.values)
+    if not isinstance(file.content, dict):
+        raise InputError(f'{args.values}: {str(file.content)[:40]!r}, expected keys and values')
+    return model_of(drive, file.content)
 
 
 def add_recording_arguments(parser: ArgumentParser) -> None:

@@ -21,24 +21,36 @@ the joint of the arm, and the motor's joint with the actuator is added beside it
 the arm's joint where the file has both. What MuJoCo cannot express is listed with the reason.
 Needs MuJoCo 4.0 (pip install 'gearbox_monitor[mujoco]').
 
+--check BAG runs the file and the patched file in MuJoCo on a recorded torque and prints the misfit
+of both, in standard deviations of the encoder noise, beside that of the model in this package's
+simulator: 1 is the floor. Take a recording that the model was not found on.
+
 usage examples:
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --out fits.xml
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint m --arm-joint elbow
+  gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --check BAG2
 
 exit code: 0 all is expressed, 1 some is not, 2 bad usage or input.
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 import difflib
+import math
 from pathlib import Path
 import textwrap
 
+from gearbox_monitor.cli.drive_recordings import (
+    add_joint_arguments, load_recording, percent_bar, progress_of)
 from gearbox_monitor.cli.options import expect_new, write_new
 from gearbox_monitor.export.mjcf import refused, values_of
-from gearbox_monitor.export.mjcf_file import MjcfDrive, read_mjcf
+from gearbox_monitor.export.mjcf_file import drive_of, MjcfDrive, read_mjcf
 from gearbox_monitor.export.mjcf_patch import Patch, patched
+from gearbox_monitor.export.mujoco_run import misfit, rig_of
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
+from gearbox_monitor.identification.model_overlay import overlay
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.report.words import number
 
 WIDTH = 80
 
@@ -52,39 +64,29 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_joint_arguments(parser, '--arm-joint', required=True)
     parser.add_argument('--out', metavar='FILE',
                         help='write the patched file (default: print the difference)')
-
-
-def add_joint_arguments(parser: ArgumentParser, arm: str, required: bool = False) -> None:
-    """
-    Declare which joint of a simulator's file is the drive.
-
-    Args:
-        parser: of the command.
-        arm: name of the option for the joint of the arm.
-        required: whether a joint must be named.
-
-    """
-    parser.add_argument('--joint', metavar='NAME', required=required,
-                        help="joint of the simulator's file that the motor drives")
-    parser.add_argument(arm, metavar='NAME', dest='model_arm_joint',
-                        help="joint of the arm in the simulator's file, where it is another")
-    parser.add_argument('--keyframe', metavar='NAME',
-                        help='posture in which inertia and weight are taken, a key of the file')
-    parser.add_argument('--actuator', metavar='NAME',
-                        help='actuator of the joint, where several act on it')
+    parser.add_argument('--check', metavar='BAG',
+                        help='recording on which MuJoCo runs the file before and after')
+    parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
+    parser.add_argument('--recorded-motor', metavar='NAME', default='motor',
+                        help='name of the motor joint in the bag (default: motor)')
+    parser.add_argument('--recorded-arm', metavar='NAME', default='arm',
+                        help='name of the arm joint in the bag (default: arm)')
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     expect_new(args.out)
     expect_folder_of(args.out)
-    values, exported = values_of(load_model(args.model))
+    model = load_model(args.model)
+    values, exported = values_of(model)
     drive = read_mjcf(args.into, args.joint, args.model_arm_joint, args.keyframe, args.actuator)
     patch = patched(drive, values, exported)
     if args.out:
         write_new(args.out, patch.data.decode('utf-8'))
     ending = [f'written {args.out}'] if args.out else ['', *difference(drive, patch)]
-    print('\n'.join([*described(patch, drive), *ending]))
+    if args.check:
+        ending += ['', *checked(drive, patch, model, args)]
+    print('\n'.join([*described(patch, drive), *_of_effort(drive, model), *ending]))
     return 1 if refused(exported) else 0
 
 
@@ -101,8 +103,49 @@ def described(patch: Patch, drive: MjcfDrive) -> list[str]:
     return lines
 
 
+def _of_effort(drive: MjcfDrive, model: DriveModel) -> list[str]:
+    """Return a note where one unit of effort in `model` is another torque than one of control."""
+    a = drive.actuator
+    if a is None or a.setpoint or math.isclose(a.gear * a.gain, model.effort_scale, rel_tol=1e-6):
+        return []
+    return [*_wrapped(f'note: one unit of effort makes {model.effort_scale:g} N m on the arm side '
+                      f'in the model (gear_ratio, torque_constant), one of control '
+                      f'{a.gear * a.gain:g} N m in {drive.path.name} before the patch')]
+
+
 def _wrapped(words: str) -> Sequence[str]:
     return textwrap.wrap(words, WIDTH, subsequent_indent='  ', break_on_hyphens=False)
+
+
+def checked(drive: MjcfDrive, patch: Patch, model: DriveModel, args: Namespace) -> list[str]:
+    """
+    Return lines about the misfit of the file before and after, in MuJoCo, and of the model here.
+
+    Args:
+        drive: in the file.
+        patch: of the file.
+        model: that was exported.
+        args: options of the command.
+
+    """
+    actuator = drive.actuator
+    ctrl = 1.0 / (actuator.gear * actuator.gain) if actuator else 0.0
+    names = Namespace(topic=args.topic, motor_joint=args.recorded_motor,
+                      arm_joint=args.recorded_arm, model=args.model)
+    recording, notes = load_recording(args.check, model, names)
+    laid = overlay(recording, {'model': model})
+    after = drive_of(patch.data, drive.path, patch.joints, drive.keyframe,
+                     actuator.name or None if actuator else None)
+    lines = [f'misfit on {args.check}, {len(laid.windows)} windows of 1 s, in standard deviations '
+             'of the noise']
+    for words, one in ((f'{drive.path.name} in MuJoCo', drive), ('patched, in MuJoCo', after)):
+        rig = rig_of(one, ctrl, recording.dt)
+        with percent_bar(words) as bar:
+            value = misfit(rig, laid, progress_of(bar))
+        lines.append(f'  {words:<40s}{number(value):>10s}')
+    lines.append(f'  {Path(args.model).name + " in gearbox_monitor":<40s}'
+                 f'{number(laid.runs[0].gap):>10s}')
+    return [*lines, *(f'note: {note}' for note in notes)]
 
 
 def difference(drive: MjcfDrive, patch: Patch) -> list[str]:

@@ -41,10 +41,10 @@ from pathlib import Path
 from typing import Any
 
 from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_recording, percent_bar, progress_of, time_limit)
+    add_recording_arguments, load_drive, load_recording, percent_bar, progress_of, time_limit)
 from gearbox_monitor.cli.options import check_jobs, plain
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import expect_folder_of, load_model, save_model
+from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
 from gearbox_monitor.identification.nominal import fit_nominal
 from gearbox_monitor.ros.child_processes import cores
 
@@ -80,7 +80,7 @@ def run(args: Namespace) -> int:
     expect_folder_of(args.json)
     if args.out and Path(args.out).exists():
         raise InputError(f'--out {args.out}: exists, expected a new file')
-    model = load_model(args.model)
+    model = load_drive(args)
     paths = [*args.bag, *([args.validate] if args.validate else [])]
     loaded = [load_recording(path, model, args) for path in paths]
     recordings = [recording for recording, _ in loaded]

@@ -35,7 +35,8 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.cli.drive_recordings import add_drive_arguments, load_recording
+from gearbox_monitor.cli.drive_recordings import (
+    add_drive_arguments, load_drive, load_recording)
 from gearbox_monitor.cli.options import dump, expect_new, JSON_FILE_HELP, plain
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
@@ -67,7 +68,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     _check_targets(args)
-    models = {'nominal model': load_model(args.model)}
+    models = {'nominal model': load_drive(args)}
     if args.closed:
         # The recording is read once, with the torque constant of the first.
         models['closed model'] = load_model(args.closed).with_torque_constant(

@@ -13,13 +13,14 @@
 # limitations under the License.
 
 """
-Read a drive in an MJCF file: MuJoCo compiles it, so that defaults, classes and geoms count.
+Read a drive in an MJCF or URDF file: MuJoCo compiles it, with its defaults, classes and geoms.
 
 A drive is one joint (motor and arm are rigidly coupled, the motor is its armature), or two joints
 that hang on one parent: that of the motor, and that of the arm. A fixed tendon between the two is
 the transmission.
 """
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 import math
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,7 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.xml_edit import parse_xml, XmlDocument, XmlElement
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 
 
 @dataclass(frozen=True)
@@ -99,6 +100,7 @@ class MjcfDrive:
     tendon: MjcfTendon | None
     actuator: MjcfActuator | None
     posture: Array
+    keyframe: str | None
 
     @property
     def arm_joint(self) -> MjcfJoint:
@@ -185,9 +187,9 @@ def drive_of(data: bytes, path: Path, joints: tuple[str, str | None],
     """
     mujoco = mujoco_module()
     document = parse_xml(data, str(path))
-    if document.root.tag != 'mujoco':
+    if document.root.tag not in ('mujoco', 'robot'):
         raise InputError(f'{path}: line {document.root.line}: <{document.root.tag}>, expected '
-                         '<mujoco>')
+                         '<mujoco>, or <robot> of a URDF file')
     m = compiled_model(data, path)
     state = mujoco.MjData(m)
     if keyframe is not None:
@@ -208,12 +210,13 @@ def drive_of(data: bytes, path: Path, joints: tuple[str, str | None],
     degrees = all(e.attributes.get('angle', 'degree') == 'degree' for e in compiler)
     return MjcfDrive(path, document, m, float(m.opt.timestep), degrees, motor, arm,
                      _tendon(document, m, motor, arm) if arm else None,
-                     _actuator(document, m, motor, actuator), state.qpos.copy())
+                     _actuator(document, m, motor, actuator), state.qpos.copy(), keyframe)
 
 
 def _named(document: XmlDocument, section: str, name: str, kind: str) -> XmlElement:
     """Return the element `name` in sections of the file. Raises InputError."""
-    for part in document.root.all(section):
+    parts = [document.root] if document.root.tag == 'robot' else document.root.all(section)
+    for part in parts:
         for element in part.walk():
             if element.attributes.get('name') == name and (not kind or element.tag == kind):
                 return element
@@ -273,6 +276,8 @@ def _tendon(document: XmlDocument, m: Any, motor: MjcfJoint, arm: MjcfJoint
 
 def _actuator(document: XmlDocument, m: Any, motor: MjcfJoint, name: str | None
               ) -> MjcfActuator | None:
+    if document.root.tag == 'robot':
+        return _transmission_of_urdf(document, motor)
     mujoco = mujoco_module()
     own = [i for i in range(m.nu and len(m.actuator_trntype))
            if m.actuator_trntype[i] == int(mujoco.mjtTrn.mjTRN_JOINT)
@@ -303,6 +308,25 @@ def _actuator(document: XmlDocument, m: Any, motor: MjcfJoint, name: str | None
         not fixed or bool(bias[1] or bias[2]))
 
 
+def _transmission_of_urdf(document: XmlDocument, motor: MjcfJoint) -> MjcfActuator | None:
+    """Return the transmission of a joint in a URDF file; its reduction is the gear."""
+    for element in document.root.all('transmission'):
+        for part in element.walk():
+            reductions = part.all('mechanicalReduction')
+            if reductions and any(joint.attributes.get('name') == motor.name
+                                  for joint in element.all('joint')):
+                tag = reductions[0]
+                text = document.data[tag.head:tag.end].partition(b'<')[0].decode().strip()
+                try:
+                    gear = float(text)
+                except ValueError:
+                    raise InputError(f'{document.name}: line {tag.line}: mechanicalReduction: '
+                                     f'{text!r}, expected a number') from None
+                return MjcfActuator(motor.name, element, -1, gear, 1.0, (0.0, 0.0, 0.0), 'none',
+                                    False)
+    return None
+
+
 def weight(drive: MjcfDrive) -> tuple[float, float]:
     """
     Return the weight on the arm's joint of `drive` as a load A sin(x2) + B cos(x2): A, B in N m.
@@ -323,58 +347,65 @@ def weight(drive: MjcfDrive) -> tuple[float, float]:
     return 0.5 * (loads[1] - loads[3]), 0.5 * (loads[0] - loads[2])
 
 
-def model_of(drive: MjcfDrive, beside: DriveModel | None = None) -> DriveModel:
+def model_of(drive: MjcfDrive, given: Mapping[str, Any] | None = None) -> DriveModel:
     """
-    Return the model of a drive in an MJCF file.
+    Return the model of a drive in a simulator's file.
 
     Args:
-        drive: MjcfDrive.
-        beside: model with what MJCF has no word for (friction_sharpness, tolerances ...).
+        drive: in the file.
+        given: values of a model file that the simulator's file lacks, or that replace its own. A
+            transmission makes one joint that of the arm, its armature that of the motor.
 
     Returns:
-        The DriveModel: one joint is a rigid transmission.
+        The DriveModel: one joint is a rigid transmission unless one is given.
 
     Raises:
         InputError: naming what the file lacks.
 
     """
-    base, actuator, joint = beside or DriveModel(position_gain=0.0), drive.actuator, drive.motor
-    if actuator is None:
-        raise InputError(f'{drive.path}: joint {joint.name}: no actuator acts on it, expected one')
+    given, joint = dict(given or {}), drive.motor
+    actuator, where = drive.actuator, f'{drive.path}: joint {joint.name}'
     values: dict[str, Any] = {
         'viscous_friction': joint.damping, 'coulomb_friction': joint.frictionloss,
-        'position_gain': joint.stiffness, 'axis': 'prismatic' if joint.slide else 'rotary',
-        'gear_ratio': actuator.gear * (1.0 if actuator.setpoint else actuator.gain)}
+        'position_gain': joint.stiffness, 'axis': 'prismatic' if joint.slide else 'rotary'}
     effects: list[dict[str, Any]] = []
+    if actuator is not None:
+        values['gear_ratio'] = actuator.gear * (1.0 if actuator.setpoint else actuator.gain)
+        values['torque_offset'] = actuator.gear * actuator.bias[0]
+    elif 'gear_ratio' not in given:
+        raise InputError(f'{where}: no actuator acts on it, expected one, or gear_ratio in a file '
+                         'of --values')
     if drive.arm is None:
-        values |= {'motor_inertia': joint.armature, 'arm_inertia': joint.inertia}
-        if joint.armature <= 0.0:
-            raise InputError(f'{drive.path}: line {joint.element.line}: joint {joint.name}: '
-                             'armature: 0, expected the inertia of the motor, times the square '
-                             'of its gear')
-        shape = {'kind': 'rigid'}
+        values |= {'motor_inertia': joint.armature, 'arm_inertia': joint.inertia,
+                   'transmission': {'kind': 'rigid'}}
+        if joint.armature <= 0.0 and 'motor_inertia' not in given:
+            raise InputError(f'{where}: armature: 0, expected the inertia of the motor times the '
+                             'square of its gear, or motor_inertia in a file of --values')
+        if 'transmission' in given and 'damping' not in given:
+            raise InputError(f'{where}: has no transmission, expected its damping beside '
+                             'transmission in the file of --values')
     else:
-        shape = _transmission(drive)
         values |= {'motor_inertia': joint.armature + joint.inertia,
                    'arm_inertia': drive.arm.armature + drive.arm.inertia,
                    'damping': drive.tendon.damping if drive.tendon else 0.0}
+        if 'transmission' not in given:
+            values['transmission'] = _transmission(drive)
         effects += [{'id': name, key: value} for name, key, value in (
             ('arm_viscous', 'Cav', drive.arm.damping),
             ('arm_coulomb', 'Cac', drive.arm.frictionloss)) if value]
         if drive.tendon and drive.tendon.stiffness[2]:
             effects.append({'id': 'hardening', 'K3': drive.tendon.stiffness[2]})
-    A, B = weight(drive)
-    if abs(B) > 1e-3 * max(abs(A), 1e-3):
+    replaced = given.get('effects') or []
+    own = {e.get('id') for e in replaced if isinstance(e, dict)}
+    sine, cosine = weight(drive)
+    if 'gravity' not in own and abs(cosine) > 1e-3 * max(abs(sine), 1e-3):
         raise InputError(f'{drive.path}: joint {drive.arm_joint.name}: its weight is '
-                         f'{A:.4g} sin(x) + {B:.4g} cos(x) N m, expected no cos: the angle 0 '
-                         'where the arm hangs (attribute ref)')
-    if abs(A) > 1e-9:
-        effects.append({'id': 'gravity', 'G': A})
-    if actuator.bias[0]:
-        values['torque_offset'] = actuator.gear * actuator.bias[0]
-    own = {e['id'] for e in effects}
-    kept = [e for e in base.effects if e['id'] not in own]
-    return replace(base, **values).with_(effects=[*effects, *kept], **shape)
+                         f'{sine:.4g} sin(x) + {cosine:.4g} cos(x) N m, expected no cos: angle 0 '
+                         'where the arm hangs (attribute ref), or gravity in a file of --values')
+    if abs(sine) > 1e-9:
+        effects.append({'id': 'gravity', 'G': sine})
+    effects = [*(e for e in effects if e['id'] not in own), *replaced]
+    return model_from_dict({**values, **given, 'effects': effects}, str(drive.path))
 
 
 def _transmission(drive: MjcfDrive) -> dict[str, Any]:

@@ -20,7 +20,7 @@ transmission it becomes the joint of the arm, and a body without shape, the roto
 motor: the actuator moves there, and a tendon holds both together.
 """
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 import math
 from typing import Any, NamedTuple
 
@@ -134,12 +134,15 @@ def patched(drive: MjcfDrive, values: MjcfValues, exported: Sequence[Exported]) 
         exported: what the effects of the model became.
 
     Returns:
-        The Patch; MuJoCo has compiled it, and its inertias are those of the model.
+        The Patch; MuJoCo has compiled it, and its joints have the values of the model.
 
     Raises:
         InputError: the file and the model do not fit each other.
 
     """
+    if drive.document.root.tag != 'mujoco':
+        raise InputError(f'{drive.path}: a URDF file, expected MJCF: URDF has no armature, '
+                         'transmission or delay')
     draft = _Draft(drive)
     if values.rigid and drive.arm is not None:
         raise InputError(f'{drive.path}: joints {drive.motor.name}, {drive.arm.name}: two, '
@@ -195,8 +198,12 @@ def _put_joint(draft: _Draft, joint: MjcfJoint, wanted: Mapping[str, float], sha
     if own['damping'] < 0.0:
         raise InputError(f'{where}: damping: would be {own["damping"]:.4g}, expected at least 0: '
                          'the model has less viscous friction than the actuator in the file')
-    values = {name: number(max(0.0, value)) for name, value in own.items()
-              if not _same(wanted[name], current[name])}
+    m = draft.drive.compiled
+    # Higher coefficients stay.
+    higher = {'armature': (), 'damping': m.dof_dampingpoly[m.jnt_dofadr[joint.index]],
+              'stiffness': m.jnt_stiffnesspoly[joint.index]}
+    values = {name: number(max(0.0, value), *(higher[name] if np.any(higher[name]) else ()))
+              for name, value in own.items() if not _same(wanted[name], current[name])}
     values |= _friction(draft.drive, wanted['frictionloss'], sharpness, inertia)
     if not wanted['frictionloss'] and not joint.frictionloss:
         del values['frictionloss']
@@ -442,13 +449,15 @@ def _of_actuator(drive: MjcfDrive, values: MjcfValues, bias: float) -> dict[str,
     if values.gain != 1.0 or not _same(bias, a.bias[0]) or values.lag:
         gains = tuple(values.gain * v for v in (a.gain, a.bias[1], a.bias[2]))
         affine = bias != 0.0 or a.setpoint
-        out = {'gainprm': number(gains[0]), 'biasprm': None,
+        out = {'gainprm': number(gains[0]) if gains[0] != 1.0 else None, 'biasprm': None,
                # Of the shortcuts that general replaces.
                'kp': None, 'kv': None, 'dampratio': None, 'timeconst': None}
         if affine:
             out |= {'biastype': 'affine', 'biasprm': number(bias, *gains[1:])}
-        elif any(e.tag == 'default' for e in drive.document.root.children):
-            out |= {'gaintype': 'fixed', 'biastype': 'none'}
+        if any(e.tag in ('default', 'include') for e in drive.document.root.children):
+            # general inherits what a shortcut sets by itself.
+            out |= {'gaintype': 'fixed', 'gainprm': number(gains[0]),
+                    'biastype': 'affine' if affine else 'none'}
         if values.lag or a.dynamics != 'none':
             lag = values.lag or float(drive.compiled.actuator_dynprm[a.index, 0])
             out |= {'dyntype': 'filterexact' if values.lag else a.dynamics,
@@ -517,20 +526,27 @@ def _shift_zero(draft: _Draft, zero: float) -> None:
 
 
 def _verify(patch: Patch, drive: MjcfDrive, values: MjcfValues) -> None:
-    """Raise InputError unless MuJoCo compiles the patch to the inertias and weight of `values`."""
-    again = drive_of(patch.data, drive.path, patch.joints,
-                     actuator=drive.actuator.name or None if drive.actuator else None)
-    if patch.joints == (drive.motor.name, drive.arm.name if drive.arm else None):
-        again = replace(again, posture=drive.posture)
-    inertias = [again.arm_joint.inertia + (again.arm.armature if again.arm else 0.0)]
-    wanted = [values.arm_inertia]
+    """Raise InputError unless MuJoCo compiles a patch to `values`, in the posture of `drive`."""
+    again = drive_of(patch.data, drive.path, patch.joints, drive.keyframe,
+                     drive.actuator.name or None if drive.actuator else None)
+    present = {'inertia': again.arm_joint.inertia + (again.arm.armature if again.arm else 0.0)}
+    wanted = {'inertia': values.arm_inertia}
     if values.weight is not None:
         sine, cosine = weight(again)
-        inertias.append(sine * math.cos(values.zero) - cosine * math.sin(values.zero))
-        wanted.append(values.weight)
-    for present, right in zip(inertias, wanted):
-        if not math.isclose(present, right, rel_tol=1e-5, abs_tol=1e-9):
+        present['weight'] = sine * math.cos(values.zero) - cosine * math.sin(values.zero)
+        wanted['weight'] = values.weight
+    sides = [('motor', again.motor, values.motor_damping, values.motor_friction)]
+    if again.arm is None:
+        sides = [('joint', again.motor, values.motor_damping + values.arm_damping,
+                  values.motor_friction + values.arm_friction)]
+    else:
+        sides.append(('arm', again.arm, values.arm_damping, values.arm_friction))
+    for side, joint, damping, friction in sides:
+        present |= {f'{side} damping': joint.damping, f'{side} friction': joint.frictionloss}
+        wanted |= {f'{side} damping': damping, f'{side} friction': friction}
+    for name, right in wanted.items():
+        if not math.isclose(present[name], right, rel_tol=1e-5, abs_tol=1e-9):
             raise InputError(
-                f'{drive.path}: joint {again.arm_joint.name}: MuJoCo makes {present:.6g} of '
-                f'{right:.6g}, expected a file whose body takes an inertial of its own '
-                '(compiler inertiafromgeom, another posture)')
+                f'{drive.path}: {name}: MuJoCo makes {present[name]:.6g} of {right:.6g}, expected '
+                'a file where the attributes of joint and inertial count (no springdamper, '
+                'compiler inertiafromgeom auto)')

@@ -28,7 +28,7 @@ from gearbox_monitor.plant.simulate import simulate
 
 mujoco = pytest.importorskip('mujoco')
 HERE = Path(__file__).parent
-PAIR, ROBOT = HERE / 'pair.xml', HERE / 'robot.xml'
+PAIR, ROBOT, LEG = HERE / 'pair.xml', HERE / 'robot.xml', HERE / 'leg.xml'
 DT, BOUND = 1e-3, 2e-3  # s, rad rms
 T = np.arange(0.0, 1.0, DT)
 U = 6.0 * np.cos(2.0 * np.pi * 0.9 * T) + 2.0 * np.cos(2.0 * np.pi * 2.3 * T)
@@ -197,5 +197,79 @@ def test_the_command_lists_what_it_cannot_express(tmp_path, capsys):
     out = capsys.readouterr().out
     assert 'mesh_error: refused: no length' in out and 'torque_gain: native' in out
     assert mujoco.MjModel.from_xml_path(str(tmp_path / 'out.xml')).nq == 2
-    assert main(words) == 1
+    assert 'note: one unit of effort' not in out
+    (tmp_path / 'closed.yaml').write_text('gear_ratio: 1\n')
+    assert main(words) == 0
+    assert 'one of control 50 N m in robot.xml' in ' '.join(capsys.readouterr().out.split())
+    (tmp_path / 'closed.yaml').write_text('effects: [{id: torque_gain, g: 0.1}]\n')
+    assert main(words) == 0
     assert '+    <general name="elbow" joint="elbow_motor"' in capsys.readouterr().out
+
+
+URDF = b"""<robot name="arm">
+  <link name="base"/>
+  <link name="arm"><inertial><origin xyz="0 0 -0.1"/><mass value="2"/>
+    <inertia ixx="0.01" iyy="0.02" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="elbow" type="continuous"><parent link="base"/><child link="arm"/>
+    <axis xyz="0 1 0"/><dynamics damping="0.3" friction="0.2"/></joint>
+  <transmission name="t"><joint name="elbow"/>
+    <actuator name="m"><mechanicalReduction>80</mechanicalReduction></actuator></transmission>
+</robot>"""
+
+
+def test_urdf_asks_for_what_it_lacks(tmp_path):
+    path = tmp_path / 'arm.urdf'
+    path.write_bytes(URDF)
+    drive = read_mjcf(path, 'elbow')
+    with pytest.raises(InputError, match='armature: 0, expected .* or motor_inertia in a file'):
+        model_of(drive)
+    with pytest.raises(InputError, match='expected its damping beside transmission'):
+        model_of(drive, {'motor_inertia': 0.01, 'transmission': {'stiffness': 900.0}})
+    model = model_of(drive, {'motor_inertia': 0.01, 'damping': 0.2,
+                             'transmission': {'stiffness': 900.0, 'half_gap': 0.001}})
+    assert (model.viscous_friction, model.coulomb_friction) == (0.3, 0.2)
+    assert model.arm_inertia == pytest.approx(0.02 + 2.0 * 0.1 ** 2) and model.gear_ratio == 80.0
+    assert model.effects == ({'id': 'gravity', 'G': pytest.approx(2.0 * 9.81 * 0.1)},)
+    with pytest.raises(InputError, match='expected MJCF'):
+        patched(drive, *values_of(model))
+
+
+def test_an_xml_model_needs_a_joint(capsys):
+    assert main(['simulate', '--model', str(PAIR), '--against', 'run']) == 2
+    assert 'expected --joint' in capsys.readouterr().err
+
+
+def test_what_overrules_an_edit_is_one_line():
+    """A springdamper replaces damping; coefficients of higher order stay."""
+    data = PAIR.read_bytes().replace(b'damping="0.1"', b'damping="0.1 0.02 0" springdamper="1 1"')
+    with pytest.raises(InputError, match='motor damping: MuJoCo makes'):
+        patched(drive_of(data, PAIR, ('motor', 'arm')), *values_of(nominal()))
+    data = PAIR.read_bytes().replace(b'damping="0.1"', b'damping="0.3 0.02 0"')
+    patch = patched(drive_of(data, PAIR, ('motor', 'arm')), *values_of(nominal()))
+    assert b'damping="0.1 0.02 0"' in patch.data
+
+
+@pytest.mark.parametrize('joint', ['hip', 'knee'])
+def test_classes_frames_and_a_floating_base(joint):
+    """The inertia about the hip depends on the knee: that of the keyframe counts."""
+    drive = read_mjcf(LEG, joint, keyframe='stand')
+    nominal_model, upright = model_of(drive), model_of(read_mjcf(LEG, joint))
+    assert (nominal_model.arm_inertia < 0.99 * upright.arm_inertia) == (joint == 'hip')
+    assert nominal_model.motor_inertia == {'hip': 0.09, 'knee': 0.02}[joint]
+    model = nominal_model.with_(arm_inertia=0.9 * nominal_model.arm_inertia, effects=[
+        *(e for e in nominal_model.effects if e['id'] != 'gravity'),
+        {'id': 'torque_gain', 'g': -0.2}, {'id': 'saturation', 'umax': 30.0}])
+    if joint == 'knee':
+        model = model.with_(kind='dead_zone', stiffness=900.0, half_gap=0.005, damping=0.5)
+    patch = patched(drive, *values_of(model))
+    m = compiled_model(patch.data, LEG)
+    again = drive_of(patch.data, LEG, patch.joints, 'stand')
+    assert again.arm_joint.inertia == pytest.approx(model.arm_inertia, rel=1e-6)
+    assert m.nu == 2 and m.nq == (10 if joint == 'knee' else 9)
+    i = again.actuator.index
+    if joint == 'hip':
+        assert list(m.actuator_biasprm[i, :3]) == pytest.approx([0.0, -64.0, -2.4])
+        assert list(m.actuator_forcerange[i]) == [-24.0, 24.0]
+    else:
+        assert list(m.key_qpos[0][-2:]) == [-1.0, -1.0]
+        assert m.actuator_gainprm[i, 0] == 0.8
