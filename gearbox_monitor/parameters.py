@@ -336,6 +336,12 @@ class EstimatorParameters(ParameterSet):
         high=3600.0)
     keep_folder: str = row(
         '', '', 'where ~/keep_recording puts its folders; empty: where the node was started')
+    keep_per_hour: int = row(
+        20, '', 'recordings that are kept in any hour at most, by request and by itself', low=1,
+        high=3600)
+    keep_space: int = row(
+        5000, 'MB', 'size of all kept recordings in keep_folder beyond which none is kept; 500 '
+        'MB of the disk stay free', low=1, high=1_000_000_000)
 
 
 @dataclass(frozen=True)

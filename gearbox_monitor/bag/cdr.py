@@ -22,12 +22,14 @@ import numpy as np
 import numpy.typing as npt
 
 from gearbox_monitor.bag.message_block import MessageBlock, word
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 
 FIELDS = ('position', 'velocity', 'effort')
 LITTLE_ENDIAN = b'\x00\x01\x00\x00'
-MAX_ITEMS = 1 << 20  # no joint state is larger: guards against declared sizes in damaged data
+MAX_JOINTS = 4096   # no robot has more: a message of a million names would take minutes
+MAX_BYTES = 1 << 20  # of a joint state, with names of 200 bytes each
 MAX_LAYOUTS = 16  # of one topic; messages in further layouts are decoded one by one
 Words = npt.NDArray[np.uint64]
 
@@ -85,7 +87,7 @@ def read_layout(raw: bytes) -> Layout | None:
         names: list[str] = []
         _, offset = _read_text(raw, 12, fixed)  # frame_id
         count, offset = _read_count(raw, offset, fixed)
-        if count > MAX_ITEMS:
+        if count > MAX_JOINTS:
             return None
         for _ in range(count):
             text, offset = _read_text(raw, offset, fixed)
@@ -190,12 +192,15 @@ class Decoder:
         names: J joints, the columns.
         decode: function that returns the message object of CDR bytes, for messages in layouts that
             the kernel does not read.
+        source: where the messages come from, in front of errors.
 
     Attribute `joints`: {joint: None} of all messages so far, in order of appearance.
     """
 
-    def __init__(self, names: Sequence[str], decode: Callable[[bytes], Any]) -> None:
+    def __init__(self, names: Sequence[str], decode: Callable[[bytes], Any],
+                 source: str = '') -> None:
         self.names = tuple(names)
+        self._source = source
         self.joints: dict[str, None] = {}
         self._decode = decode
         self._readings: list[_Reading] = []  # at most MAX_LAYOUTS, newest first
@@ -210,6 +215,9 @@ class Decoder:
             pending = self._read(block, pending, reading, rows)
         while len(pending):
             raw = block.raw(pending[0])
+            if len(raw) > MAX_BYTES:
+                raise InputError(f'{self._source}joint state of {len(raw)} bytes, expected at '
+                                 f'most {MAX_BYTES}')
             layout = read_layout(raw) if len(self._readings) < MAX_LAYOUTS else None
             if layout is None:
                 self._decode_one(raw, pending[0], rows)
@@ -250,6 +258,9 @@ class Decoder:
     def _decode_one(self, raw: bytes, row: int, rows: _Rows) -> None:
         """Write the message `raw` to one `row` of `rows`."""
         message = self._decode(raw)
+        if len(message.name) > MAX_JOINTS:
+            raise InputError(f'{self._source}joint state of {len(message.name)} joints, expected '
+                             f'at most {MAX_JOINTS}')
         index = _first_index(message.name)
         self.joints.update(dict.fromkeys(message.name))
         rows.named[row] = [name in index for name in self.names]

@@ -16,13 +16,13 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 import gzip
-import io
 from pathlib import Path
 import zlib
 
 from gearbox_monitor.bag.importer.columns import read_columns
 from gearbox_monitor.bag.importer.mapping import mapping_from_dict
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.packed_files import lines_of
 from gearbox_monitor.kernels.types import Array
 
 # Column -> name of the importer's signal; the units are s, N m and rad.
@@ -87,17 +87,13 @@ def read_csv(path: str | Path) -> CsvColumns:
 def _header(path: str | Path) -> tuple[list[str], str]:
     """Return (names of the header row, delimiter)."""
     try:
-        with Path(path).open('rb') as raw:
-            packed = raw.read(2) == b'\x1f\x8b'
-        opener = gzip.open if packed else open
-        with io.TextIOWrapper(opener(path, 'rb'), encoding='utf-8') as stream:
-            for line in stream:
-                line = line.removeprefix('\ufeff').rstrip('\n')
-                if line.strip() and not line.lstrip().startswith('#'):
-                    break
-            else:
-                raise InputError(f'{path}: empty, expected a header row '
-                                 't,u,motor,arm[,arm_torque]')
+        for line in lines_of(path, 'utf-8'):
+            line = line.removeprefix('\ufeff').rstrip('\n')
+            if line.strip() and not line.lstrip().startswith('#'):
+                break
+        else:
+            raise InputError(f'{path}: empty, expected a header row '
+                             't,u,motor,arm[,arm_torque]')
     except (EOFError, gzip.BadGzipFile, zlib.error) as error:
         raise InputError(f'{path}: {error}, expected a whole gzip file') from None
     except OSError as error:

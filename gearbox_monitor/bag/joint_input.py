@@ -101,10 +101,19 @@ def _estimators(reader: BagReader) -> dict[str, dict[str, str]]:
     for topic, _, _, raw in reader.messages(topics) if topics else ():
         content = snapshot_of(reader, raw)
         if topic not in names and content:
-            names[topic] = json.loads(content.get('topics', '{}'))
+            names[topic] = _recorded_names(content.get('topics', '{}'))
             if len(names) == len(topics):
                 break
     return names
+
+
+def _recorded_names(text: str) -> dict[str, str]:
+    """Return {topic: name} in the JSON `text` of a snapshot, {} if it is damaged."""
+    try:
+        names = json.loads(text)
+    except (ValueError, RecursionError):
+        return {}
+    return {key: str(name) for key, name in names.items()} if isinstance(names, dict) else {}
 
 
 def snapshot_of(reader: BagReader, raw: bytes) -> dict[str, str]:

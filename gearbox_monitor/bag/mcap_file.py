@@ -16,34 +16,35 @@
 Scan one MCAP file record by record, complete or cut anywhere.
 
 The readers of the mcap package need the footer or raise an exception at the cut. This one returns
-every record and every chunk before the cut and, of a cut chunk, all messages that it can unpack.
+every record and every chunk before the cut and, of a cut chunk, all messages that it can unpack. A
+chunk takes no more memory than `unpacked_limit`, whatever size it states.
 """
 from dataclasses import dataclass, field
 from io import BytesIO
 import os
 from pathlib import Path
 import struct
-from typing import Any
 import zlib
 
-import lz4.frame
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Metadata, Schema
 import numpy as np
-import zstandard
 
+from gearbox_monitor.bag.decompression import MAX_UNPACKED, unpack, unpacked_limit
 from gearbox_monitor.bag.message_block import (
     CHANNELS, empty_index, find_messages, MESSAGE_HEAD)
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.opening import open_file
 
 MAGIC = b'\x89MCAP0\r\n'
 RECORD = struct.Struct('<BQ')
 CHUNK = struct.Struct('<QQQII')  # start, end, unpacked size, CRC, length of compression name
 WINDOW = 1 << 14  # bytes of the file read at once while its structure is scanned
-PIECE = 1 << 24  # bytes unpacked at a time: a declared size is never allocated at once
-EXPANSION = 256  # no whole chunk of data unpacks to more times its size, lz4 to 255 at most
+SECTOR = 512  # bytes of the medium that were written, or were not and read as zeros
+LONGEST_NAME = 64  # of a compression
+DEFINITIONS = 1 << 26  # bytes of schemas, channels and metadata of a file
 LOOSE_BYTES = 1 << 20  # messages outside chunks are grouped into runs of about this size
 DAMAGE = (McapError, struct.error, UnicodeDecodeError, ValueError, MemoryError, EOFError)
 ALL_CHANNELS = np.arange(CHANNELS, dtype=np.int32)
@@ -66,7 +67,7 @@ class Chunk:
 
 class McapFile:
     """
-    The chunks, channels and metadata of the file `path`.
+    The chunks, channels and metadata of the file `path`, called `shown` in messages.
 
     `truncated`: the file has no footer. `damaged`: what could not be read. `torn`: {offset of the
     packed data: (first, last log time)} of cut and damaged chunks, from their heads. The file is
@@ -74,8 +75,8 @@ class McapFile:
     mapped would end the process.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path, shown: Path | None = None) -> None:
+        self.path = shown or path
         self.truncated = True
         self.damaged: list[str] = []
         self.torn: dict[int, tuple[int, int]] = {}
@@ -84,20 +85,21 @@ class McapFile:
         self.metadata: dict[str, dict[str, str]] = {}
         self.chunks: list[Chunk] = []
         self._window_offset, self._window = 0, b''
+        self._definitions = 0  # bytes
         try:
-            self._file = open(path, 'rb', buffering=0)
+            self._file = open_file(path)
         except OSError as error:
-            raise InputError(f'{path}: cannot read: {error.strerror}') from None
+            raise InputError(f'{self.path}: cannot read: {error.strerror}') from None
         try:
             self._size = self._file.seek(0, os.SEEK_END)
             if not self._size:
-                raise InputError(f'{path}: the file is empty, expected an MCAP recording')
+                raise InputError(f'{self.path}: the file is empty, expected an MCAP recording')
             if self._near(0, len(MAGIC)) != MAGIC:
-                raise InputError(f'{path}: not an MCAP file (no MCAP magic at its start)')
+                raise InputError(f'{self.path}: not an MCAP file (no MCAP magic at its start)')
             self._scan()
         except OSError as error:
             self.close()
-            raise InputError(f'{path}: cannot read: {error.strerror}') from None
+            raise InputError(f'{self.path}: cannot read: {error.strerror}') from None
         except InputError:
             self.close()
             raise
@@ -108,20 +110,30 @@ class McapFile:
 
     def unpacked(self, chunk: Chunk) -> bytes:
         """Return the records of `chunk`; of a cut or damaged one as much as can be unpacked."""
-        packed = self._read(chunk.begin, chunk.end)
-        data, problem = _unpack(packed, chunk.compression, chunk.unpacked_size)
-        if chunk.whole and not problem:
-            if len(data) != chunk.unpacked_size:
-                problem = f'{len(data)} bytes instead of {chunk.unpacked_size}'
-            elif chunk.crc and zlib.crc32(data) != chunk.crc:
-                problem = 'wrong checksum'
-                data = b''
+        packed = self._read(chunk.begin, min(chunk.end, chunk.begin + MAX_UNPACKED))
+        data, problem = self._checked(chunk, packed)
         if problem and chunk.whole:
+            written = _before_zeros(packed, chunk.begin)
+            if len(written) < len(packed):
+                data, _ = unpack(written, chunk.compression, chunk.unpacked_size)
+                problem = f'zeros from byte {chunk.begin + len(written)} on'
             text = f'chunk at byte {chunk.begin}: {problem}'
             if text not in self.damaged:
                 self.damaged.append(text)
                 self.torn[chunk.begin] = (chunk.start_ns, chunk.end_ns)
         return data
+
+    def _checked(self, chunk: Chunk, packed: bytes) -> tuple[bytes, str | None]:
+        """Return (the records of `chunk` in its `packed` bytes, the problem or None)."""
+        data, problem = unpack(packed, chunk.compression, chunk.unpacked_size)
+        if chunk.whole and not problem:
+            if len(data) != chunk.unpacked_size:
+                limit = unpacked_limit(len(packed))
+                return data, f'{len(data)} bytes instead of {chunk.unpacked_size}' + (
+                    ', more than is unpacked' if chunk.unpacked_size > limit else '')
+            if chunk.crc and zlib.crc32(data) != chunk.crc:
+                return b'', 'wrong checksum'
+        return data, problem
 
     def _read(self, begin: int, end: int) -> bytes:
         """Return the bytes begin .. end - 1 of the file, fewer at its end."""
@@ -171,7 +183,10 @@ class McapFile:
                 self.truncated = self._read(following, end) != MAGIC
                 break
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA):
-                self._define(opcode, self._read(body, following))
+                if self._definitions + length > DEFINITIONS:
+                    self._damage(f'definitions of more than {DEFINITIONS >> 20} MB')
+                else:
+                    self._define(opcode, self._read(body, following))
             if opcode != Opcode.MESSAGE:
                 loose = None
             offset = following
@@ -186,6 +201,8 @@ class McapFile:
             start_ns, end_ns, unpacked, crc, length = CHUNK.unpack(
                 self._near(body, min(CHUNK.size, end - body)))
             begin = body + CHUNK.size
+            if length > LONGEST_NAME:
+                return None
             compression = self._near(begin, min(length, end - begin)).decode()
             (packed,) = struct.unpack('<Q', self._near(begin + length, 8))
             begin += length + 8
@@ -236,6 +253,7 @@ class McapFile:
     def _define(self, opcode: int, body: bytes) -> None:
         """Add a schema, channel or metadata record."""
         stream = ReadDataStream(BytesIO(body))
+        self._definitions += len(body)
         try:
             if opcode == Opcode.SCHEMA:
                 schema = Schema.read(stream)
@@ -247,53 +265,23 @@ class McapFile:
                 metadata = Metadata.read(stream)
                 self.metadata[metadata.name] = dict(metadata.metadata)
         except DAMAGE:
-            self.damaged.append(f'{Opcode(opcode).name.lower()} record')
+            self._damage(f'{Opcode(opcode).name.lower()} record')
+
+    def _damage(self, text: str) -> None:
+        """Note once that something is damaged, in the words `text`."""
+        if text not in self.damaged:
+            self.damaged.append(text)
 
 
-def _unpack(packed: bytes, compression: str, size: int) -> tuple[bytes, str | None]:
-    """Return (as many of `size` bytes as can be unpacked, the problem or None)."""
-    if compression == '':
-        return packed[:size], None
-    if compression not in ('zstd', 'lz4'):
-        return b'', f'unknown compression {compression!r}'
-    if 0 < size <= min(PIECE, EXPANSION * len(packed)):
-        data = _unpack_whole(packed, compression, size)
-        if data is not None:
-            return data, None
-    return _unpack_piecewise(packed, compression, size)
+def _before_zeros(data: bytes, offset: int) -> bytes:
+    """
+    Return what of `data`, which stands at `offset` of a file, precedes a SECTOR of zeros.
 
-
-def _unpack_whole(packed: bytes, compression: str, size: int) -> bytes | None:
-    """Return the `size` bytes that a complete frame unpacks to, None if it is no such frame."""
-    data: bytes
-    try:
-        if compression == 'lz4':
-            data = lz4.frame.LZ4FrameDecompressor().decompress(packed, size)
-        elif zstandard.frame_content_size(packed) in (size, -1):  # -1: it does not say
-            data = zstandard.ZstdDecompressor().decompress(packed, size)
-        else:
-            return None
-    except (zstandard.ZstdError, RuntimeError, EOFError, MemoryError):
-        return None
-    return data if len(data) == size else None
-
-
-def _unpack_piecewise(packed: bytes, compression: str, size: int) -> tuple[bytes, str | None]:
-    """Return what _unpack does, of damaged and cut frames, too."""
-    pieces: list[bytes] = []
-    total = 0
-    read: Any
-    try:
-        if compression == 'zstd':
-            read = zstandard.ZstdDecompressor().stream_reader(packed).read
-        else:
-            read = lz4.frame.LZ4FrameFile(BytesIO(packed)).read1
-        while total < size:
-            piece = read(min(PIECE, size - total))
-            if not piece:
-                break
-            pieces.append(piece)
-            total += len(piece)
-    except (zstandard.ZstdError, RuntimeError, EOFError, MemoryError) as error:
-        return b''.join(pieces), str(error) or type(error).__name__
-    return b''.join(pieces), None
+    Such a hole is what a crash leaves of a block that never reached the medium. Bytes in front of
+    it that are zero, too, are taken for part of it.
+    """
+    first = -offset % SECTOR
+    sectors = np.frombuffer(data, np.uint8)[first:]
+    sectors = sectors[:len(sectors) // SECTOR * SECTOR].reshape(-1, SECTOR)
+    holes = np.flatnonzero(~sectors.any(axis=1))
+    return data[:first + SECTOR * int(holes[0])].rstrip(b'\0') if len(holes) else data

@@ -19,12 +19,13 @@ from typing import Any, Protocol, TypeAlias
 
 import yaml
 
+from gearbox_monitor.files.bounded_yaml import parse_yaml
+from gearbox_monitor.files.opening import read_text
 from gearbox_monitor.kernels.types import Values
 
 VERSION = 9
 FILE_NAME = 'metadata.yaml'
-# The loader in C is ten times as fast, if PyYAML was built with it.
-YAML_LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+MAX_BYTES = 16 << 20  # of it: thousands of files and topics are a tenth of that
 FOREVER = {'sec': 9223372036, 'nsec': 854775807}
 QosProfile: TypeAlias = dict[str, Any]
 
@@ -97,20 +98,34 @@ def qos_profile(depth: int = 10, reliability: str = 'reliable', durability: str 
 def read_qos(text: str) -> list[QosProfile]:
     """Return the profiles in `text`, as any version of rosbag2 wrote them; [] if damaged."""
     try:
-        profiles = yaml.load(text, YAML_LOADER) or []
+        profiles = parse_yaml(text, aliases=False)[0] or []
         return [{**profile, **{name: values[profile[name]] for name, values in POLICIES.items()
                                if isinstance(profile[name], int)}} for profile in profiles]
-    except (yaml.YAMLError, KeyError, IndexError, TypeError):
+    except (yaml.YAMLError, ValueError, KeyError, IndexError, TypeError):
         return []
 
 
 def read_information(folder: Path) -> dict[str, Any]:
-    """Return ``rosbag2_bagfile_information`` of the bag `folder`, {} if it cannot be read."""
+    """
+    Return ``rosbag2_bagfile_information`` of the bag `folder`, {} if it cannot be read.
+
+    Its paths, files, topics, duration and start are of the types that rosbag2 writes.
+    """
     try:
-        content = yaml.load((folder / FILE_NAME).read_text(encoding='utf-8'), YAML_LOADER)
+        content, _ = parse_yaml(read_text(folder / FILE_NAME, MAX_BYTES), aliases=False)
         content = content['rosbag2_bagfile_information']
-        return content if isinstance(content['relative_file_paths'], list) else {}
-    except (OSError, ValueError, yaml.YAMLError, KeyError, TypeError, RecursionError):
+        entries = [*(content.get('files') or ()), content]
+        times = [entry[name][key] for entry in entries for name, key in (
+            ('duration', 'nanoseconds'), ('starting_time', 'nanoseconds_since_epoch'))]
+        counts = [content['message_count'], *(
+            entry['message_count'] for entry in content['topics_with_message_count'])]
+        sound = (isinstance(content['relative_file_paths'], list)
+                 and all(isinstance(name, str) for name in content['relative_file_paths'])
+                 and isinstance(content.get('custom_data') or {}, dict)
+                 and all(isinstance(number, int) and 0 <= number < 1 << 63
+                         for number in (*times, *counts)))
+        return content if sound else {}
+    except (OSError, ValueError, yaml.YAMLError, KeyError, TypeError, AttributeError):
         return {}
 
 

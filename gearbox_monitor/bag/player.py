@@ -29,7 +29,7 @@ from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.message_block import MessageBlock
 from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.bag.recorded_samples import NO_SAMPLES, samples_of, sliced
-from gearbox_monitor.bag.recorded_snapshots import read_snapshots, RecordedSnapshot
+from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, read_snapshots, RecordedSnapshot
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import Estimator, SnapshotError, unsmoothed
 from gearbox_monitor.kernels.jit import KERNELS
@@ -139,6 +139,8 @@ class EstimatePlayer:
                 self._place(snapshots)
             except SnapshotError as error:
                 reason = str(error)
+        if model is None and not snapshots:
+            self.notes.append(NO_MODEL)
         self.compared = not reason
         if reason:
             self.notes.append(f'not compared: {reason}')

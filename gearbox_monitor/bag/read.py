@@ -12,33 +12,42 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Read rosbag2 bags: directories, single ``.mcap`` files and the remains of a crash."""
+"""
+Read rosbag2 bags: directories, single ``.mcap`` or ``.db3`` files and the remains of a crash.
+
+What rosbag2 has compressed, files or messages one by one, is unpacked; files into a temporary
+folder until the reader is closed.
+"""
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cached_property
+import heapq
 import os
 from pathlib import Path
 import re
-import sqlite3
 from types import TracebackType
 from typing import Any
 
 import numpy as np
-from rosbags.rosbag2 import Reader, ReaderError
 from rosbags.typesys import get_types_from_idl, get_types_from_msg, get_typestore, Stores
 from rosbags.typesys.store import Typestore
 
 from gearbox_monitor.bag import metadata
 from gearbox_monitor.bag.cdr import Decoder, JointStates
+from gearbox_monitor.bag.decompression import PACKED, unpack_message, unpacked_files
 from gearbox_monitor.bag.mcap_file import Chunk, McapFile
 from gearbox_monitor.bag.message_block import (
     block_of, CHANNELS, empty_index, find_messages, Message, MESSAGE_HEAD, MessageBlock, Numbers)
+from gearbox_monitor.bag.sqlite_file import SqliteFile
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Integers
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 BLOCK_BYTES = 1 << 20  # unpacked at once, or one chunk where that is larger
 BLOCK_MESSAGES = 4096  # of a bag that is read message by message
+MAX_HELD = 1 << 26  # bytes of messages that wait for chunks with earlier ones
+FORMATS = ('.mcap', '.db3')
 
 
 def open_bag(path: str | Path) -> 'BagReader':
@@ -49,34 +58,37 @@ def open_bag(path: str | Path) -> 'BagReader':
     """
     path = Path(path)
     if os.path.isdir(path):
-        files = _files_of(path)
-        if any(file.suffix != '.mcap' for file in files):
-            return RosbagsReader(path)
-        return McapReader(path, files)
-    if not os.path.exists(path):
+        files, packed_messages = _files_of(path)
+    elif os.path.exists(path):
+        files, packed_messages = [path], False
+    else:
         raise InputError(f'{path}: no such file or directory, expected a bag')
-    if path.suffix == '.db3':
-        return RosbagsReader(path)
-    return McapReader(path, [path])
+    with ExitStack() as stack:
+        local = stack.enter_context(unpacked_files(files))
+        kinds = {file.suffix == '.db3' for file in local}
+        if len(kinds) > 1:
+            raise InputError(f'{path}: holds .mcap and .db3 files, expected one kind')
+        kind = SqliteReader if kinds == {True} else McapReader
+        reader = kind(path, dict(zip(local, files)))
+        reader.packed_messages = packed_messages
+        reader.opened = stack.pop_all()
+    return reader
 
 
-def _files_of(path: Path) -> list[Path]:
-    """
-    Return the recordings of the bag directory `path` in order.
-
-    If rosbag2 has compressed the messages one by one: the directory itself.
-    """
+def _files_of(path: Path) -> tuple[list[Path], bool]:
+    """Return (recordings of the bag directory `path` in order, messages are packed one by one)."""
     content = metadata.read_information(path)  # if damaged, the recordings themselves suffice
-    if content.get('compression_mode'):
-        return [path]
     files = named_files(path, content)
     missing = [file for file in files if not os.path.isfile(file)]
     if missing:
-        raise InputError(f'{missing[0]}: missing, but {path / metadata.FILE_NAME} names it')
-    files = files or sorted([*path.glob('*.mcap'), *path.glob('*.db3')], key=natural)
+        problem = 'a pipe or device, not a file' if os.path.exists(missing[0]) else (
+            f'missing, but {path / metadata.FILE_NAME} names it')
+        raise InputError(f'{missing[0]}: {problem}')
+    files = files or sorted((file for suffix in FORMATS for pattern in (suffix, suffix + PACKED)
+                             for file in path.glob('*' + pattern)), key=natural)
     if not files:
         raise InputError(f'{path}: holds no .mcap or .db3 file, expected a bag directory')
-    return files
+    return files, str(content.get('compression_mode', '')).lower() == 'message'
 
 
 def named_files(path: Path, content: Mapping[str, Any]) -> list[Path]:
@@ -104,7 +116,8 @@ class BagReader:
 
     topics: {topic: (message type, number of messages)}; metadata: {record name: {key: value}};
     start_ns, end_ns: log times (None in an empty bag); truncated: the recording was cut off;
-    notice: one line for the user about that or about damage, else ''.
+    notice: one line for the user about that or about damage, else ''. packed_messages: each
+    message is compressed by itself; opened: what is released with the reader.
     """
 
     def __init__(self, path: Path) -> None:
@@ -115,6 +128,8 @@ class BagReader:
         self.end_ns: int | None = None
         self.truncated = False
         self.notice = ''
+        self.packed_messages = False
+        self.opened = ExitStack()
         self._definitions: dict[str, tuple[str, str]] = {}
         self._decoded: dict[tuple[str, tuple[str, ...]], tuple[JointStates, tuple[str, ...]]] = {}
 
@@ -129,10 +144,33 @@ class BagReader:
 
         A block holds about BLOCK_BYTES, whatever the length of the bag.
         """
+        blocks = self._stored_blocks(topics)
+        return self._unpacked(blocks) if self.packed_messages else blocks
+
+    def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
+        """Yield what `blocks` does, messages as they are stored."""
         raise NotImplementedError
+
+    def _unpacked(self, blocks: Iterable[MessageBlock]) -> Iterator[MessageBlock]:
+        """Yield `blocks` with each message unpacked."""
+        for block in blocks:
+            messages: list[Message] = []
+            size = 0
+            for topic, log_ns, publish_ns, raw in block.messages():
+                try:
+                    messages.append((topic, log_ns, publish_ns, unpack_message(raw)))
+                except InputError as error:
+                    raise InputError(f'{self.path}: topic {topic}: {error}') from None
+                size += len(messages[-1][-1])
+                if size > BLOCK_BYTES:
+                    yield block_of(block.topics, messages)
+                    messages, size = [], 0
+            if messages:
+                yield block_of(block.topics, messages)
 
     def close(self) -> None:
         """Release the files."""
+        self.opened.close()
 
     def __enter__(self) -> 'BagReader':
         return self
@@ -200,7 +238,8 @@ class BagReader:
     def decoder(self, topic: str, names: Sequence[str]) -> Decoder:
         """Return the cdr.Decoder of `topic` with the joints `names` as columns."""
         self.require(topic, JOINT_STATE)
-        return Decoder(names, lambda raw: self.decode(JOINT_STATE, raw))
+        return Decoder(names, lambda raw: self.decode(JOINT_STATE, raw),
+                       f'{self.path}: topic {topic}: ')
 
     def _joint_states(self, topic: str, names: tuple[str, ...]
                       ) -> tuple[JointStates, tuple[str, ...]]:
@@ -247,9 +286,9 @@ class _HeldRows:
 
 
 class McapReader(BagReader):
-    """Bag `path` of one or more MCAP files, `files`."""
+    """Bag `path` of one or more MCAP files, `files`: {path to read: path to show}."""
 
-    def __init__(self, path: Path, files: Sequence[Path]) -> None:
+    def __init__(self, path: Path, files: Mapping[Path, Path]) -> None:
         super().__init__(path)
         self._files, self._unreadable = _opened(files)
         undefined = 0  # messages
@@ -281,8 +320,7 @@ class McapReader(BagReader):
         self.truncated = bool(self._unreadable) or any(file.truncated for file in self._files)
         self.notice = self._notice(undefined)
 
-    def blocks(self, topics: Iterable[str] | None = None) -> Iterator[MessageBlock]:
-        """Yield MessageBlocks of the messages on `topics` (None: all) by log time."""
+    def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
         names = tuple(self.topics if topics is None else topics)
         tables = [_topic_numbers(file, names) for file in self._files]
         held: _HeldRows | None = None
@@ -303,6 +341,9 @@ class McapReader(BagReader):
             if complete < len(block):
                 held = _HeldRows(_compact(block.take(slice(complete, None))),
                                  rows.ranks[complete:])
+                if held.block.data.nbytes > MAX_HELD:
+                    raise InputError(f'{self.path}: the times of more than {MAX_HELD >> 20} MB of '
+                                     'messages overlap, expected chunks in order of their times')
                 block = block.take(slice(0, complete))
             if len(block):
                 yield block
@@ -345,6 +386,7 @@ class McapReader(BagReader):
         """Close the files."""
         for file in self._files:
             file.close()
+        super().close()
 
     def _notice(self, undefined: int) -> str:
         """Return one line about what is missing; undefined: messages without a definition."""
@@ -371,16 +413,18 @@ def _topic_numbers(file: McapFile, topics: Sequence[str]) -> Numbers:
     return table
 
 
-def _opened(files: Sequence[Path]) -> tuple[list[McapFile], list[str]]:
+def _opened(files: Mapping[Path, Path]) -> tuple[list[McapFile], list[str]]:
     """
     Return (McapFiles of the readable `files`, problems of the unreadable ones).
+
+    files: {path to read: path to show}.
 
     The last file of a cut bag may be empty. Raises InputError if no file can be read.
     """
     opened, problems = [], []
-    for file in files:
+    for file, shown in files.items():
         try:
-            opened.append(McapFile(file))
+            opened.append(McapFile(file, shown))
         except InputError as error:
             problems.append(error)
     if not opened:
@@ -393,47 +437,41 @@ def _compact(block: MessageBlock) -> MessageBlock:
     return block_of(block.topics, list(block.messages()))
 
 
-class RosbagsReader(BagReader):
-    """Bag `path` in a format that rosbags reads: SQLite, or compressed by rosbag2."""
+class SqliteReader(BagReader):
+    """Bag `path` of one or more SQLite files, `files`: {path to read: path to show}."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, files: Mapping[Path, Path]) -> None:
         super().__init__(path)
-        try:
-            self._reader = Reader(path.parent if path.is_file() else path)
-            self._reader.open()
-        except (ReaderError, OSError, AssertionError, sqlite3.Error) as error:
-            raise _unreadable(path, error) from None
-        for topic, info in self._reader.topics.items():
-            self.topics[topic] = (info.msgtype or '', info.msgcount)
-        for connection in self._reader.connections:
-            text = connection.msgdef.data
-            encoding = 'ros2idl' if text.startswith('=' * 80 + '\nIDL: ') else 'ros2msg'
-            self._definitions.setdefault(connection.msgtype, (encoding, text))
-        if self._reader.message_count:
-            self.start_ns = self._reader.start_time
-            self.end_ns = self._reader.end_time - 1  # rosbags returns the first moment after it
+        self._files: list[SqliteFile] = []
+        with ExitStack() as stack:
+            for file, shown in files.items():
+                self._files.append(SqliteFile(file, shown))
+                stack.callback(self._files[-1].close)
+            stack.pop_all()
+        for content in self._files:
+            for topic, (kind, count) in content.topics.items():
+                self.topics[topic] = (kind, self.topics.get(topic, ('', 0))[1] + count)
+            self._definitions.update(content.definitions)
+        times = [time for content in self._files for time in content.log_times]
+        if times:
+            self.start_ns, self.end_ns = min(times), max(times)
 
-    def blocks(self, topics: Iterable[str] | None = None) -> Iterator[MessageBlock]:
-        """Yield MessageBlocks of the messages on `topics` (None: all) by log time."""
+    def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
         names = tuple(self.topics if topics is None else topics)
-        connections = [c for c in self._reader.connections if c.topic in names]
         messages: list[Message] = []
-        try:
-            for connection, log_ns, raw in self._reader.messages(connections=connections) \
-                    if connections else ():
-                messages.append((connection.topic, log_ns, log_ns, bytes(raw)))
-                if len(messages) == BLOCK_MESSAGES:
-                    yield block_of(names, messages)
-                    messages = []
-        except (ReaderError, OSError, sqlite3.Error) as error:
-            raise _unreadable(self.path, error) from None
+        size = 0
+        for message in heapq.merge(*(file.messages(names) for file in self._files),
+                                   key=lambda message: message[1]):
+            messages.append(message)
+            size += len(message[-1])
+            if len(messages) == BLOCK_MESSAGES or size > BLOCK_BYTES:
+                yield block_of(names, messages)
+                messages, size = [], 0
         if messages:
             yield block_of(names, messages)
 
     def close(self) -> None:
-        """Close the database."""
-        self._reader.close()
-
-
-def _unreadable(path: Path, error: Exception) -> InputError:
-    return InputError(f'{path}: cannot read: {" ".join(str(error).split())}')
+        """Close the databases."""
+        for file in self._files:
+            file.close()
+        super().close()

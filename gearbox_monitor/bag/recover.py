@@ -18,8 +18,8 @@ Repair a bag that a crash, a power cut or a full disk has truncated.
 Every message that can be read is copied unchanged: times, sequence number, bytes, type, order.
 """
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, ExitStack
 from dataclasses import dataclass, field
 from hashlib import blake2b
 import math
@@ -36,6 +36,7 @@ import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag import metadata
+from gearbox_monitor.bag.decompression import PACKED, unpacked_files
 from gearbox_monitor.bag.mcap_file import ALL_CHANNELS, Chunk, McapFile
 from gearbox_monitor.bag.message_block import empty_index, find_messages, MESSAGE_HEAD
 from gearbox_monitor.bag.read import named_files, natural, open_bag
@@ -137,8 +138,11 @@ def recover(source: str | Path, out: str | Path,
     if os.path.lexists(out):
         raise InputError(f'{out}: exists already, expected a new bag directory')
     recordings, recovery, information = _recordings(source)
-    files = _opened(recordings, recovery)
-    try:
+    with ExitStack() as stack:
+        local = stack.enter_context(unpacked_files(recordings))
+        files = _opened(dict(zip(local, recordings)), recovery)
+        for file in files:
+            stack.callback(file.close)
         if not recovery.notes and _is_complete(files, information):
             _count_messages(files, recovery)
             return recovery
@@ -147,9 +151,6 @@ def recover(source: str | Path, out: str | Path,
             _verify(path, digest, recovery)
             os.replace(path, out)
             sync_folder(out.parent)
-    finally:
-        for file in files:
-            file.close()
     recovery.written, recovery.cut = out, any(file.truncated for file in files)
     recovery.notes += [f'{file.path}: {text}' for file in files for text in
                        (['cut off'] if file.truncated else [])
@@ -164,9 +165,10 @@ def _recordings(source: Path) -> tuple[list[Path], Recovery, dict[str, Any]]:
         information = metadata.read_information(source)
         listed = named_files(source, information)
         # A file that was begun after metadata.yaml was written is not listed in it.
-        files = sorted({*source.glob('*.mcap'), *(f for f in listed if f.is_file())}, key=natural)
+        files = sorted({*source.glob('*.mcap'), *source.glob('*.mcap' + PACKED),
+                        *filter(os.path.isfile, listed)}, key=natural)
         for file, entry in zip(listed, information.get('files') or [{}] * len(listed)):
-            if not file.is_file():
+            if not os.path.isfile(file):
                 recovery.notes.append(f'{file}: missing')
                 recovery.dropouts.append(_span(entry))
         if not information:
@@ -175,9 +177,12 @@ def _recordings(source: Path) -> tuple[list[Path], Recovery, dict[str, Any]]:
         files = [source]
     else:
         raise InputError(f'{source}: no such file or directory, expected a bag')
-    if not files or information.get('compression_mode') or any(f.suffix == '.db3' for f in files):
+    if not files or any('.db3' in f.suffixes for f in files):
         raise InputError(f'{source}: holds no MCAP file, expected a bag directory or .mcap file; '
                          'others: ros2 bag reindex')
+    if str(information.get('compression_mode', '')).lower() == 'message':
+        raise InputError(f'{source}: each message is compressed by itself, expected a bag with '
+                         'compressed files or chunks; such bags: ros2 bag reindex')
     return files, recovery, information
 
 
@@ -187,12 +192,16 @@ def _span(entry: Values) -> tuple[int, int]:
     return begin, begin + entry.get('duration', {}).get('nanoseconds', 0)
 
 
-def _opened(paths: Sequence[Path], recovery: Recovery) -> list[McapFile]:
-    """Return the McapFiles of `paths`; unreadable ones are noted, unless there is only one."""
+def _opened(paths: Mapping[Path, Path], recovery: Recovery) -> list[McapFile]:
+    """
+    Return the McapFiles of `paths`, {path to read: path to show}.
+
+    Unreadable ones are noted, unless there is only one.
+    """
     files = []
-    for path in paths:
+    for path, shown in paths.items():
         try:
-            files.append(McapFile(path))
+            files.append(McapFile(path, shown))
         except InputError as error:
             if len(paths) == 1:
                 raise
@@ -224,9 +233,9 @@ def _is_complete(files: Sequence[McapFile], information: Values) -> bool:
 def _stated_counts(information: Values) -> dict[str, int]:
     """Return {topic: number of messages} from metadata.yaml, {} if it does not state them."""
     try:
-        return {entry['topic_metadata']['name']: int(entry['message_count'])
+        return {entry['topic_metadata']['name']: entry['message_count']
                 for entry in information['topics_with_message_count']}
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError):
         return {}
 
 
@@ -359,7 +368,8 @@ class _Copy:
             self._newest[file, topic] = max(log_ns, self._newest.get((file, topic), log_ns))
         for channel, count in chunk.counts.items():
             if channel in topic_of:
-                self._recovery.topics[topic_of[channel]].lost += count - counts[channel]
+                lost = max(0, count - counts[channel])  # an index may be damaged, too
+                self._recovery.topics[topic_of[channel]].lost += lost
         if last_ns:
             self._ends[file].append((chunk.begin, last_ns))
 

@@ -44,7 +44,8 @@ from scipy.stats import norm
 
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import Replay, replay
-from gearbox_monitor.cli.options import add_estimator_arguments, estimator_options, expect_new
+from gearbox_monitor.cli.options import (
+    add_estimator_arguments, estimator_options, expect_new, warn)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model, save_model
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
@@ -92,7 +93,9 @@ def run(args: Namespace) -> int:
     with open_bag(args.bag) as reader:
         result = replay(reader, load_model(model_file) if model_file else None, parameters,
                         args.topic)
-        notes = [reader.notice] if reader.notice else []
+    assert result.summary is not None
+    notes = result.summary['notes']
+    warn(args, notes)
     data = {'bag': str(args.bag), **limits, 'confidence': args.confidence,
             **judge(windows(result), limits, args.confidence), 'notes': notes}
     monitor = result.estimator

@@ -120,7 +120,7 @@ def run(args: Namespace) -> int:
         recorded = truth(reader, inputs.recording)
         torque = None if recorded is None else KnownTorque(*recorded)
         twist = None if torque is None else _true_twist(reader, inputs.recording)
-        notes = [reader.notice] if reader.notice else []
+        notes = list(inputs.notes)
     samples, count = inputs.samples, len(inputs.samples.stamp_ns)
     if count < SHORTEST:
         raise InputError(f'{args.bag}: {count} samples, too short to compare, expected at least '

@@ -20,8 +20,8 @@ from typing import Any
 from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.bag.recorded_samples import read_samples, RecordedSamples
-from gearbox_monitor.bag.recorded_snapshots import read_snapshots
-from gearbox_monitor.cli.options import check_filter, estimator_options
+from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, read_snapshots
+from gearbox_monitor.cli.options import check_filter, estimator_options, warn
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import EstimatorParameters, MODEL, resolve
@@ -33,7 +33,8 @@ class FilterInputs:
     """
     A recording, the DriveModel (from model_file, '' for none) and all parameters.
 
-    model_values: values of the model that the parameter file sets besides.
+    model_values: values of the model that the parameter file sets besides. notes: sentences for
+    the user.
     """
 
     recording: RecordedSamples
@@ -41,6 +42,7 @@ class FilterInputs:
     model_file: str
     parameters: EstimatorParameters
     model_values: dict[str, Any]
+    notes: tuple[str, ...] = ()
 
     @property
     def samples(self) -> Samples:
@@ -83,5 +85,8 @@ def load_filter_inputs(args: Namespace, reader: BagReader,
     model, parameters = resolve(model, values, args.params or str(reader.path))
     recording = read_samples(reader, parameters.motor_joint, parameters.arm_joint, model,
                              source.topic)
-    return FilterInputs(recording, model, model_file, parameters,
-                        {row.name: options[row.name] for row in MODEL if row.name in options})
+    notes = [] if snapshots or model_file else [NO_MODEL]
+    warn(args, notes)
+    notes += [reader.notice] if reader.notice else []
+    changed = {row.name: options[row.name] for row in MODEL if row.name in options}
+    return FilterInputs(recording, model, model_file, parameters, changed, tuple(notes))

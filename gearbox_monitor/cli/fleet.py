@@ -22,9 +22,10 @@ recorded in it, and the backlash fitted on windows of drift_window seconds. DIR 
   bags.parquet  a row per bag: done, failed and why, duplicate of which; features; versions
   fleet.html    the page: backlash of each gearbox over time, the most worn first
 
-Bags run in a pool of processes, or on a Dask cluster. A bag whose worker dies is tried again. The
-same command continues where an earlier one ended, for whatever reason: bags that are done are
-skipped until their content, the model, the parameters or the version change.
+Bags run in a pool of processes, or on a Dask cluster. A bag whose worker dies is tried again; one
+that exceeds --max-seconds or --max-memory gets a row that says so (of a Dask worker the limits of
+the cluster hold). The same command continues where an earlier one ended, for whatever reason: bags
+that are done are skipped until their content, the model, the parameters or the version change.
 
 usage examples:
   gearbox_monitor fleet archive/ --out fleet
@@ -48,6 +49,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
 from gearbox_monitor.cli.options import estimator_options
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
@@ -66,6 +68,11 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='Dask scheduler to run on, as tcp://host:8786')
     parser.add_argument('--workers', metavar='N', type=int,
                         help='processes (default: one per core); 0: in this one')
+    parser.add_argument('--max-seconds', metavar='S', type=float, default=3600.0,
+                        help='longest time for one bag, in a process (default: %(default)g)')
+    parser.add_argument('--max-memory', metavar='MB', type=int, default=4096,
+                        help='largest memory for one bag, in a process; 0: any (default: '
+                        '%(default)d)')
     parser.add_argument('--diagnose', action='store_true',
                         help='also diagnose 14 s of each bag: about a minute of computing each')
     parser.add_argument('--only', metavar='ID,ID', default='',
@@ -122,6 +129,10 @@ def _check(args: Namespace) -> None:
         raise InputError('--workers and --scheduler exclude each other, expected one of them')
     if args.workers is not None and args.workers < 0:
         raise InputError(f'--workers: {args.workers}, expected a whole number >= 0')
+    if not args.max_seconds > 0.0:
+        raise InputError(f'--max-seconds: {args.max_seconds:g}, expected a number > 0 (s)')
+    if args.max_memory < 0:
+        raise InputError(f'--max-memory: {args.max_memory}, expected a whole number >= 0 (MB)')
     if args.only and not args.diagnose:
         raise InputError('--only requires --diagnose')
     try:
@@ -133,14 +144,16 @@ def _check(args: Namespace) -> None:
 
 def _engine(args: Namespace, bags: int) -> Any:
     """Return the engine of the options for so many `bags`."""
-    from gearbox_monitor.fleet.executors import DaskExecutor, PoolExecutor, SerialExecutor
+    from gearbox_monitor.fleet.executors import (
+        DaskExecutor, PoolExecutor, SerialExecutor, TaskLimits)
     if args.scheduler:
         engine = DaskExecutor(args.scheduler)
         if not engine.threads():
             print('fleet: the cluster has no workers yet', file=sys.stderr)
         return engine
     workers = min(cores() if args.workers is None else args.workers, bags)
-    return PoolExecutor(workers) if workers else SerialExecutor()
+    limits = TaskLimits(args.max_seconds, args.max_memory << 20)
+    return PoolExecutor(workers, limits) if workers else SerialExecutor()
 
 
 def _settings(args: Namespace) -> Any:
@@ -179,6 +192,8 @@ def finish(table: Any, key: str, counts: Mapping[str, int]) -> dict[str, Any]:
     return {
         'out': str(table.folder), 'page': str(written), 'bags': len(rows), **dict(counts),
         'to_be_tried_again': sum(bool(row['retry']) for row in failed),
+        'without_model': sum(NO_MODEL in (row.get('notes') or '') for row in rows
+                             if row['status'] == 'done'),
         'headline': headline(boxes), 'other_settings': other_settings,
         'gearboxes': [{**{name: value for name, value in box.items()
                           if name not in ('start', 'value', 'std', 'line', 'reach')},
@@ -202,6 +217,8 @@ def text(data: Mapping[str, Any]) -> str:
     lines = [f'bags         {data["done"]} done, {data["failed"]} failed, {data["duplicate"]} '
              f'duplicates, {data["skipped"]} skipped: done before',
              f'fleet        {data["headline"]}']
+    if data['without_model']:
+        lines.append(f'warning      {data["without_model"]} bags: {NO_MODEL}')
     for label, entries in (
             ('gearboxes', [f'{box["gearbox"]}: {box["summary"]}' for box in data['gearboxes']]),
             ('failed', [entry['reason'] + (' (will be tried again)' if entry['retry'] else '')

@@ -14,14 +14,16 @@
 
 """Options, files and progress bars that several commands share."""
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 import json
 import math
 from pathlib import Path
+import sys
 from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_parameters
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
@@ -44,6 +46,12 @@ def estimator_options(args: Namespace) -> tuple[dict[str, Any], str]:
                   if args.params else {})
     recorded_file = parameters.pop('model', '')
     return parameters, args.model or recorded_file
+
+
+def warn(args: Namespace, notes: Iterable[str]) -> None:
+    """Print on stderr what of the `notes` on the command `args` makes its figures doubtful."""
+    if NO_MODEL in notes:
+        print(f'gearbox_monitor {args.command}: warning: {NO_MODEL}', file=sys.stderr)
 
 
 def check_filter(name: str, extra: Sequence[str] = ()) -> str:

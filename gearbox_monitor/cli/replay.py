@@ -47,7 +47,8 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import interval_error, ReplayCollector, smoothed
 from gearbox_monitor.bag.replay_output import BagOutput
 from gearbox_monitor.bag.replay_summary import ReplaySummary
-from gearbox_monitor.cli.options import add_estimator_arguments, estimator_options, expect_new
+from gearbox_monitor.cli.options import (
+    add_estimator_arguments, estimator_options, expect_new, warn)
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.units import on_axis
@@ -82,6 +83,7 @@ def run(args: Namespace) -> int:
         kind = EstimatePlayer if args.estimates_only else Player
         player = kind(reader, model, parameters, args.topic)
         data, comparison = _play(args, player)
+    warn(args, data['notes'])
     print(json.dumps(data, indent=2) if args.json else text(data, player.estimator.model.axis))
     return 1 if comparison and comparison.different else 0
 

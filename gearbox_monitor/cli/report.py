@@ -39,7 +39,7 @@ from tqdm import tqdm
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, dump, estimator_options, expect_new, JSON_FILE_HELP,
-    plain, write_new)
+    plain, warn, write_new)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import FILTER_NAMES
@@ -75,6 +75,7 @@ def run(args: Namespace) -> int:
             reader, args.topic, EstimatorChoice(model, parameters, args.replay),
             lambda share: bar.update(100.0 * share - bar.n))
         timeline, facts = source.run()
+    warn(args, facts.notes)
     if not timeline.samples:
         raise InputError(f'{args.bag}: topic {source.topic} holds no sample, expected some')
     name = '/'.join(Path(args.bag).parts[-2:])

@@ -83,7 +83,6 @@ def run(args: Namespace) -> int:
     with open_bag(args.bag) as reader:
         inputs = load_filter_inputs(args, reader, args.filter)
         reference = _reference(reader, args.reference) if args.reference else None
-        notice = reader.notice
     if not COMPILED:
         print('tune: without numba this takes about a hundred times longer', file=sys.stderr)
     with tqdm(total=100, desc='tune', disable=None, leave=False,
@@ -95,8 +94,7 @@ def run(args: Namespace) -> int:
         except InputError as error:
             raise InputError(f'{args.bag}: {error}') from None
     data.update(bag=args.bag, out=args.out)
-    if notice:
-        data['notes'].append(notice)
+    data['notes'] += inputs.notes
     write(args.out, inputs, data)
     print(json.dumps(data, indent=2) if args.json else text(data, inputs.model.axis))
     return 0

@@ -15,7 +15,7 @@
 """Read the YAML files of a user: model of the drive, parameters of a node."""
 from collections.abc import Iterator, Sequence
 import contextlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 import re
 from typing import Any
@@ -23,56 +23,14 @@ from typing import Any
 import yaml
 
 from gearbox_monitor.errors import InputError, Problems
+from gearbox_monitor.files.bounded_yaml import parse_yaml
+from gearbox_monitor.files.opening import read_text
 from gearbox_monitor.parameters import check_values, Table
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 
 MAX_BYTES = 64 << 20  # of a file: baselines of a thousand operating points are a tenth of it
-MAX_NODES = 500_000  # values that a file stands for: aliases can make a line into billions
-
-
 # Parameters that every node has.
 OF_ROS = ('qos_overrides', 'start_type_description_service', 'use_sim_time')
-
-
-class _Loader(yaml.SafeLoader):
-    """
-    Safe loader that takes 1e-3 for a number, as YAML 1.2 does and ROS parameter files do.
-
-    A key that stands twice is an error. lines: {id of a mapping: {key: line}}.
-    """
-
-    def __init__(self, text: str) -> None:
-        super().__init__(text)
-        self.lines: dict[int, dict[Any, int]] = {}
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """Return the mapping of `node` (`deep`: with what is inside); note lines of its keys."""
-        keys = [key for key, _ in node.value]
-        result: dict[Any, Any] = super().construct_mapping(node, deep)
-        lines: dict[Any, int] = {}
-        for key in keys:
-            if key.tag == 'tag:yaml.org,2002:merge':
-                continue
-            name, line = self.construct_object(key), key.start_mark.line + 1
-            if name in lines:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f'key {name!r} stands in line {lines[name]}, too', key.start_mark)
-            lines[name] = line
-        self.lines[id(node)] = lines
-        return result
-
-    def construct_yaml_map(self, node: yaml.MappingNode) -> Iterator[dict[Any, Any]]:
-        """Yield the mapping of `node` before it is filled, as aliases need it."""
-        data: dict[Any, Any] = {}
-        yield data
-        data.update(self.construct_mapping(node))
-        self.lines[id(data)] = self.lines.pop(id(node), {})
-
-
-_Loader.add_constructor('tag:yaml.org,2002:map', _Loader.construct_yaml_map)
-_Loader.add_implicit_resolver(
-    'tag:yaml.org,2002:float',
-    re.compile(r'[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$'), list('-+.0123456789'))
 
 
 @dataclass(frozen=True)
@@ -110,42 +68,26 @@ class Yaml:
 def load_yaml(path: str | Path) -> Yaml:
     """Return the Yaml of the file `path`; raises InputError with file and line."""
     try:
-        with open(path, encoding='utf-8') as file:
-            text = file.read(MAX_BYTES + 1)
-        if len(text) > MAX_BYTES:
-            raise InputError(f'{path}: more than {MAX_BYTES >> 20} MB, expected a smaller file')
-        loader = _Loader(text)
-        try:
-            content = loader.get_single_data()
-        finally:
-            loader.dispose()
+        text = read_text(path, MAX_BYTES)
+        content, lines = parse_yaml(text)
     except OSError as error:
         raise InputError(f'{path}: {error.strerror}, expected a readable YAML file') from None
-    except RecursionError:
-        raise InputError(f'{path}: nested too deeply, expected YAML') from None
     except (yaml.YAMLError, ValueError, OverflowError) as error:
-        if isinstance(error, InputError):
-            raise
         where = getattr(error, 'problem_mark', None)
         line = f' line {where.line + 1}:' if where else ''
         problem = getattr(error, 'problem', None) or (
             'not text' if isinstance(error, (UnicodeDecodeError, yaml.reader.ReaderError))
             else str(error))
         raise InputError(f'{path}:{line} {problem}, expected YAML') from None
-    return Yaml(path, content, text, _lines(path, content, loader.lines))
+    return Yaml(path, content, text, _lines(content, lines))
 
 
-def _lines(path: str | Path, content: Any, lines_by_id: dict[int, dict[Any, int]]
-           ) -> dict[str, int]:
-    """Return {dotted key: line} of all mappings in `content`, which must not be too large."""
+def _lines(content: Any, lines_by_id: dict[int, dict[Any, int]]) -> dict[str, int]:
+    """Return {dotted key: line} of all mappings in `content`."""
     positions: dict[str, int] = {}
-    pending, count = [('', content)], 0
+    pending = [('', content)]
     while pending:
         prefix, value = pending.pop()
-        count += 1
-        if count > MAX_NODES:
-            raise InputError(f'{path}: stands for more than {MAX_NODES} values, expected fewer '
-                             '(an alias that contains itself, or aliases of aliases)')
         if isinstance(value, dict):
             own_lines = lines_by_id.get(id(value), {})
             for key, inner in value.items():
@@ -174,8 +116,20 @@ def expect_folder_of(path: str | Path) -> None:
 def load_model(path: str | Path) -> DriveModel:
     """Return the DriveModel of the model file `path`. Raises InputError."""
     data = load_yaml(path)
+    if data.content is None:
+        raise InputError(f'{path}: empty, expected a model file: motor_inertia: ...')
+    if (name := _first_parameter_block(data.content)) is not None:
+        raise InputError(f'{path}: {name}: a block of a parameter file, expected a model file: '
+                         'motor_inertia: ...')
     with data.located():
-        return model_from_dict({} if data.content is None else data.content, str(path))
+        return model_from_dict(data.content, str(path))
+
+
+def _first_parameter_block(content: Any) -> str | None:
+    """Return the name of the first block of parameters in `content`, None without one."""
+    return next((str(name) for name, block in content.items()
+                 if isinstance(block, dict) and 'ros__parameters' in block), None) \
+        if isinstance(content, dict) else None
 
 
 def save_model(path: str | Path, model: DriveModel, comment: Sequence[str]) -> None:
@@ -206,7 +160,7 @@ def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> 
     Return the parameters that a ROS parameter file gives to a node.
 
     Takes the blocks ``/**``, ``/**/node`` and ``node`` (with or without a namespace), in this
-    order.
+    order. A file that sets none of its parameters is not meant for it: an error.
 
     Args:
         path: of the file.
@@ -225,7 +179,12 @@ def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> 
     data, problems = file.content, Problems()
     if not isinstance(data, dict):
         raise InputError(f'{path}: {str(data)[:40]!r}, expected "{node}: ros__parameters: ..."')
+    model_keys = {row.name for row in fields(DriveModel)} & set(map(str, data))
+    if model_keys:
+        raise InputError(f'{path}: {min(model_keys)}: a key of a model file, expected '
+                         f'"{node}: ros__parameters: ..."; a model file is given with --model')
     blocks = [block for block in data if isinstance(block, str)]
+    addressed = False
     names, values, several = {row.name for row in table}, {}, [
         block.rsplit('/', 1)[0] or '/' for block in blocks
         if re.fullmatch(rf'/([^*]*/)?{node}', block)]
@@ -253,5 +212,10 @@ def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> 
         with problems, file.located(block + '.'):
             check_values(table, ours, str(path))
         values.update(ours)
+        addressed |= bool(ours) or block.rsplit('/', 1)[-1] == node
     problems.raise_all()
+    if not addressed:
+        raise InputError(f'{path}: sets nothing of node {node} (blocks: '
+                         f'{", ".join(map(str, data)) or "none"}), expected '
+                         f'"{node}: ros__parameters: ..."')
     return values

@@ -16,18 +16,23 @@
 Executors of tasks: in this process, in a pool of processes, on a Dask cluster.
 
 All of them return TaskResults in order of completion. A pool consists of ProcessPoolExecutors of
-one process each, so that the bag of a process that died is known.
+one process each, so that the bag of a process that died is known, and a bag that exceeds its
+limits ends one process only.
 """
 from collections.abc import Callable
 from concurrent.futures import CancelledError, FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+import contextlib
 import ctypes
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import logging
+import math
 import multiprocessing
 from multiprocessing import connection, forkserver
 import os
+from pathlib import Path
 import queue
+import resource
 import signal
 import threading
 import time
@@ -45,11 +50,16 @@ Work: TypeAlias = tuple[Any, Callable[..., Any], tuple[Any, ...]]  # task, funct
 
 @dataclass(frozen=True)
 class TaskResult:
-    """Result of `task`: `value`, or, if its worker died, None and the reason."""
+    """
+    Result of `task`: `value`, or, if its worker died, None and the reason.
+
+    given_up: another worker would not come further.
+    """
 
     task: Any
     value: Any = None
     died: str = ''
+    given_up: bool = False
 
 
 class Executor(Protocol):
@@ -109,19 +119,41 @@ class SerialExecutor:
 
 @dataclass(frozen=True)
 class _Worker:
-    """A process and a future that is done once it has started."""
+    """A process and a future that is done, with its number, once it has started."""
 
     process: ProcessPoolExecutor
     started: 'Future[int]'
 
 
+@dataclass(frozen=True)
+class TaskLimits:
+    """What one task of a pool may take: time (s) and memory (bytes) beyond that of the start."""
+
+    seconds: float = math.inf
+    memory: int = 0  # 0: no limit
+
+
+@dataclass(frozen=True)
+class _Run:
+    """A task under way: its `work`, `worker` and the time it `began` (s, steady clock)."""
+
+    work: Work
+    worker: _Worker
+    began: float
+
+
 class PoolExecutor:
-    """Pool of `workers` processes; a process that dies is reported and replaced."""
+    """
+    Pool of `workers` processes; a process that dies is reported and replaced.
+
+    One whose task takes longer than the `limits` is killed; more memory it does not get.
+    """
 
     attempts = 3
     MAX_START_FAILURES = 10  # in a row
 
-    def __init__(self, workers: int) -> None:
+    def __init__(self, workers: int, limits: TaskLimits = TaskLimits()) -> None:
+        self._limits = limits
         methods = multiprocessing.get_all_start_methods()
         self._context: Any = multiprocessing.get_context(
             'forkserver' if 'forkserver' in methods else 'spawn')
@@ -130,10 +162,12 @@ class PoolExecutor:
         _start_server(self._context)
         self._start_failures = 0
         self._idle = [self._worker() for _ in range(workers)]
-        self._running: dict[Future[Any], tuple[Work, _Worker]] = {}
+        self._running: dict[Future[Any], _Run] = {}
+        self._late: set[Future[Any]] = set()  # their workers were killed
 
     def _worker(self) -> _Worker:
-        process = ProcessPoolExecutor(1, self._context, _initialise, (self._ends,))
+        process = ProcessPoolExecutor(1, self._context, _initialise,
+                                      (self._ends, self._limits.memory))
         return _Worker(process, process.submit(os.getpid))
 
     @property
@@ -149,7 +183,7 @@ class PoolExecutor:
         except BrokenProcessPool:  # it died since its last task
             worker = self._worker()
             future = worker.process.submit(function, *args)
-        self._running[future] = (task, function, args), worker
+        self._running[future] = _Run((task, function, args), worker, time.monotonic())
 
     def results(self, timeout: float) -> list[TaskResult]:
         """
@@ -157,17 +191,32 @@ class PoolExecutor:
 
         Raises InputError if no process can be started.
         """
-        done, _ = wait(self._running, timeout, FIRST_COMPLETED)
+        done, pending = wait(self._running, timeout, FIRST_COMPLETED)
+        for future in pending - self._late:
+            run = self._running[future]
+            if not run.worker.started.done():
+                self._running[future] = replace(run, began=time.monotonic())
+            elif time.monotonic() - run.began > self._limits.seconds:
+                self._late.add(future)
+                with contextlib.suppress(BrokenProcessPool, ProcessLookupError):
+                    os.kill(run.worker.started.result(), signal.SIGKILL)
         return [result for future in done for result in self._results(future)]
 
     def _results(self, future: 'Future[Any]') -> list[TaskResult]:
-        (task, function, args), worker = self._running.pop(future)
+        run = self._running.pop(future)
+        (task, function, args), worker = run.work, run.worker
         try:
             result = TaskResult(task, future.result())
             self._start_failures = 0
+        except MemoryError:
+            result = TaskResult(task, died='out of memory (--max-memory)', given_up=True)
         except BrokenProcessPool:
             worker.process.shutdown(wait=False)
             self._idle.append(self._worker())
+            if future in self._late:
+                self._late.remove(future)
+                return [TaskResult(task, died=f'took more than {self._limits.seconds:g} s '
+                                   '(--max-seconds)', given_up=True)]
             if worker.started.exception() is None:
                 return [TaskResult(task, died='the worker died (killed, or out of memory)')]
             self._start_failures += 1  # it died without its task
@@ -182,7 +231,7 @@ class PoolExecutor:
     def close(self) -> None:
         """End all workers at once; tasks without a result are dropped."""
         self._alive.close()
-        for worker in [*self._idle, *(worker for _, worker in self._running.values())]:
+        for worker in [*self._idle, *(run.worker for run in self._running.values())]:
             worker.process.shutdown(wait=True, cancel_futures=True)
 
 
@@ -199,9 +248,16 @@ def _start_server(context: Any) -> None:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
-def _initialise(ends: Any) -> None:
-    """Prepare a worker, which ends when the other side of the pipe `ends` is closed."""
+def _initialise(ends: Any, memory: int) -> None:
+    """
+    Prepare a worker, which may take `memory` bytes more (0: any number).
+
+    It ends when the other side of the pipe `ends` is closed.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if memory:
+        used = int(Path('/proc/self/statm').read_text().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (used + memory, resource.RLIM_INFINITY))
     try:
         # Keep freed memory for the next bag: requesting it again costs some percent of the time.
         libc = ctypes.CDLL(None)

@@ -124,7 +124,7 @@ class FleetRun:
         task, hashed = result.task
         if result.died:
             task.deaths += 1
-            if task.deaths < attempts:
+            if task.deaths < attempts and not result.given_up:
                 (self._hash if hashed else self._analyse).appendleft(task)
                 return
             times = f', {task.deaths} times' if task.deaths > 1 else ''

@@ -36,6 +36,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag.player import Player
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recorded_samples import joined_samples, samples_of
+from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.fleet.paths import content_hash, fetched
@@ -125,7 +126,8 @@ def analyse(url: str, settings: JobSettings) -> tuple[Row, list[Window]]:
             raise InputError(f'{tempfile.gettempdir()}: {error.strerror}, expected room for a '
                              f'copy of {url}; what is done is kept, the same command goes on '
                              'from there') from None
-        row.update(retry=True, reason=f'{url}: {type(error).__name__} {error}')
+        row.update(retry=True, reason=f'{url}: {error}' if isinstance(error, OSError) else
+                   f'{url}: out of memory (--max-memory)')
     except Exception as error:  # a bag must not end the run of all others
         row['reason'] = f'{url}: {type(error).__name__} {" ".join(str(error).split())}'
     row['cpu_s'] = round(time.process_time() - began, 3)
@@ -163,16 +165,9 @@ def _analysed(path: Path, url: str, settings: JobSettings) -> tuple[Row, list[Wi
             row.update(_diagnosis(player, windows, start, end, settings))
         notes = monitor.estimator.warnings + monitor.estimator.divergence_notes()
         notes += [reader.notice] if reader.notice else []
-        if settings.model is None and not _records_a_model(player):
-            notes.append('no model of the drive is recorded or given: analysed with that of '
-                         'drive.yaml')
+        notes += [NO_MODEL] if NO_MODEL in player.notes else []
         row['notes'] = '; '.join(note.replace(str(path), url) for note in notes)
     return row, windows
-
-
-def _records_a_model(player: Player) -> bool:
-    """Return whether the bag holds snapshots of an estimator, and so its model."""
-    return player.input.snapshots is not None
 
 
 def _gearbox(url: str, namespace: str, serial: str, pattern: str) -> str:

@@ -21,9 +21,12 @@ leaves them. Any other folder is searched for bags.
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+import errno
 import hashlib
+import os
 from pathlib import Path, PurePosixPath
 import re
+import shutil
 import tempfile
 from typing import Any, TypeAlias
 
@@ -31,6 +34,7 @@ import fsspec
 from fsspec import AbstractFileSystem
 from fsspec.implementations.local import LocalFileSystem
 
+from gearbox_monitor.bag.decompression import SPARE
 from gearbox_monitor.bag.metadata import FILE_NAME
 from gearbox_monitor.bag.read import natural
 from gearbox_monitor.errors import InputError
@@ -153,6 +157,8 @@ def _is_recording(path: str) -> bool:
 
 def _bag(fs: AbstractFileSystem, path: str, word: str, files: Sequence[Entry],
          recordings: Sequence[Entry]) -> FleetBag:
+    if any(entry['type'] == 'other' for entry in files):
+        return FleetBag(_url(fs, path, word), problem='holds a pipe or device, expected files')
     sizes = [entry.get('size') for entry in recordings]
     content = [sorted((key, str(value)) for key, value in entry.items()) for entry in files]
     return FleetBag(_url(fs, path, word),
@@ -177,18 +183,27 @@ def _url(fs: AbstractFileSystem, path: str, word: str) -> str:
 
 @contextmanager
 def fetched(url: str) -> Iterator[Path]:
-    """Yield the local path of the bag `url`: itself, or a temporary copy."""
+    """
+    Yield the local path of the bag `url`: itself, or a temporary copy.
+
+    Raises OSError where the disk has no room for the copy.
+    """
     fs, path = _opened(url)
     if isinstance(fs, LocalFileSystem):
         yield Path(path)
         return
     with tempfile.TemporaryDirectory(prefix='gearbox_monitor_') as folder:
         copy = Path(folder) / _name(path)
+        entries = fs.ls(path, detail=True) if fs.isdir(path) else [fs.info(path)]
+        entries = [entry for entry in entries if entry['name'] == path
+                   or _is_recording(entry['name']) or _name(entry['name']) == FILE_NAME]
+        size = sum(entry.get('size') or 0 for entry in entries)
+        if size > shutil.disk_usage(folder).free - SPARE:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         if fs.isdir(path):
             copy.mkdir()
-            for file in fs.ls(path, detail=False):
-                if _is_recording(file) or _name(file) == FILE_NAME:
-                    fs.get_file(file, str(copy / _name(file)))
+            for entry in entries:
+                fs.get_file(entry['name'], str(copy / _name(entry['name'])))
         else:
             fs.get_file(path, str(copy))
         yield copy

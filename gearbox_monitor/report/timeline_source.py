@@ -27,7 +27,7 @@ import numpy as np
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY, find_input
 from gearbox_monitor.bag.recorded_samples import samples_of
-from gearbox_monitor.bag.recorded_snapshots import read_snapshots
+from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, read_snapshots
 from gearbox_monitor.bag.stamp_matching import StampMatcher
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TWIST, S_TWIST_RATE, S_TWIST_STD
@@ -115,8 +115,7 @@ class TimelineSource:
         self.facts = RecordingFacts(live, choice.model or recorded_model, values,
                                     self._versions(snapshots))
         if choice.model is None and not snapshots:
-            self.facts.notes.append('neither the bag nor an option names a model: the packaged '
-                                    'drive.yaml was used')
+            self.facts.notes.append(NO_MODEL)
         seconds = 1e-9 * ((reader.end_ns or 0) - (reader.start_ns or 0))
         slice_seconds = SHORT_SLICE if seconds < SHORT else \
             MINUTE * math.ceil(seconds / MINUTE / MAX_LOOPS)

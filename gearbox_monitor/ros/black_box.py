@@ -15,6 +15,7 @@
 """The last minutes of the measurement, written on request or after an alert."""
 from collections.abc import Callable, Sequence
 from threading import Thread
+import time
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.logging import get_logger
@@ -28,7 +29,7 @@ from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.ros.recording_buffer import RecordingBuffer, Rows
 from gearbox_monitor.ros.recording_export import export_recording, RecordingContext
-from gearbox_monitor.ros.recording_schedule import RecordingSchedule
+from gearbox_monitor.ros.recording_schedule import RecordingQuota, RecordingSchedule
 
 KEEP = '~/keep_recording'
 
@@ -52,6 +53,7 @@ class BlackBox:
         self._buffer = RecordingBuffer(span) if span else None
         self._writer: Thread | None = None  # while it writes what the buffer holds
         self._schedule: RecordingSchedule | None = None
+        self._quota = RecordingQuota(parameters.keep_per_hour)
         if seconds := parameters.keep_after_error:
             if self._refusal:
                 raise InputError(f'keep_after_error: {seconds:g} s, expected 0: {self._refusal}')
@@ -92,7 +94,7 @@ class BlackBox:
         """
         if self._schedule is None:
             return {}
-        busy = self._writer is not None or not self._buffer
+        busy = self._writer is not None or not self._buffer or self._wait() > 0.0
         components = self._schedule.look(self._wrong(), time_s, busy)
         if components:
             self._schedule.tell(components, 'being written')
@@ -125,11 +127,16 @@ class BlackBox:
     def _start(self, components: Sequence[str] = ()) -> Future:
         """Write the rows in memory, in a thread; return the Future of (success, message)."""
         assert self._buffer is not None
+        self._quota.take(time.monotonic())
         future = Future()
         self._writer = Thread(target=self._write, args=(
             self._buffer.rows(), self._context(components), future))
         self._writer.start()
         return future
+
+    def _wait(self) -> float:
+        """Return how long keep_per_hour forbids a recording (s)."""
+        return self._quota.wait(time.monotonic())
 
     def _write(self, rows: Callable[[], Rows], context: RecordingContext,
                future: Future) -> None:
@@ -164,6 +171,9 @@ class BlackBox:
             return response
         if self._writer is not None:
             response.message = 'a recording is being written: wait for its end'
+        elif wait := self._wait():
+            response.message = (f'keep_per_hour: {self._monitor.parameters.keep_per_hour} '
+                                f'recordings were kept, the next may follow in {wait:.0f} s')
         elif not self._buffer:
             response.message = f'no samples yet on {self._topic}'
         else:

@@ -41,6 +41,9 @@ JOINT_STATE = 'sensor_msgs/msg/JointState'
 PATTERN = 'kept_%Y_%m_%d-%H_%M_%S'
 # The thread that estimates waits for this one only while a chunk is encoded.
 CHUNK, PAUSE = 100, 1e-3
+MB = 10 ** 6
+ROW_BYTES = 200  # of a message in a bag, not compressed
+SPARE = 500 * MB  # of the disk stay free
 
 
 @dataclass(frozen=True)
@@ -77,8 +80,10 @@ def export_recording(parent: str | Path, rows: Rows, context: RecordingContext,
         InputError: nothing could be written; then the folder is removed again.
 
     """
-    folder = _new_folder(Path(os.path.abspath(os.path.expanduser(parent))), clock)
+    parent = Path(os.path.abspath(os.path.expanduser(parent)))
+    folder = _new_folder(parent, clock)
     try:
+        _expect_room(parent, 2 * ROW_BYTES * len(rows), context.parameters.keep_space)
         part = stretch(rows, context.parameters.effort_delay)
         _write(folder / 'all', rows, context)
         text = f'{_seconds(rows):.1f} s kept in {folder / "all"}; '
@@ -96,6 +101,28 @@ def export_recording(parent: str | Path, rows: Rows, context: RecordingContext,
                              'is still in memory') from None
         raise
     return text + f'the best {_seconds(part):.1f} s of it: {diagnosis_command(folder, context)}'
+
+
+def _expect_room(parent: Path, size: int, keep_space: int) -> None:
+    """
+    Check that a recording may be kept.
+
+    Args:
+        parent: folder of all kept recordings.
+        size: bytes that the new one takes at most.
+        keep_space: MB that all of them may take.
+
+    Raises:
+        InputError: keep_space or the disk has no room for it.
+    """
+    kept = sum(file.stat().st_size for file in parent.glob('kept_*/**/*') if file.is_file())
+    if kept + size > keep_space * MB:
+        raise InputError(f'{parent}: {kept / MB:.0f} MB are kept, and {size / MB:.1f} MB more '
+                         f'exceed keep_space: {keep_space} MB; remove or move kept_* folders')
+    free = shutil.disk_usage(parent).free
+    if size > free - SPARE:
+        raise InputError(f'{parent}: {free / MB:.0f} MB are free, expected '
+                         f'{(size + SPARE) / MB:.0f} MB; the measurement is still in memory')
 
 
 def diagnosis_command(folder: Path, context: RecordingContext) -> str:

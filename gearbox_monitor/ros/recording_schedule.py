@@ -12,9 +12,29 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""When the estimator keeps its recording by itself. No ROS, no clock, no disk here."""
+"""When the estimator keeps its recording, by itself and at all. No ROS, clock or disk here."""
+from collections import deque
 from collections.abc import Iterable
 import math
+
+HOUR = 3600.0  # s
+
+
+class RecordingQuota:
+    """At most `count` recordings in any hour; times are those of a steady clock (s)."""
+
+    def __init__(self, count: int) -> None:
+        self._times: deque[float] = deque(maxlen=count)
+
+    def wait(self, time_s: float) -> float:
+        """Return how long after `time_s` the next recording may be kept (s), 0: now."""
+        if len(self._times) < (self._times.maxlen or 0):
+            return 0.0
+        return max(0.0, self._times[0] + HOUR - time_s)
+
+    def take(self, time_s: float) -> None:
+        """Count the recording kept at `time_s`."""
+        self._times.append(time_s)
 
 
 class RecordingSchedule:

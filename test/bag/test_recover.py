@@ -16,6 +16,7 @@
 import json
 import os
 from pathlib import Path
+import re
 import resource
 import shutil
 import subprocess
@@ -25,6 +26,7 @@ from mcap.reader import make_reader
 import pytest
 from rosbags.highlevel import AnyReader
 import yaml
+import zstandard
 
 from gearbox_monitor.bag import recover as module
 from gearbox_monitor.bag.cdr import encode_joint_states
@@ -239,3 +241,34 @@ def test_success_is_only_claimed_for_the_same_messages(tmp_path, monkeypatch):
         with pytest.raises(InputError, match='out: the written bag differs when read back'):
             recover(tmp_path / 'bag', tmp_path / 'out')
         assert list(tmp_path.iterdir()) == [tmp_path / 'bag']
+
+
+def test_metadata_that_cannot_be_true_counts_for_nothing(tmp_path):
+    write(tmp_path / 'bag')
+    path = tmp_path / 'bag' / 'metadata.yaml'
+    good = path.read_text()
+    for text in (good.replace('message_count: 20', 'message_count: -20'),
+                 good.replace('message_count: 20', 'message_count: 1e300'),
+                 good.replace('message_count: 20', 'message_count: many'),
+                 re.sub('nanoseconds: [0-9]+', 'nanoseconds: -5', good),
+                 re.sub('(?s)files:.*custom', 'files: [1, a]\\n  custom', good)):
+        path.write_text(text)
+        recovery = recover(tmp_path / 'bag', tmp_path / 'new')
+        assert all(t.recovered == 20 and t.lost == 0 for t in recovery.topics.values())
+        assert recovery.lost_s == 0.0 and 'metadata.yaml: missing or damaged' in recovery.notes[0]
+        shutil.rmtree(tmp_path / 'new')
+
+
+def test_a_bag_whose_files_rosbag2_has_compressed(tmp_path):
+    written = write(tmp_path / 'bag')
+    (path,) = (tmp_path / 'bag').glob('*.mcap')
+    data = path.read_bytes()
+    packed = path.with_name(path.name + '.zstd')
+    for part in (data, data[:-200]):
+        packed.write_bytes(zstandard.ZstdCompressor().compress(part))
+        path.unlink(missing_ok=True)
+        recovery = recover(packed, tmp_path / 'new')
+        if part == data:
+            assert recovery.written is None
+    assert read(tmp_path / 'new') == written
+    assert str(packed) in recovery.notes[0] and list((tmp_path / 'bag').glob('*.mcap')) == []

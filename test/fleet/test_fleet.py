@@ -168,7 +168,7 @@ def test_each_bag_has_its_row(archive, whole):
     assert row['content'] == content_hash(f'{archive}/sn1/run_2') and row['version'] == __version__
     assert row['gap'] == pytest.approx(0.2 * (1 + 2 * GROWTH), rel=0.02)
     assert row['stiffness'] == pytest.approx(25.0, rel=0.1) and row['separable']
-    assert 'no model of the drive is recorded' in row['notes'] and row['attempts'] == 1
+    assert 'the bag records no model' in row['notes'] and row['attempts'] == 1
 
 
 def test_the_dataset_holds_what_a_replay_gives(archive, whole):
@@ -509,3 +509,18 @@ def test_windows_come_out_alike_in_any_blocks():
         fits.append(windows.finish())
     assert fits[0] == fits[1] and len(fits[0]) == 3 and all(
         isinstance(fit, Backlash) for fit in fits[0])
+
+
+def test_a_task_beyond_its_limits_ends_alone():
+    pool, results = executors.PoolExecutor(1, executors.TaskLimits(3.0, 512 << 20)), []
+    try:
+        for number, task in enumerate(((time.sleep, 1e6), (bytes, 600 << 20), (len, 'abc'))):
+            pool.submit(task[0].__name__, *task)
+            while len(results) == number:
+                results += pool.results(0.1)
+    finally:
+        pool.close()
+    assert results == [
+        executors.TaskResult('sleep', died='took more than 3 s (--max-seconds)', given_up=True),
+        executors.TaskResult('bytes', died='out of memory (--max-memory)', given_up=True),
+        executors.TaskResult('len', 3)]

@@ -26,10 +26,11 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.ros import recording_export
 from gearbox_monitor.ros.recording_buffer import MAX_RATE, RecordingBuffer, SECOND, stretch
 from gearbox_monitor.ros.recording_export import (
     diagnosis_command, export_recording, RecordingContext)
-from gearbox_monitor.ros.recording_schedule import RecordingSchedule
+from gearbox_monitor.ros.recording_schedule import RecordingQuota, RecordingSchedule
 
 T0 = 1_700_000_000 * SECOND
 PERIOD = 2_000_000
@@ -204,3 +205,22 @@ def test_alerts_are_kept_once_and_apart():
     box.look([], 200.0)
     box.look(['backlash'], 201.0)  # the node ends before it is due
     assert box.waiting() == ['backlash'] and box.waiting() == []
+
+
+def test_kept_recordings_are_few_and_leave_room(tmp_path, monkeypatch):
+    quota, kept = RecordingQuota(3), []
+    for t in range(0, 20_000, 100):  # somebody asks every 100 s
+        if not quota.wait(float(t)):
+            quota.take(float(t))
+            kept.append(t)
+    assert kept[:7] == [0, 100, 200, 3600, 3700, 3800, 7200]
+    assert quota.wait(20_000.0) == kept[-3] + 3600 - 20_000
+    (tmp_path / 'kept_old' / 'all').mkdir(parents=True)
+    (tmp_path / 'kept_old' / 'all' / 'x.mcap').write_bytes(bytes(400_000))
+    small = about(parameters={'keep_space': 1})
+    with pytest.raises(InputError, match='0 MB are kept, and 1.0 MB more exceed keep_space: 1 MB'):
+        export_recording(tmp_path, moving(2500), small)
+    monkeypatch.setattr(recording_export, 'SPARE', 10 ** 18)
+    with pytest.raises(InputError, match='MB are free, expected'):
+        export_recording(tmp_path, moving(2500), about())
+    assert [path.name for path in tmp_path.iterdir()] == ['kept_old']

@@ -20,13 +20,18 @@ bags, counts of serialised messages, tokens of CSV, YAML and JSON. Never a crash
 exception, a run longer than the limit, or memory beyond it. A case is named by target, seed and
 number, and comes again with --only, --seed and --first.
 
+--bombs runs whole commands on small files that ask for gigabytes, minutes or a wait without an end
+(fuzz_bombs.py) under limits of the operating system, and prints the table of docs/files.md.
+
 usage examples:
   .venv/bin/python test/system/fuzz.py --seconds 60
   .venv/bin/python test/system/fuzz.py --only bag --seconds 600 --seed 7
   .venv/bin/python test/system/fuzz.py --only "bag, lz4" --seed 7 --first 1234 --cases 1
+  .venv/bin/python test/system/fuzz.py --bombs
 """
 from collections import Counter
 import contextlib
+import io
 import multiprocessing
 from pathlib import Path
 import random
@@ -37,11 +42,13 @@ import tempfile
 import time
 import traceback
 
+from fuzz_bombs import BOMBS, explode, sound_bag
 from fuzz_targets import one_line, targets
 from script import run_script
 
 from gearbox_monitor.benchmarks.harness import add_json_option, write_json
 from gearbox_monitor.benchmarks.memory import forget_peak, peak_bytes
+from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 
@@ -62,6 +69,7 @@ def add_arguments(parser):
     parser.add_argument('--only', default='', metavar='TEXT', help='targets that contain TEXT')
     parser.add_argument('--first', type=int, default=0, metavar='N', help='first case of each')
     parser.add_argument('--cases', type=int, metavar='N', help='cases of each, then end')
+    parser.add_argument('--bombs', action='store_true', help='whole commands on bombs instead')
     add_json_option(parser)
 
 
@@ -123,8 +131,11 @@ def run_cases(target, seed, numbers, tell=lambda number, outcome: None):
 def _in_child(target, seed, first, cases, end, pipe):
     used = int(Path('/proc/self/statm').read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + ROOM, used + ROOM))
+    hard = resource.getrlimit(resource.RLIMIT_CPU)[1]
     number = first
     while number < first + cases and time.monotonic() < end:
+        spent = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
+        resource.setrlimit(resource.RLIMIT_CPU, (int(spent + 2 * LIMIT_S), hard))
         run_cases(target, seed, [number], lambda *said: pipe.send(said))
         number += 1
     pipe.send(None)
@@ -165,8 +176,38 @@ def fuzz(target, seed, first, cases, end):
     return counts, wrong
 
 
+def run_bombs(args):
+    """Run all commands on the bombs whose name contains --only; return 1 if one ends badly."""
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        sound_bag(Path(folder) / 'bag')
+        with contextlib.redirect_stdout(io.StringIO()):  # all is compiled before time counts
+            for command in ('replay {0}/bag', 'check {0}/bag', 'recover {0}/bag --out {0}/new'):
+                main(command.format(folder).split())
+        print('| file | kB | commands: exit code | CPU, s, at most | memory, MB, at most |\n'
+              '|---|---|---|---|---|')
+        for bomb in BOMBS:
+            if args.only not in bomb.name:
+                continue
+            ends = list(explode(bomb, Path(folder)))
+            rows += [{'file': bomb.name, 'command': command, 'bytes': size, 'seconds': end.seconds,
+                      'memory': end.added, 'code': end.code, 'wrong': end.wrong}
+                     for command, size, end in ends]
+            codes = ', '.join(f'{command.split()[0]}: {end.code}' for command, _, end in ends)
+            print(f'| {bomb.name} | {ends[0][1] / 1e3:.0f} | {codes} | '
+                  f'{max(end.seconds for *_, end in ends):.1f} | '
+                  f'{max(end.added for *_, end in ends) / 1e6:.0f} |', flush=True)
+            for command, _, end in ends:
+                if end.wrong:
+                    print(f'  MISSED {command}: {end.wrong}', flush=True)
+    write_json(rows, args.json)
+    return 1 if any(row['wrong'] for row in rows) else 0
+
+
 def run(args):
     """Run the benchmark; returns 1 when a file was neither read nor refused."""
+    if args.bombs:
+        return run_bombs(args)
     if not args.seconds > 0.0:
         raise InputError(f'--seconds: {args.seconds:g}, expected a number > 0')
     expect_folder_of(args.json)

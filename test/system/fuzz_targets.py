@@ -14,17 +14,24 @@
 
 """What is fuzzed: sound files of every kind, how they are damaged, and who reads them."""
 from dataclasses import dataclass
+import gzip
+import io
 import json
 
 from fuzz_damage import damaged_bytes, damaged_mcap, damaged_text
 import numpy as np
+from rosbags.rosbag2 import StoragePlugin, Writer as RosbagsWriter
 from rosbags.typesys import get_typestore, Stores
+import scipy.io
+import zstandard
 
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.importer import load_mapping, read_recording
+from gearbox_monitor.bag.importer.mapping import mapping_from_dict
 from gearbox_monitor.bag.player import EstimatePlayer
 from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.recover import recover
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.benchmarks.trust_runs import T0
@@ -110,6 +117,37 @@ def _read_bag(folder):
         summary.data()
 
 
+def _recover(folder):
+    recovery = recover(folder / 'bag', folder / 'new')
+    assert all(0 <= t.lost and 0 <= t.recovered for t in recovery.topics.values())
+    assert recovery.lost_s >= 0.0
+
+
+def _packed_files(files):
+    """Return the bag `files` as rosbag2 leaves them with file compression."""
+    result = {}
+    for name, data in files.items():
+        if name.endswith('.mcap'):
+            result[name + '.zstd'] = zstandard.ZstdCompressor().compress(data)
+        else:
+            result[name] = data.replace(b'.mcap\n', b'.mcap.zstd\n').replace(
+                b"compression_mode: ''", b'compression_mode: FILE').replace(
+                b"compression_format: ''", b'compression_format: zstd')
+    return result
+
+
+def _sqlite_files(folder):
+    with RosbagsWriter(folder / 'sqlite', version=9,
+                       storage_plugin=StoragePlugin.SQLITE3) as writer:
+        connection = writer.add_connection(
+            TOPIC, JOINT_STATE, typestore=get_typestore(Stores.ROS2_JAZZY))
+        for k, raw in enumerate(encode_joint_states(
+                T0 + np.arange(60), JOINTS, np.zeros((60, 2)), effort=np.zeros((60, 2)))):
+            writer.write(connection, T0 + k, raw)
+    return {f'bag/{file.name}': file.read_bytes() for file in
+            sorted((folder / 'sqlite').iterdir(), key=lambda file: file.suffix != '.db3')}
+
+
 def one_line(error):
     """Assert that the InputError `error` is one readable line for each problem."""
     for line in str(error).split('\n'):
@@ -156,6 +194,8 @@ signals:
   motor_effort: {field: motor.i, torque_constant: 0.1, sign: -1}
 gear_ratio: 35.0
 """
+MATLAB = {'format': 'mat', 'time': {'rate': 100.0}, 'signals': {
+    'motor_position': {'field': 'q'}, 'motor_effort': {'field': 's.i'}}}
 ROWS = json.dumps({'rows': [
     {'t': k, 'motor': {'q': 10.0 * k, 'i': 0.1 * k}} for k in range(120)]})
 
@@ -169,8 +209,12 @@ def targets(folder):
     for compression in ('none', 'lz4', 'zstd'):
         files = _bag_files(folder, compression)
         found.append(Target(f'bag, {compression}', files, damaged_mcap, _read_bag))
+    found.append(Target('bag, recover', files, damaged_mcap, _recover))
+    found.append(Target('bag, file compression', _packed_files(files), damaged_bytes, _read_bag))
+    found.append(Target('bag, SQLite', _sqlite_files(folder), damaged_bytes, _read_bag))
     metadata = {name: files[name] for name in sorted(files, key=lambda n: not n.endswith('.yaml'))}
     found.append(Target('bag, metadata.yaml', metadata, damaged_text, _read_bag))
+    found.append(Target('recover, metadata.yaml', metadata, damaged_text, _recover))
 
     def text(name, data, read, damage=damaged_text):
         found.append(Target(name, {name: data}, damage,
@@ -181,6 +225,7 @@ def targets(folder):
     text('estimator.yaml', config_path('estimator.yaml').read_bytes(),
          lambda path: load_parameters(path, 'estimator', ESTIMATOR))
     text('data.csv', CSV.encode(), read_csv)
+    text('data.csv.gz', gzip.compress(CSV.encode()), read_csv, damaged_bytes)
     text('data.bin', CSV.encode(), read_csv, damaged_bytes)
     text('baseline.yaml', (folder / 'baseline.yaml').read_bytes(),
          lambda path: load_baseline(path, 'joint3'))
@@ -193,5 +238,11 @@ def targets(folder):
     def read_mapped(where):
         read_recording(where / 'rows.json', load_mapping(str(where / 'map.yaml')))
     found.append(Target('map.yaml', {**mapping, **rows}, damaged_text, read_mapped))
+    matlab = io.BytesIO()
+    scipy.io.savemat(matlab, {'q': np.arange(120.0), 's': {'i': np.arange(120)}},
+                     do_compression=True)
+    found.append(Target('data.mat', {'data.mat': matlab.getvalue()}, damaged_bytes,
+                        lambda where: read_recording(where / 'data.mat', mapping_from_dict(
+                            MATLAB, 'map'))))
     found.append(Target('rows.json', {**rows, **mapping}, damaged_text, read_mapped))
     return found

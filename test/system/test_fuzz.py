@@ -16,7 +16,9 @@
 from pathlib import Path
 
 import fuzz
+import fuzz_bombs
 import fuzz_targets
+import numpy as np
 import pytest
 
 from gearbox_monitor.cli.main import main
@@ -28,7 +30,8 @@ from gearbox_monitor.parameters import ESTIMATOR
 NUMBERS = {'drive.yaml': 40, 'estimator.yaml': 20, 'data.csv': 150, 'data.bin': 100,
            'baseline.yaml': 12, 'state.json': 100, 'snapshot': 60, 'map.yaml': 40,
            'rows.json': 100, 'bag, none': 20, 'bag, lz4': 20, 'bag, zstd': 20,
-           'bag, metadata.yaml': 15}
+           'bag, metadata.yaml': 15, 'bag, recover': 20, 'bag, file compression': 20,
+           'bag, SQLite': 20, 'recover, metadata.yaml': 20, 'data.csv.gz': 50, 'data.mat': 50}
 
 
 @pytest.fixture(scope='module')
@@ -54,17 +57,29 @@ def test_failures_are_seen(tmp_path, failure, told):
     assert told in found[0]
 
 
+@pytest.mark.parametrize('bomb', fuzz_bombs.BOMBS, ids=lambda bomb: bomb.name)
+def test_a_bomb_ends_one_command_in_one_line(tmp_path, bomb):
+    for command, _, end in fuzz_bombs.explode(bomb, tmp_path, 1):
+        assert not end.wrong, f'{command}: {end}'
+
+
 def write(path, text):
     path.write_text(text)
     return path
 
 
 @pytest.mark.parametrize('text, told', [
-    ('a: &a [*a]\n', 'contains itself'),
+    ('a: &a [*a]\n', 'line 1: an alias that contains itself'),
     ('x: &x [1, 1]\n' + ''.join(f'{b}: &{b} [{", ".join([f"*{a}"] * 10)}]\n'
                                 for a, b in zip('xabcdef', 'abcdefg')), 'aliases of aliases'),
     ('[' * 5000, 'nested too deeply'),
-    ('stiffness: ' + '9' * 5000, 'expected YAML'),
+    ('a0: &a0 {x: 1}\n' + ''.join(f'a{k}: &a{k} {{<<: [*a{k - 1}, *a{k - 1}]}}\n'
+                                  for k in range(1, 50)), 'aliases of aliases'),
+    ('a: &a {<<: *a}\n', 'contains itself'),
+    *((f'a: !!{tag}', 'a tag that its value does not fit') for tag in (
+        'int ""', 'float ""', 'bool x', 'timestamp "1"')),
+    ('a: !!int ' + '1:' * 10 ** 6 + '1', 'line 1: '),
+    ('a: !!float ' + '1:' * 10 ** 6 + '1', 'line 1: '),
     ('damping: 1\narm_inertia: 1\ndamping: 2\n', "line 3: key 'damping' stands in line 1, too"),
     ('a: !!python/object/apply:os.system [true]\n', 'line 1: could not determine a constructor'),
 ])
@@ -72,6 +87,32 @@ def test_yaml_that_is_refused(tmp_path, text, told):
     with pytest.raises(InputError) as info:
         load_yaml(write(tmp_path / 'drive.yaml', text))
     assert told in str(info.value) and '\n' not in str(info.value)
+
+
+@pytest.mark.parametrize('text, value', [
+    ('1e-3', 1e-3), ('-.5', -0.5), ('1_000', 1000), ('0x1F', 31), ('.inf', np.inf),
+    ('12:30:00', '12:30:00'), ('1:30.5', '1:30.5'), ('9' * 100, '9' * 100), ('08', '08')])
+def test_numbers_are_those_of_ros(tmp_path, text, value):
+    assert load_yaml(write(tmp_path / 'x.yaml', f'a: {text}')).content == {'a': value}
+
+
+@pytest.mark.parametrize('text, told', [
+    ('estimatr: {ros__parameters: {filter: ukf}}', 'sets nothing of node estimator'),
+    ('/**: {ros__parameters: {use_sim_time: true}}', 'sets nothing of node estimator'),
+    ('{}', 'blocks: none'),
+    ('motor_inertia: 0.01\ndamping: 1.0', 'damping: a key of a model file'),
+])
+def test_a_parameter_file_for_another_node_is_an_error(tmp_path, text, told):
+    path = write(tmp_path / 'p.yaml', text)
+    with pytest.raises(InputError, match=told):
+        load_parameters(path, 'estimator', ESTIMATOR)
+
+
+def test_a_parameter_file_is_no_model_file(tmp_path):
+    for text, told in (('estimator: {ros__parameters: {rate: 1.0}}', 'a block of a parameter'),
+                       ('# nothing', 'empty')):
+        with pytest.raises(InputError, match=told):
+            load_model(write(tmp_path / 'drive.yaml', text))
 
 
 def test_all_problems_of_a_model_file_at_once(tmp_path, capsys):

@@ -23,25 +23,22 @@ import gzip
 import io
 import json
 from pathlib import Path
+import struct
 from types import ModuleType
-from typing import Any, cast, IO
+from typing import Any, IO
+import zipfile
 import zlib
 
 import numpy as np
 import scipy.io
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.packed_files import PIECE, read_unpacked
 
 HDF5 = b'\x89HDF\r\n\x1a\n'
+MAX_VALUES = 1 << 29  # bytes of all values of a compressed recording
+MAT_COMPRESSED = 15   # type of an element in a MATLAB file
 MATLAB_HEADER = 512  # bytes before the HDF5 content of a MATLAB 7.3 file
-
-
-def opened_bytes(path: str | Path) -> IO[bytes]:
-    """Open `path` for reading bytes, unpacked if its first bytes are those of gzip."""
-    stream = Path(path).open('rb')
-    packed = stream.read(2) == b'\x1f\x8b'
-    stream.seek(0)
-    return cast(IO[bytes], gzip.open(stream)) if packed else stream
 
 
 @contextlib.contextmanager
@@ -71,18 +68,22 @@ def opened_tree(path: str | Path, kind: str) -> Iterator[Any]:
     Raises:
         InputError: the file is damaged or of another format.
     """
-    with readable(path), opened_bytes(path) as stream:
-        content = io.BytesIO(stream.read())
+    with readable(path):
+        content = io.BytesIO(read_unpacked(path))
     head = content.getbuffer()[:MATLAB_HEADER + 8].tobytes()
     if kind == 'hdf5' or kind == 'mat' and HDF5 in (head[:8], head[MATLAB_HEADER:]):
         with _hdf5(path, content) as file:
             yield file
     elif kind == 'mat':
+        _check_unpacked_size(path, content.getvalue())
         with _foreign(path, 'a MATLAB file'):
             tree = scipy.io.loadmat(content, simplify_cells=True)
         yield {name: value for name, value in tree.items() if not name.startswith('__')}
     elif kind == 'numpy':
         with _foreign(path, 'a NumPy file (.npy or .npz) without objects'):
+            if head.startswith(b'PK'):
+                with zipfile.ZipFile(content) as archive:
+                    _expect_size(path, sum(entry.file_size for entry in archive.infolist()))
             loaded = np.load(content, allow_pickle=False)
             tree = dict(loaded) if isinstance(loaded, Mapping) else loaded
         yield tree
@@ -95,6 +96,8 @@ def _foreign(path: str | Path, expected: str) -> Iterator[None]:
     """Turn whatever a library raises for a foreign or a cut file into an InputError."""
     try:
         yield
+    except InputError:
+        raise
     except Exception as error:
         raise InputError(f'{path}: {type(error).__name__} {error}, expected {expected}') from None
 
@@ -105,7 +108,32 @@ def _hdf5(path: str | Path, content: IO[bytes]) -> Iterator[Any]:
     with _foreign(path, 'an HDF5 file'):
         file = h5py.File(content, 'r')
     with file:
+        with _foreign(path, 'an HDF5 file'):  # a dataset may state any size and store nothing
+            file.visititems(lambda _, entry: _expect_size(path, getattr(entry, 'nbytes', 0)))
         yield file
+
+
+def _expect_size(path: str | Path, size: int) -> None:
+    """Raise InputError if `size` bytes are more than is unpacked of the file `path`."""
+    if size > MAX_VALUES:
+        raise InputError(f'{path}: unpacks to more than {MAX_VALUES >> 20} MB, expected a smaller '
+                         'recording')
+
+
+def _check_unpacked_size(path: str | Path, content: bytes) -> None:
+    """Raise InputError if the compressed variables of a MATLAB file unpack to too much."""
+    order, offset, size = '<' if content[126:128] == b'IM' else '>', 128, 0
+    while offset + 8 <= len(content):
+        kind, length = struct.unpack_from(order + 'II', content, offset)
+        offset += 8
+        if kind == MAT_COMPRESSED:
+            unpacker, packed = zlib.decompressobj(), content[offset:offset + length]
+            with contextlib.suppress(zlib.error):  # scipy says so, too
+                while packed:
+                    size += len(unpacker.decompress(packed, PIECE))
+                    packed = unpacker.unconsumed_tail
+                    _expect_size(path, size)
+        offset += length
 
 
 def reader_package(name: str, path: str | Path) -> ModuleType:
@@ -139,10 +167,13 @@ def _json(path: str | Path, content: bytes) -> Any:
 def opened_table(path: str | Path, kind: str) -> Any:
     """Return the pyarrow.Table of the file `path`, `kind` 'parquet' or 'feather'."""
     reader = reader_package(f'pyarrow.{kind}', path)
-    with readable(path), opened_bytes(path) as stream:
-        content = stream.read()
+    with readable(path):
+        content = read_unpacked(path)
     from pyarrow import BufferReader
     with _foreign(path, f'a {kind.capitalize()} file'):
+        if kind == 'parquet':
+            stated = reader.ParquetFile(BufferReader(content)).metadata
+            _expect_size(path, 8 * stated.num_rows * stated.num_columns)
         table = reader.read_table(BufferReader(content))
         # A struct becomes columns 'name.part'.
         while any(str(field.type).startswith('struct') for field in table.schema):

@@ -28,8 +28,9 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor.bag.importer.containers import (
-    attribute, opened_bytes, opened_tree, readable, table_metadata)
+    attribute, opened_tree, readable, table_metadata)
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.packed_files import open_unpacked
 
 FROM_HEADER = 'from_header'
 HEADER_LINES = 1000  # of a text file
@@ -140,7 +141,7 @@ def header_values(path: str | Path, data: Any, names: Sequence[str]) -> dict[str
 
 def _of_lines(path: str | Path, encoding: str, names: Sequence[str]) -> dict[str, float]:
     values: dict[str, float] = {}
-    with opened_bytes(path) as stream:
+    with open_unpacked(path) as stream:
         for raw in islice(stream, HEADER_LINES):
             line = raw[:10_000].decode(encoding, 'replace')
             for name in names:

@@ -28,13 +28,14 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.bag.importer.containers import (
-    HDF5, MATLAB_HEADER, opened_bytes, opened_table, opened_tree, readable)
+    HDF5, MATLAB_HEADER, opened_table, opened_tree, readable)
 from gearbox_monitor.bag.importer.mapping import TextFormat
 from gearbox_monitor.bag.importer.raw_columns import MIN_SAMPLES
 from gearbox_monitor.bag.importer.text_file import (
     is_number, row_per_signal, sample_rows, signal_rows, split_line, text_lines)
 from gearbox_monitor.bag.importer.units import standard_unit, unit_of_label
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.packed_files import open_unpacked
 from gearbox_monitor.kernels.types import AnyArray
 
 DATE = re.compile(r'\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d')
@@ -71,7 +72,7 @@ def recognised_layout(path: str | Path) -> Layout:
 
     Raises InputError: no such file, or fewer series than a recording needs.
     """
-    with readable(path), opened_bytes(path) as stream:
+    with readable(path), open_unpacked(path) as stream:
         head = stream.read(MATLAB_HEADER + 8)
     kind = _format(head)
     with readable(path):
@@ -146,7 +147,7 @@ def _column_values(cells: Sequence[str], text: TextFormat) -> AnyArray | None:
 
 def _text_format(path: str | Path) -> tuple[TextFormat, Sequence[Sequence[str]]]:
     """Return the TextFormat of a file and the header cells of its columns."""
-    with opened_bytes(path) as stream:
+    with open_unpacked(path) as stream:
         raw = list(islice(iter(lambda: stream.readline(1 << 22), b''), HEAD_LINES))
     try:
         encoding, _ = 'utf-8', b''.join(raw).decode('utf-8')

@@ -22,7 +22,6 @@ from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
 import csv
 from dataclasses import dataclass
-import io
 from itertools import chain, islice, zip_longest
 import math
 from pathlib import Path
@@ -30,12 +29,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.bag.importer.containers import opened_bytes
 from gearbox_monitor.bag.importer.mapping import ImportMapping, TextFormat, TimeMapping
 from gearbox_monitor.bag.importer.raw_columns import (
     key_of, label_of, MIN_SAMPLES, Places, RawColumns)
 from gearbox_monitor.bag.importer.units import TIME, unit_of_label
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.packed_files import lines_of
 from gearbox_monitor.kernels.types import AnyArray, Array
 
 MISSING = ('', 'na', 'n/a', 'null', 'none', '-')  # besides nan
@@ -67,15 +66,14 @@ def text_lines(path: str | Path, text: TextFormat, comments: list[str] | None = 
         text: its format.
         comments: takes the comments and the skipped lines.
     """
-    with io.TextIOWrapper(opened_bytes(path), encoding=text.encoding, newline=None) as stream:
-        for number, line in enumerate(stream, 1):
-            if number == 1:
-                line = line.removeprefix('\ufeff')
-            if number <= text.skip or line.lstrip().startswith(text.comment):
-                if comments is not None:
-                    comments.append(line)
-            elif line.strip():
-                yield number, line
+    for number, line in enumerate(lines_of(path, text.encoding), 1):
+        if number == 1:
+            line = line.removeprefix('\ufeff')
+        if number <= text.skip or line.lstrip().startswith(text.comment):
+            if comments is not None:
+                comments.append(line)
+        elif line.strip():
+            yield number, line
 
 
 def split_line(line: str, text: TextFormat) -> list[str]:

@@ -30,8 +30,9 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
-import yaml
 
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.parameters import RecorderParameters
 
 ARGUMENTS = [
@@ -61,11 +62,9 @@ def generate_launch_description() -> LaunchDescription:
 def gearboxes(path: str) -> list[tuple[str, str]]:
     """Return [(namespace, 'estimator' or 'plant')] of the file `path`; raises RuntimeError."""
     try:
-        with open(path, encoding='utf-8') as file:
-            data = yaml.safe_load(file)
-    except (OSError, yaml.YAMLError) as error:
-        reason = getattr(error, 'strerror', None) or ' '.join(str(error).split())
-        raise RuntimeError(f'{path}: {reason}, expected a readable YAML parameter file') from None
+        data = load_yaml(path).content
+    except InputError as error:
+        raise RuntimeError(str(error)) from None
     blocks = [(match[1], match[2]) for name in (data if isinstance(data, dict) else ())
               if (match := re.fullmatch(r'(|/|/[\w/]*\w/)(estimator|plant)', str(name)))]
     if not any(node == 'estimator' for _, node in blocks):

@@ -1,0 +1,45 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Open a file of a user: a pipe or device is refused, never waited for."""
+import errno
+import os
+from pathlib import Path
+import stat
+from typing import BinaryIO
+
+
+def open_file(path: str | Path) -> BinaryIO:
+    """Return the file `path`, opened for reading bytes without a buffer. Raises OSError."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    mode = os.fstat(descriptor).st_mode
+    if stat.S_ISREG(mode):
+        return open(descriptor, 'rb', buffering=0)
+    os.close(descriptor)
+    code = errno.EISDIR if stat.S_ISDIR(mode) else errno.EINVAL
+    reason = os.strerror(code) if stat.S_ISDIR(mode) else 'a pipe or device, not a file'
+    raise OSError(code, reason, str(path))
+
+
+def read_text(path: str | Path, limit: int) -> str:
+    """
+    Return the text (UTF-8) of the file `path`, of at most `limit` bytes.
+
+    Raises OSError, and ValueError for a larger file or one that is no text.
+    """
+    with open_file(path) as file:
+        data = file.read(limit + 1)
+    if len(data) > limit:
+        raise ValueError(f'more than {limit >> 20} MB')
+    return data.decode('utf-8')

@@ -1,0 +1,63 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Commands never run with a model or parameters that nobody asked for without a word."""
+import json
+
+import pytest
+
+from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
+from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.plant.drive import DriveModel
+
+COMMANDS = {
+    'replay': ['--estimates-only', '--json'], 'accept': ['--max-gap', '0.3', '--json'],
+    'compare': ['--filters', 'ekf', '--json'], 'report': ['--json', '-', '--out', 'x.html'],
+    'check': ['--json', '-'], 'tune': ['--out', 'x.yaml', '--json'],
+    'fleet': ['--workers', '0', '--out', 'fleet', '--json']}
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    path = tmp_path_factory.mktemp('settings') / 'bag'
+    write_example_bag(path, DriveModel(), ExampleMotion(4.0, 500.0))
+    return str(path)
+
+
+@pytest.mark.parametrize('command', ['replay', 'accept', 'compare', 'report'])
+def test_the_packaged_drive_is_never_used_without_a_word(bag, tmp_path, capsys, monkeypatch,
+                                                         command):
+    for model in ([], ['--model', str(config_path('drive.yaml'))]):
+        monkeypatch.chdir(tmp_path)
+        main([command, bag, *COMMANDS[command], *model])
+        shown = capsys.readouterr()
+        said = NO_MODEL in json.loads(shown.out)['notes']
+        warned = f'gearbox_monitor {command}: warning: {NO_MODEL}\n' in shown.err
+        assert said == warned == (not model)
+        (tmp_path / 'x.html').unlink(missing_ok=True)
+
+
+@pytest.mark.parametrize('command', COMMANDS)
+def test_parameters_of_another_node_are_an_error(bag, tmp_path, capsys, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    for name, text, told in (
+            ('other.yaml', 'estimatr: {ros__parameters: {filter: ukf}}', 'sets nothing of node'),
+            (str(config_path('drive.yaml')), None, 'a key of a model file')):
+        if text:
+            (tmp_path / name).write_text(text)
+        assert main([command, bag, *COMMANDS[command], '--params', name]) == 2
+        shown = capsys.readouterr().err
+        assert told in shown and shown.count('\n') == 1
