@@ -107,7 +107,7 @@ def setpoint(part: Segment, moved: LowPassedMotion) -> list[Finding]:
     u = moved.u - moved.u.mean()
     for i in np.flatnonzero(part.measured).tolist():
         p = moved.p[:, i] - moved.p[:, i].mean()
-        for late in range(0, min(int(AHEAD / part.dt), len(u) // 4), max(1, moved.width)):
+        for late in range(min(int(AHEAD / part.dt), len(u) // 4)):
             x, y = p[late:], u[:len(u) - late]
             slope = float(x @ y) / max(float(x @ x), 1e-300)
             if abs(slope - 1.0) < SETPOINT and np.std(y - slope * x) < SETPOINT * np.std(y):
