@@ -496,6 +496,9 @@ def _sensors(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -
     drive = draft.drive
     if values.zero:
         _shift_zero(draft, values.zero)
+    if values.rigid and values.late[0] and values.late[1]:
+        raise InputError(f'{drive.path}: joint {names[0]}: two delays of its reading, expected '
+                         'one where motor and arm are one joint')
     for delay, name in zip(values.late, (names[0], names[1] or names[0])):
         if not delay:
             continue

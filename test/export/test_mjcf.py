@@ -177,6 +177,13 @@ def test_what_does_not_fit_is_one_line(changes, problem):
         patched(read_mjcf(PAIR, 'motor', 'arm'), *values_of(model))
 
 
+def test_one_joint_has_one_reading():
+    late = [{'id': f'{side}_encoder_delay', 'T': 0.004} for side in ('motor', 'arm')]
+    drive = read_mjcf(ROBOT, 'elbow')
+    with pytest.raises(InputError, match='two delays of its reading'):
+        patched(drive, *values_of(model_of(drive).with_(effects=late)))
+
+
 def test_unknown_names_are_one_line():
     with pytest.raises(InputError, match="joint: 'knee' is not in this file"):
         read_mjcf(ROBOT, 'knee')
