@@ -206,10 +206,10 @@ def finish(table: Any, key: str, counts: Mapping[str, int]) -> dict[str, Any]:
 
 def _line(box: Mapping[str, Any]) -> str:
     from gearbox_monitor.report.fleet_page import (
-        FEATURES, growth_text, limit_text, width_text)
+        excursion_text, FEATURES, growth_text, limit_text, width_text)
     return ', '.join(filter(None, (
         f'{FEATURES[box["feature"]]} {width_text(box)}', growth_text(box),
-        limit_text(box), f'{box["measured"]} of {box["bags"]} bags')))
+        limit_text(box), excursion_text(box), f'{box["measured"]} of {box["bags"]} bags')))
 
 
 def text(data: Mapping[str, Any]) -> str:

@@ -49,7 +49,7 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.admission import admitted
 
-FORMAT = 1  # of the tables
+FORMAT = 2  # of the tables
 DIAGNOSED = 14_000_000_000  # ns of a bag that are diagnosed
 LONGEST_NAME = 200  # of a gearbox, bytes of the name of its folder
 COMBINED = ('gap', 'lost_motion', 'stiffness', 'hysteresis')
@@ -190,11 +190,13 @@ def _features(windows: Sequence[Any]) -> Row:
     """Return the features that all windows give together."""
     used, separable = separable_of(windows)
     row: Row = {'windows': len(windows), 'windows_used': len(used)}
-    if not used:
-        return {**row, 'not_excited': reason_of(windows)}
-    row['separable'] = separable
+    if used:
+        row['separable'] = separable
+    else:
+        row['not_excited'] = reason_of(windows)
     for name in COMBINED:
-        combined = combine(used, name)
+        # Lost motion needs no torque: every window counts that shows it.
+        combined = combine(windows if name == 'lost_motion' else used, name)
         if combined:
             row[name], row[f'{name}_std'] = combined.value, combined.std
     return row

@@ -67,15 +67,21 @@ def growing(gearboxes: Iterable[Gearbox]) -> list[Gearbox]:
 def headline(gearboxes: Sequence[Gearbox]) -> str:
     """Return the most important fact about `gearboxes` in one sentence."""
     worn, compared = growing(gearboxes), sum(box['growth'] is not None for box in gearboxes)
+    passed = [f' {box["gearbox"]} {excursion_text(box)}.' for box in gearboxes
+              if excursion_text(box)]
+    ended = passed[0] + (f' So had {len(passed) - 1} more.' if passed[1:] else '') \
+        if passed else ''
     if not compared:
-        return 'No gearbox was measured twice: growth needs two bags in which it moves both ways.'
+        return ('No gearbox was measured twice: growth needs two bags, each with a window '
+                'in which it moves both ways.')
     if not worn:
         return (f'No growth: {compared} gearboxes were measured more than once, none has '
-                'significantly grown.')
+                f'significantly grown.{ended}')
     first = worn[0]
     has = 'has' if len(worn) == 1 else 'have'
     return (f'{len(worn)} of {compared} gearboxes {has} grown; most of all {first["gearbox"]}: '
-            f'{FEATURES[first["feature"]]} {growth_text(first)} since {day(first["start"][0])}.')
+            f'{FEATURES[first["feature"]]} {growth_text(first)} since '
+            f'{day(first["start"][0])}.{ended}')
 
 
 def growth_text(gearbox: Gearbox) -> str:
@@ -85,6 +91,16 @@ def growth_text(gearbox: Gearbox) -> str:
     digits = 1 if gearbox['growth_std'] >= 0.001 else 2
     return (f'{100 * gearbox["growth"]:+.{digits}f} +- '
             f'{100 * gearbox["growth_std"]:.{digits}f} %')
+
+
+def excursion_text(gearbox: Gearbox) -> str:
+    """Return the growth of `gearbox` that has ended in words, '' if there was none."""
+    excursion = gearbox['excursion']
+    if not excursion or excursion['growth'] < NOTABLE:
+        return ''
+    days = [day(excursion[key]) for key in ('start', 'end')]
+    return (f'was {growth_text({**gearbox, **excursion})} from {days[0]} to {days[1]} '
+            f'({excursion["bags"]} bags), which has ended')
 
 
 def day(stamp_ns: float) -> str:
@@ -149,7 +165,8 @@ class WearRanking(Section):
             interval = None if growth is None else (
                 growth - SIGNIFICANT * gearbox['growth_std'],
                 growth + SIGNIFICANT * gearbox['growth_std'])
-            note = '; '.join(filter(None, (width_text(gearbox), limit_text(gearbox))))
+            note = '; '.join(filter(None, (
+                width_text(gearbox), limit_text(gearbox), excursion_text(gearbox))))
             rows.append(BarRow(gearbox['gearbox'], note, growth, growth_text(gearbox),
                                'nominal' if gearbox['gearbox'] in worn else 'closed faint',
                                interval))

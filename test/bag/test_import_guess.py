@@ -136,7 +136,10 @@ def test_coded_integers_are_recognised_and_their_scale_is_asked_for(tmp_path, ca
     assert '--set KEY=VALUE' in message
     joints = imported(tmp_path, path, '--guess', '--set', 'signals.motor_effort.scale=0.01')
     np.testing.assert_allclose(joints.effort[:, 0], raw / 100.0, atol=1e-12)
-    block = guessed_mapping(path).data['signals']['motor_effort']
+    guess = guessed_mapping(path)
+    assert 'Not in the data, state it: signals.motor_effort.scale (N m per count).' in \
+        guess.assumptions
+    block = guess.data['signals']['motor_effort']
     assert (block['bits'], block.get('coding', 'twos_complement')) == (bits, coding)
 
 

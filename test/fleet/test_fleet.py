@@ -40,6 +40,8 @@ from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.rts_smoother import (
+    N_SMOOTHED, S_TAU_K_STD, S_TWIST, S_X3, S_X4)
 from gearbox_monitor.fleet import executors, job
 from gearbox_monitor.fleet.fleet_table import FleetTable
 from gearbox_monitor.fleet.job import analyse
@@ -52,6 +54,7 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.report.fleet_page import headline
 
 ROOT = Path(__file__).parents[2]
 DAY = 86400
@@ -489,6 +492,50 @@ def test_sure_growth_comes_before_large_growth():
     assert boxes['wild']['growth_std'] > 20 * boxes['grows']['growth_std']
     assert boxes['blurred']['feature'] == 'lost_motion' and boxes['blurred']['growth'] == 0.0
     assert boxes['once']['growth'] is None and boxes['idle']['width'] is None
+
+
+def test_a_growth_that_ended_is_told_and_forecasts_nothing():
+    rng, rows = np.random.default_rng(1), []
+    for day in range(20):
+        for name, level in (('passing', 1.84 if 8 <= day < 11 else 1.0), ('flat', 1.0),
+                            ('step', 1.84 if day >= 8 else 1.0), ('line', 1.0 + 0.02 * day)):
+            value = 0.2 * level * (1.0 + 5e-3 * rng.standard_normal())
+            rows.append(bag_row(name, day, value, 1e-4))
+    boxes = {box['gearbox']: box for box in gearboxes(rows)}
+    excursion = boxes['passing']['excursion']
+    assert excursion['growth'] == pytest.approx(0.84, abs=0.02) and excursion['bags'] == 3
+    assert excursion['growth_std'] < 0.02
+    first, last = (bag_row('', day, 0.0, 0.0)['start'] for day in (8, 10))
+    assert (excursion['start'], excursion['end']) == (first, last)
+    assert abs(boxes['passing']['growth']) < 0.02 and boxes['passing']['reach'] is None
+    assert all(boxes[name]['excursion'] is None for name in ('flat', 'step', 'line'))
+    assert boxes['line']['reach'] is not None and boxes['flat']['reach'] is None
+    text = headline(list(boxes.values()))
+    assert 'passing was +8' in text and '(3 bags), which has ended' in text
+
+
+def test_scatter_alone_makes_neither_forecast_nor_excursion():
+    rng, count = np.random.default_rng(2), 300
+    boxes = gearboxes(bag_row(f'{n}', day, 0.2 * (1.0 + 0.01 * rng.standard_normal()), 1e-4)
+                      for n in range(count) for day in range(6))
+    assert sum(box['reach'] is not None for box in boxes) <= 2
+    assert sum(box['excursion'] is not None for box in boxes) <= 2
+
+
+def test_lost_motion_is_measured_where_no_torque_is_seen():
+    """Slow strokes of a drive with friction: the twist follows the direction, the torque is 0."""
+    t = np.arange(0.0, 60.0, 0.01)
+    speed = np.cos(0.7 * t)
+    rows = np.zeros((len(t), N_SMOOTHED))
+    rows[:, S_X4], rows[:, S_X3] = speed, speed
+    rows[:, S_TWIST], rows[:, S_TAU_K_STD] = 0.015 * np.sign(speed), 0.1
+    windows = RecordingWindows(DriveModel(), EstimatorParameters())
+    windows.add((t * 1e9).astype(np.int64) + 1, rows)
+    fits = windows.finish()
+    assert fits and not any(isinstance(fit, Backlash) for fit in fits)
+    row = job._features(fits)
+    assert row['lost_motion'] == pytest.approx(0.03) and 'gap' not in row
+    assert 'torque stays below its noise' in row['not_excited']
 
 
 def test_windows_come_out_alike_in_any_blocks():

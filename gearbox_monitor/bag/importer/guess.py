@@ -372,12 +372,14 @@ def _complete(data: dict[str, Any], blocks: dict[str, dict[str, Any]],
     _effort_sign(blocks, values, t, assumptions)
     needed = [f'signals.{name}.counts_per_rev' for name, block in blocks.items()
               if block.get('unit') in ('counts', 'counts/s') and 'counts_per_rev' not in block
-              and data['kind'] == 'rotary']
+              and data['kind'] == 'rotary' and name != 'motor_effort']
     effort = blocks.get('motor_effort', {})
     if effort.get('unit') in DRIVE_INPUT:
         needed.append('signals.motor_effort.torque_constant (N m per A, or at full duty)')
     if effort.get('unit') in COUNTS:
         needed.append('signals.motor_effort.scale (N m per count)')
+    settled = {text.partition('=')[0] for text in settings}
+    needed = [text for text in needed if text.partition(' ')[0] not in settled]
     if needed:
         assumptions.append(f'Not in the data, state it: {", ".join(needed)}.')
 

@@ -354,7 +354,8 @@ class Tracker:
                 'friction not measured yet'
             reason = f': {self._pause.reason}' if self._pause else \
                 ': the motion must load both flanks'
-            return Finding(Level.WARN, message + reason)
+            return Finding(Level.WARN, f'{message}{reason}; a baseline needs '
+                           f'{scan.MIN_BASELINE} windows')
         values = self._measured(component, window) if window else {}
         active = [t for t in TESTS if t.component == component and t.key in self.changes]
         active.sort(key=lambda t: -self.changes[t.key].stage)
@@ -523,8 +524,9 @@ class Tracker:
             'history': [list(b) for b in self._history.blocks],
             'window': self._window and asdict(self._window), 'point': self._point,
             'trusted': self._trusted, 'growth': self._growth,
-            'temperature': self._temperature,
-            'pause': self._pause and asdict(self._pause), 'stamp_ns': self.stamp_ns}
+            'temperature': self._temperature, 'stamp_ns': self.stamp_ns,
+            'pause': self._pause and {'stamp_ns': self._pause.stamp_ns,
+                                      'reason': self._pause.reason}}
 
     @classmethod
     def from_dict(cls, settings: TrackerSettings, state: Any) -> Self:

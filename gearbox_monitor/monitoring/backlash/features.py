@@ -141,10 +141,17 @@ class Backlash:
 
 @dataclass(frozen=True)
 class NotExcited:
-    """No features from the window that ends at `stamp_ns`: `reason` says what the motion lacks."""
+    """
+    No fit of the window that ends at `stamp_ns`: `reason` says what the motion lacks.
+
+    lost_motion (rad): needs no torque and no stiffness; NaN where the motion does not show it, and
+    in windows of a running Monitor.
+    """
 
     stamp_ns: int
     reason: str
+    lost_motion: float = math.nan
+    lost_motion_std: float = math.nan
 
 
 def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
@@ -403,6 +410,11 @@ def _slopes(normal: Array, to_gap: Array) -> Array:
         result.update(zip(fitted, np.linalg.pinv(inverse[np.ix_(fitted, fitted)])
                           @ inverse[fitted] @ to_gap))
     return np.array([float(result[i]) for i in COMMON])
+
+
+def shows_motion(rows: Array) -> bool:
+    """Return whether `rows` are enough, and values of a drive, for lost_motion_of."""
+    return len(rows) >= MIN_POINTS and bool((np.abs(rows) < PLAUSIBLE).all())
 
 
 def lost_motion_of(rows: Array) -> tuple[float, float]:

@@ -19,7 +19,7 @@ A Monitor fits windows as it goes, for its alarms. Here a whole recording is cut
 that a short one gives features, too, and each window stands alone.
 """
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
@@ -96,7 +96,11 @@ class RecordingWindows:
         return self._parts[0]
 
     def _fit(self, stamps: Integers, rows: Array) -> None:
-        self._fits.append(features.fit(rows, self.model, int(stamps[-1])))
+        fitted = features.fit(rows, self.model, int(stamps[-1]))
+        if isinstance(fitted, NotExcited) and features.shows_motion(rows):
+            lost_motion, std = features.lost_motion_of(rows)
+            fitted = replace(fitted, lost_motion=lost_motion, lost_motion_std=std)
+        self._fits.append(fitted)
 
     def _end(self) -> None:
         """Fit what is left, where it is half a window or all there is."""
@@ -120,7 +124,8 @@ class Combined:
     std: float
 
 
-def combine(fits: Sequence[Backlash], name: str, relative: float = 0.0) -> Combined | None:
+def combine(fits: Sequence[Backlash | NotExcited], name: str, relative: float = 0.0
+            ) -> Combined | None:
     """
     Return a feature over all windows.
 
