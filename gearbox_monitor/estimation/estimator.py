@@ -316,11 +316,13 @@ class Estimator:
         _, n = self._advance(stream, output)
         stamps_s, smoothed = output.smoothed_stamps[:n], output.smoothed[:n]
         completed = tuple((int(stamps_s[i]), smoothed[i].copy()) for i in range(n))
-        good = output.codes == sample_loop.ESTIMATE
+        code = int(output.codes[0])
+        good = code == sample_loop.ESTIMATE
         if observe is not None:
-            observe(Batch(int(sample.stamp_ns), output.codes[0], stream.stamps[good],
-                          output.estimates[good], stamps_s.copy(), smoothed.copy()))
-        if not good[0]:
+            new = slice(1 if good else 0)
+            observe(Batch(int(sample.stamp_ns), code, stream.stamps[new].copy(),
+                          output.estimates[new].copy(), stamps_s.copy(), smoothed.copy()))
+        if not good:
             return None
         z, P, row = self._belief.z.copy(), self._belief.P.copy(), output.estimates[0].copy()
         if not self.parameters.arm_joint:

@@ -26,6 +26,7 @@ RUNS = (range(sample_loop.E_X1, sample_loop.E_TAU_E + 1),
         range(sample_loop.E_STD + TAU_K, sample_loop.E_STD + TAU_K + 1),
         range(sample_loop.E_INNOVATION_MOTOR, sample_loop.E_DT + 1))
 PLACE = {column: place for place, column in enumerate(column for run in RUNS for column in run)}
+COLUMNS = np.array(list(PLACE))
 BLOCK = 512  # stamps compared at once
 
 
@@ -76,9 +77,7 @@ class EstimateHistory:
     def _write(self, at: int, stamps: Integers, rows: Array) -> None:
         end = at + len(stamps)
         self._stamps[at:end] = stamps
-        for run in RUNS:
-            place = PLACE[run[0]]
-            self._columns[place:place + len(run), at:end] = rows[:, run[0]:run[-1] + 1].T
+        self._columns[:, at:end] = rows[:, COLUMNS].T
 
     def recent(self, first_ns: int, last_ns: int) -> Recent:
         """Return the Recent newest estimates stamped `first_ns` < stamp <= `last_ns`."""

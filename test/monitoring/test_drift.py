@@ -184,3 +184,28 @@ def test_a_lost_encoder_is_no_backlash(lost, arm_load):
             assert source.monitor.findings['backlash'].level < Level.ERROR
     gaps = np.array([window.gap for window in source.monitor.windows])
     np.testing.assert_allclose(gaps, 0.2, rtol=0.05)
+
+
+def test_twice_the_noise_raises_no_alert():
+    source = Stream(DriveModel(), NOISE, {'drift_window': 2.0})
+    source.go(40.0)
+    source.plant.noise = Noise(NOISE.process, (0.01, 0.01))
+    source.go(30.0)
+    assert source.monitor.findings['prediction error'].level > Level.OK
+    assert not source.monitor.tracker.changes
+
+
+@pytest.mark.parametrize('factor', [0.7, 1.3])
+def test_warm_up_raises_one_alert_at_most_and_says_so(factor):
+    source = Stream(DriveModel(), NOISE, {'drift_window': 2.0})
+    source.go(40.0)
+    for share in np.linspace(0.1, 1.0, 10):
+        source.plant.model = DriveModel().with_(
+            viscous_friction=0.1 * (1.0 + share * (factor - 1.0)))
+        source.go(4.0)
+    changes = source.monitor.tracker.changes
+    assert len(changes) <= 1
+    for key in changes:
+        assert key == ('friction' if factor > 1.0 else 'friction_loss')
+        message = source.monitor.findings['friction'].message
+        assert 'warm-up or lubrication' in message and 'by -' not in message
