@@ -33,7 +33,7 @@ def test_what_was_silent_is_told(name, motion):
 
 @pytest.mark.parametrize('motion', ['multisine', 'point to point', 'slow'])
 def test_a_healthy_drive_is_right_and_quiet(motion):
-    """Of the smoothed values; the lag of the filtered tau_K exceeds what it states, see the page."""
+    """Of smoothed values: the lag of the filtered tau_K exceeds what it states, see the page."""
     result = run(HEALTHY, motion, 'unknown', seed=7)
     assert result.told is None and max(result.beyond[1:]) <= SHARE, result
 
