@@ -43,7 +43,7 @@ ROTOR = 'mass="1e-6" diaginertia="1e-12 1e-12 1e-12"'
 TURN = ('quat', 'euler', 'axisangle', 'xyaxes', 'zaxis')
 
 
-class Change(NamedTuple):
+class Splice(NamedTuple):
     """One attribute that was edited: of which element, its text before ('' for none) and after."""
 
     element: str
@@ -57,7 +57,7 @@ class Patch:
     """The bytes of a patched file, its changes, and what the model's effects became."""
 
     data: bytes
-    changes: tuple[Change, ...]
+    changes: tuple[Splice, ...]
     exported: tuple[Exported, ...]
     joints: tuple[str, str | None]
 
@@ -67,7 +67,7 @@ class _Draft:
     """Edits of one file as they gather: attributes per element, children per section."""
 
     drive: MjcfDrive
-    changes: list[Change] = field(default_factory=list)
+    changes: list[Splice] = field(default_factory=list)
     attributes: dict[int, tuple[XmlElement, dict[str, str | None], str]] = field(
         default_factory=dict)
     children: dict[str, list[str]] = field(default_factory=dict)
@@ -83,12 +83,12 @@ class _Draft:
             if value is None and not before or value == before:
                 continue
             kept[1][name] = value
-            self.changes.append(Change(_title(element), name, before, value or 'removed'))
+            self.changes.append(Splice(_title(element), name, before, value or 'removed'))
 
     def add(self, section: str, title: str, text: str) -> None:
         """Add an element, its `text`, to a section of the file such as tendon."""
         self.children.setdefault(section, []).append(text)
-        self.changes.append(Change(title, '', '', 'new'))
+        self.changes.append(Splice(title, '', '', 'new'))
 
     def patched(self) -> bytes:
         """Return the file with all edits."""
@@ -263,7 +263,7 @@ def _with_rotor(draft: _Draft, values: MjcfValues) -> tuple[str, str]:
          stiffness="{number(values.motor_stiffness)}"
          {friction}/>
 </body>"""))
-    draft.changes.append(Change(f'body "{name}"', '', '', 'new, with the joint of the motor'))
+    draft.changes.append(Splice(f'body "{name}"', '', '', 'new, with the joint of the motor'))
     _keyframes(draft, joint)
     return name, joint.name
 
@@ -383,7 +383,7 @@ def _write_inertial(draft: _Draft, mass: float, centre: Array, tensor: Array) ->
         return
     text = '<inertial ' + ' '.join(f'{k}="{v}"' for k, v in values.items()) + '/>'
     draft.edits.append(with_child(drive.document, body, text, first=True))
-    draft.changes.append(Change(f'inertial of {_title(body)}', '', '', 'new'))
+    draft.changes.append(Splice(f'inertial of {_title(body)}', '', '', 'new'))
 
 
 # ---------------------------------------------------------------------- tendon, actuator, sensors

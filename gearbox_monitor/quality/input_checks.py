@@ -36,7 +36,7 @@ from gearbox_monitor.quality.smoothed_motion import HALF_WIDTHS, SmoothedMotion
 from gearbox_monitor.quality.stamps import held_rows
 from gearbox_monitor.quality.stretch import Segment
 from gearbox_monitor.quality.torque import limits as torque_limits
-from gearbox_monitor.quality.wiring import Reading
+from gearbox_monitor.quality.wiring import Variant
 
 MIN_TRAVEL = 10.0           # noise standard deviations
 MIN_MOVING = 4              # windows of 1 s with motion
@@ -157,7 +157,7 @@ def _wrong(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
                      'channels, signs and units')]
 
 
-def _wiring_text(reading: Reading) -> str:
+def _wiring_text(reading: Variant) -> str:
     phrases, arm, torque = [], reading.scale[1], reading.torque
     if reading.swap:
         phrases.append('motor and arm positions are swapped')
@@ -170,7 +170,7 @@ def _wiring_text(reading: Reading) -> str:
     return ' and '.join(phrases)
 
 
-def _unit_text(model: DriveModel, reading: Reading) -> str:
+def _unit_text(model: DriveModel, reading: Variant) -> str:
     """Describe what the recording's values are times the expected ones."""
     quantity = reading.quantity
     factor = 1.0 / (reading.torque if quantity == 'torque' else

@@ -54,7 +54,7 @@ LEAST_DECADES = 0.9  # of an odd factor: loads and inertias of a model are off b
 SLACK = 1e3         # weight of a bound
 
 
-class Reading(NamedTuple):
+class Variant(NamedTuple):
     """How data are read: swapped or not, times `scale` (motor, arm) and `torque`."""
 
     kind: str
@@ -89,7 +89,7 @@ class ReadingFit(NamedTuple):
         return float(np.mean(self.twist ** 2)) / self.power
 
 
-def readings(smooth: SmoothedMotion, model: DriveModel) -> Iterator[Reading]:
+def readings(smooth: SmoothedMotion, model: DriveModel) -> Iterator[Variant]:
     """
     Yield all readings but the one as recorded, simple ones first.
 
@@ -100,7 +100,7 @@ def readings(smooth: SmoothedMotion, model: DriveModel) -> Iterator[Reading]:
     for swap, arm_sign, sign in product((False, True), (1.0, -1.0), (1.0, -1.0)):
         if swap or arm_sign < 0.0 or sign < 0.0:
             kind = 'swapped' if swap else 'signs'
-            yield Reading(kind, '', swap, (1.0, arm_sign), sign)
+            yield Variant(kind, '', swap, (1.0, arm_sign), sign)
     motor, arm = (smooth.p[:, i] - smooth.p[:, i].mean() for i in (0, 1))
     slope, ratio = abs(motor @ arm) / (motor @ motor), abs(model.gear_ratio)
     units = np.array([180 / np.pi, 1e3, 2 * np.pi])
@@ -113,10 +113,10 @@ def readings(smooth: SmoothedMotion, model: DriveModel) -> Iterator[Reading]:
             motor_scale = f if quantity in ('motor', 'both', 'side') else 1.0
             arm_scale = f if quantity in ('arm', 'both') else 1.0
             torque = {'torque': f, 'side': 1.0 / f}.get(quantity, 1.0)
-            yield Reading(kind, quantity, False, (motor_scale, arm_scale), torque)
+            yield Variant(kind, quantity, False, (motor_scale, arm_scale), torque)
 
 
-def fitted(smooth: SmoothedMotion, model: DriveModel, reading: Reading,
+def fitted(smooth: SmoothedMotion, model: DriveModel, reading: Variant,
            gaps: tuple[float, ...] = GAPS) -> ReadingFit:
     """
     Return the fit of both equations to the data as read.
@@ -238,7 +238,7 @@ def independent(residual: Array) -> float:
 
 
 def better(smooth: SmoothedMotion, model: DriveModel, kinds: tuple[str, ...] = tuple(MARGINS)
-           ) -> tuple[ReadingFit, Reading | None, ReadingFit | None]:
+           ) -> tuple[ReadingFit, Variant | None, ReadingFit | None]:
     """
     Return the data's fit as recorded, and the reading that explains them instead with its fit.
 
@@ -250,7 +250,7 @@ def better(smooth: SmoothedMotion, model: DriveModel, kinds: tuple[str, ...] = t
     Returns:
         Fit as recorded; reading and its fit, None where the recording is read rightly.
     """
-    recorded = fitted(smooth, model, Reading('recorded'))
+    recorded = fitted(smooth, model, Variant('recorded'))
     white = np.resize([1e-9, -1e-9], len(recorded.torque))
     ideal = recorded._replace(torque=white, twist=white)
     if evidence(recorded, ideal).sum() < min(MARGINS.values()):

@@ -27,7 +27,7 @@ import yaml
 
 from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.bag.importer.mapping import mapping_from_dict
-from gearbox_monitor.bag.importer.units import standard_unit, unit_factor, unit_of_label
+from gearbox_monitor.bag.importer.unit_table import standard_unit, unit_factor, unit_of_label
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError

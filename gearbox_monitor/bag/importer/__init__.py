@@ -34,8 +34,8 @@ from gearbox_monitor.bag.importer.columns import read_columns
 from gearbox_monitor.bag.importer.mapping import (
     bound_to, FIRST_STAMP_NS, ImportMapping, load_mapping, SIGNALS, TimeMapping)
 from gearbox_monitor.bag.importer.raw_columns import MIN_SAMPLES, RawColumns
-from gearbox_monitor.bag.importer.stamps import absolute_ns, ordered, require_plausible
-from gearbox_monitor.bag.importer.units import standard_unit
+from gearbox_monitor.bag.importer.stamp_policy import absolute_ns, ordered, require_plausible
+from gearbox_monitor.bag.importer.unit_table import standard_unit
 from gearbox_monitor.bag.read import JOINT_STATE
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError

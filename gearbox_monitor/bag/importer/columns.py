@@ -29,7 +29,7 @@ from gearbox_monitor.bag.importer.mapping import ImportMapping, Place, TimeMappi
 from gearbox_monitor.bag.importer.raw_columns import (
     key_of, label_of, MIN_SAMPLES, names_of, Places, RawColumns)
 from gearbox_monitor.bag.importer.text_file import read_text
-from gearbox_monitor.bag.importer.units import standard_unit
+from gearbox_monitor.bag.importer.unit_table import standard_unit
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import AnyArray
 

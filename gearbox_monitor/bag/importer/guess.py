@@ -33,8 +33,8 @@ from gearbox_monitor.bag.importer.header import with_settings
 from gearbox_monitor.bag.importer.layout import recognised_layout, Series
 from gearbox_monitor.bag.importer.mapping import (
     ImportMapping, mapping_from_dict, TimeMapping)
-from gearbox_monitor.bag.importer.stamps import absolute_ns, LONGEST, SHORTEST
-from gearbox_monitor.bag.importer.units import (
+from gearbox_monitor.bag.importer.stamp_policy import absolute_ns, LONGEST, SHORTEST
+from gearbox_monitor.bag.importer.unit_table import (
     ANGLE, ANGULAR_SPEED, COUNT_RATE, COUNTS, DRIVE_INPUT, FORCE, LENGTH, SPEED, TIME, TORQUE,
     unit_factor)
 from gearbox_monitor.errors import InputError

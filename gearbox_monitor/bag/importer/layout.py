@@ -33,7 +33,7 @@ from gearbox_monitor.bag.importer.mapping import TextFormat
 from gearbox_monitor.bag.importer.raw_columns import MIN_SAMPLES
 from gearbox_monitor.bag.importer.text_file import (
     is_number, row_per_signal, sample_rows, signal_rows, split_line, text_lines)
-from gearbox_monitor.bag.importer.units import standard_unit, unit_of_label
+from gearbox_monitor.bag.importer.unit_table import standard_unit, unit_of_label
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.packed_files import open_unpacked
 from gearbox_monitor.kernels.types import AnyArray
@@ -59,16 +59,16 @@ class Series:
 
 
 @dataclass(frozen=True)
-class Layout:
+class Format:
     """Blocks of the mapping that describe the format, and the series of a recording."""
 
     blocks: Mapping[str, Any]
     series: Sequence[Series]
 
 
-def recognised_layout(path: str | Path) -> Layout:
+def recognised_layout(path: str | Path) -> Format:
     """
-    Return the Layout of the file `path`, with the series of the most frequent length.
+    Return the Format of the file `path`, with the series of the most frequent length.
 
     Raises InputError: no such file, or fewer series than a recording needs.
     """
@@ -88,7 +88,7 @@ def recognised_layout(path: str | Path) -> Layout:
     if len(series) < 2 or length < MIN_SAMPLES:
         raise InputError(f'{path}: {len(series)} columns of {length} numbers, read as {kind}: '
                          f'expected two or more of at least {MIN_SAMPLES}')
-    return Layout(blocks, series)
+    return Format(blocks, series)
 
 
 def _format(head: bytes) -> str:

@@ -27,7 +27,7 @@ import yaml
 
 from gearbox_monitor.bag.importer.header import (
     header_references, header_values, with_header, with_settings)
-from gearbox_monitor.bag.importer.units import TIME, TURN, unit_factor
+from gearbox_monitor.bag.importer.unit_table import TIME, TURN, unit_factor
 from gearbox_monitor.errors import InputError, Problems, unknown
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_yaml

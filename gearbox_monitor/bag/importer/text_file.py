@@ -32,7 +32,7 @@ import numpy as np
 from gearbox_monitor.bag.importer.mapping import ImportMapping, TextFormat, TimeMapping
 from gearbox_monitor.bag.importer.raw_columns import (
     key_of, label_of, MIN_SAMPLES, Places, RawColumns)
-from gearbox_monitor.bag.importer.units import TIME, unit_of_label
+from gearbox_monitor.bag.importer.unit_table import TIME, unit_of_label
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.packed_files import lines_of
 from gearbox_monitor.kernels.types import AnyArray, Array

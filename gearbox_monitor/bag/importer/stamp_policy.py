@@ -27,7 +27,7 @@ import numpy as np
 
 from gearbox_monitor.bag.importer.mapping import TimeMapping
 from gearbox_monitor.bag.importer.raw_columns import MIN_SAMPLES
-from gearbox_monitor.bag.importer.units import TIME
+from gearbox_monitor.bag.importer.unit_table import TIME
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import AnyArray, Array, Integers
 
