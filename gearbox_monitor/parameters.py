@@ -37,6 +37,8 @@ FILTER_NAMES = tuple(sorted(module.name for module in iter_modules(
     [f'{path}/estimation/filters' for path in gearbox_monitor.__path__])))
 # Whose messages a node takes when several publishers give the same joints.
 REFUSE, FOLLOW_FIRST, ACCEPT = POLICIES = ('refuse', 'follow_first', 'accept')
+# What a filter takes for the law of tau_K.
+RANDOM_WALK, ELASTIC, LEARNED = TAU_K_MODELS = ('random_walk', 'elastic', 'learned')
 
 ParameterValue: TypeAlias = bool | int | float | str | tuple[str, ...] | tuple[float, ...]
 
@@ -220,6 +222,19 @@ class EstimatorParameters(ParameterSet):
     q_std_tau_arm: float = row(
         8.0, 'N m/sqrt(s)', 'how fast the unknown load on the arm may wander', low=0.0, high=1e9,
         change=AT_ONCE)
+    tau_k_model: str = row(
+        RANDOM_WALK, '', 'law of tau_K: a random walk (the paper); the curve of the model file '
+        'over the twist, plus a deviation that wanders (elastic); the same with stiffness, gap '
+        'and hysteresis learned while it runs', choices=TAU_K_MODELS, change=RESTART)
+    q_std_tau_k_deviation: float = row(
+        1.0, 'N m/sqrt(s)', 'elastic, learned: how fast tau_K may leave the curve', low=0.0,
+        high=1e9, change=AT_ONCE)
+    q_std_curve: float = row(
+        1e-3, '1/sqrt(s)', 'learned: how fast stiffness, gap and hysteresis may wander, relative '
+        'to their standard deviations at a start', low=0.0, high=1e3, change=AT_ONCE)
+    p0_std_curve: float = row(
+        1.0, '-', 'learned: standard deviation of stiffness, gap and hysteresis at a start, '
+        'relative to the model file', low=1e-6, high=10.0, change=RESTART)
     tau_k_stiffness: float = row(
         0.0, 'N m/rad', "k_p in tau_K' = k_p (x3 - x4) + w; 0 is the paper's random walk", low=0.0,
         high=1e12, change=AT_ONCE)
@@ -232,8 +247,9 @@ class EstimatorParameters(ParameterSet):
     friction_error_time: float = row(
         0.7, 's', 'correlation time of that friction error', low=1e-4, high=1e4, change=RESTART)
     p0_std_speed: float = row(
-        1.0, 'rad/s', 'standard deviation of the speeds at a start', low=1e-9, high=1e6,
-        change=RESTART)
+        1.0, 'rad/s', 'standard deviation of the speeds at a start; no less than the drive may '
+        'then move at: a start within a motion is otherwise taken for a torque', low=1e-9,
+        high=1e6, change=RESTART)
     p0_std_torque: float = row(
         5.0, 'N m', 'standard deviation of tau_K and load at a start', low=1e-9, high=1e9,
         change=RESTART)

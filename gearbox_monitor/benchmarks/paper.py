@@ -31,7 +31,7 @@ from typing import Any
 from matplotlib.figure import Figure
 import numpy as np
 
-from gearbox_monitor.benchmarks import paper_adaptive
+from gearbox_monitor.benchmarks import paper_adaptive, paper_curve
 from gearbox_monitor.benchmarks.harness import (
     add_json_option, bar_lines, BarRow, BarTable, finish, progress_line, require_compiled,
     require_whole)
@@ -232,6 +232,8 @@ def evaluate(seeds: int,
                           smoothers(case, parameters, seeds, progress).items()},
             'adaptive': paper_adaptive.evaluate(
                 drive(case)[:2], run_samples, parameters, seeds, DT, T0, progress),
+            'learned': paper_curve.evaluate(
+                drive(case), run_samples, parameters, TUNING_SEEDS, seeds, DT, progress),
             'published': PUBLISHED[case]}
     data['bars'] = bars(data)
     return data
@@ -252,6 +254,7 @@ def bars(data: Mapping[str, Any]) -> list[BarRow]:
             add(f'{case} {name} tau / EKF tau', rows[name]['tau'][0] / rows['EKF']['tau'][0],
                 1.0 - SIGMA_POINT_BAR, 1.0 + SIGMA_POINT_BAR)
         paper_adaptive.bars(case, content['adaptive'], DriveModel().viscous_friction, add)
+        paper_curve.bars(case, content['learned'], add)
     return table.rows
 
 
@@ -278,6 +281,7 @@ def text(data: Mapping[str, Any]) -> str:
         lines += ['', 'adaptive filter from wrong starts, settled tau_K error (N m):']
         lines += [f'  {name:<20}{np.mean(values):8.4f} +-{np.std(values):7.4f}'
                   for name, values in content['adaptive'].items()]
+        lines += ['', *paper_curve.text(content['learned'])]
         gained, motor = content['energy']
         lines += ['', f'work of the coupling in 20 s: {gained:+.0f} J of {motor:.0f} J done by '
                   'the motor', '']

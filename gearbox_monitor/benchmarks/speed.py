@@ -51,6 +51,8 @@ FIXED = {'arm_load': 'none'}
 FILTERS: dict[str, dict[str, Any]] = {
     'EKF': {'filter': 'ekf'},
     'EKF, unknown load': {'filter': 'ekf', 'arm_load': 'unknown'},
+    'EKF, elastic': {'filter': 'ekf', 'tau_k_model': 'elastic'},
+    'EKF, learned': {'filter': 'ekf', 'tau_k_model': 'learned'},
     'EKF numeric': {'filter': 'ekf', 'ekf_jacobian': 'numeric'},
     'UKF': {'filter': 'ukf'},
     'SRUKF': {'filter': 'srukf'},
@@ -59,6 +61,8 @@ FILTERS: dict[str, dict[str, Any]] = {
 }
 # bar: (value from {name: s per step, or of a start}, lowest, highest)
 BARS: dict[str, tuple[Callable[[Mapping[str, float]], float], float, float]] = {
+    'EKF elastic / EKF': (lambda t: t['EKF, elastic'] / t['EKF'], 0.0, 1.3),
+    'EKF learned / EKF': (lambda t: t['EKF, learned'] / t['EKF'], 0.0, 2.5),
     'EKF bank, 16 / EKF': (lambda t: t['EKF bank, 16'] / t['EKF'], 0.0, 0.33),
     'EKF bank, 4096 and 16, larger / smaller': (
         lambda t: float(np.exp(abs(np.log(t['EKF bank, 4096'] / t['EKF bank, 16'])))), 0.0, 1.1),

@@ -26,8 +26,9 @@ from typing import TypeAlias
 
 from gearbox_monitor.estimation.filters.ekf import inverse, joseph, joseph_element, mahalanobis
 from gearbox_monitor.estimation.process_model import (
-    along, answer, Column, EIGENVALUE, FRICTION_AT, K_P, NUMERIC, P0, Q0, Q_TAU_K_SPEED, R1,
-    R2, rates, softened_sharpness, STATISTICAL, TAU_ARM, TAU_K, tau_k_noise, X1, X2, X3, X4)
+    along, answer, Column, CURVE_COUNT, EIGENVALUE, FRICTION_AT, K_P, NUMERIC, P0, Q0,
+    Q_TAU_K_SPEED, R1, R2, rates, softened_sharpness, STATISTICAL, TAU_ARM, TAU_K, tau_k_noise,
+    X1, X2, X3, X4)
 from gearbox_monitor.kernels.jit import fma, jit, jit_inline
 from gearbox_monitor.kernels.types import Array, Four, Packed, Pair, States
 from gearbox_monitor.plant.drive import (
@@ -47,7 +48,8 @@ Drive: TypeAlias = tuple[tuple[float, ...], tuple[float, ...]]
 
 def suited(p: Array) -> bool:
     """Return whether lanes can run filters with the packed parameters `p`."""
-    return not p[[NUMERIC, G, CAC, CL]].any() and bool(p[FRICTION_AT] < 0.0)
+    return (not p[[NUMERIC, G, CAC, CL]].any()
+            and bool(p[FRICTION_AT] < 0.0 and p[CURVE_COUNT] < 0.0))
 
 
 def drive_of(p: Array) -> Drive:

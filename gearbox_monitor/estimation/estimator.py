@@ -22,6 +22,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import json
+import math
 from typing import Any
 
 import numpy as np
@@ -31,11 +32,12 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import (
     ARM_COLUMNS, Batch, Divergence, Estimate, Estimates, Sample, Samples, SMOOTHED_ARM_COLUMNS)
 from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, FilterKind, Scratch
-from gearbox_monitor.estimation.process_model import markers, pack, state_names
+from gearbox_monitor.estimation.process_model import learned_length, markers, pack, state_names
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import (
     LoopSettings, LoopState, Output, SECOND, Stream)
 from gearbox_monitor.estimation.step_record import predicted, record_size
+from gearbox_monitor.estimation.torque_model import LEARNT
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.parameters import (
     AT_ONCE, ESTIMATOR, EstimatorParameters, resolve, with_model_values)
@@ -292,6 +294,18 @@ class Estimator:
                 self._belief.memory, self.packed, adapted)
         except ValueError as error:
             raise InputError(str(error)) from None
+
+    def learned_curve(self) -> dict[str, float]:
+        """Return gap (rad), stiffness (N m/rad) and hysteresis (rad) as learnt; {} if not."""
+        n, (z, P, _) = len(self.names), self._belief
+        if self.names[-3:] != list(LEARNT):
+            return {}
+        half_gap, gap_std = learned_length(z, P, n, n - 2)
+        width, width_std = learned_length(z, P, n, n - 1)
+        return {'learned_gap_rad': 2.0 * half_gap, 'learned_gap_std_rad': 2.0 * gap_std,
+                'learned_stiffness': float(z[-3]),
+                'learned_stiffness_std': math.sqrt(P[(n - 3) * (n + 1)]),
+                'learned_hysteresis_rad': width, 'learned_hysteresis_std_rad': width_std}
 
     # ------------------------------------------------------------------ samples
 

@@ -28,10 +28,10 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.filter_kind import (
     Belief, filter_kind, FilterKind, Reading, Scratch)
-from gearbox_monitor.estimation.process_model import N_PACKED, TAU_K
+from gearbox_monitor.estimation.process_model import N_PACKED, torque_of
 from gearbox_monitor.estimation.step_record import correction, record_size
 from gearbox_monitor.kernels.jit import bound, jit_inline
-from gearbox_monitor.kernels.types import Array, States, Values
+from gearbox_monitor.kernels.types import Array, Pair, States, Values
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -120,12 +120,15 @@ class Filter:
     @property
     def tau_k(self) -> float:
         """Transmission torque, N m."""
-        return float(self.z[TAU_K])
+        return float(self._torque()[0])
 
     @property
     def tau_k_std(self) -> float:
         """Standard deviation of tau_k, N m."""
-        return math.sqrt(self.P[TAU_K, TAU_K])
+        return math.sqrt(self._torque()[1])
+
+    def _torque(self) -> Pair:
+        return torque_of(self._states, self.z, self._belief.P, self._packed)
 
     @property
     def nis(self) -> float:

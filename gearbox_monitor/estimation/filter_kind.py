@@ -23,7 +23,7 @@ from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.estimation import filters
 from gearbox_monitor.kernels.jit import jit_inline
 from gearbox_monitor.kernels.types import Array, States, Values
-from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
+from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES, RANDOM_WALK
 
 
 class Belief(NamedTuple):
@@ -109,6 +109,7 @@ class FilterKind:
     memory_size: of the number of states, how many numbers it carries besides z and P. resume:
     kernel that prepares this memory for a start. warnings: of the number of states and the
     parameters, sentences for the user. adaptation: of an adaptive filter, else None.
+    tau_k_models: the laws of tau_K that it can take, see estimation.torque_model.
     """
 
     step: Step
@@ -118,6 +119,7 @@ class FilterKind:
     resume: Callable[[Array], None] = forget
     warnings: Callable[[int, EstimatorParameters], list[str]] = no_warnings
     adaptation: Adaptation | None = None
+    tau_k_models: tuple[str, ...] = (RANDOM_WALK,)
 
     @property
     def name(self) -> str:

@@ -29,7 +29,7 @@ from gearbox_monitor.estimation.estimates import Samples, SMOOTHED_ARM_COLUMNS
 from gearbox_monitor.estimation.estimator import (
     Estimator, loop_arrays, settings_of, unsmoothed)
 from gearbox_monitor.estimation.filter_kind import Belief, filter_kind
-from gearbox_monitor.estimation.process_model import markers, pack, state_names, TAU_K_MODEL_STD
+from gearbox_monitor.estimation.process_model import markers, pack, state_names
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, smooth, Span
 from gearbox_monitor.estimation.sample_loop import loop_of, LoopState, Output, Stream
 from gearbox_monitor.estimation.step_record import updated
@@ -140,7 +140,7 @@ class _Pass:
                 z, P = updated(ring[last % size], n)
                 z[:], P[:] = seam
             z = np.empty(n)
-            smooth(self.states, ring, Span(last, cut, last), self.packed[TAU_K_MODEL_STD] ** 2, z,
+            smooth(self.states, ring, Span(last, cut, last), self.packed, z,
                    self.scratch.matrices, rows[cut:last + 1])
             seam = z, self.scratch.matrices[0].reshape(n, n).copy()
         return rows

@@ -32,6 +32,7 @@ from scipy.optimize import minimize
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.sensor_noise import MAD_TO_SIGMA, quantisation_step, white_noise_std
 from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.parameters import EstimatorParameters, RANDOM_WALK
 
 BURN_IN = 0.5            # s after a start that do not count
 MIN_SECONDS, MIN_SAMPLES = 5.0, 1000
@@ -48,6 +49,7 @@ DIVERGED = -1e9          # what a filter gets that cannot run at all
 
 R_NAMES = ('r_std_motor', 'r_std_arm')
 SPEED_NAMES = ('q_std_motor_speed', 'q_std_arm_speed')
+TORQUE_NAMES = WALK, DEVIATION = ('q_std_tau_k', 'q_std_tau_k_deviation')
 
 # (trials as {name: value}, coarse) -> (criterion, diverged) of each; see search.
 Evaluate: TypeAlias = Callable[[Sequence[Mapping[str, float]], bool], list[tuple[float, bool]]]
@@ -224,6 +226,11 @@ def liveliest(stamps: Integers, y: Array, seconds: float) -> slice:
     return slice(begin, begin + length)
 
 
+def torque_noise(parameters: EstimatorParameters) -> str:
+    """Return the name of the process noise of tau_K that a filter with `parameters` uses."""
+    return WALK if parameters.tau_k_model == RANDOM_WALK else DEVIATION
+
+
 def first_guess(motion: EncoderMotion, free: Sequence[str]) -> dict[str, float]:
     """Return {name: value} for the parameters `free`, from the `motion` alone."""
     torque = motion.torque if motion.torque > 0.0 else 1.0
@@ -231,7 +238,8 @@ def first_guess(motion: EncoderMotion, free: Sequence[str]) -> dict[str, float]:
     guess = {
         'r_std_motor': motion.noise[0], 'r_std_arm': motion.noise[1],
         'q_std_motor_speed': 0.02 * speed[0], 'q_std_arm_speed': 0.02 * speed[1],
-        'q_std_tau_k': 3.0 * torque, 'q_std_tau_arm': torque}
+        'q_std_tau_k': 3.0 * torque, 'q_std_tau_k_deviation': 0.3 * torque,
+        'q_std_tau_arm': torque}
     return {name: guess[name] for name in free}
 
 
@@ -260,7 +268,7 @@ def search(evaluate: Evaluate, guess: dict[str, float],
     for factor in (10.0, 0.1):
         start = np.zeros(n)
         for i, name in enumerate(names):
-            if name == 'q_std_tau_k':
+            if name in TORQUE_NAMES:
                 start[i] = math.log(factor)
             elif name in SPEED_NAMES:
                 start[i] = -math.log(factor)

@@ -15,13 +15,20 @@
 """
 The process model that every filter shares: the drive's equations with unknown torques as states.
 
-State z = [x1, x2, x3, x4, tau_K, (tau_arm), (tau_e)]:
+State z = [x1, x2, x3, x4, tau_K, (tau_arm), (tau_e), (w), (K), (c), (g)]:
     equations (1) with tau_K as a state (the paper's equations (2), (3)),
     tau_K'   = k_p (x3 - x4) + w      k_p = 0 is the paper's random walk
+                                      with tau_k_model other than random_walk this state is what
+                                      tau_K differs by from the model's curve over the twist:
+                                      tau_K = curve(x1 - x2, w; K, c, g) + state, see
+                                      plant.transmission.elastic_torque and torque_of
     tau_arm' = w                      load on the arm, present with arm_load "unknown"; the loads
                                       that the model has as effects add to it
     tau_e'   = -tau_e / T + w         error of the friction model, present with a standard
                                       deviation > 0; Ornstein-Uhlenbeck, so Q = 2 std^2 / T
+    w                                 memory of the curve, rad, where it has a hysteresis
+    K', c', g' = w                    stiffness of the curve, and half gap and hysteresis width
+                                      times it, where they are learnt
 Measurements y = [x1, x2] + noise.
 """
 import math
@@ -31,22 +38,27 @@ import numpy as np
 
 from gearbox_monitor.estimation.adaptation import adapted_names, softened_model
 from gearbox_monitor.estimation.filter_kind import filter_kind
+from gearbox_monitor.estimation.torque_model import (
+    curve_drive, curve_states, LEARNT_RANGE, MEMORY, MEMORY_NOISE, start_deviations)
 from gearbox_monitor.kernels.jit import COMPILED, fma, jit, jit_inline
-from gearbox_monitor.kernels.types import Array, Four, Packed, Pair, States
-from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.kernels.types import Array, Curve, Four, Packed, Pair, Slopes, States
+from gearbox_monitor.parameters import EstimatorParameters, RANDOM_WALK
 from gearbox_monitor.plant.drive import (
     arm_acceleration, arm_load, arm_load_slopes, CAC, CAV, CC, CL, CV, D, DriveModel,
-    fastest_eigenvalue, G, INVERSE_M1, INVERSE_M2, KR, motor_acceleration,
-    motor_friction_load_slope, motor_friction_slope, N_PARAMETERS, TL)
+    fastest_eigenvalue, G, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S, KR, motor_acceleration,
+    motor_friction_load_slope, motor_friction_slope, N_PARAMETERS, STIFFNESS, TL, WIDTH)
+from gearbox_monitor.plant.transmission import elastic_torque, play
 
 X1, X2, X3, X4, TAU_K, TAU_ARM, TAU_E = range(7)
-N_MAX = 7
-BESIDE = 16  # states that advance_beside takes: at least 2 N_MAX + 1, constant for the compiler
+N_MAX = 11
+BESIDE = 16  # states that advance_beside takes: at least 2 n + 1, constant for the compiler
+# Places of the states of a curve behind the others, from the first of them.
+W, K, C, SHIFT, N_CURVE = range(5)
 
 # Places in the packed array of a filter, behind the drive's parameters.
 (K_P, FRICTION_TIME, LOAD_AT, FRICTION_AT, EIGENVALUE, R1, R2, TAU_K_MODEL_STD, Q_TAU_K_SPEED,
- NUMERIC, STATISTICAL, UKF_ALPHA, UKF_BETA, UKF_KAPPA, SINGLE, ADAPT_START, ADAPT_RATE,
- ADAPT_FORGETTING, ADAPT_COUNT, ADAPT_AT) = range(N_PARAMETERS, N_PARAMETERS + 20)
+ NUMERIC, STATISTICAL, UKF_ALPHA, UKF_BETA, UKF_KAPPA, SINGLE, CURVE_COUNT, ADAPT_START,
+ ADAPT_RATE, ADAPT_FORGETTING, ADAPT_COUNT, ADAPT_AT) = range(N_PARAMETERS, N_PARAMETERS + 21)
 Q0 = ADAPT_AT + 6
 P0 = Q0 + N_MAX
 N_PACKED = P0 + N_MAX
@@ -69,6 +81,8 @@ N_TRACE_OF_LOAD = 11
 Column: TypeAlias = tuple[float, float, float, float, float]
 Columns: TypeAlias = tuple[Column, Column, Column, Column]
 Pairs: TypeAlias = tuple[Pair, Pair, Pair, Pair]
+# What `states` of kernels hold of the curve, see markers.
+CurveMarker: TypeAlias = tuple[bool, ...] | None
 
 
 class _Stages(NamedTuple):
@@ -76,12 +90,13 @@ class _Stages(NamedTuple):
     What the tangent needs of the four stages of an RK4 step, and of the step.
 
     slopes, shares: of the friction, on x3 and on tau_K; arms: of the load on the arm, on x2 and
-    x4; h: length of the step, s; first: phi is the unit matrix before it.
+    x4; bends: of the curve; h: length of the step, s; first: phi is the unit matrix before it.
     """
 
     slopes: Four
     shares: Four
     arms: Pairs
+    bends: tuple[Slopes, Slopes, Slopes, Slopes]
     h: float
     first: bool
 
@@ -96,7 +111,7 @@ def state_names(model: DriveModel, parameters: EstimatorParameters) -> list[str]
         names.append('tau_arm')
     if parameters.friction_error_std > 0.0:
         names.append('tau_e')
-    return names
+    return names + curve_states(model, parameters.tau_k_model)
 
 
 def pack(model: DriveModel, parameters: EstimatorParameters) -> Array:
@@ -105,17 +120,23 @@ def pack(model: DriveModel, parameters: EstimatorParameters) -> Array:
 
     model: the drive; parameters: those of the filter.
     """
-    adaptive = filter_kind(parameters.filter).adaptation is not None
+    kind = filter_kind(parameters.filter)
+    adaptive = kind.adaptation is not None
     if adaptive:
         model = softened_model(model, parameters)
-    names = state_names(model, parameters)
+    if parameters.tau_k_model != RANDOM_WALK:
+        model = curve_drive(model, parameters, kind.tau_k_models)
+    names, curve = state_names(model, parameters), curve_states(model, parameters.tau_k_model)
     p = np.zeros(N_PACKED)
     p[:N_PARAMETERS] = model.pack()
     p[K_P] = parameters.tau_k_stiffness
     p[FRICTION_TIME] = parameters.friction_error_time
     p[LOAD_AT] = names.index('tau_arm') if 'tau_arm' in names else -1
     p[FRICTION_AT] = names.index('tau_e') if 'tau_e' in names else -1
+    p[CURVE_COUNT] = -1 if parameters.tau_k_model == RANDOM_WALK else len(curve)
     stiffness = max(model.transmission.stiffness, p[K_P])
+    if 'stiffness' in curve:
+        stiffness *= LEARNT_RANGE
     p[EIGENVALUE] = fastest_eigenvalue(model.with_(stiffness=stiffness))
     if 'tau_e' in names:
         p[EIGENVALUE] = max(p[EIGENVALUE], 1.0 / p[FRICTION_TIME])
@@ -139,8 +160,15 @@ def pack(model: DriveModel, parameters: EstimatorParameters) -> Array:
     std = {
         'x1': 'q_std_motor_position', 'x2': 'q_std_arm_position', 'x3': 'q_std_motor_speed',
         'x4': 'q_std_arm_speed', 'tau_k': 'q_std_tau_k', 'tau_arm': 'q_std_tau_arm'}
+    if parameters.tau_k_model != RANDOM_WALK:
+        std['tau_k'] = 'q_std_tau_k_deviation'
+    learnt = start_deviations(model, parameters)
     for i, name in enumerate(names):
-        if name == 'tau_e':
+        if name in curve:
+            p[P0 + i] = learnt[name] ** 2
+            p[Q0 + i] = p[P0 + i] * (
+                MEMORY_NOISE if name == MEMORY else parameters.q_std_curve ** 2)
+        elif name == 'tau_e':
             variance = parameters.friction_error_std ** 2
             p[Q0 + i], p[P0 + i] = 2.0 * variance / p[FRICTION_TIME], variance
         else:
@@ -157,10 +185,150 @@ def markers(p: Array, n: int) -> States:
     """
     Return what kernels take as `states` of a filter with `n` states and p: pack.
 
-    A tuple: its length is what the compiler unrolls loops for, and None in it leaves out what only
-    a load on the arm wants. Then a filter without one costs what it did, to the last bit.
+    A tuple: its length is what the compiler unrolls loops for, and None in its first place leaves
+    out what only a load on the arm wants, in its second what only a curve wants (else a tuple that
+    is one longer than the curve's states are many). Then a filter without one costs what it did,
+    to the last bit.
     """
-    return (True if _has_load(p) else None,) * n
+    count = int(p[CURVE_COUNT])
+    curve = (True,) * (count + 1) if count >= 0 else None
+    return (True if _has_load(p) else None, curve, *(None,) * (n - 2))
+
+
+@jit_inline
+def curve_count(curve: CurveMarker) -> int:
+    """Return the number of states of a `curve`, see markers."""
+    if curve is None:
+        return 0
+    return len(curve) - 1
+
+
+@jit_inline
+def _curve(curve: CurveMarker, z: Array, width: int, i: int, at: int, p: Packed) -> Curve:
+    """Return the parameters of the curve in state `i` of `width` in z; at: its first state."""
+    if curve is None:
+        return 0.0, 0.0, 0.0, 0.0
+    count = curve_count(curve)
+    if count > 1:
+        return (z[(at + K) * width + i], z[(at + C) * width + i], z[(at + SHIFT) * width + i],
+                p[K_S])
+    return (p[STIFFNESS], p[STIFFNESS] * p[HALF_GAP],
+            p[STIFFNESS] * p[WIDTH] if count > 0 else 0.0, p[K_S])
+
+
+@jit_inline
+def _memory(curve: CurveMarker, z: Array, at: int, otherwise: float) -> float:
+    """Return the memory of a curve that stands at `at` in z; `otherwise`: if it has none."""
+    if curve is None:
+        return otherwise
+    if curve_count(curve) > 0:
+        return z[at]
+    return otherwise
+
+
+@jit_inline
+def _total(curve: CurveMarker, twist: float, memory: float, law: Curve,
+           tau_k: float) -> tuple[float, Slopes]:
+    """Return (tau_K, slopes of its curve) where the state stands at `tau_k`."""
+    if curve is None:
+        return tau_k, (0.0, 0.0, 0.0, 0.0, 0.0)
+    torque, slopes = elastic_torque(twist, memory, law)
+    return tau_k + torque, slopes
+
+
+@jit_inline
+def torque_of(states: States, z: Array, P: Array, p: Array) -> Pair:
+    """
+    Return tau_K (N m) and its variance.
+
+    Args:
+        states: markers of the n states.
+        z: mean [n].
+        P: covariance [n * n].
+        p: pack.
+
+    Returns:
+        Both; the variance by the slopes of the curve at the mean.
+
+    """
+    n, curve = len(states), states[1]
+    if curve is None:
+        return z[TAU_K], P[TAU_K * n + TAU_K]
+    at = n - curve_count(curve)
+    twist = z[X1] - z[X2]
+    tau_k, slopes = _total(curve, twist, _memory(curve, z, at, twist),
+                           _curve(curve, z, 1, 0, at, p), z[TAU_K])
+    variance = (P[TAU_K * n + TAU_K]
+                + slopes[0] * slopes[0] * (P[X1 * n + X1] + P[X2 * n + X2] - 2.0 * P[X1 * n + X2])
+                + 2.0 * slopes[0] * (P[X1 * n + TAU_K] - P[X2 * n + TAU_K]))
+    for i in range(curve_count(curve)):
+        row = (at + i) * n
+        on_others = P[row + TAU_K] + slopes[0] * (P[row + X1] - P[row + X2])
+        for j in range(i):
+            on_others += slopes[1 + j] * P[row + at + j]
+        variance += slopes[1 + i] * (2.0 * on_others + slopes[1 + i] * P[row + at + i])
+    return tau_k, max(variance, 0.0)
+
+
+@jit_inline
+def learned_length(z: Array, P: Array, n: int, i: int) -> Pair:
+    """
+    Return half gap or hysteresis width (rad) as learned, and its standard deviation.
+
+    Args:
+        z: mean [n].
+        P: covariance [n * n].
+        n: number of states; the last three are K, c and g.
+        i: place of c or g.
+
+    Returns:
+        That state over K, and the deviation to first order.
+
+    """
+    k = n - 3
+    length = z[i] / z[k]
+    variance = P[i * n + i] + length * (length * P[k * n + k] - 2.0 * P[k * n + i])
+    return length, math.sqrt(max(variance, 0.0)) / z[k]
+
+
+@jit_inline
+def begin_curve(states: States, z: Array, p: Array) -> None:
+    """
+    Set the states of the curve for a start.
+
+    Args:
+        states: markers of the n states.
+        z: state [n] with its positions, changed in place.
+        p: pack.
+
+    """
+    count = curve_count(states[1])
+    at = len(states) - count
+    if count > 0:
+        z[at + W] = z[X1] - z[X2]
+    if count > 1:
+        z[at + K] = p[STIFFNESS]
+        z[at + C], z[at + SHIFT] = p[STIFFNESS] * p[HALF_GAP], p[STIFFNESS] * p[WIDTH]
+
+
+@jit_inline
+def bound_curve(states: States, z: Array, p: Array) -> None:
+    """
+    Keep what is learnt of the curve within its bounds.
+
+    Args:
+        states: markers of the n states.
+        z: state [n], changed in place.
+        p: pack.
+
+    """
+    count = curve_count(states[1])
+    if count > 1:
+        at = len(states) - count
+        z[at + K] = min(max(z[at + K], p[STIFFNESS] / LEARNT_RANGE), p[STIFFNESS] * LEARNT_RANGE)
+        z[at + C] = max(z[at + C], 0.0)
+        if p[K_S] > 0.0:
+            z[at + SHIFT] = max(z[at + SHIFT], 0.0)
 
 
 @jit_inline
@@ -313,6 +481,8 @@ def _advance_one(states: States, z: Array, width: int, i: int, torques: Pair, h:
                  drive: Packed) -> None:
     """Advance state `i` of `width` in z by an RK4 step; drive: p up to K_P."""
     u, load = torques
+    curve = states[1]
+    at_curve = len(states) - curve_count(curve)
     e1 = e2 = e3 = e4 = e = 0.0
     if len(states) > 5:
         if p[LOAD_AT] > 0.0:
@@ -323,28 +493,39 @@ def _advance_one(states: States, z: Array, width: int, i: int, torques: Pair, h:
             z[at] = e
     x = (z[X1 * width + i], z[X2 * width + i], z[X3 * width + i], z[X4 * width + i],
          z[TAU_K * width + i])
-    x = _advanced(states[0], x, (e1, e2, e3, e4), (u, load), h, drive)
+    law = _curve(curve, z, width, i, at_curve, drive)
+    memory = _memory(curve, z, at_curve * width + i, x[0] - x[1])
+    x = _advanced(states, x, (memory, law), (e1, e2, e3, e4), (u, load), h, drive)
+    if curve_count(curve) > 0:
+        z[at_curve * width + i] = play(x[0] - x[1], memory, abs(law[2]) / law[0])[0]
     z[X1 * width + i], z[X2 * width + i], z[X3 * width + i] = x[0], x[1], x[2]
     z[X4 * width + i], z[TAU_K * width + i] = x[3], x[4]
 
 
 @jit_inline
-def _advanced(loaded: bool | None, x: Column, error: Four, torques: Pair, h: float,
-              p: Packed) -> Column:
-    """Return x = (x1, x2, x3, x4, tau_K) after an RK4 step; error: of friction, by stage."""
+def _advanced(states: States, x: Column, elastic: tuple[float, Curve], error: Four, torques: Pair,
+              h: float, p: Packed) -> Column:
+    """
+    Return x = (x1, x2, x3, x4, tau_K) after an RK4 step.
+
+    elastic: memory and parameters of the curve; error: of friction, by stage.
+    """
     x1, x2, x3, x4, tau_k = x
     u, load = torques
     half, sixth = 0.5 * h, h / 6.0
-    f1, g1 = _accelerations(loaded, x, u - error[0], load, p)
+    f1, g1 = _accelerations(states, x, elastic, u - error[0], load, p)
     b3, b4 = x3 + half * f1, x4 + half * g1
-    f2, g2 = _accelerations(loaded, (x1 + half * x3, x2 + half * x4, b3, b4,
-                                     tau_k + half * p[K_P] * (x3 - x4)), u - error[1], load, p)
+    f2, g2 = _accelerations(
+        states, (x1 + half * x3, x2 + half * x4, b3, b4, tau_k + half * p[K_P] * (x3 - x4)),
+        elastic, u - error[1], load, p)
     c3, c4 = x3 + half * f2, x4 + half * g2
-    f3, g3 = _accelerations(loaded, (x1 + half * b3, x2 + half * b4, c3, c4,
-                                     tau_k + half * p[K_P] * (b3 - b4)), u - error[2], load, p)
+    f3, g3 = _accelerations(
+        states, (x1 + half * b3, x2 + half * b4, c3, c4, tau_k + half * p[K_P] * (b3 - b4)),
+        elastic, u - error[2], load, p)
     d3, d4 = x3 + h * f3, x4 + h * g3
-    f4, g4 = _accelerations(loaded, (x1 + h * c3, x2 + h * c4, d3, d4,
-                                     tau_k + h * p[K_P] * (c3 - c4)), u - error[3], load, p)
+    f4, g4 = _accelerations(
+        states, (x1 + h * c3, x2 + h * c4, d3, d4, tau_k + h * p[K_P] * (c3 - c4)),
+        elastic, u - error[3], load, p)
     moved1 = sixth * (x3 + 2.0 * (b3 + c3) + d3)
     moved2 = sixth * (x4 + 2.0 * (b4 + c4) + d4)
     return (x1 + moved1, x2 + moved2, x3 + sixth * (f1 + 2.0 * (f2 + f3) + f4),
@@ -352,10 +533,12 @@ def _advanced(loaded: bool | None, x: Column, error: Four, torques: Pair, h: flo
 
 
 @jit_inline
-def _accelerations(loaded: bool | None, x: Column, u: float, load: float, p: Packed) -> Pair:
-    """Return (x3', x4') at x = (x1, x2, x3, x4, tau_K)."""
+def _accelerations(states: States, x: Column, elastic: tuple[float, Curve], u: float, load: float,
+                   p: Packed) -> Pair:
+    """Return (x3', x4') at x = (x1, x2, x3, x4, tau_K); elastic: see _advanced."""
     x1, x2, x3, x4, tau_k = x
-    if loaded is not None:
+    tau_k = _total(states[1], x1 - x2, elastic[0], elastic[1], tau_k)[0]
+    if states[0] is not None:
         load += arm_load(x2, x4, p)
     return motor_acceleration(x1, x3, x4, u, tau_k, p), arm_acceleration(x3, x4, tau_k, load, p)
 
@@ -426,6 +609,34 @@ def along(start: Column, a: float, m: Column, r: Pair, p: Packed) -> Column:
 
 
 @jit_inline
+def _bent(curve: CurveMarker, bend: Slopes, source: float, m: Column) -> Column:
+    """Return the column `m` with that of tau_K for that of its state; source: of the memory."""
+    if curve is None:
+        return m
+    return m[0], m[1], m[2], fma(bend[0], m[0] - m[4], m[3] + source), m[4]
+
+
+@jit_inline
+def _four_bent(curve: CurveMarker, bend: Slopes, memory: Four, m: Columns) -> Columns:
+    """Return four columns as _bent does; memory: how that of the curve answers to each."""
+    if curve is None:
+        return m
+    return (_bent(curve, bend, bend[1] * memory[0], m[0]),
+            _bent(curve, bend, bend[1] * memory[1], m[1]),
+            _bent(curve, bend, bend[1] * memory[2], m[2]),
+            _bent(curve, bend, bend[1] * memory[3], m[3]))
+
+
+@jit_inline
+def _memory_row(states: States, phi: Array, j: int, first: bool) -> float:
+    """Return how the memory of the curve answers to state `j` at the start of an RK4 step."""
+    n, count = len(states), curve_count(states[1])
+    if count == 0 or first:
+        return 1.0 if count > 0 and j == n - count else 0.0
+    return phi[(n - count) * n + j]
+
+
+@jit_inline
 def _four_rates(loaded: bool | None, m: Columns, slope: float, share: float, arm: Pair,
                 p: Array) -> Pairs:
     return (rates(m[0], slope, share, 0.0, answer(loaded, arm, 0.0, m[0]), p),
@@ -477,28 +688,44 @@ def _end(states: States, phi: Array, j: int, h: float, m: Columns, r: Pairs, p: 
 
 
 @jit_inline
-def _column(states: States, phi: Array, j: int, stages: _Stages, errors: Four, load: float,
+def _column(states: States, phi: Array, j: int, stages: _Stages, errors: Four, sources: Pair,
             p: Array, trace: Array | None) -> None:
-    """Advance column `j` of phi by an RK4 step; errors: of friction, in its four stages."""
-    loaded = states[0]
-    slopes, shares, arms, h, first = stages
+    """
+    Advance column `j` of phi by an RK4 step.
+
+    errors: of friction, in its four stages; sources: what the state adds to the load on the arm,
+    and the place of its slope in those of the curve, 0 for none.
+    """
+    loaded, curve = states[0], states[1]
+    slopes, shares, arms, bends, h, first = stages
+    load, own, memory = sources[0], int(sources[1]), _memory_row(states, phi, j, first)
     m1 = _begin(len(states), phi, j, first)
-    r1 = rates(m1, slopes[0], shares[0], errors[0], answer(loaded, arms[0], load, m1), p)
+    c1 = _bent(curve, bends[0], _source(bends[0], memory, own), m1)
+    r1 = rates(c1, slopes[0], shares[0], errors[0], answer(loaded, arms[0], load, m1), p)
     m2 = along(m1, 0.5 * h, m1, r1, p)
-    r2 = rates(m2, slopes[1], shares[1], errors[1], answer(loaded, arms[1], load, m2), p)
+    c2 = _bent(curve, bends[1], _source(bends[1], memory, own), m2)
+    r2 = rates(c2, slopes[1], shares[1], errors[1], answer(loaded, arms[1], load, m2), p)
     m3 = along(m1, 0.5 * h, m2, r2, p)
-    r3 = rates(m3, slopes[2], shares[2], errors[2], answer(loaded, arms[2], load, m3), p)
+    c3 = _bent(curve, bends[2], _source(bends[2], memory, own), m3)
+    r3 = rates(c3, slopes[2], shares[2], errors[2], answer(loaded, arms[2], load, m3), p)
     m4 = along(m1, h, m3, r3, p)
-    r4 = rates(m4, slopes[3], shares[3], errors[3], answer(loaded, arms[3], load, m4), p)
+    c4 = _bent(curve, bends[3], _source(bends[3], memory, own), m4)
+    r4 = rates(c4, slopes[3], shares[3], errors[3], answer(loaded, arms[3], load, m4), p)
     _end(states, phi, j, h, (m1, m2, m3, m4), (r1, r2, r3, r4), p, trace)
+
+
+@jit_inline
+def _source(bend: Slopes, memory: float, own: int) -> float:
+    return bend[1] * memory + (bend[2] if own == 2 else 0.0) + (
+        bend[3] if own == 3 else 0.0) + (bend[4] if own == 4 else 0.0)
 
 
 @jit_inline
 def _column_of_x2(states: States, phi: Array, stages: _Stages, p: Array,
                   trace: Array | None) -> None:
     n = len(states)
-    if states[0] is not None:
-        _column(states, phi, X2, stages, (0.0, 0.0, 0.0, 0.0), 0.0, p, trace)
+    if states[0] is not None or states[1] is not None:
+        _column(states, phi, X2, stages, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0), p, trace)
     else:  # nothing depends on x2
         if stages.first:
             for i in range(n):
@@ -534,10 +761,15 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
             their values: rows TRACE_*.
 
     """
-    n, loaded = len(states), states[0]
+    n, loaded, curve = len(states), states[0], states[1]
     u, load = torques
     half, sixth = 0.5 * h, h / 6.0
     x1, x2, x3, x4, tau_k = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
+    at_curve = n - curve_count(curve)
+    law, memory = _curve(curve, z, 1, 0, at_curve, p), _memory(curve, z, at_curve, x1 - x2)
+    elastic = memory, law
+    rows = (_memory_row(states, phi, X1, first), _memory_row(states, phi, X3, first),
+            _memory_row(states, phi, X4, first), _memory_row(states, phi, TAU_K, first))
     error = (0.0, 0.0, 0.0, 0.0, 0.0)
     if n > 5:
         if p[LOAD_AT] > 0.0:
@@ -547,31 +779,38 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
     m1 = (_begin(n, phi, X1, first), _begin(n, phi, X3, first), _begin(n, phi, X4, first),
           _begin(n, phi, TAU_K, first))
     # Stage by stage: the state y, its rates (f, g), the columns m and their rates r.
-    slope1, share1 = _slopes(x3, tau_k, p)
+    total, bend1 = _total(curve, x1 - x2, memory, law, tau_k)
+    slope1, share1 = _slopes(x3, total, p)
     arm1 = _load_slopes(loaded, x2, x4, p)
-    f1, g1 = _accelerations(loaded, (x1, x2, x3, x4, tau_k), u - error[0], load, p)
-    r1 = _four_rates(loaded, m1, slope1, share1, arm1, p)
+    f1, g1 = _accelerations(states, (x1, x2, x3, x4, tau_k), elastic, u - error[0], load, p)
+    r1 = _four_rates(loaded, _four_bent(curve, bend1, rows, m1), slope1, share1, arm1, p)
     y2, y3, y4 = x2 + half * x4, x3 + half * f1, x4 + half * g1
     tau_y = tau_k + half * p[K_P] * (x3 - x4)
-    slope2, share2 = _slopes(y3, tau_y, p)
+    total, bend2 = _total(curve, x1 + half * x3 - y2, memory, law, tau_y)
+    slope2, share2 = _slopes(y3, total, p)
     arm2 = _load_slopes(loaded, y2, y4, p)
-    f2, g2 = _accelerations(loaded, (x1 + half * x3, y2, y3, y4, tau_y), u - error[1], load, p)
+    f2, g2 = _accelerations(states, (x1 + half * x3, y2, y3, y4, tau_y), elastic, u - error[1],
+                            load, p)
     m2 = _four_along(m1, half, m1, r1, p)
-    r2 = _four_rates(loaded, m2, slope2, share2, arm2, p)
+    r2 = _four_rates(loaded, _four_bent(curve, bend2, rows, m2), slope2, share2, arm2, p)
     v2, v3, v4 = x2 + half * y4, x3 + half * f2, x4 + half * g2
     tau_v = tau_k + half * p[K_P] * (y3 - y4)
-    slope3, share3 = _slopes(v3, tau_v, p)
+    total, bend3 = _total(curve, x1 + half * y3 - v2, memory, law, tau_v)
+    slope3, share3 = _slopes(v3, total, p)
     arm3 = _load_slopes(loaded, v2, v4, p)
-    f3, g3 = _accelerations(loaded, (x1 + half * y3, v2, v3, v4, tau_v), u - error[2], load, p)
+    f3, g3 = _accelerations(states, (x1 + half * y3, v2, v3, v4, tau_v), elastic, u - error[2],
+                            load, p)
     m3 = _four_along(m1, half, m2, r2, p)
-    r3 = _four_rates(loaded, m3, slope3, share3, arm3, p)
+    r3 = _four_rates(loaded, _four_bent(curve, bend3, rows, m3), slope3, share3, arm3, p)
     w2, w3, w4 = x2 + h * v4, x3 + h * f3, x4 + h * g3
     tau_w = tau_k + h * p[K_P] * (v3 - v4)
-    slope4, share4 = _slopes(w3, tau_w, p)
+    total, bend4 = _total(curve, x1 + h * v3 - w2, memory, law, tau_w)
+    slope4, share4 = _slopes(w3, total, p)
     arm4 = _load_slopes(loaded, w2, w4, p)
-    f4, g4 = _accelerations(loaded, (x1 + h * v3, w2, w3, w4, tau_w), u - error[3], load, p)
+    f4, g4 = _accelerations(states, (x1 + h * v3, w2, w3, w4, tau_w), elastic, u - error[3],
+                            load, p)
     m4 = _four_along(m1, h, m3, r3, p)
-    r4 = _four_rates(loaded, m4, slope4, share4, arm4, p)
+    r4 = _four_rates(loaded, _four_bent(curve, bend4, rows, m4), slope4, share4, arm4, p)
     moved1 = sixth * (x3 + 2.0 * (y3 + v3) + w3)
     moved2 = sixth * (x4 + 2.0 * (y4 + v4) + w4)
     z[X1], z[X2] = x1 + moved1, x2 + moved2
@@ -584,7 +823,7 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
     _end(states, phi, TAU_K, h, (m1[3], m2[3], m3[3], m4[3]), (r1[3], r2[3], r3[3], r4[3]), p,
          trace)
     stages = _Stages((slope1, slope2, slope3, slope4), (share1, share2, share3, share4),
-                     (arm1, arm2, arm3, arm4), h, first)
+                     (arm1, arm2, arm3, arm4), (bend1, bend2, bend3, bend4), h, first)
     _column_of_x2(states, phi, stages, p, trace)
     if n > 5:
         if first:
@@ -593,13 +832,14 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
                     phi[i * n + j] = 1.0 if i == j else 0.0
         none = (0.0, 0.0, 0.0, 0.0)
         if p[LOAD_AT] > 0.0:
-            _column(states, phi, int(p[LOAD_AT]), stages, none, 1.0, p, trace)
+            _column(states, phi, int(p[LOAD_AT]), stages, none, (1.0, 0.0), p, trace)
         if p[FRICTION_AT] > 0.0:
             i = int(p[FRICTION_AT])
             z[i] = error[4]
             fades = decay(phi[i * n + i], half, h, p)
-            _column(states, phi, i, stages, fades[:4], 0.0, p, trace)
+            _column(states, phi, i, stages, fades[:4], (0.0, 0.0), p, trace)
             phi[i * n + i] = fades[4]
+        _columns_of_curve(states, z, phi, memory, law, stages, p, trace)
     if trace is not None:
         for q, value in enumerate((x3, y3, v3, w3)):
             trace[TRACE_X3, q] = value
@@ -614,6 +854,29 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
                 trace[TRACE_X2, q] = value
             for q in range(4):
                 trace[TRACE_ON_POSITION, q], trace[TRACE_ON_SPEED, q] = stages.arms[q]
+
+
+@jit_inline
+def _columns_of_curve(states: States, z: Array, phi: Array, memory: float, law: Curve,
+                      stages: _Stages, p: Array, trace: Array | None) -> None:
+    """Advance the columns of the curve's states, then the row of its memory; z: at the end."""
+    n, count = len(states), curve_count(states[1])
+    at, none = n - count, (0.0, 0.0, 0.0, 0.0)
+    if count > 0:
+        _column(states, phi, at + W, stages, none, (0.0, 0.0), p, trace)
+    if count > 1:
+        _column(states, phi, at + K, stages, none, (0.0, 2.0), p, trace)
+        _column(states, phi, at + C, stages, none, (0.0, 3.0), p, trace)
+        _column(states, phi, at + SHIFT, stages, none, (0.0, 4.0), p, trace)
+    if count > 0:
+        width = abs(law[2]) / law[0]
+        z[at + W], end = play(z[X1] - z[X2], memory, width)
+        if end != 0.0:
+            for j in range(n):
+                phi[(at + W) * n + j] = phi[X1 * n + j] - phi[X2 * n + j]
+            if count > 1:
+                phi[(at + W) * n + at + K] += end * width / law[0]
+                phi[(at + W) * n + at + SHIFT] -= (end if law[2] >= 0.0 else -end) / law[0]
 
 
 @jit_inline

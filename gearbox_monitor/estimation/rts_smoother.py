@@ -21,12 +21,12 @@ blocks can be chained backwards, from the belief at the seam.
 """
 from typing import NamedTuple
 
-from gearbox_monitor.estimation.process_model import TAU_K, X1, X2, X3, X4
+from gearbox_monitor.estimation.process_model import TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.linalg import multiply, solve_positive, transposed_multiply_symmetric
 from gearbox_monitor.kernels.types import Array, States
-from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.parameters import EstimatorParameters, RANDOM_WALK
 
 # A smoother sees both sides of a sample: it needs less room for tau_K to wander than a filter
 # (error -20 %), and friction at a standstill less steep (another -20 %).
@@ -51,6 +51,8 @@ def smoother_parameters(parameters: EstimatorParameters) -> EstimatorParameters:
 
     The spectral density of tau_K's noise times Q_RATIO, friction linearised statistically.
     """
+    if parameters.tau_k_model != RANDOM_WALK:  # no lag to make up for
+        return parameters.replace(friction_linearisation='statistical')
     return parameters.replace(
         friction_linearisation='statistical',
         q_std_tau_k=Q_RATIO ** 0.5 * parameters.q_std_tau_k,
@@ -58,8 +60,8 @@ def smoother_parameters(parameters: EstimatorParameters) -> EstimatorParameters:
 
 
 @jit
-def smooth(states: States, ring: Array, span: Span, model_variance: float, z: Array,
-           matrices: Array, out: Array) -> None:
+def smooth(states: States, ring: Array, span: Span, p: Array, z: Array, matrices: Array,
+           out: Array) -> None:
     """
     Smooth a span of steps backwards (Rauch, Tung and Striebel 1965).
 
@@ -69,7 +71,7 @@ def smooth(states: States, ring: Array, span: Span, model_variance: float, z: Ar
         states: process_model.markers of the n states.
         ring: step records [M, record_size(n)]; step k stands in row k % M.
         span: the steps to smooth and to write.
-        model_variance: is added to the variance of tau_K, N^2 m^2.
+        p: process_model.pack.
         z: [n], the smoothed state of the oldest step is left here, and its covariance in
             matrices[0].
         matrices: scratch [>= 5, n * n].
@@ -87,7 +89,7 @@ def smooth(states: States, ring: Array, span: Span, model_variance: float, z: Ar
     for i in range(n * n):
         P[i] = last[at_P + i]
     if newest <= keep_until:
-        _write(n, z, P, model_variance, last, out[newest - oldest])
+        _write(states, z, P, p, last, out[newest - oldest])
     for k in range(newest - 1, oldest - 1, -1):
         record, later = ring[k % rows], ring[(k + 1) % rows]
         for i in range(n * n):
@@ -114,17 +116,18 @@ def smooth(states: States, ring: Array, span: Span, model_variance: float, z: Ar
             for i in range(n * n):
                 P[i] = record[at_P + i]
         if k <= keep_until:
-            _write(n, z, P, model_variance, record, out[k - oldest])
+            _write(states, z, P, p, record, out[k - oldest])
 
 
 @jit
-def _write(n: int, z: Array, P: Array, model_variance: float, record: Array, row: Array) -> None:
+def _write(states: States, z: Array, P: Array, p: Array, record: Array, row: Array) -> None:
+    n = len(states)
     row[S_TWIST] = z[X1] - z[X2]
     row[S_TWIST_RATE] = z[X3] - z[X4]
-    row[S_TAU_K] = z[TAU_K]
+    row[S_TAU_K], variance = torque_of(states, z, P, p)
     row[S_TWIST_STD] = max(P[X1 * n + X1] + P[X2 * n + X2] - 2.0 * P[X1 * n + X2], 0.0) ** 0.5
     row[S_TWIST_RATE_STD] = max(
         P[X3 * n + X3] + P[X4 * n + X4] - 2.0 * P[X3 * n + X4], 0.0) ** 0.5
-    row[S_TAU_K_STD] = max(P[TAU_K * n + TAU_K] + model_variance, 0.0) ** 0.5
+    row[S_TAU_K_STD] = max(variance + p[TAU_K_MODEL_STD] ** 2, 0.0) ** 0.5
     row[S_X2], row[S_X4], row[S_X3] = z[X2], z[X4], z[X3]
     row[S_U] = record[-1]

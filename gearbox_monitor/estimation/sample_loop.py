@@ -24,7 +24,8 @@ from typing import Any, NamedTuple
 
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.process_model import (
-    FRICTION_AT, LOAD_AT, P0, R1, R2, TAU_K, TAU_K_MODEL_STD, X1, X2, X3, X4)
+    begin_curve, curve_count, FRICTION_AT, learned_length, LOAD_AT, P0, R1, R2, TAU_K,
+    TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4)
 from gearbox_monitor.estimation.rts_smoother import smooth, Span
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.jit import bound, jit, jit_inline
@@ -75,7 +76,10 @@ N_EFFORTS = 64
 E_TWIST = E_STD + 7
 (E_TWIST_RATE, E_TWIST_STD, E_TWIST_RATE_STD, E_INNOVATION_MOTOR, E_INNOVATION_ARM,
  E_INNOVATION_STD_MOTOR, E_INNOVATION_STD_ARM, E_WHITE_1, E_WHITE_2, E_NIS, E_LOGLIK, E_DOF,
- E_DT, E_U, E_LOAD, E_INNOVATION_COVARIANCE, N_ESTIMATE) = range(E_TWIST + 1, E_TWIST + 18)
+ E_DT, E_U, E_LOAD, E_INNOVATION_COVARIANCE,
+ # ... of the curve, where it is learnt: stiffness, N m/rad, half gap and hysteresis, rad.
+ E_STIFFNESS, E_HALF_GAP, E_HYSTERESIS, E_STIFFNESS_STD, E_HALF_GAP_STD, E_HYSTERESIS_STD,
+ N_ESTIMATE) = range(E_TWIST + 1, E_TWIST + 24)
 
 
 class Stream(NamedTuple):
@@ -262,6 +266,7 @@ def start(states: States, belief: Belief, y1: float, y2: float, p: Array, record
         P[X1 * n + X1] = 100.0
     if not have2:
         P[X2 * n + X2] = 100.0
+    begin_curve(states, z, p)
     _, _, _, at_z, at_P, _, _, _, _ = places(n)
     for i in range(n):
         record[at_z + i] = z[i]
@@ -276,10 +281,18 @@ def _write_estimate(states: States, belief: Belief, record: Array, reading: Read
     for i in range(7):
         row[i] = math.nan
         row[E_STD + i] = math.nan
-    for i in range(5):
+    for i in range(4):
         row[i] = z[i]
         row[E_STD + i] = math.sqrt(P[i * n + i])
-    row[E_STD + TAU_K] = math.sqrt(P[TAU_K * n + TAU_K] + p[TAU_K_MODEL_STD] ** 2)
+    row[E_TAU_K], variance = torque_of(states, z, P, p)
+    row[E_STD + TAU_K] = math.sqrt(variance + p[TAU_K_MODEL_STD] ** 2)
+    for i in range(E_STIFFNESS, E_HYSTERESIS_STD + 1):
+        row[i] = math.nan
+    if curve_count(states[1]) > 1:
+        at = n - 3
+        row[E_STIFFNESS], row[E_STIFFNESS_STD] = z[at], math.sqrt(P[at * n + at])
+        row[E_HALF_GAP], row[E_HALF_GAP_STD] = learned_length(z, P, n, n - 2)
+        row[E_HYSTERESIS], row[E_HYSTERESIS_STD] = learned_length(z, P, n, n - 1)
     if p[LOAD_AT] > 0.0:
         i = int(p[LOAD_AT])
         row[E_TAU_ARM], row[E_STD + E_TAU_ARM] = z[i], math.sqrt(P[i * n + i])
@@ -452,8 +465,8 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
             while keep < step and ring_stamps[(keep + 1) % rows] <= stamp - lag:
                 keep += 1
             if keep >= oldest:
-                smooth(states, ring, Span(step, oldest, keep), p[TAU_K_MODEL_STD] ** 2,
-                       scratch.vectors[0], scratch.matrices, smoothed[n_smoothed:])
+                smooth(states, ring, Span(step, oldest, keep), p, scratch.vectors[0],
+                       scratch.matrices, smoothed[n_smoothed:])
                 for i in range(oldest, keep + 1):
                     smoothed_stamps[n_smoothed] = ring_stamps[i % rows]
                     n_smoothed += 1

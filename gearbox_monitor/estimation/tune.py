@@ -89,7 +89,7 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
     result = noise_search.search(evaluate, noise_search.first_guess(motion, free), progress,
                                  likelihood=reference is None)
     values = {**fixed, **_clipped(result.parameters)}
-    if smoother:
+    if smoother and 'q_std_tau_k' in values:
         values['q_std_tau_k'] /= SMOOTHER_FACTOR
     tuned_values: dict[str, Any] = {
         name: float(f'{value:.6g}') for name, value in values.items()}
@@ -143,7 +143,7 @@ def _free_names(model: DriveModel, parameters: EstimatorParameters, speeds: bool
                 noise: bool) -> list[str]:
     """Return the names to search: of Q, and of R if `noise`. Raises InputError for a value 0."""
     load = model.arm_load if parameters.arm_load == 'model' else parameters.arm_load
-    names = [*(noise_search.R_NAMES if noise else []), 'q_std_tau_k',
+    names = [*(noise_search.R_NAMES if noise else []), noise_search.torque_noise(parameters),
              *(['q_std_tau_arm'] if load == 'unknown' else []),
              *(noise_search.SPEED_NAMES if speeds else [])]
     for name in names:

@@ -26,6 +26,9 @@ from gearbox_monitor.kernels.jit import COMPILED, fma, jit, jit_inline
 from gearbox_monitor.kernels.types import Array, States
 
 Seven: TypeAlias = tuple[float, float, float, float, float, float, float]
+Eleven: TypeAlias = tuple[float, float, float, float, float, float, float, float, float, float,
+                          float]
+ZEROS: Eleven = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 if COMPILED:
     @jit_inline
@@ -36,6 +39,15 @@ if COMPILED:
         states: a tuple of n; its length is what the compiler unrolls the loops for.
         """
         n = len(states)
+        if n > 7:
+            for i in range(n):
+                for j in range(n):
+                    out[i * n + j] = 0.0
+                for k in range(n):
+                    v = a[i * n + k]
+                    for j in range(n):
+                        out[i * n + j] = fma(v, b[k * n + j], out[i * n + j])
+            return
         for i in range(n):
             s0, s1, s2, s3, s4, s5, s6 = _row(n, -1, a, i, b)
             at = i * n
@@ -100,12 +112,16 @@ if COMPILED:
         """
         Write phi P into `cross` and (phi P + phi diag(half)) phi' into `out`; half [n].
 
-        Row by row: what a row needs stays in registers. Where states holds None, the second column
-        of phi is that of the unit matrix (see markers).
+        Row by row: what a row needs stays in registers. Where states begins with None, None, the
+        second column of phi is that of the unit matrix (see markers).
         """
         n = len(states)
+        if states[1] is not None and n > 5:
+            _carry_curve(states[1], n, phi, P, half, cross, out)
+            return
+        full = states[0] is not None or states[1] is not None
         for i in range(n):
-            s0, s1, s2, s3, s4, s5, s6 = _row(n, 1 if states[0] is None else -1, phi, i, P)
+            s0, s1, s2, s3, s4, s5, s6 = _row(n, -1 if full else 1, phi, i, P)
             at = i * n
             cross[at], cross[at + 1], cross[at + 2], cross[at + 3] = s0, s1, s2, s3
             cross[at + 4] = s4
@@ -121,7 +137,7 @@ if COMPILED:
             for j in range(n):
                 at = j * n
                 value = s0 * phi[at]
-                if states[0] is not None or j == 1:
+                if full or j == 1:
                     value = fma(s1, phi[at + 1], value)
                 value = fma(s4, phi[at + 4], fma(s3, phi[at + 3], fma(s2, phi[at + 2], value)))
                 if n > 5:
@@ -129,6 +145,118 @@ if COMPILED:
                 if n > 6:
                     value = fma(s6, phi[at + 6], value)
                 _mirrored(out, n, i, j, value)
+
+    @jit_inline
+    def _carry_curve(curve: tuple[bool, ...] | None, n: int, phi: Array, P: Array, half: Array,
+                     cross: Array, out: Array) -> None:
+        """
+        Do as carry for `n` states with those of a `curve`, see process_model.markers.
+
+        Rows of phi that are those of the unit matrix cost nothing: tau_K, and what is learnt of
+        the curve, behind its memory.
+        """
+        if curve is None:
+            return
+        memory = n - len(curve) + 1
+        for i in range(n):
+            if not _moves(i, memory):
+                for j in range(n):
+                    cross[i * n + j] = out[i * n + j] = P[i * n + j]
+                out[i * n + i] += half[i]
+        for i in range(n):
+            if _moves(i, memory):
+                at = i * n
+                row = ZEROS
+                for k in range(n):
+                    row = _fused(n, phi[at + k], P, k * n, row)
+                _put(n, row, cross, at)
+                row = _weighted(n, phi, at, half, row)
+                _put(n, row, out, at)
+                for j in range(n):
+                    if not _moves(j, memory):
+                        out[j * n + i] = out[at + j]
+                    elif j <= i:
+                        _mirrored(out, n, i, j, _product(n, row, phi, j * n))
+
+    @jit_inline
+    def _moves(i: int, memory: int) -> bool:
+        """Return whether row `i` of phi is none of the unit matrix; memory: place of its state."""
+        return i < 4 or 4 < i <= memory
+
+    @jit_inline
+    def _fused(n: int, v: float, b: Array, at: int, row: Eleven) -> Eleven:
+        """Return `row` + v times the `n` numbers at `at` of b."""
+        return (
+            fma(v, b[at], row[0]),
+            fma(v, b[at + 1], row[1]),
+            fma(v, b[at + 2], row[2]),
+            fma(v, b[at + 3], row[3]),
+            fma(v, b[at + 4], row[4]),
+            fma(v, b[at + 5], row[5]) if n > 5 else 0.0,
+            fma(v, b[at + 6], row[6]) if n > 6 else 0.0,
+            fma(v, b[at + 7], row[7]) if n > 7 else 0.0,
+            fma(v, b[at + 8], row[8]) if n > 8 else 0.0,
+            fma(v, b[at + 9], row[9]) if n > 9 else 0.0,
+            fma(v, b[at + 10], row[10]) if n > 10 else 0.0)
+
+    @jit_inline
+    def _weighted(n: int, phi: Array, at: int, half: Array, row: Eleven) -> Eleven:
+        """Return `row` + the `n` numbers at `at` of phi, each times that of `half`."""
+        return (
+            fma(phi[at], half[0], row[0]),
+            fma(phi[at + 1], half[1], row[1]),
+            fma(phi[at + 2], half[2], row[2]),
+            fma(phi[at + 3], half[3], row[3]),
+            fma(phi[at + 4], half[4], row[4]),
+            fma(phi[at + 5], half[5], row[5]) if n > 5 else 0.0,
+            fma(phi[at + 6], half[6], row[6]) if n > 6 else 0.0,
+            fma(phi[at + 7], half[7], row[7]) if n > 7 else 0.0,
+            fma(phi[at + 8], half[8], row[8]) if n > 8 else 0.0,
+            fma(phi[at + 9], half[9], row[9]) if n > 9 else 0.0,
+            fma(phi[at + 10], half[10], row[10]) if n > 10 else 0.0)
+
+    @jit_inline
+    def _product(n: int, row: Eleven, b: Array, at: int) -> float:
+        """Return the product of `row` with the `n` numbers at `at` of b."""
+        value = row[0] * b[at]
+        value = fma(row[1], b[at + 1], value)
+        value = fma(row[2], b[at + 2], value)
+        value = fma(row[3], b[at + 3], value)
+        value = fma(row[4], b[at + 4], value)
+        if n > 5:
+            value = fma(row[5], b[at + 5], value)
+        if n > 6:
+            value = fma(row[6], b[at + 6], value)
+        if n > 7:
+            value = fma(row[7], b[at + 7], value)
+        if n > 8:
+            value = fma(row[8], b[at + 8], value)
+        if n > 9:
+            value = fma(row[9], b[at + 9], value)
+        if n > 10:
+            value = fma(row[10], b[at + 10], value)
+        return value
+
+    @jit_inline
+    def _put(n: int, row: Eleven, out: Array, at: int) -> None:
+        """Write the `n` numbers of `row` to `at` of out."""
+        out[at] = row[0]
+        out[at + 1] = row[1]
+        out[at + 2] = row[2]
+        out[at + 3] = row[3]
+        out[at + 4] = row[4]
+        if n > 5:
+            out[at + 5] = row[5]
+        if n > 6:
+            out[at + 6] = row[6]
+        if n > 7:
+            out[at + 7] = row[7]
+        if n > 8:
+            out[at + 8] = row[8]
+        if n > 9:
+            out[at + 9] = row[9]
+        if n > 10:
+            out[at + 10] = row[10]
 
     @jit_inline
     def _mirrored(out: Array, n: int, i: int, j: int, value: float) -> None:

@@ -26,10 +26,13 @@ Flags: TypeAlias = npt.NDArray[np.bool_]
 # Plain data by name: parameters, an effect of a model file, figures beside a finding.
 Values: TypeAlias = Mapping[str, Any]
 # What kernels take as `states`, see estimation.process_model.markers.
-States: TypeAlias = tuple[bool | None, ...]
+States: TypeAlias = tuple[Any, ...]
 # What kernels hand on in one piece: of a 2-vector, a symmetric 2 x 2 matrix, four stages.
 Pair: TypeAlias = tuple[float, float]
 Triple: TypeAlias = tuple[float, float, float]
 Four: TypeAlias = tuple[float, float, float, float]
+# Of the elastic torque of a transmission: its parameters, and its slopes; see plant.transmission.
+Curve: TypeAlias = tuple[float, float, float, float]
+Slopes: TypeAlias = tuple[float, float, float, float, float]
 # Packed parameters as kernels take them, by their place; a lane makes a tuple of its own.
 Packed: TypeAlias = Array | tuple[float, ...]

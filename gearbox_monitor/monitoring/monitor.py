@@ -326,7 +326,9 @@ class Monitor:
 
     def _check_observability(self, recent: Recent) -> Finding:
         recent = recent.after(recent.stamps[-1] - round(observability.WINDOW * SECOND))
-        names = self.estimator.names
+        # Whether the torque can be seen, not its curve: by the equations of the random walk.
+        names = [name for i, name in enumerate(self.estimator.names)
+                 if i <= TAU_K or name in STATE_COLUMNS]
         measured = np.isfinite(recent.pair(sample_loop.E_INNOVATION_MOTOR))
         packed = self.estimator.packed_in_use
         states = np.ascontiguousarray(
@@ -403,8 +405,10 @@ class Monitor:
                   and findings['input'].level < Level.ERROR)
         systematic = judged and innovation.systematic(findings['prediction error'].values)
         self._systematic.add(stamp_ns, systematic)
-        return model_mismatch.check(self._systematic, stamp_ns, self.parameters.model_gap_after,
-                                    self.estimator.drive.arm_load == 'unknown')
+        finding = model_mismatch.check(
+            self._systematic, stamp_ns, self.parameters.model_gap_after,
+            self.estimator.drive.arm_load == 'unknown')
+        return replace(finding, values={**finding.values, **self.estimator.learned_curve()})
 
     def _check_backlash(self, findings: Findings, broken: bool) -> Findings:
         """

@@ -12,8 +12,14 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Torque of the transmission over its twist: dead zone, two kinds of hysteresis, rigid."""
+"""
+Torque of the transmission over its twist: dead zone, two kinds of hysteresis, rigid.
+
+transmission_torque is what a simulator steps; elastic_torque is the same curve with its slopes,
+for filters that linearise it.
+"""
 from gearbox_monitor.kernels.jit import jit_inline
+from gearbox_monitor.kernels.types import Curve, Slopes
 
 # The order is the code that kernels switch on.
 KINDS = ('dead_zone', 'play', 'passive_play', 'rigid')
@@ -68,3 +74,61 @@ def transmission_torque(twist: float, memory: float, kind: int, stiffness: float
         memory = min(max(memory, twist - width), twist + width)
         tau_k += hysteresis_stiffness * (twist - memory)
     return tau_k, memory
+
+
+@jit_inline
+def play(twist: float, memory: float, width: float) -> tuple[float, float]:
+    """
+    Return the memory of a play, and which of its ends carries it along.
+
+    Args:
+        twist: x1 - x2, rad.
+        memory: at the begin, rad; it follows the twist at the distance `width` or less.
+        width: half the play, rad.
+
+    Returns:
+        (memory, rad; 1.0 while the twist carries it up, -1.0 down, 0.0 while it rests).
+    """
+    if twist - memory > width:
+        return twist - width, 1.0
+    if memory - twist > width:
+        return twist + width, -1.0
+    return memory, 0.0
+
+
+@jit_inline
+def elastic_torque(twist: float, memory: float, curve: Curve) -> tuple[float, Slopes]:
+    """
+    Return the torque of a dead zone with play, and its slopes.
+
+    tau = dz(K a, c) + k_s (twist - w) with c = K b, w the memory of a play of half width |g| / K:
+    k_s = 0, g > 0: a = w, generalised play, lower branch while the twist grows (kind play);
+    k_s = 0, g < 0: a = 2 twist - w, the upper branch while it grows;
+    k_s > 0: a = twist (kind passive_play). g = 0: the dead zone alone.
+    On a branch of the first two K a = K twist - g or + g, so that the torque on a flank is linear
+    in K, c and g. The memory is in rad; the torque is that of transmission_torque.
+
+    Args:
+        twist: x1 - x2, rad.
+        memory: before the twist came there, rad.
+        curve: (K, c, g, k_s), N m/rad and N m.
+
+    Returns:
+        (torque in N m; its slopes over twist, memory, K, c, g).
+    """
+    stiffness, offset, shift, added = curve
+    width = abs(shift) / stiffness
+    _, end = play(twist, memory, width)
+    sign = 1.0 if shift >= 0.0 else -1.0
+    free = 1.0 if end == 0.0 and width != 0.0 else 0.0
+    stretch = end * width + free * (twist - memory)  # twist less memory
+    share = 0.0 if added > 0.0 else sign
+    shifted = twist - share * stretch
+    torque = dead_zone(stiffness * shifted, offset)
+    side = 1.0 if torque > 0.0 else (-1.0 if torque < 0.0 else 0.0)
+    slope = stiffness * abs(side)
+    of_stretch = added - share * slope
+    of_width = of_stretch * end / stiffness
+    return torque + added * stretch, (
+        slope + of_stretch * free, -of_stretch * free, abs(side) * shifted - of_width * width,
+        -side, of_width * sign)

@@ -29,7 +29,7 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.filter_kind import Belief, Reading, Scratch
 from gearbox_monitor.estimation.filters import ekf
 from gearbox_monitor.estimation.process_model import (
-    EIGENVALUE, markers, P0, pack, propagate, Q0, state_names)
+    EIGENVALUE, markers, N_PACKED, P0, pack, propagate, Q0, state_names)
 from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, smooth, Span)
 from gearbox_monitor.estimation.step_record import correction, predicted, record_size, updated
@@ -236,7 +236,7 @@ def test_linear_drive_equals_the_kalman_filter(rows):
 def smoothed(records, n, newest, oldest, keep_until, ring=None):
     ring = records if ring is None else ring
     out = np.zeros((keep_until - oldest + 1, N_SMOOTHED))
-    smooth((None,) * n, ring, Span(newest, oldest, keep_until), 0.0, np.zeros(n),
+    smooth((None,) * n, ring, Span(newest, oldest, keep_until), np.zeros(N_PACKED), np.zeros(n),
            np.zeros((5, n * n)), out)
     return out
 

@@ -25,12 +25,13 @@ import math
 
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.process_model import (
-    EIGENVALUE, noise, NUMERIC, propagate, propagate_numeric, R1, R2, softened_sharpness,
-    STATISTICAL, X3, X4)
+    bound_curve, EIGENVALUE, noise, NUMERIC, propagate, propagate_numeric, R1, R2,
+    softened_sharpness, STATISTICAL, X3, X4)
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.jit import fma, jit_inline
 from gearbox_monitor.kernels.linalg import carry
 from gearbox_monitor.kernels.types import Array, Four, Pair, States, Triple
+from gearbox_monitor.parameters import TAU_K_MODELS
 from gearbox_monitor.plant.drive import ALPHA, ARM_ALPHA, substeps
 
 LOG_TWO_PI = math.log(2.0 * math.pi)
@@ -56,7 +57,10 @@ def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Sc
 
     """
     predict(states, belief, reading, p, scratch, record)
-    return update(states, belief, reading.y1, reading.y2, p, record) and healthy(states, belief)
+    if not update(states, belief, reading.y1, reading.y2, p, record):
+        return False
+    bound_curve(states, belief.z, p)
+    return healthy(states, belief)
 
 
 @jit_inline
@@ -221,4 +225,4 @@ def healthy(states: States, belief: Belief) -> bool:
     return True
 
 
-FILTER = FilterKind(step)
+FILTER = FilterKind(step, tau_k_models=TAU_K_MODELS)

@@ -1,0 +1,144 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Laws of tau_K: the curve with its slopes, what is learnt of it, and what is refused."""
+import itertools
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Sample, Samples
+from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.interval_smoother import smooth_interval
+from gearbox_monitor.estimation.process_model import (
+    curve_count, markers, pack, propagate, propagate_numeric, state_names)
+from gearbox_monitor.estimation.rts_smoother import S_TAU_K
+from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.plant.transmission import (
+    DEAD_ZONE, elastic_torque, PASSIVE_PLAY, PLAY, play, transmission_torque)
+
+NOISE = Noise((0.0, 0.0, 0.2, 0.2), (1e-3, 1e-3))
+TUNED = {'arm_load': 'none', 'r_std_motor': 1e-3, 'r_std_arm': 1e-3, 'q_std_motor_speed': 0.2,
+         'q_std_arm_speed': 0.2}
+SHAPES = {'dead zone': {}, 'play': {'kind': 'play', 'hysteresis_width': 0.03},
+          'passive play': {'kind': 'passive_play', 'hysteresis_width': 0.03,
+                           'hysteresis_stiffness': 4.0}}
+
+
+def recorded(model, seconds):
+    """Return (Samples at 1 kHz, true tau_K [N])."""
+    u = Excitation().torque(np.arange(round(1e3 * seconds)) * 1e-3)
+    out = simulate(model, u, 1e-3, NOISE, 3)
+    stamps = (1 + np.arange(len(u), dtype=np.int64)) * 1_000_000
+    return Samples(stamps, np.column_stack([u, np.full_like(u, np.nan)]), out.y), out.tau_k
+
+
+@pytest.mark.parametrize('kind, width, added', [
+    (DEAD_ZONE, 0.0, 0.0), (PLAY, 0.2, 0.0), (PASSIVE_PLAY, 0.15, 3.0)])
+def test_curve_is_that_of_the_simulator(kind, width, added):
+    t = np.linspace(0.0, 10.0, 2000)
+    twist = 0.8 * np.sin(3.0 * t) + 0.3 * np.sin(17.0 * t)
+    state, memory, extremes = 0.0, 0.0, []
+    for value in twist.tolist():
+        expected, state = transmission_torque(value, state, kind, 5.0, 0.3, width, added)
+        torque, _ = elastic_torque(value, memory, (5.0, 1.5, 5.0 * width, added))
+        memory, _ = play(value, memory, width)
+        assert torque == pytest.approx(expected, abs=1e-12)
+        extremes.append(torque)
+    assert min(extremes) < -2.0 and max(extremes) > 2.0
+
+
+def test_negative_hysteresis_is_the_upper_branch_while_the_twist_grows():
+    for growing in (1.0, -1.0):
+        torque, _ = elastic_torque(growing * 1.0, 0.0, (5.0, 1.5, -1.0, 0.0))
+        assert torque == pytest.approx(growing * 5.0 * (1.0 + 0.2 - 0.3))
+
+
+@pytest.mark.parametrize('name, shape, load', [
+    ('elastic', 'dead zone', 'none'), ('learned', 'play', 'none'),
+    ('learned', 'passive play', 'unknown')])
+def test_tangent_is_that_of_the_map(name, shape, load):
+    effects = [{'id': 'gravity', 'G': 1.0}] if load == 'unknown' else []
+    model = DriveModel().with_(arm_load=load, effects=effects, **SHAPES[shape])
+    parameters = EstimatorParameters(
+        tau_k_model=name, arm_load=load, friction_error_std=0.1 if shape == 'play' else 0.0)
+    p, n = pack(model, parameters), len(state_names(model, parameters))
+    states, rng = markers(p, n), np.random.default_rng(4)
+    at = n - curve_count(states[1])
+    for case, substeps in itertools.product(range(15), (1, 2)):
+        z = 0.3 * rng.normal(size=n)
+        z[1] = z[0] - 0.25 * rng.normal()
+        if at < n:
+            z[at] = z[0] - z[1] + 0.03 * rng.normal()
+        if at + 1 < n:
+            z[at + 1:] = 30.0, 2.4, 0.6 if shape == 'passive play' or case % 2 else -0.6
+        other, phi, numeric = z.copy(), rng.normal(size=n * n), np.empty(n * n)
+        propagate(states, z, phi, (1.0, 0.2), 1e-3 * substeps, substeps, p)
+        propagate_numeric(states, other, numeric, (1.0, 0.2), 1e-3 * substeps, substeps, p,
+                          np.empty(n))
+        np.testing.assert_allclose(z, other, rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(phi, numeric, rtol=1e-3, atol=1e-3)
+
+
+def test_learns_the_curve_from_wrong_starts():
+    """Errors are a fraction of the random walk's; values and deviations are right."""
+    samples, tau_k = recorded(DriveModel(), 10.0)
+    second = slice(5000, None)
+
+    def error(model, **parameters):
+        estimates = Estimator(model, {**TUNED, 'smoother_lag': 0.0, **parameters}).run(samples)
+        return estimates, (estimates.tau_k - tau_k[1:])[second]
+
+    _, walk = error(DriveModel(), q_std_tau_k=30.0)
+    for stiffness, half_gap in ((17.5, 0.13), (50.0, 0.05)):
+        model = DriveModel().with_(stiffness=stiffness, half_gap=half_gap)
+        estimates, miss = error(model, tau_k_model='learned', q_std_tau_k_deviation=0.1)
+        assert miss.std() < walk.std() / 3
+        for name, truth in (('stiffness', 25.0), ('half_gap', 0.1), ('hysteresis', 0.0)):
+            value = getattr(estimates, name)[-1]
+            std = getattr(estimates, f'{name}_std')[-1]
+            assert abs(value - truth) < 4.0 * std, name
+        # The filter lets tau_K wander from the curve, this plant does not: it may state more.
+        stated = estimates.tau_k_std[second]
+        assert (np.abs(miss) < stated).mean() > 0.62 and np.median(stated) < walk.std() / 10
+
+
+def test_snapshot_replay_and_smoother_go_on():
+    model = DriveModel().with_(**SHAPES['play'])
+    samples, tau_k = recorded(model, 3.0)
+    parameters = {**TUNED, 'tau_k_model': 'learned', 'smoother_lag': 0.05}
+    whole = Estimator(model, parameters).run(samples)
+    first = Estimator(model, parameters)
+    first.run(Samples(samples.stamp_ns[:2000], samples.u[:2000], samples.y[:2000]))
+    second = Estimator.restore(first.snapshot())
+    for k in range(2000, 3000):
+        estimate = second.step(Sample(int(samples.stamp_ns[k]), tuple(samples.u[k]),
+                                      tuple(samples.y[k])))
+    np.testing.assert_array_equal(estimate.row, whole.rows[-1])
+    smoothed = smooth_interval(model, parameters, samples)
+    filtered_error = (whole.tau_k - tau_k[1:])[500:]
+    assert (smoothed.rows[:, S_TAU_K] - tau_k)[500:].std() < filtered_error.std()
+
+
+@pytest.mark.parametrize('changes, message', [
+    ({'filter': 'aekf'}, 'tau_k_model: learned, expected random_walk with filter aekf'),
+    ({'tau_k_stiffness': 2.0}, 'tau_k_stiffness: 2, expected 0 with tau_k_model learned'),
+    ({'arm_joint': ''}, 'tau_k_model: learned, expected random_walk where no arm is measured')])
+def test_combinations_that_are_not_offered(changes, message):
+    with pytest.raises(InputError, match=message):
+        Estimator(DriveModel(), {'tau_k_model': 'learned', **changes})
