@@ -24,7 +24,7 @@ from gearbox_monitor.estimation.rts_smoother import (
     S_X4)
 from gearbox_monitor.monitoring import monitor as monitor_module
 from gearbox_monitor.monitoring.checks import elastic_curve, innovation, twist_range
-from gearbox_monitor.monitoring.checks.finding import Level
+from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.checks.row_check import RowCheck
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.checks.finding import Condition
+from gearbox_monitor.monitoring.checks.outcome import Condition
 from gearbox_monitor.plant.drive import DriveModel
 
 # Conditions that are broken and {key: value}; None: the check abstains.
