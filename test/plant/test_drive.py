@@ -232,8 +232,6 @@ def test_model_file(tmp_path):
     model = load_model(path)
     assert (model.motor_inertia, model.transmission.stiffness) == (0.01, 7.0)
     assert model.arm_inertia == 0.023454 and model.process_torque is None
-    path.write_text('')
-    assert load_model(path) == DriveModel()
     assert model.with_(stiffness=8.0).transmission.stiffness == 8.0
     assert load_model(config_path('drive.yaml')) == DriveModel()
 
