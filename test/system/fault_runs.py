@@ -31,11 +31,13 @@ WRONG = 6.0  # stated standard deviations off the truth; in a healthy run none i
 SETTLED = 5.0  # s after the first start: then all has been judged
 GOOD_AGAIN, OK_AGAIN = 1.0, 12.0  # s
 COST = 30  # samples that one event may cost beside those it spoils
-# Absent states, and innovations of what was not measured, are NaN in a row; these never are.
+# Absent states, learned curves of other models, and innovations of what was not measured, are NaN
+# in a row; these never are.
 ALWAYS = [c for c in range(sample_loop.N_ESTIMATE) if c not in (
     sample_loop.E_TAU_ARM, sample_loop.E_TAU_E, sample_loop.E_STD + 5, sample_loop.E_STD + 6,
     sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_ARM, sample_loop.E_WHITE_1,
-    sample_loop.E_WHITE_2, sample_loop.E_LOAD)]
+    sample_loop.E_WHITE_2, sample_loop.E_LOAD,
+    *range(sample_loop.E_STIFFNESS, sample_loop.E_HYSTERESIS_STD + 1))]
 BARS = (FINITE, UNDER_OK, TOLD, GOOD, OK, LOST, BITS, QUIET) = (
     'only finite numbers', 'no wrong estimate under OK', 'told in time, and until the end',
     'good estimates soon after', 'levels OK soon after', 'few samples lost beside the spoilt',
