@@ -95,7 +95,6 @@ def run(args: Namespace) -> int:
                         args.topic)
     assert result.summary is not None
     notes = result.summary['notes']
-    warn(args, notes)
     data = {'bag': str(args.bag), **limits, 'confidence': args.confidence,
             **judge(windows(result), limits, args.confidence), 'notes': notes}
     monitor = result.estimator
@@ -105,6 +104,7 @@ def run(args: Namespace) -> int:
                              'that shows gap and stiffness')
         write_model(args.write_model, monitor.model, data, args.bag)
         data['model_file'] = args.write_model
+    warn(args, notes)
     print(json.dumps(data, indent=2) if args.json else text(data, monitor.model.axis))
     return EXIT[data['verdict']]
 

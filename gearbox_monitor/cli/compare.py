@@ -48,7 +48,8 @@ from gearbox_monitor.bag.read import BagReader, open_bag
 from gearbox_monitor.bag.recorded_samples import RecordedSamples
 from gearbox_monitor.bag.replay import truth
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
-from gearbox_monitor.cli.options import add_estimator_arguments, check_filter, expect_new
+from gearbox_monitor.cli.options import (
+    add_estimator_arguments, check_filter, expect_new, warn)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import filterpy_reference, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
@@ -141,6 +142,7 @@ def run(args: Namespace) -> int:
             'rows': [row(result, results, torque) for result in results], 'notes': notes}
     if args.png:
         _draw(args, results, torque, twist, inputs.model.axis)
+    warn(args, notes)
     print(json.dumps(data, indent=2) if args.json else text(data, inputs.model.axis))
     return 0
 

@@ -21,7 +21,7 @@ from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.bag.recorded_samples import read_samples, RecordedSamples
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, read_snapshots
-from gearbox_monitor.cli.options import check_filter, estimator_options, warn
+from gearbox_monitor.cli.options import check_filter, estimator_options
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import EstimatorParameters, MODEL, resolve
@@ -86,7 +86,6 @@ def load_filter_inputs(args: Namespace, reader: BagReader,
     recording = read_samples(reader, parameters.motor_joint, parameters.arm_joint, model,
                              source.topic)
     notes = [] if snapshots or model_file else [NO_MODEL]
-    warn(args, notes)
     notes += [reader.notice] if reader.notice else []
     changed = {row.name: options[row.name] for row in MODEL if row.name in options}
     return FilterInputs(recording, model, model_file, parameters, changed, tuple(notes))

@@ -51,7 +51,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag.read import BagReader, JOINT_STATE, open_bag
 from gearbox_monitor.cli.filter_inputs import FilterInputs, load_filter_inputs
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new, write_new)
+    add_estimator_arguments, check_filter, expect_new, warn, write_new)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.tune import tune
 from gearbox_monitor.files.yaml_files import expect_folder_of
@@ -96,6 +96,7 @@ def run(args: Namespace) -> int:
     data.update(bag=args.bag, out=args.out)
     data['notes'] += inputs.notes
     write(args.out, inputs, data)
+    warn(args, data['notes'])
     print(json.dumps(data, indent=2) if args.json else text(data, inputs.model.axis))
     return 0
 
