@@ -50,6 +50,7 @@ from gearbox_monitor.export.mujoco_run import misfit, rig_of
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
 from gearbox_monitor.identification.model_overlay import overlay
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.quality.recording import REPEATED
 from gearbox_monitor.report.words import number
 
 WIDTH = 80
@@ -131,7 +132,8 @@ def checked(drive: MjcfDrive, patch: Patch, model: DriveModel, args: Namespace) 
     actuator = drive.actuator
     ctrl = 1.0 / (actuator.gear * actuator.gain) if actuator else 0.0
     names = Namespace(topic=args.topic, motor_joint=args.recorded_motor,
-                      arm_joint=args.recorded_arm, model=args.model)
+                      arm_joint=args.recorded_arm, model=args.model,
+                      repeated=REPEATED[0])
     recording, notes = load_recording(args.check, model, names)
     laid = overlay(recording, {'model': model})
     after = drive_of(patch.data, drive.path, patch.joints, drive.keyframe,

@@ -30,6 +30,7 @@ from gearbox_monitor.plant.effects import (
 
 NATIVE, CONSTRUCT, REFUSED = KINDS = ('native', 'construct', 'refused')
 MOTOR, ARM, TENDON = ('motor', 'arm', 'tendon')  # where a passive torque acts
+LUGRE, COGGING = motor_side.LUGRE.id, motor_side.COGGING.id  # the attributes of dcmotor, too
 
 
 class Inexpressible(Exception):
@@ -115,7 +116,7 @@ def _lugre(values: MjcfValues, e: Values) -> MjcfValues:
     level = values.motor_friction
     if level <= 0.0:
         raise Inexpressible('coulomb_friction: 0, expected more: MuJoCo divides by it')
-    return _with(replace(values, motor_friction=0.0), Passive(MOTOR, 'lugre', (
+    return _with(replace(values, motor_friction=0.0), Passive(MOTOR, LUGRE, (
         e['sigma0'], e['sigma1'], level, level + e['Cs'], e['vs'])))
 
 
@@ -124,12 +125,12 @@ def _asymmetry(values: MjcfValues, e: Values) -> MjcfValues:
 
 
 def _cogging(values: MjcfValues, e: Values) -> MjcfValues:
-    return _with(values, Passive(MOTOR, 'cogging', (e['A'], e['N'], e['phi'])))
+    return _with(values, Passive(MOTOR, COGGING, (e['A'], e['N'], e['phi'])))
 
 
 def _load(values: MjcfValues, e: Values) -> MjcfValues:
     """Return `values` with a constant torque: cogging with no pole, a quarter of a turn on."""
-    return _with(values, Passive(ARM, 'cogging', (-e['TL'], 0.0, 0.5 * math.pi)))
+    return _with(values, Passive(ARM, COGGING, (-e['TL'], 0.0, 0.5 * math.pi)))
 
 
 def _elastic(values: MjcfValues, effect: str) -> None:
@@ -147,7 +148,7 @@ def _bouc_wen(values: MjcfValues, e: Values) -> MjcfValues:
     _elastic(values, e['id'])
     if e['Th'] < 0.0:
         raise Inexpressible('Th < 0: the loop supplies energy, LuGre friction of a tendon cannot')
-    return _with(values, Passive(TENDON, 'lugre', (e['Th'] / e['dh'], 0.0, e['Th'], e['Th'], 1.0)))
+    return _with(values, Passive(TENDON, LUGRE, (e['Th'] / e['dh'], 0.0, e['Th'], e['Th'], 1.0)))
 
 
 def _branch(values: MjcfValues, e: Values) -> MjcfValues:

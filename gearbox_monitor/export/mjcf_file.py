@@ -31,6 +31,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.xml_edit import parse_xml, XmlDocument, XmlElement
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
+from gearbox_monitor.plant.effects import arm_side, gearbox
 
 
 @dataclass(frozen=True)
@@ -391,19 +392,19 @@ def model_of(drive: MjcfDrive, given: Mapping[str, Any] | None = None) -> DriveM
         if 'transmission' not in given:
             values['transmission'] = _transmission(drive)
         effects += [{'id': name, key: value} for name, key, value in (
-            ('arm_viscous', 'Cav', drive.arm.damping),
-            ('arm_coulomb', 'Cac', drive.arm.frictionloss)) if value]
+            (arm_side.ARM_VISCOUS.id, 'Cav', drive.arm.damping),
+            (arm_side.ARM_COULOMB.id, 'Cac', drive.arm.frictionloss)) if value]
         if drive.tendon and drive.tendon.stiffness[2]:
-            effects.append({'id': 'hardening', 'K3': drive.tendon.stiffness[2]})
+            effects.append({'id': gearbox.HARDENING.id, 'K3': drive.tendon.stiffness[2]})
     replaced = given.get('effects') or []
     own = {e.get('id') for e in replaced if isinstance(e, dict)}
     sine, cosine = weight(drive)
-    if 'gravity' not in own and abs(cosine) > 1e-3 * max(abs(sine), 1e-3):
+    if arm_side.GRAVITY.id not in own and abs(cosine) > 1e-3 * max(abs(sine), 1e-3):
         raise InputError(f'{drive.path}: joint {drive.arm_joint.name}: its weight is '
                          f'{sine:.4g} sin(x) + {cosine:.4g} cos(x) N m, expected no cos: angle 0 '
                          'where the arm hangs (attribute ref), or gravity in a file of --values')
     if abs(sine) > 1e-9:
-        effects.append({'id': 'gravity', 'G': sine})
+        effects.append({'id': arm_side.GRAVITY.id, 'G': sine})
     effects = [*(e for e in effects if e['id'] not in own), *replaced]
     return model_from_dict({**values, **given, 'effects': effects}, str(drive.path))
 
