@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.monitoring.backlash import change_tests  # noqa: E402
-from gearbox_monitor.monitoring.checks.finding import Condition, DEBOUNCE  # noqa: E402
+from gearbox_monitor.monitoring.checks.outcome import Condition, DEBOUNCE  # noqa: E402
 from gearbox_monitor.monitoring.monitor import CONDITIONS  # noqa: E402
 
 PAGE = ROOT / 'docs/conditions.md'

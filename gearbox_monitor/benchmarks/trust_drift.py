@@ -23,7 +23,7 @@ from gearbox_monitor.benchmarks.trust_runs import SimulatedDrive, T0, watch
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.backlash import change
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
-from gearbox_monitor.monitoring.checks.finding import Finding, Level
+from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Faults
@@ -115,7 +115,7 @@ def trained(windows: Sequence[Window], goal: change.TrackerSettings) -> change.T
     return tracker
 
 
-def raised(findings: Mapping[str, Finding]) -> bool:
+def raised(findings: Mapping[str, Outcome]) -> bool:
     """Return whether `findings` hold a backlash alarm ("no data yet" is none)."""
     return findings['backlash'].level > Level.OK
 

@@ -32,7 +32,7 @@ from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.backlash import change
 from gearbox_monitor.monitoring.backlash.features import Backlash, fit, NotExcited
-from gearbox_monitor.monitoring.checks.finding import Level
+from gearbox_monitor.monitoring.checks.outcome import Level
 
 # What "benchmark real" finds for this drive on the training runs of split orig.
 FITTED = {

@@ -32,7 +32,7 @@ from gearbox_monitor.estimation.tune import tuned
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.checks import covariance, innovation, observability
-from gearbox_monitor.monitoring.checks.finding import Level
+from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import PlantParameters
 from gearbox_monitor.plant.drive import DriveModel

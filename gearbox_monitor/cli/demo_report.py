@@ -26,7 +26,7 @@ from gearbox_monitor.bag.replay import Replay, replay
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
 from gearbox_monitor.interfaces.signals import DIAGNOSTICS, DRIFT_ALERTS, PLANT_TRANSMISSION_STATE
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.checks.finding import Level
+from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.report import plots
 

@@ -36,8 +36,8 @@ from gearbox_monitor.monitoring.backlash import change, features
 from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
 from gearbox_monitor.monitoring.checks import (
     covariance, innovation, model_mismatch, observability, passivity, usability)
-from gearbox_monitor.monitoring.checks.finding import (
-    Alarm, Condition, DEBOUNCE, Finding, finding_of, Level, with_more)
+from gearbox_monitor.monitoring.checks.outcome import (
+    Alarm, Condition, DEBOUNCE, Level, Outcome, outcome_of, with_more)
 from gearbox_monitor.monitoring.history import EstimateHistory, Recent
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -51,11 +51,11 @@ COMPONENTS = ('observability', 'prediction error', 'covariance', 'model', 'backl
 REASON_CODES = np.array(list(sample_loop.REASONS))
 STATE_COLUMNS = {'tau_arm': sample_loop.E_TAU_ARM, 'tau_e': sample_loop.E_TAU_E}
 MEDIAN_STRIDE = 8
-NOT_WATCHED = Finding(Level.OK, 'not watched: no arm is measured (arm_joint is empty)')
-NO_DATA = Finding(Level.WARN, 'no data yet')
-NOT_EVALUATED = Finding(Level.WARN, 'not evaluated: filter restarted or data missing within the '
+NOT_WATCHED = Outcome(Level.OK, 'not watched: no arm is measured (arm_joint is empty)')
+NO_DATA = Outcome(Level.WARN, 'no data yet')
+NOT_EVALUATED = Outcome(Level.WARN, 'not evaluated: filter restarted or data missing within the '
                         f'last {SETTLE + 1.0:g} s')
-NO_ESTIMATES = Finding(Level.WARN, 'no estimates')
+NO_ESTIMATES = Outcome(Level.WARN, 'no estimates')
 JUDGED = COMPONENTS[:4]  # once per second, from the newest estimates
 # Samples that stand in time: an evaluation may be due with them.
 IN_TIME = (sample_loop.ESTIMATE, sample_loop.START, sample_loop.NO_EFFORT,
@@ -67,7 +67,7 @@ CONDITIONS = (
     *usability.CONDITIONS, *observability.CONDITIONS, *innovation.CONDITIONS,
     *passivity.CONDITIONS, *covariance.CONDITIONS, AT_BOUND, *model_mismatch.CONDITIONS)
 
-Findings = dict[str, Finding]  # by component
+Outcomes = dict[str, Outcome]  # by component
 
 
 def _common_of(snapshot: Values) -> PooledFeatures:
@@ -81,7 +81,7 @@ class Monitor:
 
     model, parameters: as of Estimator. drift: state or baselines of a change.Tracker, or None
     (then the first windows are healthy). estimator: the Estimator that it judges; findings
-    {component: Finding} in force; windows: Backlash of each window, newest last; temperature: of
+    {component: Outcome} in force; windows: Backlash of each window, newest last; temperature: of
     the gearbox (deg C), None = not known, set it when it changes.
     Raises InputError as Estimator does, and what Tracker raises.
     """
@@ -93,7 +93,7 @@ class Monitor:
 
     def _begin(self, estimator: Estimator, drift: Any) -> None:
         self.estimator = estimator
-        self.findings: Findings = dict.fromkeys(COMPONENTS, NO_DATA)
+        self.findings: Outcomes = dict.fromkeys(COMPONENTS, NO_DATA)
         self.windows: deque[features.Backlash] = deque(maxlen=1000)
         self.tracker = change.Tracker(
             change.TrackerSettings.of(estimator.parameters, estimator.model), drift)
@@ -178,7 +178,7 @@ class Monitor:
         self._due_ns = stamp_ns
         self.estimator.stop_at(stamp_ns)
 
-    def _withdraw(self, finding: Finding) -> None:
+    def _withdraw(self, finding: Outcome) -> None:
         """Replace each OK of JUDGED by `finding`: it says nothing of the estimates from now on."""
         self.findings = {name: finding if name in JUDGED and old.level == Level.OK else old
                          for name, old in self.findings.items()}
@@ -294,7 +294,7 @@ class Monitor:
             name: self._alarms[name].judge(finding, stamp_ns)
             for name, finding in findings.items()}}
 
-    def _check_input(self, stamps: Integers, stamp_ns: int) -> Finding:
+    def _check_input(self, stamps: Integers, stamp_ns: int) -> Outcome:
         new = self.counts - self._last_counts
         self._last_counts = self.counts.copy()
         if not self.parameters.arm_joint:
@@ -308,7 +308,7 @@ class Monitor:
             'longest_gap_s': float(np.diff(second).max() * 1e-9) if len(second) > 1 else 0.0}
         return usability.check(_by_reason(new), int(new[sample_loop.ESTIMATE]), values)
 
-    def _check_observability(self, recent: Recent) -> Finding:
+    def _check_observability(self, recent: Recent) -> Outcome:
         recent = recent.after(recent.stamps[-1] - round(observability.WINDOW * SECOND))
         names = self.estimator.names
         measured = np.isfinite(recent.pair(sample_loop.E_INNOVATION_MOTOR))
@@ -322,7 +322,7 @@ class Monitor:
         return observability.check(dict(zip(names, shares.tolist())), stated,
                                    observability.paper(states[-1], measured[-1], packed))
 
-    def _check_prediction_error(self, recent: Recent, stamp_ns: int) -> Finding:
+    def _check_prediction_error(self, recent: Recent, stamp_ns: int) -> Outcome:
         for_mean, newest = (len(recent.after(stamp_ns - round(window * SECOND)))
                             for window in (innovation.MEAN_WINDOW, innovation.GATE_WINDOW))
         white, errors, stds = (recent.pair(column) for column in (
@@ -337,7 +337,7 @@ class Monitor:
             return replace(finding, values={**finding.values, **values})
         return with_more(finding, broken, values)
 
-    def _check_covariance(self, recent: Recent) -> Finding:
+    def _check_covariance(self, recent: Recent) -> Outcome:
         stds = np.sort(recent[sample_loop.E_STD + TAU_K][::MEDIAN_STRIDE])  # slow: few will do
         std = float(stds[len(stds) // 2])
         if self._reference is None:
@@ -346,7 +346,7 @@ class Monitor:
                 self._reference = float(np.median(self._references))
         return self._with_adaptation(covariance.check(std, self._reference))
 
-    def _with_adaptation(self, finding: Finding) -> Finding:
+    def _with_adaptation(self, finding: Outcome) -> Outcome:
         """Return `finding` with the adapted values; a warning if one is at its bound."""
         adapted = self.estimator.adapted()
         if not adapted:
@@ -356,11 +356,11 @@ class Monitor:
                   **{f'adaptation_{k}': v for k, v in guards.items()}}
         bound = self.estimator.adapted_to_bound()
         if bound and finding.level == Level.OK:
-            return finding_of(
+            return outcome_of(
                 [replace(AT_BOUND, says=f'adapted to its bound: {", ".join(bound)}')], '', values)
         return replace(finding, values=values)
 
-    def _check_model(self, findings: Findings, stamp_ns: int) -> Finding:
+    def _check_model(self, findings: Outcomes, stamp_ns: int) -> Outcome:
         # Errors of a lost encoder or a broken stream say nothing about the model.
         judged = (findings['observability'].level < Level.ERROR
                   and findings['input'].level < Level.ERROR)
@@ -369,8 +369,8 @@ class Monitor:
         return model_mismatch.check(self._systematic, stamp_ns, self.parameters.model_gap_after,
                                     self.estimator.drive.arm_load == 'unknown')
 
-    def _check_backlash(self, findings: Findings) -> Findings:
-        """Return {component: Finding} when a window has ended, else nothing."""
+    def _check_backlash(self, findings: Outcomes) -> Outcomes:
+        """Return {component: Outcome} when a window has ended, else nothing."""
         if not self.parameters.arm_joint:
             self._drift = []
             return dict.fromkeys(COMPONENTS[4:6], NOT_WATCHED)
@@ -382,7 +382,7 @@ class Monitor:
         if begin is None:
             begin = int(self._drift[0][0][0])
         length = round(self.parameters.drift_window * SECOND)
-        result: Findings = {}
+        result: Outcomes = {}
         newest = int(self._drift[-1][0][-1])
         while newest >= begin + length:
             end = begin + length
@@ -397,7 +397,7 @@ class Monitor:
         self._window_start = begin
         return result
 
-    def _window_ended(self, rows: Array, end: int) -> Findings:
+    def _window_ended(self, rows: Array, end: int) -> Outcomes:
         p = self.parameters
         # A twist less certain than from one reading of both encoders: one of them was missing.
         certain = rows[:, S_TWIST_STD] <= np.hypot(p.r_std_motor, p.r_std_arm)

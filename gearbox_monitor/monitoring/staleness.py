@@ -20,7 +20,7 @@ A stream that has stopped has no stamps to judge it by. The node asks once per s
 from gearbox_monitor.estimation.sample_loop import REASONS, SECOND
 from gearbox_monitor.kernels.types import Integers
 from gearbox_monitor.monitoring.checks import usability
-from gearbox_monitor.monitoring.checks.finding import Finding, Level
+from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 from gearbox_monitor.monitoring.monitor import Monitor
 
 MIN_SILENCE = 0.5  # s between two looks; a late timer is followed by one that comes too soon
@@ -40,7 +40,7 @@ class Silence:
         self.why = ''
 
     def findings(self, monitor: Monitor, now_ns: int, foreign: int = 0,
-                 cause: tuple[str, str] | None = None) -> dict[str, Finding]:
+                 cause: tuple[str, str] | None = None) -> dict[str, Outcome]:
         """
         Return the findings of a monitor, replaced where its stream is dead.
 
@@ -52,7 +52,7 @@ class Silence:
                 becomes a sample.
 
         Returns:
-            {component: Finding}; a dead stream is never OK.
+            {component: Outcome}; a dead stream is never OK.
 
         """
         if self._counts is None or monitor.stamp_ns != self._stamp:
@@ -76,10 +76,10 @@ class Silence:
             advice = self.why or advice
             reason = (f'{refused} samples came, none was usable'
                       + ''.join(f', {cause.says}' for cause in causes))
-        findings = {name: Finding(Level.WARN, f'no data for {silent:.1f} s', {})
+        findings = {name: Outcome(Level.WARN, f'no data for {silent:.1f} s', {})
                     for name in monitor.findings}
         # Discovery takes a while: before the first sample ever, silence is not yet an error.
         starting = not monitor.input_count and not foreign and silent < usability.START_TIME
-        findings['input'] = Finding(Level.WARN if starting else Level.ERROR,
+        findings['input'] = Outcome(Level.WARN if starting else Level.ERROR,
                                     f'{reason} for {silent:.1f} s: {advice}', counts)
         return findings

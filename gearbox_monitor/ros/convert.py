@@ -27,7 +27,7 @@ from gearbox_monitor.estimation.estimates import Sample
 from gearbox_monitor.interfaces.diagnostic_keys import published
 from gearbox_monitor.interfaces.signals import joint_values, Signal
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.checks.finding import Finding
+from gearbox_monitor.monitoring.checks.outcome import Outcome
 from gearbox_monitor.plant.drive import DriveModel
 
 NAN = math.nan
@@ -145,7 +145,7 @@ def key_values(component: str, values: Mapping[str, Any]) -> list[KeyValue]:
     return [KeyValue(key=key, value=text) for key, text in published(component, values)]
 
 
-def to_status(name: str, finding: Finding, hardware_id: str) -> DiagnosticStatus:
+def to_status(name: str, finding: Outcome, hardware_id: str) -> DiagnosticStatus:
     """
     Return the DiagnosticStatus of a finding.
 

@@ -48,7 +48,7 @@ from gearbox_monitor.kernels.jit import CACHE_PROBLEM, COMPILED, KERNELS
 from gearbox_monitor.monitoring.backlash.change import Tracker
 from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, TESTS
 from gearbox_monitor.monitoring.checks import usability
-from gearbox_monitor.monitoring.checks.finding import Finding, Level, with_more
+from gearbox_monitor.monitoring.checks.outcome import Level, Outcome, with_more
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.monitoring.staleness import Silence
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MODEL, SETTINGS
@@ -247,14 +247,14 @@ class EstimatorNode(TableNode):
 
     # ------------------------------------------------------------------ diagnostics
 
-    def _findings(self) -> dict[str, Finding]:
-        """Return {component: Finding}; a stream that stopped is never reported as good."""
+    def _findings(self) -> dict[str, Outcome]:
+        """Return {component: Outcome}; a stream that stopped is never reported as good."""
         counts, unpaired = self._inputs.pairing()
         counts['messages_lost'], new_loss = self._inputs.loss()
         if self._clock_set_back:
             counts['clock_set_back'] = self._clock_set_back
         silence, previous = self._silence, self._silence.why
-        findings: dict[str, Finding] = silence.findings(
+        findings: dict[str, Outcome] = silence.findings(
             self.monitor, self._steady.now().nanoseconds, self._inputs.foreign,
             self._inputs.silence(self.monitor.input_count > 0))
         if previous and silence.why not in ('', previous):
@@ -300,7 +300,7 @@ class EstimatorNode(TableNode):
                 self.get_logger().info(text)
         self._alert(findings)
 
-    def _alert(self, findings: Mapping[str, Finding]) -> None:
+    def _alert(self, findings: Mapping[str, Outcome]) -> None:
         """Publish each change of a drift alert since the last call: raised, worse, over."""
         stages = self.monitor.tracker.stages()
         serial = self.monitor.parameters.gearbox_serial or 'gearbox'

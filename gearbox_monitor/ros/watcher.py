@@ -24,7 +24,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from gearbox_monitor.interfaces.signals import (
     DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, PLANT_TRANSMISSION_STATE, SNAPSHOT)
-from gearbox_monitor.monitoring.checks.finding import Finding, Level
+from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 
 LATCHED = QoSProfile(depth=16, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -33,15 +33,15 @@ class Watcher:
     """
     Node `name` in ROS domain `domain`, in its own context; it installs no signal handlers.
 
-    findings: {component: Finding} of the estimator's newest diagnostics, values as texts;
-    recorder: the recorder's Finding or None; alerts: texts of the drift alerts, oldest first;
+    findings: {component: Outcome} of the estimator's newest diagnostics, values as texts;
+    recorder: the recorder's Outcome or None; alerts: texts of the drift alerts, oldest first;
     updates: number of diagnostics of the estimator; snapshots: those of the estimator,
     {name: text}, oldest first: the first one holds the state at its start.
     """
 
     def __init__(self, name: str, domain: int) -> None:
-        self.findings: dict[str, Finding] = {}
-        self.recorder: Finding | None = None
+        self.findings: dict[str, Outcome] = {}
+        self.recorder: Outcome | None = None
         self.alerts: list[str] = []
         self.updates = 0
         self.snapshots: list[dict[str, str]] = []
@@ -84,7 +84,7 @@ class Watcher:
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             node, _, component = status.name.partition(': ')
-            finding = Finding(level_of(status), status.message,
+            finding = Outcome(level_of(status), status.message,
                               {value.key: value.value for value in status.values})
             if node == 'estimator':
                 self.findings[component] = finding

@@ -23,7 +23,7 @@ from gearbox_monitor.benchmarks.harness import BarTable
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.backlash.features import Backlash
-from gearbox_monitor.monitoring.checks.finding import Finding, Level
+from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise
 
@@ -71,7 +71,7 @@ def test_windows_are_drawn_in_time_and_followed():
         def update(self, window):
             assert window.stamp_ns > self.stamp_ns
             self.stamp_ns = window.stamp_ns
-            return {'backlash': Finding(Level(self.raised.pop(0)), '')}
+            return {'backlash': Outcome(Level(self.raised.pop(0)), '')}
     assert trust_drift.false_alarms(Tracker(), trust_drift.later(windows[:6], Tracker())) == 2
 
 

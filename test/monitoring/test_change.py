@@ -28,7 +28,7 @@ from gearbox_monitor.files.baselines import load_baseline, load_state, save_base
 from gearbox_monitor.monitoring.backlash import forecast, scan
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
 from gearbox_monitor.monitoring.backlash.features import Backlash, lost_motion_of, NotExcited
-from gearbox_monitor.monitoring.checks.finding import Level
+from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 

@@ -24,7 +24,7 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.interfaces.diagnostic_keys import DIAGNOSTIC_KEYS
 from gearbox_monitor.monitoring.checks import innovation, usability
-from gearbox_monitor.monitoring.checks.finding import DEBOUNCE, Level
+from gearbox_monitor.monitoring.checks.outcome import DEBOUNCE, Level
 from gearbox_monitor.monitoring.monitor import COMPONENTS, CONDITIONS, Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation

@@ -22,7 +22,7 @@ import pytest
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST
 from gearbox_monitor.monitoring.backlash import features
-from gearbox_monitor.monitoring.checks.finding import Level
+from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation

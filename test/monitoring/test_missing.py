@@ -18,7 +18,7 @@ import pytest
 
 from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.monitoring.checks import innovation, model_mismatch
-from gearbox_monitor.monitoring.checks.finding import Level
+from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation

@@ -28,7 +28,7 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
 from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.monitoring.checks.finding import Level
+from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import COMPONENTS, Monitor
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel

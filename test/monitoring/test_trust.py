@@ -25,7 +25,7 @@ from gearbox_monitor.estimation import process_model, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.whiteness import LAGS, ljung_box
 from gearbox_monitor.monitoring.checks import covariance, innovation, observability
-from gearbox_monitor.monitoring.checks.finding import Finding, Level
+from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -388,4 +388,4 @@ def test_one_evaluation_per_second_of_stamps(dt, disturbed):
     monitor.run(data)
     assert len(at) == 5
     assert all(SECOND <= b - a < 1.05 * SECOND for a, b in itertools.pairwise(at))
-    assert isinstance(monitor.findings['input'], Finding)
+    assert isinstance(monitor.findings['input'], Outcome)

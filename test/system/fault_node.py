@@ -34,7 +34,7 @@ from gearbox_monitor.bag.player import Player
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.monitoring.checks.finding import Level
+from gearbox_monitor.monitoring.checks.outcome import Level
 
 AWAY = 3.0  # s without a source
 TOLD = 3.0  # s: diagnostics come every second

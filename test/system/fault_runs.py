@@ -21,7 +21,7 @@ import numpy as np
 
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.monitoring.checks.finding import Level
+from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import COMPONENTS, Monitor
 from gearbox_monitor.monitoring.staleness import Silence
 from gearbox_monitor.plant.drive import DriveModel

@@ -30,7 +30,7 @@ from gearbox_monitor.bag.mcap_file import McapFile
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recover import recover
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.monitoring.checks.finding import Level
+from gearbox_monitor.monitoring.checks.outcome import Level
 
 BARS = (OLDER, RECOVERED, TOLD, NONE_LOST, CHUNKS) = (
     'all that is older than 1 s is in the bag', 'recover saves every message of it',

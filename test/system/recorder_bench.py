@@ -122,7 +122,7 @@ class Bench:
             self._nodes.watcher.spin(0.02)
 
     def told(self):
-        """Return the recorder's newest Finding, None before the first."""
+        """Return the recorder's newest Outcome, None before the first."""
         return self._nodes.watcher.recorder
 
     def said(self, process):

@@ -33,7 +33,7 @@ from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
 from gearbox_monitor.monitoring.backlash.forecast import span, when
 from gearbox_monitor.monitoring.backlash.operating_point import (
     numbers, OperatingPoint, OperatingPoints, Sums)
-from gearbox_monitor.monitoring.checks.finding import Finding, Level
+from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -152,7 +152,7 @@ class Tracker:
     # ------------------------------------------------------------------ windows
 
     def update(self, window: Backlash | NotExcited, trusted: bool = True,
-               temperature: float | None = None) -> dict[str, Finding]:
+               temperature: float | None = None) -> dict[str, Outcome]:
         """
         Take a window of the sequential test.
 
@@ -162,7 +162,7 @@ class Tracker:
             temperature: of the gearbox (deg C), None if unknown.
 
         Returns:
-            {component: Finding} in force.
+            {component: Outcome} in force.
 
         """
         if window.stamp_ns == self.stamp_ns:
@@ -342,18 +342,18 @@ class Tracker:
                             if t.component == component and t.key in self.changes}
                 for component in COMPONENTS}
 
-    def findings(self) -> dict[str, Finding]:
-        """Return {component: Finding} in force."""
+    def findings(self) -> dict[str, Outcome]:
+        """Return {component: Outcome} in force."""
         return {component: self._finding(component) for component in COMPONENTS}
 
-    def _finding(self, component: str) -> Finding:
+    def _finding(self, component: str) -> Outcome:
         window = self._window
         if window is None and not self.changes:
             message = 'backlash not measured yet' if component == 'backlash' else \
                 'friction not measured yet'
             reason = f': {self._pause.reason}' if self._pause else \
                 ': the motion must load both flanks'
-            return Finding(Level.WARN, message + reason)
+            return Outcome(Level.WARN, message + reason)
         values = self._measured(component, window) if window else {}
         active = [t for t in TESTS if t.component == component and t.key in self.changes]
         active.sort(key=lambda t: -self.changes[t.key].stage)
@@ -376,7 +376,7 @@ class Tracker:
                   if not isinstance(value, float) or math.isfinite(value)}
         if self._pause is not None:
             message = (f'not excited now ({self._pause.reason}); measured last: ' + message)
-        return Finding(level, message, values)
+        return Outcome(level, message, values)
 
     def _point_windows(self) -> int:
         return int(self._points[self._point].sums.count.max()) if self._point >= 0 else 0

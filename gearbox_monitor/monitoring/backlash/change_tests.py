@@ -21,7 +21,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from gearbox_monitor.monitoring.backlash import scan
-from gearbox_monitor.monitoring.checks.finding import Condition, Level
+from gearbox_monitor.monitoring.checks.outcome import Condition, Level
 
 FEATURES = ('gap', 'lost_motion', 'stiffness', 'hysteresis', 'friction', 'gain')
 GAP, LOST_MOTION, STIFFNESS, HYSTERESIS, FRICTION, GAIN = range(len(FEATURES))
@@ -111,7 +111,7 @@ def _conditions() -> Iterator[Condition]:
 
 
 def size_name(test: ChangeTest) -> str:
-    """Return the name of the size of a change in the values of a Finding; test: a ChangeTest."""
+    """Return the name of the size of a change in the values of a Outcome; test: a ChangeTest."""
     return 'growth' if test.key == 'gap' else f'{test.key}_change'
 
 

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """Third trust indicator: the stated uncertainty of tau_K is where it was when all was well."""
-from gearbox_monitor.monitoring.checks.finding import Condition, Finding, finding_of, Level
+from gearbox_monitor.monitoring.checks.outcome import Condition, Level, Outcome, outcome_of
 
 LOWER, UPPER = 0.8, 1.3  # of the reference
 REFERENCE_EVALUATIONS = 5  # whose median is the reference, where none was given
@@ -32,10 +32,10 @@ ABOVE = Condition(
 CONDITIONS = (BELOW, ABOVE)
 
 
-def check(std: float, reference: float | None) -> Finding:
-    """Return the Finding for the median `std` (N m) of tau_K against its `reference` (N m)."""
+def check(std: float, reference: float | None) -> Outcome:
+    """Return the Outcome for the median `std` (N m) of tau_K against its `reference` (N m)."""
     if reference is None:
-        return finding_of([], 'reference for the uncertainty of tau_K not complete yet',
+        return outcome_of([], 'reference for the uncertainty of tau_K not complete yet',
                           {'tau_k_std': std})
     values = {'tau_k_std': std, 'reference': reference,
               'lower_bound': LOWER * reference, 'upper_bound': UPPER * reference}
@@ -44,4 +44,4 @@ def check(std: float, reference: float | None) -> Finding:
         broken.append(BELOW)
     elif not std <= UPPER * reference:  # NaN is untrusted, too
         broken.append(ABOVE)
-    return finding_of(broken, 'uncertainty of tau_K in its usual range', values)
+    return outcome_of(broken, 'uncertainty of tau_K in its usual range', values)

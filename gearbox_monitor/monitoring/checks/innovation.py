@@ -31,7 +31,7 @@ from scipy.special import chdtri, ndtri
 from gearbox_monitor.estimation.whiteness import LAGS, ljung_box, MIN_SAMPLES
 from gearbox_monitor.kernels.jit import jit_allocating
 from gearbox_monitor.kernels.types import Array, Values
-from gearbox_monitor.monitoring.checks.finding import Condition, Finding, finding_of, Level
+from gearbox_monitor.monitoring.checks.outcome import Condition, Level, Outcome, outcome_of
 
 MEAN_WINDOW, GATE_WINDOW, WINDOW = 0.5, 1.0, 2.0  # s
 # Of each of the three tests on one window, were the filter's model exact. So small because it
@@ -179,9 +179,9 @@ def systematic(values: Values) -> bool:
 
 
 def check(white: Array, nis: Array, dof: Array, errors: Array, stds: Array, recent: int,
-          newest: int) -> Finding:
+          newest: int) -> Outcome:
     """
-    Return the Finding for a window of N samples; NaN where not measured.
+    Return the Outcome for a window of N samples; NaN where not measured.
 
     Args:
         white: whitened innovations [N, 2].
@@ -193,12 +193,12 @@ def check(white: Array, nis: Array, dof: Array, errors: Array, stds: Array, rece
         newest: number of last samples for the gate.
 
     Returns:
-        The Finding with all test values and their thresholds.
+        The Outcome with all test values and their thresholds.
 
     """
     total = float(dof.sum())
     if len(nis) < MIN_SAMPLES or total < MIN_SAMPLES:
-        return finding_of([TOO_FEW], '', {'window_samples': len(nis)})
+        return outcome_of([TOO_FEW], '', {'window_samples': len(nis)})
     mean = _mean(white[len(white) - recent:])
     box, predictable = _whiteness(white)
     predictable_limit = PREDICTABLE + LAGS / len(nis)
@@ -224,4 +224,4 @@ def check(white: Array, nis: Array, dof: Array, errors: Array, stds: Array, rece
         (MOTOR_VARIANCE, not VARIANCE_LOW <= motor <= VARIANCE_HIGH),
         (ARM_VARIANCE, not VARIANCE_LOW <= arm <= VARIANCE_HIGH),
         (OUTLIERS, gate > 1.0)) if is_broken]
-    return finding_of(broken, 'prediction errors as predicted', values)
+    return outcome_of(broken, 'prediction errors as predicted', values)

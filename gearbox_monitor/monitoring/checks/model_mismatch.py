@@ -20,7 +20,7 @@ is then a diagnosis (docs/diagnose.md), not another tuning.
 """
 from collections import deque
 
-from gearbox_monitor.monitoring.checks.finding import Condition, Finding, finding_of, Level
+from gearbox_monitor.monitoring.checks.outcome import Condition, Level, Outcome, outcome_of
 
 SHARE = 0.5  # of the time that is looked at
 SECOND = 1_000_000_000
@@ -53,9 +53,9 @@ class Systematic:
         return len(self._stamps)
 
 
-def check(systematic: Systematic, stamp_ns: int, window: float, unknown_load: bool) -> Finding:
+def check(systematic: Systematic, stamp_ns: int, window: float, unknown_load: bool) -> Outcome:
     """
-    Return the Finding on model mismatch.
+    Return the Outcome on model mismatch.
 
     Args:
         systematic: the evaluations with systematic errors.
@@ -70,7 +70,7 @@ def check(systematic: Systematic, stamp_ns: int, window: float, unknown_load: bo
     seconds = systematic.seconds(stamp_ns, window)
     values = {'systematic_s': float(seconds), 'systematic_s_threshold': SHARE * window,
               'window_s': window}
-    return finding_of([MISSING] if seconds > SHARE * window else [],
+    return outcome_of([MISSING] if seconds > SHARE * window else [],
                       'no lasting gap of the model seen' + (
                           '; with arm_load: unknown most do not show' if unknown_load else ''),
                       values)

@@ -30,7 +30,7 @@ from gearbox_monitor.estimation.process_model import (
     K_P, LOAD_AT, P0, Q0, R1, R2, tangent, TAU_K, X1, X2, X3, X4)
 from gearbox_monitor.kernels.jit import jit, jit_allocating, jit_inline
 from gearbox_monitor.kernels.types import Array, Flags, Values
-from gearbox_monitor.monitoring.checks.finding import Condition, Finding, finding_of, Level
+from gearbox_monitor.monitoring.checks.outcome import Condition, Level, Outcome, outcome_of
 from gearbox_monitor.plant.drive import (
     arm_load_slopes, D, INVERSE_M1, INVERSE_M2, motor_friction_slope)
 
@@ -195,9 +195,9 @@ def paper(state: Array, measured: Flags, p: Array) -> dict[str, float]:
                     _paper(state, measured, p)))
 
 
-def check(shares: Mapping[str, float], stated: float, eq6: Values) -> Finding:
+def check(shares: Mapping[str, float], stated: float, eq6: Values) -> Outcome:
     """
-    Return the Finding for the information shares {state: share} and the indicators of eq. (6).
+    Return the Outcome for the information shares {state: share} and the indicators of eq. (6).
 
     eq6: see paper. shares: 'tau_k' decides; 'x3' (motor speed) and, where it is
     estimated, 'tau_arm' are told. stated: standard deviation of tau_K that the filter states, over
@@ -217,4 +217,4 @@ def check(shares: Mapping[str, float], stated: float, eq6: Values) -> Finding:
         fine += '; not: ' + ', '.join(hidden)
     broken = [condition for condition, is_fine in (  # NaN is untrusted, too
         (HIDDEN, shares['tau_k'] <= UNTRUSTED), (UNKNOWN, stated <= WORSE)) if not is_fine]
-    return finding_of(broken, fine, values)
+    return outcome_of(broken, fine, values)

@@ -23,7 +23,7 @@ import numpy as np
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_RATE_STD, S_TWIST_STD, S_X3, S_X4)
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.checks.finding import Condition, Level
+from gearbox_monitor.monitoring.checks.outcome import Condition, Level
 
 WINDOW = 2.0  # s
 MIN_ROWS = 50

@@ -18,7 +18,7 @@ from dataclasses import replace
 import re
 
 from gearbox_monitor.kernels.types import Values
-from gearbox_monitor.monitoring.checks.finding import Condition, Finding, finding_of, Level
+from gearbox_monitor.monitoring.checks.outcome import Condition, Level, Outcome, outcome_of
 
 START_TIME = 5.0  # s: before the first sample ever, silence is not yet an error
 _WINDOW = 'the last second'
@@ -73,9 +73,9 @@ LOST = Condition(
 CONDITIONS = (SILENT, OTHERS, NO_SAMPLE, *(condition for condition, _ in REFUSED), LOST)
 
 
-def check(counts: Mapping[str, int], usable: int, values: Values) -> Finding:
+def check(counts: Mapping[str, int], usable: int, values: Values) -> Outcome:
     """
-    Return the Finding on the samples of the last second.
+    Return the Outcome on the samples of the last second.
 
     Args:
         counts: {counter of sample_loop.REASONS: how many in this second}.
@@ -87,7 +87,7 @@ def check(counts: Mapping[str, int], usable: int, values: Values) -> Finding:
 
     """
     broken = ([] if usable else [NO_SAMPLE]) + refused(counts)
-    return finding_of(broken, f'{values["rate_hz"]:.0f} samples/s', values)
+    return outcome_of(broken, f'{values["rate_hz"]:.0f} samples/s', values)
 
 
 def refused(counts: Mapping[str, int]) -> list[Condition]:

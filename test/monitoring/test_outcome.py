@@ -18,7 +18,7 @@ import itertools
 import numpy as np
 import pytest
 
-from gearbox_monitor.monitoring.checks.finding import Alarm, Condition, Finding, finding_of, Level
+from gearbox_monitor.monitoring.checks.outcome import Alarm, Condition, Level, Outcome, outcome_of
 
 SECOND = 1_000_000_000
 DEBOUNCES = [(3, 5), (2, 2), (1, 1), (4, 1), (1, 2)]
@@ -105,7 +105,7 @@ def test_never_ok_before_data_nor_on_a_bad_first_look():
 
 def test_message_fits_the_level_in_force():
     alarm, said = Alarm(3, 5), []
-    good, bad = Finding(Level.OK, 'fine', {'v': 1}), Finding(Level.ERROR, 'broken: mend', {'v': 2})
+    good, bad = Outcome(Level.OK, 'fine', {'v': 1}), Outcome(Level.ERROR, 'broken: mend', {'v': 2})
     for k, finding in enumerate([good, bad, bad, bad, bad, good, good, good, good, good]):
         shown = alarm.judge(finding, k * SECOND)
         assert shown.values == finding.values  # always those of now
@@ -123,6 +123,6 @@ def test_findings_are_made_of_conditions():
     warn = Condition('c', Level.WARN, 'odd', 'x > 1', '1 s', 'look')
     error = Condition('c', Level.ERROR, 'bad', 'y > 2', '1 s', 'mend')
     again = Condition('c', Level.WARN, 'strange', 'z > 3', '1 s', 'look')
-    assert finding_of([], 'fine', {}) == Finding(Level.OK, 'fine', {})
-    assert finding_of([warn, error, again], 'fine', {'x': 2}) == Finding(
+    assert outcome_of([], 'fine', {}) == Outcome(Level.OK, 'fine', {})
+    assert outcome_of([warn, error, again], 'fine', {'x': 2}) == Outcome(
         Level.ERROR, 'odd, bad, strange: look; mend', {'x': 2})

@@ -29,7 +29,7 @@ class Level(enum.IntEnum):
 
 
 @dataclass(frozen=True)
-class Finding:
+class Outcome:
     """
     What one check says now.
 
@@ -62,9 +62,9 @@ class Condition:
     threshold: tuple[str, ...] = ()
 
 
-def finding_of(broken: Sequence[Condition], fine: str, values: Values) -> Finding:
+def outcome_of(broken: Sequence[Condition], fine: str, values: Values) -> Outcome:
     """
-    Return the Finding of one check.
+    Return the Outcome of one check.
 
     Args:
         broken: the conditions that do not hold.
@@ -76,15 +76,15 @@ def finding_of(broken: Sequence[Condition], fine: str, values: Values) -> Findin
 
     """
     if not broken:
-        return Finding(Level.OK, fine, values)
+        return Outcome(Level.OK, fine, values)
     advice = dict.fromkeys(c.advice for c in broken)
-    return Finding(max(c.level for c in broken),
+    return Outcome(max(c.level for c in broken),
                    ', '.join(c.says for c in broken) + ': ' + '; '.join(advice), values)
 
 
-def with_more(finding: Finding, broken: Sequence[Condition], values: Values) -> Finding:
+def with_more(finding: Outcome, broken: Sequence[Condition], values: Values) -> Outcome:
     """
-    Return a Finding extended by the result of another check of the same component.
+    Return a Outcome extended by the result of another check of the same component.
 
     Args:
         finding: to extend.
@@ -92,13 +92,13 @@ def with_more(finding: Finding, broken: Sequence[Condition], values: Values) -> 
         values: {key: value} to add.
 
     Returns:
-        The Finding at the higher level of both; the added words come first.
+        The Outcome at the higher level of both; the added words come first.
 
     """
-    combined = finding_of(broken, '', {**finding.values, **values})
+    combined = outcome_of(broken, '', {**finding.values, **values})
     if finding.level == Level.OK:
         return combined
-    return Finding(max(finding.level, combined.level), f'{combined.message}; {finding.message}',
+    return Outcome(max(finding.level, combined.level), f'{combined.message}; {finding.message}',
                    combined.values)
 
 
@@ -150,7 +150,7 @@ class Alarm:
         if self.level == Level.OK:
             self.level, self.since_ns, self._judged = Level.WARN, None, False
 
-    def judge(self, finding: Finding, stamp_ns: int) -> Finding:
+    def judge(self, finding: Outcome, stamp_ns: int) -> Outcome:
         """
         Return the raw `finding` at its debounced level, with how long that has lasted at stamp_ns.
 
@@ -167,7 +167,7 @@ class Alarm:
         lasted = self.lasted(stamp_ns)
         if level > Level.OK and lasted > 0.0:
             message += f' (for {lasted:.1f} s)'
-        return Finding(level, message, finding.values)
+        return Outcome(level, message, finding.values)
 
     def lasted(self, stamp_ns: int) -> float:
         """Return how long the level has lasted at `stamp_ns` (s); 0 where time went backwards."""
