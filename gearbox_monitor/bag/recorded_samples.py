@@ -32,14 +32,17 @@ class RecordedSamples:
     """
     The inputs of a bag, on the arm side.
 
-    samples: Samples [N]; log_ns: their log times [N]; topic: of the joint states; namespace: the
-    namespace of that topic.
+    samples: Samples [N]; log_ns: their log times [N]; topic: of the joint states.
     """
 
     samples: Samples
     log_ns: Integers
     topic: str
-    namespace: str
+
+    @property
+    def namespace(self) -> str:
+        """Namespace of the topic."""
+        return self.topic.rsplit('/', 1)[0]
 
 
 def read_samples(reader: BagReader, motor_joint: str, arm_joint: str, model: DriveModel,
@@ -62,7 +65,7 @@ def read_samples(reader: BagReader, motor_joint: str, arm_joint: str, model: Dri
     """
     states = reader.joint_states(topic, (motor_joint, arm_joint))
     samples, log_ns = samples_of(states, model)
-    return RecordedSamples(samples, log_ns, topic, topic.rsplit('/', 1)[0])
+    return RecordedSamples(samples, log_ns, topic)
 
 
 def sample_parts(reader: BagReader, topic: str, decode: Decoder, model: DriveModel, size: int,

@@ -100,7 +100,7 @@ class ReplayCollector:
         """Return the Replay with its `comparison` and `summary`."""
         player = self._player
         recording = RecordedSamples(joined_samples(self._samples), np.concatenate(self._log_ns),
-                                    player.topic, player.topic.rsplit('/', 1)[0])
+                                    player.topic)
         estimates = joined_estimates(self._estimates or [player.estimator.run(NO_SAMPLES)])
         return Replay(recording, estimates, player.estimator, player.monitor, comparison, summary)
 

@@ -105,7 +105,7 @@ def run(args: Namespace) -> int:
         write_model(args.write_model, monitor.model, data, args.bag)
         data['model_file'] = args.write_model
     warn(args, notes)
-    print(json.dumps(data, indent=2) if args.json else text(data, monitor.model.axis))
+    print(json.dumps(data, indent=2) if args.json else text(data, model.axis))
     return EXIT[data['verdict']]
 
 

@@ -18,7 +18,7 @@ Simulate, estimate, record and check one gearbox whose backlash grows, on this m
 Plant, estimator and recorder run as separate ROS 2 nodes. At the end the recording is replayed and
 compared, and DIR holds: bag/ (for gearbox_monitor replay, ros2 bag, mcap), demo.png, summary.json
 and the log of each node. Ctrl-C ends early and leaves a readable bag.
-A machine that is too busy for 1000 Hz gets another run at a lower rate.
+If the machine is too busy for 1000 Hz, the run is repeated at a lower rate.
 
 usage examples:
   gearbox_monitor demo
@@ -44,7 +44,7 @@ from gearbox_monitor.ros.ros_domain import own_domain
 
 # Heavy modules are imported where they are used, after the handler of Ctrl-C is installed.
 
-# Hz: the first rate of which this machine loses less than MAX_LOSS, else the last.
+# Hz: the first rate at which this machine loses less than MAX_LOSS, else the last.
 RATES = (1000.0, 500.0, 250.0)
 MAX_LOSS = 0.01
 WINDOWS = 8            # windows for the fit of the gap, in whole seconds: it runs at 1 Hz
@@ -88,7 +88,7 @@ def run(args: Namespace) -> int:
         try:
             demo = Demo(args, interrupt)
             with own_domain() as domain:
-                demo.live_as_fast_as_possible(domain)
+                demo.live_at_best_rate(domain)
             interrupt.at_once()
             demo.check_interrupt()
             data, text = demo.evaluate()
@@ -121,7 +121,7 @@ class Demo:
         self.growth_start = GROWTH_AFTER * self.window
         self.growth_rate = GROWTH / (args.duration - self.growth_start) if self.fault else 0.0
         self.interrupt = interrupt
-        self.rate = RATES[0]
+        self.rate, self.starved = RATES[0], False
         self.out = Path(args.out or time.strftime('gearbox_demo_%Y_%m_%d-%H_%M_%S'))
         self.bag = self.out / 'bag'
         self.children: list[Child] = []
@@ -142,20 +142,21 @@ class Demo:
 
     # ------------------------------------------------------------------ live
 
-    def live_as_fast_as_possible(self, domain: int) -> None:
-        """Run `live` in ROS domain `domain`, at lower and lower rates until nothing is lost."""
-        for rate in RATES:
+    def live_at_best_rate(self, domain: int) -> None:
+        """Run `live` in ROS domain `domain`; repeat it at lower rates while samples are lost."""
+        for rate, lower in zip(RATES, (*RATES[1:], None)):
             self.rate = rate
             self.live(domain)
             loss = self.loss()
-            if loss < MAX_LOSS:
+            self.starved = loss >= MAX_LOSS
+            if not self.starved:
                 return
             note = (f'this machine is too busy for {rate:g} Hz: {100.0 * loss:.0f} % of the '
                     'samples or estimates were lost')
-            if rate == RATES[-1]:
+            if lower is None:
                 self.notes.append(note)
                 return
-            print(f'note: {note}; again at a lower rate', file=sys.stderr, flush=True)
+            print(f'note: {note}; repeating at {lower:g} Hz', file=sys.stderr, flush=True)
             shutil.rmtree(self.bag)
             for child in self.children:
                 child.log.unlink()
@@ -291,7 +292,7 @@ class Demo:
         figure.savefig(png, dpi=110)
         data['picture'] = str(png)
         data['notes'] = [*data['notes'], *self.notes]
-        data['problems'] = demo_report.problems(data, self.fault, MAX_LOSS)
+        data['problems'] = demo_report.problems(data, self.fault, self.starved)
         (self.out / 'summary.json').write_text(json.dumps(data, indent=2) + '\n',
                                                encoding='utf-8')
         return data, demo_report.text(data)

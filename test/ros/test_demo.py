@@ -90,7 +90,7 @@ def test_with_and_without_fault(demo, tmp_path):
         # A starved machine runs again at a lower rate, and says how many messages it drops.
         expected = data['samples_expected']
         assert expected in (16000, 8000, 4000)
-        assert data['samples'] == expected - data['samples_missing'] > 0
+        assert expected / 2 < data['samples'] == expected - data['samples_missing']
         assert data['tau_k_error_smoothed'] < 0.1 * data['tau_k_rms']
         assert 1.85 < data['nis'] < 2.15
     assert 'backlash' in {alarm['component'] for alarm in fault['alarms']} or any(
@@ -105,7 +105,8 @@ def test_with_and_without_fault(demo, tmp_path):
         with open_bag(tmp_path / name / 'bag') as bag:
             assert not bag.truncated
             live = bag.topics['/transmission_state'][1]
-            assert live == data['samples_expected'] - 1 - data['estimates_missing']
+            expected = data['samples_expected']
+            assert expected / 2 < live == expected - 1 - data['estimates_missing']
 
 
 @pytest.mark.parametrize('moment', [0.2, 0.7, 2.0, 'recording', 'shut-down'])
