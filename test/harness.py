@@ -70,11 +70,20 @@ class Graph:
             self.executor.spin_once(timeout_sec=0.02)
 
     def call(self, kind, name, request):
-        """Return the response of a service."""
+        """
+        Return the response of a service.
+
+        DDS may drop a response: the server's writer has not matched the client's reader yet when a
+        request comes early (rmw_fastrtps waits 100 ms for it). The same request is sent again.
+        """
         client = self.node.create_client(kind, name)
         self.until(client.service_is_ready, f'service {name}')
-        future = client.call_async(request)
-        self.until(future.done, f'answer of {name}')
+        for _ in range(10):
+            future, end = client.call_async(request), time.monotonic() + 30.0
+            self.until(lambda: future.done() or time.monotonic() > end)
+            if future.done():
+                break
+        assert future.done(), f'no answer of {name}'
         self.node.destroy_client(client)
         return future.result()
 
