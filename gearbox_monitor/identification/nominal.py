@@ -124,7 +124,6 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
     candidate = CandidateModel(plain, ids, tuple(coordinates), orders)
     report = progress or (lambda *_: None)
     fitted = _settled(search, candidate, report)
-    states = fitted.point
     data = search.long
     if seconds:
         whole = min(seconds, min(np.diff([*recording.cuts, len(recording.u)])) * recording.dt)
@@ -133,7 +132,7 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
                                      shooting_windows(recording, whole), sigma, weighing=squares)
         report(0.9, 1.0, f'windows of {seconds:g} s')
         fitted = _longer(data, fitted)
-    _require_improvement(search, fitted.candidate, replace(states, z=fitted.point.z))
+    _require_improvement(search, data, fitted)
     fitted_model = candidate.model(fitted.point.z)
     values, correlated = _known(data, fitted, plain)
     gap_after = _gap(data, candidate, fitted.point)
@@ -149,24 +148,27 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
                       validation)
 
 
-def _require_improvement(search: Search, candidate: CandidateModel,
-                         point: likelihood.FitPoint) -> None:
-    """Raise InputError if the fit leaves more than its start on windows that were not fitted."""
-    unseen = ~search.long.train if (~search.long.train).any() else search.long.train
+def _require_improvement(search: Search, data: likelihood.WindowData,
+                         fitted: CandidateFit) -> None:
+    """
+    Raise InputError if `fitted` leaves more than its start on the windows of `data`.
+
+    Windows that were not fitted decide, where `data` has any.
+    """
+    candidate = fitted.candidate
+    unseen = data.train if data.train.all() else ~data.train
     gaps = []
-    for z in (candidate.start(), point.z):
-        trial = replace(likelihood.copied(point), z=z)
-        index = np.arange(len(search.long.windows))
+    for z in (candidate.start(), fitted.point.z):
+        trial = replace(likelihood.copied(fitted.point), z=z)
         trial.states, _ = window_states.solve_states(
-            search.long, candidate.model(z), trial.states, trial.memory, index)
-        search.long.evaluate(candidate, trial)
-        rivals = [point, search.fitted[''].point]
-        window_states.rescue(search.long, candidate, trial, rivals, half_gap=search.half_gap)
-        gaps.append(closed_model.gap_of(trial.chi2[unseen], search.long.size))
+            data, candidate.model(z), trial.states, trial.memory, np.arange(len(data.windows)))
+        data.evaluate(candidate, trial)
+        window_states.rescue(data, candidate, trial, [fitted.point], half_gap=search.half_gap)
+        gaps.append(closed_model.gap_of(trial.chi2[unseen], data.size))
     if not gaps[1] <= SAME * gaps[0]:
-        raise InputError(f'the fit leaves {gaps[1]:.4g} standard deviations on windows that were '
-                         f'not fitted, the model file {gaps[0]:.4g}: no solution; expected a '
-                         'model of this drive (see check), or fewer values to fit (--free)')
+        raise InputError(f'the fit leaves {gaps[1]:.4g} standard deviations, the model file '
+                         f'{gaps[0]:.4g}: no solution; expected a model of this drive (see '
+                         'check), or fewer values to fit (--free)')
 
 
 def regressed_start(recording: UniformRecording, candidate: CandidateModel) -> Array:

@@ -54,7 +54,7 @@ def graph(tmp_path, monkeypatch):
 
 @pytest.fixture(scope='module')
 def drive():
-    t = np.arange(4 * N) * DT * 1e-9
+    t = np.arange(40 * N) * DT * 1e-9
     return simulate(DriveModel(), Excitation().torque(t), DT * 1e-9,
                     Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed=3)
 
