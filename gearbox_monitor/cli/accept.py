@@ -97,12 +97,12 @@ def run(args: Namespace) -> int:
     notes = result.summary['notes']
     data = {'bag': str(args.bag), **limits, 'confidence': args.confidence,
             **judge(windows(result), limits, args.confidence), 'notes': notes}
-    monitor = result.estimator
+    model = result.estimator.model
     if args.write_model:
         if 'gap_rad' not in data or not data['separable']:
             raise InputError(f'{args.write_model}: not written: {data["reason"]}, expected motion '
                              'that shows gap and stiffness')
-        write_model(args.write_model, monitor.model, data, args.bag)
+        write_model(args.write_model, model, data, args.bag)
         data['model_file'] = args.write_model
     warn(args, notes)
     print(json.dumps(data, indent=2) if args.json else text(data, model.axis))

@@ -42,6 +42,7 @@ from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
+from gearbox_monitor.plant.effects.arm_side import GRAVITY
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import concatenated, UniformRecording
 from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
@@ -195,7 +196,7 @@ def regressed_start(recording: UniformRecording, candidate: CandidateModel) -> A
     names = {c.name for c in candidate.coordinates}
     motor, arm = model.motor_inertia * a[:, column], model.arm_inertia * a[:, -1]
     together = model.transmission.kind == 'rigid' or 'm2' in names or 'm1' not in names
-    gravity = sum(e['G'] for e in model.effects if e['id'] == 'gravity')
+    gravity = sum(e['G'] for e in model.effects if e['id'] == GRAVITY.id)
     columns = {'m1': motor + arm if together else motor,
                'Cv': model.viscous_friction * v[:, column],
                'Cc': model.coulomb_friction * 2.0 / np.pi * np.arctan(

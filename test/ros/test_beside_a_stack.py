@@ -136,10 +136,12 @@ def test_one_gearbox_of_a_robot(graph, drive, tmp_path):
         'estimator_node', '-r', '__ns:=/elbow', '-r', 'joint_states:=/joint_states',
         '-r', 'transmission_state:=/tau', '--params-file', str(file), '-p', 'misspelt:=1')
     robot = Robot(graph, drive)
-    snapshots, said = [], []
+    snapshots, said, estimated = [], [], []
     listen = graph.node.create_subscription
     listen(DiagnosticArray, '/elbow/estimator/snapshot',
            lambda m: snapshots.append({v.key: v.value for v in m.status[0].values}), LATCHED)
+    listen(JointState, '/tau', lambda m: estimated.append(m.header.stamp), QoSProfile(
+        depth=5000, reliability=ReliabilityPolicy.BEST_EFFORT))
     listen(DiagnosticArray, '/diagnostics', lambda m: said.extend(
         {v.key: v.value for v in s.values} for s in m.status
         if s.name == 'elbow/estimator: input'), 50)
@@ -160,6 +162,9 @@ def test_one_gearbox_of_a_robot(graph, drive, tmp_path):
     assert not set_parameter(graph, 'motor_inertia', -1.0).successful
     robot.move(2000, 3000)
     assert not any(s['reason'] == 'clock' for s in snapshots)
+    # Samples that still wait when the clock is set back are of another time: they are refused.
+    until = time.monotonic() + 20.0
+    graph.until(lambda: to_time(T0 + 2999 * DT) in estimated or time.monotonic() > until)
     robot.tell_time(1000)  # the simulation starts again
     graph.until(lambda: snapshots[-1]['reason'] == 'clock', 'answer to the clock')
     robot.move(1200, 2400)
