@@ -21,20 +21,38 @@ import numpy as np
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.interfaces.signals import ARM, MOTOR, PLANT_TRANSMISSION_STATE, TRANSMISSION
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.excitation import Excitation, KINDS
 from gearbox_monitor.plant.simulate import Noise, Plant
 
 NOISE = Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3))
 
 
+VARIED = 'varied'
+MOTIONS = (VARIED, *(kind for kind in KINDS if kind != 'none'))
+SWING = 10.0  # s, period of the amplitude of VARIED
+
+
 class ExampleMotion(NamedTuple):
-    """Duration (s), rate (Hz), first stamp (s) and initial standstill (s) of a recording."""
+    """
+    Duration (s), rate (Hz), first stamp (s), initial standstill (s) and MOTIONS of a recording.
+
+    varied: the multisine with 30 to 100 % of its amplitude. Motion of one amplitude does not
+    distinguish Coulomb from viscous friction.
+    """
 
     seconds: float
     rate: float = 1000.0
     start: int = 1_700_000_000
     rest: float = 0.0
+    kind: str = 'multisine'
+
+    def torque(self, t: Array) -> Array:
+        """Return the commanded torque (N m), of the shape of `t` (s)."""
+        if self.kind != VARIED:
+            return Excitation(self.kind).torque(t)
+        return (0.3 + 0.7 * np.sin(np.pi * t / SWING) ** 2) * Excitation().torque(t)
 
 
 def write_example_bag(path: str | Path, model: DriveModel, motion: ExampleMotion, seed: int = 0,
@@ -46,7 +64,7 @@ def write_example_bag(path: str | Path, model: DriveModel, motion: ExampleMotion
     Args:
         path: the new bag.
         model: the drive.
-        motion: duration, rate, start and standstill.
+        motion: duration, rate, start, standstill and kind.
         seed: of the noise.
         topic: of the joint states.
         noise: of process and encoders; at standstill only that of the encoders acts.
@@ -59,7 +77,7 @@ def write_example_bag(path: str | Path, model: DriveModel, motion: ExampleMotion
     still = plant.run(np.zeros(round(motion.rest * motion.rate)), dt)
     plant.noise = noise
     t = np.arange(round(motion.seconds * motion.rate)) * dt
-    run = plant.run(Excitation().torque(t), dt, len(still.t) * dt)
+    run = plant.run(motion.torque(t), dt, len(still.t) * dt)
     t, u, y, x, tau_k, load = (
         np.concatenate([getattr(part, name) for part in (still, run)])
         for name in ('t', 'u', 'y', 'x', 'tau_k', 'tau_arm'))

@@ -16,21 +16,24 @@
 Write a bag of a simulated drive, without ROS: to try the other commands on.
 
 The drive stands still for --rest s and is then moved by the torque 6 cos(2 pi 0.9 t) +
-2 cos(2 pi 2.3 t) N m (arm side), with noise on the encoders (5 mrad) and on the motion. The bag
-holds joint_states with the joints motor and arm and, for scoring, the true torque, as the plant
-node publishes them. Another model file makes another drive: a wider half_gap a worn one, an effect
-one that the model does not know.
+2 cos(2 pi 2.3 t) N m (arm side), or by another --motion; varied makes this torque rise and fall
+within 10 s. The encoders have noise (5 mrad), and so has the motion (--process-noise). The bag
+contains joint_states with the joints motor and arm and, for scoring, the true torque, as the plant
+node publishes them. --wear widens the gap of the model file, --date sets the first stamp: several
+bags show a gearbox that wears. An effect in the model file makes a drive that the model lacks.
 
 usage examples:
   gearbox_monitor example bag
-  gearbox_monitor example worn --model worn.yaml --seconds 60 --seed 2
+  gearbox_monitor example june --date 2026-06-15 --wear 25 --seconds 60 --seed 2
+  gearbox_monitor example quiet --motion varied --process-noise 0
 """
 from argparse import ArgumentParser, Namespace
+from datetime import datetime, timezone
 import json
 import math
 from pathlib import Path
 
-from gearbox_monitor.bag.example import ExampleMotion, NOISE, write_example_bag
+from gearbox_monitor.bag.example import ExampleMotion, MOTIONS, NOISE, write_example_bag
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
@@ -48,6 +51,12 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='how long it stands still before that (default: 2)')
     parser.add_argument('--rate', metavar='HZ', type=float, default=1000.0,
                         help='samples per second (default: 1000)')
+    parser.add_argument('--motion', choices=MOTIONS, default='multisine',
+                        help='kind of the commanded torque (default: multisine)')
+    parser.add_argument('--date', metavar='YYYY-MM-DD', help='day of the recording, UTC '
+                        '(default: 2023-11-14)')
+    parser.add_argument('--wear', metavar='P', type=float, default=0.0,
+                        help='growth of the gap over that of the model file, %% (default: 0)')
     parser.add_argument('--seed', metavar='N', type=int, default=0,
                         help='seed of the noise (default: 0)')
     parser.add_argument('--process-noise', metavar='Q', type=float, default=0.4,
@@ -61,6 +70,7 @@ def run(args: Namespace) -> int:
                                    ('rest', args.rest, 0.0, 86400.0),
                                    ('rate', args.rate, 100.0, 10000.0),
                                    ('process-noise', args.process_noise, 0.0, 1e6),
+                                   ('wear', args.wear, 0.0, 1000.0),
                                    ('seed', args.seed, 0, 2 ** 31 - 1)):
         if not (math.isfinite(value) and low <= value <= high):
             raise InputError(f'--{name}: {value:g}, expected {low:g} to {high:g}')
@@ -68,9 +78,12 @@ def run(args: Namespace) -> int:
         raise InputError(f'{args.bag}: exists, expected the name of a new bag')
     model_file = str(args.model or config_path('drive.yaml'))
     noise = Noise((0.0, 0.0, args.process_noise, args.process_noise), NOISE.measurement)
-    write_example_bag(Path(args.bag), load_model(model_file),
-                      ExampleMotion(args.seconds, args.rate, rest=args.rest), args.seed,
-                      noise=noise, truth=True)
+    model = load_model(model_file)
+    model = model.with_(half_gap=model.transmission.half_gap * (1.0 + 0.01 * args.wear))
+    motion = ExampleMotion(args.seconds, args.rate, rest=args.rest, kind=args.motion)
+    if args.date:
+        motion = motion._replace(start=_seconds(args.date))
+    write_example_bag(Path(args.bag), model, motion, args.seed, noise=noise, truth=True)
     samples = round(args.rest * args.rate) + round(args.seconds * args.rate)
     data = {'bag': args.bag, 'samples': samples, 'rate_hz': args.rate, 'seed': args.seed,
             'duration_s': args.rest + args.seconds, 'model': model_file}
@@ -78,3 +91,12 @@ def run(args: Namespace) -> int:
           f'{args.bag}: {samples} samples, {data["duration_s"]:g} s, {args.rate:g} Hz, model '
           f'{model_file}')
     return 0
+
+
+def _seconds(date: str) -> int:
+    """Return the Unix time of midnight UTC of the `date`. Raises InputError."""
+    try:
+        day = datetime.strptime(date, '%Y-%m-%d').replace(tzinfo=timezone.utc)
+    except ValueError:
+        raise InputError(f'--date: {date!r}, expected a date as 2026-06-15') from None
+    return int(day.timestamp())

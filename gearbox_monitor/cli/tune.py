@@ -176,10 +176,11 @@ def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
 
     row('log-likelihood', [start['loglik'], tuned['loglik']])
     row('mean NIS', [start['nis'], tuned['nis']],
-        f'95 % band {tuned["nis_low"]:.3f}..{tuned["nis_high"]:.3f}')
+        f'95 % band {data["nis_band"][0]:.3f}..{data["nis_band"][1]:.3f}')
     for k, name in enumerate(('motor', 'arm')):
         row(f'Ljung-Box, {name}', [start['ljung_box'][k], tuned['ljung_box'][k]],
-            f'white below {data["white_limit"]:.1f}')
+            f'white below {data["white_limit"]:.1f}; autocorrelation '
+            f'{data["autocorrelation"][k]:.2g} per lag')
     row('divergences', [start['diverged'], tuned['diverged']])
     if 'reference_after' in data:
         a, b = data['reference_before'], data['reference_after']

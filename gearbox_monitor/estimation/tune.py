@@ -23,6 +23,7 @@ import math
 from typing import Any, TypeAlias
 
 import numpy as np
+from scipy import stats
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import noise_search, sample_loop
@@ -31,7 +32,8 @@ from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.noise_search import EncoderMotion, Tuned
 from gearbox_monitor.estimation.score import (
-    DIVERGENCE_COST, reference_at, run_score, settled, torque_errors, WHITE_LIMIT)
+    DIVERGENCE_COST, reference_at, run_score, Score, settled, torque_errors, WHITE_LIMIT)
+from gearbox_monitor.estimation.whiteness import LAGS
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -108,7 +110,11 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
     data['white_limit'] = WHITE_LIMIT
     data['before_parameters'] = {name: getattr(parameters, name) for name in tuned_values}
     data['before'] = asdict(run_score(model, parameters, samples))
-    data['after'] = asdict(run_score(model, parameters.replace(**tuned_values), samples))
+    after = run_score(model, parameters.replace(**tuned_values), samples)
+    data['after'] = asdict(after)
+    data['nis_band'] = _nis_band(after, motion)
+    data['autocorrelation'] = [math.sqrt(q / (LAGS * max(after.estimates, 1)))
+                               for q in after.ljung_box]
     if data['after']['diverged']:
         estimator = Estimator(model, parameters.replace(**tuned_values, smoother_lag=0.0))
         estimator.run(samples)
@@ -187,6 +193,22 @@ def _reference_fit(model: DriveModel, base: EstimatorParameters, samples: Sample
                 for values in trials]
 
     return evaluate
+
+
+def _nis_band(after: Score, motion: EncoderMotion) -> tuple[float, float]:
+    """
+    Return the 95 % band of the mean NIS, with the uncertainty of R from the standstill.
+
+    The variance of n readings at rest has the relative variance 2 / n; an innovation follows R at
+    most in proportion, so two encoders add 4 / n to the variance of the mean NIS.
+    """
+    low, high = after.nis_low, after.nis_high
+    if not motion.standstill_noise:
+        return low, high
+    readings = motion.standstill_seconds * after.estimates / motion.seconds
+    middle, added = 0.5 * (low + high), 4.0 * stats.norm.isf(0.025) ** 2 / readings
+    half = math.sqrt((0.5 * (high - low)) ** 2 + added)
+    return middle - half, middle + half
 
 
 def _noise_source(motion: EncoderMotion, noise: Sequence[float] | None) -> str:
