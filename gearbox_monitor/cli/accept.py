@@ -50,14 +50,12 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model, save_model
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
 from gearbox_monitor.monitoring.backlash.recording_windows import (
-    combine, reason_of, RecordingWindows, separable_of)
+    combine, GAP_ERROR, reason_of, RecordingWindows, separable_of, STIFFNESS_ERROR)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 
 UNITS = {'': 1.0, 'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
          'arcmin': math.radians(1.0) / 60.0}
-# What averaging over windows does not remove, relative.
-GAP_ERROR, STIFFNESS_ERROR = 0.01, 0.02
 SIGNIFICANT = 3.0  # standard deviations: a larger hysteresis goes into the model file
 INSEPARABLE = 'the motion does not distinguish gap and compliance'
 EXIT = {'pass': 0, 'fail': 1, 'not excited': 3, 'undecided': 3, 'measured': 0}

@@ -76,7 +76,7 @@ def diagnosis_page(data: VerdictData, evidence: DiagnosisEvidence,
     context = context or PageContext()
     names = ', '.join(short_name(recording) for recording in recordings)
     return render_page(Page(f'Diagnosis of {names}', VerdictSummary.of(data, evidence.axis), (
-        NextSteps.of(data, context, evidence.axis), GapClosure.of(data, context.validated),
+        DiagnosisSteps.of(data, context, evidence.axis), GapClosure.of(data, context.validated),
         Overlays.of(evidence), GapLocation.of(data, evidence), EffectRanking.of(data, evidence),
         FittedValues.of(data, evidence.axis), RecordingDoubts.of(data, recordings, evidence),
         VerdictNumbers(json.dumps(data, indent=1))), evidence.axis))
@@ -118,7 +118,7 @@ class VerdictSummary(Section):
 
 
 @dataclass(frozen=True)
-class NextSteps(Section):
+class DiagnosisSteps(Section):
     """Advice, the command that finds a better motion ('' for none), files beside the page."""
 
     heading = 'What to do next'
@@ -128,7 +128,7 @@ class NextSteps(Section):
     files: Sequence[str]
 
     @classmethod
-    def of(cls, data: VerdictData, context: PageContext, axis: str) -> 'NextSteps':
+    def of(cls, data: VerdictData, context: PageContext, axis: str) -> 'DiagnosisSteps':
         """
         Return the next steps.
 

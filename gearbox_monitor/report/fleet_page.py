@@ -20,9 +20,11 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor.monitoring.backlash.forecast import span, when
+from gearbox_monitor.report.advice import NextSteps
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.figures import (
     BarRow, bars, BarView, chart, ChartView, PageTable, Panel, Trace)
+from gearbox_monitor.report.words import width_and_std
 
 Gearbox: TypeAlias = Mapping[str, Any]  # a row of fleet.trend.gearboxes
 Bag: TypeAlias = Mapping[str, Any]      # a row of the table of bags
@@ -51,11 +53,26 @@ def fleet_page(gearboxes: Sequence[Gearbox], bags: Sequence[Bag], counts: Mappin
 
     """
     sections: list[Section] = [
-        WearRanking.of(gearboxes), GrowthCurves.of(gearboxes), GearboxTable.of(gearboxes)]
+        NextSteps(next_steps(gearboxes, bags)), WearRanking.of(gearboxes),
+        GrowthCurves.of(gearboxes), GearboxTable.of(gearboxes)]
     if any(gearbox['diagnosis'] for gearbox in gearboxes):
         sections.append(FleetDiagnoses.of(gearboxes))
     sections.append(BagProblems.of(bags, other_settings))
     return render_page(Page('Fleet', FleetSummary.of(gearboxes, counts), sections))
+
+
+def next_steps(gearboxes: Sequence[Gearbox], bags: Sequence[Bag]) -> list[str]:
+    """Return advice about `gearboxes` and their `bags`."""
+    worn = growing(gearboxes)
+    steps = [f'Inspect {", ".join(gearbox["gearbox"] for gearbox in worn)}; open the newest bag: '
+             'gearbox_monitor report BAG --out page.html'] if worn else []
+    if any(bag['status'] == 'failed' and bag['retry'] for bag in bags):
+        steps.append('Run the same command again: some bags failed for reasons that may pass')
+    if any(gearbox['measured'] < 2 for gearbox in gearboxes):
+        steps.append('Record gearboxes that were measured in fewer than two bags, with motion in '
+                     'both directions; gearbox_monitor check BAG names what a recording lacks')
+    return steps or ['Nothing now. Run the same command when there are new bags: it analyses '
+                     'only these']
 
 
 def growing(gearboxes: Iterable[Gearbox]) -> list[Gearbox]:
@@ -89,7 +106,7 @@ def growth_text(gearbox: Gearbox) -> str:
     if gearbox['growth'] is None:
         return 'one bag' if gearbox['measured'] else 'not measured'
     digits = 1 if gearbox['growth_std'] >= 0.001 else 2
-    return (f'{100 * gearbox["growth"]:+.{digits}f} +- '
+    return (f'{100 * gearbox["growth"]:+.{digits}f} ± '
             f'{100 * gearbox["growth_std"]:.{digits}f} %')
 
 
@@ -113,7 +130,7 @@ def width_text(gearbox: Gearbox) -> str:
     """Return the newest measurement of `gearbox` in words."""
     if gearbox['width'] is None:
         return 'not measured'
-    return f'{gearbox["width"]:.4g} +- {gearbox["width_std"]:.1g} {gearbox["unit"]}'
+    return width_and_std(gearbox['width'], gearbox['width_std'], gearbox['unit'])
 
 
 def limit_text(gearbox: Gearbox) -> str:
@@ -142,7 +159,10 @@ class FleetSummary(Section):
             if counts.get(status)]
         if gearboxes:
             facts.append(('newest bag', day(max(gearbox['last'] for gearbox in gearboxes))))
-        kind = 'warn' if growing(gearboxes) else 'good' if gearboxes else ''
+        worn = growing(gearboxes)
+        kind = 'good' if gearboxes else ''
+        if worn:
+            kind = 'error' if any(box['growth'] >= box['limit'] for box in worn) else 'warn'
         return cls(kind, headline(gearboxes), facts)
 
 
@@ -227,7 +247,7 @@ class GearboxTable(Section):
         rows = []
         for gearbox in gearboxes:
             pace = '' if gearbox['per_year'] is None else \
-                f'{100 * gearbox["per_year"]:+.1f} +- {100 * gearbox["per_year_std"]:.1f}'
+                f'{100 * gearbox["per_year"]:+.1f} ± {100 * gearbox["per_year_std"]:.1f}'
             feature = 'lost motion ' if gearbox['measured'] and gearbox['feature'] != 'gap' else ''
             days = f'{day(gearbox["first"])} to {day(gearbox["last"])}'.replace('-', '\u2011')
             rows.append([_unbroken(text) for text in (
@@ -244,7 +264,7 @@ class GearboxTable(Section):
 
 def _unbroken(text: str) -> str:
     """Return `text` so that lines do not break in it."""
-    return text.replace('+-', '\u00b1').replace(' ', '\u00a0')
+    return text.replace(' ', '\u00a0')
 
 
 @dataclass(frozen=True)

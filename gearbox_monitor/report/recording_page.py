@@ -25,12 +25,13 @@ from gearbox_monitor.monitoring.backlash.forecast import when
 from gearbox_monitor.monitoring.checks.innovation import NIS_HIGH, NIS_LOW
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.report.advice import NextSteps
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.figures import (
     chart, ChartView, Lane, loop_plane, LoopSlice, Mark, PageTable, Panel, PlaneView, Trace)
 from gearbox_monitor.report.timeline import LEVELS, LevelSpans, Loop, Timeline, WindowBacklash
 from gearbox_monitor.report.timeline_source import RecordingFacts
-from gearbox_monitor.report.words import number
+from gearbox_monitor.report.words import number, width_and_std
 
 TRUST = ('observability', 'prediction error', 'covariance', 'model', 'input')
 WEAR = ('backlash', 'friction')
@@ -39,7 +40,7 @@ TRUSTED = 0.9      # share of the time below which that is the headline
 MINUTES = 600.0    # s: longer recordings are shown in minutes
 LISTED = 200       # changes of level
 CHANNELS = ('motor', 'arm')
-ROLES = ('good', 'warn', 'error')  # of alerts, by level
+ROLES = ('good', 'warn', 'error')  # of alerts and of the headline, by level
 GROUP = 'time'
 
 
@@ -60,8 +61,9 @@ def recording_page(timeline: Timeline, facts: RecordingFacts, name: str) -> str:
     scale, unit = (60.0, 'min') if timeline.last > MINUTES else (1.0, 's')
     time = TimeAxis(max(timeline.last / scale, 1e-9), scale, unit)
     return render_page(Page(f'Recording {name}', RecordingSummary.of(timeline, facts), (
-        TorqueOverTwist.of(timeline, axis), BacklashHistory.of(timeline, time, axis),
-        TrustLevels.of(timeline, time), PredictionErrors.of(timeline, time, axis),
+        NextSteps(next_steps(timeline)), TorqueOverTwist.of(timeline, axis),
+        BacklashHistory.of(timeline, time, axis), TrustLevels.of(timeline, time),
+        PredictionErrors.of(timeline, time, axis),
         TorqueHistory.of(timeline, time, axis), InputQuality.of(timeline, facts, time),
         ParametersUsed.of(facts)), axis))
 
@@ -114,32 +116,52 @@ def figures(timeline: Timeline, facts: RecordingFacts) -> dict[str, Any]:
 
 
 def headline(timeline: Timeline) -> tuple[str, str]:
-    """Return (sentence, 'good', 'warn' or '') about the recording of `timeline`."""
+    """Return (sentence, 'good', 'warn', 'error' or '') about the recording of `timeline`."""
     worn = [(s.levels[-1], s.messages[-1]) for name, s in timeline.spans.items()
             if name in WEAR and s.levels[-1] and not s.messages[-1].startswith(NO_DATA)
             and 'not measured' not in s.messages[-1]]
     if worn:
         message = max(worn)[1].split(' (for ')[0]
-        return f'{message[0].upper()}{message[1:]}.', 'warn'
+        return f'{message[0].upper()}{message[1:]}.', ROLES[max(worn)[0]]
     share = trusted_share(timeline)
     if share is None:
         return ('Nothing was evaluated: the recording is too short, or contains no estimates.',
                 '')
     if share < TRUSTED:
+        level, message = _longest_alarm(timeline)
         return (f'The estimates were trusted {100 * share:.0f} % of the time: '
-                f'{_longest_alarm(timeline)}.'), 'warn'
+                f'{message}.'), ROLES[level]
     if not timeline.windows:
         return f'Trusted {100 * share:.0f} % of the time; backlash was not measured.', ''
     return f'No growth of the backlash; trusted {100 * share:.0f} % of the time.', 'good'
 
 
-def _longest_alarm(timeline: Timeline) -> str:
-    """Return the message of the longest among the worst alarms against the estimates."""
+def _longest_alarm(timeline: Timeline) -> tuple[int, str]:
+    """Return level and message of the longest among the worst alarms against the estimates."""
     alarms = [(level, end - begin, message) for name in TRUST if name in timeline.spans
               for s in (timeline.spans[name],) for begin, end, level, message in zip(
                   s.begins, (*s.begins[1:], s.end), s.levels, s.messages)
               if level and not message.startswith(NO_DATA)]
-    return max(alarms)[2].split(': ')[0].split(' (for ')[0]  # the advice stands in the section
+    level, _, message = max(alarms)
+    return level, message.split(': ')[0].split(' (for ')[0]  # the advice stands in the section
+
+
+def next_steps(timeline: Timeline) -> list[str]:
+    """Return advice about the recording of `timeline`."""
+    _, kind = headline(timeline)
+    share = trusted_share(timeline)
+    steps = []
+    if share is None or share < TRUSTED or not timeline.windows:
+        steps.append('See what the recording lacks: gearbox_monitor check BAG --model FILE')
+    if share is not None and share < TRUSTED:
+        steps.append('Identify what the model lacks: gearbox_monitor diagnose BAG --model FILE')
+    elif kind in ('warn', 'error'):
+        steps += ['Test the gearbox against its specification: gearbox_monitor accept BAG '
+                  '--max-gap ANGLE',
+                  'Compare with its older recordings: gearbox_monitor fleet FOLDER --out DIR']
+    return steps or ['Save this state as the healthy one (service ~/save_baseline of the node), '
+                     'and compare later recordings with it: gearbox_monitor fleet FOLDER --out '
+                     'DIR']
 
 
 def trusted_share(timeline: Timeline) -> float | None:
@@ -183,9 +205,8 @@ class RecordingSummary(Section):
         if data['nis_over_dof'] is not None:
             items.append(('NIS per reading (1 expected)', f'{data["nis_over_dof"]:.3f}'))
         if data['gap_rad']:
-            items.append(('backlash, newest', on_axis(
-                f'{data["gap_rad"][-1]:.4g} ± {data["gap_std_rad"][-1]:.1g} rad',
-                facts.model.axis)))
+            items.append(('backlash, newest', width_and_std(
+                data['gap_rad'][-1], data['gap_std_rad'][-1], on_axis('rad', facts.model.axis))))
         items.append(('alerts', str(len(timeline.alerts))))
         return cls(kind, words, facts.live, items, facts.notes)
 

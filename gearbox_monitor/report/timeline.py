@@ -139,7 +139,7 @@ def loop_of(begin: float, end: float, twist: Array, rate: Array, tau_k: Array) -
 
 @dataclass
 class LevelSpans:
-    """The levels of one component: begins [s], level of each, message of each; end (s)."""
+    """The levels of one component: begins [s], level of each, newest message of each; end (s)."""
 
     begins: list[float] = field(default_factory=list)
     levels: list[int] = field(default_factory=list)
@@ -160,7 +160,7 @@ class LevelSpans:
             self.begins.append(t)
             self.levels.append(level)
             self.messages.append(message)
-        elif level:  # messages of an alarm become more precise with time
+        else:  # the newest state, not that of the change
             self.messages[-1] = message
         self.end = max(self.end, t)
 

@@ -14,8 +14,10 @@
 
 """Words for a verdict, shared by the terminal and the page: effects, places, next steps."""
 from collections.abc import Iterable, Mapping, Sequence
+import math
 from typing import Any
 
+from gearbox_monitor.monitoring.backlash.recording_windows import GAP_ERROR
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.units import on_axis
@@ -77,6 +79,22 @@ def headline(data: Mapping[str, Any]) -> str:
 def number(value: float | None) -> str:
     """Return `value` with three or four digits, 'none' for None."""
     return 'none' if value is None else f'{value:.4g}'
+
+
+def width_and_std(width: float, std: float, unit: str) -> str:
+    """
+    Return a measured width as all pages state it.
+
+    Args:
+        width: gap or lost motion, in `unit`.
+        std: its standard deviation over windows; that of the method is added.
+        unit: rad or m.
+
+    Returns:
+        Width and standard deviation.
+
+    """
+    return f'{width:.4g} ± {math.hypot(std, GAP_ERROR * width):.1g} {unit}'
 
 
 def gain_text(gains: Mapping[str, float], name: str) -> str:
@@ -145,7 +163,13 @@ def next_steps(data: Mapping[str, Any], closed_written: bool, validated: str | N
         return [*advice, 'look for contacts at these times, and record again without them']
     if any(name in EFFECTS and EFFECTS[name].lattice for name in ids):
         return [*advice, 'the model is right; a finer encoder reading would show more']
-    if not closed_written:
+    if closed_written:
+        advice += ['simulate with drive.closed.yaml, or write it into the file of your simulator: '
+                   'gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint '
+                   'NAME',
+                   'fit its values to all recordings of the drive: gearbox_monitor fit-nominal '
+                   'BAG BAG2 --model drive.closed.yaml --out fitted.yaml']
+    else:
         advice.append('write the model that closes the gap: --out DIR')
     if not validated:
         advice.append('test it on a recording with another motion: --validate BAG2')

@@ -20,7 +20,7 @@ import re
 import shlex
 
 import numpy as np
-from pages import requests
+from pages import overflowing, requests
 import pytest
 import yaml
 
@@ -129,6 +129,12 @@ def test_the_command_asks_what_the_verdict_left_open(folder):
         assert suggestion(twins, [recording], 'd.yaml', 'out') == []
     messages = inspect.getsource(input_checks) + inspect.getsource(excitation_checks)
     assert all(words in messages for words, _ in UNEXCITED)
+
+
+@pytest.mark.parametrize('width', [1400, 390])
+def test_nothing_is_cut_off(folder, browser, width):
+    assert overflowing(browser, (folder / 'out/report.html').as_uri(), width) == []
+    assert 'gearbox_monitor export drive.closed.yaml' in browser.page_source
 
 
 @pytest.mark.parametrize('width', [1280, 390])

@@ -17,7 +17,7 @@ import json
 
 from live import PARAMETERS, T0, worn, write_inputs, write_live
 import numpy as np
-from pages import requests
+from pages import overflowing, requests
 import pytest
 import yaml
 
@@ -170,9 +170,9 @@ def test_headline_names_what_is_most_wrong():
     line.finish()
     assert recording_page.trusted_share(line) == pytest.approx(5.0 / 9.0)
     assert recording_page.headline(line) == (
-        'The estimates were trusted 56 % of the time: far too large.', 'warn')
+        'The estimates were trusted 56 % of the time: far too large.', 'error')
     line.add_findings(T0 + 9_000_000_000, {'backlash': (2, 'gap has grown: service it (for 1 s)')})
-    assert recording_page.headline(line) == ('Gap has grown: service it.', 'warn')
+    assert recording_page.headline(line) == ('Gap has grown: service it.', 'error')
 
 
 # ---------------------------------------------------------------------- command and browser
@@ -186,6 +186,34 @@ def test_bad_input(bags, pages, tmp_path, capsys):
             (['--topic', '/nothing'], 'no topic /nothing')):
         assert main(['report', str(bags / 'inputs'), *options]) == 2
         assert says in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('width', [1400, 390])
+def test_nothing_is_cut_off(bags, pages, browser, width):
+    assert overflowing(browser, (bags / 'live <b>.html').as_uri(), width) == []
+
+
+def test_the_newest_state_is_stated():
+    """An OK that lasts has the newest message, not that of the change to OK."""
+    line = Timeline(60.0)
+    line.add_inputs(T0 + np.arange(3) * 1_000_000_000, np.zeros(3))
+    for k, words in enumerate(('no baseline (1 of 3 windows)', 'gap +0.1 % over the baseline')):
+        line.add_findings(T0 + k * 1_000_000_000, {'backlash': (0, words)})
+    assert line.spans['backlash'].messages == ['gap +0.1 % over the baseline']
+
+
+@pytest.mark.parametrize('level', [1, 2])
+def test_warning_and_error_differ(level):
+    """The headline of each has its own kind and word."""
+    line = Timeline(60.0)
+    line.add_inputs(T0 + np.arange(3) * 1_000_000_000, np.zeros(3))
+    line.add_findings(T0, {'backlash': (level, 'gap has grown')})
+    line.finish()
+    html = recording_page.recording_page(
+        line, RecordingFacts(True, DriveModel(), Monitor(DriveModel()).parameters), 'worn')
+    kind = ('good', 'warn', 'error')[level]
+    assert f'class="verdict {kind}"' in html and f'class="badge">{kind.upper()}<' in html
+    assert 'gearbox_monitor accept BAG' in html
 
 
 @pytest.mark.parametrize('width', [1280, 390])
@@ -225,6 +253,7 @@ def test_page_in_a_browser(bags, pages, browser, width):
     assert right - left == pytest.approx(0.5 * (whole[1] - whole[0]))
     assert high - low == pytest.approx(0.5 * (whole[3] - whole[2]))
     plot = plane.find_element(By.CSS_SELECTOR, '.plot')
+    browser.execute_script('arguments[0].scrollIntoView({block: "center"})', plot)
     ActionChains(browser).move_to_element(plot).click_and_hold().move_by_offset(
         60, 50).release().perform()
     narrow = shown(plane)
@@ -244,6 +273,7 @@ def test_page_in_a_browser(bags, pages, browser, width):
     assert shown(charts[0]) == pytest.approx([0.0, SECONDS], abs=0.01)
     assert find('.mk')[0].is_displayed()
     lane = charts[1].find_elements(By.CSS_SELECTOR, '.plot')[0]
+    browser.execute_script('arguments[0].scrollIntoView({block: "center"})', lane)
     ActionChains(browser).move_to_element(lane).perform()
     assert 'observability OK' in charts[1].find_element(By.CSS_SELECTOR, '.readout').text
     for summary in find('summary'):

@@ -33,6 +33,8 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
 SECOND = 1_000_000_000
+# What averaging over windows does not remove, relative: of a width, not of its growth.
+GAP_ERROR, STIFFNESS_ERROR = 0.01, 0.02
 SETTLE = 2 * SECOND  # ns after the first value that are not used
 
 
