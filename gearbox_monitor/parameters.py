@@ -361,6 +361,15 @@ class EstimatorParameters(ParameterSet):
 
 
 @dataclass(frozen=True)
+class RobotParameters(ParameterSet):
+    """What one estimator needs to know of a robot with several gearboxes."""
+
+    gearboxes: tuple[str, ...] = row(
+        ('',), '', 'names of the gearboxes of a robot: each has a block of this name with '
+        'parameters of its own, the others are common; [""]: one gearbox, without a name')
+
+
+@dataclass(frozen=True)
 class ModelParameters(ParameterSet):
     """
     Values of the model file that can be changed while the estimator runs.
@@ -531,6 +540,7 @@ def table_of(parameters: type[ParameterSet]) -> Table:
     return tuple(replace(f.metadata['row'], name=f.name) for f in fields(parameters))
 
 
+ROBOT = table_of(RobotParameters)
 ESTIMATOR, MODEL = table_of(EstimatorParameters), table_of(ModelParameters)
 # All that a parameter file may give to the estimator.
 SETTINGS = ESTIMATOR + MODEL

@@ -17,11 +17,9 @@ from collections.abc import Callable, Sequence
 from threading import Thread
 import time
 
-from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.task import Future
-from std_srvs.srv import Trigger
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.monitoring.backlash.change import GROSS
@@ -31,20 +29,22 @@ from gearbox_monitor.ros.recording_buffer import RecordingBuffer, Rows
 from gearbox_monitor.ros.recording_export import export_recording, RecordingContext
 from gearbox_monitor.ros.recording_schedule import RecordingQuota, RecordingSchedule
 
-KEEP = '~/keep_recording'
+KEEP = 'keep_recording'  # the service
 
 
 class BlackBox:
     """
-    The recording that the estimator `node` holds in memory, with its service ~/keep_recording.
+    The recording of one gearbox that the estimator `node` holds in memory.
 
-    monitor: whose alerts are watched; parameters: of the node; topic: where the samples come
-    from. Raises InputError for a keep_after_error that is impossible.
+    monitor: whose alerts are watched; parameters: of the gearbox; topic: where the samples come
+    from; service: full name of the one that keeps the recording. Raises InputError for a
+    keep_after_error that is impossible.
     """
 
     def __init__(self, node: Node, monitor: Monitor, parameters: EstimatorParameters,
-                 topic: str) -> None:
+                 topic: str, service: str) -> None:
         self._node, self._monitor, self._topic = node, monitor, topic
+        self._service = service
         span = 60.0 * parameters.keep_minutes
         self._refusal = '' if span else 'nothing is kept: keep_minutes is 0, expected more'
         if not parameters.arm_joint:
@@ -61,9 +61,6 @@ class BlackBox:
                 raise InputError(f'keep_after_error: {seconds:g} s, expected no more than '
                                  f'keep_minutes: {span:g} s')
             self._schedule = RecordingSchedule(seconds, span, self._wrong())
-        # Its answer waits for the disk; in the default group everything else would wait, too.
-        node.create_service(Trigger, KEEP, self._on_service,
-                            callback_group=ReentrantCallbackGroup())
 
     def add(self, stamp_ns: int, good: bool,
             values: tuple[float, float, float, float]) -> None:
@@ -83,8 +80,7 @@ class BlackBox:
         """Return the shell command that keeps the recording, or why it would not."""
         if self._buffer is None:
             return 'nothing is kept: set keep_minutes'
-        return (f'ros2 service call {self._node.resolve_service_name(KEEP)} '
-                'std_srvs/srv/Trigger')
+        return f'ros2 service call {self._service} std_srvs/srv/Trigger'
 
     def look(self, time_s: float) -> dict[str, str]:
         """
@@ -122,7 +118,7 @@ class BlackBox:
         p, findings = monitor.parameters, monitor.tracker.findings()
         reason = '; '.join(f'{name}: {findings[name].message}' for name in components)
         return RecordingContext(self._topic, (p.motor_joint, p.arm_joint), monitor.model,
-                                monitor.estimator.drive.arm_load, p, reason or KEEP)
+                                monitor.estimator.drive.arm_load, p, reason or f'~/{KEEP}')
 
     def _start(self, components: Sequence[str] = ()) -> Future:
         """Write the rows in memory, in a thread; return the Future of (success, message)."""
@@ -164,23 +160,21 @@ class BlackBox:
         else:
             logger.error(f'{names} became ERROR, keep_after_error: {text}')
 
-    async def _on_service(self, _: Trigger.Request, response: Trigger.Response
-                          ) -> Trigger.Response:
-        response.message = self._refusal
+    async def keep(self) -> tuple[bool, str]:
+        """Keep the recording on request; return whether that went well, and the answer."""
         if self._refusal:
-            return response
+            return False, self._refusal
         if self._writer is not None:
-            response.message = 'a recording is being written: wait for its end'
-        elif wait := self._wait():
-            response.message = (f'keep_per_hour: {self._monitor.parameters.keep_per_hour} '
-                                f'recordings were kept, the next may follow in {wait:.0f} s')
-        elif not self._buffer:
-            response.message = f'no samples yet on {self._topic}'
+            return False, 'a recording is being written: wait for its end'
+        if wait := self._wait():
+            return False, (f'keep_per_hour: {self._monitor.parameters.keep_per_hour} '
+                           f'recordings were kept, the next may follow in {wait:.0f} s')
+        if not self._buffer:
+            return False, f'no samples yet on {self._topic}'
+        success, message = await self._start()
+        self._writer = None
+        if success:
+            self._node.get_logger().info(message)
         else:
-            response.success, response.message = await self._start()
-            self._writer = None
-            if response.success:
-                self._node.get_logger().info(response.message)
-            else:
-                self._node.get_logger().error(f'keep_recording: {response.message}')
-        return response
+            self._node.get_logger().error(f'keep_recording: {message}')
+        return success, message

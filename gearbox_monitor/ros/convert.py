@@ -15,6 +15,7 @@
 """Between ROS messages and the core's samples and estimates, in one place."""
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 import math
 from typing import Any
 
@@ -23,10 +24,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
-from gearbox_monitor.estimation.estimates import Sample
+from gearbox_monitor.estimation.estimates import Estimate, Sample
 from gearbox_monitor.interfaces.diagnostic_keys import published
 from gearbox_monitor.interfaces.signals import joint_values, Signal
-from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.checks.outcome import Outcome
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -114,30 +114,40 @@ class SampleReader:
                 _at(message.effort, motor), _at(message.effort, arm))
 
 
-def to_joint_state(signal: Signal, stamp_ns: int, row: Sequence[float] | Array,
-                   names: Mapping[str, str], gear_ratio: float) -> JointState:
+@dataclass(frozen=True)
+class GearboxNames:
+    """How messages call a gearbox: `joints` {TRANSMISSION, MOTOR, ARM: name}; its gear_ratio."""
+
+    joints: Mapping[str, str]
+    gear_ratio: float
+
+
+def to_joint_states(signal: Signal, estimates: Iterable[tuple[GearboxNames, Estimate]]
+                    ) -> list[JointState]:
     """
-    Return the JointState of an output.
+    Return the JointStates of `signal` for the `estimates` of one sample of several gearboxes.
 
-    Args:
-        signal: that is published.
-        stamp_ns: of the message, ns.
-        row: values of an estimate.
-        names: {MOTOR: joint, ARM: joint}.
-        gear_ratio: motor angle per arm angle.
-
-    Returns:
-        The message.
-
+    Values with the same stamp are in one message, in the order of the gearboxes.
     """
-    joints, position, velocity, effort = joint_values(signal, row, names, gear_ratio)
-    message = JointState()
-    message.header.stamp = to_time(stamp_ns)
-    message.name = joints
-    message.position = array('d', position)
-    message.velocity = array('d', velocity)
-    message.effort = array('d', effort)
-    return message
+    parts: dict[int, tuple[list[str], list[float], list[float], list[float]]] = {}
+    for names, estimate in estimates:
+        for stamp_ns, row in (estimate.smoothed if signal.smoothed
+                              else ((estimate.stamp_ns, estimate.row),)):
+            part = parts.setdefault(stamp_ns, ([], [], [], []))
+            joints, *fields = joint_values(signal, row, names.joints, names.gear_ratio)
+            part[0].extend(joints)
+            for whole, values in zip(part[1:], fields):
+                whole.extend(values)
+    messages = []
+    for stamp_ns, (joints, position, velocity, effort) in parts.items():
+        message = JointState()
+        message.header.stamp = to_time(stamp_ns)
+        message.name = joints
+        message.position = array('d', position)
+        message.velocity = array('d', velocity)
+        message.effort = array('d', effort)
+        messages.append(message)
+    return messages
 
 
 def key_values(component: str, values: Mapping[str, Any]) -> list[KeyValue]:

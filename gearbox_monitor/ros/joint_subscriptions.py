@@ -12,99 +12,53 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Where the samples come from: joint_states, or motor and arm joined from two topics."""
+"""One subscription to joint_states for all gearboxes of a node, and one to a topic of an arm."""
 from collections.abc import Callable, Iterable, Sequence
 from itertools import zip_longest
 import time
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
-from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.estimates import Sample
-from gearbox_monitor.interfaces.joiner import Joiner
-from gearbox_monitor.interfaces.signals import JOINT_STATES, PAIRED_JOINT_STATES
-from gearbox_monitor.parameters import ACCEPT, EstimatorParameters
-from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.ros.convert import joint_values_of, SampleReader, stamp_of, to_paired
-from gearbox_monitor.ros.message_loss import MessageLossCounter
-from gearbox_monitor.ros.publishers import Publishers
-from gearbox_monitor.ros.qos import advertise, best_effort, subscribe
+from gearbox_monitor.interfaces.signals import JOINT_STATES
+from gearbox_monitor.ros.gearbox_input import GearboxInput, Info, TakenSample
+from gearbox_monitor.ros.qos import best_effort, subscribe
 from gearbox_monitor.ros.runtime import drain, RMWError
 
-SECOND = 1_000_000_000
 # Two seconds at 1 kHz: a pause of this process must not cost samples.
 DEPTH = 2000
 # s after which queued messages wait for the next turn: services and signals want answers.
 TURN = 0.2
-MAX_LISTED = 16  # arrangements of joints that are reported; names that are listed
 # Longer messages are not unpacked; one of this length has 3000 joints and takes a few ms.
 MAX_BYTES = 1 << 18
-RawSample: TypeAlias = tuple[float, float, float, float]  # see SampleReader.raw
-Info: TypeAlias = dict[str, Any]  # of a message, by rclpy
+TakenSamples: TypeAlias = list[tuple[int, TakenSample]]
 
 
 class JointSubscriptions:
     """
-    Subscribes for `node` and hands every sample to take(sample, raw), see SampleReader.
+    Subscribes for `node`, unpacks each message once and hands its samples to take(samples).
 
-    parameters: of the node; model: of the drive. disputed() is called if samples were taken of a
-    publisher that may have been the wrong one, see Publishers.
-
-    topic: of complete samples, for a recorder. foreign: number of messages that name neither
-    joint; unreadable: number of messages that are too long or no joint states at all.
+    inputs: of the gearboxes. samples [(index of the input, TakenSample)]: of one message, at most
+    one of each input.
     """
 
-    def __init__(self, node: Node, parameters: EstimatorParameters, model: DriveModel,
-                 take: Callable[[Sample, RawSample], None],
-                 disputed: Callable[[], None]) -> None:
-        self._node, self._take, self._disputed = node, take, disputed
-        self.joints = parameters.motor_joint, parameters.arm_joint
-        self._reader = SampleReader(*self.joints, model)
-        self.foreign, self._foreign_names = 0, ''
-        self._names: list[str] | None = None
-        self._warnings: set[str] = set()
-        self.unreadable = 0
-        self.publishers = [Publishers(parameters.other_publishers)]  # of the motor; of the arm
-        # Endpoints on our topics while nobody else gave our joints; the only one so far.
-        self._endpoints: set[bytes] = set()
-        self._own: set[bytes] = set()
-        self._losses = MessageLossCounter(), MessageLossCounter()  # of motor's topic, of arm's
-        self._reported_loss = 0
-        self.joiner: Joiner[Any] | None = None
-        self._arm = None
+    def __init__(self, node: Node, inputs: Sequence[GearboxInput],
+                 take: Callable[[TakenSamples], None]) -> None:
+        self._inputs, self._take = inputs, take
         self._main = subscribe(node, JointState, JOINT_STATES, self._on_message,
                                best_effort(DEPTH), raw=True)
-        self.topic: str = self._main.topic_name
-        self.motor_topic = self.topic
-        self.arm_topic: str | None = None
-        if parameters.arm_topic:
-            if not parameters.arm_joint:
-                raise InputError(f'arm_topic: {parameters.arm_topic!r}, expected none where '
-                                 'arm_joint is empty')
-            self._join(parameters)
-
-    def _join(self, parameters: EstimatorParameters) -> None:
-        self._pairs = 0  # at the last report
-        self.joiner = Joiner(round(parameters.pair_tolerance * SECOND))
-        self.publishers.append(Publishers(parameters.other_publishers))
-        self._paired = advertise(self._node, JointState, PAIRED_JOINT_STATES, DEPTH)
-        self.topic = self._paired.topic_name
-        self.arm_topic = self._node.resolve_topic_name(parameters.arm_topic)
-        if self.arm_topic != self.motor_topic:
-            self._arm = subscribe(self._node, JointState, parameters.arm_topic,
-                                  self._on_arm, best_effort(DEPTH), raw=True)
-
-    # ------------------------------------------------------------------ messages
+        arm_topic = inputs[0].separate_arm  # only a single gearbox may have one
+        self._arm = subscribe(node, JointState, arm_topic, self._on_arm, best_effort(DEPTH),
+                              raw=True) if arm_topic else None
 
     def _on_message(self, raw: bytes, info: Info) -> None:
         self._take_message(raw, info)
         self._take_queued()
 
     def _on_arm(self, raw: bytes, info: Info) -> None:
-        self._take_arm(self._unpacked(raw), info)
+        self._take_arm(raw, info)
         self._take_queued()
 
     def _take_queued(self) -> None:
@@ -121,7 +75,7 @@ class JointSubscriptions:
             if motor is not None:
                 self._take_message(*motor)
             if arm is not None:
-                self._take_arm(self._unpacked(arm[0]), arm[1])
+                self._take_arm(*arm)
             if time.monotonic() > end:
                 break
 
@@ -132,188 +86,28 @@ class JointSubscriptions:
                 return deserialize_message(raw, JointState)
             except (RMWError, UnicodeDecodeError):
                 pass  # anybody can publish any bytes
-        self.unreadable += 1
+        for joint_input in self._inputs:
+            joint_input.count_unreadable()
         return None
 
     def _take_message(self, raw: bytes, info: Info) -> None:
         message = self._unpacked(raw)
         if message is None:
             return
-        if message.name != self._names:
-            self._names = message.name
-            self._check_joints(message)
-        if self.joiner is None:
-            sample = self._reader.sample(message)
-            if sample is None:
-                self._count_foreign(message, 0, info)
-            elif self._admitted(0, info, message):
-                self._take(sample, self._reader.raw(message))
+        if len(self._inputs) == 1:
+            self._take_each(self._inputs[0].samples(message, info))
             return
-        motor, arm = self.joints
-        values = joint_values_of(message, motor)
-        if values is not None and self._admitted(0, info, message):
-            self._joined(self.joiner.motor(stamp_of(message), values))
-        if self._arm is None and arm in message.name:
-            if values is None:
-                self._losses[0].add(info, False)
-            self._take_arm(message, info)
-        elif values is None:
-            self._count_foreign(message, 0, info)
+        samples = [(k, sample) for k, joint_input in enumerate(self._inputs)
+                   for sample in joint_input.samples(message, info)]
+        if samples:
+            self._take(samples)
 
-    def _take_arm(self, message: JointState | None, info: Info) -> None:
-        if message is None or self.joiner is None:
-            return
-        values = joint_values_of(message, self.joints[1])
-        if values is None:
-            self._count_foreign(message, 1, info)
-        elif self._admitted(1, info, message):
-            self._joined(self.joiner.arm(stamp_of(message), values))
+    def _take_arm(self, raw: bytes, info: Info) -> None:
+        message = self._unpacked(raw)
+        if message is not None:
+            self._take_each(self._inputs[0].arm_samples(message, info))
 
-    def _admitted(self, joint: int, info: Info, message: JointState) -> bool:
-        """Return whether to take `message` of motor (0) or arm (1), by who published it."""
-        publishers = self.publishers[joint]
-        disputes = publishers.disputes
-        admitted = publishers.admit(info['publication_sequence_number'],
-                                    info['received_timestamp'] or time.time_ns(),
-                                    stamp_of(message))
-        if publishers.disputes != disputes:
-            self.clear()
-            self._losses[joint].forget()
-            self._disputed()
-        if admitted and (joint == 0 or self._arm is not None):  # a refused message is not lost
-            self._losses[joint].add(info, True)
-        return admitted
-
-    def _joined(self, pairs: Iterable[tuple[int, Any, Any]]) -> None:
-        for stamp_ns, motor, arm in pairs:
-            message = to_paired(stamp_ns, self.joints, motor, arm)
-            self._paired.publish(message)
-            if (sample := self._reader.sample(message)) is not None:
-                self._take(sample, self._reader.raw(message))
-
-    def _count_foreign(self, message: JointState, joint: int, info: Info) -> None:
-        self._losses[joint].add(info, False)
-        self.foreign += 1
-        self._foreign_names = _listed(message.name)
-
-    # ------------------------------------------------------------------ words
-
-    def _check_joints(self, message: JointState) -> None:
-        """Warn once per arrangement of joints if `message` is incomplete for an estimate."""
-        motor, arm = self.joints
-        names = list(message.name)
-        if motor not in names and arm not in names:
-            return  # others may publish here, too
-        text = ''
-        listed = _listed(names)
-        if motor not in names and self.joiner is None:
-            text = f'no joint {motor!r} among {listed}: set motor_joint'
-        elif motor in names and names.index(motor) >= len(message.effort):
-            text = (f'no effort of {motor!r} ({len(message.effort)} efforts for {len(names)} '
-                    'joints): nothing can be estimated; make its driver publish the effort')
-        elif arm and arm not in names and self.joiner is None:
-            text = (f'no joint {arm!r} among {listed}: set arm_joint, or arm_topic if separate '
-                    'messages carry it')
-        if text and text not in self._warnings and len(self._warnings) < MAX_LISTED:
-            self._warnings.add(text)
-            self._node.get_logger().warning(f'{self.motor_topic}: {text}')
-
-    def silence(self, has_samples: bool) -> tuple[str, str] | None:
-        """Return (why no sample came, the cure) or None; `has_samples`: whether any ever came."""
-        now_ns = time.time_ns()
-        if any(p.disputed and p.others(now_ns) for p in self.publishers):
-            return (f'several publishers give our joints and none was the first: '
-                    f'{self._rivals()}; nothing was taken',
-                    'stop one, or set other_publishers')
-        if any(p.waits(now_ns) for p in self.publishers):
-            return (f'the publisher that was followed is silent; that of {self._rivals()} spoke '
-                    'beside it and is refused', 'start the first again, or call ~/reset')
-        if self.foreign and not has_samples:
-            motor, arm = self.joints
-            return (f'{self.foreign} messages named neither {motor!r} nor {arm!r} but '
-                    f'{self._foreign_names or "nothing"}', 'set motor_joint and arm_joint')
-        if self.joiner is not None and self.joiner.dropped and not has_samples:
-            return (f'messages of the arm came on {self.arm_topic}, none of '
-                    f'{self.joints[0]!r} on {self.motor_topic}', 'check motor_joint and its topic')
-        return None
-
-    def strangers(self) -> tuple[dict[str, int | str], str]:
-        """Return ({name: value}, text about other publishers of our joints or '')."""
-        now_ns = time.time_ns()
-        values: dict[str, int | str] = {}
-        if self.unreadable:
-            values['messages_unreadable'] = self.unreadable
-        refused = sum(p.refused for p in self.publishers)
-        if refused:
-            values['messages_of_other_publishers'] = refused
-        endpoints = {bytes(info.endpoint_gid) for info in self._infos()}
-        if endpoints == self._own and any(
-                p.disputed or p.waits(now_ns) for p in self.publishers):
-            self.forget_publishers()  # there is no other one, whatever its numbers look like
-        if not any(p.others(now_ns) for p in self.publishers):
-            if not any(p.disputed for p in self.publishers):
-                self._endpoints = endpoints
-                self._own = endpoints if len(endpoints) == 1 else self._own
-            return values, ''
-        values['other_publishers'] = self._rivals()
-        accepted = self.publishers[0].policy == ACCEPT
-        return values, (f'another publisher gives our joints, its messages are '
-                        f'{"taken, too" if accepted else "refused"}: {self._rivals()}')
-
-    def _infos(self) -> list[Any]:
-        """Return the graph's TopicEndpointInfo of all publishers on our topics."""
-        topics = {self.motor_topic, self.arm_topic} - {None}
-        return [info for topic in topics
-                for info in self._node.get_publishers_info_by_topic(topic)]
-
-    def _rivals(self) -> str:
-        """Return the names of the nodes that may be rivals: the newest ones, else all."""
-        infos = self._infos()
-        rivals = [info for info in infos if bytes(info.endpoint_gid) not in self._own]
-        new = [info for info in rivals if bytes(info.endpoint_gid) not in self._endpoints]
-        return _listed(sorted({f'{info.node_namespace.rstrip("/")}/{info.node_name}'
-                               for info in new or rivals or infos}))
-
-    def loss(self) -> tuple[int, int]:
-        """Return how many messages were lost in all, and since the last call."""
-        count = sum(loss.count for loss in self._losses)
-        new, self._reported_loss = count - self._reported_loss, count
-        return count, new
-
-    def pairing(self) -> tuple[dict[str, float], str]:
-        """Return ({name: value}, text of a problem or '') of the pairs since the last call."""
-        if self.joiner is None:
-            return {}, ''
-        nearest, tolerance = self.joiner.pop_distance(), self.joiner.tolerance / SECOND
-        unpaired, self._pairs = self.joiner.pairs == self._pairs, self.joiner.pairs
-        values: dict[str, float] = {
-            'motor_without_arm': self.joiner.unpaired, 'arm_without_motor': self.joiner.dropped,
-            'pair_tolerance_s': tolerance}
-        if nearest is None:
-            return values, ''
-        values['nearest_unpaired_s'] = nearest / SECOND
-        text = (f'stamps of motor and arm are {nearest / SECOND:.6f} s apart, pair_tolerance is '
-                f'{tolerance:g} s')
-        if unpaired:
-            self._node.get_logger().warning(f'{self.arm_topic}: nothing is paired: {text}',
-                                            throttle_duration_sec=60.0)
-        return values, text
-
-    def clear(self) -> None:
-        """Forget messages that wait for their partner."""
-        if self.joiner is not None:
-            self.joiner.clear()
-
-    def forget_publishers(self) -> None:
-        """Follow the publisher that speaks next."""
-        for publishers in self.publishers:
-            publishers.forget()
-        for loss in self._losses:
-            loss.forget()
-
-
-def _listed(names: Sequence[str]) -> str:
-    """Return the first `names`, in one text: anybody may send any number of any length."""
-    text = ', '.join(name[:64] for name in names[:MAX_LISTED])
-    text = ''.join(c if c.isprintable() else '?' for c in text)  # no lines of their own in the log
-    return text + (f' and {len(names) - MAX_LISTED} more' if len(names) > MAX_LISTED else '')
+    def _take_each(self, samples: Iterable[TakenSample]) -> None:
+        """Take the `samples` of a single gearbox one by one: a message may complete several."""
+        for sample in samples:
+            self._take([(0, sample)])

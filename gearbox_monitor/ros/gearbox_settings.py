@@ -1,0 +1,120 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The gearboxes of an estimator node and their settings, from the parameters of the node."""
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+import re
+from typing import Any
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.parameters import (
+    ESTIMATOR, EstimatorParameters, FIXED, MODEL, ROBOT, RobotParameters, SETTINGS, Table)
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.ros.node_parameters import declare, TableNode
+
+# What two gearboxes may not share: names in messages, files of their own.
+OWN = ('motor_joint', 'arm_joint', 'baseline_file', 'drift_state_file')
+
+
+@dataclass(frozen=True)
+class GearboxSettings:
+    """
+    Settings of one gearbox.
+
+    name: '' for the only one of a node; parameters; model: of its drive, with the values that
+    `changed` {name: value} puts in place of those in `model_file`.
+    """
+
+    name: str
+    parameters: EstimatorParameters
+    model: DriveModel
+    model_file: str
+    changed: Mapping[str, Any]
+
+    @property
+    def prefix(self) -> str:
+        """What precedes the names of its parameters on the node."""
+        return f'{self.name}.' if self.name else ''
+
+    def rows(self, table: Table) -> Table:
+        """Return the rows of `table` under the names that they have on the node."""
+        return tuple(replace(row, name=self.prefix + row.name) for row in table)
+
+
+def declare_gearboxes(node: TableNode) -> list[GearboxSettings]:
+    """
+    Declare the parameters of all gearboxes on `node` and return their settings.
+
+    Without `gearboxes` the node has one, without a name. Raises InputError that names the gearbox.
+    """
+    names = RobotParameters.from_mapping(declare(node, ROBOT)).gearboxes
+    if names == RobotParameters.gearboxes:
+        return [_declared(node, '', {})]
+    source = f'node {node.get_name()}: gearboxes'
+    taken = {row.name for row in SETTINGS + ROBOT} | {'use_sim_time', 'qos_overrides'}
+    for k, name in enumerate(names):
+        if not re.fullmatch(r'[A-Za-z][A-Za-z0-9_]*', name) or name in taken or name in names[:k]:
+            raise InputError(f'{source}: {name!r}, expected different names of letters, digits '
+                             'and _ that are no parameters')
+    common = declare(node, [replace(row, change=FIXED) for row in ESTIMATOR])
+    gearboxes = [_declared(node, name, {**common, 'gearbox_serial': name}) for name in names]
+    _expect_own(f'node {node.get_name()}', gearboxes)
+    return gearboxes
+
+
+def _declared(node: TableNode, name: str, common: Mapping[str, Any]) -> GearboxSettings:
+    """Declare the gearbox `name` with the defaults `common` {parameter: value}."""
+    prefix = f'{name}.' if name else ''
+
+    def declared(table: Sequence[Any]) -> dict[str, Any]:
+        values = declare(node, [replace(row, name=prefix + row.name) for row in table])
+        return {key.removeprefix(prefix): value for key, value in values.items()}
+
+    parameters = EstimatorParameters.from_mapping(declared(
+        [replace(row, default=common.get(row.name, row.default)) for row in ESTIMATOR]))
+    with located(name):
+        model_file = parameters.model or config_path('drive.yaml')
+        model = load_model(model_file)
+    changed = declared([replace(row, default=getattr(model, row.name)) for row in MODEL])
+    return GearboxSettings(name, parameters, model.with_(**changed), str(model_file), changed)
+
+
+def _expect_own(source: str, gearboxes: Sequence[GearboxSettings]) -> None:
+    """Raise InputError that begins with `source` for what `gearboxes` may not have in common."""
+    for gearbox in gearboxes:
+        if arm_topic := gearbox.parameters.arm_topic:
+            raise InputError(f'{source}: {gearbox.name}.arm_topic: {arm_topic!r}, expected none '
+                             'with several gearboxes: the arm comes with the motor')
+    for key in OWN:
+        owners: dict[str, str] = {}
+        for gearbox in gearboxes:
+            value = getattr(gearbox.parameters, key)
+            if value and owners.setdefault(value, gearbox.name) != gearbox.name:
+                raise InputError(f'{source}: {gearbox.name}.{key}: {value!r}, expected another '
+                                 f'than that of {owners[value]}')
+
+
+@contextmanager
+def located(name: str) -> Iterator[None]:
+    """Let an InputError name the gearbox `name`, if it has a name."""
+    try:
+        yield
+    except InputError as error:
+        if not name:
+            raise
+        raise InputError(f'{name}: {error}') from None

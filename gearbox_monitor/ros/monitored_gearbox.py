@@ -1,0 +1,366 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""One gearbox of the estimator node: its Monitor, with what it keeps, says and offers."""
+from collections.abc import Container, Mapping
+from dataclasses import replace
+import json
+import math
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.publisher import Publisher
+from sensor_msgs.msg import Temperature
+
+from gearbox_monitor import __version__
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.estimates import Estimate, Sample
+from gearbox_monitor.files.baselines import (
+    Damaged, load_baseline, load_state, save_baseline, save_state, set_aside)
+from gearbox_monitor.interfaces.signals import ARM, MOTOR, SNAPSHOT, TRANSMISSION
+from gearbox_monitor.kernels.jit import KERNELS
+from gearbox_monitor.monitoring.backlash.change import Tracker
+from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, TESTS
+from gearbox_monitor.monitoring.checks import usability
+from gearbox_monitor.monitoring.checks.outcome import Level, Outcome, with_more
+from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.monitoring.staleness import Silence
+from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.ros.black_box import BlackBox, KEEP
+from gearbox_monitor.ros.convert import GearboxNames, to_diagnostics, to_snapshot, to_status
+from gearbox_monitor.ros.gearbox_input import GearboxInput, RawSample
+from gearbox_monitor.ros.gearbox_settings import GearboxSettings
+from gearbox_monitor.ros.node_parameters import TableNode
+from gearbox_monitor.ros.qos import advertise, best_effort, latched, subscribe
+
+SECOND = 1_000_000_000
+
+
+class MonitoredGearbox:
+    """
+    Shell around the Monitor of one gearbox of `node`; its name precedes what is its own.
+
+    settings: of the gearbox; alerts: where all gearboxes publish theirs.
+
+    input: takes its samples from messages. names: what messages call it.
+    """
+
+    def __init__(self, node: TableNode, settings: GearboxSettings, alerts: Publisher) -> None:
+        self._node, self.name, self._alert_output = node, settings.name, alerts
+        self._says = f'{self.name}: ' if self.name else ''  # in front of what is logged
+        values, model = settings.parameters, settings.model
+        drift, adaptation = self._state_at_start(values)
+        self.monitor = Monitor(model, values, drift)
+        self._recall(adaptation)
+        for test in TESTS:  # computed once, and not while a sample waits
+            self.monitor.tracker.settings.threshold(test)
+        self.names = GearboxNames(
+            {TRANSMISSION: self.name or TRANSMISSION, MOTOR: values.motor_joint,
+             ARM: values.arm_joint}, model.gear_ratio)
+        self._starts = 0
+        self._divergences = 0
+        self._clock_set_back = 0  # how often
+        self._silence = Silence()
+        self._levels: dict[str, Level] = {}
+        self._alerted: dict[str, Any] = {}  # {component: stages} of the drift alert in force
+        self._state_stamp = self.monitor.tracker.stamp_ns
+        self._state_error = ''
+        self._component = node.get_fully_qualified_name().lstrip('/') + (
+            f'/{self.name}' if self.name else '')
+        self._topics = ''
+        self._snapshot_stamp = 0
+        self._snapshots = advertise(node, DiagnosticArray, self.private(SNAPSHOT), latched())
+        self.input = GearboxInput(node, values, model, self._on_dispute)
+        self._black_box = BlackBox(node, self.monitor, values, self.input.topic,
+                                   node.resolve_service_name(self.private(KEEP)))
+        if values.temperature_topic:
+            subscribe(node, Temperature, values.temperature_topic, self._on_temperature,
+                      best_effort(1))
+
+    def private(self, name: str) -> str:
+        """Return the name relative to the node of the gearbox's topic or service `name`."""
+        return f'~/{self.name}/{name}' if self.name else f'~/{name}'
+
+    def start(self, topics: Mapping[str, str]) -> None:
+        """Publish the first snapshot; `topics` {topic: name in the graph}: replay needs them."""
+        self._topics = json.dumps(topics)
+        self._publish_snapshot('start')
+
+    def welcome(self) -> None:
+        """Report warnings and drift alerts from before the first sample."""
+        self._warn([])
+        self._alert(self.monitor.findings)
+
+    def close(self) -> None:
+        """Write the state; let a recording that is being written come to its end."""
+        if self.monitor.input_count:
+            self._keep_state()
+        self._black_box.close()
+
+    def _warn(self, logged: Container[str]) -> None:
+        """Log the warnings about the settings that are not `logged` yet."""
+        for text in self.monitor.estimator.warnings:
+            if text not in logged:
+                self._node.get_logger().warning(self._says + text)
+
+    def _state_at_start(self, values: EstimatorParameters) -> tuple[Any, dict[str, Any]]:
+        """Return (state of drift, adapted values) of the state file, else of the baselines."""
+        if values.drift_state_file:
+            state, problem = load_state(values.drift_state_file, values.gearbox_serial)
+            if problem:
+                self._node.get_logger().error(self._says + problem)
+            if state is not None:
+                return state['drift'], state['adaptation']
+        if self._has_baseline(values):
+            try:
+                return load_baseline(values.baseline_file, values.gearbox_serial), {}
+            except Damaged as error:
+                self._node.get_logger().error(
+                    f'{self._says}{error}: {set_aside(values.baseline_file)}')
+        return None, {}
+
+    def _recall(self, adaptation: Mapping[str, Any]) -> None:
+        """Let an adaptive filter continue from its saved `adaptation`."""
+        if not adaptation:
+            return
+        try:
+            if not self.monitor.estimator.recall(adaptation):
+                self._node.get_logger().info(
+                    f'{self._says}filter, model or start values are not those of the saved '
+                    'adaptation: it restarts')
+        except InputError as error:
+            self._node.get_logger().error(f'{self._says}{error}: the adaptation restarts')
+
+    def _has_baseline(self, values: EstimatorParameters) -> bool:
+        """Return whether a baseline file is named and exists; save_baseline may write it later."""
+        path = values.baseline_file
+        if not path:
+            return False
+        try:
+            with open(path, encoding='utf-8'):
+                return True
+        except FileNotFoundError:
+            self._node.get_logger().info(f'{self._says}{path}: no baseline yet; '
+                                         f'{self.private("save_baseline")} writes it')
+            return False
+        except OSError as error:
+            raise InputError(f'{path}: {error.strerror}, expected a readable file') from None
+
+    # ------------------------------------------------------------------ samples
+
+    def step(self, sample: Sample, raw: RawSample) -> Estimate | None:
+        """Take `sample`, and as received `raw`; return its Estimate, None if it is refused."""
+        previous_ns = self.monitor.stamp_ns
+        estimate = self.monitor.step(sample)
+        self._black_box.add(sample.stamp_ns, estimate is not None, raw)
+        if self.monitor.counts[sample_loop.DIVERGED] != self._divergences:
+            self._divergences = int(self.monitor.counts[sample_loop.DIVERGED])
+            self._node.get_logger().error(
+                f'{self._says}{self.monitor.estimator.divergences[-1]}; restarting',
+                throttle_duration_sec=5.0)
+        if self.monitor.counts[sample_loop.START] != self._starts:
+            self._starts = int(self.monitor.counts[sample_loop.START])
+            self._publish_snapshot('restart')
+            if previous_ns:
+                self._node.get_logger().warning(
+                    f'{self._says}stamps went from {previous_ns / SECOND:.6f} s by '
+                    f'{(sample.stamp_ns - previous_ns) / SECOND:+.6f} s: the filter restarts',
+                    throttle_duration_sec=5.0)
+        if self.monitor.tracker.stamp_ns != self._state_stamp:
+            self._keep_state()
+        return estimate
+
+    def published(self, estimate: Estimate) -> None:
+        """Publish the state from time to time, after the outputs of `estimate`."""
+        since = estimate.stamp_ns - self._snapshot_stamp
+        if not 0 <= since < self.monitor.parameters.snapshot_period * SECOND:
+            self._publish_snapshot('period')
+            if self.monitor.estimator.learnt():  # goes on without windows, too
+                self._keep_state()
+
+    def _on_temperature(self, message: Temperature) -> None:
+        if math.isfinite(message.temperature):
+            self.monitor.temperature = message.temperature
+
+    def _keep_state(self) -> None:
+        """Write the state: after each window, and at the end."""
+        tracker, p = self.monitor.tracker, self.monitor.parameters
+        self._state_stamp = tracker.stamp_ns
+        if not p.drift_state_file:
+            return
+        try:
+            save_state(p.drift_state_file, tracker, p.gearbox_serial,
+                       self.monitor.estimator.learnt())
+            self._state_error = ''
+        except InputError as error:  # a full disk must not stop the estimates
+            if str(error) != self._state_error:
+                self._node.get_logger().error(f'{self._says}{error}')
+            self._state_error = str(error)
+
+    def _publish_snapshot(self, reason: str) -> None:
+        self._snapshot_stamp = self.monitor.stamp_ns
+        content = {'reason': reason, 'version': __version__, 'kernels': KERNELS,
+                   'topics': self._topics, **self.monitor.snapshot()}
+        serial = self.monitor.parameters.gearbox_serial or 'gearbox'
+        self._snapshots.publish(to_snapshot(self._component, serial, content,
+                                            self.monitor.stamp_ns))
+
+    # ------------------------------------------------------------------ diagnostics
+
+    def _findings(self, clock_ns: int) -> dict[str, Outcome]:
+        """Return {component: Outcome}; a stream that stopped is never reported as good."""
+        counts, unpaired = self.input.pairing()
+        counts['messages_lost'], new_loss = self.input.loss()
+        if self._clock_set_back:
+            counts['clock_set_back'] = self._clock_set_back
+        silence, previous = self._silence, self._silence.why
+        findings: dict[str, Outcome] = silence.findings(
+            self.monitor, clock_ns, self.input.foreign,
+            self.input.silence(self.monitor.input_count > 0))
+        if previous and silence.why not in ('', previous):
+            self._levels['input'] = Level.OK  # another reason is worth another line
+        finding = findings['input']
+        level = finding.level
+        suffix = f'; {unpaired}' if level and unpaired and not silence.why else ''
+        finding = replace(finding, values={**finding.values, **counts},
+                          message=finding.message + suffix)
+        values, rivals = self.input.strangers()
+        if rivals and level < Level.ERROR:
+            finding = with_more(finding, [replace(usability.OTHERS, says=rivals)], values)
+        else:
+            finding = replace(finding, values={**finding.values, **values})
+        if new_loss:
+            finding = with_more(
+                finding, [replace(usability.LOST, says=f'{new_loss} messages lost')], {})
+        findings['input'] = finding
+        return findings
+
+    def look(self, clock_ns: int) -> list[DiagnosticStatus]:
+        """Return the diagnostics at `clock_ns` of a steady clock; log and alert what changed."""
+        findings = self._findings(clock_ns)
+        model = findings['model']
+        if model.level and model.values:
+            findings['model'] = replace(model, values={
+                **model.values, 'command': self._black_box.command()})
+        for name, text in self._black_box.look(clock_ns / SECOND).items():
+            findings[name] = replace(findings[name], values={
+                **findings[name].values, 'recording': text})
+        serial = self.monitor.parameters.gearbox_serial or 'gearbox'
+        statuses = [to_status(f'{self._component}: {name}', finding, serial)
+                    for name, finding in findings.items()]
+        for name, finding in findings.items():
+            level = self._levels.get(name)
+            self._levels[name] = finding.level
+            if level is None or level == finding.level:
+                continue
+            text = f'{self._says}{name}: {finding.level.name}: {finding.message}'
+            if finding.level:  # two calls: a call may not change its severity
+                self._node.get_logger().warning(text)
+            else:
+                self._node.get_logger().info(text)
+        self._alert(findings)
+        return statuses
+
+    def _alert(self, findings: Mapping[str, Outcome]) -> None:
+        """Publish each change of a drift alert since the last call: raised, worse, over."""
+        stages = self.monitor.tracker.stages()
+        serial = self.monitor.parameters.gearbox_serial or 'gearbox'
+        for name in COMPONENTS:
+            if stages[name] == self._alerted.get(name, {}) or \
+                    findings[name].message.startswith('no data'):
+                continue
+            self._alerted[name] = stages[name]
+            self._alert_output.publish(to_diagnostics(
+                [to_status(f'{self._component}: {name}', findings[name], serial)],
+                self._node.get_clock().now().to_msg()))
+
+    # ------------------------------------------------------------------ changes
+
+    def set_parameters(self, changes: Mapping[str, Any]) -> None:
+        """Apply `changes` {name: value} of parameters. Raises InputError."""
+        logged = self.monitor.estimator.warnings
+        restarts = self.monitor.set_parameters(changes)
+        self._node.get_logger().info(
+            self._says + ', '.join(f'{name}={value}' for name, value in changes.items())
+            + (': the filter restarts with the next sample' if restarts
+               else ': in force, the filter continues'))
+        self._warn(logged)
+        self._publish_snapshot('parameters')
+
+    def clock_was_set_back(self) -> None:
+        """Restart with the next sample: a simulation or a bag started again."""
+        self._clock_set_back += 1
+        self.input.clear()
+        self.monitor.reset()
+        self._publish_snapshot('clock')
+
+    def _on_dispute(self) -> None:
+        """Restart if the samples so far may have come from another publisher."""
+        self._node.get_logger().warning(
+            f'{self._says}several publishers give our joints and none was the first: the '
+            'filter restarts with the next sample')
+        self.monitor.reset()
+        self._publish_snapshot('publishers')
+
+    def reset(self) -> tuple[bool, str]:
+        """Restart with the next sample, of whichever publisher; return True and the answer."""
+        self.input.forget_publishers()
+        self.monitor.reset()
+        self._publish_snapshot('reset')
+        return True, 'filter restarts with the next sample'
+
+    async def keep_recording(self) -> tuple[bool, str]:
+        """Write the last minutes as a bag; return whether that went well, and the answer."""
+        return await self._black_box.keep()
+
+    def accept_baseline(self) -> tuple[bool, str]:
+        """Take what was learnt for healthy; return whether that went well, and the answer."""
+        monitor, p = self.monitor, self.monitor.parameters
+        path = p.baseline_file
+        # On a copy: if the file cannot be written, nothing has changed.
+        tracker = Tracker(monitor.tracker.settings, monitor.tracker.to_dict())
+        windows = tracker.accept()
+        points = tracker.baseline_points()
+        if not path:
+            return False, 'parameter baseline_file is empty: expected the file to write'
+        if not windows:
+            return False, ('no backlash measured yet: expected a motion that loads both flanks '
+                           f'for {p.drift_window:g} s')
+        try:
+            save_baseline(path, points, p.gearbox_serial, p.to_dict())
+        except InputError as error:
+            return False, str(error)
+        monitor.tracker = tracker
+        self._keep_state()
+        self._publish_snapshot('baseline')
+        return True, (f'{path}: {windows} windows at {len(points)} operating '
+                      f'point{"s" if len(points) > 1 else ""}: '
+                      + '; '.join(_point_text(point) for point in points[:4]))
+
+
+def _point_text(point: Mapping[str, Any]) -> str:
+    features = point['features']
+    return ', '.join(f'{name} {features[name]["mean"]:.4g} {unit}' for name, unit in
+                     (('gap', 'rad'), ('lost_motion', 'rad'), ('stiffness', 'N m/rad'))
+                     if name in features)
+
+
+def warm_up(model: DriveModel, parameters: EstimatorParameters) -> None:
+    """Compile every kernel before the node is ready: the first sample must not wait for it."""
+    monitor = Monitor(model, parameters.replace(drift_window=0.5))
+    for k in range(2200):  # 4.4 s: trust is judged from the third second on
+        angle = 0.5 * math.sin(0.02 * k)
+        monitor.step(Sample(SECOND + k * 2_000_000, (0.0, 0.0), (angle, 0.8 * angle)))
