@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.parameters import (  # noqa: E402
-    AT_ONCE, ESTIMATOR, MODEL, ParameterRow, PLANT, RECORDER, RESTART, Table)
+    AT_ONCE, ESTIMATOR, MODEL, ParameterRow, PLANT, RECORDER, RESTART, ROBOT, Table)
 
 PAGE = ROOT / 'docs/parameters.md'
 CHANGES = {AT_ONCE: 'yes', RESTART: 'yes, restarts the filter'}
@@ -78,7 +78,7 @@ def table(rows: Table) -> str:
 
 def page() -> str:
     """Return the text of the page."""
-    return (f'{HEAD}\n## estimator\n\n{table(ESTIMATOR)}\n\n{VALUES}\n{table(MODEL)}\n\n'
+    return (f'{HEAD}\n## estimator\n\n{table(ROBOT + ESTIMATOR)}\n\n{VALUES}\n{table(MODEL)}\n\n'
             f'## plant\n\n{table(PLANT)}\n\n'
             f'## recorder\n\n{table(RECORDER)}\n{MODEL_FILE}')
 

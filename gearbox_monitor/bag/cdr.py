@@ -46,6 +46,13 @@ class JointStates:
     velocity: Array         # [N, J], rad/s or m/s
     effort: Array           # [N, J], N m or N
 
+    def of_named(self) -> 'JointStates':
+        """Return the messages that name one of the joints."""
+        rows = self.named.any(axis=1)
+        return self if rows.all() else JointStates(
+            self.names, self.stamp_ns[rows], self.log_ns[rows], self.named[rows],
+            self.position[rows], self.velocity[rows], self.effort[rows])
+
 
 @dataclass(frozen=True)
 class Layout:

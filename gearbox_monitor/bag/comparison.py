@@ -25,7 +25,8 @@ import numpy as np
 from gearbox_monitor.bag.cdr import Decoder
 from gearbox_monitor.bag.player import EstimatePlayer, ReplayPart
 from gearbox_monitor.bag.stamp_matching import StampMatcher, WAIT
-from gearbox_monitor.interfaces.signals import ARM, MOTOR, Signal, signal_values, SIGNALS
+from gearbox_monitor.interfaces.signals import (
+    ARM, MOTOR, Signal, signal_values, SIGNALS, TRANSMISSION)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 
 CLOSE = 1e-9  # relative, absolute below 1
@@ -92,7 +93,7 @@ class Comparer:
     def __init__(self, player: EstimatePlayer) -> None:
         self._player, self._log_ns = player, 0
         self.comparison = Comparison(early_inputs=player.early_inputs)
-        names = {MOTOR: player.estimator.parameters.motor_joint,
+        names = {**player.input.joints, MOTOR: player.estimator.parameters.motor_joint,
                  ARM: player.estimator.parameters.arm_joint}
         self._signals: dict[str, _ComparedSignal] = {}  # by topic
         for signal in SIGNALS:
@@ -124,6 +125,8 @@ class Comparer:
             live = stamps[:0], ours[1][:0]
             if entry.decode:
                 states = entry.decode(part.block.of(topic))
+                if self._player.input.transmission != TRANSMISSION:
+                    states = states.of_named()  # the others are of other gearboxes
                 live = states.stamp_ns, np.hstack([getattr(states, name) for name in values])
             entry.matcher.put(self._log_ns, ours, live)
             if entry.signal is REFERENCE:

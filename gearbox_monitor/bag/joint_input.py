@@ -19,9 +19,11 @@ import json
 
 from gearbox_monitor.bag.read import BagReader, JOINT_STATE
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.interfaces.signals import JOINT_STATES, PAIRED_JOINT_STATES, SNAPSHOT
+from gearbox_monitor.interfaces.signals import (
+    JOINT_STATES, PAIRED_JOINT_STATES, SNAPSHOT, TRANSMISSION)
 
 DIAGNOSTIC_ARRAY = 'diagnostic_msgs/msg/DiagnosticArray'
+GEARBOX = 'gearbox'  # key of a snapshot: its name, where an estimator has several
 
 
 @dataclass(frozen=True)
@@ -31,12 +33,19 @@ class JointInput:
 
     namespace: of the estimator; snapshots: its topic of snapshots, None without one. names {topic
     as in signals: name in the bag}: topics that were remapped differ from the namespace's.
+    transmission: what the estimates call it: by the gearbox, where an estimator has several.
     """
 
     topic: str
     namespace: str
     snapshots: str | None = None
     names: Mapping[str, str] = field(default_factory=dict)
+    transmission: str = TRANSMISSION
+
+    @property
+    def joints(self) -> dict[str, str]:
+        """What messages call a joint of a signal, where that differs."""
+        return {TRANSMISSION: self.transmission}
 
     def name(self, topic: str) -> str:
         """Return the name in the bag of the estimator's `topic`."""
@@ -48,16 +57,19 @@ def find_input(reader: BagReader, name: str = JOINT_STATES) -> JointInput:
     Return the JointInput called `name` in the bag `reader`, in whatever namespace.
 
     `name` is a topic, as recorded or as the estimator called it before it was remapped or paired,
-    or an estimator, /NAMESPACE/NODE. Raises InputError unless exactly one fits.
+    or an estimator, /NAMESPACE/NODE; with several gearboxes /NAMESPACE/NODE/GEARBOX. Raises
+    InputError unless exactly one fits.
     """
     candidates: dict[str, JointInput] = {}  # by node
-    for snapshots, names in _estimators(reader).items():
+    for snapshots, content in _estimators(reader).items():
+        names, gearbox = _recorded_names(content.get('topics', '{}')), content.get(GEARBOX)
         node = snapshots.removesuffix(f'/{SNAPSHOT}')
-        namespace = node.rsplit('/', 1)[0]
+        namespace = node.rsplit('/', 2 if gearbox else 1)[0]
         original = f'{namespace}/{JOINT_STATES}'
         topic = names.get(JOINT_STATES, original)
         if any(_is_called(alias, name) for alias in (topic, original, node)):
-            candidates[node] = JointInput(topic, namespace, snapshots, names)
+            candidates[node] = JointInput(topic, namespace, snapshots, names,
+                                          gearbox or TRANSMISSION)
     if len(candidates) > 1:
         nodes = sorted(candidates)
         raise InputError(f'{reader.path}: topic {name}: taken by {", ".join(nodes)}, expected '
@@ -94,17 +106,17 @@ def find_topic(reader: BagReader, name: str) -> str:
 
 
 def _estimators(reader: BagReader) -> dict[str, dict[str, str]]:
-    """Return {topic of snapshots: names of the estimator's topics, {} unless recorded}."""
+    """Return {topic of snapshots: content of the first one, {} if it is damaged}."""
     topics = [topic for topic, (kind, count) in reader.topics.items()
               if kind == DIAGNOSTIC_ARRAY and topic.endswith(f'/{SNAPSHOT}') and count]
-    names: dict[str, dict[str, str]] = {}
+    contents: dict[str, dict[str, str]] = {}
     for topic, _, _, raw in reader.messages(topics) if topics else ():
         content = snapshot_of(reader, raw)
-        if topic not in names and content:
-            names[topic] = _recorded_names(content.get('topics', '{}'))
-            if len(names) == len(topics):
+        if topic not in contents and content:
+            contents[topic] = content
+            if len(contents) == len(topics):
                 break
-    return names
+    return contents
 
 
 def _recorded_names(text: str) -> dict[str, str]:

@@ -23,7 +23,7 @@ from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY
+from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY, GEARBOX
 from gearbox_monitor.bag.player import EstimatePlayer, ReplayPart
 from gearbox_monitor.bag.read import BagReader, JOINT_STATE
 from gearbox_monitor.bag.write import BagWriter
@@ -54,7 +54,7 @@ class BagOutput:
         self.topics = tuple(topic for topic in reader.topics if topic not in ours | dropped
                             and (player.compared or not topic.endswith('/snapshot')))
         self._gear_ratio = estimator.model.gear_ratio
-        self._names = {MOTOR: estimator.parameters.motor_joint,
+        self._names = {**self._input.joints, MOTOR: estimator.parameters.motor_joint,
                        ARM: estimator.parameters.arm_joint}
         # Smoothed values are about samples up to one and a half lags ago.
         self._lag = round(1.5e9 * estimator.parameters.smoother_lag)
@@ -121,6 +121,8 @@ class BagOutput:
         header = types['std_msgs/msg/Header'](types['builtin_interfaces/msg/Time'](0, 0), '')
         content = {'reason': 'start', 'version': __version__, 'kernels': KERNELS,
                    'topics': json.dumps(self._input.names),
+                   **({GEARBOX: self._input.transmission}
+                      if self._input.transmission != TRANSMISSION else {}),
                    **Monitor(estimator.model, estimator.parameters).snapshot()}
         status = types['diagnostic_msgs/msg/DiagnosticStatus'](
             0, 'estimator: snapshot', 'what replay starts from',

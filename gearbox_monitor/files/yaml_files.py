@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """Read the YAML files of a user: model of the drive, parameters of a node."""
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 import contextlib
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -166,7 +166,8 @@ def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> 
         path: of the file.
         node: name of the node.
         table: rows of its parameters.
-        of: a topic or node, whose namespace counts if the file has several.
+        of: a topic or node, whose namespace counts if the file has several; of several
+            gearboxes: NODE/GEARBOX.
 
     Returns:
         {name: value} of the parameters in the file.
@@ -192,7 +193,8 @@ def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> 
         if block.rsplit('/', 1)[-1] not in ('**', node):
             continue
         if len(several) > 1 and '/**' not in block:
-            namespace = '/' + of.rpartition('/')[0].strip('/')
+            whose = re.sub(rf'/{node}/\w+$', f'/{node}', of)
+            namespace = '/' + whose.rpartition('/')[0].strip('/')
             if namespace not in several:
                 raise InputError(
                     f'{path}: blocks for {node} in {", ".join(several)}, expected to know whose: '
@@ -206,8 +208,11 @@ def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> 
                 raise InputError(f'{path}: {block}: expected a block ros__parameters')
         if not isinstance(inner, dict):
             continue
+        own: dict[Any, Any] = {}
+        with problems, file.located(block + '.'):
+            own = _of_gearbox(inner, of, f'{path}: {block}')
         # /** addresses every node: what this one does not have belongs to another.
-        ours = {k: v for k, v in inner.items() if k in names
+        ours = {k: v for k, v in own.items() if k in names
                 or block.rsplit('/', 1)[-1] == node and str(k).partition('.')[0] not in OF_ROS}
         with problems, file.located(block + '.'):
             check_values(table, ours, str(path))
@@ -219,3 +224,35 @@ def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> 
                          f'{", ".join(map(str, data)) or "none"}), expected '
                          f'"{node}: ros__parameters: ..."')
     return values
+
+
+def _of_gearbox(block: Mapping[Any, Any], of: str, source: str) -> dict[Any, Any]:
+    """
+    Return the parameters of one gearbox of a node.
+
+    Args:
+        block: parameters of the node; with `gearboxes`, those of a gearbox stand in a block.
+        of: ends with the name of the gearbox.
+        source: what a problem names.
+
+    Returns:
+        {name: value} of the common parameters and its own; all of `block` without `gearboxes`.
+
+    Raises:
+        InputError: `of` names none of the gearboxes, or its block is none.
+
+    """
+    gearboxes = block.get('gearboxes', [''])
+    if gearboxes == ['']:
+        return {key: value for key, value in block.items() if key != 'gearboxes'}
+    if not isinstance(gearboxes, list):
+        raise InputError(f'{source}: gearboxes: {gearboxes!r}, expected a list of names')
+    name = of.rpartition('/')[2]
+    if name not in gearboxes:
+        raise InputError(f'{source}: gearboxes: {", ".join(map(str, gearboxes))}, expected to '
+                         f'know which: choose it with --topic {gearboxes[0]}')
+    own = block.get(name) or {}
+    if not isinstance(own, dict):
+        raise InputError(f'{source}: {name}: {str(own)[:40]!r}, expected a block of parameters')
+    return {**{key: value for key, value in block.items()
+               if key != 'gearboxes' and key not in gearboxes}, **own}

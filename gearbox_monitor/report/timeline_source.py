@@ -177,7 +177,8 @@ class TimelineSource:
     def _live(self) -> None:
         names = {MOTOR: self._joints[0], ARM: self._joints[1]}
         ratio = self.facts.model.gear_ratio
-        joints = {STATE: (TRANSMISSION,), STATE_STD: (TRANSMISSION,), SMOOTHED: (TRANSMISSION,),
+        transmission = (self._input.transmission,)
+        joints = {STATE: transmission, STATE_STD: transmission, SMOOTHED: transmission,
                   ERRORS: tuple(names.values()), ERRORS_STD: tuple(names.values())}
         topics = {name: self._input.name(name) for name in joints if self._count(name)}
         decode = {name: self.reader.decoder(topic, joints[name])
@@ -193,6 +194,8 @@ class TimelineSource:
         scale = np.array([ratio, 1.0])
         for block in self._blocks([*topics.values(), *diagnostics]):
             states = {name: decoder(block.of(topics[name])) for name, decoder in decode.items()}
+            if self._input.transmission != TRANSMISSION:  # others are of other gearboxes
+                states = {name: rows.of_named() for name, rows in states.items()}
             samples, log_ns = samples_of(states['inputs'], self.facts.model)
             self.timeline.add_inputs(samples.stamp_ns, samples.u[:, 0])
             if self.timeline.first_ns is None:

@@ -24,6 +24,7 @@ from rclpy.publisher import Publisher
 from sensor_msgs.msg import Temperature
 
 from gearbox_monitor import __version__
+from gearbox_monitor.bag.joint_input import GEARBOX
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Estimate, Sample
@@ -213,7 +214,8 @@ class MonitoredGearbox:
     def _publish_snapshot(self, reason: str) -> None:
         self._snapshot_stamp = self.monitor.stamp_ns
         content = {'reason': reason, 'version': __version__, 'kernels': KERNELS,
-                   'topics': self._topics, **self.monitor.snapshot()}
+                   'topics': self._topics, **({GEARBOX: self.name} if self.name else {}),
+                   **self.monitor.snapshot()}
         serial = self.monitor.parameters.gearbox_serial or 'gearbox'
         self._snapshots.publish(to_snapshot(self._component, serial, content,
                                             self.monitor.stamp_ns))

@@ -89,17 +89,19 @@ def test_replay_starts_estimator_and_player():
     assert set(_nodes(module, bag='bag')) == {'estimator_node', 'gearbox_monitor'}
 
 
-def test_robot_starts_an_estimator_for_each_gearbox(tmp_path):
+def test_robot_starts_one_estimator_for_all_gearboxes(tmp_path):
     module = _load('robot.launch.py')
     config = str(ROOT / 'config/robot.yaml')
-    assert module.gearboxes(config) == [('/shoulder', 'estimator'), ('/elbow', 'estimator')]
-    topics = module.topics(['/shoulder', '/elbow', '/'])
-    assert {'/shoulder/estimator/snapshot', '/elbow/drift_alerts', '/joint_states'} <= set(topics)
+    blocks = module.node_blocks(config)
+    assert blocks == [('/', 'estimator', ('shoulder', 'elbow'))]
+    topics = module.topics([*blocks, module.Block('/left', 'estimator', ())])
+    assert {'/estimator/shoulder/snapshot', '/left/estimator/snapshot', '/left/drift_alerts',
+            '/joint_states'} <= set(topics)
     assert topics.count('/diagnostics') == 1
     assert set(_nodes(module, params_file=config)) == {'estimator_node', 'recorder_node'}
     empty = tmp_path / 'empty.yaml'
     empty.write_text('estimators: {}')
-    with pytest.raises(RuntimeError, match='no block /NAMESPACE/estimator'):
-        module.gearboxes(str(empty))
+    with pytest.raises(RuntimeError, match='no block estimator or /NAMESPACE/estimator'):
+        module.node_blocks(str(empty))
     with pytest.raises(RuntimeError, match='nowhere.yaml.*expected a readable YAML'):
-        module.gearboxes('nowhere.yaml')
+        module.node_blocks('nowhere.yaml')

@@ -13,17 +13,18 @@
 # limitations under the License.
 
 """
-Monitor several gearboxes side by side, all from one parameter file.
+Monitor the gearboxes of a robot, all from one parameter file.
 
-The file is an ordinary ROS parameter file. Each block /NAMESPACE/estimator in it is one gearbox
-and starts an estimator in that namespace, each block /NAMESPACE/plant a simulated drive. One
-recorder in the root namespace records all of them into one bag. See config/robot.yaml.
+The file is an ordinary ROS parameter file. Its block `estimator` starts one node for all gearboxes
+that its parameter `gearboxes` names. Each further block /NAMESPACE/estimator starts a node in that
+namespace, each block /NAMESPACE/plant a simulated drive. One recorder in the root namespace records
+all of them into one bag. See config/robot.yaml.
 
   ros2 launch gearbox_monitor robot.launch.py params_file:=robot.yaml joint_states:=/joint_states
 """
 from collections.abc import Iterable, Sequence
 import re
-from typing import Any
+from typing import Any, NamedTuple
 
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
@@ -33,12 +34,14 @@ from launch_ros.parameter_descriptions import ParameterValue
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_yaml
+from gearbox_monitor.interfaces.signals import SNAPSHOT
 from gearbox_monitor.parameters import RecorderParameters
 
 ARGUMENTS = [
     DeclareLaunchArgument(
-        'params_file', description='YAML parameter file: a block /NAMESPACE/estimator for each '
-                                   'gearbox, see config/robot.yaml of this package'),
+        'params_file', description='YAML parameter file with a block estimator, or a block '
+                                   '/NAMESPACE/estimator for each robot or gearbox, see '
+                                   'config/robot.yaml of this package'),
     DeclareLaunchArgument(
         'joint_states', default_value='',
         description='topic that all gearboxes take their joints from, like /joint_states of a '
@@ -59,8 +62,16 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription([*ARGUMENTS, OpaqueFunction(function=_nodes)])
 
 
-def gearboxes(path: str) -> list[tuple[str, str]]:
-    """Return [(namespace, 'estimator' or 'plant')] of the file `path`; raises RuntimeError."""
+class Block(NamedTuple):
+    """A node of the file: its `namespace`, 'estimator' or 'plant', its gearboxes with a name."""
+
+    namespace: str
+    node: str
+    gearboxes: tuple[str, ...]
+
+
+def node_blocks(path: str) -> list[Block]:
+    """Return the blocks of the file `path`; raises RuntimeError."""
     try:
         data = load_yaml(path).content
     except InputError as error:
@@ -68,16 +79,28 @@ def gearboxes(path: str) -> list[tuple[str, str]]:
     blocks = [(match[1], match[2]) for name in (data if isinstance(data, dict) else ())
               if (match := re.fullmatch(r'(|/|/[\w/]*\w/)(estimator|plant)', str(name)))]
     if not any(node == 'estimator' for _, node in blocks):
-        raise RuntimeError(f'{path}: no block /NAMESPACE/estimator, expected one for each gearbox')
-    return [(namespace.rstrip('/') or '/', node) for namespace, node in blocks]
+        raise RuntimeError(f'{path}: no block estimator or /NAMESPACE/estimator, expected one')
+    return [Block(namespace.rstrip('/') or '/', node, _names(data[namespace + node]))
+            for namespace, node in blocks]
 
 
-def topics(namespaces: Iterable[str]) -> list[str]:
-    """Return the names of all topics of the gearboxes in `namespaces`."""
-    usual = RecorderParameters().topics
-    return [*dict.fromkeys(
-        name if name.startswith('/') else f'{namespace.rstrip("/")}/{name}'
-        for namespace in namespaces for name in usual)]
+def _names(block: Any) -> tuple[str, ...]:
+    """Return the gearboxes that the `block` of a node names, () if it has one without a name."""
+    parameters = block.get('ros__parameters') if isinstance(block, dict) else None
+    names = parameters.get('gearboxes') if isinstance(parameters, dict) else None
+    return tuple(filter(None, map(str, names))) if isinstance(names, list) else ()
+
+
+def topics(blocks: Iterable[Block]) -> list[str]:
+    """Return the names of all topics of the estimators among `blocks`."""
+    names: list[str] = []
+    for block in blocks:
+        if block.node == 'estimator':
+            namespace = block.namespace.rstrip('/')
+            names += [name if name.startswith('/') else f'{namespace}/{name}'
+                      for name in RecorderParameters().topics]
+            names += [f'{namespace}/estimator/{gearbox}/{SNAPSHOT}' for gearbox in block.gearboxes]
+    return [*dict.fromkeys(names)]
 
 
 def _nodes(context: LaunchContext) -> list[Node]:
@@ -91,14 +114,13 @@ def _nodes(context: LaunchContext) -> list[Node]:
             parameters=[*settings, value['params_file']], remappings=remappings, output='screen',
             emulate_tty=True, ros_arguments=['--log-level', value['log_level']])
 
-    blocks = gearboxes(value['params_file'])
+    blocks = node_blocks(value['params_file'])
     shared = value['joint_states']
     nodes = [node(name, namespace, [clock] if name == 'estimator' else [],
                   [('joint_states', shared)] if shared and name == 'estimator' else [])
-             for namespace, name in blocks]
+             for namespace, name, _ in blocks]
     if value['record'] == 'true':
-        recorded = topics([namespace for namespace, name in blocks if name == 'estimator'])
-        settings = {**clock, 'topics': [*([shared] if shared else []), *recorded]}
+        settings = {**clock, 'topics': [*([shared] if shared else []), *topics(blocks)]}
         if value['bag']:
             settings['output'] = ParameterValue(value['bag'], value_type=str)
         nodes.append(node('recorder', '/', [settings]))

@@ -1,0 +1,174 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""One estimator node for several gearboxes: as single ones, as replay, with bad blocks."""
+from array import array
+import json
+import math
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+rclpy = pytest.importorskip('rclpy')
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
+from harness import Graph, RELIABLE, ROOT  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
+
+from gearbox_monitor.bag.read import open_bag  # noqa: E402
+from gearbox_monitor.bag.replay import replay  # noqa: E402
+from gearbox_monitor.errors import InputError  # noqa: E402
+from gearbox_monitor.estimation.estimates import Samples  # noqa: E402
+from gearbox_monitor.files.yaml_files import load_parameters  # noqa: E402
+from gearbox_monitor.interfaces.signals import SIGNALS, signal_values  # noqa: E402
+from gearbox_monitor.monitoring.monitor import Monitor  # noqa: E402
+from gearbox_monitor.parameters import resolve, SETTINGS  # noqa: E402
+from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
+from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
+from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
+from gearbox_monitor.ros.convert import to_time  # noqa: E402
+
+pytestmark = pytest.mark.ros
+T0 = 1_700_000_000_000_000_000
+DT = 2_000_000  # 500 Hz
+N = 3000
+DEEP = QoSProfile(depth=20_000)
+LATCHED = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+NAMES = ('base', 'elbow', 'wrist')
+SILENT = slice(1000, 1400)  # the elbow says nothing: longer than max_gap
+PARAMETERS = {
+    'gearboxes': list(NAMES), 'arm_load': 'none', 'snapshot_period': 1.5,
+    **{name: {'motor_joint': f'{name}_motor', 'arm_joint': f'{name}_arm'} for name in NAMES},
+    'qos_overrides': {'/joint_states': {'subscription': {
+        key.rpartition('.')[2]: value for key, value in RELIABLE.items()}}}}
+PARAMETERS['elbow'].update(q_std_tau_k=4.0, coulomb_friction=0.2, gearbox_serial='G-2')
+PARAMETERS['wrist'].update(filter='ukf', r_std_arm=0.01)
+
+
+@pytest.fixture
+def graph(tmp_path, monkeypatch):
+    graph = Graph(tmp_path, monkeypatch)
+    yield graph
+    graph.close()
+
+
+def written(tmp_path, **changes):
+    file = tmp_path / 'robot.yaml'
+    file.write_text(json.dumps({'estimator': {'ros__parameters': {**PARAMETERS, **changes}}}))
+    return file
+
+
+def robot():
+    """Return {gearbox: Samples} of N samples; the elbow is silent for a while."""
+    t = np.arange(N) * DT * 1e-9
+    samples = {}
+    for seed, name in enumerate(NAMES):
+        drive = simulate(DriveModel(), Excitation().torque(t), DT * 1e-9,
+                         Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed=seed)
+        samples[name] = Samples(T0 + np.arange(N) * DT,
+                                np.column_stack([drive.u, np.full(N, np.nan)]), drive.y.copy())
+    samples['elbow'].u[SILENT] = samples['elbow'].y[SILENT] = np.nan
+    return samples
+
+
+def sent(graph, publisher, samples):
+    """Publish `samples` of all gearboxes, in one message each, faster than real time."""
+    names = [f'{name}_{joint}' for name in NAMES for joint in ('motor', 'arm')]
+    begin = time.monotonic()
+    for k in range(N):
+        message = JointState(name=names)
+        message.header.stamp = to_time(T0 + k * DT)
+        message.position = array('d', [v for s in samples.values() for v in s.y[k]])
+        message.effort = array('d', [v for s in samples.values() for v in (s.u[k, 0], math.nan)])
+        publisher.publish(message)
+        if k % 10 == 9:
+            graph.executor.spin_once(timeout_sec=0.0)
+            time.sleep(max(0.0, begin + k / 1000.0 - time.monotonic()))
+
+
+def test_each_gearbox_is_as_a_single_one_and_as_its_replay(graph, tmp_path):
+    """The same bits, though one of them is silent for a while; services, names of diagnostics."""
+    file, samples = written(tmp_path), robot()
+    snapshots = [f'/estimator/{name}/snapshot' for name in NAMES]
+    recorder = graph.start(
+        'recorder_node', output=tmp_path / 'bag', queue_depth=20_000,
+        topics=str(['joint_states', *(signal.topic for signal in SIGNALS), *snapshots]))
+    estimator = graph.start('estimator_node', '--params-file', str(file))
+    publisher = graph.node.create_publisher(JointState, 'joint_states', DEEP)
+    statuses, begun = {}, set()
+    graph.node.create_subscription(DiagnosticArray, '/diagnostics', lambda message: [
+        statuses.setdefault(s.name, s) for s in message.status], 50)
+    for topic in snapshots:
+        graph.node.create_subscription(
+            DiagnosticArray, topic, lambda m, topic=topic: begun.add(topic), LATCHED)
+    graph.until(lambda: len(begun) == 3 and publisher.get_subscription_count() == 2
+                and graph.node.count_subscribers('/innovations'), 'matching')
+    sent(graph, publisher, samples)
+    graph.spin(1.5)
+    answer = graph.call(Trigger, 'estimator/elbow/reset', Trigger.Request())
+    assert answer.success and answer.message == 'elbow: filter restarts with the next sample'
+    answer = graph.call(Trigger, 'estimator/save_baseline', Trigger.Request())
+    assert not answer.success and [part.split(':')[0] for part in answer.message.split('; ')] == [
+        *NAMES]
+    graph.stop(estimator)
+    graph.stop(recorder)
+    assert {name for name in statuses if name.endswith(': input')} == {
+        f'estimator/{name}: input' for name in NAMES}
+    assert statuses['estimator/elbow: input'].hardware_id == 'G-2'
+    assert statuses['estimator/base: input'].hardware_id == 'base'
+    with open_bag(tmp_path / 'bag') as bag:
+        with pytest.raises(InputError, match='taken by /estimator/base, .* --topic'):
+            replay(bag)
+        for name in NAMES:
+            comparison = replay(bag, topic=name).comparison
+            assert comparison.verdict == 'yes' and not comparison.explained, (name, comparison)
+            assert comparison.lost_inputs == 0 and comparison.compared > 5 * 2000
+            single = Monitor(*resolve(DriveModel(), load_parameters(
+                file, 'estimator', SETTINGS, f'/estimator/{name}')))
+            estimates = single.run(samples[name])
+            joints = {'transmission': name, 'motor': f'{name}_motor', 'arm': f'{name}_arm'}
+            for signal in SIGNALS:
+                live = bag.joint_states(f'/{signal.topic}', [joints[j] for j in signal.joints])
+                live = live.of_named()
+                stamps, values = signal_values(signal, estimates, 1.0)
+                if len(signal.joints) > 1:  # joints that were not measured are not in the message
+                    seen = np.isfinite(values['position']).any(axis=1)
+                    stamps = stamps[seen]
+                    values = {field: rows[seen] for field, rows in values.items()}
+                np.testing.assert_array_equal(live.stamp_ns, stamps[-len(live.stamp_ns):])
+                assert len(live.stamp_ns) > 2000
+                for field, rows in values.items():
+                    np.testing.assert_array_equal(
+                        getattr(live, field), rows[-len(live.stamp_ns):], f'{name} {signal.topic}')
+
+
+@pytest.mark.parametrize('changes, said', [
+    ({'elbow': {'motor_joint': 'm2', 'max_gap': -1.0}}, 'elbow.max_gap: -1.0, expected a number'),
+    ({'elbow': {}}, "elbow.motor_joint: 'motor', expected another than that of base"),
+    ({'elbow': {'motor_joint': 'm2', 'model': 'nowhere.yaml'}}, 'elbow: nowhere.yaml: No such'),
+    ({'gearboxes': ['base', 'filter']}, "gearboxes: 'filter', expected different names")])
+def test_a_bad_block_is_named(tmp_path, changes, said):
+    base = {'motor_joint': 'motor' if not changes.get('elbow', True) else 'm1', 'arm_joint': 'a1'}
+    file = written(tmp_path, gearboxes=['base', 'elbow'], base=base)
+    file.write_text(json.dumps({'estimator': {'ros__parameters': {
+        'gearboxes': ['base', 'elbow'], 'base': base, **changes}}}))
+    done = subprocess.run(
+        [sys.executable, '-m', 'gearbox_monitor.ros.estimator_node', '--ros-args',
+         '--params-file', str(file)], cwd=ROOT, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 2 and said in done.stderr, done.stderr
+    assert 'Traceback' not in done.stderr
