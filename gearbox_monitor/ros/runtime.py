@@ -27,7 +27,7 @@ from typing import Any
 import rclpy
 from rclpy.callback_groups import CallbackGroup
 from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.subscription import Subscription
@@ -93,7 +93,8 @@ def drain(subscription: Subscription,
 
 
 def spin_node(factory: Callable[[], Node | list[Node]], args: Sequence[str] | None = None,
-              doc: str | None = None) -> int:
+              doc: str | None = None,
+              make_executor: Callable[[], Executor] = SingleThreadedExecutor) -> int:
     """
     Run nodes until SIGINT, SIGTERM or shutdown; call it from the main thread of the process.
 
@@ -105,6 +106,7 @@ def spin_node(factory: Callable[[], Node | list[Node]], args: Sequence[str] | No
         factory: makes the node, or a list of nodes.
         args: command line (default: that of the process).
         doc: text of ``--help``.
+        make_executor: makes the executor that spins them.
 
     Returns:
         The exit code: 0, or 2 for bad input.
@@ -131,7 +133,7 @@ def spin_node(factory: Callable[[], Node | list[Node]], args: Sequence[str] | No
         _init(args, parser)
         product = factory()
         nodes = product if isinstance(product, list) else [product]
-        executor = SingleThreadedExecutor()
+        executor = make_executor()
         for node in nodes:
             executor.add_node(node)
         # Full collections would hold up samples: a first start's compiler leaves many objects.

@@ -21,6 +21,7 @@ import pytest
 pytest.importorskip('rclpy')
 import load  # noqa: E402, I100
 import restart  # noqa: E402
+import robot  # noqa: E402
 from sample_source import FEW  # noqa: E402
 from script import run_script  # noqa: E402
 import soak  # noqa: E402
@@ -114,6 +115,7 @@ def test_restart(tmp_path, capsys, monkeypatch):
 @pytest.mark.parametrize('script, arguments, message', [
     (load, ['--numbers', '0'], '--numbers: 0'), (load, ['--rates', '-1'], '--rates: -1'),
     (soak, ['--hours', 'nan'], '--hours: nan'), (restart, ['--times', '0'], '--times: 0'),
+    (robot, ['--runs', '7'], '--runs: 7'),
     (restart, ['--json', 'no/where/x'], 'no/where/x')])
 def test_bad_options_are_refused_in_one_line(script, arguments, message, capsys):
     assert run_script(script, arguments) == 2

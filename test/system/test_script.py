@@ -26,7 +26,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
 COMMANDS = sorted({match.group(0) for page in PAGES for match in re.finditer(
     r'\.venv/bin/python test/system/[^`#\n]*', page.read_text(encoding='utf-8'))})
-NODES = ('load', 'soak', 'restart')
+NODES = ('load', 'robot', 'soak', 'restart')
 
 
 @pytest.mark.parametrize('command', COMMANDS)

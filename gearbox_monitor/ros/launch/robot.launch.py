@@ -17,8 +17,8 @@ Monitor the gearboxes of a robot, all from one parameter file.
 
 The file is an ordinary ROS parameter file. Its block `estimator` starts one node for all gearboxes
 that its parameter `gearboxes` names. Each further block /NAMESPACE/estimator starts a node in that
-namespace, each block /NAMESPACE/plant a simulated drive. One recorder in the root namespace records
-all of them into one bag. See config/robot.yaml.
+namespace, each block /NAMESPACE/plant a simulated drive. One recorder in the root namespace
+records all of them into one bag. See config/robot.yaml.
 
   ros2 launch gearbox_monitor robot.launch.py params_file:=robot.yaml joint_states:=/joint_states
 """
