@@ -275,6 +275,33 @@ def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
         s[M + i] = s[YM + i]
 
 
+@jit_inline
+def without_effects(p: Array, e: Array) -> bool:
+    """Return whether steps of the packed model `p` and effects `e` need no term of an effect."""
+    plain = p[CAC] == 0.0 and p[G] == 0.0
+    for i in STEP_PLACES:
+        plain = plain and e[i] == 0.0
+    return plain
+
+
+@jit_inline
+def step_lanes(s: Array, h: float, plain: bool, p: Array, e: Array) -> None:
+    """
+    Advance the LANES states in `s` by one Runge-Kutta step.
+
+    Args:
+        s: states and what acts on them [N_LANE_STATE]; plain models do not advance its row T.
+        h: length of the step, s.
+        plain: whether without_effects holds.
+        p: packed model.
+        e: packed effects.
+    """
+    if plain:
+        _step(s, h, p)
+    else:
+        _step_with_effects(s, h, p, e)
+
+
 @jit
 def runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive, s: Array,
          path: Array, result: RunResult) -> None:
@@ -295,9 +322,7 @@ def runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive, s:
     p, e = drive.p, drive.e
     n = u.shape[1]
     h, last = dt / n, len(begin) - 1
-    plain = p[CAC] == 0.0 and p[G] == 0.0
-    for i in STEP_PLACES:
-        plain = plain and e[i] == 0.0
+    plain = without_effects(p, e)
     for group in range(0, len(begin), LANES):
         longest = 0
         for i in range(LANES):
@@ -326,10 +351,7 @@ def runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive, s:
             for part in range(n):
                 for i in range(LANES):
                     s[U + i] = u[min(begin[min(group + i, last)] + k, len(u) - 1), part]
-                if plain:
-                    _step(s, h, p)
-                else:
-                    _step_with_effects(s, h, p, e)
+                step_lanes(s, h, plain, p, e)
         for w in range(group, min(group + LANES, last + 1)):
             rows, lead = path[w - group], first[w] - begin[w]
             for k in range(length):

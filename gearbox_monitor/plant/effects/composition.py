@@ -225,7 +225,7 @@ _IN_MOTOR, _IN_ARM = ([effect for effect in in_slot('encoder_error') if effect.l
 motor_read, arm_read = (chained([_read(e) for e in part]) for part in (_IN_MOTOR, _IN_ARM))
 motor_corrected, arm_corrected = (
     chained([_corrected(e) for e in reversed(part)]) for part in (_IN_MOTOR, _IN_ARM))
-motor_error = chained([_error(e) for e in _IN_MOTOR])
+motor_error, arm_error = (chained([_error(e) for e in part]) for part in (_IN_MOTOR, _IN_ARM))
 _advanced = _chain('memory', _memory)
 memories_of = chained([_stored(place) for place in range(1, N_MEMORY)])
 

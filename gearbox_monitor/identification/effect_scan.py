@@ -1,0 +1,171 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Score test: what each further effect would gain in one linear step from where a fit stands.
+
+The efficient score of Rao, with what the fit's own coordinates can imitate taken out. It needs no
+fit: one sensitivity for each way an effect may begin.
+"""
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+import math
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.identification.candidates import (
+    CandidateModel, NOT_FITTED, ORDERS, PERIODIC, PHASED, replaced_value, Starts, with_effects)
+from gearbox_monitor.identification.innovation_fit import coordinate_columns, InnovationFit
+from gearbox_monitor.identification.innovations import InnovationLikelihood
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects import MEMORIES
+from gearbox_monitor.plant.effects.effect import FreeParameter
+
+A_LITTLE = 0.02   # of the scale of a coordinate, whose effect is off where it starts
+TINY = 1e-3       # of the same, of an effect whose memory has to be there first
+RIDGE = 1e-9      # of the power of a column
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """
+    A further effect: id, order (of a periodic one) and number of the start of its fit.
+
+    gain: in -2 log L of one linear step; start: coordinates of the effect after it.
+    """
+
+    name: str
+    order: int | None
+    number: int
+    gain: float
+    start: tuple[FreeParameter, ...]
+
+
+def scan(likelihood: InnovationLikelihood, starts: Starts, fit: InnovationFit,
+         ids: Iterable[str]) -> list[Proposal]:
+    """
+    Return a Proposal for each way in which an effect of `ids` may be added to `fit`, best first.
+
+    Args:
+        likelihood: of the recording.
+        starts: of the effects.
+        fit: where the model stands.
+        ids: effects to try.
+    """
+    model = fit.candidate.model(fit.z)
+    scale = 1.0 / np.sqrt(fit.run.trace.variance)
+    own = coordinate_columns(likelihood, fit)
+    _, prior = fit.candidate.prior(fit.z)
+    residual = fit.run.residual.ravel()
+    trials = [(name, order, number, candidate)
+              for name in ids if name not in fit.candidate.ids and name not in NOT_FITTED
+              for order in (ORDERS if name in PERIODIC else (None,))
+              for number, candidate in enumerate(starts.candidates(name, order))]
+    out = []
+    for name, order, number, candidate in trials:
+        free = [c for c in candidate.coordinates if c.owner == 0]
+        run = fit.run
+        if name in MEMORIES and free[0].start == 0.0:
+            run = likelihood.run(with_effects(model, [
+                {'id': name, **_values(free, TINY)}]), fit.torque)
+        elif name in MEMORIES:
+            out.append(Proposal(name, order, number, math.inf, tuple(map(_parameter, free))))
+            continue
+        probes = _probes(name, order, free, replaced_value(model, name))
+        columns = np.stack([(likelihood.change(run, with_effects(model, [{'id': name, **probe}]))
+                             * scale).ravel() for probe, _ in probes], axis=1)
+        gain, step = _gained(own, prior, columns, residual)
+        sizes = [size for _, size in probes]
+        out.append(Proposal(name, order, number, gain, _started(name, free, step * sizes)))
+    return sorted(out, key=lambda p: -p.gain)
+
+
+def _values(free: Sequence[Any], share: float) -> dict[str, float]:
+    return {c.name: c.start if c.start else share * c.scale for c in free}
+
+
+def _probes(name: str, order: int | None, free: Sequence[Any],
+            value: float | None) -> list[tuple[Mapping[str, float], float]]:
+    """Return [(parameters, size)] of a little of the effect in each direction that is linear."""
+    if name in PHASED:
+        size = A_LITTLE * free[0].scale
+        fixed = {'N': float(order)} if order is not None else {}
+        return [({'A': size, 'phi': phi, **fixed}, size) for phi in (0.0, 0.5 * math.pi)]
+    if value is not None:
+        size = A_LITTLE * free[0].scale
+        return [({free[0].name: value + size}, size)]
+    values = _values(free, A_LITTLE)
+    return [(values, values[free[0].name])]
+
+
+def _started(name: str, free: Sequence[Any], step: Array) -> tuple[FreeParameter, ...]:
+    """Return the coordinates of the effect after the linear `step` of its amplitude."""
+    out = list(map(_parameter, free))
+    if name in PHASED:
+        return tuple(c._replace(start=float(v)) for c, v in zip(out, step))
+    first = out[0]
+    if first.start == 0.0:
+        at = float(np.clip(step[0], -first.scale, first.scale))
+        least = TINY * first.scale  # a memory that is off has no derivative
+        at = math.copysign(max(abs(at), least), at)
+        if not first.low <= at <= first.high:
+            at = least if first.high > 0.0 else -least
+        out[0] = first._replace(start=at)
+    return tuple(out)
+
+
+def _parameter(c: Any) -> FreeParameter:
+    return FreeParameter(c.name, c.start, c.scale, c.low, c.high, c.log)
+
+
+def _gained(own: Array, prior: Array, columns: Array, residual: Array) -> tuple[float, Array]:
+    """Return (gain, step [C]) of `columns` [M, C], with `own` [M, P] and their prior free."""
+    count = own.shape[1]
+    J = np.concatenate([own, columns], axis=1)
+    H, g = J.T @ J, J.T @ residual
+    H[range(count), range(count)] += prior
+    B = np.linalg.lstsq(H[:count, :count], np.column_stack([H[:count, count:], g[:count]]),
+                        rcond=1e-12)[0] if count else np.zeros((0, columns.shape[1] + 1))
+    S = H[count:, count:] - H[:count, count:].T @ B[:, :-1]
+    S[np.diag_indices_from(S)] += RIDGE * np.diag(H)[count:] + 1e-300
+    h = g[count:] - H[:count, count:].T @ B[:, -1]
+    step = np.linalg.solve(S, h)
+    return float(h @ step), -step
+
+
+def joined(starts: Starts, fit: InnovationFit, proposal: Proposal) -> CandidateModel:
+    """
+    Return the candidate of `fit` with the effect of `proposal`, begun where they stand.
+
+    Args:
+        starts: of the effects.
+        fit: the effects so far.
+        proposal: the further one.
+    """
+    single = starts.candidates(proposal.name, proposal.order)[proposal.number]
+    own = [c for c in single.coordinates if c.owner == 0]
+    z = np.zeros(len(single.coordinates))
+    for i, c in enumerate(single.coordinates):
+        if c.owner == 0:
+            value = proposal.start[own.index(c)].start
+            z[i] = math.log(value) if c.log else value
+    return starts.joint([(fit.candidate, fit.z), (single, z)])
+
+
+def begun(candidate: CandidateModel, fit: InnovationFit) -> Array:
+    """Return the start of `candidate` [P] with the nominal values of `fit`."""
+    nominal = {c.name: v for c, v in zip(fit.candidate.coordinates, fit.z) if c.owner < 0}
+    return np.array([nominal.get(c.name, v) if c.owner < 0 else v
+                     for c, v in zip(candidate.coordinates, candidate.start())])

@@ -1,0 +1,181 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Search for the effects whose likelihood is highest: scan, fit, exchange.
+
+Effects are fitted by successive halving: many a little, few to the end. Pairs grow from the best
+single effects by what each lacks most; then each member of the best pair is exchanged, since what
+came first had to bear what is now the other's (stepwise regression with exchange, Miller 2002).
+"""
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+import math
+from typing import TypeVar
+
+import numpy as np
+
+from gearbox_monitor.identification.candidates import CandidateModel, Starts
+from gearbox_monitor.identification.effect_scan import begun, joined, Proposal, scan
+from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
+from gearbox_monitor.identification.innovations import InnovationLikelihood
+from gearbox_monitor.kernels.types import Array
+
+Item = TypeVar('Item')
+Outcome = TypeVar('Outcome')
+
+
+@dataclass(frozen=True)
+class SearchEffort:
+    """
+    How many fits go on, and how far.
+
+    A score test ranks effects by a linear step, which may mistake a strong non-linear one: some
+    screened effects more than can be right. Two starts of an effect are enough after the test.
+    """
+
+    begin: float = 0.05        # torque noise to begin with, of the standard deviation of the torque
+    screened: int = 12         # effects that are fitted a little
+    starts: int = 2            # starts or orders of each
+    rounds: tuple[tuple[int, int], ...] = ((99, 2), (8, 3), (4, 15))  # how many, iterations
+    finished: int = 2          # fits that are finished on short steps
+    bases: int = 4             # single effects that pairs grow from
+    grown: int = 4             # second effects of each
+    exchanges: int = 3
+
+
+EFFORT = SearchEffort()
+
+
+@dataclass(frozen=True)
+class FitTable:
+    """Fits on long steps: without effects, of single ones and of pairs, each best first."""
+
+    none: InnovationFit
+    singles: tuple[InnovationFit, ...]
+    pairs: tuple[InnovationFit, ...] = ()
+    orders: tuple[tuple[str, tuple[int, ...]], ...] = ()
+
+
+class EffectSearch:
+    """
+    The search on one recording: its likelihood, the starts and the ids of the effects.
+
+    jobs: threads; progress(text) is called as it goes on.
+    """
+
+    def __init__(self, likelihood: InnovationLikelihood, starts: Starts, ids: Iterable[str],
+                 jobs: int = 1, progress: Callable[[str], object] = lambda text: None) -> None:
+        self.likelihood, self.starts, self.ids = likelihood, starts, list(ids)
+        self.jobs, self.progress = jobs, progress
+
+    def _map(self, function: Callable[[Item], Outcome], items: Sequence[Item]) -> list[Outcome]:
+        with ThreadPoolExecutor(self.jobs) as pool:
+            return list(pool.map(function, items))
+
+    def score(self, fit: InnovationFit) -> float:
+        """Return the BIC (Schwarz 1978) of `fit`."""
+        return fit.deviance + fit.candidate.n_effect * math.log(self.likelihood.readings)
+
+    def none(self) -> InnovationFit:
+        """Return the fit without effects."""
+        candidate = self.starts.none()
+        torque = np.full(2, EFFORT.begin * max(self.starts.scales.torque, 1e-3))
+        return fitted(self.likelihood, evaluated(self.likelihood, candidate, candidate.start(),
+                                                 torque))
+
+    def _begun(self, fit: InnovationFit, proposal: Proposal) -> InnovationFit:
+        candidate = joined(self.starts, fit, proposal)
+        return evaluated(self.likelihood, candidate, begun(candidate, fit), fit.torque)
+
+    def _halved(self, fits: Sequence[InnovationFit],
+                rounds: Sequence[tuple[int, int]]) -> list[InnovationFit]:
+        """Return `fits` of which the best went on, best first, one of each name."""
+        done: list[InnovationFit] = []
+        racing = list(fits)
+        for survivors, iterations in rounds:
+            racing = sorted(racing, key=self.score)
+            done += racing[survivors:]
+            racing = self._map(lambda f: fitted(self.likelihood, f, iterations),
+                               racing[:survivors])
+        best: dict[str, InnovationFit] = {}
+        for fit in sorted([*racing, *done], key=self.score):
+            best.setdefault(name_of(fit.candidate), fit)
+        return list(best.values())
+
+    def singles(self, none: InnovationFit) -> FitTable:
+        """Return the fits of single effects, `none` the one without."""
+        proposals = scan(self.likelihood, self.starts, none, self.ids)
+        self.progress('screening')
+        chosen = self._chosen(proposals, EFFORT.screened, ('lugre', 'saturation', 'actuator_lag'))
+        begun_fits = self._map(lambda p: self._begun(none, p), chosen)
+        self.progress('fitting')
+        fits = self._halved(begun_fits, EFFORT.rounds)
+        orders: dict[str, list[int]] = {}
+        for p in proposals:
+            if p.order is not None and len(orders.setdefault(p.name, [])) < 3:
+                orders[p.name].append(p.order)
+        return FitTable(none, tuple(fits), (), tuple((k, tuple(v)) for k, v in orders.items()))
+
+    def _chosen(self, proposals: Sequence[Proposal], count: int,
+                always: Sequence[str] = ()) -> list[Proposal]:
+        """Return the best starts of the best `count` effects, and of those `always` chosen."""
+        by_name: dict[str, list[Proposal]] = {}
+        for p in proposals:
+            by_name.setdefault(p.name, []).append(p)
+        names = [name for name in by_name if name not in always]
+        names = names[:count] + [name for name in always if name in by_name]
+        return [p for name in names for p in by_name[name][:EFFORT.starts]]
+
+    def pairs(self, table: FitTable) -> FitTable:
+        """Return the table with pairs that grow from its single effects."""
+        tried: set[str] = set()
+        fits: list[InnovationFit] = []
+        bases = list(table.singles[:EFFORT.bases])
+        for number in range(EFFORT.exchanges + 1):
+            jobs = []
+            for base in bases:
+                tried.add(base.name)
+                proposals = scan(self.likelihood, self.starts, base, self.ids)
+                always = ('lugre', 'saturation', 'actuator_lag') if number == 0 and (
+                    base is bases[0]) else ()
+                jobs += [(base, p) for p in self._chosen(proposals, EFFORT.grown, always)]
+            self.progress('pairs')
+            grown = self._map(lambda job: fitted(self.likelihood, self._begun(*job), 3), jobs)
+            fits = self._halved([*fits, *grown], ((8, 3), (4, 6)))
+            if not fits:
+                break
+            bases = [self.alone(fits[0], i) for i, name in enumerate(fits[0].candidate.ids)
+                     if name not in tried]
+            if not bases:
+                break
+        fits = self._halved(fits, ((3, 15),))
+        return FitTable(table.none, table.singles, tuple(fits), table.orders)
+
+    def alone(self, pair: InnovationFit, i: int) -> InnovationFit:
+        """Return the effect number `i` of `pair`, fitted alone from where the pair stands."""
+        name = pair.candidate.ids[i]
+        single = self.starts.candidates(name, pair.candidate.orders.get(i))[0]
+        values = {(c.owner == i, c.name): v for c, v in zip(pair.candidate.coordinates, pair.z)
+                  if c.owner in (-1, i)}
+        z: Array = np.array([values.get((c.owner == 0, c.name), v)
+                             for c, v in zip(single.coordinates, single.start())])
+        start = evaluated(self.likelihood, single, z, pair.torque)
+        return fitted(self.likelihood, start, 4)
+
+
+def name_of(candidate: CandidateModel) -> str:
+    """Return the ids of `candidate` in the order of the alphabet, joined by '+'."""
+    return '+'.join(sorted(candidate.ids)) or 'none'

@@ -1,0 +1,472 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Kernels of the grey-box likelihood: an EKF of the whole drive, and what its innovations depend on.
+
+The state is that of a simulation: positions and speeds, and the memories of the transmission and
+of effects. Steps are those of plant.batch, composed of the same equations: in LANES, beside the
+estimate, runs one copy of it for each state, a little moved: their differences are the tangent of
+the step. A recording is filtered in GROUPS parts at once, side by side. An encoder that reads late
+is taken into account at the time of which it reads: steps end there.
+
+White torque on motor and arm is the process noise (Kristensen, Madsen and Jorgensen, 2004).
+Sensitivities keep the gains of the filter, as in Bohn's adaptive EKF; by them a moved parameter
+needs steps from the estimates alone, which do not wait for each other.
+"""
+from typing import NamedTuple
+
+from gearbox_monitor.kernels.jit import jit, jit_inline
+from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.plant.batch import (
+    LANES, ON_MOTOR, step_lanes, T, U, without_effects)
+from gearbox_monitor.plant.drive import INVERSE_M1, INVERSE_M2
+from gearbox_monitor.plant.effects.composition import (
+    arm_error, DELAY1, DELAY2, motor_error)
+from gearbox_monitor.plant.simulate import N_STATE, PackedDrive
+import math
+
+GROUPS = 2                   # parts of a recording that are filtered side by side
+WIDTH = LANES // GROUPS      # lanes of one: the estimate, and a moved one for each state
+MOST_STATES = WIDTH - 1
+FARTHEST = 1e6               # rad, beyond which a filter has diverged
+NO_ERROR = (0.0, 0.0, 0.0)
+
+
+class Timeline(NamedTuple):
+    """
+    What happens within a sample, the same in each.
+
+    Q steps: length [Q] s; part [Q] of the sample whose torque acts; ends [Q]: number of the
+    segment that ends with the step, or -1. M segments: span [M] s; reads [M, 2]: 1 where an
+    encoder is read at the end. shift [2]: samples by which a reading comes later than the first
+    sample after the time of which it reads.
+    """
+
+    length: Array
+    part: Integers
+    ends: Integers
+    span: Array
+    reads: Integers
+    shift: Integers
+
+
+class FilterInput(NamedTuple):
+    """
+    What a filter is given.
+
+    y [N, 2] readings, rad; u [N, n] torque of the actuator in parts of a sample, N m; extra [N, 3]
+    torque from outside on motor, arm and in the transmission, N m; dt s; begin, end [C] of the
+    parts that are filtered; variance [2] of the encoders, rad^2; torque [2]: standard deviation
+    of white torque on motor and arm in a sample, N m.
+    """
+
+    y: Array
+    u: Array
+    extra: Array
+    dt: float
+    begin: Integers
+    end: Integers
+    variance: Array
+    torque: Array
+
+
+class FilterStart(NamedTuple):
+    """
+    Where filters begin, A states estimated.
+
+    states [C, N_STATE]; places [A] of what is estimated in them; variance [A]; moves [A]: by how
+    much states are moved for the tangent.
+    """
+
+    states: Array
+    places: Integers
+    variance: Array
+    moves: Array
+
+
+class FilterTrace(NamedTuple):
+    """
+    What a filter leaves behind, step by step, from sample k to k + 1.
+
+    begin [N, M, N_STATE] and end [N, M, A]: states at the begin of each segment, and predicted at
+    its end; tangent [N, M, A, A]; covariance [N, A, A] at the begin of the step. At each reading
+    of the encoders: innovation [N, 2] rad, variance [N, 2] of it, gain [N, 2, A], slope [N, 2] of
+    the reading over the position, position [N, 2] rad and speed [N, 2] rad/s. Where nothing is
+    read, the innovation, gain and slope are 0 and the variance 1.
+    """
+
+    begin: Array
+    end: Array
+    tangent: Array
+    covariance: Array
+    innovation: Array
+    variance: Array
+    gain: Array
+    slope: Array
+    position: Array
+    speed: Array
+
+
+@jit_inline
+def _error(channel: int, e: Array, x: float) -> tuple[float, float, float]:
+    return motor_error(NO_ERROR, e, x) if channel == 0 else arm_error(NO_ERROR, e, x)
+
+
+@jit_inline
+def _noise_of(torque: float, inverse_inertia: float, slope: float, span: float,
+              dt: float) -> float:
+    """Return the variance of the speed after a segment of `span` s, (rad/s)^2."""
+    # Friction damps what the torque has moved: on average over half of the segment.
+    speed = torque * inverse_inertia * 0.5 * (1.0 + slope)
+    return speed * speed * dt * span
+
+
+@jit_inline
+def _predict(F: Array, P: Array, product: Array, span: float, data: FilterInput,
+             drive: PackedDrive) -> None:
+    """Replace P [A, A] by F P F' + Q after a segment of `span` s."""
+    n = F.shape[0]
+    for i in range(n):
+        for j in range(n):
+            total = 0.0
+            for k in range(n):
+                total += F[i, k] * P[k, j]
+            product[i, j] = total
+    for i in range(n):
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(n):
+                total += product[i, k] * F[j, k]
+            P[i, j] = total
+            P[j, i] = total
+    for side in range(2):
+        inverse = drive.p[INVERSE_M1] if side == 0 else drive.p[INVERSE_M2]
+        v = _noise_of(data.torque[side], inverse, F[2 + side, 2 + side], span, data.dt)
+        P[2 + side, 2 + side] += v
+        P[side, 2 + side] += 0.5 * v * span
+        P[2 + side, side] += 0.5 * v * span
+        P[side, side] += v * span * span / 3.0
+
+
+@jit_inline
+def _correct(P: Array, channel: int, slope: float, variance: float, gain: Array) -> float:
+    """Fill in gain [A] of a reading and take it into P [A, A]; return its variance."""
+    n = P.shape[0]
+    s = variance + slope * slope * P[channel, channel]
+    for i in range(n):
+        gain[i] = P[i, channel] * slope / s
+    for i in range(n):
+        for j in range(i + 1):
+            P[i, j] -= gain[i] * gain[j] * s
+            P[j, i] = P[i, j]
+    return s
+
+
+@jit
+def filtered(drive: PackedDrive, timeline: Timeline, data: FilterInput, start: FilterStart,
+             s: Array, room: Array, trace: FilterTrace) -> float:
+    """
+    Filter a recording.
+
+    Args:
+        drive: PackedDrive.
+        timeline: Timeline of its encoders.
+        data: FilterInput.
+        start: FilterStart.
+        s: room to work in [N_LANE_STATE].
+        room: room to work in [GROUPS + 1, MOST_STATES + N_STATE, A], the first rows covariances,
+            the last one of each group the state.
+        trace: is filled in.
+
+    Returns:
+        -2 log L, less what it is for white readings as they are expected; infinite where the
+        filter diverges.
+    """
+    p, e = drive.p, drive.e
+    places, moves = start.places, start.moves
+    n, last = len(places), len(data.begin) - 1
+    plain = without_effects(p, e)
+    result = 0.0
+    product = room[GROUPS, :n, :n]
+    for pair in range(0, last + 1, GROUPS):
+        steps = 0
+        for g in range(GROUPS):
+            c = min(pair + g, last)
+            steps = max(steps, data.end[c] - data.begin[c] - 1)
+            for i in range(N_STATE):
+                room[g, n + i, 0] = start.states[c, i]
+            for i in range(n):
+                for j in range(n):
+                    room[g, i, j] = start.variance[i] if i == j else 0.0
+        for k in range(steps + 1):
+            for g in range(GROUPS):
+                c = min(pair + g, last)
+                at = min(data.begin[c] + k, data.end[c] - 1)
+                if data.begin[c] + k < data.end[c] and pair + g <= last:
+                    for i in range(N_STATE):
+                        trace.begin[at, 0, i] = room[g, n + i, 0]
+                    for i in range(n):
+                        for j in range(n):
+                            trace.covariance[at, i, j] = room[g, i, j]
+                for i in range(WIDTH * g, WIDTH * (g + 1)):
+                    s[T + i] = at * data.dt
+                    for j in range(3):
+                        s[ON_MOTOR + LANES * j + i] = data.extra[at, j]
+                _spread(g, n, room, places, moves, s)
+            if k == steps:
+                break
+            for q in range(len(timeline.length)):
+                for g in range(GROUPS):
+                    c = min(pair + g, last)
+                    at = min(data.begin[c] + k, data.end[c] - 1)
+                    for i in range(WIDTH * g, WIDTH * (g + 1)):
+                        s[U + i] = data.u[at, timeline.part[q]]
+                step_lanes(s, timeline.length[q], plain, p, e)
+                m = timeline.ends[q]
+                if m < 0:
+                    continue
+                for g in range(GROUPS):
+                    c = min(pair + g, last)
+                    at = data.begin[c] + k
+                    if at >= data.end[c] - 1 or pair + g > last:
+                        continue
+                    base = WIDTH * g
+                    F = trace.tangent[at, m]
+                    for i in range(n):
+                        row = LANES * places[i] + base
+                        for j in range(n):
+                            F[i, j] = (s[row + 1 + j] - s[row]) / moves[j]
+                        trace.end[at, m, i] = s[row]
+                    for i in range(N_STATE):
+                        room[g, n + i, 0] = s[LANES * i + base]
+                    if not abs(s[base]) < FARTHEST or not abs(s[LANES + base]) < FARTHEST:
+                        return math.inf
+                    _predict(F, room[g, :n, :n], product, timeline.span[m], data, drive)
+                    for channel in range(2):
+                        reading = at + 1 + timeline.shift[channel]
+                        if timeline.reads[m, channel] == 0 or reading >= data.end[c]:
+                            continue
+                        x = room[g, n + channel, 0]
+                        error, slope, _ = _error(channel, e, x)
+                        slope += 1.0
+                        trace.position[at, channel] = x
+                        trace.speed[at, channel] = room[g, n + 2 + channel, 0]
+                        trace.slope[at, channel] = slope
+                        gain = trace.gain[at, channel]
+                        variance = _correct(room[g, :n, :n], channel, slope,
+                                            data.variance[channel], gain)
+                        innovation = data.y[reading, channel] - x - error
+                        for i in range(n):
+                            room[g, n + places[i], 0] += gain[i] * innovation
+                        trace.innovation[at, channel] = innovation
+                        trace.variance[at, channel] = variance
+                        result += (innovation * innovation / variance - 1.0
+                                   + math.log(variance / data.variance[channel]))
+                    if m < len(timeline.span) - 1:
+                        for i in range(N_STATE):
+                            trace.begin[at, m + 1, i] = room[g, n + i, 0]
+                        _spread(g, n, room, places, moves, s)
+    return result if math.isfinite(result) else math.inf
+
+
+@jit_inline
+def _spread(g: int, n: int, room: Array, places: Integers, moves: Array, s: Array) -> None:
+    """Put the state of the group `g` into its lanes, one of them moved for each state."""
+    for i in range(N_STATE):
+        for j in range(WIDTH):
+            s[LANES * i + WIDTH * g + j] = room[g, n + i, 0]
+    for j in range(n):
+        s[LANES * places[j] + WIDTH * g + 1 + j] += moves[j]
+
+
+@jit
+def sensitivity(drives: tuple[PackedDrive, PackedDrive], timeline: Timeline, data: FilterInput,
+                places: Integers, s: Array, trace: FilterTrace, ends: Array,
+                change: Array) -> None:
+    """
+    Find the change of the innovations by a little change of the drive, the gains as they are.
+
+    Args:
+        drives: the drive that was filtered, and the changed one.
+        timeline: of the first.
+        data: FilterInput, with the torque of the actuator of the changed drive.
+        places: of the states that are estimated [A].
+        s: room to work in [N_LANE_STATE].
+        trace: FilterTrace of the first drive.
+        ends: room to work in [N, M, A].
+        change: is filled in [N, 2], rad.
+    """
+    drive = drives[1]
+    p, e = drive.p, drive.e
+    n = len(places)
+    plain = without_effects(p, e)
+    for c in range(len(data.begin)):
+        for first in range(data.begin[c], data.end[c] - 1, LANES):
+            elapsed, m = 0.0, -1
+            for q in range(len(timeline.length)):
+                if q == 0 or timeline.ends[q - 1] >= 0:
+                    m += 1
+                    for i in range(LANES):
+                        at = min(first + i, data.end[c] - 2)
+                        for j in range(N_STATE):
+                            s[LANES * j + i] = trace.begin[at, m, j]
+                        s[T + i] = at * data.dt + elapsed
+                        for j in range(3):
+                            s[ON_MOTOR + LANES * j + i] = data.extra[at, j]
+                for i in range(LANES):
+                    s[U + i] = data.u[min(first + i, data.end[c] - 2), timeline.part[q]]
+                step_lanes(s, timeline.length[q], plain, p, e)
+                elapsed += timeline.length[q]
+                if timeline.ends[q] >= 0:
+                    for i in range(min(LANES, data.end[c] - 1 - first)):
+                        for j in range(n):
+                            ends[first + i, m, j] = (s[LANES * places[j] + i]
+                                                     - trace.end[first + i, m, j])
+    _along(drives, timeline, data, trace, ends, s[:2 * n], change)
+
+
+@jit
+def _along(drives: tuple[PackedDrive, PackedDrive], timeline: Timeline, data: FilterInput,
+           trace: FilterTrace, ends: Array, room: Array, change: Array) -> None:
+    """Fill in change [N, 2] of the innovations by changes `ends` [N, M, A] of each segment."""
+    n = ends.shape[2]
+    d, moved = room[:n], room[n:]
+    delays = (drives[1].e[DELAY1] - drives[0].e[DELAY1],
+              drives[1].e[DELAY2] - drives[0].e[DELAY2])
+    for c in range(len(data.begin)):
+        for i in range(n):
+            d[i] = 0.0
+        for at in range(data.begin[c], data.end[c] - 1):
+            for m in range(len(timeline.span)):
+                F = trace.tangent[at, m]
+                for i in range(n):
+                    total = ends[at, m, i]
+                    for j in range(n):
+                        total += F[i, j] * d[j]
+                    moved[i] = total
+                for i in range(n):
+                    d[i] = moved[i]
+                for channel in range(2):
+                    if timeline.reads[m, channel] == 0:
+                        continue
+                    slope = trace.slope[at, channel]
+                    if slope == 0.0:
+                        continue
+                    x = trace.position[at, channel]
+                    reading = (_error(channel, drives[1].e, x)[0]
+                               - _error(channel, drives[0].e, x)[0]
+                               + slope * (d[channel] - delays[channel] * trace.speed[at, channel]))
+                    change[at, channel] = -reading
+                    for i in range(n):
+                        d[i] -= trace.gain[at, channel, i] * reading
+
+
+@jit
+def with_noise(drive: PackedDrive, timeline: Timeline, data: FilterInput, start: FilterStart,
+               trace: FilterTrace, room: Array, change: Array, variance: Array) -> float:
+    """
+    Find innovations under other noise, to first order: by the tangents of a filter that was run.
+
+    Args:
+        drive: PackedDrive that was filtered.
+        timeline: its Timeline.
+        data: FilterInput with the other noise.
+        start: FilterStart.
+        trace: FilterTrace of the run.
+        room: room to work in [2 A + 3, A].
+        change: of the innovations, is filled in [N, 2], rad.
+        variance: of the innovations, is filled in [N, 2], rad^2.
+
+    Returns:
+        -2 log L as filtered() counts it.
+    """
+    n = len(start.places)
+    P, product = room[:n], room[n:2 * n]
+    d, moved, gain = room[2 * n], room[2 * n + 1], room[2 * n + 2]
+    result = 0.0
+    for c in range(len(data.begin)):
+        for i in range(n):
+            d[i] = 0.0
+            for j in range(n):
+                P[i, j] = start.variance[i] if i == j else 0.0
+        for at in range(data.begin[c], data.end[c] - 1):
+            for m in range(len(timeline.span)):
+                F = trace.tangent[at, m]
+                for i in range(n):
+                    total = 0.0
+                    for j in range(n):
+                        total += F[i, j] * d[j]
+                    moved[i] = total
+                for i in range(n):
+                    d[i] = moved[i]
+                _predict(F, P, product, timeline.span[m], data, drive)
+                for channel in range(2):
+                    if timeline.reads[m, channel] == 0:
+                        continue
+                    slope = trace.slope[at, channel]
+                    if slope == 0.0:
+                        continue
+                    v = _correct(P, channel, slope, data.variance[channel], gain)
+                    old = trace.innovation[at, channel]
+                    new = old - slope * d[channel]
+                    for i in range(n):
+                        d[i] += gain[i] * new - trace.gain[at, channel, i] * old
+                    change[at, channel], variance[at, channel] = new - old, v
+                    result += new * new / v - 1.0 + math.log(v / data.variance[channel])
+    return result if math.isfinite(result) else math.inf
+
+
+@jit
+def smoothed(timeline: Timeline, data: FilterInput, places: Integers, trace: FilterTrace,
+             room: Array, states: Array) -> None:
+    """
+    Smooth what was filtered, by the adjoint recursion of Bryson and Frazier (1963).
+
+    Args:
+        timeline: Timeline of the run.
+        data: its FilterInput.
+        places: of the states that were estimated [A].
+        trace: its FilterTrace.
+        room: room to work in [2 A].
+        states: smoothed states [N, N_STATE], filled in within the parts that were filtered.
+    """
+    n = len(places)
+    adjoint, moved = room[:n], room[n:2 * n]
+    for c in range(len(data.begin)):
+        for i in range(n):
+            adjoint[i] = 0.0
+        for at in range(data.end[c] - 1, data.begin[c] - 1, -1):
+            if at < data.end[c] - 1:
+                for m in range(len(timeline.span) - 1, -1, -1):
+                    for channel in range(1, -1, -1):
+                        slope = trace.slope[at, channel]
+                        if timeline.reads[m, channel] == 0 or slope == 0.0:
+                            continue
+                        total = trace.innovation[at, channel] / trace.variance[at, channel]
+                        for i in range(n):
+                            total -= trace.gain[at, channel, i] * adjoint[i]
+                        adjoint[channel] += slope * total
+                    for j in range(n):
+                        total = 0.0
+                        for i in range(n):
+                            total += trace.tangent[at, m, i, j] * adjoint[i]
+                        moved[j] = total
+                    for j in range(n):
+                        adjoint[j] = moved[j]
+            for i in range(N_STATE):
+                states[at, i] = trace.begin[at, 0, i]
+            for i in range(n):
+                for j in range(n):
+                    states[at, places[i]] += trace.covariance[at, i, j] * adjoint[j]

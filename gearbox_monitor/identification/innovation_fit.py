@@ -1,0 +1,182 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Maximum likelihood of a candidate by its innovations.
+
+Levenberg-Marquardt on whitened innovations, coordinates and logarithms of the torque noise in one
+Fisher step; the exact likelihood accepts it. The noise anneals by itself: it is large where the
+model is wrong. One start is enough for most effects, that without it.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearbox_monitor.identification.candidates import CandidateModel
+from gearbox_monitor.identification.innovations import Filtered, InnovationLikelihood
+from gearbox_monitor.identification.likelihood import damped_solve
+from gearbox_monitor.kernels.types import Array
+
+LEAST, MOST = 2e-5, 50.0     # torque noise, N m rms in a sample
+FAR = 2.0                    # change of the logarithm of the noise in a step
+LOG_STEP = 0.05              # of finite differences in that logarithm
+COORDINATE_STEP = 0.1        # of the steps of a candidate: a single sample is nearly linear
+REACH = 3.0                  # a step is not longer than so many times value or scale
+LOG_REACH = 1.5              # the same of coordinates that are logarithms
+FACTORS = (16.0, 4.0, 1.5)   # by which the noise is tried
+ATTEMPTS = 5                 # dampings that a step tries
+
+
+@dataclass(frozen=True)
+class InnovationFit:
+    """
+    Where the fit of a candidate stands.
+
+    z [P] coordinates; torque [2] noise on motor and arm, N m; deviance: -2 log L with the prior,
+    as InnovationLikelihood counts it; run: of the filter.
+    """
+
+    candidate: CandidateModel
+    z: Array
+    torque: Array
+    deviance: float
+    run: Filtered
+
+    @property
+    def name(self) -> str:
+        """Ids joined by '+'."""
+        return self.candidate.name
+
+
+def evaluated(likelihood: InnovationLikelihood, candidate: CandidateModel, z: Array,
+              torque: Array) -> InnovationFit:
+    """
+    Return the InnovationFit at a point.
+
+    Args:
+        likelihood: of the recording.
+        candidate: model with its coordinates.
+        z: coordinates [P].
+        torque: noise [2] on motor and arm, N m rms in a sample.
+    """
+    run = likelihood.run(candidate.model(z), torque)
+    return InnovationFit(candidate, z, torque, run.deviance + candidate.penalty(z), run)
+
+
+def annealed(likelihood: InnovationLikelihood, fit: InnovationFit) -> Array:
+    """Return the torque noise [2] that is likeliest at `fit`, by its tangents."""
+    torque, deviance = fit.torque, fit.run.deviance
+    for sides in ([0, 1], [0], [1]):
+        for factor in FACTORS:
+            for sign in (-1.0, 1.0):
+                improved = True
+                while improved:
+                    trial = torque.copy()
+                    trial[sides] = np.clip(trial[sides] * factor ** sign, LEAST, MOST)
+                    value = np.inf if (trial == torque).all() else likelihood.with_noise(
+                        fit.run, trial)[0]
+                    improved = value < deviance - 0.02
+                    if improved:
+                        torque, deviance = trial, value
+    return torque
+
+
+def coordinate_columns(likelihood: InnovationLikelihood, fit: InnovationFit) -> Array:
+    """Return the derivatives of whitened innovations [2 N, P] by the coordinates of `fit`."""
+    candidate, z = fit.candidate, fit.z
+    steps = COORDINATE_STEP * candidate.steps()
+    scale = 1.0 / np.sqrt(fit.run.trace.variance)
+    columns = np.empty((scale.size, len(z)))
+    for i, step in enumerate(steps):
+        moved = z.copy()
+        moved[i] += step
+        if candidate.bounded(moved)[i] != moved[i]:
+            step = -step
+            moved[i] = z[i] + step
+        change = likelihood.change(fit.run, candidate.model(moved))
+        columns[:, i] = (change * scale).ravel() / step
+    columns[~np.isfinite(columns)] = 0.0
+    return columns
+
+
+def _noise_columns(likelihood: InnovationLikelihood, fit: InnovationFit) -> tuple[Array, Array]:
+    """Return derivatives of whitened innovations and of log variances [2 N, 2] by log noise."""
+    trace = fit.run.trace
+    scale = 1.0 / np.sqrt(trace.variance)
+    means, spreads = np.empty((2, scale.size, 2))
+    for i in range(2):
+        torque = fit.torque.copy()
+        torque[i] *= np.exp(LOG_STEP)
+        _, innovation, variance = likelihood.with_noise(fit.run, torque)
+        means[:, i] = ((innovation - trace.innovation) * scale).ravel() / LOG_STEP
+        spreads[:, i] = np.log(variance / trace.variance).ravel() / LOG_STEP
+    return means, spreads
+
+
+def fitted(likelihood: InnovationLikelihood, fit: InnovationFit, iterations: int = 12,
+           tolerance: float = 0.5) -> InnovationFit:
+    """
+    Return `fit` as it is likelier.
+
+    Args:
+        likelihood: of the recording.
+        fit: where it begins.
+        iterations: largest number of iterations.
+        tolerance: gain in -2 log L below which it stops.
+    """
+    damping = 1e-4
+    for _ in range(iterations):
+        torque = annealed(likelihood, fit)
+        before = fit.deviance
+        if (torque != fit.torque).any():
+            moved = evaluated(likelihood, fit.candidate, fit.z, torque)
+            fit = moved if moved.deviance < fit.deviance else fit
+        fit, damping = _step(likelihood, fit, damping)
+        if before - fit.deviance < tolerance:
+            break
+    return fit
+
+
+def _step(likelihood: InnovationLikelihood, fit: InnovationFit,
+          damping: float) -> tuple[InnovationFit, float]:
+    """Return `fit` after a Fisher step on coordinates and noise, and the damping of the next."""
+    candidate, count = fit.candidate, len(fit.z)
+    read = fit.run.trace.slope.ravel() != 0.0
+    residual = fit.run.residual.ravel()
+    means, spreads = _noise_columns(likelihood, fit)
+    J = np.concatenate([coordinate_columns(likelihood, fit), means], axis=1)
+    pull, weight = candidate.prior(fit.z)
+    H = J.T @ J
+    H[count:, count:] += 0.5 * spreads.T @ spreads
+    H[range(count), range(count)] += weight
+    g = J.T @ residual
+    g[count:] += 0.5 * spreads.T @ (read - residual ** 2)
+    g[:count] += pull
+    at_least = (fit.torque <= LEAST * 1.001) & (g[count:] > 0.0)
+    free = np.array([*range(count), *(count + np.flatnonzero(~at_least))], int)
+    if not len(free):
+        return fit, damping
+    log = np.array([c.log for c in candidate.coordinates], bool)
+    scale = np.array([c.scale for c in candidate.coordinates])
+    for _ in range(ATTEMPTS):
+        step = np.zeros(count + 2)
+        step[free] = -damped_solve(H[np.ix_(free, free)], g[free], damping)
+        reach = np.where(log, LOG_REACH, REACH * np.maximum(np.abs(fit.z), scale))
+        z = candidate.bounded(fit.z + np.clip(step[:count], -reach, reach))
+        torque = np.clip(fit.torque * np.exp(np.clip(step[count:], -FAR, FAR)), LEAST, MOST)
+        trial = evaluated(likelihood, candidate, z, torque)
+        if trial.deviance < fit.deviance - 1e-3:
+            return trial, max(0.1 * damping, 1e-9)
+        damping = max(20.0 * damping, 1e-3)
+    return fit, 1e-2

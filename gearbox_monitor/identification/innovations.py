@@ -1,0 +1,231 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The grey-box likelihood of a recording: innovations of an EKF of the drive with torque noise.
+
+-2 log L is exact for the filter (Kristensen, Madsen and Jorgensen, 2004). White torque on motor and
+arm, of a size that the likelihood itself finds, bears what a model does not explain: the filter
+follows the drive however wrong the model is, and the torque vanishes as the model becomes right.
+"""
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from gearbox_monitor.identification import innovation_filter as kernels
+from gearbox_monitor.identification.innovation_filter import (
+    FilterInput, FilterStart, FilterTrace, Timeline)
+from gearbox_monitor.identification.shooting import Simulator
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant import effects
+from gearbox_monitor.plant.batch import N_LANE_STATE
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
+from gearbox_monitor.plant.effects.composition import DELAY1, DELAY2
+from gearbox_monitor.plant.simulate import N_STATE, PackedDrive
+from gearbox_monitor.quality.recording import UniformRecording
+
+BEGIN = 0.04        # s of readings from which the states at the begin of a part are taken
+SPEED_ERROR = 0.3   # rad/s, by which a speed from so few readings may be off at least
+MOVES = (1e-6, 1e-6, 1e-5, 1e-5)  # rad and rad/s, by which states are moved for the tangent
+MEMORY_MOVE = 1e-5  # of the size of a memory
+ONCE = 1e-6         # of a sample: events that are as close happen at once
+
+
+@dataclass(frozen=True)
+class Filtered:
+    """A filter that was run: under which DriveModel, -2 log L, and what it leaves behind."""
+
+    model: DriveModel
+    drive: PackedDrive
+    timeline: Timeline
+    data: FilterInput
+    start: FilterStart
+    trace: FilterTrace
+    deviance: float
+
+    @property
+    def torque(self) -> Array:
+        """Torque noise [2] on motor and arm, N m rms in a sample."""
+        return self.data.torque
+
+    @property
+    def residual(self) -> Array:
+        """Innovations [N, 2] in their standard deviations, 0 where nothing was read."""
+        return self.trace.innovation / np.sqrt(self.trace.variance)
+
+
+class InnovationLikelihood:
+    """
+    Likelihood of models for the parts `spans` of a Recording, noise `sigma` [2] rad.
+
+    Each part is halved: the halves are filtered side by side. coarse: on larger steps.
+    """
+
+    def __init__(self, recording: UniformRecording, model: DriveModel, sigma: Array,
+                 spans: Sequence[slice], coarse: bool = False) -> None:
+        self.simulator = Simulator(recording, model, coarse)
+        self.recording, self.nominal = recording, model
+        self.variance = np.asarray(sigma, float) ** 2
+        ends = [k for span in spans for k in (span.start, (span.start + span.stop) // 2)]
+        self.begin = np.array(ends)
+        self.end = np.array([*ends[1:], 0])
+        self.end[1::2] = [span.stop for span in spans]
+        self.y = np.ascontiguousarray(recording.y)
+        self._states = np.zeros((len(ends), N_STATE))
+        begin_variance = self.variance
+        self._lanes = np.zeros(N_LANE_STATE)
+        count = max(4, round(BEGIN / recording.dt))
+        for c, k in enumerate(self.begin):
+            t = (np.arange(min(count, self.end[c] - k))) * recording.dt
+            line = np.polyfit(t, self.y[k:k + len(t)], 2)
+            self._states[c, :2], self._states[c, 2:4] = line[2], line[1]
+            off = self.y[k:k + len(t)] - np.stack([np.polyval(row, t) for row in line.T], axis=1)
+            begin_variance = np.maximum(begin_variance, (off * off).mean(axis=0))
+        # The same of all parts: a motion that no parabola follows may begin anywhere.
+        self._variance = np.concatenate([
+            4.0 * begin_variance + 1e-10,
+            SPEED_ERROR ** 2 + begin_variance / (0.25 * BEGIN) ** 2])
+
+    @property
+    def readings(self) -> int:
+        """Number of readings that count."""
+        return int((self.end - self.begin - 1).sum()) * len(self.recording.channels)
+
+    def _start(self, model: DriveModel) -> FilterStart:
+        places, moves = [0, 1, 2, 3], list(MOVES)
+        variance = self._variance.tolist()
+        sizes = {0: model.transmission.half_gap} if model.transmission.kind in (
+            'play', 'passive_play') else {}
+        for effect in model.effects:
+            if effect['id'] in MEMORIES:
+                begins = EFFECTS[effect['id']].memory_starts
+                sizes[MEMORIES[effect['id']]] = max(begins) if begins else (
+                    model.coulomb_friction / effect['sigma0'])
+        for place, size in sizes.items():
+            places.append(4 + place)
+            moves.append(MEMORY_MOVE * size)
+            variance.append(size * size)
+        return FilterStart(self._states, np.array(places), np.array(variance), np.array(moves))
+
+    def run(self, model: DriveModel, torque: Array) -> Filtered:
+        """
+        Return the Filtered recording under `model` with torque noise `torque` [2].
+
+        Args:
+            model: model of the drive.
+            torque: noise of the torque on motor and arm, N m rms in a sample.
+        """
+        drive = PackedDrive(model.pack(), effects.pack(model.effects), np.zeros(0))
+        start = self._start(model)
+        parts = timeline(drive.e, self.recording.dt, self.simulator.n, self.recording.channels)
+        data = FilterInput(self.y, self.simulator.acting(drive.e), self.simulator.extra,
+                           self.recording.dt, self.begin, self.end, self.variance,
+                           np.asarray(torque, float))
+        n, states, segments = len(self.y), len(start.places), len(parts.span)
+        trace = FilterTrace(
+            np.empty((n, segments, N_STATE)), np.empty((n, segments, states)),
+            np.empty((n, segments, states, states)), np.empty((n, states, states)),
+            np.zeros((n, 2)), np.ones((n, 2)), np.zeros((n, 2, states)), np.zeros((n, 2)),
+            np.zeros((n, 2)), np.zeros((n, 2)))
+        room = np.zeros((kernels.GROUPS + 1, states + N_STATE, states))
+        deviance = kernels.filtered(drive, parts, data, start, self._lanes.copy(), room, trace)
+        return Filtered(model, drive, parts, data, start, trace, deviance)
+
+    def change(self, run: Filtered, model: DriveModel) -> Array:
+        """
+        Return the change [N, 2] (rad) of the innovations if `model` is a little another one.
+
+        Args:
+            run: filter that was run.
+            model: a model next to that of the run.
+        """
+        drive = PackedDrive(model.pack(), effects.pack(model.effects), np.zeros(0))
+        out = np.zeros_like(self.y)
+        kernels.sensitivity(
+            (run.drive, drive), run.timeline,
+            run.data._replace(u=self.simulator.acting(drive.e)), run.start.places,
+            self._lanes.copy(), run.trace, np.empty_like(run.trace.end), out)
+        return out
+
+    def with_noise(self, run: Filtered, torque: Array) -> tuple[float, Array, Array]:
+        """
+        Return (-2 log L, innovations [N, 2], their variance [N, 2]) of `run` under other noise.
+
+        To first order: without another run.
+
+        Args:
+            run: filter that was run.
+            torque: noise of the torque on motor and arm, N m rms in a sample.
+        """
+        n = len(run.start.places)
+        change, variance = np.zeros_like(self.y), np.ones_like(self.y)
+        deviance = kernels.with_noise(
+            run.drive, run.timeline, run.data._replace(torque=np.asarray(torque, float)),
+            run.start, run.trace, np.zeros((2 * n + 3, n)), change, variance)
+        return deviance, run.trace.innovation + change, variance
+
+    def smoothed(self, run: Filtered) -> Array:
+        """Return the smoothed states [N, N_STATE] of `run`, NaN outside of its parts."""
+        states = np.full((len(self.y), N_STATE), np.nan)
+        kernels.smoothed(run.timeline, run.data, run.start.places, run.trace,
+                         np.zeros(2 * len(run.start.places)), states)
+        return states
+
+    def with_sigma(self, sigma: Array) -> 'InnovationLikelihood':
+        """Return the same for other noise `sigma` [2] of the encoders, rad."""
+        return InnovationLikelihood(
+            self.recording, self.nominal, sigma,
+            [slice(a, b) for a, b in zip(self.begin[::2], self.end[1::2])])
+
+
+def timeline(e: Array, dt: float, parts: int, channels: Sequence[int]) -> Timeline:
+    """
+    Return the Timeline of a sample.
+
+    Args:
+        e: packed effects.
+        dt: length of a sample, s.
+        parts: number of parts of a sample in each of which the torque is constant.
+        channels: encoders that are read.
+    """
+    late = np.array([e[DELAY1], e[DELAY2]]) / dt
+    shift = np.floor(late + ONCE)
+    at = 1.0 - np.clip(late - shift, 0.0, None)
+    at[at > 1.0 - ONCE] = 1.0
+    segments: list[float] = []
+    for end in sorted({*at[list(channels)].tolist(), 1.0}):
+        if not segments or end > segments[-1] + ONCE:
+            segments.append(end)
+    reads = np.zeros((len(segments), 2), np.int64)
+    for channel in channels:
+        reads[int(np.argmin(np.abs(np.array(segments) - at[channel]))), channel] = 1
+    length, part, ends = [], [], []
+    edges = sorted({*segments, *(np.arange(1, parts + 1) / parts).tolist()})
+    begin = 0.0
+    for edge in edges:
+        m = next((i for i, end in enumerate(segments) if abs(edge - end) < ONCE), -1)
+        if edge < begin + ONCE:
+            if m >= 0:
+                ends[-1] = m
+            continue
+        length.append((edge - begin) * dt)
+        part.append(min(parts - 1, math.floor(0.5 * (begin + edge) * parts)))
+        ends.append(m)
+        begin = edge
+    span = np.diff([0.0, *segments]) * dt
+    return Timeline(np.array(length), np.array(part), np.array(ends), span, reads,
+                    shift.astype(np.int64))
