@@ -18,13 +18,14 @@ from collections.abc import Callable, Sequence
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import coloured_noise
 from gearbox_monitor.identification.adequacy import incomplete, leaves_more_than_noise, on_all
+from gearbox_monitor.identification.innovation_selection import (
+    decide_by_innovations, suits_innovations)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.selection import decide, finer
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.verdict import DiagnosisVerdict, location_of, report
-from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.quality.recording import concatenated, UniformRecording
@@ -64,23 +65,26 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
                          'at least one')
     sigma, quantum = noise_floor(recording, model)
 
-    def searched(sigma: Array, phi: Array | None = None) -> Search:
-        """Return the fits of all candidates under noise `sigma` with correlation `phi`."""
-        search = Search(recording, model, sigma, ids, jobs, progress, phi)
+    search = Search(recording, model, sigma, ids, jobs, progress)
+    rough = bool((quantum > ROUGH * sigma).any())
+    by_innovations = suits_innovations(search)
+    if by_innovations:
+        fitted, kind = decide_by_innovations(search, rough)
+    else:
         search.none_and_singles()
-        return search
-    search = searched(sigma)
-    fitted = min(search.fitted.values(), key=lambda f: f.score)
-    if (recording.motor is None and (quantum <= QUANTISED * sigma).all()
+        fitted, kind = min(search.fitted.values(), key=lambda f: f.score), ''
+    if (kind in ('unknown', '') and recording.motor is None
+            and (quantum <= QUANTISED * sigma).all()
             and leaves_more_than_noise(
                 search, fitted)):  # where one effect leaves white noise, it is white
         lasts = coloured_noise.measure(search, fitted)
         if lasts is not None:
-            search = searched(*lasts)
+            search = Search(recording, model, lasts[0], ids, jobs, progress, lasts[1])
+            search.none_and_singles()
             coloured_noise.settle(search)
-            sigma = search.long.sigma
-    rough = bool((quantum > ROUGH * sigma).any())
-    fitted, kind = decide(search, rough)
+            sigma, kind, by_innovations = search.long.sigma, '', False
+    if not kind:
+        fitted, kind = decide(search, rough)
 
     def inadequate(candidate_fit: CandidateFit) -> bool:
         """Return whether `candidate_fit` leaves more than noise on all windows."""
@@ -90,7 +94,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         fitted = finer(search, fitted, inadequate)
     refit_on_all = judged and inadequate(fitted)
     if refit_on_all:
-        fitted, kind = decided_on_all(search)
+        fitted, kind = decided_on_all(search, by_innovations)
     lattices = [name for i, name in enumerate(LATTICES)
                 if quantum[i] > QUANTISED * sigma[i] and search.long.weighing is None]
     steps = next((name for name in lattices if kind == 'none' and name in exclude), None)
@@ -106,18 +110,22 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     return verdict
 
 
-def decided_on_all(search: Search) -> tuple[CandidateFit, str]:
+def decided_on_all(search: Search, by_innovations: bool) -> tuple[CandidateFit, str]:
     """
-    Return what decide() does where no window is held out; they are again, afterwards.
+    Return the decision where no window is held out; they are again, afterwards.
 
     Args:
         search: fits of all candidates to one recording.
+        by_innovations: whether innovations find the candidates.
     """
     train = search.long.train.copy()
     search.long.train[:] = True
     search.fitted.clear()
-    search.none_and_singles()
-    decision = decide(search)
+    if by_innovations:
+        decision = decide_by_innovations(search, whole=True)
+    else:
+        search.none_and_singles()
+        decision = decide(search)
     search.long.train[:] = train
     return decision
 

@@ -66,7 +66,7 @@ class FitTable:
     none: InnovationFit
     singles: tuple[InnovationFit, ...]
     pairs: tuple[InnovationFit, ...] = ()
-    orders: tuple[tuple[str, tuple[int, ...]], ...] = ()
+    orders: tuple[tuple[str, list[int]], ...] = ()
 
 
 class EffectSearch:
@@ -127,7 +127,7 @@ class EffectSearch:
         for p in proposals:
             if p.order is not None and len(orders.setdefault(p.name, [])) < 3:
                 orders[p.name].append(p.order)
-        return FitTable(none, tuple(fits), (), tuple((k, tuple(v)) for k, v in orders.items()))
+        return FitTable(none, tuple(fits), (), tuple(orders.items()))
 
     def _chosen(self, proposals: Sequence[Proposal], count: int,
                 always: Sequence[str] = ()) -> list[Proposal]:

@@ -124,6 +124,7 @@ class Search:
         self._pool = ThreadPoolExecutor(jobs)
         self._done, self._total = 0, 1
         self.fitted: dict[str, CandidateFit] = {}
+        self.short_none: likelihood.FitPoint | None = None
         self._orders: dict[str, list[int]] = {}
 
     # ------------------------------------------------------------------ helpers
@@ -150,6 +151,16 @@ class Search:
                            f'{text} {name}' + (f', best {leader}' if leader else ''))
             return out
         return list(self._pool.map(one, items))
+
+    def report(self, text: str) -> None:
+        """Report that `text` is under way."""
+        self._total += 1
+        self._done += 1
+        self._progress(self._done, self._total, text)
+
+    def use_orders(self, orders: dict[str, list[int]]) -> None:
+        """Take over {id: orders N, best first} of periodic effects."""
+        self._orders.update(orders)
 
     @property
     def half_gap(self) -> float:
