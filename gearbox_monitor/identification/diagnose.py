@@ -86,9 +86,13 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     if not kind:
         fitted, kind = decide(search, rough)
 
+    verdicts: dict[int, tuple[CandidateFit, bool]] = {}
+
     def inadequate(candidate_fit: CandidateFit) -> bool:
-        """Return whether `candidate_fit` leaves more than noise on all windows."""
-        return incomplete(*on_all(search, candidate_fit))
+        """Return whether `candidate_fit` leaves more than noise on all windows, judged once."""
+        if id(candidate_fit) not in verdicts:
+            verdicts[id(candidate_fit)] = candidate_fit, incomplete(*on_all(search, candidate_fit))
+        return verdicts[id(candidate_fit)][1]
     judged = kind != 'unknown' and not rough
     if judged:
         fitted = finer(search, fitted, inadequate)

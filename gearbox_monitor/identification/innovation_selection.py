@@ -65,6 +65,7 @@ class WindowEvidence:
         self.effects = EffectSearch(self.coarse, search.starts, search.ids, search.jobs,
                                     search.report)
         self.finished: dict[str, InnovationFit] = {}
+        self._judged: dict[int, tuple[CandidateFit, bool]] = {}
 
     def finish(self, fit: InnovationFit) -> CandidateFit:
         """Finish `fit` on short steps and on windows; it joins the fits of the search."""
@@ -112,8 +113,10 @@ class WindowEvidence:
             self.search.fitted[fit.name] = CandidateFit(fit.candidate, none.point, score)
 
     def inadequate(self, fit: CandidateFit) -> bool:
-        """Return whether `fit` leaves more than noise."""
-        return incomplete(self.search, fit, self.rough)
+        """Return whether `fit` leaves more than noise, judged once for each fit."""
+        if id(fit) not in self._judged:
+            self._judged[id(fit)] = fit, incomplete(self.search, fit, self.rough)
+        return self._judged[id(fit)][1]
 
     def lacks(self, fit: CandidateFit) -> bool:
         """Return whether a further effect promises more than chance beside `fit`."""

@@ -1,0 +1,188 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+
+"""The grey-box likelihood against filterpy, frozen-gain filters and known effects."""
+from dataclasses import replace
+
+from filterpy.kalman import KalmanFilter
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from gearbox_monitor.identification.candidates import Starts
+from gearbox_monitor.identification.effect_scan import begun, joined, scan
+from gearbox_monitor.identification.innovation_fit import evaluated, fitted
+from gearbox_monitor.identification.innovations import InnovationLikelihood, timeline
+from gearbox_monitor.plant import effects
+from gearbox_monitor.plant.drive import DriveModel, Transmission
+from gearbox_monitor.plant.simulate import (
+    advance, N_STATE, PackedDrive, Plant, ProcessNoise)
+from gearbox_monitor.quality.recording import UniformRecording
+
+DT, SIGMA = 1e-3, np.array([1e-3, 2e-3])
+LINEAR = DriveModel(coulomb_friction=0.0, transmission=Transmission(half_gap=0.0))
+BLUNT = DriveModel(friction_sharpness=20.0)  # its motion needs no steps below a sample
+
+
+def recorded(model, seconds, seed=0):
+    """Return a UniformRecording of `model`, simulated on steps of 0.1 ms."""
+    t = np.arange(round(seconds / DT)) * DT
+    u = 2.0 * np.sin(5.0 * t) + 1.5 * np.sin(14.0 * t + 1.0)
+    run = Plant(model).run(np.repeat(u, 10), 0.1 * DT)
+    noise = np.random.default_rng(seed).standard_normal((len(t), 2))
+    return UniformRecording(t, u, run.x[::10, :2] + SIGMA * noise, DT)
+
+
+def likelihood_of(recording, model, spans=None):
+    return InnovationLikelihood(recording, model, SIGMA, spans or [slice(0, len(recording.u))])
+
+
+def test_linear_drive_has_the_innovations_of_filterpy_and_its_smoothed_states():
+    recording = recorded(LINEAR, 0.4)
+    likelihood = likelihood_of(recording, LINEAR)
+    torque = np.array([0.3, 0.1])
+    run = likelihood.run(LINEAR, torque)
+    k, d = LINEAR.transmission.stiffness, LINEAR.damping
+    inertia = np.array([LINEAR.motor_inertia, LINEAR.arm_inertia])
+    A = np.zeros((5, 5))
+    A[:2, 2:4] = np.eye(2)
+    A[2, :4] = np.array([-k - LINEAR.position_gain, k, -d - LINEAR.viscous_friction,
+                         d]) / inertia[0]
+    A[3, :4] = np.array([k, -k, d, -d]) / inertia[1]
+    A[2, 4] = 1.0 / inertia[0]
+    step = expm(A * DT)
+    F, B = step[:4, :4], step[:4, 4]
+    Q = np.zeros((4, 4))
+    for i in range(2):
+        v = (torque[i] / inertia[i] * 0.5 * (1.0 + F[2 + i, 2 + i]) * DT) ** 2
+        Q[np.ix_([i, 2 + i], [i, 2 + i])] = v * np.array([[DT ** 2 / 3, DT / 2], [DT / 2, 1.0]])
+    begin, end = likelihood.begin[0], likelihood.end[0]
+    filter_ = KalmanFilter(dim_x=4, dim_z=2)
+    filter_.F, filter_.Q, filter_.H, filter_.R = F, Q, np.eye(2, 4), np.diag(SIGMA ** 2)
+    filter_.x, filter_.P = run.start.states[0, :4], np.diag(run.start.variance)
+    deviance, means, covariances = 0.0, [filter_.x], [filter_.P]
+    for at in range(begin, end - 1):
+        filter_.predict(u=recording.u[at], B=B)
+        filter_.update(recording.y[at + 1])
+        deviance += filter_.y @ filter_.SI @ filter_.y + np.log(np.linalg.det(filter_.S))
+        means.append(filter_.x.copy())
+        covariances.append(filter_.P.copy())
+        assert run.trace.innovation[at, 0] == pytest.approx(filter_.y[0], abs=1e-7)
+    assert run.trace.begin[begin:end, 0, :4] == pytest.approx(np.array(means), abs=1e-4)
+    # Per reading as filtered() counts it; the second half of the recording is as well.
+    own = (run.residual ** 2 - 1.0 + np.log(run.trace.variance / SIGMA ** 2))[begin:end - 1]
+    count = 2 * (end - begin - 1)
+    assert own.sum() == pytest.approx(
+        deviance - count - (end - begin - 1) * np.log(SIGMA ** 2).sum(), abs=1e-2)
+    own_smooth, smooth = likelihood.smoothed(run), means[-1]  # Rauch, Tung and Striebel; filterpy's knows no input
+    for at in range(end - 2, begin - 1, -1):
+        gain = covariances[at - begin] @ F.T @ np.linalg.inv(
+            F @ covariances[at - begin] @ F.T + Q)
+        mean = means[at - begin]
+        smooth = mean + gain @ (smooth - F @ mean - B * recording.u[at])
+        assert own_smooth[at, :4] == pytest.approx(smooth, abs=1e-4)
+
+
+def test_other_noise_and_inputs_change_a_linear_drive_as_a_new_run_does():
+    recording = recorded(LINEAR, 0.4)
+    likelihood = likelihood_of(recording, LINEAR)
+    run = likelihood.run(LINEAR, [0.3, 0.1])
+    deviance, innovation, variance = likelihood.with_noise(run, [0.1, 0.2])
+    other = likelihood.run(LINEAR, [0.1, 0.2])
+    assert deviance == pytest.approx(other.deviance, rel=1e-6)
+    assert innovation == pytest.approx(other.trace.innovation, abs=1e-8)
+    assert variance == pytest.approx(other.trace.variance, rel=1e-6)
+    for effect in ({'id': 'torque_offset', 'u0': 0.1}, {'id': 'load_torque', 'TL': 0.1},
+                   {'id': 'encoder_offset', 'c': 0.01}):
+        model = replace(LINEAR, effects=(effect,))
+        change = likelihood.run(model, [0.3, 0.1]).trace.innovation - run.trace.innovation
+        assert likelihood.change(run, model) == pytest.approx(change, abs=1e-3 * change.std())
+
+
+@pytest.mark.parametrize('effect, name, tolerance', [
+    ({'id': 'stribeck', 'Cs': 0.1, 'vs': 0.5}, 'vs', 0.02),
+    ({'id': 'hysteresis_bouc_wen', 'Th': 0.2, 'dh': 0.02}, 'dh', 0.02),
+    ({'id': 'arm_encoder_eccentricity', 'A': 0.05, 'phi': 0.4}, 'phi', 0.02),
+    ({'id': 'actuator_lag', 'T': 0.004}, 'T', 0.02),
+    # Corrections move in time as well, which is left out: they are white.
+    ({'id': 'motor_encoder_delay', 'T': 0.0034}, 'T', 0.2)])
+def test_sensitivities_are_those_of_a_filter_with_frozen_gains(effect, name, tolerance):
+    model = replace(BLUNT, effects=(effect,))
+    recording = recorded(model, 0.3)
+    likelihood = likelihood_of(recording, model)
+    run = likelihood.run(model, [0.05, 0.05])
+
+    def innovations(value):
+        """Return the innovations [K, 2] of a first half that is run with the gains of `run`."""
+        drive = PackedDrive(model.pack(), effects.pack([{**effect, name: value}]), np.zeros(0))
+        u = likelihood.simulator.acting(drive.e)
+        n, parts = u.shape[1], timeline(drive.e, DT, u.shape[1], (0, 1))
+        none = ProcessNoise(np.zeros((1, 4)), np.zeros(4))
+        x, out = run.start.states[0].copy(), np.zeros((140, 2))
+        for k in range(140):
+            at, m = 0.0, 0
+            for h, part, end in zip(parts.length, parts.part, parts.ends):
+                advance(x, k * DT + at, h, u[k, part:part + 1], (0.0, 0.0, 0.0), none, drive)
+                at += h
+                for i in (0, 1) if end >= 0 else ():
+                    if not parts.reads[m, i]:
+                        continue
+                    error = (0.05 * np.sin(x[1] + value) if i and name == 'phi' else 0.0)
+                    out[k, i] = recording.y[k + 1 + parts.shift[i], i] - x[i] - error
+                    x[run.start.places] += run.trace.gain[k, i] * out[k, i]
+                m += end >= 0
+        assert n == likelihood.simulator.n
+        return out
+    step = 1e-5 * effect[name]
+    difference = (innovations(effect[name] + step) - innovations(effect[name] - step)) / 2.0
+    moved = replace(model, effects=({**effect, name: effect[name] + step},))
+    change = likelihood.change(run, moved)[:140]
+    assert innovations(effect[name]) == pytest.approx(run.trace.innovation[:140], abs=1e-9)
+    assert np.abs(change - difference).max() < tolerance * np.abs(difference).max()
+
+
+def test_late_encoders_are_read_at_their_own_time_within_a_sample():
+    e = effects.pack([{'id': 'motor_encoder_delay', 'T': 0.0034}])
+    line = timeline(e, DT, 2, (0, 1))
+    assert line.shift.tolist() == [3, 0] and line.span == pytest.approx([0.6e-3, 0.4e-3])
+    assert line.length == pytest.approx([0.5e-3, 0.1e-3, 0.4e-3])
+    assert line.part.tolist() == [0, 1, 1] and line.ends.tolist() == [-1, 0, 1]
+    assert line.reads.tolist() == [[1, 0], [0, 1]]
+    whole = timeline(effects.pack([{'id': 'arm_encoder_delay', 'T': 0.002}]), DT, 1, (0, 1))
+    assert whole.shift.tolist() == [0, 2] and whole.reads.tolist() == [[1, 1]]
+
+
+def test_the_true_effect_is_proposed_and_fitted_from_nothing_and_the_noise_vanishes():
+    truth = {'id': 'hysteresis_bouc_wen', 'Th': 0.15, 'dh': 0.03}
+    recording = recorded(replace(BLUNT, effects=(truth,)), 5.0, seed=2)
+    likelihood = likelihood_of(recording, BLUNT, [slice(0, 4000)])
+    starts = Starts(BLUNT, recording)
+    none = starts.none()
+    without = fitted(likelihood, evaluated(likelihood, none, none.start(), np.full(2, 0.1)))
+    proposals = scan(likelihood, starts, without, [truth['id'], 'arm_coulomb', 'gravity',
+                                                   'torque_gain', 'cogging'])
+    assert proposals[0].name == truth['id']
+    candidate = joined(starts, without, proposals[0])
+    fit = fitted(likelihood, evaluated(likelihood, candidate, begun(candidate, without),
+                                       without.torque), 20)
+    _, (values,) = candidate.values(fit.z)
+    assert values['Th'] == pytest.approx(truth['Th'], rel=0.05)
+    assert values['dh'] == pytest.approx(truth['dh'], rel=0.2)
+    assert fit.deviance < without.deviance - 100.0
+    assert fit.torque[0] < 0.02 < without.torque.max()
+    # What is left is noise: as many squares as readings, within three standard deviations.
+    assert fit.run.residual[fit.run.trace.slope != 0.0].var() == pytest.approx(
+        1.0, abs=3.0 * np.sqrt(2.0 / likelihood.readings))
+    assert N_STATE == fit.run.trace.begin.shape[2]
