@@ -22,6 +22,7 @@ came first had to bear what is now the other's (stepwise regression with exchang
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 import math
 from typing import TypeVar
 
@@ -46,7 +47,7 @@ class SearchEffort:
     screened effects more than can be right. Two starts of an effect are enough after the test.
     """
 
-    begin: float = 0.05        # torque noise to begin with, of the standard deviation of the torque
+    begin: float = 0.05        # torque noise to begin with, of the std of the torque
     screened: int = 12         # effects that are fitted a little
     starts: int = 2            # starts or orders of each
     rounds: tuple[tuple[int, int], ...] = ((99, 2), (8, 3), (4, 15))  # how many, iterations
@@ -108,7 +109,7 @@ class EffectSearch:
         for survivors, iterations in rounds:
             racing = sorted(racing, key=self.score)
             done += racing[survivors:]
-            racing = self._map(lambda f: fitted(self.likelihood, f, iterations),
+            racing = self._map(partial(fitted, self.likelihood, iterations=iterations),
                                racing[:survivors])
         best: dict[str, InnovationFit] = {}
         for fit in sorted([*racing, *done], key=self.score):

@@ -25,6 +25,7 @@ White torque on motor and arm is the process noise (Kristensen, Madsen and Jorge
 Sensitivities keep the gains of the filter, as in Bohn's adaptive EKF; by them a moved parameter
 needs steps from the estimates alone, which do not wait for each other.
 """
+import math
 from typing import NamedTuple
 
 from gearbox_monitor.kernels.jit import jit, jit_inline
@@ -35,7 +36,6 @@ from gearbox_monitor.plant.drive import INVERSE_M1, INVERSE_M2
 from gearbox_monitor.plant.effects.composition import (
     arm_error, DELAY1, DELAY2, motor_error)
 from gearbox_monitor.plant.simulate import N_STATE, PackedDrive
-import math
 
 GROUPS = 2                   # parts of a recording that are filtered side by side
 WIDTH = LANES // GROUPS      # lanes of one: the estimate, and a moved one for each state

@@ -208,4 +208,3 @@ def explained_by_pulses(search: Search, rough: bool,
         return None
     search.fitted[DISTURBANCE.id] = pulses
     return pulses
-

@@ -15,9 +15,10 @@
 """
 The grey-box likelihood of a recording: innovations of an EKF of the drive with torque noise.
 
--2 log L is exact for the filter (Kristensen, Madsen and Jorgensen, 2004). White torque on motor and
-arm, of a size that the likelihood itself finds, bears what a model does not explain: the filter
-follows the drive however wrong the model is, and the torque vanishes as the model becomes right.
+-2 log L is exact for the filter (Kristensen, Madsen and Jorgensen, 2004). White torque on motor
+and arm, of a size that the likelihood itself finds, bears what a model does not explain: the
+filter follows the drive however wrong the model is, and the torque vanishes as the model becomes
+right.
 """
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -213,7 +214,9 @@ def timeline(e: Array, dt: float, parts: int, channels: Sequence[int]) -> Timeli
     reads = np.zeros((len(segments), 2), np.int64)
     for channel in channels:
         reads[int(np.argmin(np.abs(np.array(segments) - at[channel]))), channel] = 1
-    length, part, ends = [], [], []
+    length: list[float] = []
+    part: list[int] = []
+    ends: list[int] = []
     edges = sorted({*segments, *(np.arange(1, parts + 1) / parts).tolist()})
     begin = 0.0
     for edge in edges:

@@ -124,7 +124,7 @@ class Search:
         self._pool = ThreadPoolExecutor(jobs)
         self._done, self._total = 0, 1
         self.fitted: dict[str, CandidateFit] = {}
-        self.short_none: likelihood.FitPoint | None = None
+        self.short_none: likelihood.FitPoint = likelihood.UNSET
         self._orders: dict[str, list[int]] = {}
 
     # ------------------------------------------------------------------ helpers

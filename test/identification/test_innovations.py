@@ -86,7 +86,8 @@ def test_linear_drive_has_the_innovations_of_filterpy_and_its_smoothed_states():
     count = 2 * (end - begin - 1)
     assert own.sum() == pytest.approx(
         deviance - count - (end - begin - 1) * np.log(SIGMA ** 2).sum(), abs=1e-2)
-    own_smooth, smooth = likelihood.smoothed(run), means[-1]  # Rauch, Tung and Striebel; filterpy's knows no input
+    # Rauch, Tung and Striebel: filterpy's smoother knows no input.
+    own_smooth, smooth = likelihood.smoothed(run), means[-1]
     for at in range(end - 2, begin - 1, -1):
         gain = covariances[at - begin] @ F.T @ np.linalg.inv(
             F @ covariances[at - begin] @ F.T + Q)
