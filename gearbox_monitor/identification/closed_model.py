@@ -34,6 +34,7 @@ from gearbox_monitor.identification.noise_model import spectrum
 from gearbox_monitor.identification.process_noise import noise_weighted_residual
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows
+from gearbox_monitor.identification.smoothed_windows import filterable, fitted_point
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
@@ -347,8 +348,13 @@ def windowed(recording: UniformRecording, model: DriveModel, sigma: Array) -> Wi
         sigma: noise of the encoders [2], rad.
     """
     search = Search(recording, replace(model, tolerance=0.0, process_torque_time=0.0), sigma, [])
-    none = search.none()
-    return search, none.candidate, none.point
+    if not filterable(recording, search.model):
+        none = search.none()
+        return search, none.candidate, none.point
+    candidate = search.starts.none()
+    point = fitted_point(search.long, candidate)
+    window_states.rescue(search.long, candidate, point, half_gap=search.half_gap)
+    return search, candidate, point
 
 
 def cross(fits: Sequence[Windowed]) -> None:

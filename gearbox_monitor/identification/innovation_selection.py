@@ -24,7 +24,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from gearbox_monitor.identification import gauss_newton, likelihood, window_states
+from gearbox_monitor.identification import gauss_newton, window_states
 from gearbox_monitor.identification.adequacy import incomplete
 from gearbox_monitor.identification.disturbance_pulses import disturbance_fit
 from gearbox_monitor.identification.effect_scan import scan
@@ -36,8 +36,10 @@ from gearbox_monitor.identification.search import held_out, Search
 from gearbox_monitor.identification.selection import (
     convincing, finer, gain, gain_on_all_windows, MARGIN, OWN_MARGIN, ROUGH_MARGIN, scatters,
     SHARE, simpler, worth)
+from gearbox_monitor.identification.smoothed_windows import (
+    filterable, smoothed_point, states_of)
+from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
-from gearbox_monitor.plant.transmission import DEAD_ZONE, KINDS
 
 NEAR = 60.0        # -2 log L by which windows, which weigh more, may turn a ranking round
 COMPARED = 4       # single effects on windows at most
@@ -47,9 +49,8 @@ BEHIND = 100.0     # score by which fits that were not on windows stand behind t
 
 def suits_innovations(search: Search) -> bool:
     """Return whether `search` is one of a drive that the filter of the innovations knows."""
-    model, recording = search.model, search.recording
-    return (recording.motor is None and model.process_torque_time == 0.0
-            and KINDS.index(model.transmission.kind) == DEAD_ZONE and search.long.colour is None)
+    return (filterable(search.recording, search.model) and search.long.colour is None
+            and all(name in EFFECTS for name in search.ids))
 
 
 class WindowEvidence:
@@ -78,20 +79,11 @@ class WindowEvidence:
     def on_windows(self, fit: InnovationFit) -> CandidateFit:
         """Return the CandidateFit on the long windows that begins where `fit` was."""
         search, data, candidate = self.search, self.search.long, fit.candidate
-        model = candidate.model(fit.z)
-        run = self.whole.run(model, fit.torque)
+        run = self.whole.run(candidate.model(fit.z), fit.torque)
         smooth = self.whole.smoothed(run)
-        point = likelihood.FitPoint(fit.z.copy(), smooth[data.windows.begin, :4],
-                                    smooth[data.windows.begin, 4:])
-        index = np.arange(len(data.windows))
-        for share in window_states.SHARES:
-            point.states, _ = window_states.solve_states(
-                likelihood.shortened(data, share), model, point.states, point.memory, index)
-        data.evaluate(candidate, point)
+        point = smoothed_point(data, candidate, fit.z, smooth)
         if not candidate.ids:
-            begin = search.short.windows.begin
-            search.short_none = likelihood.FitPoint(fit.z.copy(), smooth[begin, :4],
-                                                    smooth[begin, 4:])
+            search.short_none = states_of(search.short.windows, fit.z, smooth)
         if search.noisy:
             at = data.windows.first[:, None] + np.arange(data.windows.length) - 1
             white = run.residual[np.maximum(at, 0)][:, :, data.channels]
