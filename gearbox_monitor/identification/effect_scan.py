@@ -27,7 +27,8 @@ import numpy as np
 
 from gearbox_monitor.identification.candidates import (
     CandidateModel, NOT_FITTED, ORDERS, PERIODIC, PHASED, replaced_value, Starts, with_effects)
-from gearbox_monitor.identification.innovation_fit import coordinate_columns, InnovationFit
+from gearbox_monitor.identification.innovation_fit import (
+    coordinate_columns, evaluated, InnovationFit)
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import MEMORIES
@@ -65,10 +66,11 @@ def scan(likelihood: InnovationLikelihood, starts: Starts, fit: InnovationFit,
         ids: effects to try.
     """
     model = fit.candidate.model(fit.z)
-    scale = 1.0 / np.sqrt(fit.run.trace.variance)
-    own = coordinate_columns(likelihood, fit)
+    at = evaluated(likelihood, fit.candidate, fit.z, fit.torque)
+    scale = 1.0 / np.sqrt(at.run.trace.variance)
+    own = coordinate_columns(likelihood, at)
     _, prior = fit.candidate.prior(fit.z)
-    residual = fit.run.residual.ravel()
+    residual = at.run.residual.ravel()
     trials = [(name, order, number, candidate)
               for name in ids if name not in fit.candidate.ids and name not in NOT_FITTED
               for order in (ORDERS if name in PERIODIC else (None,))
@@ -76,7 +78,7 @@ def scan(likelihood: InnovationLikelihood, starts: Starts, fit: InnovationFit,
     out = []
     for name, order, number, candidate in trials:
         free = [c for c in candidate.coordinates if c.owner == 0]
-        run = fit.run
+        run = at.run
         if name in MEMORIES and free[0].start == 0.0:
             run = likelihood.run(with_effects(model, [
                 {'id': name, **_values(free, TINY)}]), fit.torque)

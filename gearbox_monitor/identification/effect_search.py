@@ -99,7 +99,7 @@ class EffectSearch:
 
     def _begun(self, fit: InnovationFit, proposal: Proposal) -> InnovationFit:
         candidate = joined(self.starts, fit, proposal)
-        return evaluated(self.likelihood, candidate, begun(candidate, fit), fit.torque)
+        return evaluated(self.likelihood, candidate, begun(candidate, fit), fit.torque).alone()
 
     def _halved(self, fits: Sequence[InnovationFit],
                 rounds: Sequence[tuple[int, int]]) -> list[InnovationFit]:

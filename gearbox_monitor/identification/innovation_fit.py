@@ -44,14 +44,13 @@ class InnovationFit:
     Where the fit of a candidate stands.
 
     z [P] coordinates; torque [2] noise on motor and arm, N m; deviance: -2 log L with the prior,
-    as InnovationLikelihood counts it; run: of the filter.
+    as InnovationLikelihood counts it.
     """
 
     candidate: CandidateModel
     z: Array
     torque: Array
     deviance: float
-    run: Filtered
 
     @property
     def name(self) -> str:
@@ -59,10 +58,21 @@ class InnovationFit:
         return self.candidate.name
 
 
+@dataclass(frozen=True)
+class FilteredFit(InnovationFit):
+    """An InnovationFit with the run of its filter, which takes much room."""
+
+    run: Filtered
+
+    def alone(self) -> InnovationFit:
+        """Return the InnovationFit without the run."""
+        return InnovationFit(self.candidate, self.z, self.torque, self.deviance)
+
+
 def evaluated(likelihood: InnovationLikelihood, candidate: CandidateModel, z: Array,
-              torque: Array) -> InnovationFit:
+              torque: Array) -> FilteredFit:
     """
-    Return the InnovationFit at a point.
+    Return the FilteredFit at a point.
 
     Args:
         likelihood: of the recording.
@@ -71,10 +81,10 @@ def evaluated(likelihood: InnovationLikelihood, candidate: CandidateModel, z: Ar
         torque: noise [2] on motor and arm, N m rms in a sample.
     """
     run = likelihood.run(candidate.model(z), torque)
-    return InnovationFit(candidate, z, torque, run.deviance + candidate.penalty(z), run)
+    return FilteredFit(candidate, z, torque, run.deviance + candidate.penalty(z), run)
 
 
-def annealed(likelihood: InnovationLikelihood, fit: InnovationFit) -> Array:
+def annealed(likelihood: InnovationLikelihood, fit: FilteredFit) -> Array:
     """Return the torque noise [2] that is likeliest at `fit`, by its tangents."""
     torque, deviance = fit.torque, fit.run.deviance
     for sides in ([0, 1], [0], [1]):
@@ -92,7 +102,7 @@ def annealed(likelihood: InnovationLikelihood, fit: InnovationFit) -> Array:
     return torque
 
 
-def coordinate_columns(likelihood: InnovationLikelihood, fit: InnovationFit) -> Array:
+def coordinate_columns(likelihood: InnovationLikelihood, fit: FilteredFit) -> Array:
     """Return the derivatives of whitened innovations [2 N, P] by the coordinates of `fit`."""
     candidate, z = fit.candidate, fit.z
     steps = COORDINATE_STEP * candidate.steps()
@@ -110,7 +120,7 @@ def coordinate_columns(likelihood: InnovationLikelihood, fit: InnovationFit) -> 
     return columns
 
 
-def _noise_columns(likelihood: InnovationLikelihood, fit: InnovationFit) -> tuple[Array, Array]:
+def _noise_columns(likelihood: InnovationLikelihood, fit: FilteredFit) -> tuple[Array, Array]:
     """Return derivatives of whitened innovations and of log variances [2 N, 2] by log noise."""
     trace = fit.run.trace
     scale = 1.0 / np.sqrt(trace.variance)
@@ -136,20 +146,21 @@ def fitted(likelihood: InnovationLikelihood, fit: InnovationFit, iterations: int
         tolerance: gain in -2 log L below which it stops.
     """
     damping = 1e-4
+    at = evaluated(likelihood, fit.candidate, fit.z, fit.torque)
     for _ in range(iterations):
-        torque = annealed(likelihood, fit)
-        before = fit.deviance
-        if (torque != fit.torque).any():
-            moved = evaluated(likelihood, fit.candidate, fit.z, torque)
-            fit = moved if moved.deviance < fit.deviance else fit
-        fit, damping = _step(likelihood, fit, damping)
-        if before - fit.deviance < tolerance:
+        torque = annealed(likelihood, at)
+        before = at.deviance
+        if (torque != at.torque).any():
+            moved = evaluated(likelihood, at.candidate, at.z, torque)
+            at = moved if moved.deviance < at.deviance else at
+        at, damping = _step(likelihood, at, damping)
+        if before - at.deviance < tolerance:
             break
-    return fit
+    return at.alone()
 
 
-def _step(likelihood: InnovationLikelihood, fit: InnovationFit,
-          damping: float) -> tuple[InnovationFit, float]:
+def _step(likelihood: InnovationLikelihood, fit: FilteredFit,
+          damping: float) -> tuple[FilteredFit, float]:
     """Return `fit` after a Fisher step on coordinates and noise, and the damping of the next."""
     candidate, count = fit.candidate, len(fit.z)
     read = fit.run.trace.slope.ravel() != 0.0

@@ -29,7 +29,7 @@ from gearbox_monitor.identification.adequacy import incomplete
 from gearbox_monitor.identification.disturbance_pulses import disturbance_fit
 from gearbox_monitor.identification.effect_scan import scan
 from gearbox_monitor.identification.effect_search import EffectSearch, FitTable
-from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
+from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.search import held_out, Search
@@ -70,7 +70,7 @@ class WindowEvidence:
 
     def finish(self, fit: InnovationFit) -> CandidateFit:
         """Finish `fit` on short steps and on windows; it joins the fits of the search."""
-        fine = fitted(self.fine, evaluated(self.fine, fit.candidate, fit.z, fit.torque), 8)
+        fine = fitted(self.fine, fit, 8)
         self.finished[fit.name if fit.candidate.ids else ''] = fine
         out = self.on_windows(fine)
         self.search.fitted[fit.name if fit.candidate.ids else ''] = out
@@ -115,9 +115,8 @@ class WindowEvidence:
         finished = self.finished.get(fit.name)
         if finished is None:
             return False
-        at = evaluated(self.fine, finished.candidate, finished.z, finished.torque)
         return any(p.gain > (OWN_MARGIN if scatters(self.search, p.name) else MARGIN)
-                   for p in scan(self.fine, self.search.starts, at, self.search.ids)
+                   for p in scan(self.fine, self.search.starts, finished, self.search.ids)
                    if np.isfinite(p.gain))
 
     def singles(self) -> FitTable:
