@@ -34,8 +34,9 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import MEMORIES
 from gearbox_monitor.plant.effects.effect import FreeParameter
 
-A_LITTLE = 0.02   # of the scale of a coordinate, whose effect is off where it starts
-TINY = 1e-3       # of the same, of an effect whose memory has to be there first
+# Of the scale of a coordinate: so little that a nominal value that scatters and the effect that
+# replaces it have the same column; less where a memory has to be there first; where a fit begins.
+A_LITTLE, TINY, BEGUN = 1e-4, 1e-6, 1e-3
 RIDGE = 1e-9      # of the power of a column
 
 
@@ -69,7 +70,7 @@ def scan(likelihood: InnovationLikelihood, starts: Starts, fit: InnovationFit,
     at = evaluated(likelihood, fit.candidate, fit.z, fit.torque)
     scale = 1.0 / np.sqrt(at.run.trace.variance)
     own = coordinate_columns(likelihood, at)
-    _, prior = fit.candidate.prior(fit.z)
+    prior = fit.candidate.prior(fit.z)
     residual = at.run.residual.ravel()
     trials = [(name, order, number, candidate)
               for name in ids if name not in fit.candidate.ids and name not in NOT_FITTED
@@ -120,7 +121,7 @@ def _started(name: str, free: Sequence[Any], step: Array) -> tuple[FreeParameter
     first = out[0]
     if first.start == 0.0:
         at = float(np.clip(step[0], -first.scale, first.scale))
-        least = TINY * first.scale  # a memory that is off has no derivative
+        least = BEGUN * first.scale  # a memory that is off has no derivative
         at = math.copysign(max(abs(at), least), at)
         if not first.low <= at <= first.high:
             at = least if first.high > 0.0 else -least
@@ -132,12 +133,15 @@ def _parameter(c: Any) -> FreeParameter:
     return FreeParameter(c.name, c.start, c.scale, c.low, c.high, c.log)
 
 
-def _gained(own: Array, prior: Array, columns: Array, residual: Array) -> tuple[float, Array]:
-    """Return (gain, step [C]) of `columns` [M, C], with `own` [M, P] and their prior free."""
+def _gained(own: Array, prior: tuple[Array, Array], columns: Array,
+            residual: Array) -> tuple[float, Array]:
+    """Return (gain, step [C]) of `columns` [M, C]; `own` [M, P] are free, with their prior."""
     count = own.shape[1]
     J = np.concatenate([own, columns], axis=1)
     H, g = J.T @ J, J.T @ residual
-    H[range(count), range(count)] += prior
+    # A value that leaves its tolerance pulls: as an effect it is free of that.
+    g[:count] += prior[0]
+    H[range(count), range(count)] += prior[1]
     B = np.linalg.lstsq(H[:count, :count], np.column_stack([H[:count, count:], g[:count]]),
                         rcond=1e-12)[0] if count else np.zeros((0, columns.shape[1] + 1))
     S = H[count:, count:] - H[:count, count:].T @ B[:, :-1]
