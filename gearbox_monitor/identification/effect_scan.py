@@ -19,7 +19,7 @@ The efficient score of Rao, with what the fit's own coordinates can imitate take
 fit: one sensitivity for each way an effect may begin.
 """
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from typing import Any
 
@@ -79,6 +79,11 @@ def scan(likelihood: InnovationLikelihood, starts: Starts, fit: InnovationFit,
     out = []
     for name, order, number, candidate in trials:
         free = [c for c in candidate.coordinates if c.owner == 0]
+        value = replaced_value(model, name)
+        if value is not None:
+            if number:
+                continue  # all of its starts have one derivative
+            free = [replace(free[0], start=value)]  # where the fit has moved it to
         run = at.run
         if name in MEMORIES and free[0].start == 0.0:
             run = likelihood.run(with_effects(model, [
@@ -86,7 +91,7 @@ def scan(likelihood: InnovationLikelihood, starts: Starts, fit: InnovationFit,
         elif name in MEMORIES:
             out.append(Proposal(name, order, number, math.inf, tuple(map(_parameter, free))))
             continue
-        probes = _probes(name, order, free, replaced_value(model, name))
+        probes = _probes(name, order, free, value)
         columns = np.stack([(likelihood.change(run, with_effects(model, [{'id': name, **probe}]))
                              * scale).ravel() for probe, _ in probes], axis=1)
         gain, step = _gained(own, prior, columns, residual)
