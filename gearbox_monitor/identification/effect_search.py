@@ -51,7 +51,6 @@ class SearchEffort:
     screened: int = 12         # effects that are fitted a little
     starts: int = 2            # starts or orders of each
     rounds: tuple[tuple[int, int], ...] = ((99, 2), (8, 3), (4, 15))  # how many, iterations
-    finished: int = 2          # fits that are finished on short steps
     bases: int = 4             # single effects that pairs grow from
     grown: int = 4             # second effects of each
     exchanges: int = 3

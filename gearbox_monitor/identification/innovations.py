@@ -186,12 +186,6 @@ class InnovationLikelihood:
                          np.zeros(2 * len(run.start.places)), states)
         return states
 
-    def with_sigma(self, sigma: Array) -> 'InnovationLikelihood':
-        """Return the same for other noise `sigma` [2] of the encoders, rad."""
-        return InnovationLikelihood(
-            self.recording, self.nominal, sigma,
-            [slice(a, b) for a, b in zip(self.begin[::2], self.end[1::2])])
-
 
 def timeline(e: Array, dt: float, parts: int, channels: Sequence[int]) -> Timeline:
     """

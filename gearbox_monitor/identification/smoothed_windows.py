@@ -95,4 +95,5 @@ def fitted_point(data: WindowData, candidate: CandidateModel) -> FitPoint:
                                    data.recording.segments)
     torque = np.full(2, TORQUE * max(float(np.std(data.recording.u)), 1e-3))
     fit = fitted(filter_, evaluated(filter_, candidate, candidate.start(), torque))
-    return smoothed_point(data, candidate, fit.z, filter_.smoothed(fit.run))
+    run = filter_.run(candidate.model(fit.z), fit.torque)
+    return smoothed_point(data, candidate, fit.z, filter_.smoothed(run))
