@@ -119,7 +119,7 @@ class EffectSearch:
         """Return the fits of single effects, `none` the one without."""
         proposals = scan(self.likelihood, self.starts, none, self.ids)
         self.progress('screening')
-        chosen = self._chosen(proposals, EFFORT.screened, ('lugre', 'saturation', 'actuator_lag'))
+        chosen = self._chosen(proposals, EFFORT.screened, True)
         begun_fits = self._map(lambda p: self._begun(none, p), chosen)
         self.progress('fitting')
         fits = self._halved(begun_fits, EFFORT.rounds)
@@ -130,13 +130,13 @@ class EffectSearch:
         return FitTable(none, tuple(fits), (), tuple(orders.items()))
 
     def _chosen(self, proposals: Sequence[Proposal], count: int,
-                always: Sequence[str] = ()) -> list[Proposal]:
-        """Return the best starts of the best `count` effects, and of those `always` chosen."""
+                untested: bool) -> list[Proposal]:
+        """Return the best starts of the best `count` effects; and of those without a gain."""
         by_name: dict[str, list[Proposal]] = {}
         for p in proposals:
             by_name.setdefault(p.name, []).append(p)
-        names = [name for name in by_name if name not in always]
-        names = names[:count] + [name for name in always if name in by_name]
+        tested = [name for name in by_name if math.isfinite(by_name[name][0].gain)]
+        names = tested[:count] + ([n for n in by_name if n not in tested] if untested else [])
         return [p for name in names for p in by_name[name][:EFFORT.starts]]
 
     def pairs(self, table: FitTable) -> FitTable:
@@ -149,9 +149,8 @@ class EffectSearch:
             for base in bases:
                 tried.add(base.name)
                 proposals = scan(self.likelihood, self.starts, base, self.ids)
-                always = ('lugre', 'saturation', 'actuator_lag') if number == 0 and (
-                    base is bases[0]) else ()
-                jobs += [(base, p) for p in self._chosen(proposals, EFFORT.grown, always)]
+                untested = number == 0 and base is bases[0]
+                jobs += [(base, p) for p in self._chosen(proposals, EFFORT.grown, untested)]
             self.progress('pairs')
             grown = self._map(lambda job: fitted(self.likelihood, self._begun(*job), 3), jobs)
             fits = self._halved([*fits, *grown], ((8, 3), (4, 6)))
