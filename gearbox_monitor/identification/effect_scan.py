@@ -45,8 +45,8 @@ class Proposal:
     """
     A further effect: id, order (of a periodic one) and number of the start of its fit.
 
-    gain: in -2 log L of one linear step, infinite for an effect that has none because it is not off
-    where its fits begin; start: coordinates of the effect after the step.
+    gain: in -2 log L of one linear step; infinite for an effect that is not off where its fits
+    begin, and has none. start: coordinates of the effect after the step.
     """
 
     name: str
