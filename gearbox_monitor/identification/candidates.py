@@ -99,6 +99,12 @@ class CandidateModel:
         """Return the coordinates' start [P]."""
         return np.array([math.log(c.start) if c.log else c.start for c in self.coordinates])
 
+    def start_from(self, base: 'CandidateModel', z: Array) -> Array:
+        """Return the start [P] with the nominal values that `base` has at `z`."""
+        nominal = {c.name: v for c, v in zip(base.coordinates, z) if c.owner < 0}
+        return np.array([nominal.get(c.name, v) if c.owner < 0 else v
+                         for c, v in zip(self.coordinates, self.start())])
+
     def bounded(self, z: Array) -> Array:
         """Return z [P] within the bounds."""
         low = [math.log(max(c.low, 1e-300)) if c.log else c.low for c in self.coordinates]

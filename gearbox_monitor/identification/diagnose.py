@@ -19,11 +19,11 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import coloured_noise
 from gearbox_monitor.identification.adequacy import incomplete, leaves_more_than_noise, on_all
 from gearbox_monitor.identification.innovation_selection import (
-    decide_by_innovations, suits_innovations)
+    InnovationEvidence, suits_innovations)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.identification.search import Search
-from gearbox_monitor.identification.selection import decide, finer
+from gearbox_monitor.identification.selection import decide, finer, ShootingEvidence
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.verdict import DiagnosisVerdict, location_of, report
 from gearbox_monitor.plant.drive import DriveModel
@@ -69,7 +69,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     rough = bool((quantum > ROUGH * sigma).any())
     by_innovations = suits_innovations(search)
     if by_innovations:
-        fitted, kind = decide_by_innovations(search, rough)
+        fitted, kind = decide(InnovationEvidence(search, rough))
     else:
         search.none_and_singles()
         fitted, kind = min(search.fitted.values(), key=lambda f: f.score), ''
@@ -84,7 +84,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
             coloured_noise.settle(search)
             sigma, kind, by_innovations = search.long.sigma, '', False
     if not kind:
-        fitted, kind = decide(search, rough)
+        fitted, kind = decide(ShootingEvidence(search, rough))
 
     verdicts: dict[int, tuple[CandidateFit, bool]] = {}
 
@@ -126,10 +126,10 @@ def decided_on_all(search: Search, by_innovations: bool) -> tuple[CandidateFit, 
     search.long.train[:] = True
     search.fitted.clear()
     if by_innovations:
-        decision = decide_by_innovations(search, whole=True)
+        decision = decide(InnovationEvidence(search))
     else:
         search.none_and_singles()
-        decision = decide(search)
+        decision = decide(ShootingEvidence(search))
     search.long.train[:] = train
     return decision
 

@@ -21,18 +21,17 @@ fit: one sensitivity for each way an effect may begin.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 import math
-from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.identification.candidates import (
-    CandidateModel, NOT_FITTED, ORDERS, PERIODIC, PHASED, replaced_value, Starts, with_effects)
+    CandidateModel, Coordinate, NOT_FITTED, ORDERS, PERIODIC, PHASED, replaced_value, Starts,
+    with_effects)
 from gearbox_monitor.identification.innovation_fit import (
     coordinate_columns, evaluated, InnovationFit)
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import MEMORIES
-from gearbox_monitor.plant.effects.effect import FreeParameter
 
 # Of the scale of a coordinate: so little that a nominal value that scatters and the effect that
 # replaces it have the same column; less where a memory has to be there first; where a fit begins.
@@ -46,14 +45,14 @@ class Proposal:
     A further effect: id, order (of a periodic one) and number of the start of its fit.
 
     gain: in -2 log L of one linear step; infinite for an effect that is not off where its fits
-    begin, and has none. start: coordinates of the effect after the step.
+    begin, and has none. start: coordinates [P] of the effect after the step, None: as they begin.
     """
 
     name: str
     order: int | None
     number: int
     gain: float
-    start: tuple[FreeParameter, ...]
+    start: Array | None = None
 
 
 def scan(likelihood: InnovationLikelihood, starts: Starts, fit: InnovationFit,
@@ -90,7 +89,7 @@ def scan(likelihood: InnovationLikelihood, starts: Starts, fit: InnovationFit,
             run = likelihood.run(with_effects(model, [
                 {'id': name, **_values(free, TINY)}]), fit.torque)
         elif name in MEMORIES:
-            out.append(Proposal(name, order, number, math.inf, tuple(map(_parameter, free))))
+            out.append(Proposal(name, order, number, math.inf))
             continue
         probes = _probes(name, order, free, value)
         columns = np.stack([(likelihood.change(run, with_effects(model, [{'id': name, **probe}]))
@@ -101,11 +100,11 @@ def scan(likelihood: InnovationLikelihood, starts: Starts, fit: InnovationFit,
     return sorted(out, key=lambda p: -p.gain)
 
 
-def _values(free: Sequence[Any], share: float) -> dict[str, float]:
+def _values(free: Sequence[Coordinate], share: float) -> dict[str, float]:
     return {c.name: c.start if c.start else share * c.scale for c in free}
 
 
-def _probes(name: str, order: int | None, free: Sequence[Any],
+def _probes(name: str, order: int | None, free: Sequence[Coordinate],
             value: float | None) -> list[tuple[Mapping[str, float], float]]:
     """Return [(parameters, size)] of a little of the effect in each direction that is linear."""
     if name in PHASED:
@@ -119,24 +118,19 @@ def _probes(name: str, order: int | None, free: Sequence[Any],
     return [(values, values[free[0].name])]
 
 
-def _started(name: str, free: Sequence[Any], step: Array) -> tuple[FreeParameter, ...]:
+def _started(name: str, free: Sequence[Coordinate], step: Array) -> Array:
     """Return the coordinates of the effect after the linear `step` of its amplitude."""
-    out = list(map(_parameter, free))
     if name in PHASED:
-        return tuple(c._replace(start=float(v)) for c, v in zip(out, step))
-    first = out[0]
+        return step
+    values, first = [c.start for c in free], free[0]
     if first.start == 0.0:
         at = float(np.clip(step[0], -first.scale, first.scale))
         least = BEGUN * first.scale  # a memory that is off has no derivative
         at = math.copysign(max(abs(at), least), at)
         if not first.low <= at <= first.high:
             at = least if first.high > 0.0 else -least
-        out[0] = first._replace(start=at)
-    return tuple(out)
-
-
-def _parameter(c: Any) -> FreeParameter:
-    return FreeParameter(c.name, c.start, c.scale, c.low, c.high, c.log)
+        values[0] = at
+    return np.array([math.log(v) if c.log else v for c, v in zip(free, values)])
 
 
 def _gained(own: Array, prior: tuple[Array, Array], columns: Array,
@@ -157,27 +151,19 @@ def _gained(own: Array, prior: tuple[Array, Array], columns: Array,
     return float(h @ step), -step
 
 
-def joined(starts: Starts, fit: InnovationFit, proposal: Proposal) -> CandidateModel:
+def joined(starts: Starts, candidate: CandidateModel, z: Array,
+           proposal: Proposal) -> CandidateModel:
     """
-    Return the candidate of `fit` with the effect of `proposal`, begun where they stand.
+    Return `candidate` with the effect of `proposal`, begun where they stand.
 
     Args:
         starts: of the effects.
-        fit: the effects so far.
-        proposal: the further one.
+        candidate: the effects so far.
+        z: its coordinates [P].
+        proposal: the further effect.
     """
     single = starts.candidates(proposal.name, proposal.order)[proposal.number]
-    own = [c for c in single.coordinates if c.owner == 0]
-    z = np.zeros(len(single.coordinates))
-    for i, c in enumerate(single.coordinates):
-        if c.owner == 0:
-            value = proposal.start[own.index(c)].start
-            z[i] = math.log(value) if c.log else value
-    return starts.joint([(fit.candidate, fit.z), (single, z)])
-
-
-def begun(candidate: CandidateModel, fit: InnovationFit) -> Array:
-    """Return the start of `candidate` [P] with the nominal values of `fit`."""
-    nominal = {c.name: v for c, v in zip(fit.candidate.coordinates, fit.z) if c.owner < 0}
-    return np.array([nominal.get(c.name, v) if c.owner < 0 else v
-                     for c, v in zip(candidate.coordinates, candidate.start())])
+    begin = single.start()
+    if proposal.start is not None:
+        begin[[c.owner == 0 for c in single.coordinates]] = proposal.start
+    return starts.joint([(candidate, z), (single, begin)])

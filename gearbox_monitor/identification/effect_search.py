@@ -29,7 +29,7 @@ from typing import TypeVar
 import numpy as np
 
 from gearbox_monitor.identification.candidates import CandidateModel, Starts
-from gearbox_monitor.identification.effect_scan import begun, joined, Proposal, scan
+from gearbox_monitor.identification.effect_scan import joined, Proposal, scan
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.kernels.types import Array
@@ -61,11 +61,10 @@ EFFORT = SearchEffort()
 
 @dataclass(frozen=True)
 class FitTable:
-    """Fits on long steps: without effects, of single ones and of pairs, each best first."""
+    """Fits on long steps: without effects and of single ones, best first; orders of periodic."""
 
     none: InnovationFit
     singles: tuple[InnovationFit, ...]
-    pairs: tuple[InnovationFit, ...] = ()
     orders: tuple[tuple[str, list[int]], ...] = ()
 
 
@@ -97,8 +96,9 @@ class EffectSearch:
                                                  torque))
 
     def _begun(self, fit: InnovationFit, proposal: Proposal) -> InnovationFit:
-        candidate = joined(self.starts, fit, proposal)
-        return evaluated(self.likelihood, candidate, begun(candidate, fit), fit.torque).alone()
+        candidate = joined(self.starts, fit.candidate, fit.z, proposal)
+        z = candidate.start_from(fit.candidate, fit.z)
+        return evaluated(self.likelihood, candidate, z, fit.torque).alone()
 
     def _halved(self, fits: Sequence[InnovationFit],
                 rounds: Sequence[tuple[int, int]]) -> list[InnovationFit]:
@@ -127,7 +127,7 @@ class EffectSearch:
         for p in proposals:
             if p.order is not None and len(orders.setdefault(p.name, [])) < 3:
                 orders[p.name].append(p.order)
-        return FitTable(none, tuple(fits), (), tuple(orders.items()))
+        return FitTable(none, tuple(fits), tuple(orders.items()))
 
     def _chosen(self, proposals: Sequence[Proposal], count: int,
                 untested: bool) -> list[Proposal]:
@@ -139,11 +139,11 @@ class EffectSearch:
         names = tested[:count] + ([n for n in by_name if n not in tested] if untested else [])
         return [p for name in names for p in by_name[name][:EFFORT.starts]]
 
-    def pairs(self, table: FitTable) -> FitTable:
-        """Return the table with pairs that grow from its single effects."""
+    def pairs(self, singles: Sequence[InnovationFit]) -> list[InnovationFit]:
+        """Return fits of pairs that grow from `singles`, best first."""
         tried: set[str] = set()
         fits: list[InnovationFit] = []
-        bases = list(table.singles[:EFFORT.bases])
+        bases = list(singles[:EFFORT.bases])
         for number in range(EFFORT.exchanges + 1):
             jobs = []
             for base in bases:
@@ -160,8 +160,7 @@ class EffectSearch:
                      if name not in tried]
             if not bases:
                 break
-        fits = self._halved(fits, ((3, 15),))
-        return FitTable(table.none, table.singles, tuple(fits), table.orders)
+        return self._halved(fits, ((3, 15),))
 
     def alone(self, pair: InnovationFit, i: int) -> InnovationFit:
         """Return the effect number `i` of `pair`, fitted alone from where the pair stands."""

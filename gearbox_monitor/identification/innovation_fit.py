@@ -149,12 +149,12 @@ def fitted(likelihood: InnovationLikelihood, fit: InnovationFit, iterations: int
     at = evaluated(likelihood, fit.candidate, fit.z, fit.torque)
     for _ in range(iterations):
         torque = annealed(likelihood, at)
-        before = at.deviance
+        deviance = at.deviance
         if (torque != at.torque).any():
             moved = evaluated(likelihood, at.candidate, at.z, torque)
             at = moved if moved.deviance < at.deviance else at
         at, damping = _step(likelihood, at, damping)
-        if before - at.deviance < tolerance:
+        if deviance - at.deviance < tolerance:
             break
     return at.alone()
 

@@ -25,21 +25,17 @@ from collections.abc import Iterable
 import numpy as np
 
 from gearbox_monitor.identification import gauss_newton, window_states
-from gearbox_monitor.identification.adequacy import incomplete
-from gearbox_monitor.identification.disturbance_pulses import disturbance_fit
 from gearbox_monitor.identification.effect_scan import scan
-from gearbox_monitor.identification.effect_search import EffectSearch, FitTable
+from gearbox_monitor.identification.effect_search import EffectSearch
 from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.search import held_out, Search
 from gearbox_monitor.identification.selection import (
-    convincing, finer, gain, gain_on_all_windows, MARGIN, OWN_MARGIN, ROUGH_MARGIN, scatters,
-    SHARE, simpler, worth)
+    convincing, Evidence, finer, MARGIN, OWN_MARGIN, scatters, worth)
 from gearbox_monitor.identification.smoothed_windows import (
     filterable, smoothed_point, states_of)
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 
 NEAR = 60.0        # -2 log L by which windows, which weigh more, may turn a ranking round
 COMPARED = 4       # single effects on windows at most
@@ -53,20 +49,22 @@ def suits_innovations(search: Search) -> bool:
             and all(name in EFFECTS for name in search.ids))
 
 
-class WindowEvidence:
+class InnovationEvidence(Evidence):
     """Innovations of a Search, and the windows that begin in their smoothed states."""
 
-    def __init__(self, search: Search, spans: Iterable[slice], rough: bool) -> None:
+    def __init__(self, search: Search, rough: bool = False) -> None:
+        super().__init__(search, rough)
         recording, model, sigma = search.recording, search.model, search.long.sigma
-        self.search, self.rough = search, rough
-        spans = list(spans)
+        _, last = held_out(recording, search.long.windows)
+        spans = recording.segments if search.long.train.all() else [
+            slice(cut, cut + n) for cut, n in zip(recording.cuts, last) if n]
         self.coarse = InnovationLikelihood(recording, model, sigma, spans, coarse=True)
         self.fine = InnovationLikelihood(recording, model, sigma, spans)
         self.whole = InnovationLikelihood(recording, model, sigma, recording.segments)
         self.effects = EffectSearch(self.coarse, search.starts, search.ids, search.jobs,
                                     search.report)
         self.finished: dict[str, InnovationFit] = {}
-        self._judged: dict[int, tuple[CandidateFit, bool]] = {}
+        self._singles: tuple[InnovationFit, ...] = ()
 
     def finish(self, fit: InnovationFit) -> CandidateFit:
         """Finish `fit` on short steps and on windows; it joins the fits of the search."""
@@ -97,18 +95,12 @@ class WindowEvidence:
 
     def place_behind(self, fits: Iterable[InnovationFit]) -> None:
         """Let `fits` join the search behind those on windows, in their own order."""
-        last = max(f.score for f in self.search.fitted.values())
+        worst = max(f.score for f in self.search.fitted.values())
         none = self.search.fitted['']
-        rest = [f for f in fits if f.name not in self.search.fitted]
-        for fit in rest:
-            score = last + BEHIND + fit.deviance - rest[0].deviance
+        waiting = [f for f in fits if f.name not in self.search.fitted]
+        for fit in waiting:
+            score = worst + BEHIND + fit.deviance - waiting[0].deviance
             self.search.fitted[fit.name] = CandidateFit(fit.candidate, none.point, score)
-
-    def inadequate(self, fit: CandidateFit) -> bool:
-        """Return whether `fit` leaves more than noise, judged once for each fit."""
-        if id(fit) not in self._judged:
-            self._judged[id(fit)] = fit, incomplete(self.search, fit, self.rough)
-        return self._judged[id(fit)][1]
 
     def lacks(self, fit: CandidateFit) -> bool:
         """Return whether a further effect promises more than chance beside `fit`."""
@@ -119,83 +111,28 @@ class WindowEvidence:
                    for p in scan(self.fine, self.search.starts, finished, self.search.ids)
                    if np.isfinite(p.gain))
 
-    def singles(self) -> FitTable:
-        """Fit none and single effects; the best of them on windows."""
-        none = self.effects.none()
+    def convincing_single(self) -> CandidateFit | None:
+        """Fit none and single effects; return the best one, None where it does not convince."""
+        search, none = self.search, self.effects.none()
         table = self.effects.singles(none)
-        self.search.use_orders(dict(table.orders))
+        self._singles = table.singles
+        search.use_orders(dict(table.orders))
         self.finish(none)
         for number, fit in enumerate(table.singles[:COMPARED]):
             if number < 2 or fit.deviance < table.singles[0].deviance + NEAR:
                 self.finish(fit)
         self.place_behind(table.singles)
-        return table
+        leader = next((search.fitted[name] for name in search.ranked()), None)
+        return leader if leader is not None and convincing(search, leader) else None
 
-    def pairs(self, table: FitTable) -> list[CandidateFit]:
-        """Fit pairs, the best of them on windows; return these, best first."""
-        fits = self.effects.pairs(table).pairs
-        done = [self.finish(fit) for fit in fits[:PAIRS]]
-        self.place_behind(fits)
-        return sorted(done, key=lambda f: f.score)
-
-
-def decide_by_innovations(search: Search, rough: bool = False,
-                          whole: bool = False) -> tuple[CandidateFit, str]:
-    """
-    Return (fit, 'effect' | 'none' | 'unknown'): what explains the recording best.
-
-    Args:
-        search: of the recording, for which suits_innovations holds; it takes up all fits.
-        rough: whether an encoder is quantised more coarsely than its noise.
-        whole: whether windows that are held out elsewhere are fitted, too.
-    """
-    _, last = held_out(search.recording, search.long.windows)
-    spans = search.recording.segments if whole else [
-        slice(cut, cut + n) for cut, n in zip(search.recording.cuts, last) if n]
-    evidence = WindowEvidence(search, spans, rough)
-    table = evidence.singles()
-    singles = search.ranked()
-    best = search.fitted[singles[0]] if singles else None
-    if best is None or not convincing(search, best):
-        none = finer(search, search.fitted[''], evidence.inadequate)
-        if not evidence.inadequate(none):
-            return none, 'none'
-        best = none
-    else:
-        best = finer(search, simpler(search, best), evidence.inadequate)
-    lacking = evidence.inadequate(best)
-    if lacking:
-        pulses = explained_by_pulses(search, rough, evidence)
-        if pulses is not None:
-            return pulses, 'effect'
-    if table.singles and (lacking or evidence.lacks(best)):
-        for pair in evidence.pairs(table):
-            pair = finer(search, pair, evidence.inadequate)
-            if worth(search, best, pair) and (lacking or not evidence.inadequate(pair)):
-                best = pair
-                break
-    return best, 'unknown' if evidence.inadequate(best) else 'effect'
-
-
-def explained_by_pulses(search: Search, rough: bool,
-                        evidence: WindowEvidence) -> CandidateFit | None:
-    """
-    Return the fit of pulses, None if there are none or one effect explains as much.
-
-    Args:
-        search: fits of all candidates to one recording.
-        rough: whether an encoder is quantised more coarsely than its noise.
-        evidence: that the search was filled from.
-    """
-    if DISTURBANCE.id not in search.ids or search.noisy:
-        return None
-    pulses = disturbance_fit(search)
-    if pulses is None or evidence.inadequate(pulses):
-        return None
-    single = search.fitted[search.ranked()[0]]
-    explained = max(0.0, gain_on_all_windows(search, single))
-    margin = ROUGH_MARGIN if rough else MARGIN
-    if gain(search, pulses) < margin + explained / SHARE:
-        return None
-    search.fitted[DISTURBANCE.id] = pulses
-    return pulses
+    def pair_beyond(self, fit: CandidateFit) -> CandidateFit:
+        """Return the best fit of two effects that is worth more than `fit`, else `fit`."""
+        lacking = self.inadequate(fit)
+        pairs = self.effects.pairs(self._singles)
+        finished = [self.finish(pair) for pair in pairs[:PAIRS]]
+        self.place_behind(pairs)
+        for pair in sorted(finished, key=lambda f: f.score):
+            pair = finer(self.search, pair, self.inadequate)
+            if worth(self.search, fit, pair) and (lacking or not self.inadequate(pair)):
+                return pair
+        return fit

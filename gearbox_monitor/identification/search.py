@@ -295,12 +295,8 @@ class Search:
     def at_none(self, candidate: CandidateModel,
                 point: likelihood.FitPoint) -> likelihood.FitPoint:
         """Return a FitPoint of `candidate` at its start, with states and nuisances of `point`."""
-        z = candidate.start()
-        nuisances = {c.name: v for c, v in zip(self.fitted[''].candidate.coordinates, point.z)}
-        for i, c in enumerate(candidate.coordinates):
-            if c.owner < 0 and c.name in nuisances:
-                z[i] = nuisances[c.name]
-        return likelihood.copied(point, z)
+        return likelihood.copied(
+            point, candidate.start_from(self.fitted[''].candidate, point.z))
 
     def refine(self, by_id: dict[str, list[Screened]]) -> None:
         """
@@ -537,8 +533,7 @@ class Search:
             value = (replaced_value(self.model, second) or 0.0) * (1.0 + nuisances[c])
             moved = np.where([k.owner < 0 for k in single.coordinates], 0.0, value)
             joint = self.starts.joint([(base.candidate, base.point.z), (single, moved)])
-            z = np.array([nuisances[k.name] if k.owner < 0 else v
-                          for k, v in zip(joint.coordinates, joint.start())])
+            z = joint.start_from(base.candidate, base.point.z)
             point = self.long.evaluate(joint, likelihood.copied(base.point, z))
             joint_fit = self._whitened(joint, point)
             rivals = [f for f in self.fitted.values()
@@ -555,10 +550,7 @@ class Search:
         if not self.noisy or self.long.weighing is not None:
             return
         none = self.fitted['']
-        nuisances = {c.name: v for c, v in zip(fitted.candidate.coordinates, fitted.point.z)
-                     if c.owner < 0}
-        z = np.array([nuisances.get(c.name, v)
-                      for c, v in zip(none.candidate.coordinates, none.point.z)])
+        z = none.candidate.start_from(fitted.candidate, fitted.point.z)
         point = self.long.evaluate(none.candidate, likelihood.copied(fitted.point, z))
         window_states.rescue(self.long, none.candidate, point, [none.point],
                              half_gap=self.half_gap)

@@ -17,6 +17,7 @@ Model selection: no effect, one, two or an unknown one.
 
 Gains are differences of BIC; margins cover what the search over all candidates gains by chance.
 """
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -88,123 +89,127 @@ def own_margin(search: Search) -> float:
     return OWN_MARGIN - float(np.log(search.long.n_train))
 
 
-def decide(search: Search, rough: bool = False) -> tuple[CandidateFit, str]:
+class Evidence(ABC):
     """
-    Return (fit, 'effect' | 'none' | 'unknown'): what explains the recording best.
+    What a decision asks of a Search, whatever finds its fits.
 
-    Args:
-        search: fits of all candidates to one recording.
-        rough: whether an encoder is quantised more coarsely than its noise.
+    search: takes up all fits; rough: whether an encoder is quantised more coarsely than its noise.
     """
-    judged: dict[int, tuple[CandidateFit, bool]] = {}
 
-    def inadequate(fitted: CandidateFit) -> bool:
-        """Return whether `fitted` leaves more than noise, judged once for each fit."""
-        if id(fitted) not in judged:
-            judged[id(fitted)] = fitted, incomplete(search, fitted, rough)
-        return judged[id(fitted)][1]
+    def __init__(self, search: Search, rough: bool = False) -> None:
+        self.search, self.rough = search, rough
+        self._judged: dict[int, tuple[CandidateFit, bool]] = {}
 
-    search.exempt('')
-    known_effects = bool(search.ranked())
-    explained = explained_by_pulses(search, rough, inadequate) if known_effects else None
-    if explained is not None:
-        return explained, 'effect'
-    convincing_fit = convinced(search, inadequate) if known_effects else None
-    if convincing_fit is None:
-        none = finer(search, search.fitted[''], inadequate)
-        return none, 'unknown' if inadequate(none) else 'none'
-    best_fit, singles = convincing_fit, search.ranked()
-    if not search.noisy:
-        best_fit = settled(search, best_fit, inadequate)
-    best_fit = finer(search, simpler(search, best_fit), inadequate)
-    hints = forward_gains(search, best_fit)
-    if (inadequate(best_fit) or max((g for g, _ in hints.values()), default=0.0) > PAIR_HINT
-            or search.long.weighing is None and search.far(best_fit, search.ids)):
-        best_fit = paired(search, singles, inadequate)
-    best_fit = finer(search, best_fit, inadequate)
-    return best_fit, 'unknown' if inadequate(best_fit) else 'effect'
+    @abstractmethod
+    def convincing_single(self) -> CandidateFit | None:
+        """Return the best fit of one effect, None where it does not convince."""
+
+    @abstractmethod
+    def lacks(self, fit: CandidateFit) -> bool:
+        """Return whether a further effect promises more than chance beside `fit`."""
+
+    @abstractmethod
+    def pair_beyond(self, fit: CandidateFit) -> CandidateFit:
+        """Return the best fit of two effects that is worth more than `fit`, else `fit`."""
+
+    def inadequate(self, fit: CandidateFit) -> bool:
+        """Return whether `fit` leaves more than noise, judged once for each fit."""
+        if id(fit) not in self._judged:
+            self._judged[id(fit)] = fit, incomplete(self.search, fit, self.rough)
+        return self._judged[id(fit)][1]
 
 
-def convinced(search: Search, inadequate: Callable[[CandidateFit], bool]) -> CandidateFit | None:
-    """
-    Return the best CandidateFit of one effect, None where it does not convince; lack: of decide.
+def decide(evidence: Evidence) -> tuple[CandidateFit, str]:
+    """Return (fit, 'effect' | 'none' | 'unknown'): what explains the recording best."""
+    search, inadequate = evidence.search, evidence.inadequate
+    chosen = evidence.convincing_single()
+    if chosen is None:
+        chosen = finer(search, search.fitted[''], inadequate)
+        if not inadequate(chosen):
+            return chosen, 'none'
+    else:
+        chosen = finer(search, simpler(search, chosen), inadequate)
+    lacking = inadequate(chosen)
+    if search.ranked() and lacking:
+        pulses = explained_by_pulses(search, evidence.rough, inadequate)
+        if pulses is not None:
+            return pulses, 'effect'
+    if search.ranked() and (lacking or evidence.lacks(chosen)):
+        chosen = evidence.pair_beyond(chosen)
+    return chosen, 'unknown' if inadequate(chosen) else 'effect'
 
-    Args:
-        search: fits of all candidates to one recording.
-        inadequate: function that tells whether a fit leaves more than noise.
-    """
-    best_fit = search.fitted[search.ranked()[0]]
-    if not convincing(search, best_fit) and not search.noisy and inadequate(search.fitted['']):
-        search.rejoin()
-        search.settle(['', search.ranked()[0]])
-        best_fit = search.fitted[search.ranked()[0]]
-    if convincing(search, best_fit):
-        search.challenge(best_fit)
+
+class ShootingEvidence(Evidence):
+    """Evidence of windows alone, whose single effects were fitted by Search.none_and_singles."""
+
+    def convincing_single(self) -> CandidateFit | None:
+        """Return the best fit of one effect, None where it does not convince."""
+        search = self.search
         search.exempt('')
-        best_fit = search.fitted[search.ranked()[0]]
-    return best_fit if convincing(search, best_fit) else None
+        if not search.ranked():
+            return None
+        leader = search.fitted[search.ranked()[0]]
+        if not convincing(search, leader) and not search.noisy and self.inadequate(
+                search.fitted['']):
+            search.rejoin()
+            search.settle(['', search.ranked()[0]])
+            leader = search.fitted[search.ranked()[0]]
+        if convincing(search, leader):
+            search.challenge(leader)
+            search.exempt('')
+            leader = search.fitted[search.ranked()[0]]
+        if not convincing(search, leader):
+            return None
+        return leader if search.noisy else self._settled(leader)
 
+    def _settled(self, leader: CandidateFit) -> CandidateFit:
+        """Return the best fit of one effect once those near `leader` stand still."""
+        search, singles = self.search, self.search.ranked()
+        near = [n for n in singles if search.fitted[n].score - leader.score < NEAR]
+        if self.inadequate(leader):
+            search.fitted[leader.name] = search.polish(search.grown(leader), [leader.point])
+            near = singles[:2]
+        if len(near) > 1:
+            search.settle(near[:SETTLED])
+        return search.fitted[search.ranked()[0]]
 
-def settled(search: Search, best_fit: CandidateFit,
-            inadequate: Callable[[CandidateFit], bool]) -> CandidateFit:
-    """
-    Return the best CandidateFit of one effect once those near `best` stand still; lack: of decide.
+    def lacks(self, fit: CandidateFit) -> bool:
+        """Return whether a further effect promises more than chance beside `fit`."""
+        search = self.search
+        gains = [gain for gain, _ in forward_gains(search, fit).values()]
+        return max(gains, default=0.0) > PAIR_HINT or (
+            search.long.weighing is None and bool(search.far(fit, search.ids)))
 
-    Args:
-        search: fits of all candidates to one recording.
-        best_fit: fit that explains the recording best.
-        inadequate: function that tells whether a fit leaves more than noise.
-    """
-    singles = search.ranked()
-    neighbours = [n for n in singles if search.fitted[n].score - best_fit.score < NEAR]
-    if inadequate(best_fit):
-        search.fitted[best_fit.name] = search.polish(search.grown(best_fit), [best_fit.point])
-        neighbours = singles[:2]
-    if len(neighbours) > 1:
-        search.settle(neighbours[:SETTLED])
-    return search.fitted[search.ranked()[0]]
+    def pair_beyond(self, fit: CandidateFit) -> CandidateFit:
+        """Return the best fit of two effects that is worth more than `fit`, else `fit`."""
+        if not fit.candidate.ids:
+            return fit
+        search = self.search
+        return finer(search, paired(search, search.ranked(), self.inadequate), self.inadequate)
 
 
 def explained_by_pulses(search: Search, rough: bool,
                         inadequate: Callable[[CandidateFit], bool]) -> CandidateFit | None:
     """
-    Return the fit of pulses, or of a pair that explains them, None if there are none.
+    Return the fit of pulses, None if there are none or one effect explains as much.
 
     Args:
         search: fits of all candidates to one recording.
         rough: whether an encoder is quantised more coarsely than its noise.
         inadequate: function that tells whether a fit leaves more than noise.
     """
-    if DISTURBANCE.id not in search.ids:
+    # Torque noise on the motor is bursts, too.
+    if DISTURBANCE.id not in search.ids or (search.noisy and search.long.weighing is None):
         return None
-    if search.long.weighing is None and search.fitted[''].s > 0.0:
-        return None  # torque noise on the motor is bursts, too
     pulses = disturbance_fit(search)
-    if pulses is None or not _more(search, pulses, rough) or inadequate(pulses):
+    if pulses is None or inadequate(pulses):
         return None
-    # The very windows that look like bursts may be those in which an effect is stuck.
-    search.rejoin()
-    search.settle(['', *search.ranked()[:SETTLED]])
-    if not _more(search, pulses, rough):
+    explained = max(0.0, gain_on_all_windows(search, search.fitted[search.ranked()[0]]))
+    margin = ROUGH_MARGIN if rough else MARGIN
+    if gain(search, pulses) < margin + explained / SHARE:
         return None
-    singles = search.ranked()
-    best_fit = search.fitted[singles[0]]
     search.fitted[DISTURBANCE.id] = pulses
-    if gain_on_all_windows(search, best_fit) < SHARE * gain(search, pulses):
-        return pulses
-    # One effect explains most of the bursts: two may explain them all, with less freedom.
-    pairs = find_pairs(search, singles[:2])
-    pair = search.fitted[pairs[0]] if pairs else best_fit
-    if inadequate(pair) or gain_on_all_windows(search, pair) < gain(search, pulses):
-        return pulses
-    del search.fitted[DISTURBANCE.id]
-    return pair
-
-
-def _more(search: Search, pulses: CandidateFit, rough: bool) -> bool:
-    """Return whether bursts explain more than one effect does everywhere; rough: of decide."""
-    single_gain = gain_on_all_windows(search, search.fitted[search.ranked()[0]])
-    return gain(search, pulses) > (ROUGH_MARGIN if rough else MARGIN) + max(0.0, single_gain)
+    return pulses
 
 
 def paired(search: Search, singles: Sequence[str],

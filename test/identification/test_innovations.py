@@ -22,7 +22,7 @@ import pytest
 from scipy.linalg import expm
 
 from gearbox_monitor.identification.candidates import Starts
-from gearbox_monitor.identification.effect_scan import begun, joined, scan
+from gearbox_monitor.identification.effect_scan import joined, scan
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted
 from gearbox_monitor.identification.innovations import InnovationLikelihood, timeline
 from gearbox_monitor.plant import effects
@@ -174,9 +174,9 @@ def test_the_true_effect_is_proposed_and_fitted_from_nothing_and_the_noise_vanis
     proposals = scan(likelihood, starts, without, [truth['id'], 'arm_coulomb', 'gravity',
                                                    'torque_gain', 'cogging'])
     assert proposals[0].name == truth['id']
-    candidate = joined(starts, without, proposals[0])
-    fit = fitted(likelihood, evaluated(likelihood, candidate, begun(candidate, without),
-                                       without.torque), 20)
+    candidate = joined(starts, none, without.z, proposals[0])
+    z = candidate.start_from(none, without.z)
+    fit = fitted(likelihood, evaluated(likelihood, candidate, z, without.torque), 20)
     _, (values,) = candidate.values(fit.z)
     assert values['Th'] == pytest.approx(truth['Th'], rel=0.05)
     assert values['dh'] == pytest.approx(truth['dh'], rel=0.2)
