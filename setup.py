@@ -17,6 +17,7 @@ from glob import glob
 from setuptools import find_packages, setup
 
 package_name = 'gearbox_monitor'
+TABLES = ['fsspec>=2023.6', 'pyarrow>=14.0.1']
 
 setup(
     name=package_name,
@@ -38,14 +39,12 @@ setup(
     # What pip can bring. ROS packages are not named here: on an apt-installed Jazzy they have
     # no such names; in a plain venv the extra "ros" brings them as wheels.
     install_requires=[
-        'fsspec>=2023.6',  # no rosdep key
         'Jinja2>=3.1',
         'matplotlib>=3.6',
         'mcap-ros2-support>=0.5',  # brings mcap; both spellings are the same rosdep key
         'mcap>=1.1',
         'numba>=0.59',
         'numpy>=1.26',
-        'pyarrow>=14.0.1',  # no rosdep key
         'PyYAML>=6.0',
         'rosbags>=0.10',
         'scipy>=1.11',
@@ -53,14 +52,20 @@ setup(
         'tqdm>=4.60',
     ],
     extras_require={
-        # "fleet --scheduler"; dask and distributed have no rosdep keys
-        'fleet': ['dask>=2024.1', 'distributed>=2024.1'],
+        # "fleet", Parquet and Feather files: 170 MB; no rosdep keys
+        'tables': TABLES,
+        # "fleet --scheduler", too; dask and distributed have no rosdep keys
+        'fleet': ['dask>=2024.1', 'distributed>=2024.1', *TABLES],
         # "export", and models read from MJCF files; no rosdep key
         'mujoco': ['mujoco>=4.0'],
         # "import" of HDF5 and MATLAB 7.3 files
         'import': ['h5py>=3.10'],
+        # "compare" with filters of filterpy
+        'compare': ['filterpy>=1.4'],
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         'test': [
+            *TABLES,
+            'codespell>=2.3',
             'distributed>=2024.1',
             'djlint>=1.34',
             'esprima>=4.0',

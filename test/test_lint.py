@@ -58,6 +58,11 @@ def test_ruff_rules():
     check('ruff', 'check', *SOURCES)
 
 
+def test_spelling():
+    check('codespell_lib', *SOURCES, 'config', *map(str, ROOT.glob('*.md')),
+          'CHANGELOG.rst')
+
+
 def test_types_of_the_core():
     check('mypy')
 

@@ -35,7 +35,6 @@ import sys
 import textwrap
 from typing import Any
 
-from tqdm import tqdm
 
 from gearbox_monitor.bag.joint_input import find_input, JointInput
 from gearbox_monitor.bag.read import BagReader, open_bag
@@ -43,6 +42,7 @@ from gearbox_monitor.bag.recorded_samples import sample_parts
 from gearbox_monitor.bag.recorded_snapshots import read_snapshots
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, dump, estimator_options, expect_new, write_new)
+from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import EstimatorParameters, resolve
@@ -131,8 +131,7 @@ def _examined(reader: BagReader, topic: str, model: DriveModel | None,
     motor, arm = parameters.motor_joint, parameters.arm_joint
     decode = reader.decoder(topic, (motor, arm))
     parts: list[Examination | InputError] = []
-    with tqdm(total=reader.topics[topic][1], desc='check', unit=' samples', unit_scale=True,
-              disable=None, leave=False) as bar:
+    with count_bar('check', reader.topics[topic][1]) as bar:
         for samples in sample_parts(reader, topic, decode, model or DriveModel(),
                                     _min_samples(reader, topic, parameters), bar.update):
             if motor in decode.joints:

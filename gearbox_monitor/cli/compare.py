@@ -15,11 +15,11 @@
 """
 Compare several filters on one recording.
 
-All use the same model and the same parameters (tune them first). filterpy_ekf and filterpy_ukf are
-the filters of the package filterpy on the same process model. They are tens of times slower: with
-one of them, all filters run on the first part of a long bag only (--filterpy-samples), so that the
-figures are comparable. Errors appear if the bag contains a true or measured torque
-(plant/transmission_state or reference/transmission_state).
+All use the same model and the same parameters (tune them first). filterpy-ekf and filterpy-ukf are
+those of the package filterpy (extra [compare]) on the same process model. They are tens of times
+slower: with one of them, all filters run on the first part of a long bag only
+(--filterpy-samples), so that the figures are comparable. Errors appear if the bag contains a true
+or measured torque (plant/transmission_state or reference/transmission_state).
 
 columns: tau_K rms error of the filtered and of the smoothed torque (N m); share of errors within
 one stated deviation (0.68 expected); log-likelihood; mean NIS (2 expected); Ljung-Box statistic of
@@ -27,7 +27,7 @@ the worse encoder (white below the limit named); CPU time per sample, and over t
 
 usage examples:
   gearbox_monitor compare BAG --filters ekf,ukf,srukf,aekf --params tuned.yaml
-  gearbox_monitor compare BAG --filters ekf,filterpy_ekf,filterpy_ukf --png compare.png
+  gearbox_monitor compare BAG --filters ekf,filterpy-ekf,filterpy-ukf --png compare.png
   gearbox_monitor compare BAG --model drive.yaml --json
 
 exit code: 0 done, 2 bad usage or input.
@@ -42,7 +42,6 @@ import time
 from typing import Any, NamedTuple
 
 import numpy as np
-from tqdm import tqdm
 
 from gearbox_monitor.bag.read import BagReader, open_bag
 from gearbox_monitor.bag.recorded_samples import RecordedSamples
@@ -50,6 +49,7 @@ from gearbox_monitor.bag.replay import truth
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, expect_new, warn)
+from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import filterpy_reference, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
@@ -107,7 +107,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    names = [check_filter(name.strip(), filterpy_reference.NAMES)
+    names = [check_filter(name.strip().replace('-', '_'), filterpy_reference.NAMES)
              for name in args.filters.split(',')]
     names = list(dict.fromkeys(names))
     if args.filterpy_samples < SHORTEST:
@@ -132,11 +132,14 @@ def run(args: Namespace) -> int:
         notes.append(f'only the first {args.filterpy_samples} of {count} samples, for filterpy '
                      '(--filterpy-samples)')
     results = []
-    for name in tqdm(names, desc='compare', disable=None, leave=False):
-        try:
-            results.append(run_filter(name, inputs.model, inputs.parameters, samples))
-        except InputError as error:
-            raise InputError(f'{args.bag}: {error}') from None
+    with count_bar('compare', len(names)) as bar:
+        for name in names:
+            bar.set_description_str(f'compare: {name}')
+            try:
+                results.append(run_filter(name, inputs.model, inputs.parameters, samples))
+            except InputError as error:
+                raise InputError(f'{args.bag}: {error}') from None
+            bar.update()
     notes += [f'{result.name}: {note}' for result in results for note in result.notes]
     data = {'bag': args.bag, 'samples': len(samples.stamp_ns), 'white_limit': WHITE_LIMIT,
             'rows': [row(result, results, torque) for result in results], 'notes': notes}

@@ -47,8 +47,9 @@ from matplotlib.figure import Figure
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_drive, load_recording, percent_bar, progress_of)
+    add_recording_arguments, load_drive, load_recording)
 from gearbox_monitor.cli.options import check_jobs, dump, expect_new, JSON_FILE_HELP, plain
+from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
 from gearbox_monitor.identification.diagnose import diagnose

@@ -22,7 +22,6 @@ import signal
 from typing import NamedTuple
 
 import numpy as np
-from tqdm import tqdm
 
 from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.joint_input import find_input
@@ -194,19 +193,3 @@ def time_limit(seconds: float, option: str) -> Iterator[None]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
-
-
-def percent_bar(name: str) -> 'tqdm[None]':
-    """Return a progress bar in percent, called `name`."""
-    return tqdm(total=100, desc=name, disable=None, leave=False,
-                bar_format='{percentage:3.0f} %|{bar:20}| {elapsed} {desc}')
-
-
-def progress_of(bar: 'tqdm[None]') -> Callable[..., None]:
-    """Return progress(done, total, text) that moves `bar`, never back."""
-    def progress(done: float, total: float, text: str = '') -> None:
-        """Show the share of done in total, and text."""
-        if text:
-            bar.set_description_str(text[:40], refresh=False)
-        bar.update(max(0.0, 100.0 * done / max(total, 1) - bar.n))
-    return progress

@@ -40,9 +40,9 @@ import math
 from pathlib import Path
 import textwrap
 
-from gearbox_monitor.cli.drive_recordings import (
-    add_joint_arguments, load_recording, percent_bar, progress_of)
+from gearbox_monitor.cli.drive_recordings import add_joint_arguments, load_recording
 from gearbox_monitor.cli.options import expect_new, write_new
+from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.export.mjcf import refused, values_of
 from gearbox_monitor.export.mjcf_file import drive_of, MjcfDrive, read_mjcf
 from gearbox_monitor.export.mjcf_patch import Patch, patched

@@ -41,8 +41,9 @@ from pathlib import Path
 from typing import Any
 
 from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_drive, load_recording, percent_bar, progress_of, time_limit)
+    add_recording_arguments, load_drive, load_recording, time_limit)
 from gearbox_monitor.cli.options import check_jobs, plain
+from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
 from gearbox_monitor.identification.nominal import fit_nominal

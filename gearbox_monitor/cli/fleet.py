@@ -47,10 +47,10 @@ import re
 import sys
 from typing import Any
 
-from tqdm import tqdm
 
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
 from gearbox_monitor.cli.options import estimator_options
+from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.ros.child_processes import cores, Interrupt
@@ -104,8 +104,7 @@ def run(args: Namespace) -> int:
         engine = _engine(args, job.pending)
         with Interrupt() as interrupt:
             try:
-                with tqdm(total=len(bags), initial=job.counts['skipped'], desc='fleet',
-                          unit='bag', disable=None, leave=False) as bar:
+                with count_bar('fleet', len(bags), job.counts['skipped']) as bar:
                     whole = job.run(engine, lambda: interrupt.requested, bar.update)
             except InputError:
                 with suppress(InputError):  # of what is done

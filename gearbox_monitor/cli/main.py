@@ -47,6 +47,9 @@ COMMANDS = {
 }
 
 
+LIVE = ('demo', 'play', 'benchmark')  # print on their own what they do
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """
     Run one subcommand with `argv`, or the arguments of the process.
@@ -62,7 +65,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         kernels = sys.modules.get('gearbox_monitor.kernels.jit')
         if kernels and kernels.CACHE_PROBLEM:
             print(f'gearbox_monitor {command}: {kernels.CACHE_PROBLEM}', file=sys.stderr)
-        with _announced_compilation() if kernels else contextlib.nullcontext():
+        from gearbox_monitor.cli.progress import shown_time
+        with (_announced_compilation() if kernels else contextlib.nullcontext(),
+              contextlib.nullcontext() if command in LIVE else shown_time(str(command))):
             code: int = args.run(args) or 0
             return code
     except InputError as error:

@@ -38,7 +38,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
 
 from gearbox_monitor.bag.comparison import Comparer, Comparison
 from gearbox_monitor.bag.estimate_table import CsvTable, ParquetTable
@@ -49,6 +48,7 @@ from gearbox_monitor.bag.replay_output import BagOutput
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, estimator_options, expect_new, warn)
+from gearbox_monitor.cli.progress import count_bar, Progress
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.units import on_axis
@@ -102,8 +102,7 @@ def _play(args: Namespace, player: EstimatePlayer) -> tuple[dict[str, Any], Comp
                                BagOutput(path, player))
         tables = [output for output in outputs if args.smooth and not isinstance(
             output, BagOutput)]
-        with tqdm(total=player.reader.topics[player.topic][1], desc='replay', unit=' samples',
-                  unit_scale=True, disable=None, leave=False) as bar:
+        with count_bar('replay', player.reader.topics[player.topic][1]) as bar:
             player.run([sink for sink in (summary, comparer, collector, *outputs, Progress(bar))
                         if sink and sink not in tables])
         comparison = comparer.comparison if comparer else None
@@ -121,23 +120,6 @@ def _play(args: Namespace, player: EstimatePlayer) -> tuple[dict[str, Any], Comp
             output.abandon()
         raise
     return data, comparison
-
-
-class Progress:
-    """Takes the parts of a Player and moves a progress bar."""
-
-    topics: tuple[str, ...] = ()
-
-    def __init__(self, bar: 'tqdm[None]') -> None:
-        """Move `bar`."""
-        self._bar = bar
-
-    def add(self, part: Any) -> None:
-        """Take a `part` of the recording."""
-        self._bar.update(len(part.samples.stamp_ns))
-
-    def finish(self) -> None:
-        """Leave the bar to its owner."""
 
 
 def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:

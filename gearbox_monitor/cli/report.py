@@ -34,12 +34,12 @@ exit code: 0 done, 2 bad usage or input.
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from tqdm import tqdm
 
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, dump, estimator_options, expect_new, JSON_FILE_HELP,
     plain, warn, write_new)
+from gearbox_monitor.cli.progress import percent_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import FILTER_NAMES
@@ -68,9 +68,7 @@ def run(args: Namespace) -> int:
     if args.filter:
         parameters['filter'] = check_filter(args.filter)
     model = load_model(model_file) if model_file else None
-    with open_bag(args.bag) as reader, tqdm(
-            total=100, desc='report', disable=None, leave=False,
-            bar_format='{desc} {percentage:3.0f} %|{bar}| {elapsed} left {remaining}') as bar:
+    with open_bag(args.bag) as reader, percent_bar('report') as bar:
         source = TimelineSource(
             reader, args.topic, EstimatorChoice(model, parameters, args.replay),
             lambda share: bar.update(100.0 * share - bar.n))

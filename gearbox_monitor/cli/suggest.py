@@ -37,9 +37,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 import yaml
 
+from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
 from gearbox_monitor.identification.experiment_design import Limits, suggest
@@ -85,13 +85,9 @@ def run(args: Namespace) -> int:
     model = load_model(args.model)
     effects, pairs, sigma = _question(args)
     limits = Limits(args.max_torque, args.max_speed, args.max_travel)
-    with tqdm(total=1, desc='suggest', disable=None, leave=False,
-              bar_format='{percentage:3.0f} %|{bar:20}| {elapsed} {desc}') as bar:
-        def progress(done: float, total: float) -> None:
-            """Move the bar to the share of done in total."""
-            bar.update(done / total - bar.n)
+    with percent_bar('suggest') as bar:
         motions = suggest(model, effects, pairs, limits, np.array(sigma), args.seconds,
-                          progress=progress)
+                          progress=progress_of(bar))
     if not motions:
         raise InputError(f'--max-speed, --max-travel: no motion of {args.seconds:g} s stays '
                          'within them, expected wider limits')

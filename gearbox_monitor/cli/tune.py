@@ -45,13 +45,13 @@ import sys
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.read import BagReader, JOINT_STATE, open_bag
 from gearbox_monitor.cli.filter_inputs import FilterInputs, load_filter_inputs
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, expect_new, warn, write_new)
+from gearbox_monitor.cli.progress import percent_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.tune import tune
 from gearbox_monitor.files.yaml_files import expect_folder_of
@@ -85,8 +85,7 @@ def run(args: Namespace) -> int:
         reference = _reference(reader, args.reference) if args.reference else None
     if not COMPILED:
         print('tune: without numba this takes about a hundred times longer', file=sys.stderr)
-    with tqdm(total=100, desc='tune', disable=None, leave=False,
-              bar_format='{desc} {percentage:3.0f} %|{bar}| {elapsed}') as bar:
+    with percent_bar('tune') as bar:
         try:
             data = tune(inputs.model, inputs.parameters, [inputs.samples], reference,
                         not args.fix_speeds, args.smoother,

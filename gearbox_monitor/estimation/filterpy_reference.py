@@ -15,7 +15,7 @@
 """
 The EKF and UKF of filterpy on the same process model: an independent cross-check.
 
-filterpy is no dependency of this package; it comes with the extra "test".
+filterpy is no dependency of this package; it comes with the extra "compare".
 """
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,0 +1,61 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What commands show at a terminal: a bar with the remaining time, or the time without one."""
+import io
+import sys
+import time
+
+from gearbox_monitor.cli import progress
+
+
+class Terminal(io.StringIO):
+    """A text stream that claims to be a terminal."""
+
+    def isatty(self):
+        """Return True."""
+        return True
+
+
+def terminal(monkeypatch):
+    """Return what stands in for stderr; called in a test, as pytest sets stderr before each."""
+    stream = Terminal()
+    monkeypatch.setattr(sys, 'stderr', stream)
+    monkeypatch.setattr(progress, 'QUIET', 0.05)
+    return stream
+
+
+def test_time_is_shown_and_cleared(monkeypatch):
+    stream = terminal(monkeypatch)
+    with progress.shown_time('import'):
+        time.sleep(0.3)
+    lines = stream.getvalue().split('\r')
+    assert lines[1].startswith('import: running for 0 s') and not lines[-2].strip()
+
+
+def test_bar_takes_the_place_of_the_time(monkeypatch):
+    stream = terminal(monkeypatch)
+    with progress.shown_time('tune'), progress.percent_bar('tune') as bar:
+        progress.progress_of(bar)(1, 2)
+        time.sleep(0.3)
+        bar.refresh()
+    shown = stream.getvalue()
+    assert 'running for' not in shown and 'tune  50 %' in shown and 'left' in shown
+
+
+def test_nothing_without_a_terminal(monkeypatch, capsys):
+    monkeypatch.setattr(progress, 'QUIET', 0.05)
+    with progress.shown_time('tune'), progress.percent_bar('tune'):
+        time.sleep(0.2)
+    assert capsys.readouterr().err == ''
