@@ -15,6 +15,7 @@
 """Convert whole blocks of ``sensor_msgs/JointState`` between CDR bytes and arrays, vectorised."""
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 import struct
 from typing import Any
 
@@ -300,33 +301,41 @@ def encode_joint_states(stamp_ns: npt.ArrayLike, names: Sequence[str],
         The bytes of each of the N messages.
     """
     stamp_ns = np.asarray(stamp_ns, np.int64)
+    values = {'position': position, 'velocity': velocity, 'effort': effort}
+    head, record = _template(tuple(names), tuple(
+        field for field, array in values.items() if array is not None and names), frame_id)
+    data, size = bytearray(head * len(stamp_ns)), len(head)
+    table = np.frombuffer(data, record)
+    table['sec'], table['nanosec'] = np.divmod(stamp_ns, 1_000_000_000)
+    for field in record.names[2:]:
+        table[field] = np.asarray(values[field], float).reshape(len(stamp_ns), len(names))
+    return [bytes(data[k:k + size]) for k in range(0, len(data), size)]
+
+
+@lru_cache(maxsize=64)
+def _template(names: tuple[str, ...], present: tuple[str, ...], frame_id: str
+              ) -> tuple[bytes, Any]:
+    """Return (message of the joints `names` with zeros, dtype that finds its values)."""
     head = bytearray(LITTLE_ENDIAN + bytes(8))
     _put_text(head, frame_id)
     _put_count(head, len(names))
     for name in names:
         _put_text(head, name)
     offsets = {}
-    values = {'position': position, 'velocity': velocity, 'effort': effort}
-    for field, array in values.items():
-        if array is None or not len(names):
+    for field in FIELDS:
+        if field not in present:
             _put_count(head, 0)
             continue
         _put_count(head, len(names))
         head.extend(bytes(_aligned(len(head), 8) - len(head)))
         offsets[field] = len(head)
         head.extend(bytes(8 * len(names)))
-    record = np.dtype({
+    return bytes(head), np.dtype({
         'names': ['sec', 'nanosec', *offsets],
         'formats': ['<i4', '<u4', *(('<f8', (len(names),)) for _ in offsets)],
         'offsets': [4, 8, *offsets.values()],
         'itemsize': len(head),
     })
-    data, size = head * len(stamp_ns), len(head)
-    table = np.frombuffer(data, record)
-    table['sec'], table['nanosec'] = np.divmod(stamp_ns, 1_000_000_000)
-    for field in offsets:
-        table[field] = np.asarray(values[field], float).reshape(len(stamp_ns), len(names))
-    return [bytes(data[k:k + size]) for k in range(0, len(data), size)]
 
 
 def _put_count(head: bytearray, count: int) -> None:

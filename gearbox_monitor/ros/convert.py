@@ -21,12 +21,14 @@ from typing import Any
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+import numpy as np
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
+from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.estimation.estimates import Estimate, Sample
 from gearbox_monitor.interfaces.diagnostic_keys import published
-from gearbox_monitor.interfaces.signals import joint_values, Signal
+from gearbox_monitor.interfaces.signals import joint_values, MOTOR, Signal, TRANSMISSION
 from gearbox_monitor.monitoring.checks.outcome import Outcome
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -148,6 +150,37 @@ def to_joint_states(signal: Signal, estimates: Iterable[tuple[GearboxNames, Esti
         message.effort = array('d', effort)
         messages.append(message)
     return messages
+
+
+def serialised(signal: Signal, estimates: Sequence[tuple[GearboxNames, Estimate]]
+               ) -> Sequence[JointState | bytes]:
+    """
+    Return what to_joint_states makes of several gearboxes, serialised all at once.
+
+    As JointStates where a joint was not measured or the stamps differ. Arguments as there.
+    """
+    if signal.smoothed:
+        stamps = [stamp_ns for stamp_ns, _ in estimates[0][1].smoothed]
+        if any([stamp_ns for stamp_ns, _ in e.smoothed] != stamps for _, e in estimates):
+            return to_joint_states(signal, estimates)
+        if not stamps:
+            return []
+        rows = np.array([[row for _, row in e.smoothed] for _, e in estimates]).swapaxes(0, 1)
+    else:
+        stamps = [estimates[0][1].stamp_ns]
+        if any(e.stamp_ns != stamps[0] for _, e in estimates):
+            return to_joint_states(signal, estimates)
+        rows = np.array([[e.row for _, e in estimates]])
+    position = rows[..., signal.position]
+    if TRANSMISSION not in signal.joints and np.isnan(position).any():
+        return to_joint_states(signal, estimates)
+    scale = np.array([[(abs(names.gear_ratio) if signal.deviation else names.gear_ratio)
+                       if joint == MOTOR else 1.0 for joint in signal.joints]
+                      for names, _ in estimates])
+    return encode_joint_states(
+        stamps, [names.joints[joint] for names, _ in estimates for joint in signal.joints],
+        position * scale, rows[..., signal.velocity] * scale if signal.velocity else None,
+        rows[..., signal.effort] if signal.effort else None)
 
 
 def key_values(component: str, values: Mapping[str, Any]) -> list[KeyValue]:

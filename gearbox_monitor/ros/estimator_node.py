@@ -37,7 +37,7 @@ from gearbox_monitor.kernels.compilation import announced_compilation
 from gearbox_monitor.kernels.jit import CACHE_PROBLEM, COMPILED
 from gearbox_monitor.parameters import SETTINGS
 from gearbox_monitor.ros.black_box import KEEP
-from gearbox_monitor.ros.convert import to_diagnostics, to_joint_states
+from gearbox_monitor.ros.convert import serialised, to_diagnostics, to_joint_states
 from gearbox_monitor.ros.gearbox_settings import declare_gearboxes, GearboxSettings, located
 from gearbox_monitor.ros.joint_subscriptions import JointSubscriptions, TakenSamples
 from gearbox_monitor.ros.monitored_gearbox import MonitoredGearbox, warm_up
@@ -114,8 +114,9 @@ class EstimatorNode(TableNode):
             if estimate is not None:
                 estimates.append((gearbox, estimate))
         named = [(gearbox.names, estimate) for gearbox, estimate in estimates]
+        convert = serialised if len(named) > 1 else to_joint_states
         for signal, publisher in self._outputs:
-            for message in to_joint_states(signal, named):
+            for message in convert(signal, named):
                 publisher.publish(message)
         for gearbox, estimate in estimates:
             gearbox.published(estimate)

@@ -27,13 +27,14 @@ rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
 from harness import Graph, RELIABLE, ROOT  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from rclpy.serialization import deserialize_message  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.bag.replay import replay  # noqa: E402
 from gearbox_monitor.errors import InputError  # noqa: E402
-from gearbox_monitor.estimation.estimates import Samples  # noqa: E402
+from gearbox_monitor.estimation.estimates import Sample, Samples  # noqa: E402
 from gearbox_monitor.files.yaml_files import load_parameters  # noqa: E402
 from gearbox_monitor.interfaces.signals import signal_values, SIGNALS  # noqa: E402
 from gearbox_monitor.monitoring.monitor import Monitor  # noqa: E402
@@ -41,7 +42,8 @@ from gearbox_monitor.parameters import resolve, SETTINGS  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
-from gearbox_monitor.ros.convert import to_time  # noqa: E402
+from gearbox_monitor.ros.convert import (  # noqa: E402
+    GearboxNames, serialised, to_joint_states, to_time)
 
 pytestmark = pytest.mark.ros
 T0 = 1_700_000_000_000_000_000
@@ -158,6 +160,36 @@ def test_each_gearbox_is_as_a_single_one_and_as_its_replay(graph, tmp_path):
                 for field, expected in values.items():
                     np.testing.assert_array_equal(
                         getattr(live, field), expected[rows], f'{name} {signal.topic}')
+
+
+def contents(message):
+    """Return the content of a JointState, serialised or not, bit for bit."""
+    if isinstance(message, bytes):
+        message = deserialize_message(message, JointState)
+    return message.header, message.name, *(
+        getattr(message, field).tobytes() for field in ('position', 'velocity', 'effort'))
+
+
+def test_outputs_serialised_at_once_are_those_of_the_messages():
+    """For a drive with a gear that turns the other way; with a joint that is not measured, too."""
+    robots = robot()
+    models = {name: DriveModel(gear_ratio=ratio)
+              for name, ratio in zip(NAMES, (1.0, -50.0, 100.0))}
+    monitors = {name: Monitor(model, {'arm_load': 'none'}) for name, model in models.items()}
+    names = {name: GearboxNames({'transmission': name, 'motor': f'{name}_m', 'arm': f'{name}_a'},
+                                model.gear_ratio) for name, model in models.items()}
+    counts = dict.fromkeys((bytes, JointState), 0)
+    for k in range(900, 1300):  # from 1000 on the elbow has no measurement
+        estimates = [(names[name], estimate) for name, monitor in monitors.items()
+                     if (estimate := monitor.step(Sample(
+                         T0 + k * DT, tuple(robots[name].u[k]), tuple(robots[name].y[k]))))]
+        for signal in SIGNALS if len(estimates) > 1 else ():
+            messages = serialised(signal, estimates)
+            for message in messages:
+                counts[type(message)] += 1
+            expected = to_joint_states(signal, estimates)
+            assert [*map(contents, messages)] == [*map(contents, expected)]
+    assert min(counts.values()) > 100
 
 
 @pytest.mark.parametrize('changes, said', [
