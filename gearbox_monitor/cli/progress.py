@@ -91,7 +91,7 @@ def shown_time(command: str) -> Iterator[None]:
             shown = not getattr(tqdm, '_instances', ())
             if shown:
                 seconds = round(time.monotonic() - begin)
-                sys.stderr.write(f'\r{command}: running for {seconds} s ')
+                sys.stderr.write(f'{command}: running for {seconds} s\r')
                 sys.stderr.flush()
         if shown:
             sys.stderr.write('\r' + ' ' * 60 + '\r')

@@ -41,7 +41,7 @@ def test_time_is_shown_and_cleared(monkeypatch):
     with progress.shown_time('import'):
         time.sleep(0.3)
     lines = stream.getvalue().split('\r')
-    assert lines[1].startswith('import: running for 0 s') and not lines[-2].strip()
+    assert lines[0].startswith('import: running for 0 s') and not lines[-2].strip()
 
 
 def test_bar_takes_the_place_of_the_time(monkeypatch):
