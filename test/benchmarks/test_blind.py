@@ -317,6 +317,7 @@ def test_oracle_meets_the_bars_and_others_do_not(labelled):
                                    for i, values in v['params'].items()}}, 'single')
 
 
+@pytest.mark.system
 @compiled
 def test_a_value_that_may_scatter_has_the_evidence_of_its_tolerance():
     """Without the effect the value moves itself: at most (change / tolerance)^2 is lost."""
@@ -345,6 +346,7 @@ def test_states_of_windows_are_found_where_impacts_follow_each_other():
     assert (chi2 < 2 * window_fit.LENGTH + 500.0).all()
 
 
+@pytest.mark.system
 @compiled
 def test_what_the_real_diagnosis_says(labelled):
     """A small sample of the benchmark; the whole of it is run by command."""

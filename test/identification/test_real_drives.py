@@ -38,6 +38,7 @@ def commands_of(page):
             for line in block.splitlines()]
 
 
+@pytest.mark.system
 @pytest.mark.skipif(not EMPS.exists(), reason='no recordings of the EMPS beside the repository')
 def test_walk_through(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

@@ -197,6 +197,7 @@ def test_a_parameter_at_its_bound_is_no_discovery():
     assert selection.simpler(search, drift) is drift
 
 
+@pytest.mark.system
 @pytest.mark.parametrize('effects, finer, verdict', [
     ([{'id': 'transmission_damping', 'D': 0.0108}], 1, 'unknown'),
     ([{'id': 'transmission_damping', 'D': 0.0108}], 4, 'effect'),
@@ -241,6 +242,7 @@ def test_noise_on_a_lattice_is_that_of_encoder_and_rounding(step):
     assert found == pytest.approx([quantum, 0.0])
 
 
+@pytest.mark.system
 def test_steps_above_the_noise_of_an_encoder_are_no_unknown_effect():
     """In slow motion their error lasts: it is not white, and no model explains it."""
     t = np.arange(6000) * DT
@@ -282,6 +284,7 @@ def test_what_training_windows_let_pass_is_judged_on_all():
     assert data['misfit']['follows']['over'] == 'angle of the arm in its turn'
 
 
+@pytest.mark.system
 def test_bursts_hardly_above_the_noise_are_found():
     """Two of 44 ms in 6 s; worth 100 in chi2 each."""
     bursts = [{'id': 'disturbance', 't0': t0, 'duration': 0.044, 'amplitude': amplitude}
@@ -291,6 +294,7 @@ def test_bursts_hardly_above_the_noise_are_found():
     assert data['effect'] == 'disturbance' and data['gains']['disturbance'] < 250.0
 
 
+@pytest.mark.system
 @pytest.mark.parametrize('steady', [False, True])
 def test_a_load_that_swings_all_the_time_is_no_bursts(steady):
     """So weak that most windows look as if nothing were missing. Or stronger, and but twice."""
@@ -412,6 +416,7 @@ def scattered(effects, torque_noise=0.005, seconds=8, seed=3):
     ([{'id': 'load_torque', 'TL': 0.05}, {'id': 'backlash_gap', 'b': 0.113}],
      'load_torque+backlash_gap'),
 ])
+@pytest.mark.system
 def test_a_value_far_beyond_its_tolerance_is_an_effect(effects, expected):
     recording, told = scattered(effects)
     found = diagnose.diagnose([recording], told, only=[

@@ -180,6 +180,7 @@ def test_bad_model_files(change, says):
         model_from_dict({**SERVO, **change}, 'drive.yaml')
 
 
+@pytest.mark.system
 @pytest.mark.skipif(not DATA.exists(), reason='no recordings of the davinci_backend')
 def test_a_real_gearbox_has_a_dead_zone(tmp_path, capsys):
     """8 s of one run, from a model with hardly any gap."""
