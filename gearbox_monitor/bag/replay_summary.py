@@ -117,7 +117,7 @@ class ReplaySummary:
             'nis': self._nis / counted if counted else None,
             'nis_expected': self._nis_expected / counted if counted else None,
             'gap_rad': [round(w.gap, 6) for w in player.monitor.windows] if player.monitor else [],
-            'levels': {k: f.level.name for k, f in player.monitor.findings.items()}
+            'levels': {k: f.level.name for k, f in player.monitor.outcomes.items()}
             if player.monitor else {},
         }
         if self._truth and counted:

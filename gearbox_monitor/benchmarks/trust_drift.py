@@ -115,9 +115,9 @@ def trained(windows: Sequence[Window], goal: change.TrackerSettings) -> change.T
     return tracker
 
 
-def raised(findings: Mapping[str, Outcome]) -> bool:
-    """Return whether `findings` hold a backlash alarm ("no data yet" is none)."""
-    return findings['backlash'].level > Level.OK
+def raised(outcomes: Mapping[str, Outcome]) -> bool:
+    """Return whether `outcomes` hold a backlash alarm ("no data yet" is none)."""
+    return outcomes['backlash'].level > Level.OK
 
 
 def false_alarms(tracker: change.Tracker, windows: Sequence[Window]) -> int:
@@ -169,9 +169,9 @@ def delays(drive: SimulatedDrive, trackers: Mapping[str, change.Tracker], growth
                 since = (window.stamp_ns - T0) * 1e-9 - start
                 for name in copies.keys() - hits.keys():
                     shift_ns = round(trackers[name].stamp_ns - T0)
-                    findings = copies[name].update(
+                    outcomes = copies[name].update(
                         replace(window, stamp_ns=window.stamp_ns + shift_ns))
-                    if raised(findings):
+                    if raised(outcomes):
                         hits[name] = since
             return len(hits) == len(copies)
         watch(drive, start + (RAMP_TIME if ramp else JUMP_TIME), seed + 1 + run, faults, SMOOTHED,

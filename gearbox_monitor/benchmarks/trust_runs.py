@@ -66,7 +66,7 @@ class MonitoredRun:
     Result of one run.
 
     flags {test: bool [W]} of windows that began `began` [W] s after the start; at [M] s: when
-    findings were read; levels {component: int [M]}: their levels; windows: Backlash of each
+    outcomes were read; levels {component: int [M]}: their levels; windows: Backlash of each
     drift window; tau_k_std: median of the stated deviation, N m.
     """
 
@@ -218,7 +218,7 @@ def watch(drive: SimulatedDrive, seconds: float, seed: int, faults: Faults | Non
             u = np.column_stack([run.u[part], np.full(len(k[part]), np.nan)])
             estimates.append(monitor.run(Samples(T0 + k[part] * DT_NS, u, run.y[part])).rows)
             at.append((k[part][-1] + 1) * DT)
-            levels.append({name: int(f.level) for name, f in monitor.findings.items()})
+            levels.append({name: int(f.level) for name, f in monitor.outcomes.items()})
         last = windows[-1].stamp_ns if windows else 0
         new = [w for w in monitor.windows if w.stamp_ns > last]
         windows += new

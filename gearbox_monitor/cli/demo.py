@@ -310,8 +310,8 @@ class DemoStatus:
     @staticmethod
     def samples(watcher: Any) -> int:
         """Return the number of samples that the estimator reports to `watcher`."""
-        finding = watcher.findings.get('input')
-        return int(finding.values.get('samples', 0)) if finding else 0
+        outcome = watcher.outcomes.get('input')
+        return int(outcome.values.get('samples', 0)) if outcome else 0
 
     def show(self, watcher: Any) -> None:
         """Print the news of `watcher`."""
@@ -339,18 +339,18 @@ class DemoStatus:
         print(('\r\x1b[K' if self._terminal else '') + text, flush=True)
 
     def _line(self, watcher: Any) -> str:
-        values = watcher.findings['input'].values
+        values = watcher.outcomes['input'].values
         line = (f'{self.samples(watcher) / self.rate:5.1f}/{self.duration:g} s  '
                 f'{float(values.get("rate_hz", "nan")):4.0f} Hz  ')
-        backlash = watcher.findings['backlash'].values
+        backlash = watcher.outcomes['backlash'].values
         if 'gap_rad' in backlash:
             line += f'gap {float(backlash["gap_rad"]):.3f} rad'
             if 'growth' in backlash:
                 line += f' {100 * float(backlash["growth"]):+.0f} %'
             line += '  '
-        levels = ', '.join(f'{name} {finding.level.name}'
-                           for name, finding in watcher.findings.items()
-                           if finding.level) or 'all OK'
+        levels = ', '.join(f'{name} {outcome.level.name}'
+                           for name, outcome in watcher.outcomes.items()
+                           if outcome.level) or 'all OK'
         if watcher.recorder is not None and watcher.recorder.level:
             levels += f', recorder {watcher.recorder.message}'
         return line + levels

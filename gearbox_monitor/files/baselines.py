@@ -164,7 +164,7 @@ def load_state(path: str | Path, gearbox_serial: str) -> tuple[dict[str, Any] | 
         if data['gearbox_serial'] != gearbox_serial:
             raise ValueError(f'gearbox_serial {data["gearbox_serial"]!r}, expected '
                              f'{gearbox_serial!r}')
-        Tracker(TrackerSettings(), data['drift']).findings()
+        Tracker(TrackerSettings(), data['drift']).outcomes()
         adaptation = data['adaptation'] if data['format'] > STATE_FORMATS[0] else {}
         if not isinstance(adaptation, dict):
             raise ValueError(f'adaptation {str(adaptation)[:60]!r}, expected a block')

@@ -158,8 +158,8 @@ def _analysed(path: Path, url: str, settings: JobSettings) -> tuple[Row, list[Wi
             'date': datetime.fromtimestamp(start // 10 ** 9, timezone.utc).strftime('%Y-%m-%d'),
             'samples': count, 'filter': monitor.parameters.filter,
             'unit': 'm' if monitor.model.axis == 'prismatic' else 'rad',
-            'trust': max(monitor.findings[name].level for name in TRUST).name,
-            'model_level': monitor.findings['model'].level.name,
+            'trust': max(monitor.outcomes[name].level for name in TRUST).name,
+            'model_level': monitor.outcomes['model'].level.name,
             'gap_error': monitor.parameters.gap_error, **_features(windows)}
         if settings.diagnose:
             row.update(_diagnosis(player, windows, start, end, settings))

@@ -16,7 +16,7 @@
 Trust and drift: a Monitor judges once per second what its Estimator yields.
 
 The live node, replay and the tests call the same Monitor, sample by sample (`step`) or in arrays
-(`run`): same samples in, same findings out.
+(`run`): same samples in, same outcomes out.
 """
 from collections import deque
 from dataclasses import replace
@@ -85,7 +85,7 @@ class Monitor:
     Trust and drift of one gearbox.
 
     model, parameters: as of Estimator. drift: state or baselines of a change.Tracker, or None
-    (then the first windows are healthy). estimator: the Estimator that it judges; findings
+    (then the first windows are healthy). estimator: the Estimator that it judges; outcomes
     {component: Outcome} in force; windows: Backlash of each window, newest last; temperature: of
     the gearbox (deg C), None = not known, set it when it changes.
     Raises InputError as Estimator does, and what Tracker raises.
@@ -98,12 +98,12 @@ class Monitor:
 
     def _begin(self, estimator: Estimator, drift: Any) -> None:
         self.estimator = estimator
-        self.findings: Outcomes = dict.fromkeys(COMPONENTS, NO_DATA)
+        self.outcomes: Outcomes = dict.fromkeys(COMPONENTS, NO_DATA)
         self.windows: deque[features.Backlash] = deque(maxlen=1000)
         self.tracker = change.Tracker(
             change.TrackerSettings.of(estimator.parameters, estimator.model), drift)
         if self.tracker.stamp_ns:
-            self.findings.update(self.tracker.findings())
+            self.outcomes.update(self.tracker.outcomes())
         self.temperature: float | None = None
         self._set_reference: float | None = None
         self._forget()
@@ -166,7 +166,7 @@ class Monitor:
         self._reference = self._set_reference
         self._references: list[float] = []
         self._systematic = model_mismatch.Systematic()
-        self.findings = {**self.findings, **dict.fromkeys((*JUDGED, 'input'), NO_DATA)}
+        self.outcomes = {**self.outcomes, **dict.fromkeys((*JUDGED, 'input'), NO_DATA)}
         self._alarms = {name: Alarm(*debounce) for name, debounce in DEBOUNCE.items()}
         # Of each of ROW_CHECKS: its alarm, its evaluations, and those that reached a result.
         self._row_alarms = [
@@ -187,10 +187,10 @@ class Monitor:
         self._due_ns = stamp_ns
         self.estimator.stop_at(stamp_ns)
 
-    def _withdraw(self, finding: Outcome) -> None:
-        """Replace each OK of JUDGED by `finding`: it says nothing of the estimates from now on."""
-        self.findings = {name: finding if name in JUDGED and old.level == Level.OK else old
-                         for name, old in self.findings.items()}
+    def _withdraw(self, outcome: Outcome) -> None:
+        """Replace each OK of JUDGED by `outcome`: it says nothing of the estimates from now on."""
+        self.outcomes = {name: outcome if name in JUDGED and old.level == Level.OK else old
+                         for name, old in self.outcomes.items()}
         for alarm in (*(self._alarms[name] for name in JUDGED), *self._row_alarms):
             alarm.doubt()
 
@@ -210,7 +210,7 @@ class Monitor:
         return restarts
 
     def snapshot(self) -> dict[str, str]:
-        """Return everything that estimates and findings on drift depend on, as {name: text}."""
+        """Return everything that estimates and outcomes on drift depend on, as {name: text}."""
         return {
             **self.estimator.snapshot(),
             'drift': json.dumps(self.tracker.to_dict()),
@@ -242,7 +242,7 @@ class Monitor:
         self.tracker = change.Tracker(self.tracker.settings, json.loads(snapshot['drift']))
         self.temperature = json.loads(snapshot['temperature'])
         if self.tracker.stamp_ns:
-            self.findings = {**self.findings, **self.tracker.findings()}
+            self.outcomes = {**self.outcomes, **self.tracker.outcomes()}
 
     # ------------------------------------------------------------------ samples
 
@@ -288,27 +288,27 @@ class Monitor:
     def _evaluate(self, stamp_ns: int) -> None:
         settled = self.estimator.accurate_since_ns + round(SETTLE * SECOND)
         recent = self._history.recent(stamp_ns - round(innovation.WINDOW * SECOND), stamp_ns)
-        findings = {'input': self._check_input(recent.stamps, stamp_ns)}
+        outcomes = {'input': self._check_input(recent.stamps, stamp_ns)}
         broken: list[Condition] = []
         if stamp_ns - settled >= SECOND:
             recent = recent.after(settled - 1)
             if len(recent):
-                findings['observability'] = self._check_observability(recent)
-                finding = self._check_prediction_error(recent, stamp_ns)
+                outcomes['observability'] = self._check_observability(recent)
+                outcome = self._check_prediction_error(recent, stamp_ns)
                 broken, values = self._check_rows(settled, stamp_ns)
-                findings['prediction error'] = replace(
-                    finding, values={**finding.values, **values})
-                findings['covariance'] = self._check_covariance(recent)
-                findings['model'] = self._check_model(findings, stamp_ns)
+                outcomes['prediction error'] = replace(
+                    outcome, values={**outcome.values, **values})
+                outcomes['covariance'] = self._check_covariance(recent)
+                outcomes['model'] = self._check_model(outcomes, stamp_ns)
             else:
                 self._withdraw(NO_ESTIMATES)
-        findings.update(self._check_backlash(findings, bool(broken)))
-        debounced = {name: self._alarms[name].judge(finding, stamp_ns)
-                     for name, finding in findings.items()}
+        outcomes.update(self._check_backlash(outcomes, bool(broken)))
+        debounced = {name: self._alarms[name].judge(outcome, stamp_ns)
+                     for name, outcome in outcomes.items()}
         if 'prediction error' in debounced:
             debounced['prediction error'] = joined([debounced['prediction error'], *(
                 alarm.standing(stamp_ns) for alarm in self._row_alarms if alarm.judged)])
-        self.findings = {**self.findings, **debounced}
+        self.outcomes = {**self.outcomes, **debounced}
 
     def _check_input(self, stamps: Integers, stamp_ns: int) -> Outcome:
         new = self.counts - self._last_counts
@@ -385,32 +385,32 @@ class Monitor:
                 self._reference = float(np.median(self._references))
         return self._with_adaptation(covariance.check(std, self._reference))
 
-    def _with_adaptation(self, finding: Outcome) -> Outcome:
-        """Return `finding` with the adapted values; a warning if one is at its bound."""
+    def _with_adaptation(self, outcome: Outcome) -> Outcome:
+        """Return `outcome` with the adapted values; a warning if one is at its bound."""
         adapted = self.estimator.adapted()
         if not adapted:
-            return finding
+            return outcome
         guards = self.estimator.adaptation_guards()
-        values = {**finding.values, **{f'adapted_{k}': v for k, v in adapted.items()},
+        values = {**outcome.values, **{f'adapted_{k}': v for k, v in adapted.items()},
                   **{f'adaptation_{k}': v for k, v in guards.items()}}
         bound = self.estimator.adapted_to_bound()
-        if bound and finding.level == Level.OK:
+        if bound and outcome.level == Level.OK:
             return outcome_of(
                 [replace(AT_BOUND, says=f'adapted to its bound: {", ".join(bound)}')], '', values)
-        return replace(finding, values=values)
+        return replace(outcome, values=values)
 
-    def _check_model(self, findings: Outcomes, stamp_ns: int) -> Outcome:
+    def _check_model(self, outcomes: Outcomes, stamp_ns: int) -> Outcome:
         # Errors of a lost encoder or a broken stream say nothing about the model.
-        judged = (findings['observability'].level < Level.ERROR
-                  and findings['input'].level < Level.ERROR)
-        systematic = judged and innovation.systematic(findings['prediction error'].values)
+        judged = (outcomes['observability'].level < Level.ERROR
+                  and outcomes['input'].level < Level.ERROR)
+        systematic = judged and innovation.systematic(outcomes['prediction error'].values)
         self._systematic.add(stamp_ns, systematic)
-        finding = model_mismatch.check(
+        outcome = model_mismatch.check(
             self._systematic, stamp_ns, self.parameters.model_gap_after,
             self.estimator.drive.arm_load == 'unknown')
-        return replace(finding, values={**finding.values, **self.estimator.learned_curve()})
+        return replace(outcome, values={**outcome.values, **self.estimator.learned_curve()})
 
-    def _check_backlash(self, findings: Outcomes, broken: bool) -> Outcomes:
+    def _check_backlash(self, outcomes: Outcomes, broken: bool) -> Outcomes:
         """
         Return {component: Outcome} when a window has ended, else nothing.
 
@@ -420,7 +420,7 @@ class Monitor:
             self._drift = []
             return dict.fromkeys(COMPONENTS[4:6], NOT_WATCHED)
         if broken or any(
-                finding.level > Level.OK for name, finding in findings.items() if name != 'model'):
+                outcome.level > Level.OK for name, outcome in outcomes.items() if name != 'model'):
             self._window_flagged += 1
         if not self._drift:
             return {}
@@ -460,7 +460,7 @@ class Monitor:
         """Return whether the window that ends here may serve as a baseline."""
         # A level takes some evaluations to rise, and single flags are chance.
         return self._window_flagged <= 2 and not any(
-            self._alarms[name].since_ns is not None and self.findings[name].level > Level.OK
+            self._alarms[name].since_ns is not None and self.outcomes[name].level > Level.OK
             for name in (*COMPONENTS[:3], 'input'))
 
 

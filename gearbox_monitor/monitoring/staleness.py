@@ -39,10 +39,10 @@ class Silence:
         self._counts: Integers | None = None
         self.why = ''
 
-    def findings(self, monitor: Monitor, now_ns: int, foreign: int = 0,
+    def outcomes(self, monitor: Monitor, now_ns: int, foreign: int = 0,
                  cause: tuple[str, str] | None = None) -> dict[str, Outcome]:
         """
-        Return the findings of a monitor, replaced where its stream is dead.
+        Return the outcomes of a monitor, replaced where its stream is dead.
 
         Args:
             monitor: the Monitor that takes the samples.
@@ -58,10 +58,10 @@ class Silence:
         if self._counts is None or monitor.stamp_ns != self._stamp:
             self._stamp, self._inputs, self._since = monitor.stamp_ns, monitor.input_count, now_ns
             self._counts, self.why = monitor.counts.copy(), ''
-            return dict(monitor.findings)
+            return dict(monitor.outcomes)
         silent = (now_ns - self._since) / SECOND
         if silent < MIN_SILENCE:
-            return dict(monitor.findings)
+            return dict(monitor.outcomes)
         refused = monitor.input_count - self._inputs
         counts = {usability.key_of(reason): int(monitor.counts[code])
                   for code, reason in REASONS.items() if monitor.counts[code]}
@@ -76,10 +76,10 @@ class Silence:
             advice = self.why or advice
             reason = (f'{refused} samples came, none was usable'
                       + ''.join(f', {cause.says}' for cause in causes))
-        findings = {name: Outcome(Level.WARN, f'no data for {silent:.1f} s', {})
-                    for name in monitor.findings}
+        outcomes = {name: Outcome(Level.WARN, f'no data for {silent:.1f} s', {})
+                    for name in monitor.outcomes}
         # Discovery takes a while: before the first sample ever, silence is not yet an error.
         starting = not monitor.input_count and not foreign and silent < usability.START_TIME
-        findings['input'] = Outcome(Level.WARN if starting else Level.ERROR,
+        outcomes['input'] = Outcome(Level.WARN if starting else Level.ERROR,
                                     f'{reason} for {silent:.1f} s: {advice}', counts)
-        return findings
+        return outcomes

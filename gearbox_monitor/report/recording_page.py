@@ -244,7 +244,7 @@ class BacklashHistory(Section):
     """
     Backlash, or lost motion in its place, over time, with alerts.
 
-    chart: None without measurements; message: newest finding on backlash, '' without one.
+    chart: None without measurements; message: newest outcome on backlash, '' without one.
     """
 
     heading = 'Backlash'

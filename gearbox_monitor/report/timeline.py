@@ -16,7 +16,7 @@
 What a recording showed over time, gathered block by block, in bounded memory.
 
 Signals become envelopes (lowest, highest and mean value per bin of time), torque over twist one
-loop per slice, findings spans of one level. Stamps are ns of the measurements; times are s from
+loop per slice, outcomes spans of one level. Stamps are ns of the measurements; times are s from
 the first of them.
 """
 from collections.abc import Mapping
@@ -153,7 +153,7 @@ class LevelSpans:
         Args:
             t: time, s.
             level: 0 fine, 1 warning, 2 error.
-            message: of the finding.
+            message: of the outcome.
 
         """
         if not self.levels or level != self.levels[-1]:
@@ -319,10 +319,10 @@ class Timeline:
             self.loops.append(loop_of(self._begin, min(end, float(rows[-1, 0])), *rows[:, 1:].T))
         self._slice, self._begin = [], end
 
-    def add_findings(self, stamp_ns: int, findings: Mapping[str, tuple[int, str]]) -> None:
-        """Take `findings` {component: (level, message)} in force at `stamp_ns`."""
+    def add_outcomes(self, stamp_ns: int, outcomes: Mapping[str, tuple[int, str]]) -> None:
+        """Take `outcomes` {component: (level, message)} in force at `stamp_ns`."""
         t = max(self.second(stamp_ns), 0.0)
-        for component, (level, message) in findings.items():
+        for component, (level, message) in outcomes.items():
             self.spans.setdefault(component, LevelSpans()).add(t, min(int(level), 2), message)
 
     def add_window(self, stamp_ns: int, window: WindowBacklash, values: Mapping[str, Any]) -> None:
@@ -332,7 +332,7 @@ class Timeline:
         Args:
             stamp_ns: its end.
             window: its measurement; time and limits are set here.
-            values: {name: number} of the finding on backlash, with baseline and limits.
+            values: {name: number} of the outcome on backlash, with baseline and limits.
 
         """
         baseline, warn, error = (float(values.get(name, math.nan)) for name in (
@@ -347,9 +347,9 @@ class Timeline:
 
         Args:
             stamp_ns: its time.
-            component: of the finding.
+            component: of the outcome.
             level: 0 fine, 1 warning, 2 and above error.
-            message: of the finding.
+            message: of the outcome.
 
         """
         self.alerts.append(RecordedAlert(max(self.second(stamp_ns), 0.0), component,

@@ -248,7 +248,7 @@ class MonitorFollower:
         """Follow `monitor` into `timeline`."""
         self._monitor, self._timeline = monitor, timeline
         self._window: Backlash | None = None
-        self._findings = monitor.findings
+        self._outcomes = monitor.outcomes
         self._stages: dict[str, Any] = {}
         self._twist_std = twist_std(monitor.parameters)
 
@@ -265,21 +265,21 @@ class MonitorFollower:
         rows = estimates.smoothed[valid]
         timeline.add_loop(estimates.smoothed_stamp_ns[valid], rows[:, S_TWIST],
                           rows[:, S_TWIST_RATE], rows[:, S_TAU_K])
-        if monitor.findings is self._findings:
+        if monitor.outcomes is self._outcomes:
             return
-        self._findings = monitor.findings
-        timeline.add_findings(monitor.stamp_ns, {
-            name: (finding.level, finding.message) for name, finding in self._findings.items()})
+        self._outcomes = monitor.outcomes
+        timeline.add_outcomes(monitor.stamp_ns, {
+            name: (outcome.level, outcome.message) for name, outcome in self._outcomes.items()})
         if monitor.windows and monitor.windows[-1] is not self._window:
             self._window = window = monitor.windows[-1]
             timeline.add_window(window.stamp_ns, WindowBacklash(
                 math.nan, window.gap, window.gap_std, window.lost_motion, window.separable),
-                self._findings['backlash'].values)
+                self._outcomes['backlash'].values)
         for component, stages in monitor.tracker.stages().items():
             if stages != self._stages.get(component, {}):
                 self._stages[component] = stages
-                finding = self._findings[component]
-                timeline.add_alert(monitor.stamp_ns, component, finding.level, finding.message)
+                outcome = self._outcomes[component]
+                timeline.add_alert(monitor.stamp_ns, component, outcome.level, outcome.message)
 
 
 class MeasuredTwist:
@@ -349,7 +349,7 @@ class RecordedDiagnostics:
                       + int(at[0]), self._reader.decode(DIAGNOSTIC_ARRAY, raw))
 
     def _add(self, topic: str, stamp: int, message: Any) -> None:
-        findings = {}
+        outcomes = {}
         for status in message.status:
             node, _, component = status.name.partition(': ')
             level = min(int(status.level), 2)
@@ -358,7 +358,7 @@ class RecordedDiagnostics:
             if topic != DIAGNOSTICS:
                 self._timeline.add_alert(stamp, component, level, status.message)
                 continue
-            findings[component] = level, status.message
+            outcomes[component] = level, status.message
             values = {value.key: value.value for value in status.values}
             if component == 'input':
                 counters = {key_of(reason): reason for reason in REASONS.values()}
@@ -370,8 +370,8 @@ class RecordedDiagnostics:
                                        np.array([float(values['nis_over_dof'])]))
             elif component == 'backlash':
                 self._backlash(stamp, values, status.message)
-        if findings:
-            self._timeline.add_findings(stamp, findings)
+        if outcomes:
+            self._timeline.add_outcomes(stamp, outcomes)
 
     def _ours(self, node: str, component: str) -> bool:
         """Return whether this is the estimator beside the topic of the inputs."""

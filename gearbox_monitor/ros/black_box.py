@@ -115,8 +115,8 @@ class BlackBox:
 
     def _context(self, components: Sequence[str] = ()) -> RecordingContext:
         monitor = self._monitor
-        p, findings = monitor.parameters, monitor.tracker.findings()
-        reason = '; '.join(f'{name}: {findings[name].message}' for name in components)
+        p, outcomes = monitor.parameters, monitor.tracker.outcomes()
+        reason = '; '.join(f'{name}: {outcomes[name].message}' for name in components)
         return RecordingContext(self._topic, (p.motor_joint, p.arm_joint), monitor.model,
                                 monitor.estimator.drive.arm_load, p, reason or f'~/{KEEP}')
 

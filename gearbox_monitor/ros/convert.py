@@ -188,13 +188,13 @@ def key_values(component: str, values: Mapping[str, Any]) -> list[KeyValue]:
     return [KeyValue(key=key, value=text) for key, text in published(component, values)]
 
 
-def to_status(name: str, finding: Outcome, hardware_id: str) -> DiagnosticStatus:
+def to_status(name: str, outcome: Outcome, hardware_id: str) -> DiagnosticStatus:
     """
-    Return the DiagnosticStatus of a finding.
+    Return the DiagnosticStatus of an outcome.
 
     Args:
         name: of the status.
-        finding: with level, message and values.
+        outcome: with level, message and values.
         hardware_id: serial number of the gearbox.
 
     Returns:
@@ -202,8 +202,8 @@ def to_status(name: str, finding: Outcome, hardware_id: str) -> DiagnosticStatus
 
     """
     return DiagnosticStatus(
-        level=LEVELS[finding.level], name=name, message=finding.message, hardware_id=hardware_id,
-        values=key_values(name.rpartition(': ')[2], finding.values))
+        level=LEVELS[outcome.level], name=name, message=outcome.message, hardware_id=hardware_id,
+        values=key_values(name.rpartition(': ')[2], outcome.values))
 
 
 def to_diagnostics(statuses: Iterable[DiagnosticStatus], stamp: Time) -> DiagnosticArray:

@@ -103,7 +103,7 @@ class MonitoredGearbox:
     def welcome(self) -> None:
         """Report warnings and drift alerts from before the first sample."""
         self._warn([])
-        self._alert(self.monitor.findings)
+        self._alert(self.monitor.outcomes)
 
     def close(self) -> None:
         """Write the state; let a recording that is being written come to its end."""
@@ -222,71 +222,71 @@ class MonitoredGearbox:
 
     # ------------------------------------------------------------------ diagnostics
 
-    def _findings(self, clock_ns: int) -> dict[str, Outcome]:
+    def _outcomes(self, clock_ns: int) -> dict[str, Outcome]:
         """Return {component: Outcome}; a stream that stopped is never reported as good."""
         counts, unpaired = self.input.pairing()
         counts['messages_lost'], new_loss = self.input.loss()
         if self._clock_set_back:
             counts['clock_set_back'] = self._clock_set_back
         silence, previous = self._silence, self._silence.why
-        findings: dict[str, Outcome] = silence.findings(
+        outcomes: dict[str, Outcome] = silence.outcomes(
             self.monitor, clock_ns, self.input.foreign,
             self.input.silence(self.monitor.input_count > 0))
         if previous and silence.why not in ('', previous):
             self._levels['input'] = Level.OK  # another reason is worth another line
-        finding = findings['input']
-        level = finding.level
+        outcome = outcomes['input']
+        level = outcome.level
         suffix = f'; {unpaired}' if level and unpaired and not silence.why else ''
-        finding = replace(finding, values={**finding.values, **counts},
-                          message=finding.message + suffix)
+        outcome = replace(outcome, values={**outcome.values, **counts},
+                          message=outcome.message + suffix)
         values, rivals = self.input.strangers()
         if rivals and level < Level.ERROR:
-            finding = with_more(finding, [replace(usability.OTHERS, says=rivals)], values)
+            outcome = with_more(outcome, [replace(usability.OTHERS, says=rivals)], values)
         else:
-            finding = replace(finding, values={**finding.values, **values})
+            outcome = replace(outcome, values={**outcome.values, **values})
         if new_loss:
-            finding = with_more(
-                finding, [replace(usability.LOST, says=f'{new_loss} messages lost')], {})
-        findings['input'] = finding
-        return findings
+            outcome = with_more(
+                outcome, [replace(usability.LOST, says=f'{new_loss} messages lost')], {})
+        outcomes['input'] = outcome
+        return outcomes
 
     def look(self, clock_ns: int) -> list[DiagnosticStatus]:
         """Return the diagnostics at `clock_ns` of a steady clock; log and alert what changed."""
-        findings = self._findings(clock_ns)
-        model = findings['model']
+        outcomes = self._outcomes(clock_ns)
+        model = outcomes['model']
         if model.level and model.values:
-            findings['model'] = replace(model, values={
+            outcomes['model'] = replace(model, values={
                 **model.values, 'command': self._black_box.command()})
         for name, text in self._black_box.look(clock_ns / SECOND).items():
-            findings[name] = replace(findings[name], values={
-                **findings[name].values, 'recording': text})
+            outcomes[name] = replace(outcomes[name], values={
+                **outcomes[name].values, 'recording': text})
         serial = self.monitor.parameters.gearbox_serial or 'gearbox'
-        statuses = [to_status(f'{self._component}: {name}', finding, serial)
-                    for name, finding in findings.items()]
-        for name, finding in findings.items():
+        statuses = [to_status(f'{self._component}: {name}', outcome, serial)
+                    for name, outcome in outcomes.items()]
+        for name, outcome in outcomes.items():
             level = self._levels.get(name)
-            self._levels[name] = finding.level
-            if level is None or level == finding.level:
+            self._levels[name] = outcome.level
+            if level is None or level == outcome.level:
                 continue
-            text = f'{self._says}{name}: {finding.level.name}: {finding.message}'
-            if finding.level:  # two calls: a call may not change its severity
+            text = f'{self._says}{name}: {outcome.level.name}: {outcome.message}'
+            if outcome.level:  # two calls: a call may not change its severity
                 self._node.get_logger().warning(text)
             else:
                 self._node.get_logger().info(text)
-        self._alert(findings)
+        self._alert(outcomes)
         return statuses
 
-    def _alert(self, findings: Mapping[str, Outcome]) -> None:
+    def _alert(self, outcomes: Mapping[str, Outcome]) -> None:
         """Publish each change of a drift alert since the last call: raised, worse, over."""
         stages = self.monitor.tracker.stages()
         serial = self.monitor.parameters.gearbox_serial or 'gearbox'
         for name in COMPONENTS:
             if stages[name] == self._alerted.get(name, {}) or \
-                    findings[name].message.startswith('no data'):
+                    outcomes[name].message.startswith('no data'):
                 continue
             self._alerted[name] = stages[name]
             self._alert_output.publish(to_diagnostics(
-                [to_status(f'{self._component}: {name}', findings[name], serial)],
+                [to_status(f'{self._component}: {name}', outcomes[name], serial)],
                 self._node.get_clock().now().to_msg()))
 
     # ------------------------------------------------------------------ changes

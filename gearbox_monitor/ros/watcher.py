@@ -33,14 +33,14 @@ class Watcher:
     """
     Node `name` in ROS domain `domain`, in its own context; it installs no signal handlers.
 
-    findings: {component: Outcome} of the estimator's newest diagnostics, values as texts;
+    outcomes: {component: Outcome} of the estimator's newest diagnostics, values as texts;
     recorder: the recorder's Outcome or None; alerts: texts of the drift alerts, oldest first;
     updates: number of diagnostics of the estimator; snapshots: those of the estimator,
     {name: text}, oldest first: the first one holds the state at its start.
     """
 
     def __init__(self, name: str, domain: int) -> None:
-        self.findings: dict[str, Outcome] = {}
+        self.outcomes: dict[str, Outcome] = {}
         self.recorder: Outcome | None = None
         self.alerts: list[str] = []
         self.updates = 0
@@ -84,12 +84,12 @@ class Watcher:
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             node, _, component = status.name.partition(': ')
-            finding = Outcome(level_of(status), status.message,
+            outcome = Outcome(level_of(status), status.message,
                               {value.key: value.value for value in status.values})
             if node == 'estimator':
-                self.findings[component] = finding
+                self.outcomes[component] = outcome
             elif node == 'recorder':
-                self.recorder = finding
+                self.recorder = outcome
         self.updates += message.status[0].name.startswith('estimator: ') if message.status else 0
 
 

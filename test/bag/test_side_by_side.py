@@ -184,8 +184,8 @@ def test_without_an_arm_encoder_the_torque_is_as_good(name):
     assert found < 1.1 * error(known.tau_k, drive.tau_k[1:])
     within = np.abs(estimates.tau_k - drive.tau_k[1:] - damping) <= 2.0 * estimates.tau_k_std
     assert within[1000:].mean() > 0.9
-    assert all(finding.level == 0 for finding in alone.findings.values()), alone.findings
-    assert 'no arm is measured' in alone.findings['backlash'].message
+    assert all(outcome.level == 0 for outcome in alone.outcomes.values()), alone.outcomes
+    assert 'no arm is measured' in alone.outcomes['backlash'].message
     signal = SIGNALS[0]
     joints, twist, rate, torque = joint_values(signal, estimates.rows[-1], {}, 1.0)
     assert joints == ['transmission'] and np.isnan([*twist, *rate]).all()

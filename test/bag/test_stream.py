@@ -165,7 +165,7 @@ def test_blocks_give_the_bits_of_single_samples(drive, tmp_path, monkeypatch, co
         np.testing.assert_array_equal(estimates.smoothed_stamp_ns, [s for s, _ in smoothed])
         np.testing.assert_array_equal(estimates.smoothed, [row for _, row in smoothed])
         np.testing.assert_array_equal(result.monitor.counts, monitor.counts)
-        assert result.monitor.findings == monitor.findings
+        assert result.monitor.outcomes == monitor.outcomes
         assert result.monitor.snapshot() == monitor.snapshot()
         assert len(result.recording.samples.stamp_ns) == len(single)
     with open_bag(tmp_path / 'bag') as reader:

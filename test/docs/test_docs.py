@@ -98,8 +98,8 @@ def test_every_published_value_is_explained():
                         np.column_stack([run.u, np.full(len(t), np.nan)]), run.y))
     assert monitor.baseline is not None
     explained = {(row.component, row.key) for row in DIAGNOSTIC_KEYS}
-    for component, finding in monitor.findings.items():
-        for key in finding.values:
+    for component, outcome in monitor.outcomes.items():
+        for key in outcome.values:
             assert (component, key) in explained, f'{component}: {key}'
     for reason in REASONS.values():
         assert ('input', key_of(reason)) in explained, reason

@@ -153,7 +153,7 @@ def test_finds_the_noise_from_a_wrong_start(q, r):
     found = monitor.estimator.adapted()
     np.testing.assert_allclose([found['r_std_motor'], found['r_std_arm']], R_A, rtol=0.03)
     assert monitor.estimator.adaptation_guards()['sensitivity_resets'] == 0
-    values = monitor.findings['covariance'].values
+    values = monitor.outcomes['covariance'].values
     assert values['adapted_q_std_tau_k'] == pytest.approx(found['q_std_tau_k'], rel=0.1)
 
 

@@ -62,14 +62,14 @@ class Gearbox:
             **self.state), **changes)
 
     def go(self, windows, growth=0.0, trusted=True, temperature=None, **changes):
-        """Return the findings of each of `windows` windows."""
+        """Return the outcomes of each of `windows` windows."""
         growth = np.broadcast_to(growth, windows)
         return [self.tracker.update(self.window(g, **changes), trusted, temperature)
                 for g in growth]
 
 
-def alarmed(findings):
-    return [k for k, f in enumerate(findings) if max(x.level for x in f.values()) > Level.OK]
+def alarmed(outcomes):
+    return [k for k, f in enumerate(outcomes) if max(x.level for x in f.values()) > Level.OK]
 
 
 @pytest.mark.parametrize('windows', [300, 3000])
@@ -123,12 +123,12 @@ def test_slow_ramp_is_found_and_forecast():
     ramp = 0.05 * np.arange(1, 361) / 360
     found = gearbox.go(360, ramp)
     assert alarmed(found)[0] < 120
-    finding = found[-1]['backlash']
+    outcome = found[-1]['backlash']
     left = 3600.0 * (0.25 - 0.05) / 0.05
-    assert finding.level == Level.WARN and 'limit +25 % in' in finding.message
-    assert finding.values['forecast_s'] == pytest.approx(left, rel=0.2)
-    assert finding.values['forecast_earliest_s'] < left < finding.values['forecast_latest_s']
-    assert finding.values['growth'] == pytest.approx(0.05, abs=0.005)
+    assert outcome.level == Level.WARN and 'limit +25 % in' in outcome.message
+    assert outcome.values['forecast_s'] == pytest.approx(left, rel=0.2)
+    assert outcome.values['forecast_earliest_s'] < left < outcome.values['forecast_latest_s']
+    assert outcome.values['growth'] == pytest.approx(0.05, abs=0.005)
     # On to the limits of a warning and an error.
     assert 'plan a service' in gearbox.go(20, 0.12)[-1]['backlash'].message
     assert gearbox.go(20, 0.3)[-1]['backlash'].level == Level.ERROR
@@ -237,7 +237,7 @@ def test_state_goes_on_bit_for_bit(tmp_path):
     file.write_text(json.dumps({**before, 'format': 2}))  # of the version before
     assert load_state(file, 'g7') == ({**state, 'adaptation': {}}, '')
     again = Tracker(gearbox.tracker.settings, state['drift'])
-    assert 'gap has grown' in again.findings()['backlash'].message
+    assert 'gap has grown' in again.outcomes()['backlash'].message
     for _ in range(150):
         window = gearbox.window(0.02)
         assert repr(again.update(window)) == repr(gearbox.tracker.update(window))

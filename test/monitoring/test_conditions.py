@@ -56,7 +56,7 @@ def test_every_condition_names_values_that_are_published(monitor):
         'input', 'observability', 'prediction error', 'covariance'}
     for c in CONDITIONS:
         assert c.level > Level.OK and c.says and c.when and c.window and c.advice
-        values = monitor.findings[c.component].values
+        values = monitor.outcomes[c.component].values
         if c in (usability.OTHERS, usability.LOST):  # the node publishes them
             values = {**values, **dict.fromkeys(
                 row.key for row in DIAGNOSTIC_KEYS if row.component == 'input')}
@@ -67,8 +67,8 @@ def test_every_condition_names_values_that_are_published(monitor):
 def test_every_threshold_is_in_a_condition(monitor):
     told = {key for c in CONDITIONS for key in c.threshold}
     for name in ('observability', 'prediction error', 'covariance'):
-        assert monitor.findings[name].level == Level.OK
-        published = monitor.findings[name].values
+        assert monitor.outcomes[name].level == Level.OK
+        published = monitor.outcomes[name].values
         assert {key for key in published if key.endswith(('_threshold', '_bound'))} <= told
 
 
@@ -82,8 +82,8 @@ def test_every_refused_sample_has_a_condition():
     ({}, Level.OK, 'samples/s'), ({'zero stamps': 2}, Level.WARN, '2 zero stamps: stamp each'),
     ({'missing arm positions': 3, 'missing efforts': 1}, Level.WARN, 'encoders')])
 def test_input(new, level, word):
-    finding = usability.check(new, 5, {'rate_hz': 5.0})
-    assert finding.level == level and word in finding.message
+    outcome = usability.check(new, 5, {'rate_hz': 5.0})
+    assert outcome.level == level and word in outcome.message
     assert usability.check(new, 0, {'rate_hz': 0.0}).level == Level.ERROR
 
 

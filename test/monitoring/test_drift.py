@@ -109,7 +109,7 @@ def test_no_alarm_without_growth():
     windows = set()
     for second in range(66):
         source.go(1.0)
-        level = source.monitor.findings['backlash'].level
+        level = source.monitor.outcomes['backlash'].level
         assert level == Level.OK or second < 4
         windows.update(w.stamp_ns for w in source.monitor.windows)
     assert len(windows) >= 20
@@ -125,7 +125,7 @@ def test_growing_gap_is_found():
     for growth in (0.0, 0.05, 0.15, 0.18, 0.35, 0.4):
         source.plant.model = model.with_(half_gap=0.1 * (1 + growth))
         source.go(16.0)
-        levels.append(source.monitor.findings['backlash'].level)
+        levels.append(source.monitor.outcomes['backlash'].level)
         assert source.monitor.windows[-1].gap == pytest.approx(0.2 * (1 + growth), rel=0.03)
     assert levels == [Level.OK, *3 * [Level.WARN], *2 * [Level.ERROR]]
     assert source.monitor.baseline.gap == pytest.approx(0.2, rel=0.02)
@@ -134,7 +134,7 @@ def test_growing_gap_is_found():
     source.monitor = again
     source.plant.model = model.with_(half_gap=0.13)
     source.go(12.0)
-    assert again.findings['backlash'].level == Level.ERROR
+    assert again.outcomes['backlash'].level == Level.ERROR
     assert again.tracker.changes['gap'].growth == pytest.approx(0.3, abs=0.04)
 
 
@@ -162,7 +162,7 @@ def test_standing_still_measures_nothing():
     source.go(12.0, scale=0.0)
     source.go(8.0, scale=0.03)  # inside the gap
     assert not source.monitor.windows and source.monitor.baseline is None
-    assert source.monitor.findings['backlash'].level == Level.WARN
+    assert source.monitor.outcomes['backlash'].level == Level.WARN
 
 
 @pytest.mark.parametrize('lost', [0, 1])
@@ -181,7 +181,7 @@ def test_a_lost_encoder_is_no_backlash(lost, arm_load):
         source.monitor.run = monitor_run
         for _ in range(10):
             source.go(1.0)
-            assert source.monitor.findings['backlash'].level < Level.ERROR
+            assert source.monitor.outcomes['backlash'].level < Level.ERROR
     gaps = np.array([window.gap for window in source.monitor.windows])
     np.testing.assert_allclose(gaps, 0.2, rtol=0.05)
 
@@ -191,7 +191,7 @@ def test_twice_the_noise_raises_no_alert():
     source.go(40.0)
     source.plant.noise = Noise(NOISE.process, (0.01, 0.01))
     source.go(30.0)
-    assert source.monitor.findings['prediction error'].level > Level.OK
+    assert source.monitor.outcomes['prediction error'].level > Level.OK
     assert not source.monitor.tracker.changes
 
 
@@ -207,5 +207,5 @@ def test_warm_up_raises_one_alert_at_most_and_says_so(factor):
     assert len(changes) <= 1
     for key in changes:
         assert key == ('friction' if factor > 1.0 else 'friction_loss')
-        message = source.monitor.findings['friction'].message
+        message = source.monitor.outcomes['friction'].message
         assert 'warm-up or lubrication' in message and 'by -' not in message

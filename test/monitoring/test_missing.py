@@ -38,11 +38,11 @@ def samples(seconds, effects=(), noise=(5e-3, 5e-3)):
 
 
 def history(monitor, data, part=500):
-    """Return the findings on the model after every second of `data`."""
+    """Return the outcomes on the model after every second of `data`."""
     found = []
     for k in range(0, len(data.stamp_ns), part):
         monitor.run(Samples(*(a[k:k + part] for a in (data.stamp_ns, data.u, data.y))))
-        found.append(monitor.findings['model'])
+        found.append(monitor.outcomes['model'])
     return found
 
 
@@ -67,7 +67,7 @@ def test_without_a_gap_nothing_is_told(arm_load, noise):
     found = history(monitor, samples(25.0, noise=noise))
     assert {f.level for f in found[4:]} == {Level.OK}
     if noise[0] > 5e-3:
-        assert monitor.findings['prediction error'].level > Level.OK
+        assert monitor.outcomes['prediction error'].level > Level.OK
 
 
 def test_gap_that_ends_is_forgotten_and_a_lost_encoder_is_no_gap():
@@ -88,7 +88,7 @@ def test_step_by_step_is_the_same():
     whole.run(data)
     for stamp, u, y in zip(data.stamp_ns.tolist(), data.u.tolist(), data.y.tolist()):
         single.step(Sample(stamp, tuple(u), tuple(y)))
-    assert whole.findings == single.findings and whole.findings['model'].level == Level.WARN
+    assert whole.outcomes == single.outcomes and whole.outcomes['model'].level == Level.WARN
 
 
 def test_seconds_are_those_of_the_window():

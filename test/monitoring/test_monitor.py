@@ -145,7 +145,7 @@ def test_step_by_step_equals_run(seed):
     same(np.concatenate([p.smoothed for p in parts]), expected.smoothed)
     for other in (single, chunked):
         assert state_of(other) == state_of(whole)
-        assert repr(other.findings) == repr(whole.findings)  # NaN compares by its text
+        assert repr(other.outcomes) == repr(whole.outcomes)  # NaN compares by its text
 
 
 @pytest.mark.parametrize('seed', range(40))
@@ -163,14 +163,14 @@ def test_nothing_non_finite_and_nothing_lost(seed):
         seen = part.y[estimates.codes == sample_loop.ESTIMATE]
         same(np.isfinite(rows[:, [sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_ARM]]),
              np.abs(seen) <= sample_loop.HUGE)
-        for finding in monitor.findings.values():
-            for name, value in finding.values.items():
+        for outcome in monitor.outcomes.values():
+            for name, value in outcome.values.items():
                 assert not isinstance(value, float) or np.isfinite(value), name
     assert monitor.counts[:sample_loop.NON_FINITE].sum() == monitor.input_count == 7000
     # A new time is taken up after two samples; one second later the torque is right again.
     assert len(rows) >= 3997
     assert rms(estimates.nis[1000:]) < 4.0
-    assert monitor.findings['input'].level <= Level.WARN
+    assert monitor.outcomes['input'].level <= Level.WARN
 
 
 @pytest.mark.parametrize('at', [1, 333, 1111, 1987])
@@ -342,9 +342,9 @@ def test_bad_stream(name):
     assert not monitor.counts[list(unexpected)].any()
     assert monitor.counts[:sample_loop.NON_FINITE].sum() == len(samples.stamp_ns)
     # Seen while it lasts, with its reason in words; good again at the end.
-    bad = [finding for finding in raw if finding.level > Level.OK]
+    bad = [outcome for outcome in raw if outcome.level > Level.OK]
     assert bad and raw[-1].level == Level.OK
-    reasons = ' '.join(finding.message for finding in bad)
+    reasons = ' '.join(outcome.message for outcome in bad)
     for reason in expected:
         assert reason == sample_loop.START or sample_loop.REASONS[reason] in reasons
     # A second of good data later the prediction errors are those of before.
@@ -360,15 +360,15 @@ def test_all_refused_is_counted():
         monitor = Monitor(MODEL)
         estimates = monitor.run(Samples(stamps, u, samples.y))
         assert not len(estimates.rows) and monitor.counts[reason] == 2000
-        assert all(finding.level > Level.OK for finding in monitor.findings.values())
+        assert all(outcome.level > Level.OK for outcome in monitor.outcomes.values())
 
 
 def test_empty_and_before_the_first():
     monitor = Monitor(MODEL)
     estimates = monitor.run(Samples(np.empty(0, np.int64), np.empty((0, 2)), np.empty((0, 2))))
     assert estimates.rows.shape == (0, sample_loop.N_ESTIMATE) and len(estimates.codes) == 0
-    assert set(monitor.findings) == set(COMPONENTS)
-    assert all(f.level == Level.WARN for f in monitor.findings.values())
+    assert set(monitor.outcomes) == set(COMPONENTS)
+    assert all(f.level == Level.WARN for f in monitor.outcomes.values())
     assert monitor.stamp_ns == 0 and monitor.estimator.period == 0.0
 
 
@@ -517,10 +517,10 @@ def test_nothing_alarms_without_a_fault():
     for k in range(0, 30000, 500):
         monitor.run(cut(samples, k, k + 500))
         if k > 3000:
-            levels = {c: monitor.findings[c].level for c in COMPONENTS
+            levels = {c: monitor.outcomes[c].level for c in COMPONENTS
                       if c not in ('backlash', 'friction')}
             assert not any(levels.values()), (k, levels)
-    assert monitor.findings['backlash'].level == Level.OK
+    assert monitor.outcomes['backlash'].level == Level.OK
 
 
 @pytest.mark.parametrize('name', FILTER_NAMES)

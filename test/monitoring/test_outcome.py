@@ -106,9 +106,9 @@ def test_never_ok_before_data_nor_on_a_bad_first_look():
 def test_message_fits_the_level_in_force():
     alarm, said = Alarm(3, 5), []
     good, bad = Outcome(Level.OK, 'fine', {'v': 1}), Outcome(Level.ERROR, 'broken: mend', {'v': 2})
-    for k, finding in enumerate([good, bad, bad, bad, bad, good, good, good, good, good]):
-        shown = alarm.judge(finding, k * SECOND)
-        assert shown.values == finding.values  # always those of now
+    for k, outcome in enumerate([good, bad, bad, bad, bad, good, good, good, good, good]):
+        shown = alarm.judge(outcome, k * SECOND)
+        assert shown.values == outcome.values  # always those of now
         said.append((int(shown.level), shown.message))
     assert said == [
         (0, 'fine'), (0, 'fine'), (0, 'fine'), (2, 'broken: mend'),

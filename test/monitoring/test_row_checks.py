@@ -108,8 +108,8 @@ def test_an_alarm_counts_only_evaluations_that_reached_a_result(monkeypatch):
         part = slice(k, k + 1000)
         monitor.run(Samples(10 ** 18 + 1_000_000 * np.arange(k, k + 1000),
                             np.column_stack([run.u[part], np.full(1000, math.nan)]), run.y[part]))
-        levels.append(monitor.findings['prediction error'].level)
-    values = monitor.findings['prediction error'].values
+        levels.append(monitor.outcomes['prediction error'].level)
+    values = monitor.outcomes['prediction error'].values
     assert values['seldom_evaluations'] == len(answers)
     assert values['seldom_results'] == sum(answer is not None for answer in answers)
     raised = np.flatnonzero(np.array(levels[5:]) > Level.OK) + 5

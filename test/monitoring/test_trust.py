@@ -136,16 +136,16 @@ def test_standstill_hides_the_speed_not_the_torque(moving):
     assert both[4] == pytest.approx(0.142, rel=0.05) and both[2] > 0.95
     assert arm_lost[4] == pytest.approx(0.722, rel=0.05)
     assert motor_lost[4] == pytest.approx(0.143, rel=0.05)
-    finding = judge(both)
-    assert finding.level == Level.OK and 'standstill' in finding.message
+    outcome = judge(both)
+    assert outcome.level == Level.OK and 'standstill' in outcome.message
     assert judge(arm_lost).level == Level.ERROR
     assert judge([0, 0, 0, math.nan, math.nan]).level == Level.ERROR
     # The default drive with an unknown load stands still, too.
     packed = Monitor(DriveModel()).estimator.packed
     both = share(rows, packed, BOTH, 6)
-    finding = judge(both, both[5])
-    assert finding.level == Level.OK and 'standstill' in finding.message
-    assert 'load' not in finding.message and 'load' in judge(both, 0.9).message
+    outcome = judge(both, both[5])
+    assert outcome.level == Level.OK and 'standstill' in outcome.message
+    assert 'load' not in outcome.message and 'load' in judge(both, 0.9).message
 
 
 @pytest.mark.parametrize('lost', [0, 1], ids=['motor', 'arm'])
@@ -158,7 +158,7 @@ def test_lost_encoder_under_an_unknown_load_with_precise_encoders(lost):
     for begin, level in ((0, Level.OK), (6000, Level.ERROR)):
         end = begin + 6000 if begin == 0 else 16000
         monitor.run(Samples(data.stamp_ns[begin:end], data.u[begin:end], data.y[begin:end]))
-        found = monitor.findings['observability']
+        found = monitor.outcomes['observability']
         assert found.level == level
     assert found.values['information_share_tau_k'] < observability.UNTRUSTED
     assert found.values['stated_share_tau_k'] > found.values['stated_share_threshold']
@@ -311,7 +311,7 @@ def test_prediction_error_names_the_fault():
 
 
 def found(monitor, component, data):
-    """Return the raw findings of a check while `data` is run."""
+    """Return the raw outcomes of a check while `data` is run."""
     raw, judge = [], {'prediction error': innovation, 'covariance': covariance}[component]
     original = judge.check
     try:
@@ -334,11 +334,11 @@ def test_faults_of_the_drive_are_found(fault):
         data.u[:, 0] *= 1.3
     monitor = Monitor(model, {'arm_load': 'none'})
     raw = found(monitor, 'prediction error', data)
-    late = [finding.level > Level.OK for finding in raw[-4:]]
+    late = [outcome.level > Level.OK for outcome in raw[-4:]]
     assert len(raw) >= 8
     # A healthy drive may raise a single evaluation, which the alarm must not follow.
     assert sum(f.level > Level.OK for f in raw) <= 1 if fault == 'none' else all(late)
-    level = monitor.findings['prediction error'].level
+    level = monitor.outcomes['prediction error'].level
     assert level == Level.OK if fault == 'none' else level > Level.OK
 
 
@@ -359,15 +359,15 @@ def test_reference_of_the_uncertainty_can_be_given():
     monitor = Monitor(DriveModel())
     monitor.run(data)
     usual = monitor.tau_k_std_reference
-    assert usual == pytest.approx(monitor.findings['covariance'].values['tau_k_std'], rel=0.05)
+    assert usual == pytest.approx(monitor.outcomes['covariance'].values['tau_k_std'], rel=0.05)
     for factor, word in ((2.0, 'below'), (0.5, 'above')):
         monitor = Monitor(DriveModel())
         monitor.tau_k_std_reference = factor * usual
         monitor.reset()  # outlasts a restart
-        assert all(monitor.findings[name].level == Level.WARN
+        assert all(monitor.outcomes[name].level == Level.WARN
                    for name in ('observability', 'prediction error', 'covariance', 'input'))
         monitor.run(data)
-        assert word in monitor.findings['covariance'].message
+        assert word in monitor.outcomes['covariance'].message
         monitor.set_parameters({'gap_warn': 0.2})
         assert monitor.tau_k_std_reference == factor * usual
         monitor.set_parameters({'q_std_tau_k': 9.0})  # now another uncertainty is usual
@@ -388,4 +388,4 @@ def test_one_evaluation_per_second_of_stamps(dt, disturbed):
     monitor.run(data)
     assert len(at) == 5
     assert all(SECOND <= b - a < 1.05 * SECOND for a, b in itertools.pairwise(at))
-    assert isinstance(monitor.findings['input'], Outcome)
+    assert isinstance(monitor.outcomes['input'], Outcome)

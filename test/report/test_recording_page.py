@@ -106,7 +106,7 @@ def test_an_hour_at_a_kilohertz_makes_a_small_page():
         for k in range(6):
             line.add_window(stamps[10_000 * k], WindowBacklash(0.0, 0.2, 0.01, 0.2, True), {})
         for k in range(60):  # levels that change every second
-            line.add_findings(stamps[1000 * k], {
+            line.add_outcomes(stamps[1000 * k], {
                 name: (k % 3, 'far too often' * 5)
                 for name in (*recording_page.TRUST, *recording_page.WEAR)})
     line.finish()
@@ -163,7 +163,7 @@ def test_headline_names_what_is_most_wrong():
     line = Timeline(60.0)
     line.add_inputs(T0 + np.arange(10) * 1_000_000_000, np.zeros(10))
     for k in range(10):
-        line.add_findings(T0 + k * 1_000_000_000, {
+        line.add_outcomes(T0 + k * 1_000_000_000, {
             'observability': (0, 'seen'),
             'prediction error': (2 * (k > 4), 'far too large: check it (for 2 s)'),
             'model': (1, 'no data yet'), 'backlash': (1, 'backlash not measured yet')})
@@ -171,7 +171,7 @@ def test_headline_names_what_is_most_wrong():
     assert recording_page.trusted_share(line) == pytest.approx(5.0 / 9.0)
     assert recording_page.headline(line) == (
         'The estimates were trusted 56 % of the time: far too large.', 'error')
-    line.add_findings(T0 + 9_000_000_000, {'backlash': (2, 'gap has grown: service it (for 1 s)')})
+    line.add_outcomes(T0 + 9_000_000_000, {'backlash': (2, 'gap has grown: service it (for 1 s)')})
     assert recording_page.headline(line) == ('Gap has grown: service it.', 'error')
 
 
@@ -198,7 +198,7 @@ def test_the_newest_state_is_stated():
     line = Timeline(60.0)
     line.add_inputs(T0 + np.arange(3) * 1_000_000_000, np.zeros(3))
     for k, words in enumerate(('no baseline (1 of 3 windows)', 'gap +0.1 % over the baseline')):
-        line.add_findings(T0 + k * 1_000_000_000, {'backlash': (0, words)})
+        line.add_outcomes(T0 + k * 1_000_000_000, {'backlash': (0, words)})
     assert line.spans['backlash'].messages == ['gap +0.1 % over the baseline']
 
 
@@ -207,7 +207,7 @@ def test_warning_and_error_differ(level):
     """The headline of each has its own kind and word."""
     line = Timeline(60.0)
     line.add_inputs(T0 + np.arange(3) * 1_000_000_000, np.zeros(3))
-    line.add_findings(T0, {'backlash': (level, 'gap has grown')})
+    line.add_outcomes(T0, {'backlash': (level, 'gap has grown')})
     line.finish()
     html = recording_page.recording_page(
         line, RecordingFacts(True, DriveModel(), Monitor(DriveModel()).parameters), 'worn')

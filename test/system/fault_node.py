@@ -100,12 +100,12 @@ class ScenarioNodes:
 
     def worst(self):
         """Return the worst level of TRUST that the estimator says now."""
-        found = self.watcher.findings
+        found = self.watcher.outcomes
         return max((found[name].level for name in TRUST if name in found), default=Level.WARN)
 
     def samples(self):
         """Return how many samples the estimator has taken, as it says."""
-        found = self.watcher.findings.get('input')
+        found = self.watcher.outcomes.get('input')
         return int(found.values.get('samples', 0)) if found else 0
 
     def close(self):
@@ -140,7 +140,7 @@ def restart(domain):
             gone = time.monotonic()
             told = nodes.until(lambda: nodes.worst() > Level.OK, 'a level that is not OK') - gone
             by = [name for name in TRUST
-                  if nodes.watcher.findings[name].level == nodes.worst()]
+                  if nodes.watcher.outcomes[name].level == nodes.worst()]
             always = True
             while time.monotonic() < gone + AWAY:
                 nodes.watcher.spin(0.02)

@@ -80,14 +80,14 @@ def watch(messages, load):
         rows.append(found.rows)
         number.append(messages.number[part][found.codes == sample_loop.ESTIMATE])
         tick.append(np.full(len(found.rows), k))
-        said = silence.findings(monitor, (k + 2) * SECOND)
+        said = silence.outcomes(monitor, (k + 2) * SECOND)
         level = max(said[name].level for name in TRUST)
         levels.append(int(level))
         by.append([name for name in TRUST if said[name].level == level > Level.OK])
         finite &= bool(np.isfinite(found.rows[:, ALWAYS]).all()
                        and not np.isinf(found.rows).any() and np.isfinite(found.smoothed).all())
-        finite &= all(np.isfinite(value) for finding in said.values()
-                      for value in finding.values.values() if isinstance(value, float))
+        finite &= all(np.isfinite(value) for outcome in said.values()
+                      for value in outcome.values.values() if isinstance(value, float))
         begin = end
     rows = np.concatenate(rows)
     same = whole.run(Samples(messages.stamp_ns, messages.u, messages.y)).rows

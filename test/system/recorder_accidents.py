@@ -90,8 +90,8 @@ def slow_disk(bench, done):
     begun_ns = bench.until_begun([process], [path])
 
     def lost():
-        finding = bench.told()
-        return finding.values['lost'] if finding and finding.values['bag'] == str(path) else None
+        outcome = bench.told()
+        return outcome.values['lost'] if outcome and outcome.values['bag'] == str(path) else None
     bench.until(lambda: lost() is not None, 'diagnostics of the recorder')
     before = lost()  # a reader that has just joined may miss a message
     bench.wait(2 * RUN[1])

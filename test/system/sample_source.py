@@ -116,7 +116,7 @@ class SampleSource:
 
     For each namespace, since measure(): taken, how many estimates have come; unseen, how many more
     were published and did not come here; latencies, s from sending a sample to publishing its
-    estimate. sent: samples, to each namespace. late: those sent over a period too late. findings
+    estimate. sent: samples, to each namespace. late: those sent over a period too late. outcomes
     {status name: Said} of the newest diagnostics; not_ok [(stamp ns, status name,
     message)] of all; alerts: texts of drift alerts above OK. pauses [(from, to)]: clock ns without
     a published estimate, where longer than PAUSE.
@@ -131,7 +131,7 @@ class SampleSource:
                           start_parameter_services=False)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self._ready, self.findings, self.not_ok, self.alerts = set(), {}, [], []
+        self._ready, self.outcomes, self.not_ok, self.alerts = set(), {}, [], []
         polled, subscribe = PolledCallbackGroup(), self._node.create_subscription
         self._outputs, self._inputs = [], []
         for name in namespaces:
@@ -155,7 +155,7 @@ class SampleSource:
 
     def _on_diagnostics(self, message):
         for status in message.status:
-            self.findings[status.name] = Said(
+            self.outcomes[status.name] = Said(
                 stamp_of(message), status.message,
                 {value.key: value.value for value in status.values})
             if level_of(status):
@@ -175,7 +175,7 @@ class SampleSource:
 
     def told(self):
         """Return how many samples without estimate the estimators have counted, in all."""
-        return sum(int(said.values.get(counter, 0)) for name, said in self.findings.items()
+        return sum(int(said.values.get(counter, 0)) for name, said in self.outcomes.items()
                    if name.endswith('estimator: input') for counter in COUNTERS)
 
     def take(self):
@@ -319,7 +319,7 @@ class SampleSource:
 
     def _said(self):
         names = [f'{name}/estimator: covariance' for name in self.namespaces]
-        return [self.findings.get(name, NOTHING_SAID) for name in names]
+        return [self.outcomes.get(name, NOTHING_SAID) for name in names]
 
     def missing(self):
         """Return how many samples have given no estimate since measure()."""

@@ -262,7 +262,7 @@ def run(fault, motion, load, kind='ekf', seed=0, size=None):
         part = slice(k, k + round(1.0 / DT))
         u = np.column_stack([source.effort[part], np.full(len(source.effort[part]), np.nan)])
         found = monitor.run(Samples(source.stamp_ns[part], u, source.y[part]))
-        levels.append({name: monitor.findings[name].level for name in TRUST})
+        levels.append({name: monitor.outcomes[name].level for name in TRUST})
         rows.append(found.rows)
         smoothed.append(found.smoothed)
         numbers.append(np.searchsorted(source.stamp_ns, found.stamp_ns))

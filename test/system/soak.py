@@ -82,7 +82,7 @@ def evaluate(seconds, rate, real_time, every=1.0):
             def tick():
                 child.check()
                 used, latencies = usage(child.process.pid), source.latencies[0]
-                values = source.findings.get('g0/estimator: input', NOTHING_SAID).values
+                values = source.outcomes.get('g0/estimator: input', NOTHING_SAID).values
                 rows.append({
                     'clock': time.time_ns(), 'rate_hz': float(values.get('rate_hz', 'nan')),
                     'wall': time.monotonic() - began, 'stamps': source.sent / rate,

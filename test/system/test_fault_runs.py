@@ -59,7 +59,7 @@ def test_step_by_step_equals_run_when_positions_jump():
                for s, u, y in zip(samples.stamp_ns, samples.u, samples.y)]
     np.testing.assert_array_equal([e.row for e in stepped if e is not None], rows)
     assert whole.counts[sample_loop.POSITION_JUMP] >= 3 and whole.counts[sample_loop.START] > 1
-    assert single.snapshot() == whole.snapshot() and repr(single.findings) == repr(whole.findings)
+    assert single.snapshot() == whole.snapshot() and repr(single.outcomes) == repr(whole.outcomes)
 
 
 def test_a_spike_is_refused_and_changes_nothing_else():
@@ -80,14 +80,14 @@ def test_nothing_is_ok_until_it_is_judged_again():
     monitor = Monitor(DriveModel())
     judged = ('observability', 'prediction error', 'covariance', 'model')
     monitor.run(Samples(base.stamp_ns[:10000], base.u[:10000], base.y[:10000]))
-    assert not any(monitor.findings[name].level for name in judged)
+    assert not any(monitor.outcomes[name].level for name in judged)
     for k in range(10300, 14000):  # 0.3 s are missing
         monitor.step(Sample(int(base.stamp_ns[k]), tuple(base.u[k]), tuple(base.y[k])))
         started = monitor.counts[sample_loop.START] > 1
         young = base.stamp_ns[k] < base.stamp_ns[10302] + 3 * sample_loop.SECOND
         if started and young:
-            assert all(monitor.findings[name].level > Level.OK for name in judged)
-    assert started and not any(monitor.findings[name].level for name in judged)
+            assert all(monitor.outcomes[name].level > Level.OK for name in judged)
+    assert started and not any(monitor.outcomes[name].level for name in judged)
 
 
 def test_a_snapshot_of_another_layout_is_refused():

@@ -167,17 +167,17 @@ class Tracker:
 
         """
         if window.stamp_ns == self.stamp_ns:
-            return self.findings()  # it has been taken before
+            return self.outcomes()  # it has been taken before
         self.stamp_ns, self._temperature = window.stamp_ns, temperature
         if isinstance(window, NotExcited):
             self._pause = window
-            return self.findings()
+            return self.outcomes()
         self._pause, self._window, self._trusted = None, window, bool(trusted)
         self._point = self._points.find(window, temperature, self.settings.bins)
         self._growth = math.nan
         if self._point >= 0 and trusted:
             self._take(*self._measure(window))
-        return self.findings()
+        return self.outcomes()
 
     def _measure(self, window: Backlash) -> tuple[Array, Array]:
         """Return (values [F], variances [F]) of a Backlash."""
@@ -343,11 +343,11 @@ class Tracker:
                             if t.component == component and t.key in self.changes}
                 for component in COMPONENTS}
 
-    def findings(self) -> dict[str, Outcome]:
+    def outcomes(self) -> dict[str, Outcome]:
         """Return {component: Outcome} in force."""
-        return {component: self._finding(component) for component in COMPONENTS}
+        return {component: self._outcome(component) for component in COMPONENTS}
 
-    def _finding(self, component: str) -> Outcome:
+    def _outcome(self, component: str) -> Outcome:
         window = self._window
         if window is None and not self.changes:
             message = 'backlash not measured yet' if component == 'backlash' else \
@@ -513,7 +513,7 @@ class Tracker:
         return [{**point.place(), **row} for point, row in rows if row['features']]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all that the next findings depend on, as plain data; floats read back exactly."""
+        """Return all that the next outcomes depend on, as plain data; floats read back exactly."""
         return {
             'points': [{**p.place(), **p.sums.to_dict()} for p in self._points],
             'windows': [[stamp, where, int(learned), *map(float, values)] for

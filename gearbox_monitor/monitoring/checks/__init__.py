@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Indicators of trust: each turns numbers into a finding."""
+"""Indicators of trust: each turns numbers into an outcome."""

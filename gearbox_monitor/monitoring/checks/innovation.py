@@ -19,7 +19,7 @@ All tests run on innovations whitened by the Cholesky factor of S, each on the w
 it: the mean on a short one, because over whole periods of the excitation a model error averages
 out; whiteness and size on a long one.
 
-`flags` judges one window by significance alone. A finding (`check`) wants an effect of some size
+`flags` judges one window by significance alone. An outcome (`check`) wants an effect of some size
 as well: with enough samples every model is significantly wrong.
 """
 from functools import lru_cache

@@ -82,22 +82,22 @@ def outcome_of(broken: Sequence[Condition], fine: str, values: Values) -> Outcom
                    ', '.join(c.says for c in broken) + ': ' + '; '.join(advice), values)
 
 
-def joined(findings: Sequence[Outcome]) -> Outcome:
-    """Return one Outcome at the highest level of `findings`, the first one's words last."""
-    first, *others = findings
-    raised = [finding for finding in others if finding.level > Level.OK]
-    texts = [finding.message for finding in raised]
+def joined(outcomes: Sequence[Outcome]) -> Outcome:
+    """Return one Outcome at the highest level of `outcomes`, the first one's words last."""
+    first, *others = outcomes
+    raised = [outcome for outcome in others if outcome.level > Level.OK]
+    texts = [outcome.message for outcome in raised]
     if not raised or first.level > Level.OK:
         texts.append(first.message)
-    return Outcome(max(finding.level for finding in findings), '; '.join(texts), first.values)
+    return Outcome(max(outcome.level for outcome in outcomes), '; '.join(texts), first.values)
 
 
-def with_more(finding: Outcome, broken: Sequence[Condition], values: Values) -> Outcome:
+def with_more(outcome: Outcome, broken: Sequence[Condition], values: Values) -> Outcome:
     """
     Return a Outcome extended by the result of another check of the same component.
 
     Args:
-        finding: to extend.
+        outcome: to extend.
         broken: conditions that do not hold, one or more.
         values: {key: value} to add.
 
@@ -105,10 +105,10 @@ def with_more(finding: Outcome, broken: Sequence[Condition], values: Values) -> 
         The Outcome at the higher level of both; the added words come first.
 
     """
-    combined = outcome_of(broken, '', {**finding.values, **values})
-    if finding.level == Level.OK:
+    combined = outcome_of(broken, '', {**outcome.values, **values})
+    if outcome.level == Level.OK:
         return combined
-    return Outcome(max(finding.level, combined.level), f'{combined.message}; {finding.message}',
+    return Outcome(max(outcome.level, combined.level), f'{combined.message}; {outcome.message}',
                    combined.values)
 
 
@@ -160,19 +160,19 @@ class Alarm:
         if self.level == Level.OK:
             self.level, self.since_ns, self.judged = Level.WARN, None, False
 
-    def judge(self, finding: Outcome, stamp_ns: int) -> Outcome:
+    def judge(self, outcome: Outcome, stamp_ns: int) -> Outcome:
         """
-        Return the raw `finding` at its debounced level, with how long that has lasted at stamp_ns.
+        Return the raw `outcome` at its debounced level, with how long that has lasted at stamp_ns.
 
         The message fits the level in force: while a raw level is not believed yet, or not
         forgotten yet, it is what was found last at the level that stands.
         """
-        level = self.update(finding.level, stamp_ns)
-        self._said[Level.OK if finding.level == Level.OK else Level.WARN] = finding.message
-        if finding.level == Level.ERROR:
-            self._said[Level.ERROR] = finding.message
-        self._said.setdefault(level, finding.message)
-        return replace(self.standing(stamp_ns), values=finding.values)
+        level = self.update(outcome.level, stamp_ns)
+        self._said[Level.OK if outcome.level == Level.OK else Level.WARN] = outcome.message
+        if outcome.level == Level.ERROR:
+            self._said[Level.ERROR] = outcome.message
+        self._said.setdefault(level, outcome.message)
+        return replace(self.standing(stamp_ns), values=outcome.values)
 
     def standing(self, stamp_ns: int) -> Outcome:
         """Return the level in force at `stamp_ns`, with what was found last at it."""
