@@ -213,7 +213,7 @@ def measured(layout, number, rate, seconds):
             os.sched_setaffinity(0, cores)
             source.close()
     return {'layout': layout, 'number': number, 'rate': rate, 'sent': len(sent) * number,
-            'behind': took - seconds, 'cpu': (used.cpu - before) / took,
+            'behind': took - seconds, 'cpu': (used.cpu - before) / seconds,
             'memory': used.memory, **_compared(robot, source.taken, sent)}
 
 
@@ -261,10 +261,10 @@ def bars(rows):
 def text(data):
     """Return the figures as a table for the terminal."""
     lines = ['  layout         number    Hz   dropped   differ    p50 ms    p99 ms    max ms'
-             '  CPU of core  memory MB  behind s']
+             '  CPU s/s data memory MB  behind s']
     lines += [f'  {row["layout"]:<12}{row["number"]:9d}{row["rate"]:6g}{row["dropped"]:10d}'
               f'{row["different"]:9d}{1e3 * row["p50"]:10.2f}{1e3 * row["p99"]:10.2f}'
-              f'{1e3 * row["max"]:10.1f}{row["cpu"]:13.0%}{1e-6 * row["memory"]:11.0f}'
+              f'{1e3 * row["max"]:10.1f}{row["cpu"]:13.2f}{1e-6 * row["memory"]:11.0f}'
               f'{row["behind"]:10.1f}' for row in data['runs']]
     return '\n'.join([*lines, '', *bar_lines(data['bars'])])
 
