@@ -44,7 +44,7 @@ FARTHEST = 1e6               # rad, beyond which a filter has diverged
 NO_ERROR = (0.0, 0.0, 0.0)
 
 
-class Timeline(NamedTuple):
+class SampleSchedule(NamedTuple):
     """
     What happens within a sample, the same in each.
 
@@ -175,14 +175,14 @@ def _correct(P: Array, channel: int, slope: float, variance: float, gain: Array)
 
 
 @jit
-def filtered(drive: PackedDrive, timeline: Timeline, data: FilterInput, start: FilterStart,
+def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, start: FilterStart,
              s: Array, room: Array, trace: FilterTrace) -> float:
     """
     Filter a recording.
 
     Args:
         drive: PackedDrive.
-        timeline: Timeline of its encoders.
+        schedule: SampleSchedule of its encoders.
         data: FilterInput.
         start: FilterStart.
         s: room to work in [N_LANE_STATE].
@@ -227,14 +227,14 @@ def filtered(drive: PackedDrive, timeline: Timeline, data: FilterInput, start: F
                 _spread(g, n, room, places, moves, s)
             if k == steps:
                 break
-            for q in range(len(timeline.length)):
+            for q in range(len(schedule.length)):
                 for g in range(GROUPS):
                     c = min(pair + g, last)
                     at = min(data.begin[c] + k, data.end[c] - 1)
                     for i in range(WIDTH * g, WIDTH * (g + 1)):
-                        s[U + i] = data.u[at, timeline.part[q]]
-                step_lanes(s, timeline.length[q], plain, p, e)
-                m = timeline.ends[q]
+                        s[U + i] = data.u[at, schedule.part[q]]
+                step_lanes(s, schedule.length[q], plain, p, e)
+                m = schedule.ends[q]
                 if m < 0:
                     continue
                 for g in range(GROUPS):
@@ -253,10 +253,10 @@ def filtered(drive: PackedDrive, timeline: Timeline, data: FilterInput, start: F
                         room[g, n + i, 0] = s[LANES * i + base]
                     if not abs(s[base]) < FARTHEST or not abs(s[LANES + base]) < FARTHEST:
                         return math.inf
-                    _predict(F, room[g, :n, :n], product, timeline.span[m], data, drive)
+                    _predict(F, room[g, :n, :n], product, schedule.span[m], data, drive)
                     for channel in range(2):
-                        reading = at + 1 + timeline.shift[channel]
-                        if timeline.reads[m, channel] == 0 or reading >= data.end[c]:
+                        reading = at + 1 + schedule.shift[channel]
+                        if schedule.reads[m, channel] == 0 or reading >= data.end[c]:
                             continue
                         x = room[g, n + channel, 0]
                         error, slope, _ = _error(channel, e, x)
@@ -274,7 +274,7 @@ def filtered(drive: PackedDrive, timeline: Timeline, data: FilterInput, start: F
                         trace.variance[at, channel] = variance
                         result += (innovation * innovation / variance - 1.0
                                    + math.log(variance / data.variance[channel]))
-                    if m < len(timeline.span) - 1:
+                    if m < len(schedule.span) - 1:
                         for i in range(N_STATE):
                             trace.begin[at, m + 1, i] = room[g, n + i, 0]
                         _spread(g, n, room, places, moves, s)
@@ -292,15 +292,15 @@ def _spread(g: int, n: int, room: Array, places: Integers, moves: Array, s: Arra
 
 
 @jit
-def sensitivity(drives: tuple[PackedDrive, PackedDrive], timeline: Timeline, data: FilterInput,
-                places: Integers, s: Array, trace: FilterTrace, ends: Array,
+def sensitivity(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedule,
+                data: FilterInput, places: Integers, s: Array, trace: FilterTrace, ends: Array,
                 change: Array) -> None:
     """
     Find the change of the innovations by a little change of the drive, the gains as they are.
 
     Args:
         drives: the drive that was filtered, and the changed one.
-        timeline: of the first.
+        schedule: of the first.
         data: FilterInput, with the torque of the actuator of the changed drive.
         places: of the states that are estimated [A].
         s: room to work in [N_LANE_STATE].
@@ -315,8 +315,8 @@ def sensitivity(drives: tuple[PackedDrive, PackedDrive], timeline: Timeline, dat
     for c in range(len(data.begin)):
         for first in range(data.begin[c], data.end[c] - 1, LANES):
             elapsed, m = 0.0, -1
-            for q in range(len(timeline.length)):
-                if q == 0 or timeline.ends[q - 1] >= 0:
+            for q in range(len(schedule.length)):
+                if q == 0 or schedule.ends[q - 1] >= 0:
                     m += 1
                     for i in range(LANES):
                         at = min(first + i, data.end[c] - 2)
@@ -326,19 +326,19 @@ def sensitivity(drives: tuple[PackedDrive, PackedDrive], timeline: Timeline, dat
                         for j in range(3):
                             s[ON_MOTOR + LANES * j + i] = data.extra[at, j]
                 for i in range(LANES):
-                    s[U + i] = data.u[min(first + i, data.end[c] - 2), timeline.part[q]]
-                step_lanes(s, timeline.length[q], plain, p, e)
-                elapsed += timeline.length[q]
-                if timeline.ends[q] >= 0:
+                    s[U + i] = data.u[min(first + i, data.end[c] - 2), schedule.part[q]]
+                step_lanes(s, schedule.length[q], plain, p, e)
+                elapsed += schedule.length[q]
+                if schedule.ends[q] >= 0:
                     for i in range(min(LANES, data.end[c] - 1 - first)):
                         for j in range(n):
                             ends[first + i, m, j] = (s[LANES * places[j] + i]
                                                      - trace.end[first + i, m, j])
-    _along(drives, timeline, data, trace, ends, s[:2 * n], change)
+    _along(drives, schedule, data, trace, ends, s[:2 * n], change)
 
 
 @jit
-def _along(drives: tuple[PackedDrive, PackedDrive], timeline: Timeline, data: FilterInput,
+def _along(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedule, data: FilterInput,
            trace: FilterTrace, ends: Array, room: Array, change: Array) -> None:
     """Fill in change [N, 2] of the innovations by changes `ends` [N, M, A] of each segment."""
     n = ends.shape[2]
@@ -349,7 +349,7 @@ def _along(drives: tuple[PackedDrive, PackedDrive], timeline: Timeline, data: Fi
         for i in range(n):
             d[i] = 0.0
         for at in range(data.begin[c], data.end[c] - 1):
-            for m in range(len(timeline.span)):
+            for m in range(len(schedule.span)):
                 F = trace.tangent[at, m]
                 for i in range(n):
                     total = ends[at, m, i]
@@ -359,7 +359,7 @@ def _along(drives: tuple[PackedDrive, PackedDrive], timeline: Timeline, data: Fi
                 for i in range(n):
                     d[i] = moved[i]
                 for channel in range(2):
-                    if timeline.reads[m, channel] == 0:
+                    if schedule.reads[m, channel] == 0:
                         continue
                     slope = trace.slope[at, channel]
                     if slope == 0.0:
@@ -374,14 +374,14 @@ def _along(drives: tuple[PackedDrive, PackedDrive], timeline: Timeline, data: Fi
 
 
 @jit
-def with_noise(drive: PackedDrive, timeline: Timeline, data: FilterInput, start: FilterStart,
+def with_noise(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, start: FilterStart,
                trace: FilterTrace, room: Array, change: Array, variance: Array) -> float:
     """
     Find innovations under other noise, to first order: by the tangents of a filter that was run.
 
     Args:
         drive: PackedDrive that was filtered.
-        timeline: its Timeline.
+        schedule: its SampleSchedule.
         data: FilterInput with the other noise.
         start: FilterStart.
         trace: FilterTrace of the run.
@@ -402,7 +402,7 @@ def with_noise(drive: PackedDrive, timeline: Timeline, data: FilterInput, start:
             for j in range(n):
                 P[i, j] = start.variance[i] if i == j else 0.0
         for at in range(data.begin[c], data.end[c] - 1):
-            for m in range(len(timeline.span)):
+            for m in range(len(schedule.span)):
                 F = trace.tangent[at, m]
                 for i in range(n):
                     total = 0.0
@@ -411,9 +411,9 @@ def with_noise(drive: PackedDrive, timeline: Timeline, data: FilterInput, start:
                     moved[i] = total
                 for i in range(n):
                     d[i] = moved[i]
-                _predict(F, P, product, timeline.span[m], data, drive)
+                _predict(F, P, product, schedule.span[m], data, drive)
                 for channel in range(2):
-                    if timeline.reads[m, channel] == 0:
+                    if schedule.reads[m, channel] == 0:
                         continue
                     slope = trace.slope[at, channel]
                     if slope == 0.0:
@@ -429,13 +429,13 @@ def with_noise(drive: PackedDrive, timeline: Timeline, data: FilterInput, start:
 
 
 @jit
-def smoothed(timeline: Timeline, data: FilterInput, places: Integers, trace: FilterTrace,
+def smoothed(schedule: SampleSchedule, data: FilterInput, places: Integers, trace: FilterTrace,
              room: Array, states: Array) -> None:
     """
     Smooth what was filtered, by the adjoint recursion of Bryson and Frazier (1963).
 
     Args:
-        timeline: Timeline of the run.
+        schedule: SampleSchedule of the run.
         data: its FilterInput.
         places: of the states that were estimated [A].
         trace: its FilterTrace.
@@ -449,10 +449,10 @@ def smoothed(timeline: Timeline, data: FilterInput, places: Integers, trace: Fil
             adjoint[i] = 0.0
         for at in range(data.end[c] - 1, data.begin[c] - 1, -1):
             if at < data.end[c] - 1:
-                for m in range(len(timeline.span) - 1, -1, -1):
+                for m in range(len(schedule.span) - 1, -1, -1):
                     for channel in range(1, -1, -1):
                         slope = trace.slope[at, channel]
-                        if timeline.reads[m, channel] == 0 or slope == 0.0:
+                        if schedule.reads[m, channel] == 0 or slope == 0.0:
                             continue
                         total = trace.innovation[at, channel] / trace.variance[at, channel]
                         for i in range(n):

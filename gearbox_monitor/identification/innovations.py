@@ -28,7 +28,7 @@ import numpy as np
 
 from gearbox_monitor.identification import innovation_filter as kernels
 from gearbox_monitor.identification.innovation_filter import (
-    FilterInput, FilterStart, FilterTrace, Timeline)
+    FilterInput, FilterStart, FilterTrace, SampleSchedule)
 from gearbox_monitor.identification.shooting import Simulator
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant import effects
@@ -52,7 +52,7 @@ class Filtered:
 
     model: DriveModel
     drive: PackedDrive
-    timeline: Timeline
+    schedule: SampleSchedule
     data: FilterInput
     start: FilterStart
     trace: FilterTrace
@@ -132,7 +132,7 @@ class InnovationLikelihood:
         """
         drive = PackedDrive(model.pack(), effects.pack(model.effects), np.zeros(0))
         start = self._start(model)
-        parts = timeline(drive.e, self.recording.dt, self.simulator.n, self.recording.channels)
+        parts = schedule(drive.e, self.recording.dt, self.simulator.n, self.recording.channels)
         data = FilterInput(self.y, self.simulator.acting(drive.e), self.simulator.extra,
                            self.recording.dt, self.begin, self.end, self.variance,
                            np.asarray(torque, float))
@@ -157,7 +157,7 @@ class InnovationLikelihood:
         drive = PackedDrive(model.pack(), effects.pack(model.effects), np.zeros(0))
         out = np.zeros_like(self.y)
         kernels.sensitivity(
-            (run.drive, drive), run.timeline,
+            (run.drive, drive), run.schedule,
             run.data._replace(u=self.simulator.acting(drive.e)), run.start.places,
             self._lanes.copy(), run.trace, np.empty_like(run.trace.end), out)
         return out
@@ -175,21 +175,21 @@ class InnovationLikelihood:
         n = len(run.start.places)
         change, variance = np.zeros_like(self.y), np.ones_like(self.y)
         deviance = kernels.with_noise(
-            run.drive, run.timeline, run.data._replace(torque=np.asarray(torque, float)),
+            run.drive, run.schedule, run.data._replace(torque=np.asarray(torque, float)),
             run.start, run.trace, np.zeros((2 * n + 3, n)), change, variance)
         return deviance, run.trace.innovation + change, variance
 
     def smoothed(self, run: Filtered) -> Array:
         """Return the smoothed states [N, N_STATE] of `run`, NaN outside of its parts."""
         states = np.full((len(self.y), N_STATE), np.nan)
-        kernels.smoothed(run.timeline, run.data, run.start.places, run.trace,
+        kernels.smoothed(run.schedule, run.data, run.start.places, run.trace,
                          np.zeros(2 * len(run.start.places)), states)
         return states
 
 
-def timeline(e: Array, dt: float, parts: int, channels: Sequence[int]) -> Timeline:
+def schedule(e: Array, dt: float, parts: int, channels: Sequence[int]) -> SampleSchedule:
     """
-    Return the Timeline of a sample.
+    Return the SampleSchedule of a sample.
 
     Args:
         e: packed effects.
@@ -224,5 +224,5 @@ def timeline(e: Array, dt: float, parts: int, channels: Sequence[int]) -> Timeli
         ends.append(m)
         begin = edge
     span = np.diff([0.0, *segments]) * dt
-    return Timeline(np.array(length), np.array(part), np.array(ends), span, reads,
-                    shift.astype(np.int64))
+    return SampleSchedule(np.array(length), np.array(part), np.array(ends), span, reads,
+                          shift.astype(np.int64))

@@ -24,7 +24,7 @@ from scipy.linalg import expm
 from gearbox_monitor.identification.candidates import Starts
 from gearbox_monitor.identification.effect_scan import joined, scan
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted
-from gearbox_monitor.identification.innovations import InnovationLikelihood, timeline
+from gearbox_monitor.identification.innovations import InnovationLikelihood, schedule
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.simulate import advance, PackedDrive, Plant, ProcessNoise
@@ -128,7 +128,7 @@ def test_sensitivities_are_those_of_a_filter_with_frozen_gains(effect, name, tol
         """Return the innovations [K, 2] of a first half that is run with the gains of `run`."""
         drive = PackedDrive(model.pack(), effects.pack([{**effect, name: value}]), np.zeros(0))
         u = likelihood.simulator.acting(drive.e)
-        n, parts = u.shape[1], timeline(drive.e, DT, u.shape[1], (0, 1))
+        n, parts = u.shape[1], schedule(drive.e, DT, u.shape[1], (0, 1))
         none = ProcessNoise(np.zeros((1, 4)), np.zeros(4))
         x, out = run.start.states[0].copy(), np.zeros((140, 2))
         for k in range(140):
@@ -155,12 +155,12 @@ def test_sensitivities_are_those_of_a_filter_with_frozen_gains(effect, name, tol
 
 def test_late_encoders_are_read_at_their_own_time_within_a_sample():
     e = effects.pack([{'id': 'motor_encoder_delay', 'T': 0.0034}])
-    line = timeline(e, DT, 2, (0, 1))
+    line = schedule(e, DT, 2, (0, 1))
     assert line.shift.tolist() == [3, 0] and line.span == pytest.approx([0.6e-3, 0.4e-3])
     assert line.length == pytest.approx([0.5e-3, 0.1e-3, 0.4e-3])
     assert line.part.tolist() == [0, 1, 1] and line.ends.tolist() == [-1, 0, 1]
     assert line.reads.tolist() == [[1, 0], [0, 1]]
-    whole = timeline(effects.pack([{'id': 'arm_encoder_delay', 'T': 0.002}]), DT, 1, (0, 1))
+    whole = schedule(effects.pack([{'id': 'arm_encoder_delay', 'T': 0.002}]), DT, 1, (0, 1))
     assert whole.shift.tolist() == [0, 2] and whole.reads.tolist() == [[1, 1]]
 
 
