@@ -362,7 +362,7 @@ class EstimatorParameters(ParameterSet):
 
 @dataclass(frozen=True)
 class RobotParameters(ParameterSet):
-    """What one estimator needs to know of a robot with several gearboxes."""
+    """Parameters of an estimator for several gearboxes of a robot."""
 
     gearboxes: tuple[str, ...] = row(
         ('',), '', 'names of the gearboxes of a robot: each has a block of this name with '

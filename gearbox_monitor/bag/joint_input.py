@@ -33,7 +33,7 @@ class JointInput:
 
     namespace: of the estimator; snapshots: its topic of snapshots, None without one. names {topic
     as in signals: name in the bag}: topics that were remapped differ from the namespace's.
-    transmission: what the estimates call it: by the gearbox, where an estimator has several.
+    transmission: its name in the estimates, that of the gearbox where an estimator has several.
     """
 
     topic: str
@@ -44,7 +44,7 @@ class JointInput:
 
     @property
     def joints(self) -> dict[str, str]:
-        """What messages call a joint of a signal, where that differs."""
+        """Names of the joints of a signal in messages, where they differ."""
         return {TRANSMISSION: self.transmission}
 
     def name(self, topic: str) -> str:

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-What a command shows at a terminal while it runs: one form of bar, or the time without one.
+Progress of a command at a terminal: a bar, or the elapsed time without one.
 
 Nothing is shown where stderr is no terminal.
 """
@@ -40,9 +40,9 @@ def count_bar(name: str, total: int, initial: int = 0) -> 'tqdm[None]':
     Return a progress bar.
 
     Args:
-        name: what is done.
-        total: number of what there is to do.
-        initial: number of what is done already.
+        name: of the activity.
+        total: number of items.
+        initial: number of items that are done already.
 
     """
     return tqdm(total=total, initial=initial, desc=name, disable=None, leave=False,

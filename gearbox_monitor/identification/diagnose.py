@@ -14,6 +14,7 @@
 
 """The diagnosis: the effect that explains the sim-to-real gap, its place, what it closes."""
 from collections.abc import Callable, Sequence
+from functools import cache
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import coloured_noise
@@ -86,13 +87,10 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     if not kind:
         fitted, kind = decide(ShootingEvidence(search, rough))
 
-    verdicts: dict[int, tuple[CandidateFit, bool]] = {}
-
+    @cache
     def inadequate(candidate_fit: CandidateFit) -> bool:
-        """Return whether `candidate_fit` leaves more than noise on all windows, judged once."""
-        if id(candidate_fit) not in verdicts:
-            verdicts[id(candidate_fit)] = candidate_fit, incomplete(*on_all(search, candidate_fit))
-        return verdicts[id(candidate_fit)][1]
+        """Return whether `candidate_fit` leaves more than noise on all windows."""
+        return incomplete(*on_all(search, candidate_fit))
     judged = kind != 'unknown' and not rough
     if judged:
         fitted = finer(search, fitted, inadequate)

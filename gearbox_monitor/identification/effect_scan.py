@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-Score test: what each further effect would gain in one linear step from where a fit stands.
+Score test: the gain of each further effect in one linear step from a fit.
 
-The efficient score of Rao, with what the fit's own coordinates can imitate taken out. It needs no
-fit: one sensitivity for each way an effect may begin.
+The efficient score of Rao: the part that the fit's own coordinates can imitate is projected out.
+It needs no fit, only one sensitivity for each start of an effect.
 """
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace

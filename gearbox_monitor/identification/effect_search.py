@@ -16,8 +16,9 @@
 Search for the effects whose likelihood is highest: scan, fit, exchange.
 
 Effects are fitted by successive halving: many a little, few to the end. Pairs grow from the best
-single effects by what each lacks most; then each member of the best pair is exchanged, since what
-came first had to bear what is now the other's (stepwise regression with exchange, Miller 2002).
+single effects by the effect that gains most beside each; then each member of the best pair is
+exchanged, because the first one had to imitate the other while it was alone (stepwise regression
+with exchange, Miller 2002).
 """
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -35,13 +36,13 @@ from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.kernels.types import Array
 
 Item = TypeVar('Item')
-Outcome = TypeVar('Outcome')
+Value = TypeVar('Value')
 
 
 @dataclass(frozen=True)
 class SearchEffort:
     """
-    How many fits go on, and how far.
+    Number of fits in each round of the search, and of their iterations.
 
     A score test ranks effects by a linear step, which may mistake a strong non-linear one: some
     screened effects more than can be right. Two starts of an effect are enough after the test.
@@ -80,7 +81,7 @@ class EffectSearch:
         self.likelihood, self.starts, self.ids = likelihood, starts, list(ids)
         self.jobs, self.progress = jobs, progress
 
-    def _map(self, function: Callable[[Item], Outcome], items: Sequence[Item]) -> list[Outcome]:
+    def _map(self, function: Callable[[Item], Value], items: Sequence[Item]) -> list[Value]:
         with ThreadPoolExecutor(self.jobs) as pool:
             return list(pool.map(function, items))
 

@@ -46,7 +46,7 @@ NO_ERROR = (0.0, 0.0, 0.0)
 
 class SampleSchedule(NamedTuple):
     """
-    What happens within a sample, the same in each.
+    Integration steps and readings within one sample, the same in all samples.
 
     Q steps: length [Q] s; part [Q] of the sample whose torque acts; ends [Q]: number of the
     segment that ends with the step, or -1. M segments: span [M] s; reads [M, 2]: 1 where an
@@ -64,7 +64,7 @@ class SampleSchedule(NamedTuple):
 
 class FilterInput(NamedTuple):
     """
-    What a filter is given.
+    Input of a filter.
 
     y [N, 2] readings, rad; u [N, n] torque of the actuator in parts of a sample, N m; extra [N, 3]
     torque from outside on motor, arm and in the transmission, N m; dt s; begin, end [C] of the
@@ -84,7 +84,7 @@ class FilterInput(NamedTuple):
 
 class FilterStart(NamedTuple):
     """
-    Where filters begin, A states estimated.
+    Start of the filters, with A estimated states.
 
     states [C, N_STATE]; places [A] of what is estimated in them; variance [A]; moves [A]: by how
     much states are moved for the tangent.
@@ -98,7 +98,7 @@ class FilterStart(NamedTuple):
 
 class FilterTrace(NamedTuple):
     """
-    What a filter leaves behind, step by step, from sample k to k + 1.
+    Record of a filter run, one row for the step from sample k to k + 1.
 
     begin [N, M, N_STATE] and end [N, M, A]: states at the begin of each segment, and predicted at
     its end; tangent [N, M, A, A]; covariance [N, A, A] at the begin of the step. At each reading
@@ -185,8 +185,8 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
         schedule: SampleSchedule of its encoders.
         data: FilterInput.
         start: FilterStart.
-        s: room to work in [N_LANE_STATE].
-        room: room to work in [GROUPS + 1, MOST_STATES + N_STATE, A], the first rows covariances,
+        s: workspace [N_LANE_STATE].
+        room: workspace [GROUPS + 1, MOST_STATES + N_STATE, A], the first rows covariances,
             the last one of each group the state.
         trace: is filled in.
 
@@ -296,16 +296,16 @@ def sensitivity(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedul
                 data: FilterInput, places: Integers, s: Array, trace: FilterTrace, ends: Array,
                 change: Array) -> None:
     """
-    Find the change of the innovations by a little change of the drive, the gains as they are.
+    Find how a small change of the drive changes the innovations while the gains stay.
 
     Args:
         drives: the drive that was filtered, and the changed one.
         schedule: of the first.
         data: FilterInput, with the torque of the actuator of the changed drive.
         places: of the states that are estimated [A].
-        s: room to work in [N_LANE_STATE].
+        s: workspace [N_LANE_STATE].
         trace: FilterTrace of the first drive.
-        ends: room to work in [N, M, A].
+        ends: workspace [N, M, A].
         change: is filled in [N, 2], rad.
     """
     drive = drives[1]
@@ -337,6 +337,17 @@ def sensitivity(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedul
     _along(drives, schedule, data, trace, ends, s[:2 * n], change)
 
 
+@jit_inline
+def _carry(F: Array, d: Array, moved: Array) -> None:
+    """Replace d [A] by moved + F d; moved [A] is overwritten."""
+    n = F.shape[0]
+    for i in range(n):
+        for j in range(n):
+            moved[i] += F[i, j] * d[j]
+    for i in range(n):
+        d[i] = moved[i]
+
+
 @jit
 def _along(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedule, data: FilterInput,
            trace: FilterTrace, ends: Array, room: Array, change: Array) -> None:
@@ -350,14 +361,9 @@ def _along(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedule, da
             d[i] = 0.0
         for at in range(data.begin[c], data.end[c] - 1):
             for m in range(len(schedule.span)):
-                F = trace.tangent[at, m]
                 for i in range(n):
-                    total = ends[at, m, i]
-                    for j in range(n):
-                        total += F[i, j] * d[j]
-                    moved[i] = total
-                for i in range(n):
-                    d[i] = moved[i]
+                    moved[i] = ends[at, m, i]
+                _carry(trace.tangent[at, m], d, moved)
                 for channel in range(2):
                     if schedule.reads[m, channel] == 0:
                         continue
@@ -385,7 +391,7 @@ def with_noise(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, 
         data: FilterInput with the other noise.
         start: FilterStart.
         trace: FilterTrace of the run.
-        room: room to work in [2 A + 3, A].
+        room: workspace [2 A + 3, A].
         change: of the innovations, is filled in [N, 2], rad.
         variance: of the innovations, is filled in [N, 2], rad^2.
 
@@ -405,12 +411,8 @@ def with_noise(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, 
             for m in range(len(schedule.span)):
                 F = trace.tangent[at, m]
                 for i in range(n):
-                    total = 0.0
-                    for j in range(n):
-                        total += F[i, j] * d[j]
-                    moved[i] = total
-                for i in range(n):
-                    d[i] = moved[i]
+                    moved[i] = 0.0
+                _carry(F, d, moved)
                 _predict(F, P, product, schedule.span[m], data, drive)
                 for channel in range(2):
                     if schedule.reads[m, channel] == 0:
@@ -432,14 +434,14 @@ def with_noise(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, 
 def smoothed(schedule: SampleSchedule, data: FilterInput, places: Integers, trace: FilterTrace,
              room: Array, states: Array) -> None:
     """
-    Smooth what was filtered, by the adjoint recursion of Bryson and Frazier (1963).
+    Smooth the states of a filter run by the adjoint recursion of Bryson and Frazier (1963).
 
     Args:
         schedule: SampleSchedule of the run.
         data: its FilterInput.
         places: of the states that were estimated [A].
         trace: its FilterTrace.
-        room: room to work in [2 A].
+        room: workspace [2 A].
         states: smoothed states [N, N_STATE], filled in within the parts that were filtered.
     """
     n = len(places)

@@ -41,7 +41,7 @@ ATTEMPTS = 5                 # dampings that a step tries
 @dataclass(frozen=True)
 class InnovationFit:
     """
-    Where the fit of a candidate stands.
+    State of the fit of a candidate.
 
     z [P] coordinates; torque [2] noise on motor and arm, N m; deviance: -2 log L with the prior,
     as InnovationLikelihood counts it.
@@ -60,7 +60,7 @@ class InnovationFit:
 
 @dataclass(frozen=True)
 class FilteredFit(InnovationFit):
-    """An InnovationFit with the run of its filter, which takes much room."""
+    """An InnovationFit with the run of its filter, which needs much memory."""
 
     run: Filtered
 
@@ -137,12 +137,12 @@ def _noise_columns(likelihood: InnovationLikelihood, fit: FilteredFit) -> tuple[
 def fitted(likelihood: InnovationLikelihood, fit: InnovationFit, iterations: int = 12,
            tolerance: float = 0.5) -> InnovationFit:
     """
-    Return `fit` as it is likelier.
+    Return the fit of maximum likelihood that `fit` leads to.
 
     Args:
         likelihood: of the recording.
-        fit: where it begins.
-        iterations: largest number of iterations.
+        fit: start of the iterations.
+        iterations: at most so many.
         tolerance: gain in -2 log L below which it stops.
     """
     damping = 1e-4

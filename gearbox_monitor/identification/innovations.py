@@ -48,7 +48,7 @@ ONCE = 1e-6         # of a sample: events that are as close happen at once
 
 @dataclass(frozen=True)
 class Filtered:
-    """A filter that was run: under which DriveModel, -2 log L, and what it leaves behind."""
+    """The run of a filter under a DriveModel: its input, its record and -2 log L."""
 
     model: DriveModel
     drive: PackedDrive
@@ -148,11 +148,11 @@ class InnovationLikelihood:
 
     def change(self, run: Filtered, model: DriveModel) -> Array:
         """
-        Return the change [N, 2] (rad) of the innovations if `model` is a little another one.
+        Return the change [N, 2] (rad) of the innovations when the model becomes `model`.
 
         Args:
-            run: filter that was run.
-            model: a model next to that of the run.
+            run: run of the filter.
+            model: a model close to that of the run.
         """
         drive = PackedDrive(model.pack(), effects.pack(model.effects), np.zeros(0))
         out = np.zeros_like(self.y)

@@ -154,7 +154,7 @@ class WindowData:
         return states
 
 
-@dataclass
+@dataclass(eq=False)
 class CandidateFit:
     """A candidate where its fit ended, on the long windows."""
 

@@ -19,6 +19,7 @@ Gains are differences of BIC; margins cover what the search over all candidates 
 """
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from functools import cache
 
 import numpy as np
 
@@ -91,14 +92,16 @@ def own_margin(search: Search) -> float:
 
 class Evidence(ABC):
     """
-    What a decision asks of a Search, whatever finds its fits.
+    Evidence of a Search for a decision, independent of the likelihood that finds the fits.
 
-    search: takes up all fits; rough: whether an encoder is quantised more coarsely than its noise.
+    search: holds all fits; rough: whether an encoder is quantised more coarsely than its noise.
+    inadequate(fit): whether a fit leaves more than noise, evaluated once for each fit.
     """
 
     def __init__(self, search: Search, rough: bool = False) -> None:
         self.search, self.rough = search, rough
-        self._judged: dict[int, tuple[CandidateFit, bool]] = {}
+        self.inadequate: Callable[[CandidateFit], bool] = cache(
+            lambda fit: incomplete(search, fit, rough))
 
     @abstractmethod
     def convincing_single(self) -> CandidateFit | None:
@@ -111,12 +114,6 @@ class Evidence(ABC):
     @abstractmethod
     def pair_beyond(self, fit: CandidateFit) -> CandidateFit:
         """Return the best fit of two effects that is worth more than `fit`, else `fit`."""
-
-    def inadequate(self, fit: CandidateFit) -> bool:
-        """Return whether `fit` leaves more than noise, judged once for each fit."""
-        if id(fit) not in self._judged:
-            self._judged[id(fit)] = fit, incomplete(self.search, fit, self.rough)
-        return self._judged[id(fit)][1]
 
 
 def decide(evidence: Evidence) -> tuple[CandidateFit, str]:

@@ -118,7 +118,7 @@ class SampleReader:
 
 @dataclass(frozen=True)
 class GearboxNames:
-    """How messages call a gearbox: `joints` {TRANSMISSION, MOTOR, ARM: name}; its gear_ratio."""
+    """Names `joints` {TRANSMISSION, MOTOR, ARM: name} of a gearbox in messages; gear_ratio."""
 
     joints: Mapping[str, str]
     gear_ratio: float

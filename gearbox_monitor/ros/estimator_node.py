@@ -116,7 +116,7 @@ class EstimatorNode(TableNode):
         named = [(gearbox.names, estimate) for gearbox, estimate in estimates]
         convert = serialised if len(named) > 1 else to_joint_states
         for signal, publisher in self._outputs:
-            if publisher.get_subscription_count():  # half of the time of a step, if nobody listens
+            if publisher.get_subscription_count():
                 for message in convert(signal, named):
                     publisher.publish(message)
         for gearbox, estimate in estimates:

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What one gearbox takes of the joint states: its joints, from the publisher that it follows."""
+"""The samples of one gearbox from the joint states of the publisher that it follows."""
 from collections.abc import Callable, Iterable, Iterator, Sequence
 import time
 from typing import Any, TypeAlias

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""One gearbox of the estimator node: its Monitor, with what it keeps, says and offers."""
+"""One gearbox of the estimator node: its Monitor with its files, diagnostics and services."""
 from collections.abc import Container, Mapping
 from dataclasses import replace
 import json
