@@ -88,8 +88,9 @@ def short_name(recording: UniformRecording) -> str:
 
 
 def sentence(words: str) -> str:
-    """Return `words` with a capital letter and a full stop."""
-    return f'{words[0].upper()}{words[1:]}.'.replace('..', '.')
+    """Return `words` with a capital letter, unless an id comes first, and a full stop."""
+    first = words[0] if '_' in words.split(' ')[0] else words[0].upper()
+    return f'{first}{words[1:]}.'.replace('..', '.')
 
 
 @dataclass(frozen=True)

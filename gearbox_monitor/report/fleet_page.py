@@ -160,7 +160,7 @@ class FleetSummary(Section):
         if gearboxes:
             facts.append(('newest bag', day(max(gearbox['last'] for gearbox in gearboxes))))
         worn = growing(gearboxes)
-        kind = 'good' if gearboxes else ''
+        kind = 'good' if any(box['growth'] is not None for box in gearboxes) else ''
         if worn:
             kind = 'error' if any(box['growth'] >= box['limit'] for box in worn) else 'warn'
         return cls(kind, headline(gearboxes), facts)

@@ -46,6 +46,11 @@ def test_kind_of_the_headline(gap, kind):
     assert f'{gap:.4g}\u00a0±\u00a0{0.01 * gap:.1g}\u00a0rad' in html
 
 
+def test_one_bag_is_no_verdict():
+    html = page(bag('SN1', 0, 0.2))
+    assert 'No gearbox was measured twice' in html and 'class="badge"' not in html
+
+
 @pytest.mark.parametrize('width', [1400, 390])
 def test_nothing_is_cut_off(browser, tmp_path, width):
     file = tmp_path / 'fleet.html'
