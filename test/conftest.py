@@ -18,6 +18,7 @@ import gc
 import importlib.util
 import os
 import shutil
+import signal
 import tempfile
 
 import pytest
@@ -26,6 +27,9 @@ from gearbox_monitor.ros.middleware import remove_cut_ports
 
 
 def pytest_configure(config):
+    # A shell's background job ignores Ctrl-C, and so would all that tests start and interrupt.
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     os.environ.setdefault('MPLBACKEND', 'Agg')
     if 'ROS_LOG_DIR' not in os.environ:  # rclpy fails where there is neither this nor a HOME

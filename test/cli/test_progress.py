@@ -46,7 +46,7 @@ def test_time_is_shown_and_cleared(monkeypatch):
 
 def test_bar_takes_the_place_of_the_time(monkeypatch):
     stream = terminal(monkeypatch)
-    with progress.shown_time('tune'), progress.percent_bar('tune') as bar:
+    with progress.percent_bar('tune') as bar, progress.shown_time('tune'):
         progress.progress_of(bar)(1, 2)
         time.sleep(0.3)
         bar.refresh()

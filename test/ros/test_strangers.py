@@ -100,12 +100,15 @@ class Told:
 def test_strangers_do_not_move_the_estimate(graph, drive, tmp_path):
     """Forged stamps and positions, foreign joints, huge arrays, no joint states at all."""
     estimator = graph.start('estimator_node', arm_load='none', **RELIABLE)
-    got, told = {}, Told(graph)
+    got = {}
 
     def take(message):
         got[message.header.stamp.sec * 10 ** 9 + message.header.stamp.nanosec] = message.effort[0]
 
     graph.node.create_subscription(JointState, 'transmission_state', take, DEEP)
+    told = Told(graph)
+    # Matched in the order of their creation: no estimate is published before anyone listens.
+    graph.until(lambda: told.all, 'diagnostics')
     driver = Source(graph, 'driver', drive)
     others = stranger = None
     huge = JointState(name=['motor', 'arm'], position=array('d', bytes(8 * 60_000)))
@@ -152,8 +155,9 @@ def test_strangers_do_not_move_the_estimate(graph, drive, tmp_path):
 def test_where_nobody_was_first_nothing_is_taken(graph, drive):
     """Until one is left; a stranger that stays after the first has gone waits for ~/reset."""
     graph.start('estimator_node', arm_load='none', **RELIABLE)
-    got, told = [], Told(graph)
+    got = []
     graph.node.create_subscription(JointState, 'transmission_state', got.append, DEEP)
+    told = Told(graph)
     one, two = Source(graph, 'one', drive), Source(graph, 'two', drive)
     k = 0
 
