@@ -88,9 +88,10 @@ def test_page_style_parses():
                                                 skip_comments=True)
 
 
-def test_page_script_parses_and_is_strict():
+@pytest.mark.parametrize('script', ['page.js', 'live.js'])
+def test_page_script_parses_and_is_strict(script):
     esprima = pytest.importorskip('esprima')
-    tree = esprima.parseScript((REPORT / 'assets/page.js').read_text(encoding='utf-8'))
+    tree = esprima.parseScript((REPORT / 'assets' / script).read_text(encoding='utf-8'))
     scope, = tree.body  # one function, so that nothing is global
     assert scope.expression.callee.body.body[0].directive == 'use strict'
 

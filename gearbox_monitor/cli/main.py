@@ -28,6 +28,7 @@ from gearbox_monitor.errors import InputError
 COMMANDS = {
     'demo': ('demo', 'simulate, estimate, record and check one worn gearbox, on this machine'),
     'example': ('example', 'write a bag of a simulated drive, to try other commands on'),
+    'live': ('live', 'show a running estimator in the browser'),
     'replay': ('replay', 'run a bag through the estimator, offline'),
     'play': ('play', 'publish a bag to live nodes, with /clock'),
     'recover': ('recover', 'repair a truncated bag'),
@@ -47,7 +48,7 @@ COMMANDS = {
 }
 
 
-LIVE = ('demo', 'play', 'benchmark')  # print on their own what they do
+LIVE = ('demo', 'live', 'play', 'benchmark')  # print on their own what they do
 
 
 def main(argv: Sequence[str] | None = None) -> int:

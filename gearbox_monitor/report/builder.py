@@ -21,6 +21,7 @@ templates/, style and script in assets/; both are inlined.
 import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 import hashlib
 from importlib.resources import files
 from typing import ClassVar
@@ -59,6 +60,7 @@ def units_of(text: str, axis: str) -> str:
     return type(text)(on_axis(text, axis))
 
 
+@cache
 def environment() -> Environment:
     """Return the Jinja2 environment of the pages."""
     jinja = Environment(
@@ -79,6 +81,11 @@ def content_policy(script: str) -> str:
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     return f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'; " \
         'img-src data:'
+
+
+def render_section(section: Section, axis: str) -> str:
+    """Return the HTML of `section` alone, in the units of `axis`."""
+    return environment().get_template(section.template).render(section=section, axis=axis)
 
 
 def render_page(page: Page) -> str:

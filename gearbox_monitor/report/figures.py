@@ -25,7 +25,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Integers
 
 Span: TypeAlias = tuple[float, float]  # (low, high)
 UNITS = 10000      # width and height of a panel's view box
@@ -299,12 +299,24 @@ def ticks(low: float, high: float, count: int = 5) -> tuple[list[float], int]:
         Their values and the digits behind the point that they need.
 
     """
-    raw = (high - low) / count
-    power = 10.0 ** math.floor(math.log10(raw))
-    step = next(m * power for m in (1.0, 2.0, 5.0, 10.0) if m * power >= 0.75 * raw)
+    step = _tick_step(low, high, count)
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     return ([k * step for k in range(first, last + 1)],
             max(0, -math.floor(math.log10(step) + 1e-9)))
+
+
+def _tick_step(low: float, high: float, count: int) -> float:
+    """Return 1, 2 or 5 times a power of ten: about `count` of them from `low` to `high`."""
+    raw = (high - low) / count
+    power = 10.0 ** math.floor(math.log10(raw))
+    return next(m * power for m in (1.0, 2.0, 5.0, 10.0) if m * power >= 0.75 * raw)
+
+
+def round_span(values: Array) -> Span:
+    """Return round ends around `values` [N], which stay while the values change a little."""
+    axis = range_of(values)
+    step = _tick_step(axis.low, axis.high, 4)
+    return math.floor(axis.low / step) * step, math.ceil(axis.high / step) * step
 
 
 def range_of(values: Array) -> Axis:
@@ -405,10 +417,15 @@ def _panel(panel: Panel, axis: Axis) -> PanelView:
         paths.append(PathView(trace.style, _path(trace, axis, y), trace.name))
     return PanelView(
         panel.label, panel.height, f'{y.low:.9g}', f'{y.high:.9g}', paths,
-        [Tick(100.0 * y.down(value) / UNITS, text) for value, text in y_ticks
-         if y.down(value) / UNITS * panel.height > 6.0],
+        _below_label(y, y_ticks, panel.height),
         ''.join(f'M0 {y.down(value):.0f}H{UNITS}' for value, _ in y_ticks),
         '' if panel.level is None else f'M0 {y.down(panel.level):.0f}H{UNITS}')
+
+
+def _below_label(axis: Axis, y_ticks: Sequence[tuple[float, str]], height: int) -> list[Tick]:
+    """Return the ticks of a y axis, `height` pixels high, but those that would hit its label."""
+    return [Tick(100.0 * axis.down(value) / UNITS, text) for value, text in y_ticks
+            if axis.down(value) / UNITS * height > 6.0]
 
 
 def thinned(x: Array, y: Array, limit: int = MAX_POINTS) -> tuple[Array, Array]:
@@ -424,16 +441,21 @@ def thinned(x: Array, y: Array, limit: int = MAX_POINTS) -> tuple[Array, Array]:
         x and y of lowest and highest point of each of `limit` / 2 stretches, and of both ends.
 
     """
-    if len(x) <= limit:
-        return x, y
-    size = -(-2 * len(x) // limit)
-    count = len(x) // size
+    at = thinned_rows(y, limit)
+    return x[at], y[at]
+
+
+def thinned_rows(y: Array, limit: int) -> Integers:
+    """Return the rows of `y` [N] that `thinned` keeps with `limit`, ascending."""
+    if len(y) <= limit:
+        return np.arange(len(y))
+    size = -(-2 * len(y) // limit)
+    count = len(y) // size
     part = y[:count * size].reshape(count, size)
     part = np.where(np.isfinite(part), part, 0.0)
     at = np.sort(np.stack([part.argmin(axis=1), part.argmax(axis=1)], axis=1), axis=1)
     at = (at + np.arange(count)[:, None] * size).ravel()
-    at = np.unique(np.concatenate([[0], at, [len(x) - 1]]))
-    return x[at], y[at]
+    return np.unique(np.concatenate([[0], at, [len(y) - 1]]))
 
 
 def _path(trace: Trace, axis: Axis, y_axis: Axis) -> str:
@@ -442,14 +464,18 @@ def _path(trace: Trace, axis: Axis, y_axis: Axis) -> str:
     if trace.step:
         xs, ys = np.repeat(xs, 2)[1:-1], np.repeat(ys, 2)
     xs, ys = thinned(xs, ys)
+    return _drawn(_right(axis, xs), _down(y_axis, ys), trace.dots)
+
+
+def _drawn(xs: Array, ys: Array, dots: bool) -> str:
+    """Return the d through `xs`, `ys` [N] in units, `dots` or a line that breaks at NaN."""
     out, pen = [], 'M'
-    xs, ys = _right(axis, xs), _down(y_axis, ys)
     for a, b in zip(xs, ys):
-        if not math.isfinite(b):
+        if not math.isfinite(a + b):
             pen = 'M'
             continue
-        out.append(f'{pen}{a:.0f} {b:.0f}{"h0" if trace.dots else ""}')
-        pen = 'M' if trace.dots else 'L'
+        out.append(f'{pen}{a:.0f} {b:.0f}{"h0" if dots else ""}')
+        pen = 'M' if dots else 'L'
     return ''.join(out)
 
 
@@ -481,7 +507,7 @@ def _band(x: Array, band: tuple[Array, Array], axis: Axis, y_axis: Axis) -> str:
 
 
 def loop_plane(title: str, slices: Sequence[LoopSlice], x_label: str, y_label: str,
-               height: int = 420) -> PlaneView:
+               height: int = 420, limits: tuple[Span, Span] | None = None) -> PlaneView:
     """
     Return slices of time over each other in one plane; both axes can be zoomed.
 
@@ -491,31 +517,29 @@ def loop_plane(title: str, slices: Sequence[LoopSlice], x_label: str, y_label: s
         x_label: label of the x axis.
         y_label: label of the y axis.
         height: of the plane in pixels.
+        limits: (low, high) of both axes; None: the clouds are in view.
 
     Returns:
         The view that templates/figures.html draws.
 
     """
-    x_axis, y_axis = (
+    x_axis, y_axis = (Axis(*span) for span in limits) if limits else (
         range_of(np.concatenate([np.percentile(s.cloud[k], CLOUD_PERCENTILES) for s in slices]))
         for k in (0, 1))
 
-    def points(x: Array, y: Array) -> list[Span]:
-        """Return the finite points of x and y in units."""
-        return [(x_axis.right(a), y_axis.down(b)) for a, b in zip(x, y)
-                if math.isfinite(a) and math.isfinite(b)]
+    def path(x: Array, y: Array, dots: bool) -> str:
+        """Return the d of a cloud or a line."""
+        return _drawn(_right(x_axis, x), _down(y_axis, y), dots)
     views = [SliceView(
-        k / max(len(slices) - 1, 1), s.name,
-        ''.join(f'M{a:.0f} {b:.0f}h0' for a, b in points(*s.cloud)),
-        ''.join('M' + 'L'.join(f'{a:.0f} {b:.0f}' for a, b in points(*line))
-                for line in s.lines if len(line[0]))) for k, s in enumerate(slices)]
+        k / max(len(slices) - 1, 1), s.name, path(*s.cloud, dots=True),
+        ''.join(path(*line, dots=False) for line in s.lines)) for k, s in enumerate(slices)]
     x_ticks, y_ticks = x_axis.ticks(), y_axis.ticks(height // 48)
     lattice = ''.join(f'M{x_axis.right(value):.0f} 0V{UNITS}' for value, _ in x_ticks)
     lattice += ''.join(f'M0 {y_axis.down(value):.0f}H{UNITS}' for value, _ in y_ticks)
     return PlaneView(
         title, views, f'{x_axis.low:.9g}', f'{x_axis.high:.9g}', f'{y_axis.low:.9g}',
         f'{y_axis.high:.9g}', [Tick(100.0 * x_axis.share(value), text) for value, text in x_ticks],
-        [Tick(100.0 * y_axis.down(value) / UNITS, text) for value, text in y_ticks], lattice,
+        _below_label(y_axis, y_ticks, height), lattice,
         x_label, y_label, height)
 
 

@@ -271,19 +271,33 @@ class BacklashHistory(Section):
         message = spans.messages[-1] if spans and spans.messages else ''
         if not timeline.windows:
             return cls(None, False, alerts, message or 'nothing was evaluated')
-        separable = [w for w in timeline.windows if w.separable]
-        lost_motion = 2 * len(separable) < len(timeline.windows)
-        windows = timeline.windows if lost_motion else separable
+        windows, lost_motion = drawn_windows(timeline.windows)
         marks = [Mark(alert.t / time.scale, str(k), ROLES[alert.level])
                  for k, alert in enumerate(timeline.alerts, 1)]
-        panel = _backlash_panel(windows, lost_motion, time.scale, axis)
+        panel = backlash_panel(windows, lost_motion, time.scale, axis)
         return cls(time.chart('Lost motion' if lost_motion else 'Backlash', [panel], marks),
                    lost_motion, alerts, message)
 
 
-def _backlash_panel(windows: Sequence[WindowBacklash], lost_motion: bool, scale: float,
-                    axis: str) -> Panel:
-    """Return the panel of the widths in `windows` with baseline and limits."""
+def drawn_windows(windows: Sequence[WindowBacklash]) -> tuple[Sequence[WindowBacklash], bool]:
+    """Return those of `windows` to draw, and whether by their lost motion."""
+    separable = [w for w in windows if w.separable]
+    lost_motion = 2 * len(separable) < len(windows)
+    return windows if lost_motion else separable, lost_motion
+
+
+def backlash_panel(windows: Sequence[WindowBacklash], lost_motion: bool, scale: float,
+                   axis: str) -> Panel:
+    """
+    Return the panel of backlash, with baseline and limits, or of lost motion.
+
+    Args:
+        windows: from the oldest.
+        lost_motion: whether it stands for backlash.
+        scale: s per unit of the time axis.
+        axis: of the drive, for units.
+
+    """
     t = np.array([w.t for w in windows]) / scale
     value = np.array([w.lost_motion if lost_motion else w.gap for w in windows])
     traces = []
@@ -336,7 +350,7 @@ class TrustLevels(Section):
 
 
 def _lane(name: str, spans: LevelSpans, scale: float) -> Lane:
-    """Return the lane of one component."""
+    """Return the lane of one component with the shares of its levels."""
     shares = ', '.join(f'{level} {100 * share:.3g} %'
                        for level, share in zip(LEVELS, spans.shares()) if share)
     return Lane(f'{name}: {shares}', [begin / scale for begin in spans.begins], spans.end / scale,

@@ -20,7 +20,7 @@ loop per slice, outcomes spans of one level. Stamps are ns of the measurements; 
 the first of them.
 """
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import math
 from typing import Any
 
@@ -36,6 +36,7 @@ BRANCH_BINS, MIN_POINTS = 36, 12  # of the mean of a branch; points in a bin
 MOVING = 0.05          # of the rms rate of the twist: slower belongs to no branch
 LEVELS = ('OK', 'WARN', 'ERROR')
 MAX_RATE_BINS = 3600   # of rate and longest step
+LARGEST = 1e9          # published values from here on are no measurements
 
 
 class Envelope:
@@ -94,7 +95,7 @@ class Loop:
     Torque over twist of one slice of time.
 
     begin, end (s); cloud ([P], [P]): some of the points (rad, N m); up, down ([B], [B]): mean
-    torque over twist while the twist grows and while it falls.
+    torque over twist while the twist grows and while it falls, NaN in bins with few points.
     """
 
     begin: float
@@ -125,13 +126,13 @@ def loop_of(begin: float, end: float, twist: Array, rate: Array, tau_k: Array) -
     slow = MOVING * float(np.sqrt(np.mean(rate ** 2)))
 
     def branch(x: Array, y: Array) -> tuple[Array, Array]:
-        """Return the means of x and y per bin."""
+        """Return the means of x and y per bin; NaN: too few points."""
         at = np.searchsorted(edges, x) - 1
         valid = (at >= 0) & (at < BRANCH_BINS)
         count = np.bincount(at[valid], minlength=BRANCH_BINS)
-        means = [np.bincount(at[valid], v[valid], BRANCH_BINS) / np.maximum(count, 1)
-                 for v in (x, y)]
-        return means[0][count >= MIN_POINTS], means[1][count >= MIN_POINTS]
+        count = np.where(count < MIN_POINTS, np.nan, count)
+        mean_x, mean_y = (np.bincount(at[valid], v[valid], BRANCH_BINS) / count for v in (x, y))
+        return mean_x, mean_y
     grows, falls = rate > slow, rate < -slow
     return Loop(begin, end, (twist[::step], tau_k[::step]), branch(twist[grows], tau_k[grows]),
                 branch(twist[falls], tau_k[falls]))
@@ -164,6 +165,11 @@ class LevelSpans:
             self.messages[-1] = message
         self.end = max(self.end, t)
 
+    def forget(self, before: float) -> None:
+        """Drop the spans that ended before the time `before` (s); the newest stays."""
+        ended = sum(end < before for end in self.begins[1:])
+        del self.begins[:ended], self.levels[:ended], self.messages[:ended]
+
     def shares(self) -> list[float]:
         """Return [share of the time at OK, WARN, ERROR]."""
         lengths = np.diff([*self.begins, self.end])
@@ -189,6 +195,50 @@ class WindowBacklash:
     baseline: float = math.nan
     warn: float = math.nan
     error: float = math.nan
+
+
+def gap_limits(values: Mapping[str, Any]) -> tuple[float, float, float]:
+    """Return baseline, warning and error limit (rad) in the `values` of an outcome on backlash."""
+    baseline, warn, error = (float(values.get(name, math.nan)) for name in (
+        'baseline_gap_rad', 'growth_warn', 'growth_error'))
+    return baseline, baseline * (1.0 + warn), baseline * (1.0 + error)
+
+
+class PublishedWindows:
+    """Tells the drift windows in what a node publishes about backlash, once per second."""
+
+    def __init__(self) -> None:
+        self._newest: tuple[str | None, ...] = ()
+
+    def window(self, t: float, message: str, values: Mapping[str, str]) -> WindowBacklash | None:
+        """
+        Return the window of a status, None if it holds no new one.
+
+        Args:
+            t: its time, s.
+            message: of the status.
+            values: {key: text} of the status.
+
+        """
+        if 'gap_rad' not in values or message.startswith('not excited now'):
+            return None
+        figures = tuple(values.get(f'{key}_rad') for key in ('gap', 'gap_std', 'lost_motion'))
+        if figures == self._newest:
+            return None
+        self._newest = figures
+        numbers = {key: float(value) for key, value in values.items() if is_number(value)}
+        gap, gap_std, lost_motion = (numbers.get(f'{key}_rad', math.nan)
+                                     for key in ('gap', 'gap_std', 'lost_motion'))
+        return WindowBacklash(t, gap, gap_std, lost_motion, values.get('separable') != 'False',
+                              *gap_limits(numbers))
+
+
+def is_number(text: str) -> bool:
+    """Return whether `text` is a number that a drive can have."""
+    try:
+        return abs(float(text)) < LARGEST
+    except ValueError:
+        return False
 
 
 @dataclass(frozen=True)
@@ -325,21 +375,9 @@ class Timeline:
         for component, (level, message) in outcomes.items():
             self.spans.setdefault(component, LevelSpans()).add(t, min(int(level), 2), message)
 
-    def add_window(self, stamp_ns: int, window: WindowBacklash, values: Mapping[str, Any]) -> None:
-        """
-        Take a drift window.
-
-        Args:
-            stamp_ns: its end.
-            window: its measurement; time and limits are set here.
-            values: {name: number} of the outcome on backlash, with baseline and limits.
-
-        """
-        baseline, warn, error = (float(values.get(name, math.nan)) for name in (
-            'baseline_gap_rad', 'growth_warn', 'growth_error'))
-        self.windows.append(WindowBacklash(
-            self.second(stamp_ns), window.gap, window.gap_std, window.lost_motion,
-            window.separable, baseline, baseline * (1.0 + warn), baseline * (1.0 + error)))
+    def add_window(self, stamp_ns: int, window: WindowBacklash) -> None:
+        """Take the `window` that ended at `stamp_ns`; its time is set here."""
+        self.windows.append(replace(window, t=self.second(stamp_ns)))
 
     def add_alert(self, stamp_ns: int, component: str, level: int, message: str) -> None:
         """

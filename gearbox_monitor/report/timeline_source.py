@@ -40,7 +40,8 @@ from gearbox_monitor.monitoring.checks.usability import key_of
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.report.timeline import Timeline, WindowBacklash
+from gearbox_monitor.report.timeline import (
+    gap_limits, PublishedWindows, Timeline, WindowBacklash)
 
 STATE, STATE_STD, SMOOTHED = (
     'transmission_state', 'transmission_state_stddev', 'transmission_state_smoothed')
@@ -273,8 +274,8 @@ class MonitorFollower:
         if monitor.windows and monitor.windows[-1] is not self._window:
             self._window = window = monitor.windows[-1]
             timeline.add_window(window.stamp_ns, WindowBacklash(
-                math.nan, window.gap, window.gap_std, window.lost_motion, window.separable),
-                self._outcomes['backlash'].values)
+                math.nan, window.gap, window.gap_std, window.lost_motion, window.separable,
+                *gap_limits(self._outcomes['backlash'].values)))
         for component, stages in monitor.tracker.stages().items():
             if stages != self._stages.get(component, {}):
                 self._stages[component] = stages
@@ -313,7 +314,7 @@ class RecordedDiagnostics:
         self._reader, self._timeline = reader, timeline
         self.counts: dict[str, int] = {}
         self._prefix = f'{source.namespace}/'.lstrip('/')
-        self._window: tuple[float | None, ...] | None = None
+        self._windows = PublishedWindows()
         self._node: str | None = None
         if source.snapshots:
             self._node = source.snapshots.rsplit('/', 1)[0].lstrip('/')
@@ -369,7 +370,9 @@ class RecordedDiagnostics:
                 self._timeline.add_nis(np.array([stamp]),
                                        np.array([float(values['nis_over_dof'])]))
             elif component == 'backlash':
-                self._backlash(stamp, values, status.message)
+                window = self._windows.window(math.nan, status.message, values)
+                if window is not None:
+                    self._timeline.add_window(stamp, window)
         if outcomes:
             self._timeline.add_outcomes(stamp, outcomes)
 
@@ -378,22 +381,3 @@ class RecordedDiagnostics:
         if node.startswith(self._prefix) and component == 'observability' and self._node is None:
             self._node = node
         return node == self._node
-
-    def _backlash(self, stamp: int, values: Mapping[str, str], message: str) -> None:
-        """Note a window when its figures are new."""
-        if 'gap_rad' not in values or message.startswith('not excited now'):
-            return
-        numbers = {key: float(value) for key, value in values.items() if _is_number(value)}
-        window = numbers['gap_rad'], numbers.get('gap_std_rad'), numbers.get('lost_motion_rad')
-        if window != self._window:
-            self._window = window
-            gap, gap_std, lost_motion = (math.nan if value is None else value for value in window)
-            self._timeline.add_window(stamp, WindowBacklash(
-                math.nan, gap, gap_std, lost_motion, values.get('separable') != 'False'), numbers)
-
-
-def _is_number(text: str) -> bool:
-    try:
-        return math.isfinite(float(text))
-    except ValueError:
-        return False

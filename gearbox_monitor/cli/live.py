@@ -1,0 +1,63 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Show a running estimator in the browser: torque over twist, backlash, trust and alerts.
+
+Serves one page on this machine, of one gearbox or of all gearboxes of the node, and draws it ten
+times per second. Nobody else can open it, unless --host names an address of the network: whoever
+reaches that address can then look. ROS arguments, such as remappings, follow --ros-args.
+
+usage examples:
+  gearbox_monitor live
+  gearbox_monitor live --port 9000 --estimator /left/estimator
+  gearbox_monitor live --ros-args -r __ns:=/left
+
+exit code: 0 ended by Ctrl-C, 2 bad usage or input, such as a port in use.
+"""
+import argparse
+from argparse import ArgumentParser, Namespace
+
+from gearbox_monitor.errors import InputError
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
+    parser.add_argument('--host', metavar='ADDRESS', default='127.0.0.1',
+                        help='address to listen on (default: 127.0.0.1, this machine only)')
+    parser.add_argument('--port', type=_port, default=8808, metavar='N',
+                        help='port to listen on, 0: any that is free (default: 8808)')
+    parser.add_argument('--estimator', metavar='NODE', default='estimator',
+                        help='name of the estimator node (default: estimator)')
+    parser.add_argument('--ros-args', nargs=argparse.REMAINDER, default=[],
+                        help='arguments for ROS, such as remappings')
+
+
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
+    try:
+        from gearbox_monitor.ros.live_node import serve
+    except ImportError as error:
+        raise InputError(f'rclpy: not installed here ({error}), expected a sourced ROS 2 or '
+                         'this package installed with the extra [ros]') from None
+    ros_args = ['--ros-args', *args.ros_args] if args.ros_args else []
+    code: int = serve(args.host, args.port, args.estimator, ros_args)
+    return code
+
+
+def _port(text: str) -> int:
+    value = int(text)
+    if not 0 <= value <= 65535:
+        raise argparse.ArgumentTypeError(f'{text!r}, expected a whole number from 0 to 65535')
+    return value

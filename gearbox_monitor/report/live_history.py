@@ -1,0 +1,143 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What a live page shows of one gearbox: its newest seconds, levels, backlash and alerts.
+
+Memory is bounded. Times (s) are those of any clock that never goes back, given by the caller.
+"""
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.report.figures import thinned_rows
+from gearbox_monitor.report.timeline import (
+    is_number, LARGEST, LevelSpans, PublishedWindows, SECOND, WindowBacklash)
+
+MOTION_SECONDS = 10.0   # of torque and twist
+MOTION_ROWS = 20_000    # samples of them: 10 s at 2 kHz
+DROPOUT = 0.2           # s without a sample that leave a gap in the curves
+LEVEL_SECONDS = 600.0   # of levels
+MAX_WINDOWS, MAX_ALERTS = 300, 20
+SILENT_SECONDS = 3.0    # without diagnostics: what they said last counts no more
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Torque and twist: t [N] s before the newest sample, twist [N] rad, tau_k [N] N m."""
+
+    t: Array
+    twist: Array
+    tau_k: Array
+
+
+@dataclass(frozen=True)
+class StatusAlert:
+    """A change on drift_alerts: component, level, message and time of day."""
+
+    component: str
+    level: int
+    message: str
+    when: str
+
+
+class GearboxHistory:
+    """
+    The newest of the gearbox `name`, from its messages.
+
+    serial: its name on /diagnostics; axis: of its drive; heard: time of its newest diagnostics,
+    None without any; changes: how often what they say was updated. levels: {component: spans};
+    windows, alerts: from the oldest. tau_k_std: stated deviation of the torque (N m).
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name, self.serial, self.axis = name, '', 'rotary'
+        self.heard: float | None = None
+        self.changes = 0
+        self.levels: dict[str, LevelSpans] = {}
+        self.windows: deque[WindowBacklash] = deque(maxlen=MAX_WINDOWS)
+        self.alerts: deque[StatusAlert] = deque(maxlen=MAX_ALERTS)
+        self.tau_k_std = math.nan
+        self._published = PublishedWindows()
+        self._stamps = np.empty(0, np.int64)
+        self._values: Array = np.empty((0, 2))
+
+    def add_motion(self, stamps: Integers, values: Array) -> None:
+        """Take samples: `stamps` [N] ns, `values` [N, 2] twist (rad) and torque (N m)."""
+        stamps = np.concatenate([self._stamps, stamps])
+        # Anybody can publish anything.
+        values = np.concatenate([self._values, np.where(np.abs(values) < LARGEST, values, np.nan)])
+        # Stamps that go back are those of a source that began again.
+        back = np.flatnonzero(np.diff(stamps) < 0)
+        first = int(back[-1]) + 1 if len(back) else 0
+        if len(stamps):
+            oldest = stamps[-1] - int(MOTION_SECONDS * SECOND)
+            first = max(first, len(stamps) - MOTION_ROWS, int(np.searchsorted(
+                stamps[first:], oldest)) + first)
+        self._stamps, self._values = stamps[first:], values[first:]
+
+    def add_status(self, time_s: float, component: str, level: int, message: str,
+                   values: Mapping[str, str]) -> None:
+        """
+        Take a status of /diagnostics.
+
+        Args:
+            time_s: when it came.
+            component: that it is about.
+            level: 0 fine, 1 warning, 2 and above error.
+            message: in words.
+            values: {key: text}.
+
+        """
+        self.heard, self.changes = time_s, self.changes + 1
+        spans = self.levels.setdefault(component, LevelSpans())
+        spans.add(time_s, min(level, 2), message)
+        spans.forget(time_s - LEVEL_SECONDS)
+        if component == 'backlash':
+            window = self._published.window(time_s, message, values)
+            if window is not None:
+                self.windows.append(window)
+        elif component == 'covariance':
+            text = values.get('tau_k_std', '')
+            self.tau_k_std = float(text) if is_number(text) else math.nan
+
+    def add_alert(self, alert: StatusAlert) -> None:
+        """Take an `alert`."""
+        self.alerts.append(alert)
+        self.changes += 1
+
+    def worst(self) -> tuple[int, str, str]:
+        """Return level, component and message of the worst component; (0, '', '') without any."""
+        states = [(spans.levels[-1], name, spans.messages[-1])
+                  for name, spans in self.levels.items()]
+        return max(states, key=lambda state: state[0], default=(0, '', ''))
+
+    def rate(self) -> float:
+        """Return samples per second of stamps over the motion, 0 for fewer than two."""
+        if len(self._stamps) < 2:
+            return 0.0
+        seconds = float(self._stamps[-1] - self._stamps[0]) / SECOND
+        return (len(self._stamps) - 1) / seconds if seconds else 0.0
+
+    def motion(self, points: int) -> Motion:
+        """Return the motion with about so many `points`: extremes of the torque stay."""
+        at = thinned_rows(self._values[:, 1], points)
+        t = (self._stamps[at] - (self._stamps[-1] if len(at) else 0)) / SECOND
+        values = self._values[at]
+        values[np.diff(t, prepend=t[:1]) > DROPOUT] = np.nan
+        return Motion(t, *values.T)

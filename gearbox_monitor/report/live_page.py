@@ -1,0 +1,203 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The live page: its frame, and the parts of it that are drawn again while messages come."""
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+import math
+
+import numpy as np
+
+from gearbox_monitor import __version__
+from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.report.builder import (
+    asset, content_policy, environment, Page, render_section, Section)
+from gearbox_monitor.report.figures import (
+    chart, ChartView, Lane, loop_plane, LoopSlice, PageTable, Panel, PlaneView, round_span, Trace)
+from gearbox_monitor.report.live_history import (
+    GearboxHistory, LEVEL_SECONDS, MOTION_SECONDS, SILENT_SECONDS)
+from gearbox_monitor.report.recording_page import backlash_panel, drawn_windows, ROLES
+from gearbox_monitor.report.timeline import LEVELS
+from gearbox_monitor.report.words import width_and_std
+
+LOOP_SLICES = 5    # each with its colour
+LOOP_POINTS, TIME_POINTS = 1600, 600
+MINUTE = 60.0
+NOTHING = np.empty(0)
+
+
+def live_frame() -> tuple[str, str]:
+    """Return the page into which the parts are put, and its Content-Security-Policy."""
+    script = asset('live.js')
+    policy = content_policy(script) + "; connect-src 'self'"
+    return environment().get_template('live/frame.html').render(
+        page=Page('Live', Section(), ()), axis='rotary', style=asset('page.css'), script=script,
+        policy=policy, version=__version__), policy
+
+
+class LivePage:
+    """Draws the parts of the page; those that only diagnostics change, only when they do."""
+
+    def __init__(self) -> None:
+        self._conditions: dict[str, tuple[int, str]] = {}
+
+    def parts(self, gearboxes: Sequence[GearboxHistory], source: str, time_s: float
+              ) -> dict[str, str]:
+        """
+        Return {id: HTML} of all parts, from top to bottom.
+
+        Args:
+            gearboxes: in the order of the page.
+            source: name of the estimator.
+            time_s: now, by the clock of the histories.
+
+        """
+        parts = {'summary': render_section(LiveSummary.of(gearboxes, source, time_s), 'rotary')}
+        for k, gearbox in enumerate(gearboxes):
+            changes, html = self._conditions.get(gearbox.name, (-1, ''))
+            if changes != gearbox.changes:
+                html = render_section(ConditionSection.of(gearbox), gearbox.axis)
+                self._conditions[gearbox.name] = gearbox.changes, html
+            parts[f'motion{k}'] = render_section(MotionSection.of(gearbox), gearbox.axis)
+            parts[f'condition{k}'] = html
+        return parts
+
+
+@dataclass(frozen=True)
+class LiveSummary(Section):
+    """The worst of all gearboxes in one sentence."""
+
+    template = 'live/summary.html'
+    kind: str
+    headline: str
+
+    @classmethod
+    def of(cls, gearboxes: Sequence[GearboxHistory], source: str, time_s: float) -> 'LiveSummary':
+        """
+        Return it.
+
+        Args:
+            gearboxes: all of them.
+            source: name of the estimator.
+            time_s: now.
+
+        """
+        heard = [gearbox.heard for gearbox in gearboxes if gearbox.heard is not None]
+        if not heard:
+            return cls('', f'Waiting for diagnostics of {source}.')
+        if time_s - max(heard) > SILENT_SECONDS:
+            return cls('error', f'{source} has been silent for {time_s - max(heard):.0f} s.')
+        raised = sorted(((*gearbox.worst(), title(gearbox)) for gearbox in gearboxes),
+                        key=lambda state: -state[0])
+        raised = [state for state in raised if state[0]]
+        if not raised:
+            return cls('good', 'The estimates are trusted, and nothing has worn.')
+        level, component, message, name = raised[0]
+        more = f' ({len(raised) - 1} more)' if raised[1:] else ''
+        return cls(ROLES[level], f'{name}: {component}: {message}{more}')
+
+
+def title(gearbox: GearboxHistory) -> str:
+    """Return what the page calls `gearbox`."""
+    if gearbox.serial in ('', gearbox.name):
+        return gearbox.name
+    return gearbox.serial if gearbox.name == 'transmission' else \
+        f'{gearbox.name} ({gearbox.serial})'
+
+
+@dataclass(frozen=True)
+class MotionSection(Section):
+    """Torque over twist and over time; plane: None without a twist, torque: without samples."""
+
+    template = 'live/motion.html'
+    title: str
+    facts: Sequence[tuple[str, str]]
+    plane: PlaneView | None
+    torque: ChartView | None
+
+    @classmethod
+    def of(cls, gearbox: GearboxHistory) -> 'MotionSection':
+        """Return it for `gearbox`."""
+        motion, loop = gearbox.motion(TIME_POINTS), gearbox.motion(LOOP_POINTS)
+        if not len(motion.t):
+            return cls(title(gearbox), (), None, None)
+
+        def label(text: str) -> str:
+            return on_axis(text, gearbox.axis)
+        limits = round_span(motion.tau_k)
+        std = 2.0 * gearbox.tau_k_std
+        torque = chart('Torque over time', [Panel(
+            label('torque (N m)'), [Trace(
+                motion.t, motion.tau_k, 'torque' if math.isnan(std) else 'torque, ± 2 sigma',
+                'signal', band=(motion.tau_k - std, motion.tau_k + std))],
+            height=420, limits=limits)],
+            'time before the newest sample (s)', 't (s)', False, span=(-MOTION_SECONDS, 0.0))
+        facts = [('torque', label(f'{motion.tau_k[-1]:.2f} N m'))]
+        plane = None
+        if np.isfinite(loop.twist).any():
+            edges = np.linspace(-MOTION_SECONDS, 0.0, LOOP_SLICES + 1)
+            slices = []
+            for begin, end in zip(edges[:-1], edges[1:]):
+                rows = (loop.t >= begin) & (loop.t <= end)
+                slices.append(LoopSlice(f'{begin:g} s' if end else 'now', (NOTHING, NOTHING),
+                                        [(loop.twist[rows], loop.tau_k[rows])]))
+            plane = loop_plane(
+                'Torque over twist', slices, label('twist, motor - arm (rad)'),
+                label('torque (N m)'), limits=(round_span(loop.twist), limits))
+            facts.append(('twist', label(f'{motion.twist[-1]:.4f} rad')))
+        if gearbox.windows:
+            window = gearbox.windows[-1]
+            facts.append(('backlash', width_and_std(window.gap, window.gap_std, label('rad')))
+                         if window.separable else
+                         ('lost motion', label(f'{window.lost_motion:.4g} rad')))
+        facts.append(('samples per second', f'{gearbox.rate():.0f}'))
+        return cls(title(gearbox), facts, plane, torque)
+
+
+@dataclass(frozen=True)
+class ConditionSection(Section):
+    """Trust, backlash and alerts; levels, backlash: None without data."""
+
+    template = 'live/condition.html'
+    levels: ChartView | None
+    backlash: ChartView | None
+    components: PageTable
+    alerts: Sequence[str]
+
+    @classmethod
+    def of(cls, gearbox: GearboxHistory) -> 'ConditionSection':
+        """Return it for `gearbox`."""
+        if gearbox.heard is None:
+            return cls(None, None, PageTable((), ()), ())
+        time_s, last = gearbox.heard, LEVEL_SECONDS / MINUTE
+        lanes = [Lane(
+            f'{name}: {LEVELS[spans.levels[-1]]}',
+            [(max(begin, time_s - LEVEL_SECONDS) - time_s) / MINUTE for begin in spans.begins],
+            (spans.end - time_s) / MINUTE, spans.levels,
+            [f'{name} {LEVELS[level]}' for level in spans.levels])
+            for name, spans in gearbox.levels.items()]
+        levels = chart('Levels', lanes, 'time (min)', 't (min)', False, span=(-last, 0.0))
+        windows, lost_motion = drawn_windows(
+            [replace(window, t=window.t - time_s) for window in gearbox.windows])
+        backlash = chart(
+            'Lost motion' if lost_motion else 'Backlash',
+            [backlash_panel(windows, lost_motion, MINUTE, gearbox.axis)], 'time (min)', 't (min)',
+            False, span=(1.03 * min(windows[0].t / MINUTE, -1.0), 0.0)) if windows else None
+        rows = sorted(((spans.levels[-1], name, spans.messages[-1])
+                       for name, spans in gearbox.levels.items()), key=lambda row: -row[0])
+        return cls(levels, backlash,
+                   PageTable(('level', 'component', 'message'),
+                             [(LEVELS[level], name, message) for level, name, message in rows]),
+                   [f'{alert.when}: {alert.component} {LEVELS[alert.level]}: {alert.message}'
+                    for alert in reversed(gearbox.alerts)])

@@ -1,0 +1,129 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""`gearbox_monitor live` beside a real estimator node: its events over HTTP, its end."""
+from array import array
+import http.client
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+rclpy = pytest.importorskip('rclpy')
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
+from harness import DOMAIN, Graph, RELIABLE, ROOT  # noqa: E402
+from processes import put_down  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+
+from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
+from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
+from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
+from gearbox_monitor.ros.convert import to_time  # noqa: E402
+
+pytestmark = pytest.mark.ros
+T0 = 1_700_000_000_000_000_000
+DT = 2_000_000  # 500 Hz
+NAMES = ('base', 'elbow')
+
+
+@pytest.fixture
+def graph(tmp_path, monkeypatch):
+    graph = Graph(tmp_path, monkeypatch)
+    yield graph
+    graph.close()
+
+
+def live(*options):
+    """Start the command; return the process."""
+    return subprocess.Popen(
+        [sys.executable, '-m', 'gearbox_monitor', 'live', *options],
+        env={**os.environ, 'PYTHONPATH': str(ROOT), 'ROS_DOMAIN_ID': str(DOMAIN)}, cwd=ROOT,
+        text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def send(graph, publisher):
+    """Publish 3 s of both gearboxes, about as fast as real time."""
+    t = np.arange(1500) * DT * 1e-9
+    drives = [simulate(DriveModel(), Excitation().torque(t), DT * 1e-9,
+                       Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed=k) for k in range(2)]
+    begin = time.monotonic()
+    for k in range(len(t)):
+        message = JointState(name=[f'{name}_{j}' for name in NAMES for j in ('motor', 'arm')])
+        message.header.stamp = to_time(T0 + k * DT)
+        message.position = array('d', [v for drive in drives for v in drive.y[k]])
+        message.effort = array('d', [v for drive in drives for v in (drive.u[k], np.nan)])
+        publisher.publish(message)
+        while time.monotonic() < begin + t[k]:
+            graph.executor.spin_once(timeout_sec=0.001)
+
+
+def test_events_of_a_robot(graph, tmp_path):
+    file = tmp_path / 'robot.yaml'
+    file.write_text(json.dumps({'estimator': {'ros__parameters': {
+        'gearboxes': list(NAMES), 'arm_load': 'none', **{
+            name: {'motor_joint': f'{name}_motor', 'arm_joint': f'{name}_arm'} for name in NAMES},
+        'qos_overrides': {'/joint_states': {'subscription': {
+            key.rpartition('.')[2]: value for key, value in RELIABLE.items()}}}}}}))
+    process = live('--port', '0')
+    try:
+        address = process.stdout.readline().split()[0]
+        assert address.startswith('http://127.0.0.1:'), process.communicate(timeout=10)
+        refused = live('--port', address.strip('/').rpartition(':')[2])
+        _, errors = refused.communicate(timeout=60)
+        assert refused.returncode == 2 and len(errors.splitlines()) == 1
+        assert errors.startswith('gearbox_monitor live: 127.0.0.1:'), errors
+        connection = http.client.HTTPConnection(address.split('/')[2], timeout=60)
+        connection.request('GET', '/events')
+        events = connection.getresponse()
+        estimator = graph.start('estimator_node', '--params-file', str(file))
+        publisher = graph.node.create_publisher(JointState, 'joint_states', 10_000)
+        heard = set()
+        graph.node.create_subscription(
+            DiagnosticArray, '/diagnostics',
+            lambda message: heard.update(status.name for status in message.status), 50)
+        graph.until(lambda: heard and publisher.get_subscription_count() and
+                    graph.node.count_subscribers('/transmission_state_smoothed'), 'matching')
+        send(graph, publisher)
+        page, end = {}, time.monotonic() + 120.0
+
+        def read(condition):
+            """Take events until condition() is true."""
+            while not condition():
+                assert time.monotonic() < end, page
+                line = events.readline()
+                if line.startswith(b'data: '):
+                    page.update(json.loads(line[6:]))
+        # Five slices of 2 s: of the 3 s, two have a line.
+        read(lambda: all(page.get(f'motion{k}', '').count('class="mean" d="M') == 2
+                         and 'OK' in page[f'condition{k}'] for k in range(2)))
+        assert list(page) == ['summary', 'motion0', 'condition0', 'motion1', 'condition1']
+        assert {page[f'motion{k}'].split('\n')[0] for k in range(2)} == {
+            f'<h2>{name}</h2>' for name in NAMES}
+        for k in range(2):
+            assert '<dt>samples per second</dt><dd>500</dd>' in page[f'motion{k}']
+            assert 'prediction error: ' in page[f'condition{k}']
+        graph.stop(estimator)
+        read(lambda: 'silent for' in page['summary'])
+        connection.close()  # while it is sent to
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        output, errors = process.communicate(timeout=30)
+        assert process.returncode == 0 and errors == '', errors
+    finally:
+        put_down([process])
