@@ -21,7 +21,10 @@ variable ``GEARBOX_MONITOR_JIT=0`` chooses the interpreted kernels where numba i
 the compiler has put kernels together. What it would gain, `fma` brings: one operation, the same
 wherever it stands. Kernels release the GIL, so that fits can run in threads.
 """
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+import fcntl
+from functools import cache
 import hashlib
 import os
 from pathlib import Path
@@ -29,12 +32,13 @@ import platform
 import stat
 import tempfile
 from types import FunctionType
-from typing import Any, TypeVar
+from typing import Any, BinaryIO, TypeVar
 
 try:
     if os.environ.get('GEARBOX_MONITOR_JIT', '1') == '0':
         raise ImportError('switched off by GEARBOX_MONITOR_JIT=0')
     import numba
+    from numba.core.compiler_lock import global_compiler_lock
     from numba.extending import intrinsic
     COMPILED = True
 except ImportError:
@@ -178,14 +182,54 @@ def _widened(kind: Any) -> Any:
 
 
 def _compiled(function: Kernel, options: dict[str, Any]) -> Kernel:
-    options = {'error_model': 'numpy', 'nogil': True, **options}
+    options = {'error_model': 'numpy', 'nogil': True, 'no_cfunc_wrapper': True, **options}
     if CACHE_FOLDER is None:
         return numba.njit(**options)(function)
     chosen, numba.config.CACHE_DIR = numba.config.CACHE_DIR, CACHE_FOLDER
     try:
-        return numba.njit(cache=True, **options)(function)
+        kernel: Any = numba.njit(cache=True, **options)(function)
     finally:
         numba.config.CACHE_DIR = chosen
+    load_or_compile = kernel.compile
+    name = f'{function.__module__}.{function.__qualname__}'
+
+    def _one_process_compiles(signature: Any) -> Any:
+        # numba's lock comes first, so that the threads of a process take both in one order.
+        with global_compiler_lock, _overload_lock(f'{name}{signature}'):
+            return load_or_compile(signature)
+    kernel.compile = _one_process_compiles
+    return kernel
+
+
+@contextmanager
+def _overload_lock(overload: str) -> Iterator[None]:
+    """
+    Let other processes that want `overload` wait and load it: nodes of a robot start together.
+
+    Each overload is one byte of a file that all processes lock. Kernels call each other without a
+    circle, so that no two processes can wait for each other.
+    """
+    file = _lock_file()
+    byte = int.from_bytes(hashlib.sha256(overload.encode()).digest()[:7], 'big')
+    try:
+        if file is not None:
+            fcntl.lockf(file, fcntl.LOCK_EX, 1, byte)
+    except OSError:  # a file system without locks: each process compiles for itself
+        file = None
+    try:
+        yield
+    finally:
+        if file is not None:
+            fcntl.lockf(file, fcntl.LOCK_UN, 1, byte)
+
+
+@cache
+def _lock_file() -> BinaryIO | None:
+    """Return the file whose bytes are locked, open as long as the process lives."""
+    try:
+        return open(os.path.join(CACHE_FOLDER or '', 'locks'), 'ab')
+    except OSError:
+        return None
 
 
 if COMPILED:

@@ -52,6 +52,14 @@ def test_without_a_home_kernels_are_kept_among_temporary_files(blocked, tmp_path
         assert Path(folder).stat().st_mode & 0o777 == 0o700 and any(Path(folder).rglob('*.nbi'))
 
 
+def test_processes_that_start_together_compile_once(tmp_path):
+    environment = {**os.environ, 'XDG_CACHE_HOME': str(tmp_path)}
+    environment.pop('NUMBA_CACHE_DIR', None)
+    together = [subprocess.Popen([sys.executable, '-c', STEP], cwd=ROOT, text=True,
+                                 stdout=subprocess.PIPE, env=environment) for _ in range(3)]
+    assert sorted(p.communicate()[0].split()[1] for p in together) == ['0', '1', '1']
+
+
 def test_without_any_folder_kernels_run_and_the_reason_is_told_once(blocked):
     nowhere = {'HOME': blocked, 'XDG_CACHE_HOME': blocked, 'TMPDIR': blocked}
     folder, found, told = python('-c', STEP, **nowhere).stdout.strip().split(' ', 2)
