@@ -32,7 +32,7 @@ import math
 from gearbox_monitor.estimation.filter_kind import Reading
 from gearbox_monitor.estimation.process_model import (
     advance_beside, BESIDE, EIGENVALUE, UKF_ALPHA, UKF_BETA, UKF_KAPPA)
-from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.jit import jit_inline
 from gearbox_monitor.kernels.types import Array, States
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import substeps
@@ -53,7 +53,7 @@ def warnings(n: int, parameters: EstimatorParameters) -> list[str]:
             'extrapolated; 1 is advised (docs/sigma_points.md)']
 
 
-@jit
+@jit_inline
 def cholesky(states: States, a: Array, out: Array) -> bool:
     """
     Write the lower Cholesky factor of a matrix.
@@ -86,7 +86,7 @@ def cholesky(states: States, a: Array, out: Array) -> bool:
     return True
 
 
-@jit
+@jit_inline
 def transform(states: States, z: Array, factor: Array, reading: Reading, p: Array, bends: Array,
               rows: Array, points: Array) -> None:
     """
@@ -136,7 +136,7 @@ def transform(states: States, z: Array, factor: Array, reading: Reading, p: Arra
             rows[n + i, j] = root * (rows[n + i, j] - shared * bends[j])
 
 
-@jit
+@jit_inline
 def cross_covariance(states: States, rows: Array, factor: Array, P: Array, slope: Array,
                      out: Array, at: int) -> None:
     """

@@ -30,7 +30,7 @@ from gearbox_monitor.estimation.filters.ekf import healthy, LOG_TWO_PI
 from gearbox_monitor.estimation.process_model import noise, R1, R2, SINGLE
 from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_POINTS, transform
 from gearbox_monitor.estimation.step_record import places
-from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.jit import jit_inline
 from gearbox_monitor.kernels.types import Array, States
 
 # In float32, the first ones are used as single precision; the last never is.
@@ -42,7 +42,7 @@ def memory_size(n: int) -> int:
     return n * n
 
 
-@jit
+@jit_inline
 def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
          record: Array) -> bool:
     """
@@ -64,7 +64,7 @@ def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Sc
     return _step(states, belief, reading, p, scratch, last, record)
 
 
-@jit
+@jit_inline
 def _step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
           slope: Array, record: Array) -> bool:
     """Do the step in the precision of `scratch`."""
@@ -108,7 +108,7 @@ def _step(states: States, belief: Belief, reading: Reading, p: Array, scratch: S
     return healthy(states, belief)
 
 
-@jit
+@jit_inline
 def _update(states: States, mean: Array, factor: Array, y1: float, y2: float, p: Array,
             array: Array, record: Array) -> bool:
     """
@@ -156,7 +156,7 @@ def _update(states: States, mean: Array, factor: Array, y1: float, y2: float, p:
     return True
 
 
-@jit
+@jit_inline
 def triangularise(a: Array, columns: int, dense: int, tail: int) -> None:
     """
     Make the first `columns` columns of `a` [m, n] upper triangular by Householder reflections.
@@ -195,7 +195,7 @@ def triangularise(a: Array, columns: int, dense: int, tail: int) -> None:
         a[j, j] = norm
 
 
-@jit
+@jit_inline
 def _upper(states: States, lower: Array, out: Array) -> None:
     """Write the transpose of the triangle `lower` [n * n] into the first rows of `out`."""
     n = len(states)
@@ -204,7 +204,7 @@ def _upper(states: States, lower: Array, out: Array) -> None:
             out[i, j] = lower[j * n + i]
 
 
-@jit
+@jit_inline
 def _lower(states: States, upper: Array, out: Array) -> None:
     """Write the transpose of the triangle that `upper` starts with into `out` [n * n]."""
     n = len(states)
@@ -213,7 +213,7 @@ def _lower(states: States, upper: Array, out: Array) -> None:
             out[i * n + j] = upper[j, i] if j <= i else 0.0
 
 
-@jit
+@jit_inline
 def _noise(states: States, rows: Array, z: Array, dt: float, p: Array) -> None:
     """Write the root of half the process noise of `dt` s at `z` [n] into rows[:n]."""
     n = len(states)
@@ -223,7 +223,7 @@ def _noise(states: States, rows: Array, z: Array, dt: float, p: Array) -> None:
         rows[i, i] = math.sqrt(0.5 * dt * noise(z, p, i))
 
 
-@jit
+@jit_inline
 def _square(states: States, factor: Array, out: Array, at: int) -> None:
     """Write L L' [n, n] into `out` from place `at` on."""
     n = len(states)

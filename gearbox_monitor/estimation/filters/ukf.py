@@ -24,11 +24,11 @@ from gearbox_monitor.estimation.filters.ekf import healthy, update
 from gearbox_monitor.estimation.process_model import noise
 from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_POINTS, transform
 from gearbox_monitor.estimation.step_record import places
-from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.jit import jit_inline
 from gearbox_monitor.kernels.types import Array, States
 
 
-@jit
+@jit_inline
 def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
          record: Array) -> bool:
     """
@@ -45,7 +45,7 @@ def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Sc
             and healthy(states, belief))
 
 
-@jit
+@jit_inline
 def predict(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
             record: Array) -> bool:
     """
