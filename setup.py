@@ -91,6 +91,19 @@ setup(
     maintainer_email='maintainers@gearbox-monitor.org',
     description='Online condition monitor for robot joint gearboxes',
     license='Apache-2.0',
+    keywords=['ROS', 'robotics', 'condition monitoring', 'backlash', 'Kalman filter'],
+    classifiers=[
+        'Development Status :: 4 - Beta',
+        'Intended Audience :: Manufacturing',
+        'Intended Audience :: Science/Research',
+        'License :: OSI Approved :: Apache Software License',
+        'Operating System :: POSIX :: Linux',
+        'Programming Language :: Python :: 3',
+        'Programming Language :: Python :: 3.11',
+        'Programming Language :: Python :: 3.12',
+        'Programming Language :: Python :: 3.13',
+        'Topic :: Scientific/Engineering',
+    ],
     entry_points={
         'console_scripts': [
             'gearbox_monitor = gearbox_monitor.cli.main:main',

@@ -36,6 +36,14 @@ class InputError(ValueError):
         return '\n'.join(self.args)
 
 
+class Undecided(InputError):
+    """
+    Input that is in order, but does not decide the question; the text says what would.
+
+    Command lines end with exit code 3.
+    """
+
+
 def _line(problem: object) -> str:
     text = _SPACE.sub(' ', str(problem)).strip().encode('utf-8', 'replace').decode()
     return text if len(text) <= LONGEST else f'{text[:LONGEST - 200]} ... {text[-180:]}'

@@ -124,6 +124,7 @@ def test_every_command_explains_itself_with_examples(command):
                             cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == 0, result.stderr
     assert f'  gearbox_monitor {command}' in result.stdout, 'no example'
+    assert '\nexit code: 0 ' in result.stdout
 
 
 @pytest.fixture(scope='module')

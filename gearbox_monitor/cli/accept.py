@@ -28,8 +28,6 @@ usage examples:
   gearbox_monitor accept BAG --max-gap 30arcmin --min-stiffness 20 --confidence 0.99
   gearbox_monitor accept BAG --model drive.yaml --params estimator.yaml --max-gap 0.5deg --json
   gearbox_monitor accept BAG --write-model measured.yaml
-
-exit code: 0 pass, 1 fail, 2 bad usage or input, 3 undecided (not excited, or close to a limit).
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Measure this package against its bars. Ends with exit code 1 when a bar is missed.
+Measure this package against its bars.
 
 usage examples:
   gearbox_monitor benchmark paper --seeds 5

@@ -25,8 +25,6 @@ usage examples:
   gearbox_monitor check BAG --model drive.yaml --params joint3.yaml
   gearbox_monitor check BAG --motor-joint joint3_motor --arm-joint joint3 --for estimation
   gearbox_monitor check BAG --json - | jq .suits
-
-exit code: 0 usable, 1 unsuitable for one of --for, 2 bad usage or input.
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence

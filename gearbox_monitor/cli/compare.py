@@ -29,8 +29,6 @@ usage examples:
   gearbox_monitor compare BAG --filters ekf,ukf,srukf,aekf --params tuned.yaml
   gearbox_monitor compare BAG --filters ekf,filterpy-ekf,filterpy-ukf --png compare.png
   gearbox_monitor compare BAG --model drive.yaml --json
-
-exit code: 0 done, 2 bad usage or input.
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
@@ -65,6 +63,8 @@ from gearbox_monitor.report import compare_plot, plots
 WARM_UP = 200  # samples that a filter takes before it is timed: kernels are compiled by then
 REPEATS = 3    # runs of which the fastest counts
 SHORTEST = 1000
+# As users write them -> as results call them.
+OF_FILTERPY = {name.replace('_', '-'): name for name in filterpy_reference.NAMES}
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_estimator_arguments(parser)
     parser.add_argument('--filters', default=','.join(FILTER_NAMES), metavar='A,B,...',
                         help='filters, separated by commas: '
-                        + ', '.join((*FILTER_NAMES, *filterpy_reference.NAMES)))
+                        + ', '.join((*FILTER_NAMES, *OF_FILTERPY)))
     parser.add_argument('--png', metavar='FILE', help='write the figure')
     parser.add_argument('--filterpy-samples', type=int, default=20000, metavar='N',
                         help='with a filter of filterpy, use only the first N samples '
@@ -107,9 +107,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    names = [check_filter(name.strip().replace('-', '_'), filterpy_reference.NAMES)
-             for name in args.filters.split(',')]
-    names = list(dict.fromkeys(names))
+    names = list(dict.fromkeys(_filter(name.strip()) for name in args.filters.split(',')))
     if args.filterpy_samples < SHORTEST:
         raise InputError(f'--filterpy-samples: {args.filterpy_samples}, expected at least '
                          f'{SHORTEST}')
@@ -148,6 +146,14 @@ def run(args: Namespace) -> int:
     warn(args, notes)
     print(json.dumps(data, indent=2) if args.json else text(data, inputs.model.axis))
     return 0
+
+
+def _filter(word: str) -> str:
+    """Return the name of the filter that `word` of the user names. Raises InputError."""
+    plain_word = word.replace('_', '-')
+    if plain_word in OF_FILTERPY:
+        return OF_FILTERPY[plain_word]
+    return check_filter(word, tuple(OF_FILTERPY))
 
 
 def run_filter(name: str, model: DriveModel, parameters: EstimatorParameters,

@@ -32,8 +32,6 @@ usage examples:
   gearbox_monitor diagnose BAG --model drive.yaml --validate BAG2 --json verdict.json
   gearbox_monitor diagnose run1.csv run2.csv --model drive.yaml --exclude lugre viscous_drift
   gearbox_monitor diagnose BAG --model drive.yaml --json - | jq .effect
-
-exit code: 0 no gap (verdict none), 1 a gap (effect or unknown), 2 bad usage or input.
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence

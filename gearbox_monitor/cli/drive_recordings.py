@@ -27,7 +27,7 @@ from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recorded_samples import read_samples
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.export.mjcf_file import model_of, read_mjcf
 from gearbox_monitor.files.yaml_files import load_model, load_yaml
 from gearbox_monitor.kernels.types import Array, Integers
@@ -174,15 +174,15 @@ def _read_bag(path: Path, model: DriveModel, args: Namespace) -> Readings:
 @contextmanager
 def time_limit(seconds: float, option: str) -> Iterator[None]:
     """
-    Raise InputError when the block takes longer than so many `seconds`; inf: without a limit.
+    Raise Undecided when the block takes longer than so many `seconds`; inf: without a limit.
 
     Args:
         seconds: longest time, s.
         option: name of the option that sets it.
     """
     def _expired(*_: object) -> None:
-        raise InputError(f'{option} {seconds:g}: not finished after so many seconds, nothing is '
-                         'written; expected a longer time, or fewer values and recordings')
+        raise Undecided(f'{option} {seconds:g}: not finished after so many seconds, nothing is '
+                        'written; expected a longer time, or fewer values and recordings')
     if math.isinf(seconds):
         yield
         return

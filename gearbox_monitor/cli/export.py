@@ -30,8 +30,6 @@ usage examples:
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --out fits.xml
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint m --arm-joint elbow
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --check BAG2
-
-exit code: 0 all is expressed, 1 some is not, 2 bad usage or input.
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence

@@ -30,8 +30,6 @@ usage examples:
   gearbox_monitor fit-nominal BAG --model drive.yaml --out drive.fitted.yaml
   gearbox_monitor fit-nominal BAG BAG2 --model drive.yaml --free m1 Cv Cc u0 --validate BAG3
   gearbox_monitor fit-nominal BAG --model drive.yaml --windows 20   # weigh what drifts slowly
-
-exit code: 0 all values determined, 1 some are not, 2 bad usage or input.
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping

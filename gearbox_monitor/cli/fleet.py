@@ -33,10 +33,6 @@ usage examples:
   gearbox_monitor fleet archive/ --out fleet --gearbox 'archive/([^/]+)/' --diagnose
   gearbox_monitor fleet archive/ --out fleet --scheduler tcp://head:8786
   gearbox_monitor fleet 'zip://**/*.mcap::2025.zip' --out fleet --json | jq .gearboxes[0]
-
-exit code: 0 every bag has its row, 1 the same command should try some again (their workers died or
-their files could not be read), 2 bad usage or input, disk full, scheduler lost; 130 after
-Ctrl-C.
 """
 from argparse import ArgumentParser, Namespace
 from collections import Counter
@@ -206,18 +202,21 @@ def finish(table: Any, key: str, counts: Mapping[str, int]) -> dict[str, Any]:
 def _line(box: Mapping[str, Any]) -> str:
     from gearbox_monitor.report.fleet_page import (
         excursion_text, FEATURES, growth_text, limit_text, width_text)
+    from gearbox_monitor.report.words import counted
     return ', '.join(filter(None, (
         f'{FEATURES[box["feature"]]} {width_text(box)}', growth_text(box),
-        limit_text(box), excursion_text(box), f'{box["measured"]} of {box["bags"]} bags')))
+        limit_text(box), excursion_text(box),
+        f'{box["measured"]} of {counted(box["bags"], "bag")}')))
 
 
 def text(data: Mapping[str, Any]) -> str:
     """Return the summary `data` as lines for people."""
-    lines = [f'bags         {data["done"]} done, {data["failed"]} failed, {data["duplicate"]} '
-             f'duplicates, {data["skipped"]} skipped: done before',
+    from gearbox_monitor.report.words import counted
+    lines = [f'bags         {data["done"]} done, {data["failed"]} failed, '
+             f'{counted(data["duplicate"], "duplicate")}, {data["skipped"]} skipped: done before',
              f'fleet        {data["headline"]}']
     if data['without_model']:
-        lines.append(f'warning      {data["without_model"]} bags: {NO_MODEL}')
+        lines.append(f'warning      {counted(data["without_model"], "bag")}: {NO_MODEL}')
     for label, entries in (
             ('gearboxes', [f'{box["gearbox"]}: {box["summary"]}' for box in data['gearboxes']]),
             ('failed', [entry['reason'] + (' (will be tried again)' if entry['retry'] else '')

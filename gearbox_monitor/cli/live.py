@@ -23,8 +23,6 @@ usage examples:
   gearbox_monitor live
   gearbox_monitor live --port 9000 --estimator /left/estimator
   gearbox_monitor live --ros-args -r __ns:=/left
-
-exit code: 0 ended by Ctrl-C, 2 bad usage or input, such as a port in use.
 """
 import argparse
 from argparse import ArgumentParser, Namespace

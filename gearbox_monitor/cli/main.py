@@ -22,7 +22,9 @@ import os
 import sys
 
 from gearbox_monitor import __version__
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.cli.exit_codes import (
+    BAD_INPUT, exit_code_help, INTERRUPTED, UNDECIDED)
+from gearbox_monitor.errors import InputError, Undecided
 
 # name -> (module, one line of help). Only the module of the requested command is imported.
 COMMANDS = {
@@ -55,8 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     Run one subcommand with `argv`, or the arguments of the process.
 
-    Returns 0 when done, 1 for a finding that asks for action, 2 for bad usage or bad input, 130
-    after Ctrl-C.
+    Returns its exit code, see exit_codes.
     """
     argv = sys.argv[1:] if argv is None else argv
     command = next((word for word in argv if not word.startswith('-')), None)
@@ -73,9 +74,9 @@ def main(argv: Sequence[str] | None = None) -> int:
             return code
     except InputError as error:
         print(f'gearbox_monitor {command}: {error}', file=sys.stderr)
-        return 2
+        return UNDECIDED if isinstance(error, Undecided) else BAD_INPUT
     except KeyboardInterrupt:
-        return 130
+        return INTERRUPTED
     except BrokenPipeError:  # the reader of the output has ended (| head)
         sys.stderr.close()
         return 0
@@ -101,7 +102,8 @@ def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:
     subparsers = parser.add_subparsers(dest='command', metavar='COMMAND', required=True)
     for name, (module, summary) in COMMANDS.items():
         sub = subparsers.add_parser(
-            name, help=summary, formatter_class=argparse.RawDescriptionHelpFormatter)
+            name, help=summary, epilog=exit_code_help(name),
+            formatter_class=argparse.RawDescriptionHelpFormatter)
         if name == command:
             # Small matrices, and fits in own threads: threads of BLAS would only slow them down.
             os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')

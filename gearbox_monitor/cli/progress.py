@@ -22,7 +22,7 @@ from contextlib import contextmanager
 import sys
 import threading
 import time
-from typing import Any
+from typing import Any, cast, TextIO
 
 from tqdm import tqdm
 
@@ -76,30 +76,72 @@ class Progress:
         """Leave the bar to its owner."""
 
 
+class ElapsedTime:
+    """The line with the elapsed time at a terminal; whoever writes to the terminal clears it."""
+
+    def __init__(self, command: str, terminal: TextIO) -> None:
+        """Show on `terminal` how long `command` has been running."""
+        self._command, self._terminal = command, terminal
+        self._begin, self._shown, self._lock = time.monotonic(), False, threading.Lock()
+
+    def show(self) -> None:
+        """Write the time, unless there is a bar."""
+        with self._lock:
+            self._shown = not getattr(tqdm, '_instances', ())
+            if self._shown:
+                seconds = round(time.monotonic() - self._begin)
+                self._terminal.write(f'\r{self._command}: running for {seconds} s')
+                self._terminal.flush()
+
+    def clear(self) -> None:
+        """Clear the line, if it is shown."""
+        with self._lock:
+            if self._shown:
+                self._terminal.write('\r\x1b[K')
+                self._terminal.flush()
+            self._shown = False
+
+
+class ClearedStream:
+    """The text stream `stream` of a terminal from which `line` is cleared before each output."""
+
+    def __init__(self, stream: TextIO, line: ElapsedTime) -> None:
+        self._stream, self._line = stream, line
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Clear the line and write `text`."""
+        self._line.clear()
+        return self._stream.write(text)
+
+
 @contextmanager
 def shown_time(command: str) -> Iterator[None]:
     """Show at a terminal how long `command` has been running while it shows no bar."""
-    if not sys.stderr.isatty():
+    terminal, output = sys.stderr, sys.stdout
+    if not terminal.isatty():
         yield
         return
-    ended, begin = threading.Event(), time.monotonic()
+    ended, line = threading.Event(), ElapsedTime(command, terminal)
 
     def show() -> None:
-        """Write the time once per second, and clear the line at the end."""
-        shown = False
-        while not ended.wait(QUIET if not shown else 1.0):
-            shown = not getattr(tqdm, '_instances', ())
-            if shown:
-                seconds = round(time.monotonic() - begin)
-                sys.stderr.write(f'{command}: running for {seconds} s\r')
-                sys.stderr.flush()
-        if shown:
-            sys.stderr.write('\r' + ' ' * 60 + '\r')
+        """Show the time once per second."""
+        pause = QUIET
+        while not ended.wait(pause):
+            line.show()
+            pause = 1.0
 
     thread = threading.Thread(target=show, daemon=True)
     thread.start()
+    sys.stderr = cast(TextIO, ClearedStream(terminal, line))
+    if output.isatty():
+        sys.stdout = cast(TextIO, ClearedStream(output, line))
     try:
         yield
     finally:
         ended.set()
         thread.join()
+        line.clear()
+        sys.stderr, sys.stdout = terminal, output

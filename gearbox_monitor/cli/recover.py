@@ -25,8 +25,6 @@ usage examples:
   gearbox_monitor recover gearbox_2026_11_21-10_00_00
   gearbox_monitor recover cut.mcap --out /media/usb/rescued
   gearbox_monitor recover BAG --json | jq .lost.seconds
-
-exit code: 0 the new bag exists or is not needed, 2 bad usage or input, nothing was written.
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable

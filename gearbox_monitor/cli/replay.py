@@ -29,8 +29,6 @@ usage examples:
   gearbox_monitor replay BAG --model drive.yaml --params estimator.yaml --out estimates.csv
   gearbox_monitor replay BAG --filter ekf --out BAG2 --json
   gearbox_monitor replay BAG --smooth --out smoothed.csv
-
-exit code: 0 done, 1 replayed and recorded estimates differ, 2 bad usage or input.
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping

@@ -28,8 +28,6 @@ usage examples:
   gearbox_monitor report BAG --model drive.yaml --params joint3.yaml --out joint3.html
   gearbox_monitor report BAG --replay --filter ukf --out ukf.html
   gearbox_monitor report BAG --json - | jq .gap_rad
-
-exit code: 0 done, 2 bad usage or input.
 """
 from argparse import ArgumentParser, Namespace
 from pathlib import Path

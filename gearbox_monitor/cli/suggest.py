@@ -26,8 +26,6 @@ usage examples:
   gearbox_monitor suggest --pair actuator_lag actuator_delay --model drive.yaml --max-torque 5
   gearbox_monitor suggest found --model drive.yaml --max-torque 5 --out motion.yaml
   ros2 run gearbox_monitor plant_node --ros-args --params-file motion.yaml
-
-exit code: 0 a motion separates all pairs, 1 none within the limits does, 2 bad usage or input.
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence

@@ -33,8 +33,6 @@ usage examples:
   gearbox_monitor tune BAG --model drive.yaml --params start.yaml --out tuned.yaml --json
   gearbox_monitor tune BAG --reference /reference/transmission_state --out params.yaml
   gearbox_monitor replay BAG --params params.yaml
-
-exit code: 0 done, 2 bad usage or input.
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence

@@ -27,7 +27,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.identification import closed_model, gauss_newton, likelihood, window_states
 from gearbox_monitor.identification.candidates import (
     BY_EFFECT, CandidateModel, Coordinate, NOT_FITTED, NUISANCES, offered, PERIODIC, PHASED,
@@ -100,7 +100,7 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         progress: callback with (done, total, text).
 
     Raises:
-        InputError: names that this drive does not have, or a fit that is no solution.
+        InputError: names that this drive does not have; Undecided: the fit is no solution.
     """
     recording, model = concatenated([driven(r, model) for r in recordings]), model.folded()
     names, own = offered(model), _effects_of(model)
@@ -152,7 +152,7 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
 def _require_improvement(search: Search, data: likelihood.WindowData,
                          fitted: CandidateFit) -> None:
     """
-    Raise InputError if `fitted` leaves more than its start on the windows of `data`.
+    Raise Undecided if `fitted` leaves more than its start on the windows of `data`.
 
     Windows that were not fitted decide, where `data` has any.
     """
@@ -167,9 +167,9 @@ def _require_improvement(search: Search, data: likelihood.WindowData,
         window_states.rescue(data, candidate, trial, [fitted.point], half_gap=search.half_gap)
         gaps.append(closed_model.gap_of(trial.chi2[unseen], data.size))
     if not gaps[1] <= SAME * gaps[0]:
-        raise InputError(f'the fit leaves {gaps[1]:.4g} standard deviations, the model file '
-                         f'{gaps[0]:.4g}: no solution; expected a model of this drive (see '
-                         'check), or fewer values to fit (--free)')
+        raise Undecided(f'the fit leaves {gaps[1]:.4g} standard deviations, the model file '
+                        f'{gaps[0]:.4g}: no solution; expected a model of this drive (see '
+                        'check), or fewer values to fit (--free)')
 
 
 def regressed_start(recording: UniformRecording, candidate: CandidateModel) -> Array:

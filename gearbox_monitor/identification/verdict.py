@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import Undecided
 from gearbox_monitor.identification import closed_model, isolability, localisation
 from gearbox_monitor.identification.adequacy import misfit, on_all, residual_law, sharpen_sigma
 from gearbox_monitor.identification.candidates import (
@@ -158,24 +158,24 @@ def report(search: Search, best_fit: CandidateFit, kind: str, lattices: list[str
 
 
 def _require_solution(search: Search, data: Mapping[str, Any]) -> None:
-    """Raise InputError if the figures `data` of a verdict are those of a fit that failed."""
+    """Raise Undecided if the figures `data` of a verdict are those of a fit that failed."""
     gaps = data['gap_before'], data['gap_after']
     if not np.isfinite(gaps).all():
-        raise InputError('diagnose: free runs of the model are not finite: no solution; check '
-                         'the model file (inertias, stiffness, damping)')
+        raise Undecided('diagnose: free runs of the model are not finite: no solution; check '
+                        'the model file (inertias, stiffness, damping)')
     windows = search.long.windows
     rows = windows.first[:, None] + np.arange(windows.length)
     readings = (search.recording.y / search.long.sigma)[rows][:, :, list(search.long.channels)]
     rest = float(np.sqrt(readings.var(axis=1).mean()))
     if data['gap_after'] > max(rest, BEYOND):
-        raise InputError(f'diagnose: free runs of 1 s miss the readings by {gaps[1]:.4g} standard '
-                         f'deviations, one that stood still by {rest:.4g}: no solution; check '
-                         'the model file, or fit it with fit-nominal')
+        raise Undecided(f'diagnose: free runs of 1 s miss the readings by {gaps[1]:.4g} standard '
+                        f'deviations, one that stood still by {rest:.4g}: no solution; check '
+                        'the model file, or fit it with fit-nominal')
     fraction = data['closed_fraction']
     if data['verdict'] == 'effect' and fraction is not None and fraction < 0.0:
-        raise InputError(f'diagnose: {data["effect"]} leaves {gaps[1]:.4g} standard deviations on '
-                         f'windows that were not fitted, the model file {gaps[0]:.4g}: no '
-                         'solution; record longer, or more kinds of motion')
+        raise Undecided(f'diagnose: {data["effect"]} leaves {gaps[1]:.4g} standard deviations on '
+                        f'windows that were not fitted, the model file {gaps[0]:.4g}: no '
+                        'solution; record longer, or more kinds of motion')
 
 
 def unknown_place(places: Mapping[str, Any], law: ResidualDependence | None,

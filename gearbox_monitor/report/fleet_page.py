@@ -24,7 +24,7 @@ from gearbox_monitor.report.advice import NextSteps
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.figures import (
     BarRow, bars, BarView, chart, ChartView, PageTable, Panel, Trace)
-from gearbox_monitor.report.words import width_and_std
+from gearbox_monitor.report.words import counted, width_and_std
 
 Gearbox: TypeAlias = Mapping[str, Any]  # a row of fleet.trend.gearboxes
 Bag: TypeAlias = Mapping[str, Any]      # a row of the table of bags
@@ -92,11 +92,12 @@ def headline(gearboxes: Sequence[Gearbox]) -> str:
         return ('No gearbox was measured twice: growth needs two bags, each with a window '
                 'in which it moves both ways.')
     if not worn:
-        return (f'No growth: {compared} gearboxes were measured more than once, none has '
-                f'significantly grown.{ended}')
+        return (f'No growth: {counted(compared, "gearbox")} {"was" if compared == 1 else "were"} '
+                f'measured more than once, none has significantly grown.{ended}')
     first = worn[0]
     has = 'has' if len(worn) == 1 else 'have'
-    return (f'{len(worn)} of {compared} gearboxes {has} grown; most of all {first["gearbox"]}: '
+    return (f'{len(worn)} of {counted(compared, "gearbox")} {has} grown; '
+            f'most of all {first["gearbox"]}: '
             f'{FEATURES[first["feature"]]} {growth_text(first)} since '
             f'{day(first["start"][0])}.{ended}')
 
@@ -117,7 +118,7 @@ def excursion_text(gearbox: Gearbox) -> str:
         return ''
     days = [day(excursion[key]) for key in ('start', 'end')]
     return (f'was {growth_text({**gearbox, **excursion})} from {days[0]} to {days[1]} '
-            f'({excursion["bags"]} bags), which has ended')
+            f'({counted(excursion["bags"], "bag")}), which has ended')
 
 
 def day(stamp_ns: float) -> str:

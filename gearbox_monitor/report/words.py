@@ -76,6 +76,12 @@ def headline(data: Mapping[str, Any]) -> str:
     return f'Effect: {"+".join(ids)} ({" and ".join(names)}).'
 
 
+def counted(count: int, noun: str) -> str:
+    """Return `count` with the `noun` in singular or plural."""
+    plural = f'{noun}es' if noun.endswith('x') else f'{noun}s'
+    return f'{count} {noun if count == 1 else plural}'
+
+
 def number(value: float | None) -> str:
     """Return `value` with three or four digits, 'none' for None."""
     return 'none' if value is None else f'{value:.4g}'

@@ -28,6 +28,20 @@ class Terminal(io.StringIO):
         return True
 
 
+def screen(stream):
+    """Return the lines that a terminal shows after what was written to `stream`."""
+    lines = []
+    for line in stream.getvalue().split('\n'):
+        shown = ''
+        for part in line.split('\r'):
+            part = part.rpartition('\x1b[K')
+            if part[1]:
+                shown = ''
+            shown = part[2] + shown[len(part[2]):]
+        lines.append(shown)
+    return lines
+
+
 def terminal(monkeypatch):
     """Return what stands in for stderr; called in a test, as pytest sets stderr before each."""
     stream = Terminal()
@@ -40,8 +54,18 @@ def test_time_is_shown_and_cleared(monkeypatch):
     stream = terminal(monkeypatch)
     with progress.shown_time('import'):
         time.sleep(0.3)
-    lines = stream.getvalue().split('\r')
-    assert lines[0].startswith('import: running for 0 s') and not lines[-2].strip()
+    assert 'import: running for 0 s' in stream.getvalue() and screen(stream) == ['']
+
+
+def test_output_leaves_nothing_of_the_time(monkeypatch):
+    stream = terminal(monkeypatch)
+    monkeypatch.setattr(sys, 'stdout', stream)
+    with progress.shown_time('import'):
+        time.sleep(0.2)
+        print('short')
+        print('error', file=sys.stderr)
+    assert sys.stdout is stream is sys.stderr
+    assert 'running for' in stream.getvalue() and screen(stream) == ['short', 'error', '']
 
 
 def test_bar_takes_the_place_of_the_time(monkeypatch):

@@ -24,6 +24,7 @@ import numpy as np
 import pytest
 import yaml
 
+from gearbox_monitor.cli.exit_codes import EXIT_CODES
 from gearbox_monitor.cli.main import _parse, COMMANDS
 from gearbox_monitor.estimation.adaptation import ADAPTABLE
 from gearbox_monitor.estimation.estimates import Samples
@@ -122,11 +123,14 @@ def test_index_has_every_page_and_command():
     for page in (ROOT / 'docs').glob('*.md'):
         assert page.name == 'README.md' or f']({page.name})' in text, page.name
     for name, (module, _) in COMMANDS.items():
-        row = re.search(rf'^\| `gearbox_monitor {name}` \|.*\| (.*) \|$', text, re.MULTILINE)
+        row = re.search(rf'^\| `gearbox_monitor {name}` \|.*\| (.*) \| (.*) \|$', text,
+                        re.MULTILINE)
         parser = argparse.ArgumentParser()
         import_module(f'gearbox_monitor.cli.{module}').add_arguments(parser)
         option = parser._option_string_actions.get('--json')
-        told = row[1].split()[0]
+        told = row[2].split()[0]
+        assert row[1] == '; '.join(f'{code}: {EXIT_CODES[name][code]}' for code in (1, 3)
+                                   if code in EXIT_CODES[name])
         if name != 'benchmark':  # they have it each
             assert told == ('nothing' if option is None else option.metavar or 'prints'), name
 

@@ -77,6 +77,14 @@ def test_what_the_data_do_not_determine_is_told(tmp_path, capsys):
     assert {name for pair in data['correlated'] for name in pair[:2]} >= {'Cv', 'Cc', 'kt'}
 
 
+def test_no_answer_in_time_is_undecided(tmp_path, capsys, monkeypatch):
+    bag, model = record(tmp_path / 'a.csv', TRUE), model_file(tmp_path / 'd.yaml', TRUE)
+    out = tmp_path / 'out.yaml'
+    assert main(['fit-nominal', bag, '--model', model, '--time-limit', '0.001', '--out',
+                 str(out)]) == 3
+    assert '--time-limit 0.001: not finished' in capsys.readouterr()[1] and not out.exists()
+
+
 @pytest.mark.parametrize('words, parts', [
     (['--free', 'mass'], ("'mass'", 'expected one of m1')),
     (['--windows', '0.5'], ('--windows', '0.5', 'at least 1 s')),

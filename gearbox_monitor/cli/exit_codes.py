@@ -1,0 +1,53 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+
+"""The exit codes of all commands: --help shows them, docs/README.md and a test agree with them."""
+import textwrap
+
+BAD_INPUT, UNDECIDED, INTERRUPTED = 2, 3, 130
+# command -> meaning of 0, 1 and 3, as far as it has them; 2 and 130 mean the same for all.
+EXIT_CODES = {
+    'demo': {0: 'done', 1: 'a node failed, the replay differed, or the fault was not detected '
+             '(with --no-fault: there was an alarm)'},
+    'example': {0: 'done'},
+    'live': {0: 'ended by Ctrl-C'},
+    'replay': {0: 'done', 1: 'replayed and recorded estimates differ'},
+    'play': {0: 'done, or ended by Ctrl-C'},
+    'recover': {0: 'the new bag exists, or none is needed'},
+    'import': {0: 'done'},
+    'tune': {0: 'done'},
+    'compare': {0: 'done'},
+    'check': {0: 'usable', 1: 'unsuitable for one of --for'},
+    'report': {0: 'done'},
+    'accept': {0: 'pass', 1: 'fail', 3: 'undecided: not excited, or too close to a limit'},
+    'simulate': {0: 'done'},
+    'diagnose': {0: 'no gap', 1: 'a gap: verdict effect or unknown', 3: 'the fit is no solution'},
+    'suggest': {0: 'a motion separates all pairs', 1: 'none within the limits does'},
+    'fit-nominal': {0: 'all values are determined', 1: 'some are not',
+                    3: 'the fit is no solution, or took longer than --time-limit'},
+    'export': {0: 'all is expressed', 1: 'some is not'},
+    'fleet': {0: 'every bag has its row', 1: 'run it again: some bags failed for reasons that may '
+              'pass', 2: 'bad usage or input, disk full, scheduler lost'},
+    'benchmark': {0: 'all bars are met', 1: 'a bar is missed'},
+}
+
+
+def exit_code_help(command: str) -> str:
+    """Return the lines of --help about the exit codes of `command`."""
+    codes = {BAD_INPUT: 'bad usage or input', **EXIT_CODES[command]}
+    if 'Ctrl-C' not in codes[0]:
+        codes[INTERRUPTED] = 'ended by Ctrl-C'
+    words = '; '.join(f'{code} {meaning}' for code, meaning in sorted(codes.items()))
+    return textwrap.fill(f'exit code: {words}', 80)
