@@ -15,6 +15,7 @@
 """Motor and arm on two topics, or no arm; several gearboxes in one bag and one file."""
 import json
 
+from filter_choice import EACH_FILTER
 import numpy as np
 import pytest
 from rosbags.typesys import get_typestore, Stores
@@ -30,7 +31,7 @@ from gearbox_monitor.files.yaml_files import load_parameters
 from gearbox_monitor.interfaces.joiner import Joiner, WAIT
 from gearbox_monitor.interfaces.signals import joint_values, SIGNALS
 from gearbox_monitor.monitoring.monitor import Monitor
-from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
+from gearbox_monitor.parameters import SETTINGS
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -163,7 +164,7 @@ def test_model_values_change_with_a_restart_and_noise_without():
     assert monitor.snapshot() == before
 
 
-@pytest.mark.parametrize('name', FILTER_NAMES)
+@pytest.mark.parametrize('name', EACH_FILTER)
 def test_without_an_arm_encoder_the_torque_is_as_good(name):
     """Gravity acts on the arm, which nobody measures; what nobody knows is not published."""
     n, dt = 6000, 2 * MS

@@ -268,6 +268,7 @@ def test_recordings_say_nothing_but_the_measured(labelled):
 
 
 @compiled
+@pytest.mark.system
 def test_oracle_meets_the_bars_and_others_do_not(labelled):
     _, labels, verdicts, read = labelled
     seconds = dict.fromkeys(labels, 5.0)

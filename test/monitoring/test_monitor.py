@@ -20,6 +20,7 @@ from pathlib import Path
 import subprocess
 import sys
 
+from filter_choice import EACH_FILTER
 import numpy as np
 import pytest
 
@@ -30,7 +31,6 @@ from gearbox_monitor.estimation.rts_smoother import S_TAU_K
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import COMPONENTS, Monitor
-from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -523,7 +523,7 @@ def test_nothing_alarms_without_a_fault():
     assert monitor.outcomes['backlash'].level == Level.OK
 
 
-@pytest.mark.parametrize('name', FILTER_NAMES)
+@pytest.mark.parametrize('name', EACH_FILTER)
 def test_divergence_is_named_and_the_filter_starts_anew(name):
     stamps = 1_000_000_000 + 1_000_000 * np.arange(300, dtype=np.int64)
     samples = Samples(stamps, np.zeros((300, 2)), np.zeros((300, 2)))
