@@ -120,7 +120,8 @@ def _nodes(context: LaunchContext) -> list[Node]:
                   [('joint_states', shared)] if shared and name == 'estimator' else [])
              for namespace, name, _ in blocks]
     if value['record'] == 'true':
-        settings = {**clock, 'topics': [*([shared] if shared else []), *topics(blocks)]}
+        names = [*([shared] if shared else []), *topics(blocks)]
+        settings = {**clock, 'topics': [*dict.fromkeys(names)]}
         if value['bag']:
             settings['output'] = ParameterValue(value['bag'], value_type=str)
         nodes.append(node('recorder', '/', [settings]))
