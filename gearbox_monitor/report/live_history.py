@@ -38,7 +38,7 @@ SILENT_SECONDS = 3.0    # without diagnostics: what they said last counts no mor
 
 
 @dataclass(frozen=True)
-class Motion:
+class RecentMotion:
     """Torque and twist: t [N] s before the newest sample, twist [N] rad, tau_k [N] N m."""
 
     t: Array
@@ -134,10 +134,10 @@ class GearboxHistory:
         seconds = float(self._stamps[-1] - self._stamps[0]) / SECOND
         return (len(self._stamps) - 1) / seconds if seconds else 0.0
 
-    def motion(self, points: int) -> Motion:
+    def motion(self, points: int) -> RecentMotion:
         """Return the motion with about so many `points`: extremes of the torque stay."""
         at = thinned_rows(self._values[:, 1], points)
         t = (self._stamps[at] - (self._stamps[-1] if len(at) else 0)) / SECOND
         values = self._values[at]
         values[np.diff(t, prepend=t[:1]) > DROPOUT] = np.nan
-        return Motion(t, *values.T)
+        return RecentMotion(t, *values.T)
