@@ -19,6 +19,8 @@ import gzip
 from pathlib import Path
 import zlib
 
+import numpy as np
+
 from gearbox_monitor.bag.importer.columns import read_columns
 from gearbox_monitor.bag.importer.mapping import mapping_from_dict
 from gearbox_monitor.errors import InputError
@@ -28,7 +30,7 @@ from gearbox_monitor.kernels.types import Array
 # Column -> name of the importer's signal; the units are s, N m and rad.
 COLUMNS = {'t': 'time', 'u': 'motor_effort', 'motor': 'motor_position', 'arm': 'arm_position',
            'arm_torque': 'arm_effort'}
-NEEDED = ('t', 'u', 'motor', 'arm')
+ENCODERS = ('motor', 'arm')
 DELIMITERS = (',', ';', '\t')
 
 
@@ -63,7 +65,9 @@ def read_csv(path: str | Path) -> CsvColumns:
         if header.count(name) > 1:
             raise InputError(f'{path}: header row: column {name!r} stands {header.count(name)} '
                              'times, expected once')
-    missing = [name for name in NEEDED if name not in header]
+    missing = [name for name in ('t', 'u') if name not in header]
+    if not set(ENCODERS) & set(header):
+        missing.append('motor or arm')
     if missing:
         raise InputError(f'{path}: header row: no column {", ".join(missing)} in '
                          f'{", ".join(header)[:80]!r}, expected t,u,motor,arm[,arm_torque]')
@@ -80,7 +84,8 @@ def read_csv(path: str | Path) -> CsvColumns:
     def place_by_name(row: int, name: str) -> str:
         line = raw.place(row, COLUMNS[name]).split(',')[0]
         return f'{line}, column {name}'
-    t, u, motor, arm = (columns[COLUMNS[name]] for name in NEEDED)
+    t, u = columns[COLUMNS['t']], columns[COLUMNS['u']]
+    motor, arm = (columns.get(COLUMNS[name], np.full(len(t), np.nan)) for name in ENCODERS)
     return CsvColumns(t, u, motor, arm, columns.get(COLUMNS['arm_torque']), place_by_name, notices)
 
 

@@ -15,7 +15,7 @@
 """
 Identify the unmodelled effect behind the sim-to-real gap: its place, its size, what it closes.
 
-The model is run freely over windows of 1 s of the recording. Its residual against both encoders is
+The model is run freely over windows of 1 s of the recording. Its residual against the encoders is
 the gap. Every effect of the library (docs/effects.md) is fitted on the first windows and tested on
 the last ones. Only torque, positions and the model file are read, nothing else in the recording.
 Record 10 to 14 s at 1 kHz in which the drive reverses often and loads both flanks.
@@ -23,7 +23,7 @@ Record 10 to 14 s at 1 kHz in which the drive reverses often and loads both flan
 BAG is a bag, or a CSV file with the columns t,u,motor,arm[,arm_torque] (s, N m, rad, N m, all on
 the arm side; u may be a current, see torque_constant in the model file). Several recordings of one
 drive are diagnosed together. arm_torque, or effort[arm] in the bag, is the known load if the model
-file has arm_load: measured.
+file has arm_load: measured. One of motor and arm is enough: leave the other column out.
 
 usage examples:
   gearbox_monitor diagnose BAG --model drive.yaml

@@ -132,7 +132,8 @@ def motion_share(search: Search, free: input_estimation.InputEstimate) -> float:
     """
     recording, windows = search.recording, search.long.windows
     at = windows.first[:, None] + np.arange(windows.length)
-    positions = recording.positions
+    none = search.fitted['']
+    positions = search.long.positions(none.candidate.model(none.point.z), none.point)
     moved = {**basis_functions.motion(positions, recording.dt, recording.cuts),
              'torque': recording.u,
              'speed of the arm': basis_functions.motion(

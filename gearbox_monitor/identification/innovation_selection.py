@@ -40,6 +40,7 @@ from gearbox_monitor.plant.effects import EFFECTS
 NEAR = 60.0        # -2 log L by which windows, which weigh more, may turn a ranking round
 COMPARED = 4       # single effects on windows at most
 PAIRS = 3          # pairs on windows at most
+ROUNDS = 3         # of windows that begin elsewhere and of fits, at most
 BEHIND = 100.0     # score by which fits that were not on windows stand behind those that were
 
 
@@ -91,6 +92,11 @@ class InnovationEvidence(Evidence):
         if candidate.coordinates:
             gauss_newton.fit(data, candidate, point, 3, robust=True)
             gauss_newton.fit(data, candidate, point, 6)
+            for _ in range(ROUNDS if len(data.channels) == 1 else 0):
+                # A side that no encoder reads may still begin on the wrong flank of the gap.
+                if not window_states.rescue(data, candidate, point, half_gap=search.half_gap):
+                    break
+                gauss_newton.fit(data, candidate, point, 6, robust=True)
         return search.as_fitted(candidate, point)
 
     def place_behind(self, fits: Iterable[InnovationFit]) -> None:

@@ -100,6 +100,12 @@ class InnovationLikelihood:
         self._variance = np.concatenate([
             4.0 * begin_variance + 1e-10,
             SPEED_ERROR ** 2 + begin_variance / (0.25 * BEGIN) ** 2])
+        for hidden in {0, 1} - set(recording.channels):
+            # Readings of the other encoder stand in: off by the twist, in the gap by any speed.
+            gear = model.transmission
+            twist = gear.half_gap + float(np.std(recording.u)) / gear.stiffness
+            speed = float(np.std(np.gradient(self.y[:, hidden], recording.dt)))
+            self._variance[[hidden, 2 + hidden]] += twist ** 2, speed ** 2
 
     @property
     def readings(self) -> int:

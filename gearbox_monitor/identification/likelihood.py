@@ -113,6 +113,22 @@ class WindowData:
             r = self.weighing(r, self.sigma, self.channels)
         return r.reshape(len(y), -1), carry
 
+    def positions(self, model: DriveModel, point: 'FitPoint') -> Array:
+        """
+        Return positions of motor and arm [N, 2], rad: as measured, else as `model` has them.
+
+        Args:
+            model: model of the drive.
+            point: where its windows begin.
+        """
+        positions = self.recording.positions.copy()
+        hidden = [i for i in (0, 1) if i not in self.channels]
+        if hidden and self.recording.motor is None:
+            y, _ = self.simulator.run(self.windows, model, point.states, point.memory)
+            for first, rows in zip(self.windows.first, y):
+                positions[first:first + len(rows), hidden] = rows[:, hidden]
+        return positions
+
     def white(self, residual: Array, channels: list[int]) -> Array:
         """Return `residual` [W, L, C], in sigmas of the encoders `channels`, with white noise."""
         return residual if self.colour is None else prewhitened(residual, self.colour[channels])

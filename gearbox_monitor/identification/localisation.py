@@ -117,7 +117,7 @@ def labels(search: Search, fitted: CandidateFit) -> dict[str, tuple[tuple[str, .
     recording, windows = search.recording, search.long.windows
     model, dt = search.model, recording.dt
     index = windows.first[:, None] + np.arange(windows.length)
-    positions = recording.positions
+    positions = search.long.positions(fitted.candidate.model(fitted.point.z), fitted.point)
     y = savgol_filter(positions, max(5, 2 * round(0.01 / dt) + 1), 2, axis=0)
     speed = np.gradient(savgol_filter(
         positions[:, 0], max(5, 2 * round(0.02 / dt) + 1), 2), dt)
@@ -243,10 +243,10 @@ def visible_places(search: Search) -> tuple[str, ...]:
     """
     # A motion that is put in takes no offset; one encoder alone takes whatever is asked of it.
     sensors = SENSORS if search.recording.motor is None else SENSORS[1:]
-    if search.model.transmission.kind != 'rigid':
-        return (*TORQUES, *sensors)
-    # Any torque moves both sides alike.
     both = len(search.long.channels) == 2
+    if search.model.transmission.kind != 'rigid':
+        return (*TORQUES, *sensors) if both or search.recording.motor is not None else TORQUES
+    # Any torque moves both sides alike.
     return ('motor_side', *sensors) if both else ('motor_side',)
 
 

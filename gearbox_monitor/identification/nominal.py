@@ -103,6 +103,9 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         InputError: names that this drive does not have; Undecided: the fit is no solution.
     """
     recording, model = concatenated([driven(r, model) for r in recordings]), model.folded()
+    if len(recording.channels) == 1 and model.transmission.kind != 'rigid':
+        raise InputError(f'{recording.name}: one encoder, expected both, or a model file with '
+                         'transmission.kind: rigid; diagnose takes it')
     names, own = offered(model), _effects_of(model)
     for name in free or ():
         if name not in names and name not in own:

@@ -74,8 +74,8 @@ def strongest_dependence(search: Search, fitted: CandidateFit,
     own = likelihood.sensitivity(data, candidate, point)
     _, prior = candidate.prior(point.z)
     own_size = len(prior)
-    moved = _motion(search, _modelled(search, fitted) if modelled else
-                    search.recording.positions)
+    positions = data.positions(candidate.model(point.z), point)
+    moved = _motion(search, _modelled(search, fitted, positions) if modelled else positions)
     visible = localisation.visible_places(search)
 
     def gain(place: str, over: str) -> float:
@@ -94,9 +94,9 @@ def strongest_dependence(search: Search, fitted: CandidateFit,
     return max(dependences, key=lambda r: r.gain)
 
 
-def _modelled(search: Search, fitted: CandidateFit) -> Array:
+def _modelled(search: Search, fitted: CandidateFit, positions: Array) -> Array:
     """Return positions [N, 2] as `fitted` has them; where there is no window, those read."""
-    data, positions = search.long, search.recording.positions.copy()
+    data = search.long
     y = _readings(data, fitted)
     for first, rows in zip(data.windows.first, y):
         positions[first:first + len(rows), data.channels] = rows

@@ -77,9 +77,15 @@ def smoothed_point(data: WindowData, candidate: CandidateModel, z: Array,
     """
     point, model = states_of(data.windows, z, smooth), candidate.model(z)
     index = np.arange(len(data.windows))
+    begun = point.states
     for share in window_states.SHARES:
-        point.states, _ = window_states.solve_states(
+        point.states, chi2 = window_states.solve_states(
             likelihood.shortened(data, share), model, point.states, point.memory, index)
+    if len(data.channels) == 1:
+        # The beginning of a window says little of a side that no encoder reads.
+        states, at_once = window_states.solve_states(data, model, begun, point.memory, index)
+        better = at_once < chi2
+        point.states[better] = states[better]
     return data.evaluate(candidate, point)
 
 

@@ -272,6 +272,9 @@ def warnings(search: Search, best_fit: CandidateFit, kind: str, nuisances: Mappi
     out = [f'the noise of the {name} encoder lasts {1e3 * time:.2g} ms, as if it were filtered: '
            'it is judged with that' for name, time in zip(('motor', 'arm'), times) if time]
     bound = best_fit.candidate.at_bound(best_fit.point.z)
+    if (kind == 'unknown' and len(search.long.channels) == 1
+            and search.model.transmission.kind != 'rigid'):
+        out.append('one encoder: where an unknown effect acts is a guess, record both to know')
     if bound and kind != 'none':
         out.append(f'{", ".join(bound)}: at the bound of what is possible')
     if nuisances and best_fit.candidate.penalty(best_fit.point.z) > MARGIN:

@@ -27,6 +27,7 @@ from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
 RIVAL = 6.0  # chi2 by which another fit of a window is better, from which on its start is tried
 ROUGH, KEPT_STARTS = 2, 3  # iterations from all starts; how many go on
 SHARES = (0.1, 0.2, 0.4, 0.7, 1.0)  # of the windows, on which states are found step by step
+SPEED = 1.5    # rad/s by which an arm may be faster or slower than its motor, in the gap
 STUCK = 1.15   # times the median chi2: windows above are tried from elsewhere
 
 
@@ -97,7 +98,7 @@ def grown_states(data: WindowData, model: DriveModel, memory: Array, index: Inte
     """
     raw = data.raw_states()[index]
     starts = [raw]
-    for i, size in ((3, 1.5), (3, -1.5), (1, 0.6 * half_gap), (1, -0.6 * half_gap)):
+    for i, size in ((3, SPEED), (3, -SPEED), (1, 0.6 * half_gap), (1, -0.6 * half_gap)):
         moved = raw.copy()
         moved[:, i] += size
         starts.append(moved)
@@ -111,6 +112,27 @@ def grown_states(data: WindowData, model: DriveModel, memory: Array, index: Inte
         if share <= last:
             states, _ = solve_states(shortened(data, share), model, states, memory[index], index)
     return states
+
+
+def hidden_states(data: WindowData, states: Array, half_gap: float) -> list[Array]:
+    """
+    Return states [M, 4] with the side that no encoder reads on either flank, faster and slower.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        states: states of the drive where windows start [M, 4].
+        half_gap: half backlash, rad.
+    """
+    if len(data.channels) == 2:
+        return []
+    hidden, out = 1 - data.channels[0], []
+    for flank in (-1.0, 0.0, 1.0):
+        for faster in (-SPEED, 0.0, SPEED):
+            moved = states.copy()
+            moved[:, hidden] = states[:, data.channels[0]] + flank * half_gap
+            moved[:, 2 + hidden] = states[:, 2 + data.channels[0]] + faster
+            out.append(moved)
+    return out
 
 
 def rescue(data: WindowData, candidate: CandidateModel, point: FitPoint,
@@ -143,6 +165,7 @@ def rescue(data: WindowData, candidate: CandidateModel, point: FitPoint,
         if anywhere:
             starts.append(grown_states(data, candidate.model(point.z), point.memory, windows,
                                        half_gap))
+            starts += hidden_states(data, point.states[windows], half_gap)
             if point.carry is not None:
                 starts.append(np.where(windows[:, None] > 0,
                                        point.carry[np.maximum(windows - 1, 0), :4], starts[-1]))

@@ -24,6 +24,21 @@ from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.input_checks import check
 from gearbox_monitor.quality.recording import prepare, UniformRecording
 
+# What the model file of a drive with one encoder must have.
+ONE_ENCODER = ('transmission.kind: rigid, or dead_zone with driven_by: torque and '
+               'process_torque_time: 0')
+
+
+def takes_one_encoder(model: DriveModel) -> bool:
+    """
+    Return whether a diagnosis of the drive `model` can do without one of the encoders.
+
+    Behind an elastic gear it takes the filter of the innovations, which carries the hidden side.
+    """
+    return model.transmission.kind == 'rigid' or (
+        model.transmission.kind == 'dead_zone' and model.driven_by == 'torque'
+        and model.process_torque_time == 0.0)
+
 
 def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, name: str,
              place: Callable[[int, str], str] | None, model: DriveModel,
@@ -55,8 +70,13 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
             notes.append(on_axis('the torque measured on the arm is not used: ', model.axis)
                          + f'arm_load in {model_name} is {model.arm_load}, not measured')
         arm_torque = None
+    missing = [side for side, column in zip(('motor', 'arm'), np.asarray(y, float).T)
+               if np.isnan(column).all()]
+    if len(missing) == 1 and not takes_one_encoder(model):
+        raise InputError(f'{name}: {missing[0]}: never measured, expected both encoders, or in '
+                         f'{model_name} {ONE_ENCODER}')
     recording, repaired = prepare(t, u, y, arm_torque, name, place,
-                                  one_encoder=model.transmission.kind == 'rigid',
+                                  one_encoder=takes_one_encoder(model),
                                   axis=model.axis)
     problems = check(recording, model)
     fatal = [problem.text for problem in problems if problem.fatal]

@@ -52,8 +52,7 @@ def measured(y: Array) -> list[Finding]:
         if share == 1.0:
             lines.append(Finding(
                 name, 'readings', 'never measured',
-                'without it there is no estimate; diagnose takes one encoder, with '
-                'transmission.kind: rigid in the model file',
+                'without it there is no estimate; diagnose takes one encoder',
                 hurts(BAD, BAD, WARN), values))
             continue
         grade = BAD if share > MISSING[1] else WARN if share > MISSING[0] else OK

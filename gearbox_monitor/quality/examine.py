@@ -24,6 +24,7 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality import (
     encoders, excitation_checks, input_checks as gap_check, stamps, stretch, torque)
+from gearbox_monitor.quality.admission import ONE_ENCODER, takes_one_encoder
 from gearbox_monitor.quality.finding import (
     BAD, everything, Finding, Grade, hurts, OK, PURPOSES, WARN)
 from gearbox_monitor.quality.recording import merged, prepare, REPEATED
@@ -135,11 +136,11 @@ def _diagnosis(samples: Samples, model: DriveModel | None) -> list[Finding]:
     try:
         recording, notes = prepare((samples.stamp_ns[rows] - samples.stamp_ns[0]) * 1e-9,
                                    values[:, 0], values[:, 2:], load,
-                                   one_encoder=bool(rigid), axis=model.axis)
+                                   one_encoder=takes_one_encoder(model), axis=model.axis)
     except InputError as error:
-        one_encoder = not rigid and np.isnan(samples.y).all(axis=0).any()
+        one_encoder = not takes_one_encoder(model) and np.isnan(samples.y).all(axis=0).any()
         return [*rigid, Finding('model', 'diagnose', f'refuses it: {error}',
-                                'with one encoder give a model with transmission.kind: rigid'
+                                f'with one encoder give a model with {ONE_ENCODER}'
                                 if one_encoder else 'see above', hurts(diagnosis=BAD))]
     problems = gap_check.check(recording, model)
     fatal = [p for p in problems if p.fatal]

@@ -77,7 +77,8 @@ def _problems(recording: UniformRecording, model: DriveModel) -> list[Finding]:
     if still and not fatal:  # noise tells nothing of channels, signs and units
         return problems + still
     rigid = model.transmission.kind == 'rigid'
-    wrong = [] if rigid else _wrong(recording, sigma, smooth, model)
+    one_encoder = len(recording.channels) == 1
+    wrong = [] if rigid or one_encoder else _wrong(recording, sigma, smooth, model)
     if fatal:
         # In wrong units, a coarse encoder that stands still looks frozen or clipped.
         looks = quantum.any() and any(p.code == 'units' for p in wrong)
@@ -233,13 +234,14 @@ def _motion(r: UniformRecording, smooth: SmoothedMotion, model: DriveModel) -> l
     slow = np.maximum(5 * smooth.noise_v, 0.02 * np.abs(v).max(axis=0))
     turns = len(reversals(v[:, 0], slow[0]))
     crossings = _crossings(smooth, model)
+    geared = model.transmission.kind != 'rigid' and len(r.channels) == 2
     if turns == 0 and crossings == 0:
         return [_finding('unexcited', 'the motor speed never reverses and the teeth stay on one '
                          'flank: friction, load and offsets are one number then; expected motion '
                          'in both directions')]
     if turns < REVERSALS:
         problems.append(reversal_finding(turns, r.duration, 'motor'))
-    if crossings == 0 and model.transmission.kind != 'rigid' and model.transmission.half_gap > 0.0:
+    if crossings == 0 and geared and model.transmission.half_gap > 0.0:
         problems.append(_finding(
             'gap_not_crossed', 'the drive never crosses the gap: its width and an offset between '
             'the encoders cannot be seen'))

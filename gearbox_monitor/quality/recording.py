@@ -49,7 +49,7 @@ class UniformRecording:
     t [N] s from 0; u [N] N m, held from t_k to t_k+1; y [N, 2] rad, motor and arm as measured;
     arm_torque [N] N m or None where not measured; name: what messages call it; cuts: first
     samples of the recordings that were joined to this one; channels: columns of y that were
-    measured, the other one is a copy (transmission.kind: rigid).
+    measured, the other one is a copy.
 
     If the motor's motion drives the model (torque_domain), motor [N, 5] holds it: position, speed,
     acceleration, whether it moves, and u without its noise. In y then stands u in place of the

@@ -267,6 +267,45 @@ def test_recordings_say_nothing_but_the_measured(labelled):
         assert label['d'] is None or label['d'] >= 250.0
 
 
+@pytest.mark.parametrize('encoders, other', [('motor', 'arm'), ('arm', 'motor')])
+def test_recordings_of_one_encoder_hold_and_draw_nothing_of_the_other(tmp_path, encoders, other):
+    options = {'encoders': encoders}
+    specs = generate.plan({'single': 70, 'outside': 26, 'pair': 20}, np.random.default_rng(1),
+                          options=options)
+    drawn = {i for spec in specs for i in spec['ids']}
+    assert not {i for i in drawn if i.startswith(f'{other}_encoder') or i == 'encoder_offset'}
+    assert drawn > {f'{encoders}_encoder_delay', f'{encoders}_encoder_harmonic', 'backlash_gap'}
+    y = np.arange(20.0).reshape(10, 2)
+    read = [0] if encoders == 'motor' else [1]
+    generate.write(tmp_path / 'x', {'t': np.arange(10) * DT, 'u': np.ones(10), 'y': y,
+                                    'read': read, 'told': plant.NOMINAL, 'tolerance': 0.0})
+    with (tmp_path / 'x' / 'recording.csv').open() as stream:
+        assert stream.readline() == f't,u,{encoders}\n'
+    back = generate.read(tmp_path / 'x')['y']
+    np.testing.assert_array_equal(back[:, read], y[:, read])
+    assert not back[:, [1 - read[0]]].any()
+
+
+def test_bars_of_one_encoder_judge_values_and_forgive_what_is_admitted():
+    label = {'set': 'main', 'class': 'single', 'ids': ['stiffness'], 'kind': 'chirp',
+             'noise': 0.01, 'd': 1e4, 'd_each': [1e4], 'options': {'encoders': 'motor'},
+             'effects': [{'id': 'stiffness', 'K': 20.0}], 'sigma': [1e-3, 1e-3], 'exclude': []}
+    right = {'verdict': 'effect', 'effect': 'stiffness', 'location': 'transmission',
+             'ranked': ['stiffness'], 'confusable': [], 'params': {'stiffness': {'K': 20.1}},
+             'standard_errors': {'stiffness': {'K': 0.1}}, 'sigma': [1e-3, None]}
+
+    def missed(**changes):
+        data = scorer.score({'a': label}, {'a': {**right, **changes}}, lambda name: None)
+        return {row['bar'].removeprefix('one encoder: ') for row in data['bars']
+                if row['met'] is False}
+    assert not missed()
+    assert missed(params={'stiffness': {'K': 23.0}}) == {
+        'K within 10 %', 'value within 3 standard errors'}
+    wrong = {'effect': 'gravity', 'location': 'arm_side'}
+    assert missed(**wrong) == {'location', 'top-1 of what can be told'}
+    assert missed(**wrong, confusable=['stiffness']) == {'location'}
+
+
 @compiled
 @pytest.mark.system
 def test_oracle_meets_the_bars_and_others_do_not(labelled):

@@ -192,6 +192,37 @@ def test_a_drive_with_one_encoder(tmp_path, capsys):
         assert set(data['channels']) == {name}
 
 
+@pytest.mark.parametrize('side, effect, key, value', [
+    (0, 'backlash_gap', 'b', 0.11), (1, 'stiffness', 'K', 27.0)])
+def test_one_encoder_shows_gap_and_stiffness(folder, tmp_path, capsys, side, effect, key, value):
+    name, other = (('motor', 'arm'), ('arm', 'motor'))[side]
+    t, u, y = record(({'id': effect, key: value},))
+    path = write_csv(tmp_path / f'{name}.csv', t, u, y[:, side], header=f't,u,{name}')
+    assert call(folder, path, '--only', 'backlash_gap', 'stiffness', f'{other}_encoder_delay',
+                '--json', '-') == 1
+    data = json.loads(capsys.readouterr().out)
+    assert (data['effect'], data['location']) == (effect, 'transmission')
+    error = data['standard_errors'][effect][key]
+    assert abs(data['params'][effect][key] - value) < 4.0 * error < 0.1 * value
+    assert set(data['channels']) == {name}
+    # Neither the other encoder, nor a free signal at the one that there is.
+    assert f'{other}_encoder_delay' not in data['ranked']
+    assert set(data['where']['places']) == {'motor_side', 'arm_side', 'transmission'}
+
+
+def test_what_needs_both_encoders_of_an_elastic_drive_says_so(folder, tmp_path, capsys):
+    t, u, y = record()
+    path = write_csv(tmp_path / 'one.csv', t, u, y[:, 0], header='t,u,motor')
+    assert main(['fit-nominal', path, '--model', str(folder / 'drive.yaml')]) == 2
+    assert 'one encoder, expected both' in capsys.readouterr().err
+    for changes in ({'driven_by': 'position', 'process_torque_time': 0.3},
+                    {'process_torque_time': 0.3}, {'transmission': Transmission('play')}):
+        (tmp_path / 'other.yaml').write_text(yaml.safe_dump(replace(MODEL, **changes).to_dict()))
+        assert main(['diagnose', path, '--model', str(tmp_path / 'other.yaml')]) == 2
+        said = capsys.readouterr().err
+        assert 'arm: never measured, expected both encoders, or in other.yaml' in said
+
+
 def test_gains_are_those_of_fits_that_compare(tmp_path, capsys):
     rigid = replace(MODEL, transmission=Transmission('rigid'), tolerance=0.01)
     (tmp_path / 'rigid.yaml').write_text(yaml.safe_dump(rigid.to_dict()))

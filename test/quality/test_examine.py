@@ -173,7 +173,7 @@ def test_what_is_wrong_is_said(sound, spoil, where, words, verdict, spoilt):
     assert set(spoilt) == set(PURPOSES) or suits['estimation'] < BAD
 
 
-def test_one_encoder_suits_the_diagnosis_of_a_rigid_drive(sound):
+def test_one_encoder_suits_the_diagnosis(sound):
     y = np.column_stack([sound.y[:, 0], np.full(N, np.nan)])
     rigid = DriveModel(motor_inertia=MODEL.motor_inertia, arm_inertia=MODEL.arm_inertia
                        ).with_(kind='rigid')
@@ -184,6 +184,8 @@ def test_one_encoder_suits_the_diagnosis_of_a_rigid_drive(sound):
     lines, suits = judged(changed(sound, y=y), rigid)
     assert suits['estimation'] == BAD
     assert lines['model', 'diagnose'].figure.startswith('takes it')
+    lines, suits = judged(changed(sound, y=y))
+    assert suits['diagnosis'] < BAD and lines['model', 'diagnose'].figure.startswith('takes it')
 
 
 def test_values_that_are_held_tell_their_true_rate(sound):

@@ -412,6 +412,11 @@ def test_csv_is_read_as_it_stands(tmp_path, sound):
     assert columns.place(0, 'u') == 'line 2, column u'
 
 
+def test_csv_admits_a_missing_encoder(tmp_path):
+    columns = read_csv(write(tmp_path / 'a.csv', 't,u,arm', [(0, 1, 2), (1, 1, 3)]))
+    assert np.isnan(columns.motor).all() and columns.arm.tolist() == [2.0, 3.0]
+
+
 def test_csv_admits_missing_values(tmp_path):
     path = write(tmp_path / 'a.csv', 't,u,motor,arm,arm_torque',
                  [(0, 1, 2, 3, ''), (1, 1, 'nan', 3, 4), (2, 1, 2, 3, 4)])
@@ -420,7 +425,7 @@ def test_csv_admits_missing_values(tmp_path):
 
 
 @pytest.mark.parametrize('header, rows, text', [
-    ('t,u,motor', [(0, 1, 2)], r"no column arm in 't, u, motor', expected t,u,motor,arm"),
+    ('t,u', [(0, 1)], r"no column motor or arm in 't, u', expected t,u,motor,arm"),
     ('t,u,u,motor,arm', [], "column 'u' stands 2 times, expected once"),
     ('t,u,motor,arm', [(0, 1, 2, 3), (1, 'x', 2, 3)], r"line 3, column 2.*'x': expected a number"),
     ('t,u,motor,arm', [(0, 1, 2, 3), (1, 2, 3)], 'line 3: 3 columns, expected at least 4'),

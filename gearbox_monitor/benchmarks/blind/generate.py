@@ -63,21 +63,23 @@ def plan(counts: Mapping[str, int], random: np.random.Generator,
             out += [ids[i] for i in random.permutation(len(ids))]
         return out[:count]
     options = dict(options or {})
+    encoders = options.get('encoders', 'both')
+    inside, outside = (plant.shown(ids, encoders) for ids in (plant.EFFECTS, plant.OUTSIDE))
     for name in sets:
         for kind, count in counts.items():
             if kind == 'none':
                 chosen = [[]] * count
             elif kind == 'outside':
-                chosen = [[i] for i in cycle(plant.OUTSIDE, count)]
+                chosen = [[i] for i in cycle(outside, count)]
             elif kind == 'pair':
-                able = [i for i in plant.EFFECTS if i not in draw.NEVER_IN_PAIRS]
+                able = [i for i in inside if i not in draw.NEVER_IN_PAIRS]
                 chosen = []
                 while len(chosen) < count:
                     a, b = random.choice(able, 2, replace=False)
                     if draw.compatible(a, b):
                         chosen.append([str(a), str(b)])
             else:
-                ids = [i for i in plant.EFFECTS if kind != 'small'
+                ids = [i for i in inside if kind != 'small'
                        or i not in ('disturbance', *draw.QUANTISATION)]
                 chosen = [[i] for i in cycle(ids, count)]
             specs += [{'set': name, 'class': kind, 'ids': ids, 'options': options}
@@ -124,8 +126,11 @@ def make(spec: Spec, seed: Sequence[int]) -> tuple[dict[str, Any], dict[str, Any
     targets = [draw.log_uniform(random, *wish) for _ in ids]
     sizes = [max(draw.log_uniform(random, *draw.SIZES[i]), sizing.least_size(place, i))
              for i in ids]
+    read = _columns(options)
     limits = {'peak': float(np.abs(u).max()), 'rms': float(np.sqrt(np.mean(u * u))) + 1e-9,
-              'sigma': [float(s) for s in sigma]}
+              'sigma': [float(s) for s in sigma],
+              # What is not read is no evidence.
+              'read_sigma': [float(s) if i in read else np.inf for i, s in enumerate(sigma)]}
     noise = sigma * _noise(np.random.default_rng(place.seeds[1]), n,
                            options.get('coloured') and CORRELATION)
     realisation, d, each = sizing.sized(sizing.Subject(place, forms, limits, noise), sizes,
@@ -140,7 +145,13 @@ def make(spec: Spec, seed: Sequence[int]) -> tuple[dict[str, Any], dict[str, Any
         'kind': kind, 'seeds': place.seeds, 'torque': torque, 'samples': n, 'd': d,
         'd_each': each, 'places': [plant.place_of(i) for i in ids], 'scatter': scatter,
         'states': realisation.x[window_fit.cut(n)].tolist()}
-    return {**realisation.recording, 't': t, 'told': place.nominal, 'tolerance': scatter}, label
+    return {**realisation.recording, 't': t, 'told': place.nominal, 'tolerance': scatter,
+            'read': read}, label
+
+
+def _columns(options: Mapping[str, Any]) -> list[int]:
+    """Return the columns of y that a recording with these `options` has."""
+    return {'motor': [0], 'arm': [1]}.get(options.get('encoders', 'both'), [0, 1])
 
 
 def model_file(nominal: Mapping[str, float], tolerance: float) -> dict[str, Any]:
@@ -156,8 +167,10 @@ def model_file(nominal: Mapping[str, float], tolerance: float) -> dict[str, Any]
 def write(folder: Path, recording: Mapping[str, Any]) -> None:
     """Write recording.csv and drive.yaml of a `recording` into the new `folder`."""
     folder.mkdir(parents=True)
-    table = np.column_stack([recording['t'], recording['u'], recording['y']])
-    np.savetxt(folder / 'recording.csv', table, '%.9g', ',', header='t,u,motor,arm', comments='')
+    read = recording['read']
+    table = np.column_stack([recording['t'], recording['u'], recording['y'][:, read]])
+    names = ['t', 'u', *(('motor', 'arm')[i] for i in read)]
+    np.savetxt(folder / 'recording.csv', table, '%.9g', ',', header=','.join(names), comments='')
     (folder / 'drive.yaml').write_text(yaml.safe_dump(
         model_file(recording['told'], recording['tolerance']), sort_keys=False),
         encoding='utf-8')
@@ -165,8 +178,13 @@ def write(folder: Path, recording: Mapping[str, Any]) -> None:
 
 def read(folder: str | Path) -> window_fit.MotionRecord:
     """Return u, y and dt of the recording.csv in `folder`, on the nominal grid of time."""
-    table = np.loadtxt(Path(folder) / 'recording.csv', delimiter=',', skiprows=1)
-    return {'u': table[:, 1], 'y': table[:, 2:4], 'dt': DT}
+    path = Path(folder) / 'recording.csv'
+    with path.open(encoding='utf-8') as file:
+        names = file.readline().strip().split(',')
+    table = dict(zip(names, np.loadtxt(path, delimiter=',', skiprows=1).T))
+    unread = np.zeros(len(table['u']))
+    y = np.column_stack([table.get('motor', unread), table.get('arm', unread)])
+    return {'u': table['u'], 'y': y, 'dt': DT}
 
 
 def _one(arguments: tuple[Spec, int, str, str]) -> tuple[str, dict[str, Any] | None]:
@@ -178,8 +196,9 @@ def _one(arguments: tuple[Spec, int, str, str]) -> tuple[str, dict[str, Any] | N
         except NotDrawn:
             if spec['class'] == 'pair' and attempt % 8 == 7:  # this pair may be hopeless
                 able = np.random.default_rng([seed, attempt, 1])
+                inside = plant.shown(plant.EFFECTS, spec['options'].get('encoders', 'both'))
                 while True:
-                    ids = [str(i) for i in able.choice(list(plant.EFFECTS), 2, replace=False)]
+                    ids = [str(i) for i in able.choice(inside, 2, replace=False)]
                     if draw.compatible(*ids):
                         spec = {**spec, 'ids': ids}
                         break

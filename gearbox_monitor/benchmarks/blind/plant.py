@@ -41,6 +41,7 @@ Effects = Sequence[Mapping[str, Any]]  # {'id': .., parameter: value} each
 DriveMotion = tuple[Array, tuple[float, float, float, float], Array]
 NOMINAL = {'m1': 0.006442, 'm2': 0.023454, 'D': 0.01, 'Cv': 0.1, 'Cc': 0.27, 'alpha': 100.0,
            'Kr': 0.01, 'K': 25.0, 'b': 0.1}
+ENCODERS = ('both', 'motor', 'arm')  # that a recording has
 SUBSTEPS = 10   # per sample of 1 ms
 FASTEST = 0.4   # largest product of substep and rate of a memory
 
@@ -160,6 +161,19 @@ class PackedPlant(NamedTuple):
 def place_of(effect: str) -> str:
     """Return the place of the id `effect`, of the vocabulary or outside of it."""
     return {**EFFECTS, **OUTSIDE}[effect][0]
+
+
+def shown(effects: Iterable[str], encoders: str) -> list[str]:
+    """
+    Return those ids of `effects` that readings can show.
+
+    Args:
+        effects: ids.
+        encoders: one of ENCODERS: those that are read.
+    """
+    unread = {'motor': 'arm_sensor', 'arm': 'motor_sensor'}.get(encoders)
+    return [i for i in effects if place_of(i) != unread
+            and not (unread and i == 'encoder_offset')]
 
 
 def pack(nominal: Nominal, effects: Effects, dt: float,

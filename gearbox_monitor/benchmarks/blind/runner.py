@@ -24,6 +24,7 @@ usage examples:
   gearbox_monitor benchmark blind
   gearbox_monitor benchmark blind --n 24 --jobs 2 --keep blind/
   gearbox_monitor benchmark blind --set stress --json stress.json
+  gearbox_monitor benchmark blind --encoders motor --n 24
 """
 import argparse
 from collections.abc import Callable, Sequence
@@ -39,7 +40,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.benchmarks.blind import generate, imitate, scorer
+from gearbox_monitor.benchmarks.blind import generate, imitate, plant, scorer
 from gearbox_monitor.benchmarks.harness import (
     add_json_option, finish, progress_line, require_compiled, require_whole)
 from gearbox_monitor.errors import InputError
@@ -58,6 +59,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--set', choices=SETS, default='main',
                         help='main: nominal exact; stress: nominal scattered, process torque; '
                         'loo: the true effect taken out of the library (default: %(default)s)')
+    parser.add_argument('--encoders', choices=plant.ENCODERS, default='both',
+                        help='encoders that the recordings of the main set have '
+                        '(default: %(default)s)')
     add_json_option(parser)
     parser.add_argument('--seed', type=int, default=0, metavar='S',
                         help='other recordings for another seed (default: %(default)s)')
@@ -68,7 +72,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         'labels in this new directory')
 
 
-def plans(set_name: str, n: int, random: np.random.Generator) -> list[generate.Spec]:
+def plans(set_name: str, n: int, random: np.random.Generator,
+          encoders: str = 'both') -> list[generate.Spec]:
     """
     Return the specifications of a set, in random order.
 
@@ -76,10 +81,12 @@ def plans(set_name: str, n: int, random: np.random.Generator) -> list[generate.S
         set_name: one of SETS.
         n: size of the main set, on which those of the others depend.
         random: source of random numbers.
+        encoders: that the recordings of the main set have, one of plant.ENCODERS.
     """
     specs: list[generate.Spec] = []
     if set_name in ('main', 'all'):
-        specs += generate.plan(generate.counts_for(n), random)
+        specs += generate.plan(generate.counts_for(n), random,
+                               options=None if encoders == 'both' else {'encoders': encoders})
     if set_name in ('stress', 'all'):
         third = max(n // 3, 4)
         specs += generate.plan({'single': third // 2, 'none': third // 2 - third // 6,
@@ -168,7 +175,7 @@ def diagnose_all(recordings: Path, orders: Sequence[dict[str, Any]], jobs: int,
 
 def evaluate(n: int, set_name: str, seed: int, jobs: int, keep: str | Path | None = None,
              progress: Callable[[str, int, int], object] = lambda stage, done, total: None,
-             command: Sequence[str] | None = None) -> dict[str, Any]:
+             command: Sequence[str] | None = None, encoders: str = 'both') -> dict[str, Any]:
     """
     Generate, diagnose and score a set.
 
@@ -180,6 +187,7 @@ def evaluate(n: int, set_name: str, seed: int, jobs: int, keep: str | Path | Non
         keep: new directory for recordings, verdicts and, at the end, labels.
         progress: called with the stage and the numbers done and in all.
         command: see diagnose().
+        encoders: see plans().
 
     Returns:
         The figures of scorer.score(), failures and specifications that could not be drawn.
@@ -189,7 +197,7 @@ def evaluate(n: int, set_name: str, seed: int, jobs: int, keep: str | Path | Non
     with tempfile.TemporaryDirectory() as hidden, tempfile.TemporaryDirectory() as open_to_see:
         base = Path(keep or Path(open_to_see) / 'blind')
         sealed = Path(hidden) / 'labels.json'
-        orders = generate.generate(plans(set_name, n, random), base, seed, jobs,
+        orders = generate.generate(plans(set_name, n, random, encoders), base, seed, jobs,
                                    lambda d, t: progress('recordings', d, t), sealed)
         recordings = base / 'recordings'
         verdicts, seconds, failures = diagnose_all(
@@ -202,7 +210,7 @@ def evaluate(n: int, set_name: str, seed: int, jobs: int, keep: str | Path | Non
                             lambda name: generate.read(recordings / name), seconds,
                             progress=lambda d, t: progress('scores', d, t),
                             imitator=imitate.best_imitator)
-    return {'n': n, 'set': set_name, 'seed': seed, 'failures': failures,
+    return {'n': n, 'set': set_name, 'encoders': encoders, 'seed': seed, 'failures': failures,
             'not_drawn': drawn['not_drawn'], **data}
 
 
@@ -231,8 +239,11 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f'{args.json}: its directory does not exist, expected one that does')
     if args.keep and Path(args.keep).exists():
         raise InputError(f'{args.keep}: exists, expected a new directory')
+    if args.encoders != 'both' and args.set != 'main':
+        raise InputError(f'--encoders {args.encoders}: --set {args.set}, expected --set main')
     show = progress_line()
     data = evaluate(args.n, args.set, args.seed, args.jobs, args.keep,
-                    lambda stage, done, total: show(f'{stage} {done}/{total}'))
+                    lambda stage, done, total: show(f'{stage} {done}/{total}'),
+                    encoders=args.encoders)
     show('')
     return finish(data, text(data), args.json)

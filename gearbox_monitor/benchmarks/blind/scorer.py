@@ -43,6 +43,8 @@ SIGMA_NEAR = 0.02
 CLEAR_MISFIT = 1.03        # of the true misfit: above, a verdict must state a closed fraction
 FRESH_WINDOWS = 24      # of a new motion, on which an interval is checked
 IMITABLE = 40.0         # left by the best imitator, in units of 2 log likelihood
+ACCURACY = {'stiffness': ('K', 0.10), 'backlash_gap': ('b', 0.20)}  # of what one encoder shows
+COVERED = 3.0           # standard errors within which a value lies
 BINS = (8.0, 60.0, 250.0, 1e3, 1e4, 1e5, np.inf)
 MAX_SECONDS = 60.0
 
@@ -92,7 +94,9 @@ def judge(label: Label, verdict: Judgement | None) -> ScoredRow:
         'both': len(ids) == 2 and truth <= named_ids, 'one': bool(truth & named_ids),
         'unknown': kind == 'unknown',
         'false_alarm': not ids and kind != 'none',
-        'confusable': len(verdict.get('confusable') or [])}
+        'confusable': len(verdict.get('confusable') or []),
+        'admitted': bool(ids) and truth <= named_ids | canonical(
+            '+'.join(verdict.get('confusable') or []))}
 
 
 def reported_model(label: Label,
@@ -182,7 +186,7 @@ def closures(label: Label, verdict: Judgement | None, recording: window_fit.Moti
     out: dict[str, Any] = {'before': None, 'true': None, 'reported': None, 'recomputed': None,
                            'fresh': None, 'interval': None}
     if not label['ids'] or set(label['ids']) & NO_CLOSURE or set(label['ids']) & set(
-            plant.OUTSIDE) or label['exclude']:
+            plant.OUTSIDE) or label['exclude'] or one_encoder(label):
         return out
     verdict = verdict or {}
     # In units of the noise that the verdict states: this compares models. The noise itself has a
@@ -254,12 +258,49 @@ def _main_bars(bars: BarTable, rows: Sequence[ScoredRow], stress: bool) -> None:
                                              if r['sigma_off'] is not None])
 
 
+def one_encoder(row: Label) -> bool:
+    """Return whether the recording of a label or `row` has one encoder."""
+    return row['options'].get('encoders', 'both') != 'both'
+
+
+def _parameter(label: Label, verdict: Judgement | None) -> tuple[float, float] | None:
+    """Return (relative error, error in standard errors) of what ACCURACY judges, if named."""
+    name = label['ids'][0] if len(label['ids']) == 1 else ''
+    if name not in ACCURACY or not verdict or verdict.get('effect') != name:
+        return None
+    key, _ = ACCURACY[name]
+    true, value = label['effects'][0][key], verdict['params'][name][key]
+    error = ((verdict.get('standard_errors') or {}).get(name) or {}).get(key)
+    off = abs(value - true)
+    return off / true, off / error if error else np.inf
+
+
+def _one_encoder_bars(bars: BarTable, rows: Sequence[ScoredRow]) -> None:
+    """Judge recordings of one encoder: what they cannot tell apart is no miss."""
+    singles = [r for r in rows if r['class'] == 'single']
+    bars.share('one encoder: location', [r['located'] for r in singles], 0.92)
+    bars.share('one encoder: top-1', [r['top1'] for r in singles])
+    bars.share('one encoder: top-1 of what can be told', [r['top1'] for r in singles
+                                                          if r['top1'] or not r['admitted']], 0.85)
+    bars.share('one encoder: none: something found',
+               [r['false_alarm'] for r in rows if r['class'] == 'none'], high=1 / 20)
+    bars.share('one encoder: pairs, both named', [r['both'] for r in rows if r['class'] == 'pair'])
+    bars.share('one encoder: outside called unknown',
+               [r['unknown'] for r in rows if r['class'] == 'outside'])
+    for name, (key, accuracy) in ACCURACY.items():
+        judged = [r for r in singles if r['ids'] == [name] and r['parameter'] is not None]
+        bars.share(f'one encoder: {key} within {100 * accuracy:.0f} %',
+                   [r['parameter'][0] <= accuracy for r in judged], 1.0)
+    bars.share(f'one encoder: value within {COVERED:g} standard errors',
+               [r['parameter'][1] <= COVERED for r in rows if r['parameter'] is not None], 0.9)
+
+
 def _sigma_off(label: Label, verdict: Judgement | None) -> float | None:
     """Return the relative error of the stated noise, None with steps of an encoder."""
     sigma = (verdict or {}).get('sigma')
     if not sigma or any('quantisation' in i for i in label['ids']):
         return None
-    return float(np.abs(np.array(sigma) / label['sigma'] - 1.0).max())
+    return max(abs(s / drawn - 1.0) for s, drawn in zip(sigma, label['sigma']) if s is not None)
 
 
 def score(labels: Mapping[str, Label], verdicts: Mapping[str, Judgement | None],
@@ -294,15 +335,20 @@ def score(labels: Mapping[str, Label], verdicts: Mapping[str, Judgement | None],
         recording = read(name)
         row['closure'] = closures(label, verdict, recording, fresh)
         row['sigma_off'] = _sigma_off(label, verdict)
+        row['parameter'] = _parameter(label, verdict)
         row['left'] = None
-        if label['class'] in ('loo', 'outside') and imitator is not None:
+        if label['class'] in ('loo', 'outside') and imitator is not None and not one_encoder(
+                label):
             imitation = imitator(label, recording, _simulated(label, verdict))
             row['left'], row['imitators'] = imitation['left'], imitation['imitators']
         rows.append(row)
         progress(len(rows), len(labels))
     bars = BarTable()
     main = [r for r in rows if r['set'] == 'main' and r['class'] not in ('small', 'loo')]
-    _main_bars(bars, main, False)
+    if any(one_encoder(r) for r in main):
+        _one_encoder_bars(bars, main)
+    else:
+        _main_bars(bars, main, False)
     stress = [r for r in rows if r['set'] == 'stress' and not r['options']]
     _main_bars(bars, stress, True)
     loo = [r for r in rows if r['class'] == 'loo']
@@ -346,7 +392,8 @@ def curve(rows: Sequence[ScoredRow]) -> list[dict[str, Any]]:
 def option_lines(rows: Sequence[ScoredRow]) -> list[dict[str, Any]]:
     """Return counts from `rows` for each set of options of the stress set: shown, not judged."""
     out = []
-    for options in sorted({str(r['options']) for r in rows if r['options']}):
+    for options in sorted({str(r['options']) for r in rows
+                           if r['options'] and r['set'] == 'stress'}):
         members = [r for r in rows if str(r['options']) == options]
         singles = [r for r in members if r['class'] == 'single']
         nones = [r for r in members if r['class'] == 'none']

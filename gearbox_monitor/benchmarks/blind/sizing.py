@@ -91,7 +91,7 @@ class Subject:
         return window_fit.evidence_of(
             realisation.recording, self.scene.truth, realisation.effects,
             [e for k, e in enumerate(realisation.effects) if k not in lacking],
-            self.limits['sigma'], realisation.window_states, careful)
+            self.limits['read_sigma'], realisation.window_states, careful)
 
     def evidence_of_each(self, realisation: Realisation, careful: bool = True) -> list[float]:
         """Return d of each effect of `realisation` over the others; `careful`: see evidence()."""
@@ -166,7 +166,7 @@ def _under_scatter(subject: Subject, realisation: Realisation,
     for _ in range(TRIES):
         each = stress.Likelihood(
             subject.scene, realisation.recording, realisation.effects, realisation.window_states,
-            subject.limits['sigma']).evidence()
+            subject.limits['read_sigma']).evidence()
         if all(value >= low for value, low in zip(each, thresholds)):
             return realisation, each
         factors = [1.0 if value >= low else float(np.clip(np.sqrt(1.5 * low / max(value, 1.0)),
