@@ -31,10 +31,11 @@ from gearbox_monitor.identification.candidates import (
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.localisation import labels
 from gearbox_monitor.identification.noise_model import spectrum
+from gearbox_monitor.identification.position_search import PositionSearch
 from gearbox_monitor.identification.process_noise import noise_weighted_residual
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows
-from gearbox_monitor.identification.smoothed_windows import filterable, fitted_point
+from gearbox_monitor.identification.smoothed_windows import fit_none
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
@@ -347,14 +348,14 @@ def windowed(recording: UniformRecording, model: DriveModel, sigma: Array) -> Wi
         model: model of the drive.
         sigma: noise of the encoders [2], rad.
     """
-    search = Search(recording, replace(model, tolerance=0.0, process_torque_time=0.0), sigma, [])
-    if not filterable(recording, search.model):
-        none = search.none()
-        return search, none.candidate, none.point
-    candidate = search.starts.none()
-    point = fitted_point(search.long, candidate)
-    window_states.rescue(search.long, candidate, point, half_gap=search.half_gap)
-    return search, candidate, point
+    plain = replace(model, tolerance=0.0, process_torque_time=0.0)
+    if recording.motor is not None:
+        by_position = PositionSearch(recording, plain, sigma, [])
+        none = by_position.none()
+        return by_position, none.candidate, none.point
+    search = Search(recording, plain, sigma, [])
+    none = fit_none(search)
+    return search, none.candidate, none.point
 
 
 def cross(fits: Sequence[Windowed]) -> None:

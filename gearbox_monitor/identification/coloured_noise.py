@@ -22,7 +22,6 @@ can be used, too.
 
 import numpy as np
 
-from gearbox_monitor.identification import likelihood
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import MOTION, spectrum
 from gearbox_monitor.identification.search import Search
@@ -32,7 +31,6 @@ FITTED = 20.0     # Hz, above which a fitted effect leaves hardly anything
 WIDTH, HIGHEST = 1.26, 490.0  # of a band; Hz
 TRIED = np.linspace(0.0, 0.98, 99)
 LEAST, LIKE = 0.15, 0.15  # phi worth a word; how far (log power, rms) bands may be from their line
-REFITTED = 8      # effects, after the noise has been measured anew
 
 
 def measured(residual: Array, dt: float,
@@ -90,24 +88,3 @@ def measure(search: Search, fitted: CandidateFit,
     phi[plain.channels] = noise[0]
     sigma[plain.channels] *= noise[1]
     return sigma, phi
-
-
-def settle(search: Search) -> None:
-    """
-    Measure the noise anew in what the best effect leaves; fit what is near it again.
-
-    Args:
-        search: fits of all candidates to one recording.
-    """
-    noise = measure(search, min(search.fitted.values(), key=lambda f: f.score), FITTED)
-    if noise is None:
-        return
-    for data in (search.long, search.short):
-        data.sigma, data.colour = noise
-    names = ['', *search.ranked()[:REFITTED]]
-    for name, fitted in search.fitted.items():
-        point = search.long.evaluate(fitted.candidate, likelihood.copied(fitted.point))
-        search.fitted[name] = search.as_fitted(fitted.candidate, point)
-    for name in names:
-        search.fitted[name] = search.anew(search.fitted[name])
-    search.whiten(names)

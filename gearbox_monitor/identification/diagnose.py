@@ -19,12 +19,12 @@ from functools import cache
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import coloured_noise
 from gearbox_monitor.identification.adequacy import incomplete, leaves_more_than_noise, on_all
-from gearbox_monitor.identification.innovation_selection import (
-    InnovationEvidence, suits_innovations)
+from gearbox_monitor.identification.innovation_selection import InnovationEvidence
 from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.noise_model import noise_floor
+from gearbox_monitor.identification.noise_model import MOTION, noise_floor
+from gearbox_monitor.identification.position_search import PositionSearch
 from gearbox_monitor.identification.search import Search
-from gearbox_monitor.identification.selection import decide, finer, ShootingEvidence
+from gearbox_monitor.identification.selection import decide, finer, PositionEvidence
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.verdict import DiagnosisVerdict, location_of, report
 from gearbox_monitor.plant.drive import DriveModel
@@ -65,27 +65,23 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         raise InputError('effects: none is left that this drive and its encoders show, expected '
                          'at least one')
     sigma, quantum = noise_floor(recording, model)
-
-    search = Search(recording, model, sigma, ids, jobs, progress)
     rough = bool((quantum > ROUGH * sigma).any())
-    by_innovations = suits_innovations(search)
-    if by_innovations:
-        fitted, kind = decide(InnovationEvidence(search, rough))
+    if recording.motor is not None:
+        by_position = PositionSearch(recording, model, sigma, ids, jobs, progress)
+        search: Search = by_position
+        fitted, kind = decide(PositionEvidence(by_position, rough))
     else:
-        search.none_and_singles()
-        fitted, kind = min(search.fitted.values(), key=lambda f: f.score), ''
-    if (kind in ('unknown', '') and recording.motor is None
-            and (quantum <= QUANTISED * sigma).all()
-            and leaves_more_than_noise(
+        search = Search(recording, model, sigma, ids, jobs, progress)
+        fitted, kind = decide(InnovationEvidence(search, rough))
+        if (kind == 'unknown' and (quantum <= QUANTISED * sigma).all() and leaves_more_than_noise(
                 search, fitted)):  # where one effect leaves white noise, it is white
-        lasts = coloured_noise.measure(search, fitted)
-        if lasts is not None:
-            search = Search(recording, model, lasts[0], ids, jobs, progress, lasts[1])
-            search.none_and_singles()
-            coloured_noise.settle(search)
-            sigma, kind, by_innovations = search.long.sigma, '', False
-    if not kind:
-        fitted, kind = decide(ShootingEvidence(search, rough))
+            for lowest in (MOTION, coloured_noise.FITTED):
+                noise = coloured_noise.measure(search, fitted, lowest)
+                if noise is None:
+                    break
+                sigma = noise[0]
+                search = Search(recording, model, sigma, ids, jobs, progress, noise[1])
+                fitted, kind = decide(InnovationEvidence(search, rough))
 
     @cache
     def inadequate(candidate_fit: CandidateFit) -> bool:
@@ -94,16 +90,17 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     judged = kind != 'unknown' and not rough
     if judged:
         fitted = finer(search, fitted, inadequate)
-    refit_on_all = judged and inadequate(fitted)
+    refit_on_all = judged and recording.motor is None and inadequate(fitted)
     if refit_on_all:
-        fitted, kind = decided_on_all(search, by_innovations)
+        fitted, kind = decided_on_all(search)
     lattices = [name for i, name in enumerate(LATTICES)
                 if quantum[i] > QUANTISED * sigma[i] and search.long.weighing is None]
     steps = next((name for name in lattices if kind == 'none' and name in exclude), None)
     verdict = report(search, fitted, 'unknown' if steps else kind,
                      [name for name in lattices if name in ids], quantum, validate, seed)
     if steps:
-        verdict.data['location'] = verdict.data['where']['location'] = location_of(steps)
+        for part in (verdict.data, verdict.data['where'], verdict.data['remainder']):
+            part['location'] = location_of(steps)
         verdict.data['warnings'].append(f'readings stand on steps: {steps}, which is excluded')
     if refit_on_all:
         verdict.data['warnings'].append(
@@ -112,22 +109,12 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     return verdict
 
 
-def decided_on_all(search: Search, by_innovations: bool) -> tuple[CandidateFit, str]:
-    """
-    Return the decision where no window is held out; they are again, afterwards.
-
-    Args:
-        search: fits of all candidates to one recording.
-        by_innovations: whether innovations find the candidates.
-    """
+def decided_on_all(search: Search) -> tuple[CandidateFit, str]:
+    """Return the decision where no window is held out; they are again, afterwards."""
     train = search.long.train.copy()
     search.long.train[:] = True
     search.fitted.clear()
-    if by_innovations:
-        decision = decide(InnovationEvidence(search))
-    else:
-        search.none_and_singles()
-        decision = decide(ShootingEvidence(search))
+    decision = decide(InnovationEvidence(search))
     search.long.train[:] = train
     return decision
 

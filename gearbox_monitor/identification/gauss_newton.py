@@ -19,48 +19,21 @@ Each window has four states of its own (Bock's multiple shooting without continu
 they are eliminated from the normal equations by a Schur complement, as in variable projection
 (Golub and Pereyra 1973). Steps are damped as by Levenberg and Marquardt.
 """
-from collections.abc import Callable, Container
+from collections.abc import Container
 
 import numpy as np
 
 from gearbox_monitor.identification import multiscale
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.likelihood import (
-    damped_solve, FitPoint, normal_equations, objective, sensitivity, shortened, squares, UNSET,
-    uses_memory, weights, WindowData)
-from gearbox_monitor.identification.window_states import (
-    grown_states, hand_over, SHARES, solve_states)
-from gearbox_monitor.kernels.types import Array
-
-
-def grow(data: WindowData, candidate: CandidateModel, point: FitPoint,
-         half_gap: float) -> FitPoint:
-    """
-    Return a FitPoint of `candidate` fitted on the windows' beginnings, which get longer.
-
-    Args:
-        data: windows of readings and how residuals are weighted.
-        candidate: model to be fitted, with its coordinates.
-        point: where the fit stands: coordinates, window states and memories.
-        half_gap: half backlash on which states are started elsewhere, rad.
-    """
-    index = np.arange(len(data.windows))
-    grown = FitPoint(point.z.copy(), UNSET, point.memory.copy())
-    grown.states = grown_states(data, candidate.model(grown.z), grown.memory, index, half_gap,
-                                SHARES[0])
-    for share in SHARES:
-        part = shortened(data, share)
-        grown = FitPoint(grown.z, grown.states, grown.memory)
-        if share > SHARES[0]:
-            grown.states, _ = solve_states(part, candidate.model(grown.z), grown.states,
-                                           grown.memory, index)
-        fit(part, candidate, grown, 5, robust=True)
-    return grown
+    damped_solve, FitPoint, normal_equations, objective, sensitivity, squares, uses_memory,
+    weights, WindowData)
+from gearbox_monitor.identification.window_states import hand_over
 
 
 def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations: int = 4,
         robust: bool = False, refresh: Container[int] = (0, 1, 3),
-        whiten: Callable[[Array], Array] | None = None, tolerance: float = 0.05) -> FitPoint:
+        tolerance: float = 0.05) -> FitPoint:
     """
     Improve `point` in place (z, states, memory) by damped Gauss-Newton; return it.
 
@@ -74,7 +47,6 @@ def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations
         iterations: largest number of iterations.
         robust: whether windows that stand out weigh less.
         refresh: iterations at which the sensitivities are computed.
-        whiten: whitening of arrays [W, C L, ...] for process noise, None for white residuals.
         tolerance: gain in chi2 below which the fit stops.
     """
     if point.residual is None:
@@ -84,10 +56,10 @@ def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations
     damping, s = 1e-6, None
     for k in range(iterations):
         weight = weights(data, point.chi2, robust)
-        objective_before = objective(candidate, point, weight, whiten)
+        objective_before = objective(candidate, point, weight)
         if s is None or k in refresh:
             s = sensitivity(data, candidate, point)
-        S, g, X, x = normal_equations(s, point.residual, weight, whiten)
+        S, g, X, x = normal_equations(s, point.residual, weight)
         pull, prior = candidate.prior(point.z)
         S = S + np.diag(prior)
         g = g - pull
@@ -99,7 +71,7 @@ def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations
             trial = FitPoint(z, point.states + x - np.einsum('wij,j->wi', X, dz), point.memory)
             data.evaluate(candidate, trial)
             _keep_states(data, candidate, point, trial)
-            if objective(candidate, trial, weight, whiten) < objective_before:
+            if objective(candidate, trial, weight) < objective_before:
                 improved = True
                 break
             damping = max(damping * 100.0, 1e-3)
@@ -109,7 +81,7 @@ def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations
             s, damping = None, 1e-6
             continue
         damping = max(damping * 0.1, 1e-9)
-        gain = objective_before - objective(candidate, trial, weight, whiten)
+        gain = objective_before - objective(candidate, trial, weight)
         for name in ('z', 'states', 'residual', 'chi2', 'carry'):
             setattr(point, name, getattr(trial, name))
         if uses_memory(candidate):

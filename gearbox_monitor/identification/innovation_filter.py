@@ -21,27 +21,33 @@ estimate, runs one copy of it for each state, a little moved: their differences 
 the step. A recording is filtered in GROUPS parts at once, side by side. An encoder that reads late
 is taken into account at the time of which it reads: steps end there.
 
-White torque on motor and arm is the process noise (Kristensen, Madsen and Jorgensen, 2004).
+White torque on motor and arm is the process noise (Kristensen, Madsen and Jorgensen, 2004). On
+real drives, torque on the motor that lasts is a state, an Ornstein-Uhlenbeck process.
 Sensitivities keep the gains of the filter, as in Bohn's adaptive EKF; by them a moved parameter
 needs steps from the estimates alone, which do not wait for each other.
 """
+from functools import cache
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from gearbox_monitor.kernels.jit import jit, jit_inline
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.batch import (
-    LANES, ON_MOTOR, step_lanes, T, U, without_effects)
-from gearbox_monitor.plant.drive import INVERSE_M1, INVERSE_M2
+    LANES, ON_MOTOR, step_form, step_lanes, steps_with_plugin, T, U)
+from gearbox_monitor.plant.drive import INVERSE_M1, INVERSE_M2, KIND
 from gearbox_monitor.plant.effects.composition import (
     arm_error, DELAY1, DELAY2, motor_error)
-from gearbox_monitor.plant.simulate import N_STATE, PackedDrive
+from gearbox_monitor.plant.effects.effect import Torques
+from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, rebuilt
+from gearbox_monitor.plant.transmission import RIGID
 
 GROUPS = 2                   # parts of a recording that are filtered side by side
 WIDTH = LANES // GROUPS      # lanes of one: the estimate, and a moved one for each state
 MOST_STATES = WIDTH - 1
 FARTHEST = 1e6               # rad, beyond which a filter has diverged
 NO_ERROR = (0.0, 0.0, 0.0)
+LASTING = N_STATE            # place of the torque on the motor that lasts
+N_FILTER = N_STATE + 1       # state of a simulation, and that torque
 
 
 class SampleSchedule(NamedTuple):
@@ -67,9 +73,11 @@ class FilterInput(NamedTuple):
     Input of a filter.
 
     y [N, 2] readings, rad; u [N, n] torque of the actuator in parts of a sample, N m; extra [N, 3]
-    torque from outside on motor, arm and in the transmission, N m; dt s; begin, end [C] of the
+    torque from outside on motor (0), arm and in the transmission, N m; dt s; begin, end [C] of the
     parts that are filtered; variance [2] of the encoders, rad^2; torque [2]: standard deviation
-    of white torque on motor and arm in a sample, N m.
+    of white torque on motor and arm in a sample, N m; fade: of a torque on the motor that lasts,
+    in a sample: then torque [0] is that of it, and 0 where the noise is white; every: samples of
+    which one is read.
     """
 
     y: Array
@@ -80,19 +88,21 @@ class FilterInput(NamedTuple):
     end: Integers
     variance: Array
     torque: Array
+    fade: float
+    every: int
 
 
 class FilterStart(NamedTuple):
     """
     Start of the filters, with A estimated states.
 
-    states [C, N_STATE]; places [A] of what is estimated in them; variance [A]; moves [A]: by how
-    much states are moved for the tangent.
+    states [C, N_FILTER]; places [A] of what is estimated in them; covariance [A, A]; moves [A]: by
+    how much states are moved for the tangent.
     """
 
     states: Array
     places: Integers
-    variance: Array
+    covariance: Array
     moves: Array
 
 
@@ -100,7 +110,7 @@ class FilterTrace(NamedTuple):
     """
     Record of a filter run, one row for the step from sample k to k + 1.
 
-    begin [N, M, N_STATE] and end [N, M, A]: states at the begin of each segment, and predicted at
+    begin [N, M, N_FILTER] and end [N, M, A]: states at the begin of each segment, and predicted at
     its end; tangent [N, M, A, A]; covariance [N, A, A] at the begin of the step. At each reading
     of the encoders: innovation [N, 2] rad, variance [N, 2] of it, gain [N, 2, A], slope [N, 2] of
     the reading over the position, position [N, 2] rad and speed [N, 2] rad/s. Where nothing is
@@ -125,12 +135,15 @@ def _error(channel: int, e: Array, x: float) -> tuple[float, float, float]:
 
 
 @jit_inline
-def _noise_of(torque: float, inverse_inertia: float, slope: float, span: float,
-              dt: float) -> float:
-    """Return the variance of the speed after a segment of `span` s, (rad/s)^2."""
+def _noise_of(side: int, F: Array, torque: Array, p: Array) -> float:
+    """Return the speed (rad/s) that torque noise gives to a side in 1 s, F [A, A] the tangent."""
+    inverse, slope = p[INVERSE_M1] if side == 0 else p[INVERSE_M2], F[2 + side, 2 + side]
+    size = torque[side]
+    if int(p[KIND]) == RIGID:  # one inertia: the noise on the motor moves it
+        inverse = p[INVERSE_M1] * p[INVERSE_M2] / (p[INVERSE_M1] + p[INVERSE_M2])
+        slope, size = F[2, 2] + F[2, 3], torque[0]
     # Friction damps what the torque has moved: on average over half of the segment.
-    speed = torque * inverse_inertia * 0.5 * (1.0 + slope)
-    return speed * speed * dt * span
+    return size * inverse * 0.5 * (1.0 + slope)
 
 
 @jit_inline
@@ -151,13 +164,19 @@ def _predict(F: Array, P: Array, product: Array, span: float, data: FilterInput,
                 total += product[i, k] * F[j, k]
             P[i, j] = total
             P[j, i] = total
-    for side in range(2):
-        inverse = drive.p[INVERSE_M1] if side == 0 else drive.p[INVERSE_M2]
-        v = _noise_of(data.torque[side], inverse, F[2 + side, 2 + side], span, data.dt)
-        P[2 + side, 2 + side] += v
-        P[side, 2 + side] += 0.5 * v * span
-        P[2 + side, side] += 0.5 * v * span
-        P[side, side] += v * span * span / 3.0
+    rigid, first = int(drive.p[KIND]) == RIGID, 0
+    if data.fade > 0.0:
+        P[4, 4] += data.torque[0] ** 2 * (1.0 - data.fade ** (2.0 * span / data.dt))
+        first = 2 if rigid else 1
+    for i in range(first, 2):
+        for j in range(first, 2):
+            if i == j or rigid:
+                v = (_noise_of(i, F, data.torque, drive.p) * _noise_of(j, F, data.torque, drive.p)
+                     * data.dt * span)
+                P[2 + i, 2 + j] += v
+                P[i, 2 + j] += 0.5 * v * span
+                P[2 + i, j] += 0.5 * v * span
+                P[i, j] += v * span * span / 3.0
 
 
 @jit_inline
@@ -186,7 +205,7 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
         data: FilterInput.
         start: FilterStart.
         s: workspace [N_LANE_STATE].
-        room: workspace [GROUPS + 1, MOST_STATES + N_STATE, A], the first rows covariances,
+        room: workspace [GROUPS + 1, A + N_FILTER, A], the first rows covariances,
             the last one of each group the state.
         trace: is filled in.
 
@@ -194,10 +213,10 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
         -2 log L, less what it is for white readings as they are expected; infinite where the
         filter diverges.
     """
-    p, e = drive.p, drive.e
+    e = drive.e
     places, moves = start.places, start.moves
     n, last = len(places), len(data.begin) - 1
-    plain = without_effects(p, e)
+    form = step_form(drive)
     result = 0.0
     product = room[GROUPS, :n, :n]
     for pair in range(0, last + 1, GROUPS):
@@ -205,17 +224,17 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
         for g in range(GROUPS):
             c = min(pair + g, last)
             steps = max(steps, data.end[c] - data.begin[c] - 1)
-            for i in range(N_STATE):
+            for i in range(N_FILTER):
                 room[g, n + i, 0] = start.states[c, i]
             for i in range(n):
                 for j in range(n):
-                    room[g, i, j] = start.variance[i] if i == j else 0.0
+                    room[g, i, j] = start.covariance[i, j]
         for k in range(steps + 1):
             for g in range(GROUPS):
                 c = min(pair + g, last)
                 at = min(data.begin[c] + k, data.end[c] - 1)
                 if data.begin[c] + k < data.end[c] and pair + g <= last:
-                    for i in range(N_STATE):
+                    for i in range(N_FILTER):
                         trace.begin[at, 0, i] = room[g, n + i, 0]
                     for i in range(n):
                         for j in range(n):
@@ -224,7 +243,7 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                     s[T + i] = at * data.dt
                     for j in range(3):
                         s[ON_MOTOR + LANES * j + i] = data.extra[at, j]
-                _spread(g, n, room, places, moves, s)
+                _spread(g, room, start, s)
             if k == steps:
                 break
             for q in range(len(schedule.length)):
@@ -233,7 +252,7 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                     at = min(data.begin[c] + k, data.end[c] - 1)
                     for i in range(WIDTH * g, WIDTH * (g + 1)):
                         s[U + i] = data.u[at, schedule.part[q]]
-                step_lanes(s, schedule.length[q], plain, p, e)
+                step_lanes(s, schedule.length[q], form, drive)
                 m = schedule.ends[q]
                 if m < 0:
                     continue
@@ -245,6 +264,13 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                     base = WIDTH * g
                     F = trace.tangent[at, m]
                     for i in range(n):
+                        if places[i] == LASTING:
+                            fade = data.fade ** (schedule.span[m] / data.dt)
+                            for j in range(n):
+                                F[i, j] = fade if i == j else 0.0
+                            room[g, n + LASTING, 0] *= fade
+                            trace.end[at, m, i] = room[g, n + LASTING, 0]
+                            continue
                         row = LANES * places[i] + base
                         for j in range(n):
                             F[i, j] = (s[row + 1 + j] - s[row]) / moves[j]
@@ -256,7 +282,8 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                     _predict(F, room[g, :n, :n], product, schedule.span[m], data, drive)
                     for channel in range(2):
                         reading = at + 1 + schedule.shift[channel]
-                        if schedule.reads[m, channel] == 0 or reading >= data.end[c]:
+                        if (schedule.reads[m, channel] == 0 or reading >= data.end[c]
+                                or reading % data.every != 0):
                             continue
                         x = room[g, n + channel, 0]
                         error, slope, _ = _error(channel, e, x)
@@ -275,20 +302,23 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                         result += (innovation * innovation / variance - 1.0
                                    + math.log(variance / data.variance[channel]))
                     if m < len(schedule.span) - 1:
-                        for i in range(N_STATE):
+                        for i in range(N_FILTER):
                             trace.begin[at, m + 1, i] = room[g, n + i, 0]
-                        _spread(g, n, room, places, moves, s)
+                        _spread(g, room, start, s)
     return result if math.isfinite(result) else math.inf
 
 
 @jit_inline
-def _spread(g: int, n: int, room: Array, places: Integers, moves: Array, s: Array) -> None:
+def _spread(g: int, room: Array, start: FilterStart, s: Array) -> None:
     """Put the state of the group `g` into its lanes, one of them moved for each state."""
-    for i in range(N_STATE):
+    n = len(start.places)
+    for i in range(N_FILTER):
+        row = (ON_MOTOR if i == LASTING else LANES * i) + WIDTH * g
         for j in range(WIDTH):
-            s[LANES * i + WIDTH * g + j] = room[g, n + i, 0]
-    for j in range(n):
-        s[LANES * places[j] + WIDTH * g + 1 + j] += moves[j]
+            s[row + j] = room[g, n + i, 0]
+        for j in range(n):
+            if start.places[j] == i:
+                s[row + 1 + j] += start.moves[j]
 
 
 @jit
@@ -309,9 +339,8 @@ def sensitivity(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedul
         change: is filled in [N, 2], rad.
     """
     drive = drives[1]
-    p, e = drive.p, drive.e
     n = len(places)
-    plain = without_effects(p, e)
+    form = step_form(drive)
     for c in range(len(data.begin)):
         for first in range(data.begin[c], data.end[c] - 1, LANES):
             elapsed, m = 0.0, -1
@@ -325,15 +354,16 @@ def sensitivity(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedul
                         s[T + i] = at * data.dt + elapsed
                         for j in range(3):
                             s[ON_MOTOR + LANES * j + i] = data.extra[at, j]
+                        s[ON_MOTOR + i] = trace.begin[at, m, LASTING]
                 for i in range(LANES):
                     s[U + i] = data.u[min(first + i, data.end[c] - 2), schedule.part[q]]
-                step_lanes(s, schedule.length[q], plain, p, e)
+                step_lanes(s, schedule.length[q], form, drive)
                 elapsed += schedule.length[q]
                 if schedule.ends[q] >= 0:
                     for i in range(min(LANES, data.end[c] - 1 - first)):
                         for j in range(n):
-                            ends[first + i, m, j] = (s[LANES * places[j] + i]
-                                                     - trace.end[first + i, m, j])
+                            ends[first + i, m, j] = 0.0 if places[j] == LASTING else (
+                                s[LANES * places[j] + i] - trace.end[first + i, m, j])
     _along(drives, schedule, data, trace, ends, s[:2 * n], change)
 
 
@@ -406,7 +436,7 @@ def with_noise(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, 
         for i in range(n):
             d[i] = 0.0
             for j in range(n):
-                P[i, j] = start.variance[i] if i == j else 0.0
+                P[i, j] = start.covariance[i, j]
         for at in range(data.begin[c], data.end[c] - 1):
             for m in range(len(schedule.span)):
                 F = trace.tangent[at, m]
@@ -442,7 +472,7 @@ def smoothed(schedule: SampleSchedule, data: FilterInput, places: Integers, trac
         places: of the states that were estimated [A].
         trace: its FilterTrace.
         room: workspace [2 A].
-        states: smoothed states [N, N_STATE], filled in within the parts that were filtered.
+        states: smoothed states [N, N_FILTER], filled in within the parts that were filtered.
     """
     n = len(places)
     adjoint, moved = room[:n], room[n:2 * n]
@@ -467,8 +497,15 @@ def smoothed(schedule: SampleSchedule, data: FilterInput, places: Integers, trac
                         moved[j] = total
                     for j in range(n):
                         adjoint[j] = moved[j]
-            for i in range(N_STATE):
+            for i in range(N_FILTER):
                 states[at, i] = trace.begin[at, 0, i]
             for i in range(n):
                 for j in range(n):
                     states[at, places[i]] += trace.covariance[at, i, j] * adjoint[j]
+
+
+@cache
+def with_plugin(added: Torques) -> tuple[Any, Any]:
+    """Return `filtered` and `sensitivity` around a plug-in, the torques of its Effect `added`."""
+    steps = steps_with_plugin(added)
+    return rebuilt(filtered, step_lanes=steps), rebuilt(sensitivity, step_lanes=steps)

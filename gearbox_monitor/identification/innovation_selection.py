@@ -24,30 +24,21 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from gearbox_monitor.identification import gauss_newton, window_states
 from gearbox_monitor.identification.effect_scan import scan
 from gearbox_monitor.identification.effect_search import EffectSearch
 from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.search import held_out, Search
+from gearbox_monitor.identification.noise_model import white_level
+from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.selection import (
     convincing, Evidence, finer, MARGIN, OWN_MARGIN, scatters, worth)
-from gearbox_monitor.identification.smoothed_windows import (
-    filterable, smoothed_point, states_of)
-from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.identification.smoothed_windows import on_windows, training_spans
 
 NEAR = 60.0        # -2 log L by which windows, which weigh more, may turn a ranking round
 COMPARED = 4       # single effects on windows at most
 PAIRS = 3          # pairs on windows at most
-ROUNDS = 3         # of windows that begin elsewhere and of fits, at most
 BEHIND = 100.0     # score by which fits that were not on windows stand behind those that were
-
-
-def suits_innovations(search: Search) -> bool:
-    """Return whether `search` is one of a drive that the filter of the innovations knows."""
-    return (filterable(search.recording, search.model) and search.long.colour is None
-            and all(name in EFFECTS for name in search.ids))
 
 
 class InnovationEvidence(Evidence):
@@ -55,10 +46,9 @@ class InnovationEvidence(Evidence):
 
     def __init__(self, search: Search, rough: bool = False) -> None:
         super().__init__(search, rough)
-        recording, model, sigma = search.recording, search.model, search.long.sigma
-        _, last = held_out(recording, search.long.windows)
-        spans = recording.segments if search.long.train.all() else [
-            slice(cut, cut + n) for cut, n in zip(recording.cuts, last) if n]
+        recording, model = search.recording, search.model
+        sigma = white_level(search.long.sigma, search.long.colour)
+        spans = training_spans(search)
         self.coarse = InnovationLikelihood(recording, model, sigma, spans, coarse=True)
         self.fine = InnovationLikelihood(recording, model, sigma, spans)
         self.whole = InnovationLikelihood(recording, model, sigma, recording.segments)
@@ -70,34 +60,11 @@ class InnovationEvidence(Evidence):
     def finish(self, fit: InnovationFit) -> CandidateFit:
         """Finish `fit` on short steps and on windows; it joins the fits of the search."""
         fine = fitted(self.fine, fit, 8)
-        self.finished[fit.name if fit.candidate.ids else ''] = fine
-        out = self.on_windows(fine)
-        self.search.fitted[fit.name if fit.candidate.ids else ''] = out
-        return out
-
-    def on_windows(self, fit: InnovationFit) -> CandidateFit:
-        """Return the CandidateFit on the long windows that begins where `fit` was."""
-        search, data, candidate = self.search, self.search.long, fit.candidate
-        run = self.whole.run(candidate.model(fit.z), fit.torque)
-        smooth = self.whole.smoothed(run)
-        point = smoothed_point(data, candidate, fit.z, smooth)
-        if not candidate.ids:
-            search.short_none = states_of(search.short.windows, fit.z, smooth)
-        if search.noisy:
-            at = data.windows.first[:, None] + np.arange(data.windows.length) - 1
-            white = run.residual[np.maximum(at, 0)][:, :, data.channels]
-            return CandidateFit(candidate, point, self.effects.score(fit), float(fit.torque[0]),
-                                white.reshape(len(at), -1))
-        window_states.rescue(data, candidate, point, half_gap=search.half_gap)
-        if candidate.coordinates:
-            gauss_newton.fit(data, candidate, point, 3, robust=True)
-            gauss_newton.fit(data, candidate, point, 6)
-            for _ in range(ROUNDS if len(data.channels) == 1 else 0):
-                # A side that no encoder reads may still begin on the wrong flank of the gap.
-                if not window_states.rescue(data, candidate, point, half_gap=search.half_gap):
-                    break
-                gauss_newton.fit(data, candidate, point, 6, robust=True)
-        return search.as_fitted(candidate, point)
+        name = fit.name if fit.candidate.ids else ''
+        self.finished[name] = fine
+        self.search.fitted[name] = on_windows(self.search, fine, self.whole,
+                                              self.effects.score(fine))
+        return self.search.fitted[name]
 
     def place_behind(self, fits: Iterable[InnovationFit]) -> None:
         """Let `fits` join the search behind those on windows, in their own order."""

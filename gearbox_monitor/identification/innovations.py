@@ -23,12 +23,13 @@ right.
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math
+from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.identification import innovation_filter as kernels
 from gearbox_monitor.identification.innovation_filter import (
-    FilterInput, FilterStart, FilterTrace, SampleSchedule)
+    FilterInput, FilterStart, FilterTrace, LASTING, MOST_STATES, N_FILTER, SampleSchedule)
 from gearbox_monitor.identification.shooting import Simulator
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant import effects
@@ -36,13 +37,15 @@ from gearbox_monitor.plant.batch import N_LANE_STATE
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
 from gearbox_monitor.plant.effects.composition import DELAY1, DELAY2
-from gearbox_monitor.plant.simulate import N_STATE, PackedDrive
+from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, plugin_of
 from gearbox_monitor.quality.recording import UniformRecording
 
 BEGIN = 0.04        # s of readings from which the states at the begin of a part are taken
 SPEED_ERROR = 0.3   # rad/s, by which a speed from so few readings may be off at least
 MOVES = (1e-6, 1e-6, 1e-5, 1e-5)  # rad and rad/s, by which states are moved for the tangent
 MEMORY_MOVE = 1e-5  # of the size of a memory
+SPARSE = 0.02       # s from reading to reading where unexplained torque lasts: steps of less tell
+# of friction within milliseconds alone, which no model of a real drive has
 ONCE = 1e-6         # of a sample: events that are as close happen at once
 
 
@@ -86,7 +89,11 @@ class InnovationLikelihood:
         self.end = np.array([*ends[1:], 0])
         self.end[1::2] = [span.stop for span in spans]
         self.y = np.ascontiguousarray(recording.y)
-        self._states = np.zeros((len(ends), N_STATE))
+        self._states = np.zeros((len(ends), N_FILTER))
+        lasts = model.process_torque_time
+        self.fade = math.exp(-recording.dt / lasts) if lasts > 0.0 else 0.0
+        self.every = max(1, round(SPARSE / recording.dt)) if lasts > 0.0 else 1
+        self._torque = max(float(np.std(recording.u)), 1e-9)
         begin_variance = self.variance
         self._lanes = np.zeros(N_LANE_STATE)
         count = max(4, round(BEGIN / recording.dt))
@@ -106,27 +113,38 @@ class InnovationLikelihood:
             twist = gear.half_gap + float(np.std(recording.u)) / gear.stiffness
             speed = float(np.std(np.gradient(self.y[:, hidden], recording.dt)))
             self._variance[[hidden, 2 + hidden]] += twist ** 2, speed ** 2
+        if model.transmission.kind == 'rigid':
+            pairs = self._states[:, :4].reshape(-1, 2, 2)[:, :, list(recording.channels)]
+            self._states[:, :4] = np.repeat(pairs.mean(axis=2), 2, axis=1)
+            self._variance = np.repeat(
+                self._variance.reshape(2, 2)[:, list(recording.channels)].max(axis=1), 2)
 
     @property
     def readings(self) -> int:
         """Number of readings that count."""
-        return int((self.end - self.begin - 1).sum()) * len(self.recording.channels)
+        count = int((self.end - self.begin - 1).sum()) // self.every
+        return count * len(self.recording.channels)
 
     def _start(self, model: DriveModel) -> FilterStart:
         places, moves = [0, 1, 2, 3], list(MOVES)
         variance = self._variance.tolist()
-        sizes = {0: model.transmission.half_gap} if model.transmission.kind in (
-            'play', 'passive_play') else {}
+        t = model.transmission
+        sizes = {LASTING: self._torque} if self.fade else {}
         for effect in model.effects:
             if effect['id'] in MEMORIES:
                 begins = EFFECTS[effect['id']].memory_starts
-                sizes[MEMORIES[effect['id']]] = max(begins) if begins else (
+                sizes[4 + MEMORIES[effect['id']]] = max(begins) if begins else (
                     model.coulomb_friction / effect['sigma0'])
-        for place, size in sizes.items():
-            places.append(4 + place)
+        if t.kind in ('play', 'passive_play') and t.hysteresis_width > 0.0:
+            sizes[4] = t.hysteresis_width * (t.stiffness if t.kind == 'play' else 1.0)
+        for place, size in list(sizes.items())[:MOST_STATES - 4]:
+            places.append(place)
             moves.append(MEMORY_MOVE * size)
             variance.append(size * size)
-        return FilterStart(self._states, np.array(places), np.array(variance), np.array(moves))
+        covariance = np.diag(variance)
+        if t.kind == 'rigid':  # motor and arm are one
+            covariance[[0, 1, 2, 3], [1, 0, 3, 2]] = np.diag(covariance)[:4]
+        return FilterStart(self._states, np.array(places), covariance, np.array(moves))
 
     def run(self, model: DriveModel, torque: Array) -> Filtered:
         """
@@ -136,20 +154,20 @@ class InnovationLikelihood:
             model: model of the drive.
             torque: noise of the torque on motor and arm, N m rms in a sample.
         """
-        drive = PackedDrive(model.pack(), effects.pack(model.effects), np.zeros(0))
+        drive, (filtered, _) = _kernels_of(model)
         start = self._start(model)
         parts = schedule(drive.e, self.recording.dt, self.simulator.n, self.recording.channels)
         data = FilterInput(self.y, self.simulator.acting(drive.e), self.simulator.extra,
                            self.recording.dt, self.begin, self.end, self.variance,
-                           np.asarray(torque, float))
+                           np.asarray(torque, float), self.fade, self.every)
         n, states, segments = len(self.y), len(start.places), len(parts.span)
         trace = FilterTrace(
-            np.empty((n, segments, N_STATE)), np.empty((n, segments, states)),
+            np.empty((n, segments, N_FILTER)), np.empty((n, segments, states)),
             np.empty((n, segments, states, states)), np.empty((n, states, states)),
             np.zeros((n, 2)), np.ones((n, 2)), np.zeros((n, 2, states)), np.zeros((n, 2)),
             np.zeros((n, 2)), np.zeros((n, 2)))
-        room = np.zeros((kernels.GROUPS + 1, states + N_STATE, states))
-        deviance = kernels.filtered(drive, parts, data, start, self._lanes.copy(), room, trace)
+        room = np.zeros((kernels.GROUPS + 1, states + N_FILTER, states))
+        deviance = filtered(drive, parts, data, start, self._lanes.copy(), room, trace)
         return Filtered(model, drive, parts, data, start, trace, deviance)
 
     def change(self, run: Filtered, model: DriveModel) -> Array:
@@ -160,9 +178,9 @@ class InnovationLikelihood:
             run: run of the filter.
             model: a model close to that of the run.
         """
-        drive = PackedDrive(model.pack(), effects.pack(model.effects), np.zeros(0))
+        drive, (_, sensitivity) = _kernels_of(model)
         out = np.zeros_like(self.y)
-        kernels.sensitivity(
+        sensitivity(
             (run.drive, drive), run.schedule,
             run.data._replace(u=self.simulator.acting(drive.e)), run.start.places,
             self._lanes.copy(), run.trace, np.empty_like(run.trace.end), out)
@@ -187,10 +205,19 @@ class InnovationLikelihood:
 
     def smoothed(self, run: Filtered) -> Array:
         """Return the smoothed states [N, N_STATE] of `run`, NaN outside of its parts."""
-        states = np.full((len(self.y), N_STATE), np.nan)
+        states = np.full((len(self.y), N_FILTER), np.nan)
         kernels.smoothed(run.schedule, run.data, run.start.places, run.trace,
                          np.zeros(2 * len(run.start.places)), states)
-        return states
+        return states[:, :N_STATE]
+
+
+def _kernels_of(model: DriveModel) -> tuple[PackedDrive, tuple[Any, Any]]:
+    """Return the PackedDrive of `model` and the kernels `filtered` and `sensitivity` for it."""
+    plugin, theta = plugin_of(model)
+    drive = PackedDrive(model.pack(), effects.pack(model.effects), theta)
+    if plugin is None:
+        return drive, (kernels.filtered, kernels.sensitivity)
+    return drive, kernels.with_plugin(plugin.torques)
 
 
 def schedule(e: Array, dt: float, parts: int, channels: Sequence[int]) -> SampleSchedule:

@@ -28,11 +28,12 @@ from gearbox_monitor.identification import likelihood
 from gearbox_monitor.identification.candidates import (
     NOT_FITTED, PERIODIC, replaced_value, with_effects)
 from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.search import KEEP_SCREENED, Search
+from gearbox_monitor.identification.search import Search
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 
 LIMIT = 20.0  # in units of 2 log likelihood
+CAREFUL = 6   # best single effects, whose fits count
 LASTING_SHARE = 0.1  # of the evidence, where much lasts that no model explains
 TWINS = {name: effect.twin for name, effect in EFFECTS.items() if effect.twin}
 SMALL = 1e-9
@@ -226,7 +227,7 @@ def confusable(search: Search, fitted: CandidateFit,
     limit = LIMIT
     if search.long.weighing is not None:
         limit = max(LIMIT, LASTING_SHARE * (search.fitted[''].score - fitted.score))
-    careful = search.ranked()[:KEEP_SCREENED]
+    careful = search.ranked()[:CAREFUL]
     out = []
     for d, table in (separation_table or separations(search, fitted)).values():
         for rival, s2 in sorted(table.items(), key=lambda item: item[1]):

@@ -378,19 +378,16 @@ def gained(S: Array, g: Array, base: int) -> float:
     return float(total - base_gain)
 
 
-def objective(candidate: CandidateModel, point: FitPoint, weight: Array,
-              whiten: Callable[[Array], Array] | None = None) -> float:
+def objective(candidate: CandidateModel, point: FitPoint, weight: Array) -> float:
     """
-    Return what a fit makes small: weighted chi2 (whitened) and the prior.
+    Return what a fit makes small: weighted chi2 and the prior.
 
     Args:
         candidate: model to be fitted, with its coordinates.
         point: where the fit stands: coordinates, window states and memories.
         weight: weights of the windows [W].
-        whiten: whitening of arrays [W, C L, ...] for process noise, None for white residuals.
     """
-    chi2 = point.chi2 if whiten is None else squares(whiten(point.residual))
-    return float(weight @ chi2) + candidate.penalty(point.z)
+    return float(weight @ point.chi2) + candidate.penalty(point.z)
 
 
 def uses_memory(candidate: CandidateModel) -> bool:

@@ -60,8 +60,8 @@ def free_forms(search: Search, fitted: CandidateFit, jobs: int = 1,
                                   colour=long.colour)
     memory = np.zeros((len(short.windows), N_MEMORY))
     states = short.raw_states()
-    if search.short_none is not None:
-        take_over(search.short.windows, search.short_none.states, short.windows, states)
+    if search.smooth is not None:
+        states = search.smooth[short.windows.begin, :4].copy()
     index = np.arange(len(short.windows))
     states, _ = window_states.solve_states(short, model, states, memory, index)
     start_point = likelihood.FitPoint(point.z, states, memory)

@@ -54,6 +54,19 @@ def prewhitened(residual: Array, phi: Array) -> Array:
     return out
 
 
+def white_level(sigma: Array, phi: Array | None) -> Array:
+    """
+    Return the standard deviations [2] of white noise with the power of coloured noise at rest.
+
+    To a filter that follows motion, noise far below the sample rate is what counts.
+
+    Args:
+        sigma: standard deviations of the noise of the encoders [2], rad.
+        phi: correlation of neighbouring readings of each encoder [2], None: white.
+    """
+    return sigma if phi is None else sigma * np.sqrt((1.0 + phi) / (1.0 - phi))
+
+
 def noise_floor(recording: UniformRecording, model: DriveModel) -> tuple[Array, Array]:
     """
     Return (sigma [2], quantum [2]) of a Recording, rad; sigma not below what matters.

@@ -32,11 +32,14 @@ from gearbox_monitor.identification import closed_model, gauss_newton, likelihoo
 from gearbox_monitor.identification.candidates import (
     BY_EFFECT, CandidateModel, Coordinate, NOT_FITTED, NUISANCES, offered, PERIODIC, PHASED,
     Starts, ZERO)
+from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import noise_floor
+from gearbox_monitor.identification.position_search import PositionSearch
 from gearbox_monitor.identification.process_noise import noise_weighted_residual
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.shooting import shooting_windows
+from gearbox_monitor.identification.smoothed_windows import likeliest, on_windows
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array, Values
@@ -50,8 +53,7 @@ from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
 WEAK = 1.0         # standard deviation of the prior on the log of a value, or of an offset's scale
 DETERMINED = 0.3   # standard error of the log, or of an offset over its scale, to count as known
 WIDE = (1e-3, 1e3)  # bounds of a value over that of the model file
-STAGES = (0.1, 0.25)  # s: windows before those of 1 s
-ROUNDS = 3
+ROUNDS, ITERATIONS = 3, 40
 SAME = 1.01        # times the misfit of the start that counts as no worse
 
 
@@ -112,12 +114,13 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
             raise InputError(f'free: {name!r}, expected one of {", ".join([*names, *own])}')
     plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
     sigma, _ = noise_floor(recording, model)
-    search = Search(recording, plain, sigma, [], jobs, progress)
-    none = search.none()
-    gap_before = _gap(search.long, none.candidate, none.point)
-    if recording.motor is not None:  # no state of a window holds the zero
-        windowed_search, candidate, point = closed_model.windowed(recording, model, sigma)
-        gap_before = _gap(windowed_search.long, candidate, point)
+    search: Search = Search(recording, plain, sigma, [], jobs, progress)
+    if recording.motor is not None:
+        search = PositionSearch(recording, plain, sigma, [], jobs, progress)
+    # No state of a window holds the zero where the motion of the motor drives the model.
+    windowed_search, none, point = closed_model.windowed(
+        recording, plain if recording.motor is None else model, sigma)
+    gap_before = _gap(windowed_search.long, none, point)
     scales = {'u0': search.starts.scales.torque, ZERO: max(search.starts.scales.twist, 1e-6)}
     free = free or [name for name in names if name != 'kt']
     ids = tuple(name for name in free if name in own)
@@ -263,27 +266,23 @@ def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
 
 def _settled(search: Search, candidate: CandidateModel,
              report: Callable[..., object]) -> CandidateFit:
-    """
-    Return the CandidateFit `candidate`, from short windows to long ones.
-
-    In 0.1 s even a wrong model stays near the readings, whatever contact the gap is in.
-    """
-    recording, sigma = search.recording, search.long.sigma
-    coarse = search.short.simulator
-    stages = [likelihood.WindowData(recording, coarse, shooting_windows(recording, seconds), sigma)
-              for seconds in STAGES] if recording.motor is None else []
-    stages.append(search.long)
-    starts = [candidate.start(), regressed_start(recording, candidate)]
-    z = min(starts, key=lambda z: float(_at(stages[0], candidate, z).chi2.sum()))
-    for i, data in enumerate(stages[:-1]):
-        report(i, len(stages) + 1, f'fit, windows of {STAGES[i]:g} s')
-        z = _rounds(search, data, candidate, _at(data, candidate, z)).z
-    report(len(stages) - 1, len(stages) + 1, 'fit, windows of 1 s')
-    point = likelihood.fresh(search.long, candidate)
-    point.z = z
-    search.fitted[''] = search.as_fitted(candidate, _rounds(search, search.long, candidate, point))
+    """Return the CandidateFit `candidate` on windows of 1 s."""
+    starts = [candidate.start(), regressed_start(search.recording, candidate)]
+    if not isinstance(search, PositionSearch):
+        report(0, 2, 'fit')
+        fit = likeliest(search, candidate, starts, ITERATIONS)
+        report(1, 2, 'fit, windows of 1 s')
+        whole = InnovationLikelihood(search.recording, candidate.nominal, search.long.sigma,
+                                     search.recording.segments)
+        return on_windows(search, fit, whole, fit.deviance)
+    report(0, 1, 'fit, windows of 1 s')
+    point = min((_at(search.long, candidate, z) for z in starts),
+                key=lambda p: float(p.chi2.sum()))
+    for _ in range(ROUNDS):
+        gauss_newton.fit(search.long, candidate, point, 8, robust=True, refresh=range(8))
+    search.fitted[''] = search.as_fitted(candidate, point)
     search.settle([''])
-    search.whiten([''])
+    search.weigh_by_error([''])
     return search.fitted['']
 
 
@@ -294,19 +293,6 @@ def _at(data: likelihood.WindowData, candidate: CandidateModel, z: Array) -> lik
     point.states, _ = window_states.solve_states(
         data, candidate.model(z), point.states, point.memory, np.arange(len(data.windows)))
     return data.evaluate(candidate, point)
-
-
-def _rounds(search: Search, data: likelihood.WindowData, candidate: CandidateModel,
-            point: likelihood.FitPoint) -> likelihood.FitPoint:
-    """Find the windows' states at `point`, then fit and rescue in turns; return the FitPoint."""
-    index = np.arange(len(data.windows))
-    point.states, _ = window_states.solve_states(
-        data, candidate.model(point.z), point.states, point.memory, index)
-    data.evaluate(candidate, point)
-    for _ in range(ROUNDS):
-        window_states.rescue(data, candidate, point, half_gap=search.half_gap)
-        gauss_newton.fit(data, candidate, point, 8, robust=True, refresh=range(8))
-    return point
 
 
 def _longer(data: likelihood.WindowData, fitted: CandidateFit) -> CandidateFit:

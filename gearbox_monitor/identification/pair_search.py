@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Search for two simultaneous effects: forward selection, exchange and backward elimination.
+Two simultaneous effects on windows: forward selection, exchange and backward elimination.
 
 Many proposals start on the beginnings of the windows, and the best of each round continue on
 longer parts (successive halving).
@@ -26,11 +26,11 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.identification import gauss_newton, isolability, likelihood, window_states
+from gearbox_monitor.identification import gauss_newton, isolability, likelihood
 from gearbox_monitor.identification.candidates import (
     CandidateModel, NOT_FITTED, ORDERS, PERIODIC, with_effects)
 from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.position_search import PositionSearch
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 
@@ -48,7 +48,7 @@ Gain: TypeAlias = tuple[float, int | None]
 Started: TypeAlias = tuple[CandidateModel, likelihood.FitPoint]
 
 
-def forward_gains(search: Search, fitted: CandidateFit) -> dict[str, Gain]:
+def forward_gains(search: PositionSearch, fitted: CandidateFit) -> dict[str, Gain]:
     """
     Return {id: (linearised gain in chi2, N)} of adding each effect to `fitted`.
 
@@ -60,7 +60,7 @@ def forward_gains(search: Search, fitted: CandidateFit) -> dict[str, Gain]:
     return {name: effect_gains[0] for name, effect_gains in gains.items()}
 
 
-def _gains(search: Search, data: likelihood.WindowData, candidate: CandidateModel,
+def _gains(search: PositionSearch, data: likelihood.WindowData, candidate: CandidateModel,
            point: likelihood.FitPoint) -> dict[str, list[Gain]]:
     """Return {id: [(linearised gain in chi2 of adding it, N), ..., best first]}."""
     ids = [i for i in search.ids if i not in candidate.ids]
@@ -71,7 +71,7 @@ def _gains(search: Search, data: likelihood.WindowData, candidate: CandidateMode
             effect_gains in gains.items()}
 
 
-def find_pairs(search: Search, firsts: Sequence[str]) -> list[str]:
+def find_pairs(search: PositionSearch, firsts: Sequence[str]) -> list[str]:
     """
     Fit pairs; they join search.fitted. Returns their names, best first.
 
@@ -96,59 +96,15 @@ def find_pairs(search: Search, firsts: Sequence[str]) -> list[str]:
     return chosen
 
 
-def restarted(search: Search, pair: CandidateFit) -> CandidateFit:
-    """
-    Return `pair` as it fits best once one of its effects has started again.
-
-    Impacts make more of a small wave than its derivative tells: each order is fitted, beside the
-    other effect as it is alone. Of another effect the pair may have found a local optimum, or
-    follow a valley without end: each start is fitted, beside the other effect as the pair has it.
-
-    Args:
-        search: fits of all candidates to one recording.
-        pair: fit of two effects.
-    """
-    def start_fit(job: tuple[likelihood.FitPoint, CandidateModel]) -> CandidateFit:
-        """Return the fit of `job`, a start of the pair, after a few steps."""
-        start, joint = job
-        point = likelihood.copied(start, _with_nuisances(search, joint, start))
-        search.long.evaluate(joint, point)
-        return search.as_fitted(joint,
-                                gauss_newton.fit(search.long, joint, point, BEGUN, robust=True))
-
-    def finished(fitted: CandidateFit) -> CandidateFit:
-        """Return `fitted` polished."""
-        fitted = search.polish(fitted, [pair.point])
-        return search.polish(search.grown(fitted), [fitted.point])
-    jobs = []
-    for i, name in enumerate(pair.candidate.ids):
-        single = search.fitted[pair.candidate.ids[1 - i]]
-        base, z = single.point, single.point.z
-        if name not in PERIODIC:
-            base = pair.point
-            z = np.array([v for c, v in zip(pair.candidate.coordinates, base.z) if c.owner != i])
-        for order in ORDERS if name in PERIODIC else (None,):
-            jobs += [(base, search.starts.joint([(single.candidate, z), (c, c.start())]))
-                     for c in search.starts.candidates(name, order)]
-    start_fits = sorted(search.map(start_fit, jobs, 'starts'), key=lambda f: f.score)
-    finished_fits = search.map(finished, start_fits[:EXCHANGED], 'starts')
-    best_fit = min([pair, *finished_fits], key=lambda f: f.score)
-    if best_fit is not pair:
-        search.fitted.pop(pair.name)
-        search.fitted[best_fit.name] = best_fit
-    return best_fit
-
-
-def _raced(search: Search, racing: list[Started]) -> list[str]:
+def _raced(search: PositionSearch, racing: list[Started]) -> list[str]:
     """
     Run pairs [(Candidate, FitPoint at its start on the beginnings)] against each other.
 
     Those that arrive join search.fitted where they are better; returns their names.
     """
-    first_share = RACE[0][0]
     for share, survivors in RACE:
         data = likelihood.shortened(search.long, share)
-        racing = search.map(partial(_run_on, search, data, share > first_share), racing, 'pairs')
+        racing = search.map(partial(_run_on, data), racing, 'pairs')
         best_starts: dict[tuple[tuple[str, ...], tuple[int, ...]], Started] = {}
         # Of starts of one pair all windows tell: where an effect shows in few of them, all of its
         # starts are alike to the others.
@@ -161,7 +117,7 @@ def _raced(search: Search, racing: list[Started]) -> list[str]:
     return _kept(search, [search.as_fitted(*r) for r in racing])
 
 
-def _joined(search: Search, gains: dict[str, dict[str, list[Gain]]]) -> list[str]:
+def _joined(search: PositionSearch, gains: dict[str, dict[str, list[Gain]]]) -> list[str]:
     """
     Fit pairs on whole windows at once; returns names.
 
@@ -169,25 +125,23 @@ def _joined(search: Search, gains: dict[str, dict[str, list[Gain]]]) -> list[str
     (`gains`). What shows in few windows, and late in them, does not count in a race over their
     beginnings.
     """
-    def joined(pair: tuple[CandidateFit, CandidateModel, Array,
-                           list[likelihood.FitPoint]]) -> CandidateFit:
+    def joined(pair: tuple[CandidateFit, CandidateModel, Array]) -> CandidateFit:
         """Return the fit of `pair` from where its effects stand alone."""
-        first_fit, second, z, points = pair
+        first_fit, second, z = pair
         joint = search.starts.joint([(first_fit.candidate, first_fit.point.z), (second, z)])
         point = likelihood.copied(first_fit.point, _with_nuisances(search, joint, first_fit.point))
-        return search.polish(search.as_fitted(joint, search.long.evaluate(joint, point)),
-                             [first_fit.point, *points])
+        return search.polish(search.as_fitted(joint, search.long.evaluate(joint, point)))
     singles = [search.fitted[name] for name in search.ranked()[:TOP_SINGLE]]
-    jobs = [(first_fit, second_fit.candidate, second_fit.point.z, [second_fit.point])
+    jobs = [(first_fit, second_fit.candidate, second_fit.point.z)
             for first_fit, second_fit in combinations(singles, 2)]
     for first, effect_gains in gains.items():
         for name in sorted(effect_gains, key=lambda n: -effect_gains[n][0][0])[:1]:
-            jobs += [(search.fitted[first], second, second.start(), [])
+            jobs += [(search.fitted[first], second, second.start())
                      for second in search.starts.candidates(name, effect_gains[name][0][1])]
     return _kept(search, search.map(joined, jobs, 'pairs'))
 
 
-def _kept(search: Search, pairs: Iterable[CandidateFit]) -> list[str]:
+def _kept(search: PositionSearch, pairs: Iterable[CandidateFit]) -> list[str]:
     """Let `pairs` join search.fitted where they are better than the same pair; their names."""
     names = []
     for fitted in pairs:
@@ -199,15 +153,13 @@ def _kept(search: Search, pairs: Iterable[CandidateFit]) -> list[str]:
     return names
 
 
-def _proposed(search: Search, forward: dict[str, dict[str, list[Gain]]]) -> list[Started]:
+def _proposed(search: PositionSearch, forward: dict[str, dict[str, list[Gain]]]) -> list[Started]:
     """
     Return [(Candidate, FitPoint at its start on the beginnings of the windows)] of pairs.
 
     forward: {first effect: gains of a second one over whole windows}.
     """
     data = likelihood.shortened(search.long, RACE[0][0])
-    driven = search.recording.motor is not None
-    orders = TOP_ORDERS if driven else 1
     jobs = []
     for first, whole in forward.items():
         fitted = search.fitted[first]
@@ -215,10 +167,9 @@ def _proposed(search: Search, forward: dict[str, dict[str, list[Gain]]]) -> list
         for gains, top in ((whole, TOP_FORWARD),
                            (_gains(search, data, base, point), TOP_BEGUN)):
             names = sorted(gains, key=lambda n: -gains[n][0][0])[:top]
-            if driven:
-                names += [n for n in map(SIDES.get, names) if n in gains and n not in names]
+            names += [n for n in map(SIDES.get, names) if n in gains and n not in names]
             for name in names:
-                for second in [c for _, order in gains[name][:orders]
+                for second in [c for _, order in gains[name][:TOP_ORDERS]
                                for c in search.starts.candidates(name, order)]:
                     joint = search.starts.joint([(base, point.z), (second, second.start())])
                     z = _with_nuisances(search, joint, point)
@@ -230,41 +181,26 @@ def _proposed(search: Search, forward: dict[str, dict[str, list[Gain]]]) -> list
     return jobs
 
 
-def _begun(search: Search, data: likelihood.WindowData,
+def _begun(search: PositionSearch, data: likelihood.WindowData,
            fitted: CandidateFit) -> likelihood.FitPoint:
     """Return the FitPoint of `fitted` on `data`, the beginnings of the long windows."""
-    candidate = fitted.candidate
-    point = likelihood.FitPoint(fitted.point.z.copy(), likelihood.UNSET,
-                                fitted.point.memory.copy())
-    point.states = window_states.grown_states(data, candidate.model(point.z), point.memory,
-                                              np.arange(len(data.windows)), search.half_gap)
-    return gauss_newton.fit(data, candidate, point, 5, robust=True)
+    point = data.evaluate(fitted.candidate, likelihood.copied(fitted.point, fitted.point.z))
+    return gauss_newton.fit(data, fitted.candidate, point, 5, robust=True)
 
 
-def _run_on(search: Search, data: likelihood.WindowData, not_first: bool,
-            pair: Started) -> Started:
-    """Fit a pair on `data`; further: the windows have become longer since its last fit."""
+def _run_on(data: likelihood.WindowData, pair: Started) -> Started:
+    """Fit a pair on `data`, the beginnings of the windows."""
     joint, point = pair
-    if not_first:
-        point = likelihood.FitPoint(point.z, point.states, point.memory)
-        point.states, _ = window_states.solve_states(data, joint.model(point.z), point.states,
-                                                     point.memory, np.arange(len(data.windows)))
-    point = gauss_newton.fit(data, joint, point, 6, robust=True, refresh=(0, 1, 2, 4))
-    if not not_first:
-        polished = likelihood.copied(point)
-        polished.states = window_states.grown_states(
-            data, joint.model(point.z), point.memory, np.arange(len(data.windows)),
-            search.half_gap)
-        gauss_newton.fit(data, joint, polished, 6, robust=True, refresh=(0, 1, 2, 4))
-        point = min(point, polished, key=lambda p: search.score(data, joint, p))
-    return joint, point
+    point = data.evaluate(joint, likelihood.copied(point, point.z))
+    return joint, gauss_newton.fit(data, joint, point, 6, robust=True, refresh=(0, 1, 2, 4))
 
 
 def _key(ids: Iterable[str]) -> tuple[str, ...]:
     return tuple(sorted(ids))
 
 
-def _with_nuisances(search: Search, joint: CandidateModel, point: likelihood.FitPoint) -> Array:
+def _with_nuisances(search: PositionSearch, joint: CandidateModel,
+                    point: likelihood.FitPoint) -> Array:
     z, n = joint.start(), sum(c.owner < 0 for c in joint.coordinates)
     fewer = min(n, len(point.z))
     if n:
@@ -275,10 +211,9 @@ def _with_nuisances(search: Search, joint: CandidateModel, point: likelihood.Fit
     return z
 
 
-def _screened(search: Search) -> list[tuple[CandidateModel, CandidateModel]]:
-    """Return pairs of Candidates, best first by linearised gain at none on short windows."""
-    data, base = search.short, search.fitted[''].candidate
-    point = search.short_none
+def _screened(search: PositionSearch) -> list[tuple[CandidateModel, CandidateModel]]:
+    """Return pairs of Candidates, best first by linearised gain at none."""
+    data, base, point = search.long, search.fitted[''].candidate, search.fitted[''].point
     weight = likelihood.weights(data, point.chi2, True)
     s = likelihood.sensitivity(data, base, point)
     model = base.model(point.z)
@@ -316,7 +251,7 @@ def _screened(search: Search) -> list[tuple[CandidateModel, CandidateModel]]:
     return [parts for _, parts in sorted(best_gains.values(), key=lambda v: -v[0])]
 
 
-def _exchanged(search: Search, pair: CandidateFit) -> list[Started]:
+def _exchanged(search: PositionSearch, pair: CandidateFit) -> list[Started]:
     """
     Return `pair` with one effect exchanged, as proposals for a race.
 
@@ -324,17 +259,12 @@ def _exchanged(search: Search, pair: CandidateFit) -> list[Started]:
     way to a pair one effect had to bear what was the other's.
     """
     data = likelihood.shortened(search.long, RACE[0][0])
-    index = np.arange(len(data.windows))
     separations = isolability.separations(search, pair)
     jobs = []
     for i, name in enumerate(pair.candidate.ids):
         kept_single = _alone(search, pair, 1 - i)
         base = kept_single.candidate
-        point = likelihood.FitPoint(kept_single.point.z, likelihood.UNSET,
-                                    kept_single.point.memory.copy())
-        point.states = window_states.grown_states(data, base.model(point.z), point.memory, index,
-                                                  search.half_gap)
-        data.evaluate(base, point)
+        point = data.evaluate(base, likelihood.copied(kept_single.point))
         gains = _gains(search, data, base, point)
         _, shares = separations[name]
         names = [*sorted(shares, key=shares.__getitem__)[:EXCHANGED],
@@ -356,7 +286,7 @@ def _exchanged(search: Search, pair: CandidateFit) -> list[Started]:
     return jobs
 
 
-def _alone(search: Search, pair: CandidateFit, i: int) -> CandidateFit:
+def _alone(search: PositionSearch, pair: CandidateFit, i: int) -> CandidateFit:
     """Return the effect number `i` of `pair` with its values and window states, not fitted."""
     keep = [c for c in pair.candidate.coordinates if c.owner in (-1, i)]
     z = [v for c, v in zip(pair.candidate.coordinates, pair.point.z) if c.owner in (-1, i)]
@@ -372,7 +302,7 @@ def _alone(search: Search, pair: CandidateFit, i: int) -> CandidateFit:
     return CandidateFit(single, point)
 
 
-def _backward(search: Search, pair: CandidateFit) -> None:
+def _backward(search: PositionSearch, pair: CandidateFit) -> None:
     """Fit each effect of `pair` alone from where the pair ended: no pair by a local minimum."""
     for i, name in enumerate(pair.candidate.ids):
         single = _alone(search, pair, i)

@@ -18,7 +18,7 @@ Model selection: no effect, one, two or an unknown one.
 Gains are differences of BIC; margins cover what the search over all candidates gains by chance.
 """
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -27,8 +27,8 @@ from gearbox_monitor.identification.adequacy import incomplete
 from gearbox_monitor.identification.candidates import nuisances_of, ZERO
 from gearbox_monitor.identification.disturbance_pulses import disturbance_fit
 from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.pair_search import (
-    find_pairs, forward_gains, restarted, SETTLED)
+from gearbox_monitor.identification.pair_search import find_pairs, forward_gains
+from gearbox_monitor.identification.position_search import PositionSearch
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
@@ -39,10 +39,8 @@ ROUGH_MARGIN = 250.0  # the same of bursts, where an encoder has steps above its
 OWN_MARGIN = 16.0    # gain in -2 log L where the effect is a value that may scatter anyway
 BOUND_MARGIN = 10.0  # gain in BIC that a parameter at its bound must bring
 ALIKE = 1e-3         # share of the gain by which models are apart that move the drive alike
-NEAR = 40.0          # difference in BIC that settling may turn round
 PAIR_MARGIN = 40.0   # gain in BIC of a second effect
 PAIR_HINT = 60.0     # linearised gain of a second effect from which on pairs are fitted
-RESTARTED = 2        # pairs whose effects start again where the best of them lacks
 SHARE = 0.5          # of what bursts explain, from which on one effect is a part of the answer
 
 
@@ -136,53 +134,38 @@ def decide(evidence: Evidence) -> tuple[CandidateFit, str]:
     return chosen, 'unknown' if inadequate(chosen) else 'effect'
 
 
-class ShootingEvidence(Evidence):
-    """Evidence of windows alone, whose single effects were fitted by Search.none_and_singles."""
+class PositionEvidence(Evidence):
+    """Evidence of windows alone, where the motion of the motor drives the model."""
+
+    def __init__(self, search: PositionSearch, rough: bool = False) -> None:
+        super().__init__(search, rough)
+        self.windows = search
 
     def convincing_single(self) -> CandidateFit | None:
-        """Return the best fit of one effect, None where it does not convince."""
-        search = self.search
-        search.exempt('')
-        if not search.ranked():
-            return None
-        leader = search.fitted[search.ranked()[0]]
-        if not convincing(search, leader) and not search.noisy and self.inadequate(
-                search.fitted['']):
-            search.rejoin()
-            search.settle(['', search.ranked()[0]])
-            leader = search.fitted[search.ranked()[0]]
-        if convincing(search, leader):
-            search.challenge(leader)
-            search.exempt('')
-            leader = search.fitted[search.ranked()[0]]
-        if not convincing(search, leader):
-            return None
-        return leader if search.noisy else self._settled(leader)
-
-    def _settled(self, leader: CandidateFit) -> CandidateFit:
-        """Return the best fit of one effect once those near `leader` stand still."""
-        search, singles = self.search, self.search.ranked()
-        near = [n for n in singles if search.fitted[n].score - leader.score < NEAR]
-        if self.inadequate(leader):
-            search.fitted[leader.name] = search.polish(search.grown(leader), [leader.point])
-            near = singles[:2]
-        if len(near) > 1:
-            search.settle(near[:SETTLED])
-        return search.fitted[search.ranked()[0]]
+        """Fit none and single effects; return the best one, None where it does not convince."""
+        self.windows.none_and_singles()
+        leader = next((self.search.fitted[name] for name in self.search.ranked()), None)
+        return leader if leader is not None and convincing(self.search, leader) else None
 
     def lacks(self, fit: CandidateFit) -> bool:
         """Return whether a further effect promises more than chance beside `fit`."""
-        search = self.search
-        gains = [gain for gain, _ in forward_gains(search, fit).values()]
-        return max(gains, default=0.0) > PAIR_HINT or (
-            search.long.weighing is None and bool(search.far(fit, search.ids)))
+        gains = [gain for gain, _ in forward_gains(self.windows, fit).values()]
+        return max(gains, default=0.0) > PAIR_HINT
 
     def pair_beyond(self, fit: CandidateFit) -> CandidateFit:
         """Return the best fit of two effects that is worth more than `fit`, else `fit`."""
+        search = self.windows
         if not fit.candidate.ids:
             return fit
-        search = self.search
-        return finer(search, paired(search, search.ranked(), self.inadequate), self.inadequate)
+        names = find_pairs(search, search.ranked()[:2])
+        if names:
+            search.weigh_by_error(dict.fromkeys([search.ranked()[0], *names]))
+        single = search.fitted[search.ranked()[0]]
+        pairs = sorted((search.fitted[n] for n in names), key=lambda f: f.score)
+        pair = next((p for p in pairs if worth(search, single, p)), None)
+        if pair is None or self.inadequate(pair) and not self.inadequate(single):
+            return single
+        return pair
 
 
 def explained_by_pulses(search: Search, rough: bool,
@@ -207,48 +190,6 @@ def explained_by_pulses(search: Search, rough: bool,
         return None
     search.fitted[DISTURBANCE.id] = pulses
     return pulses
-
-
-def paired(search: Search, singles: Sequence[str],
-           inadequate: Callable[[CandidateFit], bool]) -> CandidateFit:
-    """
-    Return the best fit of one effect or two.
-
-    Args:
-        search: fits of all candidates to one recording.
-        singles: names of the best effects that a second one is added to.
-        inadequate: function that tells whether a fit leaves more than noise.
-    """
-    white = search.long.weighing is None
-    whitened_fits = {n: f for n, f in search.fitted.items() if white and f.white is not None}
-    pairs = find_pairs(search, singles[:2])
-    careful = pairs[:2] if white else pairs
-    search.whiten(list(dict.fromkeys([*whitened_fits, search.ranked()[0],
-                                      *careful])) if pairs else [])
-    for name, fitted in whitened_fits.items():  # a fit without torque noise has another scale
-        search.fitted[name] = min(fitted, search.fitted[name], key=lambda f: f.score)
-    best_fit = search.fitted[search.ranked()[0]]
-    pairs += search.exempt(best_fit.name)
-    pairs = sorted({*pairs} & {*search.fitted}, key=lambda n: search.fitted[n].score)
-    if not pairs:
-        return best_fit
-    pair = search.fitted[pairs[0]]
-    if search.noisy:
-        pair = next(
-            (p for p in map(search.fitted.__getitem__, pairs) if worth(search, best_fit, p)), pair)
-    else:
-        if inadequate(pair):
-            # Where many windows are astray, they hold the values back that would free them.
-            pair = search.fitted[pair.name] = search.polish(search.grown(pair), [pair.point])
-            for name in pairs[:RESTARTED]:
-                if inadequate(pair):
-                    pair = min(restarted(search, search.fitted[name]), pair, key=lambda f: f.score)
-        if worth(search, best_fit, pair):
-            # What the pair has found for windows is no merit of its second effect.
-            best_fit = search.fitted[best_fit.name] = search.polish(search.grown(best_fit),
-                                                                    [pair.point])
-    return pair if worth(search, best_fit,
-                         pair) and (inadequate(best_fit) or not inadequate(pair)) else best_fit
 
 
 def worth(search: Search, single: CandidateFit, pair: CandidateFit) -> bool:

@@ -20,46 +20,20 @@ A drive that sticks and slips forgets nothing: 1e-5 rad grow some thousandfold w
 1 s, so that its best initial state is not found from afar. The smoother knows it to a fraction of
 the noise, from all readings before and after.
 """
+from collections.abc import Sequence
+
 import numpy as np
 
-from gearbox_monitor.identification import likelihood, window_states
+from gearbox_monitor.identification import gauss_newton, likelihood, window_states
 from gearbox_monitor.identification.candidates import CandidateModel
-from gearbox_monitor.identification.innovation_fit import evaluated, fitted
+from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood
-from gearbox_monitor.identification.likelihood import FitPoint, WindowData
-from gearbox_monitor.identification.shooting import ShootingWindows
+from gearbox_monitor.identification.likelihood import CandidateFit, FitPoint, WindowData
+from gearbox_monitor.identification.search import Search
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.plant.transmission import DEAD_ZONE, KINDS
-from gearbox_monitor.quality.recording import UniformRecording
 
 TORQUE = 0.05  # torque noise to begin with, of the standard deviation of the torque
-
-
-def filterable(recording: UniformRecording, model: DriveModel) -> bool:
-    """
-    Return whether the filter of the innovations knows a drive and how it is driven.
-
-    Args:
-        recording: recording of the drive.
-        model: model of the drive.
-    """
-    return (recording.motor is None and model.process_torque_time == 0.0
-            and KINDS.index(model.transmission.kind) == DEAD_ZONE
-            and all(effect['id'] in EFFECTS for effect in model.effects))
-
-
-def states_of(windows: ShootingWindows, z: Array, smooth: Array) -> FitPoint:
-    """
-    Return the FitPoint, not evaluated, of windows that begin in smoothed states.
-
-    Args:
-        windows: to begin.
-        z: coordinates [P].
-        smooth: smoothed states [N, N_STATE].
-    """
-    return FitPoint(z.copy(), smooth[windows.begin, :4].copy(), smooth[windows.begin, 4:].copy())
+ROUNDS = 3     # of windows that begin elsewhere and of fits, at most
 
 
 def smoothed_point(data: WindowData, candidate: CandidateModel, z: Array,
@@ -75,7 +49,9 @@ def smoothed_point(data: WindowData, candidate: CandidateModel, z: Array,
         z: coordinates [P].
         smooth: smoothed states [N, N_STATE].
     """
-    point, model = states_of(data.windows, z, smooth), candidate.model(z)
+    begun = smooth[data.windows.begin]
+    point = FitPoint(z.copy(), begun[:, :4].copy(), begun[:, 4:].copy())
+    model = candidate.model(z)
     index = np.arange(len(data.windows))
     begun = point.states
     for share in window_states.SHARES:
@@ -89,17 +65,74 @@ def smoothed_point(data: WindowData, candidate: CandidateModel, z: Array,
     return data.evaluate(candidate, point)
 
 
-def fitted_point(data: WindowData, candidate: CandidateModel) -> FitPoint:
+def likeliest(search: Search, candidate: CandidateModel, starts: Sequence[Array],
+              iterations: int = 12) -> InnovationFit:
     """
-    Return the evaluated FitPoint of a candidate, fitted from its start with its torque noise.
+    Return the likeliest fit of a candidate by the innovations of the training windows.
 
     Args:
-        data: windows of readings and how residuals are weighted.
+        search: of a recording that is driven by the torque.
         candidate: model with its coordinates.
+        starts: coordinates [P] to begin with.
+        iterations: of each fit, at most.
     """
-    filter_ = InnovationLikelihood(data.recording, candidate.nominal, data.sigma,
-                                   data.recording.segments)
-    torque = np.full(2, TORQUE * max(float(np.std(data.recording.u)), 1e-3))
-    fit = fitted(filter_, evaluated(filter_, candidate, candidate.start(), torque))
+    filter_ = InnovationLikelihood(search.recording, candidate.nominal, search.long.sigma,
+                                   training_spans(search))
+    torque = np.full(2, TORQUE * max(float(np.std(search.recording.u)), 1e-3))
+    fits = [fitted(filter_, evaluated(filter_, candidate, z, torque), iterations) for z in starts]
+    return min(fits, key=lambda f: f.deviance)
+
+
+def training_spans(search: Search) -> list[slice]:
+    """Return the parts of the recording before the windows that are held out."""
+    recording = search.recording
+    if search.long.train.all():
+        return recording.segments
+    return [slice(cut, cut + n) for cut, n in zip(recording.cuts, search.last) if n]
+
+
+def on_windows(search: Search, fit: InnovationFit, filter_: InnovationLikelihood,
+               score: float) -> CandidateFit:
+    """
+    Return the CandidateFit on the long windows that begins where a fit of innovations was.
+
+    With torque noise, the innovations remain the evidence.
+
+    Args:
+        search: of a recording that is driven by the torque.
+        fit: by innovations.
+        filter_: likelihood of the whole recording.
+        score: of `fit`.
+    """
+    data, candidate = search.long, fit.candidate
     run = filter_.run(candidate.model(fit.z), fit.torque)
-    return smoothed_point(data, candidate, fit.z, filter_.smoothed(run))
+    smooth = filter_.smoothed(run)
+    point = smoothed_point(data, candidate, fit.z, smooth)
+    if not candidate.ids:
+        search.smooth = smooth
+    if search.noisy:
+        at = data.windows.first[:, None] + np.arange(data.windows.length) - 1
+        white = run.residual[np.maximum(at, 0)][:, :, data.channels].reshape(len(at), -1)
+        if search.model.process_torque_time > 0.0:  # few are read
+            white = point.residual
+        return CandidateFit(candidate, point, score, float(fit.torque[0]), white)
+    window_states.rescue(data, candidate, point, half_gap=search.half_gap)
+    if candidate.coordinates:
+        gauss_newton.fit(data, candidate, point, 3, robust=True)
+        gauss_newton.fit(data, candidate, point, 6)
+        for _ in range(ROUNDS if len(data.channels) == 1 else 0):
+            # A side that no encoder reads may still begin on the wrong flank of the gap.
+            if not window_states.rescue(data, candidate, point, half_gap=search.half_gap):
+                break
+            gauss_newton.fit(data, candidate, point, 6, robust=True)
+    return search.as_fitted(candidate, point)
+
+
+def fit_none(search: Search) -> CandidateFit:
+    """Fit the model without effects to a recording driven by the torque; it joins the fits."""
+    candidate = search.starts.none()
+    whole = InnovationLikelihood(search.recording, search.model, search.long.sigma,
+                                 search.recording.segments)
+    fit = likeliest(search, candidate, [candidate.start()])
+    search.fitted[''] = on_windows(search, fit, whole, fit.deviance)
+    return search.fitted['']

@@ -20,7 +20,8 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import Undecided
-from gearbox_monitor.identification import closed_model, isolability, localisation
+from gearbox_monitor.identification import (
+    closed_model, isolability, localisation, verdict_parts)
 from gearbox_monitor.identification.adequacy import misfit, on_all, residual_law, sharpen_sigma
 from gearbox_monitor.identification.candidates import (
     CandidateModel, NUISANCES, replaced_value, with_effects, ZERO)
@@ -144,6 +145,10 @@ def report(search: Search, best_fit: CandidateFit, kind: str, lattices: list[str
         'misfit': {'excess': excess, 'structure': structure,
                    'follows': None if law is None else asdict(law)},
         'where': places,
+        'identified': verdict_parts.identified(
+            search, best_fit, params, closure['standard_errors']) if kind != 'none' else [],
+        'remainder': verdict_parts.remainder(
+            search, best_fit, places['location'], law) if kind == 'unknown' else None,
         'warnings': warnings(search, best_fit, kind, nuisances, times),
     }
     if nuisances:

@@ -17,30 +17,33 @@ Free runs of many windows side by side: lanes of a vector unit instead of one af
 
 The results are those of free_runs, bit for bit, for models with a dead zone and without a plug-in:
 most of the runs of a diagnosis. Effects with an equation of their own take a step in which each of
-their terms is a loop over the lanes, composed of the same equations as those of single runs.
+their terms is a loop over the lanes, composed of the same equations as those of single runs. Steps
+of other transmissions and with plug-ins go lane by lane.
 
 s [N_LANE_STATE]: rows of LANES numbers, one for each quantity below.
 """
 from collections.abc import Callable, Sized
-from functools import reduce
+from functools import cache, reduce
 from typing import Any, TypeAlias
 
-from gearbox_monitor.kernels.jit import COMPILED, jit, jit_inline, jit_part
+from gearbox_monitor.kernels.jit import COMPILED, jit, jit_anew, jit_inline, jit_part
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import (
-    ALPHA, arm_acceleration, arm_friction, CAC, CC, CV, G, gravity, HALF_GAP, KIND,
-    motor_acceleration, steady_arm_load, STIFFNESS)
-from gearbox_monitor.plant.effects.composition import reading, STEP_PLACES, term_of
-from gearbox_monitor.plant.effects.effect import Effect, MotorFriction
+    ALPHA, arm_acceleration, arm_friction, CAC, CC, CV, G, gravity, HALF_GAP, K_S, KIND,
+    motor_acceleration, steady_arm_load, STIFFNESS, WIDTH)
+from gearbox_monitor.plant.effects.composition import (
+    reading, STEP_PLACES, stored_memories, term_of)
+from gearbox_monitor.plant.effects.effect import Effect, MotorFriction, Torques
 from gearbox_monitor.plant.effects.registry import in_slot, N_MEMORY
 from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, RunSpans
 from gearbox_monitor.plant.runge_kutta import Four, runge_kutta
-from gearbox_monitor.plant.simulate import N_STATE, PackedDrive
-from gearbox_monitor.plant.transmission import DEAD_ZONE, dead_zone
+from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, step, with_plugin
+from gearbox_monitor.plant.transmission import DEAD_ZONE, dead_zone, transmission_torque
 
 LANES = 16
 FEWEST = 3  # windows from which on lanes are faster than one run after the other
 PARTS = 24 + 2 * N_MEMORY
+PLAIN, BY_TERM, ONE_BY_ONE = range(3)  # how lanes are stepped
 # State: motion, then memories, time. Then torque of the actuator and torques from outside.
 X1, X2, X3, X4, M = (LANES * i for i in range(5))
 T, U, ON_MOTOR, ON_ARM, IN_GEARBOX = (M + LANES * (N_MEMORY + i) for i in range(5))
@@ -275,31 +278,63 @@ def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
         s[M + i] = s[YM + i]
 
 
+@jit
+def _step_each(s: Array, h: float, drive: PackedDrive) -> None:
+    """Advance the LANES states in `s` by one step of `h` s each as simulate.advance does."""
+    p = drive.p
+    for i in range(LANES):
+        state = s[i::LANES]
+        change, m = step(s[T + i], (state[0], state[1], state[2], state[3]),
+                         stored_memories(state), h,
+                         (s[U + i], (s[ON_MOTOR + i], s[ON_ARM + i], s[IN_GEARBOX + i]), drive))
+        for j in range(4):
+            state[j] += change[j]
+        for j in range(1, N_MEMORY):
+            state[4 + j] = m[j]
+        _, state[4] = transmission_torque(state[0] - state[1], m[0], int(p[KIND]), p[STIFFNESS],
+                                          p[HALF_GAP], p[WIDTH], p[K_S])
+        s[T + i] += h
+
+
 @jit_inline
-def without_effects(p: Array, e: Array) -> bool:
-    """Return whether steps of the packed model `p` and effects `e` need no term of an effect."""
+def step_form(drive: PackedDrive) -> int:
+    """Return how step_lanes steps a drive: PLAIN, BY_TERM or ONE_BY_ONE."""
+    p, e = drive.p, drive.e
+    if p[KIND] != DEAD_ZONE:
+        return ONE_BY_ONE
     plain = p[CAC] == 0.0 and p[G] == 0.0
     for i in STEP_PLACES:
         plain = plain and e[i] == 0.0
-    return plain
+    return PLAIN if plain else BY_TERM
 
 
 @jit_inline
-def step_lanes(s: Array, h: float, plain: bool, p: Array, e: Array) -> None:
+def step_lanes(s: Array, h: float, form: int, drive: PackedDrive) -> None:
     """
     Advance the LANES states in `s` by one Runge-Kutta step.
 
     Args:
         s: states and what acts on them [N_LANE_STATE]; plain models do not advance its row T.
         h: length of the step, s.
-        plain: whether without_effects holds.
-        p: packed model.
-        e: packed effects.
+        form: see step_form.
+        drive: PackedDrive.
     """
-    if plain:
-        _step(s, h, p)
+    if form == PLAIN:
+        _step(s, h, drive.p)
+    elif form == BY_TERM:
+        _step_with_effects(s, h, drive.p, drive.e)
     else:
-        _step_with_effects(s, h, p, e)
+        _step_each(s, h, drive)
+
+
+@cache
+def steps_with_plugin(added: Torques) -> Loop:
+    """Return step_lanes for drives with a plug-in; `added` are the torques of its Effect."""
+    step_each, = with_plugin(added, _step_each)
+
+    def plugged_lanes(s: Array, h: float, form: int, drive: PackedDrive) -> None:
+        step_each(s, h, drive)
+    return jit_anew(plugged_lanes)
 
 
 @jit
@@ -319,10 +354,9 @@ def runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive, s:
     """
     begin, first, length, carry_at = spans
     u, extra, dt = driving
-    p, e = drive.p, drive.e
     n = u.shape[1]
     h, last = dt / n, len(begin) - 1
-    plain = without_effects(p, e)
+    form = step_form(drive)
     for group in range(0, len(begin), LANES):
         longest = 0
         for i in range(LANES):
@@ -351,9 +385,9 @@ def runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive, s:
             for part in range(n):
                 for i in range(LANES):
                     s[U + i] = u[min(begin[min(group + i, last)] + k, len(u) - 1), part]
-                step_lanes(s, h, plain, p, e)
+                step_lanes(s, h, form, drive)
         for w in range(group, min(group + LANES, last + 1)):
             rows, lead = path[w - group], first[w] - begin[w]
             for k in range(length):
-                result.y[w, k, 0] = reading(rows, lead + k, 0, dt, e)
-                result.y[w, k, 1] = reading(rows, lead + k, 1, dt, e)
+                result.y[w, k, 0] = reading(rows, lead + k, 0, dt, drive.e)
+                result.y[w, k, 1] = reading(rows, lead + k, 1, dt, drive.e)

@@ -252,7 +252,7 @@ def rebuilt(kernel: Any, **names: Any) -> Any:
 @cache
 def with_plugin(added: Torques, *kernels: Any) -> tuple[Any, ...]:
     """
-    Return `kernels` that call torques or advance, rebuilt around a plug-in.
+    Return `kernels` that call torques, step or advance, rebuilt around a plug-in.
 
     Compiled anew in each process, once; without a plug-in the cached ones stay as they are.
 
@@ -265,8 +265,10 @@ def with_plugin(added: Torques, *kernels: Any) -> tuple[Any, ...]:
     """
     with_added = rebuilt(torques, plugged=added)
     derivative = rebuilt(_derivative, torques=with_added)
-    sample = rebuilt(advance, step=runge_kutta(derivative, _memories))
-    return tuple(rebuilt(kernel, torques=with_added, advance=sample) for kernel in kernels)
+    added_step = runge_kutta(derivative, _memories)
+    sample = rebuilt(advance, step=added_step)
+    return tuple(rebuilt(kernel, torques=with_added, step=added_step, advance=sample)
+                 for kernel in kernels)
 
 
 @cache

@@ -106,6 +106,10 @@ def test_verdict_as_json(folder, capsys):
     low, high = data['closed_fraction_ci']
     assert low - 0.02 <= data['closed_fraction'] <= high + 0.02
     assert data['closed_fraction'] > 0.9
+    part, = data['identified']
+    assert (part['effect'], part['location']) == ('arm_coulomb', 'arm_side')
+    assert part['params'] == data['params']['arm_coulomb'] and part['explained'] > 0.9
+    assert data['remainder'] is None
     assert data['sigma'] == pytest.approx([0.002, 0.002], rel=0.05)
     assert any('few windows' in warning for warning in data['warnings'])
     assert '\r' not in err and '%|' not in err  # no bar in a pipe
@@ -265,8 +269,11 @@ def test_an_unknown_effect_is_told_by_what_it_follows(folder, tmp_path, capsys):
     assert call(folder, path, '--only', 'arm_viscous', 'torque_gain', '--json', str(report)) == 1
     shown = ' '.join(capsys.readouterr().out.split())
     assert 'the residual depends on the angle of the arm in its turn; record again' in shown
-    left = json.loads(report.read_text())['misfit']['follows']
+    data = json.loads(report.read_text())
+    left, rest = data['misfit']['follows'], data['remainder']
     assert (left['place'], left['over']) == ('arm_side', 'angle of the arm in its turn')
+    assert (rest['location'], rest['over']) == ('arm_side', left['over'])
+    assert 0.0 < rest['size'] < 0.002 and rest['channel'] in ('motor', 'arm')
 
 
 def test_an_unknown_encoder_zero_is_no_gap(folder, tmp_path, capsys):

@@ -70,7 +70,7 @@ def test_linear_drive_has_the_innovations_of_filterpy_and_its_smoothed_states():
     begin, end = likelihood.begin[0], likelihood.end[0]
     filter_ = KalmanFilter(dim_x=4, dim_z=2)
     filter_.F, filter_.Q, filter_.H, filter_.R = F, Q, np.eye(2, 4), np.diag(SIGMA ** 2)
-    filter_.x, filter_.P = run.start.states[0, :4], np.diag(run.start.variance)
+    filter_.x, filter_.P = run.start.states[0, :4], run.start.covariance
     deviance, means, covariances = 0.0, [filter_.x], [filter_.P]
     for at in range(begin, end - 1):
         filter_.predict(u=recording.u[at], B=B)
@@ -93,6 +93,43 @@ def test_linear_drive_has_the_innovations_of_filterpy_and_its_smoothed_states():
         mean = means[at - begin]
         smooth = mean + gain @ (smooth - F @ mean - B * recording.u[at])
         assert own_smooth[at, :4] == pytest.approx(smooth, abs=1e-4)
+
+
+@pytest.mark.parametrize('lasting', [0.0, 0.05])
+def test_a_rigid_drive_is_one_inertia_to_the_filter(lasting):
+    """With white torque noise, and with torque that lasts and readings every 20 ms."""
+    model = replace(LINEAR, transmission=Transmission(kind='rigid'), process_torque_time=lasting)
+    recording = recorded(model, 0.8)
+    run = likelihood_of(recording, model).run(model, [0.3, 0.1])
+    inertia = model.motor_inertia + model.arm_inertia
+    fade = np.exp(-DT / lasting) if lasting else 0.0
+    step = expm(DT * np.array([
+        [0.0, 1.0, 0.0], [-model.position_gain / inertia, -model.viscous_friction / inertia,
+                          1.0 / inertia], [0.0, 0.0, 0.0]]))
+    filter_ = KalmanFilter(dim_x=3, dim_z=2)
+    filter_.F = np.array([*step[:2], [0.0, 0.0, fade]])
+    filter_.H = np.array([[1.0, 0.0, 0.0]] * 2)
+    filter_.R, filter_.Q = np.diag(SIGMA ** 2), np.zeros((3, 3))
+    if lasting:
+        filter_.Q[2, 2] = 0.3 ** 2 * (1.0 - fade ** 2)
+    else:
+        v = (0.3 / inertia * 0.5 * (1.0 + step[1, 1]) * DT) ** 2
+        filter_.Q[:2, :2] = v * np.array([[DT ** 2 / 3, DT / 2], [DT / 2, 1.0]])
+    filter_.x = np.array([*run.start.states[0, [0, 2]], 0.0])
+    filter_.P = np.zeros((3, 3))
+    filter_.P[:2, :2] = run.start.covariance[np.ix_([0, 2], [0, 2])]
+    if lasting:
+        filter_.P[2, 2] = run.start.covariance[4, 4]
+    for at in range(run.data.end[0] - 1):
+        filter_.predict(u=recording.u[at], B=step[:, 2] * [1.0, 1.0, 0.0])
+        assert run.trace.begin[at + 1, 0, 0] == pytest.approx(
+            run.trace.begin[at + 1, 0, 1], abs=1e-9)
+        if lasting and (at + 1) % 20:
+            assert run.trace.slope[at].tolist() == [0.0, 0.0]
+            continue
+        filter_.update(recording.y[at + 1])
+        assert run.trace.innovation[at, 0] == pytest.approx(filter_.y[0], abs=1e-7)
+        assert run.trace.begin[at + 1, 0, [0, 2]] == pytest.approx(filter_.x[:2], abs=1e-4)
 
 
 def test_other_noise_and_inputs_change_a_linear_drive_as_a_new_run_does():

@@ -20,12 +20,14 @@ import pytest
 
 from gearbox_monitor.identification import (
     adequacy, closed_model, diagnose, gauss_newton, isolability, likelihood, localisation,
-    pair_search, selection, shooting, verdict, window_states)
+    selection, shooting, verdict, window_states)
 from gearbox_monitor.identification.disturbance_pulses import disturbance_fit
+from gearbox_monitor.identification.innovation_selection import InnovationEvidence
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.residual_dependence import (
     ResidualDependence, strongest_dependence)
 from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.smoothed_windows import fit_none
 from gearbox_monitor.kernels import sensor_noise
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -59,7 +61,7 @@ def searches():
     out = {}
     for name, (values, _) in CASES.items():
         search = Search(record([{'id': name, **values}]), DriveModel(), SIGMA, [name])
-        out[name] = search, search.none(), fitted_from(search, name, values)
+        out[name] = search, fit_none(search), fitted_from(search, name, values)
     return out
 
 
@@ -118,7 +120,7 @@ def test_the_true_effect_closes_the_gap(searches, name):
 
 def test_without_an_effect_there_is_nothing_to_close():
     search = Search(record([]), DriveModel(), SIGMA, [])
-    found = closed_model.closure(search, search.none(), None)
+    found = closed_model.closure(search, fit_none(search), None)
     assert found['closed_fraction'] is None and found['closed_fraction_ci'] is None
     assert found['gap_before'] == pytest.approx(1.0, abs=0.03)
 
@@ -126,7 +128,7 @@ def test_without_an_effect_there_is_nothing_to_close():
 def test_a_wrong_effect_does_not_close_the_gap(searches):
     search, none, _ = searches['arm_encoder_eccentricity']
     wrong = search.starts.candidates('motor_viscous')[0]
-    point = search.at_none(wrong, none.point)
+    point = likelihood.copied(none.point, wrong.start())
     search.long.evaluate(wrong, point)
     found = closed_model.closure(search, none, search.as_fitted(wrong, point))
     assert found['closed_fraction'] < 0.1 and found['closed_fraction_ci'][1] < 0.3
@@ -150,7 +152,7 @@ def test_one_speed_cannot_tell_viscous_from_coulomb_friction():
     found = []
     for u in (slow, levels):
         search = Search(record([], 4, u=u), DriveModel(), SIGMA, ids)
-        search.none()
+        fit_none(search)
         names, s2 = isolability.matrix(search)
         assert np.diag(s2) == pytest.approx(0.0, abs=1e-6)
         found.append({(a, b): s2[i, j] for i, a in enumerate(names)
@@ -165,9 +167,7 @@ def test_one_speed_cannot_tell_viscous_from_coulomb_friction():
 def test_confusable_lists_what_little_evidence_leaves_open():
     ids = ['torque_offset', 'coulomb_asymmetry', 'gravity', 'motor_inertia']
     search = Search(record([{'id': 'torque_offset', 'u0': 0.02}], 4), DriveModel(), SIGMA, ids)
-    search.none()
-    search.refine(search.screen())
-    best = search.fitted['torque_offset']
+    best = InnovationEvidence(search).convincing_single()
     found = isolability.separations(search, best)
     d, table = found['torque_offset']
     assert d > 100 and table['coulomb_asymmetry'] < 0.05 < table['gravity']
@@ -178,7 +178,7 @@ def test_confusable_lists_what_little_evidence_leaves_open():
 def test_a_parameter_at_its_bound_is_no_discovery():
     """Friction that has drifted from the first moment on is plain friction, if hardly worse."""
     search = Search(record([]), DriveModel(), SIGMA, ['viscous_drift', 'motor_viscous'])
-    search.none()
+    fit_none(search)
     for name in search.ids:
         candidate = search.starts.candidates(name)[0]
         point = likelihood.copied(search.fitted[''].point, candidate.start())
@@ -214,20 +214,6 @@ def test_steps_too_long_for_the_readings_are_no_unknown_effect(
                              only=['transmission_damping', 'torque_gain']).data
     assert data['verdict'] == verdict
     assert data['effect'] == ('transmission_damping' if verdict == 'effect' else None)
-
-
-def test_an_effect_taken_from_a_pair_keeps_its_memory():
-    """Without it, bristles begin anew in each window, and no fit comes from there to its own."""
-    search = Search(record([]), DriveModel(), SIGMA, ['lugre', 'motor_coulomb'])
-    search.none()
-    parts = [(c, c.start()) for c in (search.starts.candidates(n)[0] for n in search.ids)]
-    joint = search.starts.joint(parts)
-    point = likelihood.copied(search.fitted[''].point, joint.start())
-    point.memory[:] = np.random.default_rng(0).standard_normal(point.memory.shape)
-    alone = pair_search._alone(search, CandidateFit(joint, point), 0)
-    assert alone.name == 'lugre'
-    np.testing.assert_array_equal(alone.point.memory, point.memory)
-    np.testing.assert_array_equal(alone.point.states, point.states)
 
 
 @pytest.mark.parametrize('step', [0.05, 0.5, 1.0, 2.0])
@@ -275,7 +261,7 @@ def test_what_training_windows_let_pass_is_judged_on_all():
     """A weight that none of the candidates is, hardly above the noise."""
     found = record([{'id': 'gravity', 'G': 0.0003}], seed=3)
     search = Search(found, DriveModel(), SIGMA, ['motor_viscous'])
-    none = search.none()
+    none = fit_none(search)
     assert not adequacy.incomplete(search, none)
     law = adequacy.residual_law(*adequacy.on_all(search, none))
     assert law.place == 'arm_side' and law.gain > 2.0 * adequacy.REMAINDER
@@ -304,7 +290,7 @@ def test_a_load_that_swings_all_the_time_is_no_bursts(steady):
     loads = [{'id': 'disturbance', 't0': t0, 'duration': 0.02, 'amplitude': a}
              for t0, a in zip(t[here], amplitude[here])]
     search = Search(record(loads, 8), DriveModel(), SIGMA, ['disturbance'])
-    search.none()
+    fit_none(search)
     found = disturbance_fit(search)
     assert (found is None) == steady
 
@@ -312,33 +298,9 @@ def test_a_load_that_swings_all_the_time_is_no_bursts(steady):
 def test_the_order_of_a_small_periodic_effect_is_found():
     search = Search(record([{'id': 'cogging', 'A': 0.001, 'N': 36, 'phi': -1.8}], 6),
                     DriveModel(), SIGMA, ['cogging'])
-    search.none()
+    fit_none(search)
     search.find_orders()
     assert search.found_orders('cogging')[0] == 36
-
-
-@pytest.mark.parametrize('effect, order, astray', [
-    ({'id': 'cogging', 'A': 0.02, 'N': 28, 'phi': 0.5}, 7, (0.0, 0.0)),
-    ({'id': 'viscous_drift', 'r': 0.2, 'T': 1.5}, None, (3.0, np.log(90.0)))])
-def test_an_effect_of_a_pair_starts_again(effect, order, astray):
-    """With another order, or from the end of a valley: in 6 s a long drift is a line."""
-    name = effect['id']
-    search = Search(record([{'id': 'hardening', 'K3': 400.0}, effect], 6),
-                    DriveModel(), SIGMA, ['hardening', name])
-    search.none_and_singles()
-    base, wrong = search.fitted['hardening'], search.starts.candidates(name, order)[0]
-    joint = search.starts.joint([(base.candidate, base.point.z), (wrong, np.array(astray))])
-    point = search.long.evaluate(joint, likelihood.copied(base.point, joint.start()))
-    pair = search.polish(search.as_fitted(joint, point))
-    search.fitted = {'': search.fitted[''], 'hardening': base,
-                     name: search.fitted[name], pair.name: pair}
-    found = pair_search.restarted(search, pair)
-    assert found.score < pair.score - 100.0 and search.fitted[found.name] is found
-    if order:
-        assert found.candidate.orders == {1: effect['N']}
-    else:
-        values = found.candidate.values(found.point.z)[1][found.candidate.ids.index(name)]
-        assert values['T'] == pytest.approx(effect['T'], rel=0.2)
 
 
 @pytest.mark.parametrize('name, values, place, over', [
@@ -352,7 +314,7 @@ def test_an_effect_of_a_pair_starts_again(effect, order, astray):
 def test_what_is_left_is_a_function_of_the_motion(name, values, place, over):
     """Of effects that raise chi2 by a few percent."""
     search = Search(record([{'id': name, **values}]), DriveModel(), SIGMA, [name])
-    none = search.none()
+    none = fit_none(search)
     found = strongest_dependence(search, none)
     assert (found.place, found.over) == (place, over) and found.gain > 3.0 * adequacy.REMAINDER
     assert strongest_dependence(search, fitted_from(search, name, values)).gain < 30.0
@@ -369,7 +331,7 @@ def test_noise_of_the_readings_is_no_law():
     path = simulate(model, u, DT, Noise(measurement=std), 1)
     search = Search(UniformRecording(DT * np.arange(len(u)), u, path.y, DT), model, std,
                     ['stribeck'])
-    none = search.none()
+    none = fit_none(search)
     read = strongest_dependence(search, none)
     assert read.over == 'rate of the twist' and read.gain > adequacy.REMAINDER
     assert strongest_dependence(search, none, modelled=True).gain < 20.0
@@ -380,7 +342,7 @@ def test_a_memory_that_is_stuck_is_freed():
     effect = {'h': 0.012, 'ds': 0.05}
     search = Search(record([{'id': 'hysteresis_branch', **effect}]), DriveModel(), SIGMA,
                     ['hysteresis_branch'])
-    search.none()
+    fit_none(search)
     right = fitted_from(search, 'hysteresis_branch', effect)
     every = np.arange(len(right.point.states))
     stuck = likelihood.copied(right.point)
