@@ -19,6 +19,7 @@ Nothing is shown where stderr is no terminal.
 """
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+import os
 import sys
 import threading
 import time
@@ -45,8 +46,18 @@ def count_bar(name: str, total: int, initial: int = 0) -> 'tqdm[None]':
         initial: number of items that are done already.
 
     """
+    columns, rows = _screen()
     return tqdm(total=total, initial=initial, desc=name, disable=None, leave=False,
-                bar_format=FORM)
+                bar_format=FORM, ncols=columns, nrows=rows)
+
+
+def _screen() -> tuple[int, int] | tuple[None, None]:
+    """Return a size for a terminal that does not know its own, where tqdm would draw nothing."""
+    try:
+        known = all(os.get_terminal_size(sys.stderr.fileno()))
+    except OSError:
+        known = True
+    return (None, None) if known else (80, 24)
 
 
 def progress_of(bar: 'tqdm[None]') -> Callable[..., None]:

@@ -14,6 +14,8 @@
 
 """What commands show at a terminal: a bar with the remaining time, or the time without one."""
 import io
+import os
+import subprocess
 import sys
 import time
 
@@ -76,6 +78,17 @@ def test_bar_takes_the_place_of_the_time(monkeypatch):
         bar.refresh()
     shown = stream.getvalue()
     assert 'running for' not in shown and 'tune  50 %' in shown and 'left' in shown
+
+
+def test_a_terminal_of_unknown_size_shows_the_bar():
+    """Such as a serial console, or one that a program opens."""
+    code = 'from gearbox_monitor.cli import progress; progress.percent_bar("tune").close()'
+    ours, theirs = os.openpty()
+    assert tuple(os.get_terminal_size(theirs)) == (0, 0)
+    subprocess.run([sys.executable, '-c', code], stderr=theirs, check=True)
+    os.close(theirs)
+    assert b'tune   0 %' in os.read(ours, 1000)
+    os.close(ours)
 
 
 def test_nothing_without_a_terminal(monkeypatch, capsys):
