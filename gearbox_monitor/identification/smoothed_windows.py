@@ -49,11 +49,9 @@ def smoothed_point(data: WindowData, candidate: CandidateModel, z: Array,
         z: coordinates [P].
         smooth: smoothed states [N, N_STATE].
     """
-    begun = smooth[data.windows.begin]
-    point = FitPoint(z.copy(), begun[:, :4].copy(), begun[:, 4:].copy())
-    model = candidate.model(z)
+    begun, memory = np.split(smooth[data.windows.begin], [4], axis=1)
+    point, model = FitPoint(z.copy(), begun, memory), candidate.model(z)
     index = np.arange(len(data.windows))
-    begun = point.states
     for share in window_states.SHARES:
         point.states, chi2 = window_states.solve_states(
             likelihood.shortened(data, share), model, point.states, point.memory, index)
