@@ -32,7 +32,7 @@ import platform
 import stat
 import tempfile
 from types import FunctionType
-from typing import Any, BinaryIO, TypeVar
+from typing import Any, TypeVar
 
 try:
     if os.environ.get('GEARBOX_MONITOR_JIT', '1') == '0':
@@ -224,10 +224,10 @@ def _overload_lock(overload: str) -> Iterator[None]:
 
 
 @cache
-def _lock_file() -> BinaryIO | None:
+def _lock_file() -> int | None:
     """Return the file whose bytes are locked, open as long as the process lives."""
     try:
-        return open(os.path.join(CACHE_FOLDER or '', 'locks'), 'ab')
+        return os.open(os.path.join(CACHE_FOLDER or '', 'locks'), os.O_RDWR | os.O_CREAT, 0o600)
     except OSError:
         return None
 
