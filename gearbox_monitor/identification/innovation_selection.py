@@ -21,6 +21,7 @@ states begin the windows of 1 s, which then need no search for starts of their o
 more evidence where the torque is exact, so that they decide; with torque noise, innovations do.
 """
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -73,7 +74,8 @@ class InnovationEvidence(Evidence):
         waiting = [f for f in fits if f.name not in self.search.fitted]
         for fit in waiting:
             score = worst + BEHIND + fit.deviance - waiting[0].deviance
-            self.search.fitted[fit.name] = CandidateFit(fit.candidate, none.point, score)
+            self.search.fitted[fit.name] = CandidateFit(
+                fit.candidate, replace(none.point, z=fit.z), score)
 
     def lacks(self, fit: CandidateFit) -> bool:
         """Return whether a further effect promises more than chance beside `fit`."""
