@@ -67,6 +67,16 @@ class InnovationEvidence(Evidence):
                                               self.effects.score(fine))
         return self.search.fitted[name]
 
+    def share_starts(self) -> None:
+        """Let the windows of each fit begin where those of another fit better: no one's merit."""
+        search = self.search
+        if search.noisy:  # innovations decide
+            return
+        points = {name: fit.point for name, fit in search.fitted.items()}
+        for name, fit in list(search.fitted.items()):
+            search.fitted[name] = search.polish(
+                fit, [point for other, point in points.items() if other != name])
+
     def place_behind(self, fits: Iterable[InnovationFit]) -> None:
         """Let `fits` join the search behind those on windows, in their own order."""
         worst = max(f.score for f in self.search.fitted.values())
@@ -96,6 +106,7 @@ class InnovationEvidence(Evidence):
         for number, fit in enumerate(table.singles[:COMPARED]):
             if number < 2 or fit.deviance < table.singles[0].deviance + NEAR:
                 self.finish(fit)
+        self.share_starts()
         self.place_behind(table.singles)
         leader = next((search.fitted[name] for name in search.ranked()), None)
         return leader if leader is not None and convincing(search, leader) else None

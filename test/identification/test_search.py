@@ -84,6 +84,19 @@ def fitted_from(search, name, values):
     return search.as_fitted(candidate, gauss_newton.fit(search.long, candidate, point, 6))
 
 
+def test_a_start_that_one_fit_has_serves_the_others():
+    search = Search(record([]), DriveModel(), SIGMA, ['stiffness'])
+    none = fit_none(search)
+    search.fitted['stiffness'] = fitted_from(search, 'stiffness', {'K': 25.0})
+    spoiled, good = likelihood.copied(none.point), none.point.chi2.copy()
+    spoiled.states[2, 2] += 0.005  # rad/s: not enough to stand out
+    search.long.evaluate(none.candidate, spoiled)
+    assert good[2] + 20.0 < spoiled.chi2[2] < 1.1 * search.long.size
+    search.fitted[''] = search.as_fitted(none.candidate, spoiled)
+    InnovationEvidence(search).share_starts()
+    np.testing.assert_allclose(search.fitted[''].point.chi2, good, atol=1.0)
+
+
 @pytest.mark.parametrize('name', CASES)
 def test_a_free_signal_finds_the_place(searches, name):
     search, none, _ = searches[name]
