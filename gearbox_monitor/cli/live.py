@@ -15,9 +15,9 @@
 """
 Show a running estimator in the browser: torque over twist, backlash, trust and alerts.
 
-Serves one page on this machine, of one gearbox or of all gearboxes of the node, and draws it ten
-times per second. Nobody else can open it, unless --host names an address of the network: whoever
-reaches that address can then look. ROS arguments, such as remappings, follow --ros-args.
+The command serves one page for all gearboxes of the node and draws it ten times per second. Only
+this machine can open the page, unless --host names an address of the network: then everybody who
+reaches that address can. ROS arguments, such as remappings, follow --ros-args.
 
 usage examples:
   gearbox_monitor live
@@ -27,7 +27,7 @@ usage examples:
 import argparse
 from argparse import ArgumentParser, Namespace
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.cli.ros_option import add_ros_option, rclpy_required, ros_words
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -38,19 +38,14 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='port to listen on, 0: any that is free (default: 8808)')
     parser.add_argument('--estimator', metavar='NODE', default='estimator',
                         help='name of the estimator node (default: estimator)')
-    parser.add_argument('--ros-args', nargs=argparse.REMAINDER, default=[],
-                        help='arguments for ROS, such as remappings')
+    add_ros_option(parser)
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    try:
+    with rclpy_required():
         from gearbox_monitor.ros.live_node import serve
-    except ImportError as error:
-        raise InputError(f'rclpy: not installed here ({error}), expected a sourced ROS 2 or '
-                         'this package installed with the extra [ros]') from None
-    ros_args = ['--ros-args', *args.ros_args] if args.ros_args else []
-    code: int = serve(args.host, args.port, args.estimator, ros_args)
+    code: int = serve(args.host, args.port, args.estimator, ros_words(args))
     return code
 
 

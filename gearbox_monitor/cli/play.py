@@ -28,7 +28,7 @@ import argparse
 from argparse import ArgumentParser, Namespace
 import math
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.cli.ros_option import add_ros_option, rclpy_required, ros_words
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -42,20 +42,15 @@ def add_arguments(parser: ArgumentParser) -> None:
                            help="play all topics, the estimator's own included")
     parser.add_argument('--loop', action='store_true', help='restart at the end')
     parser.add_argument('--no-clock', action='store_true', help='do not publish /clock')
-    parser.add_argument('--ros-args', nargs=argparse.REMAINDER, default=[],
-                        help='arguments for ROS, such as remappings')
+    add_ros_option(parser)
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    try:
+    with rclpy_required():
         from gearbox_monitor.ros.play import play
-    except ImportError as error:
-        raise InputError(f'rclpy: not installed here ({error}), expected a sourced ROS 2 or '
-                         'this package installed with the extra [ros]') from None
-    ros_args = ['--ros-args', *args.ros_args] if args.ros_args else []
     code: int = play(args.bag, args.rate, args.topics, args.all, args.loop, not args.no_clock,
-                     ros_args)
+                     ros_words(args))
     return code
 
 

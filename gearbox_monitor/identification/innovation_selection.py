@@ -68,7 +68,7 @@ class InnovationEvidence(Evidence):
         return self.search.fitted[name]
 
     def share_starts(self) -> None:
-        """Let the windows of each fit begin where those of another fit better: no one's merit."""
+        """Try the window starts of each fit for all others: no start may favour an effect."""
         search = self.search
         if search.noisy:  # innovations decide
             return

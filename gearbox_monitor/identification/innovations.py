@@ -137,7 +137,7 @@ class InnovationLikelihood:
                     model.coulomb_friction / effect['sigma0'])
         if t.kind in ('play', 'passive_play') and t.hysteresis_width > 0.0:
             sizes[4] = t.hysteresis_width * (t.stiffness if t.kind == 'play' else 1.0)
-        for place, size in list(sizes.items())[:MOST_STATES - 4]:
+        for place, size in list(sizes.items())[:MOST_STATES - 4]:  # no lane for more
             places.append(place)
             moves.append(MEMORY_MOVE * size)
             variance.append(size * size)

@@ -136,7 +136,7 @@ class Search:
         Return the BIC (Schwarz 1978) of `point` on the training windows of `data`.
 
         Args:
-            data: long or short windows.
+            data: windows of readings and how residuals are weighted.
             candidate: model to be fitted, with its coordinates.
             point: where the fit stands.
         """
@@ -243,7 +243,7 @@ class Search:
         are tried with `orders` (default: those found before).
 
         Args:
-            data: long or short windows.
+            data: windows of readings and how residuals are weighted.
             base: candidate that the effects are added to.
             point: where the fit stands.
             ids: ids of the effects.

@@ -177,15 +177,8 @@ def _arm(y: Array, dt: float) -> Array:
     return np.column_stack([savgol_filter(y, width, 2, deriv=i, delta=dt) for i in (0, 1)])
 
 
-def simulator(recording: UniformRecording, model: DriveModel, coarse: bool = False) -> Simulator:
-    """
-    Return the Simulator of free runs over `recording`, of what its model is driven by.
-
-    Args:
-        recording: recording of the drive.
-        model: model of the drive.
-        coarse: whether larger integration steps will do.
-    """
+def simulator(recording: UniformRecording, model: DriveModel) -> Simulator:
+    """Return the Simulator of free runs of `model`, driven by the torque or motion recorded."""
     if recording.motor is not None:
         return DrivenSimulator(recording, model)
-    return Simulator(recording, model, coarse)
+    return Simulator(recording, model)

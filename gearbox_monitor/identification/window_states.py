@@ -140,8 +140,8 @@ def rescue(data: WindowData, candidate: CandidateModel, point: FitPoint,
     """
     Try other starts for windows that stand out; return how many became better.
 
-    others: Points of other fits. Where one of them is better, its start is tried, too: one that
-    only one candidate has found must not be its merit.
+    Where a rival fits a window better, its start is tried, too: a better start must not count as
+    evidence for the candidate that has it.
 
     Args:
         data: windows of readings and how residuals are weighted.

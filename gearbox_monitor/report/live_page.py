@@ -85,10 +85,10 @@ class LiveSummary(Section):
     @classmethod
     def of(cls, gearboxes: Sequence[GearboxHistory], source: str, time_s: float) -> 'LiveSummary':
         """
-        Return it.
+        Return the summary of `gearboxes`.
 
         Args:
-            gearboxes: all of them.
+            gearboxes: all gearboxes of the node.
             source: name of the estimator.
             time_s: now.
 
@@ -128,7 +128,7 @@ class MotionSection(Section):
 
     @classmethod
     def of(cls, gearbox: GearboxHistory) -> 'MotionSection':
-        """Return it for `gearbox`."""
+        """Return the section of `gearbox`."""
         motion, loop = gearbox.motion(TIME_POINTS), gearbox.motion(LOOP_POINTS)
         if not len(motion.t):
             return cls(title(gearbox), (), None, None)
@@ -177,7 +177,7 @@ class ConditionSection(Section):
 
     @classmethod
     def of(cls, gearbox: GearboxHistory) -> 'ConditionSection':
-        """Return it for `gearbox`."""
+        """Return the section of `gearbox`."""
         if gearbox.heard is None:
             return cls(None, None, PageTable((), ()), ())
         time_s, last = gearbox.heard, LEVEL_SECONDS / MINUTE

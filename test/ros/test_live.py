@@ -40,6 +40,8 @@ pytestmark = pytest.mark.ros
 T0 = 1_700_000_000_000_000_000
 DT = 2_000_000  # 500 Hz
 NAMES = ('base', 'elbow')
+RELIABLE_QOS = {key.rpartition('.')[2]: value for key, value in RELIABLE.items()}
+LIVE_TOPIC = 'qos_overrides./transmission_state_smoothed.subscription'
 
 
 @pytest.fixture
@@ -78,9 +80,12 @@ def test_events_of_a_robot(graph, tmp_path):
     file.write_text(json.dumps({'estimator': {'ros__parameters': {
         'gearboxes': list(NAMES), 'arm_load': 'none', **{
             name: {'motor_joint': f'{name}_motor', 'arm_joint': f'{name}_arm'} for name in NAMES},
-        'qos_overrides': {'/joint_states': {'subscription': {
-            key.rpartition('.')[2]: value for key, value in RELIABLE.items()}}}}}}))
-    process = live('--port', '0')
+        'qos_overrides': {
+            '/joint_states': {'subscription': RELIABLE_QOS},
+            '/transmission_state_smoothed': {'publisher': RELIABLE_QOS}}}}}))
+    # Lossless: a starved machine may be late.
+    process = live('--port', '0', '--ros-args', *(word for key, value in RELIABLE_QOS.items()
+                   for word in ('-p', f'{LIVE_TOPIC}.{key}:={value}')))
     try:
         address = process.stdout.readline().split()[0]
         assert address.startswith('http://127.0.0.1:'), process.communicate(timeout=10)
