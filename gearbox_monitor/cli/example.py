@@ -37,6 +37,7 @@ from gearbox_monitor.bag.example import ExampleMotion, MOTIONS, NOISE, write_exa
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.plant.drive import expect_torque_input
 from gearbox_monitor.plant.simulate import Noise
 
 
@@ -79,6 +80,7 @@ def run(args: Namespace) -> int:
     model_file = str(args.model or config_path('drive.yaml'))
     noise = Noise((0.0, 0.0, args.process_noise, args.process_noise), NOISE.measurement)
     model = load_model(model_file)
+    expect_torque_input(model, model_file)
     model = model.with_(half_gap=model.transmission.half_gap * (1.0 + 0.01 * args.wear))
     motion = ExampleMotion(args.seconds, args.rate, rest=args.rest, kind=args.motion)
     if args.date:

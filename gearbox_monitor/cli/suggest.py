@@ -42,6 +42,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
 from gearbox_monitor.identification.experiment_design import Limits, suggest
 from gearbox_monitor.identification.isolability import LIMIT
+from gearbox_monitor.plant.drive import expect_torque_input
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 
@@ -81,6 +82,7 @@ def run(args: Namespace) -> int:
     for name in (args.out, args.csv, args.json):
         expect_folder_of(name)
     model = load_model(args.model)
+    expect_torque_input(model, args.model)
     effects, pairs, sigma = _question(args)
     limits = Limits(args.max_torque, args.max_speed, args.max_travel)
     with percent_bar('suggest') as bar:

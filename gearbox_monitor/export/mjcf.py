@@ -26,7 +26,7 @@ from typing import NamedTuple
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import CAC, CAV, DriveModel, G, OFFSET
 from gearbox_monitor.plant.effects import (
-    actuator, arm_side, EFFECTS, encoder, gearbox, motor_side)
+    actuator, arm_side, controller, EFFECTS, encoder, gearbox, motor_side)
 
 NATIVE, CONSTRUCT, REFUSED = KINDS = ('native', 'construct', 'refused')
 MOTOR, ARM, TENDON = ('motor', 'arm', 'tendon')  # where a passive torque acts
@@ -189,6 +189,7 @@ def _zero(values: MjcfValues, e: Values) -> MjcfValues:
 
 
 _PHASE = 'no sensor has it; add it to the reading in your code: y = q + A sin(q + phi)'
+_SERVO = 'the exported actuator takes a torque: change the servo in your code'
 _LATTICE = 'no sensor has a resolution; round the reading in your code'
 EXPRESSIONS = {effect.id: expression for effect, expression in (
     (motor_side.MOTOR_VISCOUS, Expression(NATIVE, 'joint damping')),
@@ -235,6 +236,9 @@ EXPRESSIONS = {effect.id: expression for effect, expression in (
         NATIVE, 'actuator forcerange; ctrlrange where it lags', _saturation)),
     (actuator.TORQUE_RIPPLE, Expression(
         REFUSED, 'no gain depends on an angle: multiply ctrl in your code')),
+    *((effect, Expression(REFUSED, _SERVO)) for effect in (
+        controller.SERVO_GAIN, controller.SERVO_LIMIT, controller.SERVO_DEADBAND,
+        controller.SETPOINT_DELAY, controller.SETPOINT_LAG)),
     (encoder.MOTOR_ENCODER_ECCENTRICITY, Expression(REFUSED, _PHASE)),
     (encoder.MOTOR_ENCODER_QUANTISATION, Expression(REFUSED, _LATTICE)),
     (encoder.MOTOR_ENCODER_DELAY, Expression(
@@ -264,6 +268,8 @@ def values_of(model: DriveModel) -> tuple[MjcfValues, list[Exported]]:
     elif shape.kind == 'play':
         exported.append(Exported('transmission.kind', REFUSED,
                                  'play supplies energy: no spring of a tendon does'))
+    if model.controller is not None:
+        exported.append(Exported('controller', REFUSED, _SERVO))
     for effect in sorted(model.effects, key=lambda e: _order(e['id'])):
         values, row = _expressed(values, effect)
         exported.append(row)

@@ -24,7 +24,7 @@ import math
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Values
-from gearbox_monitor.plant.drive import DriveModel, Transmission
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library, Scales
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN, TORQUE_OFFSET
 from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
@@ -32,13 +32,14 @@ from gearbox_monitor.quality.recording import UniformRecording
 
 # Values of the model that scatter with its tolerance: name in a verdict -> field.
 NUISANCES = {'m1': 'motor_inertia', 'm2': 'arm_inertia', 'D': 'damping',
-             'Cv': 'viscous_friction', 'Cc': 'coulomb_friction', 'K': 'stiffness', 'b': 'half_gap'}
+             'Cv': 'viscous_friction', 'Cc': 'coulomb_friction', 'K': 'stiffness', 'b': 'half_gap',
+             'kp': 'kp', 'kd': 'kd'}
+GAINS = ('kp', 'kd')  # of a servo, with a tolerance of its own
 RIGID_HIDES = ('m2', 'D', 'K', 'b')  # of m1 and m2 only the sum shows
 ZERO = 'zero'  # offset of the motor's encoder against the arm's, where model.zero_tolerance > 0
 # Values that only an effect has: name -> (id, parameter). kt: factor on the torque.
 BY_EFFECT = {'kt': (TORQUE_GAIN.id, 'g'), 'u0': (TORQUE_OFFSET.id, 'u0'),
              ZERO: (ENCODER_OFFSET.id, 'c')}
-_SHAPE = set(Transmission.__dataclass_fields__)
 PERIODIC = tuple(name for name, effect in EFFECTS.items() if effect.periodic)
 PHASED = tuple(name for name, effect in EFFECTS.items() if effect.phased)
 ORDERS = range(1, 41)
@@ -184,24 +185,17 @@ def scaled(model: DriveModel, nuisances: Mapping[str, float]) -> DriveModel:
             nominal = sum(e[parameter] for e in model.effects if e['id'] == effect)
             value = (1.0 + nominal) * (1.0 + change) - 1.0 if name == 'kt' else nominal + change
             model = with_effects(model, [{'id': effect, parameter: value}])
-    changes, shape = {}, {}
     if model.transmission.kind == 'rigid' and 'm1' in nuisances:
         nuisances['m2'] = nuisances['m1']  # the sum is what shows
-    for name, change in nuisances.items():
-        where = NUISANCES[name]
-        if where in _SHAPE:
-            shape[where] = getattr(model.transmission, where) * (1.0 + change)
-        else:
-            changes[where] = getattr(model, where) * (1.0 + change)
-    return replace(model, transmission=replace(model.transmission, **shape), **changes)
+    return model.with_values({NUISANCES[name]: model.value(NUISANCES[name]) * (1.0 + change)
+                              for name, change in nuisances.items()})
 
 
 def offered(model: DriveModel) -> list[str]:
     """Return the names of all values that can be fitted to the drive `model`."""
     hidden = (*RIGID_HIDES, ZERO) if model.transmission.kind == 'rigid' else ()
     # A value of 0 has no scale to move on.
-    values = [name for name, where in NUISANCES.items()
-              if getattr(model.transmission if where in _SHAPE else model, where)]
+    values = [name for name, where in NUISANCES.items() if model.value(where)]
     return [name for name in (*values, *BY_EFFECT) if name not in hidden]
 
 
@@ -217,9 +211,7 @@ def replaced_value(model: DriveModel, name: str) -> float | None:
     effect = EFFECTS.get(name)
     if effect is None or not effect.replaces:
         return None
-    where = effect.replaces
-    value: float = getattr(model.transmission if where in _SHAPE else model, where)
-    return value
+    return model.value(effect.replaces)
 
 
 def nuisances_of(model: DriveModel) -> dict[str, float]:
@@ -232,8 +224,10 @@ def nuisances_of(model: DriveModel) -> dict[str, float]:
     spread = {}
     if model.tolerance > 0.0:
         hidden = RIGID_HIDES if model.transmission.kind == 'rigid' else ()
-        spread = {name: model.tolerance for name, where in NUISANCES.items() if name not in hidden
-                  and getattr(model.transmission if where in _SHAPE else model, where)}
+        spread = {name: model.tolerance for name, where in NUISANCES.items()
+                  if name not in (*hidden, *GAINS) and model.value(where)}
+    if model.controller is not None and model.controller.tolerance > 0.0:
+        spread.update((name, model.controller.tolerance) for name in GAINS if model.value(name))
     if model.zero_tolerance > 0.0:
         spread[ZERO] = model.zero_tolerance
     return spread
@@ -255,8 +249,7 @@ class Starts:
         if recording.motor is not None:
             swing = float(np.ptp(np.percentile(position - arm, TWIST)))
             twist = max(twist, 0.5 * swing)
-        values = {where: getattr(t if where in _SHAPE else model, where)
-                  for where in NUISANCES.values()}
+        values = {where: model.value(where) for where in NUISANCES.values()}
         self.scales = Scales(
             torque=torque, peak=max(float(np.abs(recording.u).max()), 1e-9),
             friction=model.coulomb_friction or 0.1 * torque,
@@ -313,7 +306,7 @@ class Starts:
         spread = nuisances_of(self.model)
         if self.scales.swing:
             spread.update((name, SHIFTED) for effect, name in SHIFTS.items() if effect in ids
-                          and getattr(self.model, NUISANCES[name]))
+                          and self.model.value(NUISANCES[name]))
         return [Coordinate(-1, name, 0.0, min(r, scales.get(name, r)),
                            -math.inf if name == ZERO else -0.9,
                            math.inf if name == ZERO else 10.0, prior=r)

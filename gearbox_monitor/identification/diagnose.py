@@ -149,6 +149,8 @@ def visible(name: str, model: DriveModel, recording: UniformRecording) -> bool:
     missing = {('motor_sensor', 'arm_sensor')[i] for i in (0, 1) if i not in recording.channels}
     effect = library()[name]
     place = effect.location
+    if effect.torque_only if model.controller else place == 'controller':
+        return False
     if place in missing or (missing and effect.needs_both_encoders):
         return False
     if recording.motor is not None and place == 'motor_sensor' and (missing or effect.lattice):

@@ -32,7 +32,6 @@ from gearbox_monitor.identification.innovation_filter import (
     FilterInput, FilterStart, FilterTrace, LASTING, MOST_STATES, N_FILTER, SampleSchedule)
 from gearbox_monitor.identification.shooting import Simulator
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.batch import N_LANE_STATE
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
@@ -214,7 +213,7 @@ class InnovationLikelihood:
 def _kernels_of(model: DriveModel) -> tuple[PackedDrive, tuple[Any, Any]]:
     """Return the PackedDrive of `model` and the kernels `filtered` and `sensitivity` for it."""
     plugin, theta = plugin_of(model)
-    drive = PackedDrive(model.pack(), effects.pack(model.effects), theta)
+    drive = PackedDrive(model.pack(), model.pack_effects(), theta)
     if plugin is None:
         return drive, (kernels.filtered, kernels.sensitivity)
     return drive, kernels.with_plugin(plugin.torques)

@@ -104,6 +104,9 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
     Raises:
         InputError: names that this drive does not have; Undecided: the fit is no solution.
     """
+    if model.controller is not None:
+        raise InputError('controller: with a setpoint and no torque only ratios of values show, '
+                         'expected a recorded torque and a model without controller')
     recording, model = concatenated([driven(r, model) for r in recordings]), model.folded()
     if len(recording.channels) == 1 and model.transmission.kind != 'rigid':
         raise InputError(f'{recording.name}: one encoder, expected both, or a model file with '
@@ -370,8 +373,7 @@ def start_values(model: DriveModel) -> dict[str, float]:
     """Return {name: value} of everything that can be fitted, as `model` has it."""
     out = {}
     for name, where in NUISANCES.items():
-        t = model.transmission
-        out[name] = getattr(t, where) if hasattr(t, where) else getattr(model, where)
+        out[name] = model.value(where)
     effects = {e['id']: e for e in model.effects}
     by_effect = {name: effects.get(effect, {}).get(parameter, 0.0)
                  for name, (effect, parameter) in BY_EFFECT.items()}

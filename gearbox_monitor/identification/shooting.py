@@ -26,9 +26,9 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.plant import batch, effects
+from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue
-from gearbox_monitor.plant.effects import MAX_DELAY
+from gearbox_monitor.plant.effects import MAX_DELAY, MAX_SETPOINT_DELAY
 from gearbox_monitor.plant.effects.composition import actuator, COMMAND_PLACES, steady_command
 from gearbox_monitor.plant.free_runs import Begin, Driving, free_runs, RunResult, RunSpans
 from gearbox_monitor.plant.simulate import (
@@ -109,7 +109,7 @@ class Simulator:
         self.extra = np.zeros((len(self.u), 3))
         if recording.arm_torque is not None:
             self.extra[:, 1] = -recording.arm_torque
-        self._keep = math.ceil(MAX_DELAY / self.dt) + 2
+        self._keep = math.ceil(MAX_SETPOINT_DELAY / self.dt) + 2
         self._padded = np.concatenate([np.full(self._keep, self.u[0]), self.u])
         self._acting: dict[Any, Array] = {}
         self._kernels: dict[str | None, Any] = {None: free_runs}
@@ -146,7 +146,7 @@ class Simulator:
         name = plugin.id if plugin else None
         if plugin and name not in self._kernels:
             self._kernels[name] = with_plugin(plugin.torques, free_runs)[0]
-        e = effects.pack(model.effects)
+        e = model.pack_effects()
         if model.transmission.kind == 'rigid':
             states = states[:, [0, 0, 2, 2]]
         w = len(windows)

@@ -27,7 +27,7 @@ from scipy.signal import savgol_coeffs, savgol_filter
 from gearbox_monitor.identification.shooting import ShootingWindows, Simulator
 from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.plant import effects, prescribed_motion as kernels
+from gearbox_monitor.plant import prescribed_motion as kernels
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.composition import arm_positions, DELAY2
 from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, RunSpans
@@ -149,7 +149,7 @@ class DrivenSimulator(Simulator):
         name = plugin.id if plugin else None
         if plugin and name not in self._kernels:
             self._kernels[name] = kernels.with_plugin(plugin.torques)
-        e = effects.pack(model.effects)
+        e = model.pack_effects()
         w = len(windows)
         y, carry = np.empty((w, windows.length, 2)), np.empty((w, N_STATE))
         rows = np.empty((windows.length + self._keep + 1, N_STATE))

@@ -24,7 +24,7 @@ from gearbox_monitor.identification import (
     closed_model, isolability, localisation, verdict_parts)
 from gearbox_monitor.identification.adequacy import misfit, on_all, residual_law, sharpen_sigma
 from gearbox_monitor.identification.candidates import (
-    CandidateModel, NUISANCES, replaced_value, with_effects, ZERO)
+    CandidateModel, GAINS, NUISANCES, with_effects, ZERO)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.residual_dependence import ResidualDependence
 from gearbox_monitor.identification.search import Search
@@ -228,11 +228,8 @@ def co_estimated(model: DriveModel, nuisances: Mapping[str, float]) -> dict[str,
         model: model of the drive.
         nuisances: relative changes of nominal values by name.
     """
-    values = {}
-    for name in NUISANCES:
-        value = next(replaced_value(model, i) for i in EFFECTS if EFFECTS[i].replaces and
-                     EFFECTS[i].parameters[0].name == name) or 0.0
-        values[name] = float(value * (1.0 + nuisances.get(name, 0.0)))
+    values = {name: float(model.value(where) * (1.0 + nuisances.get(name, 0.0)))
+              for name, where in NUISANCES.items() if name not in GAINS or model.controller}
     if ZERO in nuisances:
         values[ZERO] = float(nuisances[ZERO])
     return values

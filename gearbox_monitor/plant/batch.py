@@ -32,9 +32,9 @@ from gearbox_monitor.plant.drive import (
     ALPHA, arm_acceleration, arm_friction, CAC, CC, CV, G, gravity, HALF_GAP, K_S, KIND,
     motor_acceleration, steady_arm_load, STIFFNESS, WIDTH)
 from gearbox_monitor.plant.effects.composition import (
-    reading, STEP_PLACES, stored_memories, term_of)
+    reading, servo, STEP_PLACES, stored_memories, term_of)
 from gearbox_monitor.plant.effects.effect import Effect, MotorFriction, Torques
-from gearbox_monitor.plant.effects.registry import in_slot, N_MEMORY
+from gearbox_monitor.plant.effects.registry import in_slot, N_MEMORY, SERVO_KP
 from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, RunSpans
 from gearbox_monitor.plant.runge_kutta import Four, runge_kutta
 from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, step, with_plugin
@@ -212,6 +212,9 @@ def _rates(s: Array, elapsed: float, p: Array, e: Array) -> None:
     for i in range(lanes):
         s[TAU_K + i] = p[STIFFNESS] * dead_zone(s[TWIST + i], p[HALF_GAP])
     _elastic_loops(s, p, e)
+    if e[SERVO_KP] != 0.0:
+        for i in range(lanes):
+            s[MOTOR + i] = servo(s[U + i], e, s[Y1 + i], s[Y3 + i])
     _motor_loops(s, e)
     _friction_loops(s, elapsed, p, e)
     if p[CAC] != 0.0:

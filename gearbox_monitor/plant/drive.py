@@ -38,7 +38,7 @@ from gearbox_monitor.errors import InputError, Problems, unknown
 from gearbox_monitor.kernels.elementary import arctan, sine
 from gearbox_monitor.kernels.jit import jit, jit_inline
 from gearbox_monitor.kernels.types import Array, Packed, Values
-from gearbox_monitor.plant.effects import EFFECTS, Parameter, plugins
+from gearbox_monitor.plant.effects import EFFECTS, pack as packed, Parameter, plugins
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.arm_side import ARM_VISCOUS
 from gearbox_monitor.plant.effects.effect import AtRest
@@ -61,6 +61,7 @@ COEFFICIENTS = {'Cav': CAV, 'Cac': CAC, 'G': G, 'TL': TL, 'Cl': CL}
 
 UNSEEN_TIME = 0.1  # s in which an arm that is not measured would come to rest
 ARM_LOAD_MODES = ('none', 'unknown', 'measured')
+CONTROLLERS = ('pd',)
 AXES = ('rotary', 'prismatic')  # prismatic: m, N and kg instead of rad, N m and kg m^2
 DRIVEN_BY = ('torque', 'position')  # what of a recording moves the model in a diagnosis
 
@@ -74,6 +75,35 @@ class Transmission:
     half_gap: float = 0.1
     hysteresis_width: float = 0.0
     hysteresis_stiffness: float = 0.0
+
+
+@dataclass(frozen=True)
+class Controller:
+    """
+    Servo of the motor: u = kp (r - q) - kd q', of a setpoint r and the motor's position q (rad).
+
+    kp N m/rad and kd N m s/rad act on the arm side; torque_limit N m, None for none; tolerance of
+    kp and kd: relative standard deviation.
+    """
+
+    kind: str = 'pd'
+    kp: float = 1.0
+    kd: float = 0.0
+    torque_limit: float | None = None
+    tolerance: float = 0.0
+
+    def torque(self, setpoint: Array, position: Array, speed: Array) -> Array:
+        """
+        Return the torque [N] (N m) that the servo commands.
+
+        Args:
+            setpoint: [N], rad.
+            position: of the motor [N], rad.
+            speed: of the motor [N], rad/s.
+        """
+        limit = math.inf if self.torque_limit is None else self.torque_limit
+        u: Array = np.clip(self.kp * (setpoint - position) - self.kd * speed, -limit, limit)
+        return u
 
 
 @dataclass(frozen=True)
@@ -99,6 +129,7 @@ class DriveModel:
     zero_tolerance: float = 0.0
     process_torque: float | None = None
     process_torque_time: float = 0.0
+    controller: Controller | None = None
 
     @property
     def effort_scale(self) -> float:
@@ -129,24 +160,37 @@ class DriveModel:
 
     def folded(self) -> 'DriveModel':
         """Return the model with the effects in its values that only replace one of them."""
-        changes: dict[str, Any] = {}
-        shape: dict[str, Any] = {}
+        changes: dict[str, float] = {}
         remaining = []
-        names = {f.name for f in fields(Transmission)}
         for effect in self.effects:
             entry = EFFECTS.get(effect['id'])
             if entry and entry.adds_to:
-                value = changes.get(entry.adds_to, getattr(self, entry.adds_to))
+                value = changes.get(entry.adds_to, self.value(entry.adds_to))
                 changes[entry.adds_to] = value + effect[entry.parameters[0].name]
             elif entry and entry.replaces:
-                value = effect[entry.parameters[0].name]
-                (shape if entry.replaces in names else changes)[entry.replaces] = value
+                changes[entry.replaces] = effect[entry.parameters[0].name]
             else:
                 remaining.append(effect)
         if len(remaining) == len(self.effects):
             return self
-        return replace(self, transmission=replace(self.transmission, **shape),
-                       effects=tuple(remaining), **changes)
+        return replace(self.with_values(changes), effects=tuple(remaining))
+
+    def value(self, name: str) -> float:
+        """Return the value `name` of the model, its transmission or controller, 0 without one."""
+        if name in _OF_CONTROLLER and self.controller is None:
+            return 0.0
+        value: float = getattr(self.transmission if name in _OF_TRANSMISSION else
+                               self.controller if name in _OF_CONTROLLER else self, name)
+        return value
+
+    def with_values(self, values: Values) -> 'DriveModel':
+        """Return the model with `values` {name of a field, also of a part: number}, unchecked."""
+        shape = {k: v for k, v in values.items() if k in _OF_TRANSMISSION}
+        gains = {k: v for k, v in values.items() if k in _OF_CONTROLLER}
+        own = {k: v for k, v in values.items() if k not in shape and k not in gains}
+        servo = replace(self.controller, **gains) if self.controller else None
+        return replace(self, transmission=replace(self.transmission, **shape), controller=servo,
+                       **own)
 
     def without_arm(self) -> 'DriveModel':
         """
@@ -186,9 +230,22 @@ class DriveModel:
                     p[place] += effect.get(name, 0.0)
         return p
 
+    def pack_effects(self) -> Array:
+        """Return effects and servo as the float64 array [N_EFFECTS] that kernels take."""
+        servo = self.folded().controller
+        if servo is None:
+            return packed(self.effects)
+        limit = math.inf if servo.torque_limit is None else servo.torque_limit
+        return packed(self.effects, (servo.kp, servo.kd, limit))
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, as a model file holds them."""
         data = {f.name: getattr(self, f.name) for f in fields(self)}
+        if self.controller is None:
+            del data['controller']
+        else:
+            data['controller'] = {f.name: getattr(self.controller, f.name)
+                                  for f in fields(Controller)}
         data['transmission'] = {
             f.name: getattr(self.transmission, f.name) for f in fields(Transmission)}
         data['effects'] = [dict(e) for e in self.effects]
@@ -203,6 +260,8 @@ class DriveModel:
         return model_from_dict(data, 'model')
 
 
+_OF_TRANSMISSION = {f.name for f in fields(Transmission)}
+_OF_CONTROLLER = {'kp', 'kd', 'torque_limit'}
 # name -> (unit, lower bound, upper bound, bound is exclusive at the lower end)
 _RANGES = {
     'motor_inertia': ('kg m^2', 0.0, 1e6, True),
@@ -224,6 +283,9 @@ _RANGES = {
     'half_gap': ('rad', 0.0, 1e3, False),
     'hysteresis_width': ('rad', 0.0, 1e3, False),
     'hysteresis_stiffness': ('N m/rad', 0.0, 1e12, False),
+    'kp': ('N m/rad', 0.0, 1e9, True),
+    'kd': ('N m s/rad', 0.0, 1e9, False),
+    'torque_limit': ('N m', 0.0, 1e9, True),
 }
 
 
@@ -267,9 +329,13 @@ def model_from_dict(data: Any, source: str) -> DriveModel:
     if 'transmission' in values:
         with problems:
             values['transmission'] = _transmission(values['transmission'], source, axis)
+    if values.get('controller') is not None:
+        with problems:
+            values['controller'] = _controller(values['controller'], source, axis)
     if 'effects' in values:
         with problems:
             values['effects'] = _effects(values['effects'], source, axis)
+            _check_input(values['effects'], values.get('controller') is not None, source)
     for name, choices in (('arm_load', ARM_LOAD_MODES), ('axis', AXES), ('driven_by', DRIVEN_BY)):
         if name in values:
             with problems:
@@ -282,6 +348,9 @@ def model_from_dict(data: Any, source: str) -> DriveModel:
         problems.found.append(
             f'{source}: process_torque_time: 0, expected a number > 0 (s) with driven_by: '
             'position, whose residuals are never white')
+    if values.get('controller') is not None and values.get('driven_by') == 'position':
+        problems.found.append(f'{source}: driven_by: position, expected torque with a controller, '
+                              'whose setpoint drives the model')
     if values.get('gear_ratio') == 0:
         problems.found.append(f'{source}: gear_ratio: 0, expected a number other than 0')
     problems.raise_all()
@@ -302,6 +371,44 @@ def _transmission(block: Any, source: str, axis: str) -> Transmission:
             values[name] = _number(value, name, source, axis)
     problems.raise_all()
     return Transmission(kind=kind, **values)
+
+
+def _controller(block: Any, source: str, axis: str) -> Controller:
+    allowed, problems = {f.name for f in fields(Controller)}, Problems()
+    unmodelled = ('delay', 'rate', 'ki', 'feedforward')
+    if isinstance(block, dict):
+        for name in (n for n in unmodelled if n in block):
+            problems.found.append(
+                f'{source}: controller.{name}: not modelled, expected only '
+                f'{", ".join(sorted(allowed))}: a continuous PD servo; a delay of its setpoint is '
+                'the effect setpoint_delay')
+        block = {k: v for k, v in block.items() if k not in unmodelled}
+    with problems:
+        _mapping(block, 'controller', source, allowed)
+    values = {k: v for k, v in block.items() if k in allowed} if isinstance(block, dict) else {}
+    with problems:
+        _choice(values.get('kind', 'pd'), 'controller.kind', source, CONTROLLERS)
+    if 'kp' not in values:
+        problems.found.append(f'{source}: controller.kp: missing, expected a number > 0 '
+                              f'({on_axis("N m/rad", axis)})')
+    for name in ('kp', 'kd', 'torque_limit', 'tolerance'):
+        if values.get(name) is not None:
+            with problems:
+                values[name] = _number(values[name], name, f'{source}: controller', axis)
+    problems.raise_all()
+    return Controller(**values)
+
+
+def _check_input(items: Collection[Values], servo: bool, source: str) -> None:
+    """Raise InputError for effects of a servo without one, or of a torque with one."""
+    for effect in items:
+        entry = EFFECTS.get(effect['id'])
+        if entry and entry.location == 'controller' and not servo:
+            raise InputError(f'{source}: effects.{entry.id}: acts on a servo, expected the key '
+                             'controller in the model')
+        if entry and entry.torque_only and servo:
+            raise InputError(f'{source}: effects.{entry.id}: acts on a recorded torque, expected '
+                             'an effect of the controller, which takes a setpoint')
 
 
 def _effects(items: Any, source: str, axis: str) -> tuple[Values, ...]:
@@ -350,6 +457,13 @@ def _check_effect_value(value: Any, parameter: Parameter, place: str, axis: str)
                          + f' ({on_axis(parameter.unit, axis)})')
 
 
+def expect_torque_input(model: DriveModel, source: str) -> None:
+    """Raise InputError, which names the `source` of `model`, if a servo takes a setpoint."""
+    if model.controller is not None:
+        raise InputError(f'{source}: controller: takes a setpoint, expected a model without: this '
+                         'command gives the motor a torque')
+
+
 def loads_arm(name: str) -> bool:
     """Return whether the effect `name` is a load on the arm that the filters' equations have."""
     effect = EFFECTS.get(name)
@@ -376,15 +490,17 @@ def fastest_eigenvalue(model: DriveModel) -> float:
         torque = abs(p[G]) + abs(p[TL])
     else:
         torque = model.transmission.stiffness * model.transmission.half_gap
-    slope = motor_friction_slope(0.0, torque, p)
+    slope, spring = motor_friction_slope(0.0, torque, p), 0.0
+    if model.controller is not None:
+        slope, spring = slope + model.controller.kd, model.controller.kp
     arm_slope = p[CAV] + TWO_OVER_PI * p[CAC] * p[ALPHA]
-    spring = 0.0
     for effect in model.effects:
         at_rest = _at_rest(effect, p[ALPHA])
         slope += at_rest.damper
         spring += at_rest.spring
     if model.transmission.kind == 'rigid':
-        return (slope + arm_slope) / (model.motor_inertia + model.arm_inertia)
+        inertia = model.motor_inertia + model.arm_inertia
+        return max((slope + arm_slope) / inertia, math.sqrt(spring / inertia))
     k = model.transmission.stiffness + model.transmission.hysteresis_stiffness
     m1, m2, d = model.motor_inertia, model.arm_inertia, model.damping
     a = np.array([
@@ -418,6 +534,10 @@ def fast_values(model: DriveModel) -> str:
         f'{stiffness}, {motor}': math.sqrt(k * p[INVERSE_M1]),
         f'{stiffness}, {arm}': math.sqrt(k * p[INVERSE_M2]),
         f'position_gain: {model.position_gain:g}, {motor}': math.sqrt(p[KR] * p[INVERSE_M1])}
+    if model.controller is not None:
+        servo = model.controller
+        rates[f'controller.kp: {servo.kp:g}, kd: {servo.kd:g}, {motor}'] = (
+            servo.kd * p[INVERSE_M1] + math.sqrt(servo.kp * p[INVERSE_M1]))
     if p[CAV] or p[CAC] or p[G]:
         rates[f'effects that load the arm, {arm}'] = (
             p[CAV] + p[CAC] * p[ALPHA] + math.sqrt(abs(p[G]))) * p[INVERSE_M2]

@@ -28,7 +28,8 @@ from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import (
     ALPHA, arm_acceleration, arm_load, CC, CV, DriveModel, fastest_eigenvalue, HALF_GAP, K_S, KIND,
     motor_acceleration, rigid_torque, STIFFNESS, substeps, WIDTH)
-from gearbox_monitor.plant.effects import arm_profile, Effect, MAX_DELAY, quantised, Three, Torques
+from gearbox_monitor.plant.effects import (
+    arm_profile, Effect, MAX_SETPOINT_DELAY, quantised, Three, Torques)
 from gearbox_monitor.plant.effects.composition import (
     actuator, advanced_memories, arm_effects, elastic_torque, friction_effects, motor_effects,
     reading, stored_memories)
@@ -91,8 +92,8 @@ class Trajectory:
     """
     Simulated samples, N of them, `dt` s apart.
 
-    t [N] s; u [N] N m, held from t_k to t_k+1; y [N, 2] measured and x [N, 4] true states;
-    tau_k, tau_arm [N] true torque of the transmission and load on the arm, N m.
+    t [N] s; u [N] N m, or setpoint, rad, held from t_k to t_k+1; y [N, 2] measured and x [N, 4]
+    true states; tau_k, tau_arm [N] true torque of the transmission and load on the arm, N m.
     """
 
     t: np.ndarray
@@ -332,7 +333,7 @@ class Plant:
         elif plugin.id != getattr(self, '_plugin', None):
             self._kernel, self._plugin = with_plugin(plugin.torques, _run)[0], plugin.id
         self._model = model
-        self._drive = PackedDrive(model.pack(), effects.pack(model.effects), theta)
+        self._drive = PackedDrive(model.pack(), model.pack_effects(), theta)
         self._eigenvalue = fastest_eigenvalue(model)
 
     def run(self, u: Array, dt: float, t0: float = 0.0) -> Trajectory:
@@ -340,7 +341,7 @@ class Plant:
         Apply a torque and return what the drive does.
 
         Args:
-            u: torque [N], held over a sample, N m.
+            u: torque [N], held over a sample, N m; setpoint, rad, if the model has a controller.
             dt: length of a sample, s.
             t0: time at the begin, s.
 
@@ -356,7 +357,7 @@ class Plant:
         first = round(first) if abs(first - round(first)) < 1e-6 else first
         t = (first + np.arange(len(u))) * dt
         x, tau, acting = np.empty((len(u), 4)), np.empty((len(u), 2)), np.empty((len(u), n))
-        keep = math.ceil(MAX_DELAY / dt) + 2
+        keep = math.ceil(MAX_SETPOINT_DELAY / dt) + 2
         if len(self._past_u) != keep:
             self._past_u = np.zeros(keep)  # before the start there was no torque
         commanded = np.concatenate([self._past_u, u])
@@ -398,7 +399,7 @@ def simulate(model: DriveModel, u: Array, dt: float, noise: Noise | None = None,
 
     Args:
         model: DriveModel.
-        u: torque [N], held over a sample, N m.
+        u: torque [N], held over a sample, N m; setpoint, rad, if the model has a controller.
         dt: length of a sample, s.
         noise: Noise, None for none.
         seed: of that noise.

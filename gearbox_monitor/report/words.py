@@ -26,7 +26,8 @@ NEAR_FLOOR = 1.5  # gap that may be noise of the encoders
 DENSE = 1.5  # ratio of the share of the gap to the share of the time that is worth a word
 PLACES = {
     'motor_side': 'motor side', 'arm_side': 'arm side', 'transmission': 'transmission',
-    'actuator': 'actuator', 'motor_sensor': 'motor encoder', 'arm_sensor': 'arm encoder'}
+    'controller': 'controller', 'actuator': 'actuator', 'motor_sensor': 'motor encoder',
+    'arm_sensor': 'arm encoder'}
 # The meaning of each effect on a real drive.
 MEANINGS = {name: effect.meaning for name, effect in EFFECTS.items()}
 SUGGESTED = 'this command finds a more informative motion, no larger than that of the recording'

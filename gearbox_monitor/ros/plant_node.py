@@ -42,7 +42,8 @@ from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE, TRANSMISSION
 from gearbox_monitor.kernels.compilation import announced_compilation
 from gearbox_monitor.parameters import PLANT, PLANT_MODEL, PlantParameters
-from gearbox_monitor.plant.drive import DriveModel, expect_integrable, model_from_dict
+from gearbox_monitor.plant.drive import (
+    DriveModel, expect_integrable, expect_torque_input, model_from_dict)
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, GRAVITY, LOAD_TORQUE
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.faults import EncoderFault, Faults, FaultyPlant, JOINTS
@@ -78,6 +79,7 @@ class PlantNode(TableNode):
         values = declare(self, [row for row in PLANT if row.name not in PLANT_MODEL])
         path = str(values['model']) or config_path('drive.yaml')
         self.drive = load_model(path)
+        expect_torque_input(self.drive, str(path))
         values |= declare(self, [
             replace(row, default=_value(self.drive, row.name)) for row in PLANT
             if row.name in PLANT_MODEL])

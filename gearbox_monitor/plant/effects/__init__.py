@@ -21,12 +21,13 @@ delta = x1 - x2 the twist. An effect that only replaces a value of the model is 
 (drive.DriveModel.folded) and has no equation here.
 """
 from gearbox_monitor.plant.effects.effect import (
-    Effect, FreeParameter, LOCATIONS, MAX_DELAY, Parameter, Scales, Three, Torques)
+    Effect, FreeParameter, LOCATIONS, MAX_DELAY, MAX_SETPOINT_DELAY, Parameter, Scales, Three,
+    Torques)
 from gearbox_monitor.plant.effects.registry import (
     arm_profile, EFFECTS, library, MEMORIES, N_EFFECTS, N_MEMORY, not_in_filters, pack, PLACES,
     PLUGIN_GROUP, plugins, quantised)
 
 __all__ = [
-    'EFFECTS', 'LOCATIONS', 'MAX_DELAY', 'MEMORIES', 'N_EFFECTS', 'N_MEMORY', 'PLACES',
-    'PLUGIN_GROUP', 'Effect', 'FreeParameter', 'Parameter', 'Scales', 'Three', 'Torques',
-    'arm_profile', 'library', 'not_in_filters', 'pack', 'plugins', 'quantised']
+    'EFFECTS', 'LOCATIONS', 'MAX_DELAY', 'MAX_SETPOINT_DELAY', 'MEMORIES', 'N_EFFECTS',
+    'N_MEMORY', 'PLACES', 'PLUGIN_GROUP', 'Effect', 'FreeParameter', 'Parameter', 'Scales',
+    'Three', 'Torques', 'arm_profile', 'library', 'not_in_filters', 'pack', 'plugins', 'quantised']

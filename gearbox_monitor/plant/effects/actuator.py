@@ -51,13 +51,13 @@ TORQUE_OFFSET = Effect(
 # Lag and delay act over the steps of a simulation: composition.actuator has their equations.
 ACTUATOR_LAG = Effect(
     'actuator_lag', 'actuator', "T u_act' = u - u_act", (Parameter('T', 's', 0.0, 10.0),),
-    meaning='torque follows the command with a lag',
+    meaning='torque follows the command with a lag', torque_only=True,
     starts=lambda s: [[FreeParameter('T', 0.001, 0.002, 0.0, 1.0)]],
     separated_by={'actuator_delay': 'a chirp or fast motion above 5 Hz'})
 
 ACTUATOR_DELAY = Effect(
     'actuator_delay', 'actuator', 'u_act(t) = u(t - T)', (Parameter('T', 's', 0.0, MAX_DELAY),),
-    meaning='torque follows the command with a dead time',
+    meaning='torque follows the command with a dead time', torque_only=True,
     starts=lambda s: [[FreeParameter('T', 0.001, 0.002, 0.0, MAX_DELAY)]])
 
 
@@ -67,7 +67,8 @@ def clipped_command(c: Coefficients, u: float) -> float:
     return min(max(u, -c.umax), c.umax)
 
 
-def _saturation_starts(s: Scales) -> Starts:
+def limits_below_peak(s: Scales) -> Starts:
+    """Return the `starts` of a limit of the torque, in the Scales `s`."""
     return [[FreeParameter('umax', f * s.peak, 0.1 * s.peak, 0.02 * s.peak, s.peak)]
             for f in (0.97, 0.85, 0.65, 0.4)]
 
@@ -76,7 +77,7 @@ SATURATION = Effect(
     'saturation', 'actuator', 'u_act = clip(u, -umax, umax)',
     (Parameter('umax', 'N m', 0.0, of_command=True),),
     meaning='torque is limited below the command', command=clipped_command, off=math.inf,
-    order=-1, starts=_saturation_starts)
+    order=-1, starts=limits_below_peak, torque_only=True)
 
 
 @jit_part

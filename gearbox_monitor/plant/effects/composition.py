@@ -30,19 +30,25 @@ from gearbox_monitor.kernels.jit import jit, jit_part
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import HALF_GAP, K_S, KIND, STIFFNESS, WIDTH
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, ACTUATOR_LAG
+from gearbox_monitor.plant.effects.controller import (
+    SERVO_DEADBAND, SERVO_LIMIT, SETPOINT_DELAY, SETPOINT_LAG)
 from gearbox_monitor.plant.effects.effect import Coefficients, Effect, Three
 from gearbox_monitor.plant.effects.encoder import ARM_ENCODER_DELAY, MOTOR_ENCODER_DELAY
-from gearbox_monitor.plant.effects.registry import in_slot, MEMORIES, N_MEMORY, PLACES
-from gearbox_monitor.plant.transmission import transmission_torque
+from gearbox_monitor.plant.effects.registry import (
+    in_slot, MEMORIES, N_MEMORY, PLACES, SERVO_KD, SERVO_KP, SERVO_TORQUE)
+from gearbox_monitor.plant.transmission import dead_zone, transmission_torque
 
 LAG, DELAY = PLACES[ACTUATOR_LAG.id], PLACES[ACTUATOR_DELAY.id]
+SERVO_LAG, SERVO_DELAY = PLACES[SETPOINT_LAG.id], PLACES[SETPOINT_DELAY.id]
+DEADBAND, LIMIT = PLACES[SERVO_DEADBAND.id], PLACES[SERVO_LIMIT.id]
 DELAY1, DELAY2 = PLACES[MOTOR_ENCODER_DELAY.id], PLACES[ARM_ENCODER_DELAY.id]
-# What happens between command and actuator depends on these alone.
+# What happens between command and actuator, or setpoint and servo, depends on these alone.
 COMMAND_PLACES = [PLACES[effect.id] for effect in (
-    *in_slot('command'), ACTUATOR_LAG, ACTUATOR_DELAY)]
+    *in_slot('command'), ACTUATOR_LAG, ACTUATOR_DELAY, SETPOINT_LAG, SETPOINT_DELAY)]
 # Where an effect with an equation in each step switches on.
 STEP_SLOTS = ('friction', 'arm_torque', 'twist', 'elastic', 'motor_torque')
-STEP_PLACES = tuple(sorted({PLACES[e.id] for slot in STEP_SLOTS for e in in_slot(slot)}))
+STEP_PLACES = (*sorted({PLACES[e.id] for slot in STEP_SLOTS for e in in_slot(slot)}), SERVO_KP)
+NO_ERROR = (0.0, 0.0, 0.0)
 Kernel = Callable[..., Any]
 
 
@@ -217,7 +223,7 @@ friction_effects = _chain('friction', _friction)
 arm_effects = _chain('arm_torque', _arm_torque)
 twist_effects = _chain('twist', _twist)
 elastic_effects = _chain('elastic', _elastic)
-motor_effects = _chain('motor_torque', _motor_torque)
+torque_effects = _chain('motor_torque', _motor_torque)
 motor_gain = _chain('motor_gain', _motor_gain)
 command_effects = _chain('command', _command)
 _IN_MOTOR, _IN_ARM = ([effect for effect in in_slot('encoder_error') if effect.location == place]
@@ -228,6 +234,48 @@ motor_corrected, arm_corrected = (
 motor_error, arm_error = (chained([_error(e) for e in part]) for part in (_IN_MOTOR, _IN_ARM))
 _advanced = _chain('memory', _memory)
 memories_of = chained([_stored(place) for place in range(1, N_MEMORY)])
+
+
+@jit_part
+def servo(r: float, e: Array, x1: float, x3: float) -> float:
+    """
+    Return the torque that a servo and the actuator behind it make of a setpoint.
+
+    The servo reads its own encoder, with its eccentricity, without noise.
+
+    Args:
+        r: setpoint, rad; without a servo a torque, which is returned.
+        e: packed effects.
+        x1: position of the motor, rad.
+        x3: its speed, rad/s.
+
+    Returns:
+        Torque, N m.
+    """
+    if e[SERVO_KP] == 0.0:
+        return r
+    error, slope, _ = motor_error(NO_ERROR, e, x1)
+    u = (e[SERVO_KP] * dead_zone(r - x1 - error, e[DEADBAND])
+         - e[SERVO_KD] * x3 * (1.0 + slope))
+    limit = min(e[SERVO_TORQUE], e[LIMIT])
+    return command_effects(min(max(u, -limit), limit), e)
+
+
+@jit_part
+def motor_effects(u: float, e: Array, x1: float, x3: float) -> float:
+    """
+    Return the torque that acts on the motor.
+
+    Args:
+        u: torque of the actuator, N m, or setpoint of the servo, rad.
+        e: packed effects.
+        x1: position of the motor, rad.
+        x3: its speed, rad/s.
+
+    Returns:
+        Torque, N m.
+    """
+    return torque_effects(servo(u, e, x1, x3), e, x1, x3)
 
 
 @jit_part
@@ -279,7 +327,7 @@ def elastic_torque(x1: float, x2: float, m: Any, p: Array, e: Array) -> float:
 @jit
 def steady_command(u: float, e: Array) -> float:
     """Return the torque (N m) of an actuator at rest under the command `u`, `e` packed effects."""
-    return command_effects(u, e)
+    return u if e[SERVO_KP] != 0.0 else command_effects(u, e)
 
 
 @jit
@@ -287,7 +335,8 @@ def actuator(u: Array, past: int, act: float, dt: float, e: Array, out: Array) -
     """
     Fill `out` with the mean torque of the actuator in each part of each sample.
 
-    In this order: dead time, effects on the command, lag.
+    In this order: dead time, effects on the command, lag. With a servo, u and out are setpoints,
+    and the effects on the command act behind it.
 
     Args:
         u: commanded torque [past + N], held over a sample, N m.
@@ -302,21 +351,23 @@ def actuator(u: Array, past: int, act: float, dt: float, e: Array, out: Array) -
     """
     n = out.shape[1]
     h = dt / n
-    fade = math.exp(-h / e[LAG]) if e[LAG] > 0.0 else 0.0
-    share = e[LAG] / h * (1.0 - fade)
+    lag, delay = e[LAG] + e[SERVO_LAG], e[DELAY] + e[SERVO_DELAY]
+    fade = math.exp(-h / lag) if lag > 0.0 else 0.0
+    share = lag / h * (1.0 - fade)
     for k in range(out.shape[0]):
         for i in range(n):
             command = u[past + k]
-            if e[DELAY] > 0.0:
-                begin = (i * h - e[DELAY]) / dt
+            if delay > 0.0:
+                begin = (i * h - delay) / dt
                 first = math.floor(begin)
                 last = math.floor(begin + 1.0 / n)
                 command = u[max(0, past + k + int(first))]
                 if last > first:
                     over = (begin + 1.0 / n - last) * n
                     command += over * (u[max(0, past + k + int(last))] - command)
-            command = command_effects(command, e)
-            if e[LAG] > 0.0:
+            if e[SERVO_KP] == 0.0:
+                command = command_effects(command, e)
+            if lag > 0.0:
                 out[k, i] = command + (act - command) * share
                 act = command + (act - command) * fade
             else:

@@ -25,8 +25,10 @@ from typing import Any, NamedTuple, TypeAlias
 
 from gearbox_monitor.kernels.types import Array, Values
 
-LOCATIONS = ('motor_side', 'arm_side', 'transmission', 'actuator', 'motor_sensor', 'arm_sensor')
+LOCATIONS = ('motor_side', 'arm_side', 'transmission', 'controller', 'actuator', 'motor_sensor',
+             'arm_sensor')
 MAX_DELAY = 0.02  # s: longest dead time of torque or encoder
+MAX_SETPOINT_DELAY = 0.1  # s
 # The parameters of an effect as a named tuple, c.A, c.phi ...; each effect has a type of its own.
 Coefficients: TypeAlias = Any
 Three: TypeAlias = tuple[float, float, float]
@@ -151,6 +153,7 @@ class Effect:
         twin: id of an effect that no motion distinguishes from it.
         separated_by: {id of another effect: motion that distinguishes them}.
         rotary_only: a prismatic axis does not have it. needs_both_encoders: one does not show it.
+        torque_only: it acts on a torque that is recorded, which that of a servo is not.
     """
 
     id: str
@@ -185,6 +188,7 @@ class Effect:
     separated_by: Mapping[str, str] = field(default_factory=dict)
     rotary_only: bool = False
     needs_both_encoders: bool = False
+    torque_only: bool = False
 
     @property
     def phased(self) -> bool:

@@ -32,7 +32,8 @@ from gearbox_monitor.kernels.jit import jit_anew
 from gearbox_monitor.kernels.types import Array, Values
 import gearbox_monitor.plant.effects.actuator as actuator
 import gearbox_monitor.plant.effects.arm_side as arm_side
-from gearbox_monitor.plant.effects.effect import Effect, LOCATIONS, Parameter
+import gearbox_monitor.plant.effects.controller as controller
+from gearbox_monitor.plant.effects.effect import Effect, LOCATIONS, Parameter, Three
 import gearbox_monitor.plant.effects.encoder as encoder
 import gearbox_monitor.plant.effects.gearbox as gearbox
 import gearbox_monitor.plant.effects.motor_side as motor_side
@@ -48,7 +49,7 @@ def _standing_in(*modules: ModuleType) -> Iterator[tuple[str, Effect]]:
                 yield value.id, value
 
 
-EFFECTS = dict(_standing_in(motor_side, arm_side, gearbox, actuator, encoder))
+EFFECTS = dict(_standing_in(motor_side, arm_side, gearbox, controller, actuator, encoder))
 
 
 def _has_places(effect: Effect) -> bool:
@@ -65,7 +66,10 @@ def _places() -> tuple[dict[str, int], int]:
     return places, end
 
 
-PLACES, N_EFFECTS = _places()
+PLACES, _END = _places()
+# Behind them stands the servo: kp (0 without one), kd and the limit of its torque.
+SERVO_KP, SERVO_KD, SERVO_TORQUE, N_EFFECTS = range(_END, _END + 4)
+NO_SERVO = (0.0, 0.0, math.inf)
 
 
 def in_slot(slot: str) -> list[Effect]:
@@ -79,9 +83,16 @@ MEMORIES = {effect.id: place for place, effect in enumerate(in_slot('memory'), 1
 N_MEMORY = 1 + len(MEMORIES)
 
 
-def pack(effects: Sequence[Values]) -> Array:
-    """Return the `effects` (dicts of a model) as the float64 array [N_EFFECTS] of the kernels."""
+def pack(effects: Sequence[Values], servo: Three = NO_SERVO) -> Array:
+    """
+    Return effects as the float64 array [N_EFFECTS] of the kernels.
+
+    Args:
+        effects: dicts of a model.
+        servo: kp (N m/rad), kd (N m s/rad) and limit (N m) of the servo that takes a setpoint.
+    """
     e = np.zeros(N_EFFECTS)
+    e[SERVO_KP], e[SERVO_KD], e[SERVO_TORQUE] = servo
     for name, place in PLACES.items():
         e[place] = EFFECTS[name].off
     for values in effects:

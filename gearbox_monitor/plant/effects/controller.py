@@ -1,0 +1,63 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Effects of the servo whose setpoint is recorded: its gain, limit, deadband, its setpoint.
+
+composition.servo has the equation of the servo, composition.actuator that of what happens to its
+setpoint. Its damping kd has no effect of its own: it is viscous friction of the motor.
+"""
+import math
+
+from gearbox_monitor.plant.effects.actuator import limits_below_peak
+from gearbox_monitor.plant.effects.effect import (
+    Effect, FreeParameter, MAX_SETPOINT_DELAY, of_model, Parameter, positive, Scales, Starts)
+
+_KP = Parameter('kp', 'N m/rad', 1e-9)
+
+SERVO_GAIN = Effect(
+    'servo_gain', 'controller', 'kp replaced', (_KP,),
+    meaning='proportional gain of the servo is not that of the model', replaces='kp',
+    starts=of_model(_KP, 'kp', (1.0, 0.7, 1.4)),
+    separated_by={'torque_gain': 'fast motion, in which the damping of the servo counts'})
+
+SERVO_LIMIT = Effect(
+    'servo_limit', 'controller', 'u clipped at +-umax',
+    (Parameter('umax', 'N m', 0.0),),
+    meaning='servo limits its torque below the limit of the model', off=math.inf,
+    starts=limits_below_peak)
+
+
+def _deadband_starts(s: Scales) -> Starts:
+    error = s.torque / s.values['kp']
+    return [[FreeParameter('d', f * error, 0.1 * error, 0.0)] for f in (0.05, 0.3)]
+
+
+SERVO_DEADBAND = Effect(
+    'servo_deadband', 'controller', "u = kp dz(r - q, d) - kd q'", (positive('d', 'rad'),),
+    meaning='servo does not react to small errors of position', starts=_deadband_starts)
+
+SETPOINT_DELAY = Effect(
+    'setpoint_delay', 'controller', 'r(t) -> r(t - T)',
+    (Parameter('T', 's', 0.0, MAX_SETPOINT_DELAY),),
+    meaning='setpoint comes to the servo with a dead time',
+    starts=lambda s: [[FreeParameter('T', 0.002, 0.004, 0.0, MAX_SETPOINT_DELAY)],
+                      [FreeParameter('T', 0.02, 0.01, 0.0, MAX_SETPOINT_DELAY)]])
+
+SETPOINT_LAG = Effect(
+    'setpoint_lag', 'controller', "T r_f' = r - r_f, r_f in place of r",
+    (Parameter('T', 's', 0.0, 10.0),),
+    meaning='servo filters its setpoint',
+    starts=lambda s: [[FreeParameter('T', 0.005, 0.01, 0.0, 1.0)]],
+    separated_by={'setpoint_delay': 'a chirp or fast motion above 5 Hz'})

@@ -1,0 +1,137 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A servo that takes a setpoint: its closed loop against scipy, its place in a model file."""
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.identification.shooting import shooting_windows, Simulator
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.plant.drive import fastest_eigenvalue, model_from_dict
+from gearbox_monitor.plant.simulate import Plant
+from gearbox_monitor.quality.recording import UniformRecording
+
+compiled = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
+DT = 0.01
+T = DT * np.arange(200)
+SETPOINT = np.round(1.5 * np.sin(2.0 * np.pi * 0.8 * T) + 0.4 * np.sin(2.0 * np.pi * 2.1 * T), 2)
+SERVO = {'kind': 'pd', 'kp': 6.0, 'kd': 0.15, 'torque_limit': 5.0}
+EFFECTS = {
+    'none': [], 'gain': [{'id': 'servo_gain', 'kp': 4.5}],
+    'limit': [{'id': 'servo_limit', 'umax': 2.0}],
+    'deadband': [{'id': 'servo_deadband', 'd': 0.05}],
+    'delay': [{'id': 'setpoint_delay', 'T': 0.03}], 'lag': [{'id': 'setpoint_lag', 'T': 0.02}],
+    'behind': [{'id': 'torque_gain', 'g': -0.2}, {'id': 'torque_offset', 'u0': 0.2},
+               {'id': 'cogging', 'A': 0.1, 'N': 5, 'phi': 0.3},
+               {'id': 'motor_encoder_eccentricity', 'A': 0.1, 'phi': 0.5}]}
+
+
+def drive(effects=(), **controller):
+    """Return the paper's drive behind a servo."""
+    return model_from_dict({'controller': {**SERVO, **controller}, 'effects': list(effects)}, 'm')
+
+
+def closed_loop(effects, duration):
+    """Return positions and speeds [N, 4] of the closed loop, by scipy."""
+    e = {effect['id']: effect for effect in effects}
+    m1, m2, damping, cv, cc, k, b, kr = (
+        0.006442, 0.023454, 0.01, 0.1, 0.27, 25.0, 0.1, 0.01)
+    delay, lag = (e.get(f'setpoint_{name}', {}).get('T', 0.0) for name in ('delay', 'lag'))
+    limit = min(5.0, e.get('servo_limit', {}).get('umax', 9.0))
+    kp = e.get('servo_gain', {}).get('kp', 6.0)
+    d = e.get('servo_deadband', {}).get('d', 0.0)
+    gain = 1.0 + e.get('torque_gain', {}).get('g', 0.0)
+    u0 = e.get('torque_offset', {}).get('u0', 0.0)
+    cog, ecc = ([e.get(name, {}).get(p, 0.0) for p in ('A', 'N', 'phi')] for name in
+                ('cogging', 'motor_encoder_eccentricity'))
+
+    def rates(t, state):
+        x1, x2, x3, x4, r = state
+        i = int(np.floor((t - delay) / DT + 1e-9))
+        held = SETPOINT[i] if i >= 0 else 0.0
+        q = x1 + ecc[0] * np.sin(x1 + ecc[2])
+        v = x3 * (1.0 + ecc[0] * np.cos(x1 + ecc[2]))
+        error = (r if lag else held) - q
+        error = np.sign(error) * max(abs(error) - d, 0.0)
+        u = gain * np.clip(kp * error - 0.15 * v, -limit, limit) + u0
+        u += cog[0] * np.sin(cog[1] * x1 + cog[2])
+        twist = x1 - x2
+        tau = k * np.sign(twist) * max(abs(twist) - b, 0.0) + damping * (x3 - x4)
+        friction = cv * x3 + cc * 2.0 / np.pi * np.arctan(100.0 * x3)
+        return [x3, x4, (u - tau - friction - kr * x1) / m1, tau / m2,
+                (held - r) / lag if lag else 0.0]
+    state, rows = np.zeros(5), []
+    for t in T[:round(duration / DT)]:  # the setpoint is held: no step within an integration
+        rows.append(state[:4])
+        state = solve_ivp(rates, (t, t + DT), state, rtol=1e-9, atol=1e-10,
+                          max_step=2e-3).y[:, -1]
+    return np.array(rows)
+
+
+@compiled
+@pytest.mark.parametrize('name', EFFECTS)
+def test_closed_loop_agrees_with_scipy(name):
+    expected = closed_loop(EFFECTS[name], 0.7)
+    n = len(expected)
+    model = drive(EFFECTS[name])
+    fine = Plant(model).run(np.repeat(SETPOINT[:n], 50), DT / 50)
+    assert np.ptp(expected[:, 1]) > 1.0
+    assert np.abs(fine.x[::50] - expected)[:, :2].max() < 2e-5
+    if name != 'none':
+        plain = Plant(drive()).run(SETPOINT[:n], DT)
+        assert np.abs(plain.x - expected)[:, :2].max() > 0.01
+    # Runs of the diagnosis, one after the other and side by side in lanes.
+    recording = UniformRecording(T[:n], SETPOINT[:n], expected[:, :2], DT)
+    simulator = Simulator(recording, drive())
+    window = shooting_windows(recording, n * DT)
+    for count in (1, 3):
+        y, _ = simulator.run(window.take(np.zeros(count, int)), model, np.zeros((count, 4)),
+                             np.zeros((count, 4)))
+        read = expected[:, 0] + (0.1 * np.sin(expected[:, 0] + 0.5) if name == 'behind' else 0.0)
+        assert np.abs(y[0] - np.column_stack([read, expected[:, 1]])).max() < 3e-3
+
+
+def test_steps_follow_a_stiff_servo():
+    assert fastest_eigenvalue(drive(kp=5000.0, kd=20.0)) > 2.0 * fastest_eigenvalue(drive())
+    rigid = {'transmission': {'kind': 'rigid'}, 'coulomb_friction': 0.0}
+    slow, fast = (fastest_eigenvalue(model_from_dict(
+        {**rigid, 'controller': {'kp': kp}}, 'm')) for kp in (10.0, 1000.0))
+    assert fast == pytest.approx(10.0 * slow, rel=1e-6)
+
+
+@pytest.mark.parametrize('data, message', [
+    ({'controller': {'kd': 1.0}}, 'controller.kp: missing, expected a number > 0'),
+    ({'controller': {'kp': -1.0}}, 'controller: kp: -1.0, expected a number > 0'),
+    ({'controller': {'kp': 1.0, 'delay': 0.01}}, 'controller.delay: not modelled'),
+    ({'controller': {'kp': 1.0, 'kind': 'pid'}}, "controller.kind: 'pid', expected one of pd"),
+    ({'controller': {'kp': 1.0, 'gain': 2.0}}, 'controller.gain: unknown key'),
+    ({'effects': [{'id': 'servo_gain', 'kp': 2.0}]}, 'servo_gain: acts on a servo, expected'),
+    ({'controller': SERVO, 'effects': [{'id': 'actuator_lag', 'T': 0.01}]},
+     'actuator_lag: acts on a recorded torque'),
+    ({'controller': SERVO, 'driven_by': 'position', 'process_torque_time': 0.1},
+     'driven_by: position, expected torque with a controller')])
+def test_messages_name_the_key(data, message):
+    with pytest.raises(InputError, match='^model.yaml: ') as error:
+        model_from_dict(data, 'model.yaml')
+    assert message in str(error.value)
+
+
+def test_model_file_holds_the_servo():
+    model = drive()
+    assert model_from_dict(model.to_dict(), 'again') == model
+    assert 'controller' not in model_from_dict({}, 'plain').to_dict()
+    closed = drive(EFFECTS['gain']).folded()
+    assert closed.controller.kp == 4.5 and not closed.effects
