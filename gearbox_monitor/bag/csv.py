@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Read a recording from CSV: columns t, u, motor, arm and, where measured, arm_torque."""
+"""Read a recording from CSV: t, u or setpoint, motor, arm and, where measured, arm_torque."""
 from collections.abc import Callable
 from dataclasses import dataclass
 import gzip
@@ -28,7 +28,8 @@ from gearbox_monitor.files.packed_files import lines_of
 from gearbox_monitor.kernels.types import Array
 
 # Column -> name of the importer's signal; the units are s, N m and rad.
-COLUMNS = {'t': 'time', 'u': 'motor_effort', 'motor': 'motor_position', 'arm': 'arm_position',
+COLUMNS = {'t': 'time', 'u': 'motor_effort', 'setpoint': 'motor_setpoint',
+           'motor': 'motor_position', 'arm': 'arm_position',
            'arm_torque': 'arm_effort'}
 ENCODERS = ('motor', 'arm')
 DELIMITERS = (',', ';', '\t')
@@ -39,12 +40,13 @@ class CsvColumns:
     """
     Columns of a CSV file, float64 [N], NaN where not measured.
 
-    t s; u N m; motor, arm rad; arm_torque N m or None. notices: sentences for the user.
+    t s; u N m; setpoint, motor, arm rad; arm_torque N m or None. notices: sentences for the user.
     place(row, column): line and column of a value, for messages.
     """
 
     t: Array
     u: Array
+    setpoint: Array
     motor: Array
     arm: Array
     arm_torque: Array | None
@@ -66,6 +68,8 @@ def read_csv(path: str | Path) -> CsvColumns:
             raise InputError(f'{path}: header row: column {name!r} stands {header.count(name)} '
                              'times, expected once')
     missing = [name for name in ('t', 'u') if name not in header]
+    if 'setpoint' in header and 'u' in missing:
+        missing.remove('u')
     if not set(ENCODERS) & set(header):
         missing.append('motor or arm')
     if missing:
@@ -84,9 +88,11 @@ def read_csv(path: str | Path) -> CsvColumns:
     def place_by_name(row: int, name: str) -> str:
         line = raw.place(row, COLUMNS[name]).split(',')[0]
         return f'{line}, column {name}'
-    t, u = columns[COLUMNS['t']], columns[COLUMNS['u']]
-    motor, arm = (columns.get(COLUMNS[name], np.full(len(t), np.nan)) for name in ENCODERS)
-    return CsvColumns(t, u, motor, arm, columns.get(COLUMNS['arm_torque']), place_by_name, notices)
+    t = columns[COLUMNS['t']]
+    u, setpoint, motor, arm = (columns.get(COLUMNS[name], np.full(len(t), np.nan))
+                               for name in ('u', 'setpoint', *ENCODERS))
+    return CsvColumns(t, u, setpoint, motor, arm, columns.get(COLUMNS['arm_torque']),
+                      place_by_name, notices)
 
 
 def _header(path: str | Path) -> tuple[list[str], str]:

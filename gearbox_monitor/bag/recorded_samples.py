@@ -104,14 +104,18 @@ def samples_of(states: JointStates, model: DriveModel) -> tuple[Samples, Integer
     """
     Return (Samples [N], log_ns [N]) of the JointStates `states` with the columns motor and arm.
 
-    The gear_ratio and torque_constant of `model` refer them to the arm side.
+    The gear_ratio and torque_constant of `model` refer them to the arm side. A third column is the
+    setpoint of the motor, which then stands in place of its torque.
     """
     rows: slice | Flags = slice(None)
     if not states.named.all():  # other publishers may use the same topic
         rows = np.asarray(states.named.any(axis=1))
     position, effort = states.position[rows], states.effort[rows]
     u, y = np.empty((len(position), 2)), np.empty((len(position), 2))
-    np.multiply(effort[:, 0], model.effort_scale, u[:, 0])
+    if len(states.names) > 2:
+        np.divide(position[:, 2], model.gear_ratio, u[:, 0])
+    else:
+        np.multiply(effort[:, 0], model.effort_scale, u[:, 0])
     np.divide(position[:, 0], model.gear_ratio, y[:, 0])
     u[:, 1], y[:, 1] = effort[:, 1], position[:, 1]
     return Samples(states.stamp_ns[rows], u, y), states.log_ns[rows]

@@ -38,6 +38,7 @@ from gearbox_monitor.bag.joint_input import find_input, JointInput
 from gearbox_monitor.bag.read import BagReader, open_bag
 from gearbox_monitor.bag.recorded_samples import sample_parts
 from gearbox_monitor.bag.recorded_snapshots import read_snapshots
+from gearbox_monitor.cli.drive_recordings import add_setpoint_argument
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, dump, estimator_options, expect_new, write_new)
 from gearbox_monitor.cli.progress import count_bar
@@ -66,6 +67,7 @@ def add_arguments(parser: ArgumentParser) -> None:
                         '(default: as --params, motor)')
     parser.add_argument('--arm-joint', metavar='NAME', help='name of the arm joint '
                         '(default: as --params, arm)')
+    add_setpoint_argument(parser)
     parser.add_argument('--for', dest='purposes', nargs='+', choices=PURPOSES, metavar='PURPOSE',
                         default=PURPOSES, help='purpose of the recording: '
                         f'{", ".join(PURPOSES)} (default: all)')
@@ -80,7 +82,9 @@ def run(args: Namespace) -> int:
         source = find_input(reader, args.topic)
         topic = source.topic
         model, parameters = _model_and_parameters(args, reader, source)
-        examined, notes, joints = _examined(reader, topic, model, parameters)
+        servo = model is not None and model.controller is not None
+        examined, notes, joints = _examined(reader, topic, model, parameters,
+                                            [args.setpoint_joint] * servo)
         data = {'bag': str(args.bag), 'topic': topic,
                 'joints': {'there': joints, 'motor': parameters.motor_joint,
                            'arm': parameters.arm_joint},
@@ -124,10 +128,11 @@ def _model_and_parameters(args: Namespace, reader: BagReader,
 
 
 def _examined(reader: BagReader, topic: str, model: DriveModel | None,
-              parameters: EstimatorParameters) -> tuple[Examination, list[str], list[str]]:
+              parameters: EstimatorParameters, setpoint: Sequence[str] = ()
+              ) -> tuple[Examination, list[str], list[str]]:
     """Return findings, notes and joints of a recording, examined part by part."""
     motor, arm = parameters.motor_joint, parameters.arm_joint
-    decode = reader.decoder(topic, (motor, arm))
+    decode = reader.decoder(topic, (motor, arm, *setpoint))
     parts: list[Examination | InputError] = []
     with count_bar('check', reader.topics[topic][1]) as bar:
         for samples in sample_parts(reader, topic, decode, model or DriveModel(),
@@ -137,7 +142,7 @@ def _examined(reader: BagReader, topic: str, model: DriveModel | None,
                     parts.append(examine(samples, parameters, model))
                 except InputError as error:
                     parts.append(error)
-    reader.require_joints(topic, [motor], decode.joints)
+    reader.require_joints(topic, [motor, *setpoint], decode.joints)
     examined = [part for part in parts if isinstance(part, Examination)]
     if not examined:
         raise InputError(f'{reader.path}: {topic}: {parts[0]}')

@@ -26,7 +26,7 @@ import numpy as np
 from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.recorded_samples import read_samples
+from gearbox_monitor.bag.recorded_samples import samples_of
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.export.mjcf_file import model_of, read_mjcf
 from gearbox_monitor.files.yaml_files import load_model, load_yaml
@@ -36,12 +36,17 @@ from gearbox_monitor.quality.admission import admitted
 from gearbox_monitor.quality.recording import merged, REPEATED, UniformRecording
 
 CSV = ('.csv', '.tsv', '.txt', '.csv.gz', '.tsv.gz', '.txt.gz')
-FIELDS = {'t': 'stamp', 'u': 'effort of the motor', 'motor': 'position of the motor',
+FIELDS = {'t': 'stamp', 'u': 'effort of the motor', 'setpoint': 'position of the setpoint',
+          'motor': 'position of the motor',
           'arm': 'position of the arm', 'arm_torque': 'effort of the arm'}
 
 
 class Readings(NamedTuple):
-    """Columns of a recording; place(row, field): where a value stands in the file, in words."""
+    """
+    Columns of a recording; place(row, field): where a value stands in the file, in words.
+
+    u: torque, N m, or setpoint, rad, of a model with a controller.
+    """
 
     t: Array | Integers
     u: Array
@@ -63,9 +68,17 @@ def add_drive_arguments(parser: ArgumentParser) -> None:
                         help='name of the motor joint, in bags (default: motor)')
     parser.add_argument('--arm-joint', metavar='NAME', default='arm',
                         help='name of the arm joint, in bags (default: arm)')
+    add_setpoint_argument(parser)
     parser.add_argument('--repeated', choices=REPEATED, default=REPEATED[0],
                         help='what is used of samples with one and the same stamp: the first '
                         '(default), their average, or none')
+
+
+def add_setpoint_argument(parser: ArgumentParser) -> None:
+    """Declare in `parser` the joint that is a setpoint."""
+    parser.add_argument('--setpoint-joint', metavar='NAME', default='setpoint',
+                        help='joint whose position is the setpoint of the motor, in bags, for a '
+                        'model with a controller (default: setpoint)')
 
 
 def add_joint_arguments(parser: ArgumentParser, arm: str, required: bool = False) -> None:
@@ -153,16 +166,33 @@ def load_recording(name: str, model: DriveModel,
 
 def _read_csv(path: Path, model: DriveModel) -> Readings:
     columns = read_csv(path)
-    return Readings(columns.t, columns.u * model.torque_constant,
-                    np.column_stack([columns.motor, columns.arm]), columns.arm_torque,
-                    columns.place, list(columns.notices))
+    notes = list(columns.notices)
+    if model.controller is None:
+        u = columns.u * model.torque_constant
+        if np.isnan(u).all() and not np.isnan(columns.setpoint).all():
+            raise InputError(f'{path}: column setpoint without u, expected the key controller in '
+                             'the model: it makes a torque of the setpoint')
+        if not np.isnan(columns.setpoint).all():
+            notes.append('column setpoint is not used: the model has no controller')
+    else:
+        u = columns.setpoint
+        if np.isnan(u).all():
+            raise InputError(f'{path}: no column setpoint, expected one with the controller in '
+                             'the model; without the key controller the torque u is used')
+        if not np.isnan(columns.u).all():
+            notes.append('column u is not used: the setpoint drives the controller of the model')
+    return Readings(columns.t, u, np.column_stack([columns.motor, columns.arm]),
+                    columns.arm_torque, columns.place, notes)
 
 
 def _read_bag(path: Path, model: DriveModel, args: Namespace) -> Readings:
     """Return the readings of a bag, t in ns, from its measurement topic alone."""
     with open_bag(path) as reader:
         topic = find_input(reader, args.topic).topic
-        samples = read_samples(reader, args.motor_joint, args.arm_joint, model, topic).samples
+        joints = [args.motor_joint, args.arm_joint]
+        if model.controller is not None:
+            joints.append(args.setpoint_joint)
+        samples, _ = samples_of(reader.joint_states(topic, joints), model)
         notes = [reader.notice] if reader.notice else []
 
     def place(row: int, field: str) -> str:

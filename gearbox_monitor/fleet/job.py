@@ -18,7 +18,7 @@ Analyse one bag: replay it, fit its features and diagnose it if required.
 Runs in a worker and returns plain data; only the process that started the fleet run writes files.
 """
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timezone
 import errno
 import hashlib
@@ -208,7 +208,7 @@ def _diagnosis(player: Player, windows: Sequence[Window], start: int, end: int,
     excited = [w for w in windows if isinstance(w, Backlash)]
     last = max(excited, key=lambda w: w.coverage).stamp_ns if excited else start + DIAGNOSED
     begin = max(min(last, end) - DIAGNOSED, start)
-    model = player.monitor.model
+    model = replace(player.monitor.model, controller=None)  # the estimator takes torques
     samples = _between(player, begin, begin + DIAGNOSED)
     try:
         recording, _ = admitted(samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1],

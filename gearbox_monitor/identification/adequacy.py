@@ -140,7 +140,7 @@ def leaves_more_than_noise(search: Search, fitted: CandidateFit, rough: bool = F
         # No model of a real drive explains everything: the torque that is left tells.
         if fitted.persistent is not None:
             return bool((fitted.persistent > LOOSE * model_error.scales(search.recording)).any())
-        return bool(fitted.s > LOOSE * np.std(search.recording.u))
+        return bool(fitted.s > LOOSE * np.std(search.recording.torque))
     # A hard burst throws the arm to where a free signal does not find it.
     excess, structure = misfit(search, fitted, int(DISTURBANCE.id in fitted.candidate.ids))
     null_excess, _ = misfit(search, search.fitted[''])

@@ -240,7 +240,7 @@ class Starts:
         self.model = model
         self.effects = library()
         t = model.transmission
-        torque = max(float(np.std(recording.u)), 1e-9)
+        torque = max(float(np.std(recording.torque)), 1e-9)
         position, arm = recording.positions.T
         travel = position[10:] - position[:-10]
         twist = max(t.half_gap, torque / t.stiffness, 1e-6)
@@ -251,7 +251,7 @@ class Starts:
             twist = max(twist, 0.5 * swing)
         values = {where: model.value(where) for where in NUISANCES.values()}
         self.scales = Scales(
-            torque=torque, peak=max(float(np.abs(recording.u).max()), 1e-9),
+            torque=torque, peak=max(float(np.abs(recording.torque).max()), 1e-9),
             friction=model.coulomb_friction or 0.1 * torque,
             speed=max(float(travel.std() / (10 * recording.dt)), 1e-6), twist=twist,
             angle=max(float(np.std(position)), 1e-6), swing=swing, values=values)

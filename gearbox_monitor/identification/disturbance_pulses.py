@@ -135,7 +135,7 @@ def motion_share(search: Search, free: input_estimation.InputEstimate) -> float:
     none = search.fitted['']
     positions = search.long.positions(none.candidate.model(none.point.z), none.point)
     moved = {**basis_functions.motion(positions, recording.dt, recording.cuts),
-             'torque': recording.u,
+             'torque': recording.torque,
              'speed of the arm': basis_functions.motion(
                  positions[:, ::-1], recording.dt, recording.cuts)['speed']}
     del moved['time']

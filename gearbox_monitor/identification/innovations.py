@@ -92,7 +92,7 @@ class InnovationLikelihood:
         lasts = model.process_torque_time
         self.fade = math.exp(-recording.dt / lasts) if lasts > 0.0 else 0.0
         self.every = max(1, round(SPARSE / recording.dt)) if lasts > 0.0 else 1
-        self._torque = max(float(np.std(recording.u)), 1e-9)
+        self._torque = max(float(np.std(recording.torque)), 1e-9)
         begin_variance = self.variance
         self._lanes = np.zeros(N_LANE_STATE)
         count = max(4, round(BEGIN / recording.dt))
@@ -109,7 +109,7 @@ class InnovationLikelihood:
         for hidden in {0, 1} - set(recording.channels):
             # Readings of the other encoder stand in: off by the twist, in the gap by any speed.
             gear = model.transmission
-            twist = gear.half_gap + float(np.std(recording.u)) / gear.stiffness
+            twist = gear.half_gap + float(np.std(recording.torque)) / gear.stiffness
             speed = float(np.std(np.gradient(self.y[:, hidden], recording.dt)))
             self._variance[[hidden, 2 + hidden]] += twist ** 2, speed ** 2
         if model.transmission.kind == 'rigid':

@@ -105,7 +105,7 @@ class InputEstimator:
         # Windows begin in their neighbours: even and odd ones take turns.
         self.turns = [np.arange(k, len(windows), 2) for k in (0, 1) if k < len(windows)]
         if self.torque:
-            self.scale = max(float(np.std(data.recording.u)), 1e-9)
+            self.scale = max(float(np.std(data.recording.torque)), 1e-9)
         else:
             self.scale = max(float(np.std(data.recording.y[:, SENSORS.index(place)])), 1e-9)
 

@@ -225,7 +225,7 @@ def command_or_motion(search: Search, free: InputEstimate) -> dict[str, float]:
     speed = np.gradient(savgol_filter(recording.positions[:, 0], width, 2), dt)
     mean = np.ones(width) / width
     s = np.convolve(np.arctan(search.model.friction_sharpness * speed), mean, 'same')
-    u = np.convolve(recording.u, mean, 'same')
+    u = np.convolve(recording.torque, mean, 'same')
     rate = np.gradient(u, dt)
     peaks = np.rint(np.arange(free.signal.shape[1]) * SPACING / dt).astype(int)
     at = np.minimum(windows.first[:, None] + peaks, len(u) - 1)

@@ -122,8 +122,8 @@ def _motion(search: Search, positions: Array) -> dict[str, Array]:
             'angle of the motor in its turn': arm['angle'],
             'angle of the arm in its turn': motor['angle'],
             'twist': motor['twist'], 'rate of the twist': motor['speed'] - arm['speed'],
-            'torque': recording.u,
-            'rate of the torque': savgol_filter(recording.u, width, 2, deriv=1, delta=dt)}
+            'torque': recording.torque,
+            'rate of the torque': savgol_filter(recording.torque, width, 2, deriv=1, delta=dt)}
 
 
 def _values(x: Array, over: str) -> Array:
@@ -145,7 +145,7 @@ def _torque_columns(search: Search, fitted: CandidateFit, place: str, x: Array,
     """Return d(-residual)/d(values) [W, C L, VALUES] of a torque that is a function of x [N]."""
     data, point = search.long, fitted.point
     model = fitted.candidate.model(point.z)
-    step = PROBE * max(float(np.std(search.recording.u)), 1e-9)
+    step = PROBE * max(float(np.std(search.recording.torque)), 1e-9)
     out = []
     for column in _values(x, over).T:
         extra = data.simulator.extra.copy()

@@ -76,7 +76,7 @@ def likeliest(search: Search, candidate: CandidateModel, starts: Sequence[Array]
     """
     filter_ = InnovationLikelihood(search.recording, candidate.nominal, search.long.sigma,
                                    training_spans(search))
-    torque = np.full(2, TORQUE * max(float(np.std(search.recording.u)), 1e-3))
+    torque = np.full(2, TORQUE * max(float(np.std(search.recording.torque)), 1e-3))
     fits = [fitted(filter_, evaluated(filter_, candidate, z, torque), iterations) for z in starts]
     return min(fits, key=lambda f: f.deviance)
 

@@ -22,7 +22,7 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.input_checks import check
-from gearbox_monitor.quality.recording import prepare, UniformRecording
+from gearbox_monitor.quality.recording import prepare, RecordingKind, UniformRecording
 
 # What the model file of a drive with one encoder must have.
 ONE_ENCODER = ('transmission.kind: rigid, or dead_zone with driven_by: torque and '
@@ -40,6 +40,11 @@ def takes_one_encoder(model: DriveModel) -> bool:
         and model.process_torque_time == 0.0)
 
 
+def kind_of(model: DriveModel) -> RecordingKind:
+    """Return what a recording of the drive `model` is."""
+    return RecordingKind(takes_one_encoder(model), model.axis, model.controller is not None)
+
+
 def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, name: str,
              place: Callable[[int, str], str] | None, model: DriveModel,
              model_name: str) -> tuple[UniformRecording, list[str]]:
@@ -52,7 +57,7 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
 
     Args:
         t: stamps [N], s, or integer ns.
-        u: torque [N], N m; NaN: not measured.
+        u: torque [N], N m, or setpoint, rad, of a model with a controller; NaN: not measured.
         y: readings of motor and arm [N, 2], rad.
         arm_torque: torque measured on the arm [N], N m, or None.
         name: name of the recording in messages.
@@ -75,9 +80,8 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
     if len(missing) == 1 and not takes_one_encoder(model):
         raise InputError(f'{name}: {missing[0]}: never measured, expected both encoders, or in '
                          f'{model_name} {ONE_ENCODER}')
-    recording, repaired = prepare(t, u, y, arm_torque, name, place,
-                                  one_encoder=takes_one_encoder(model),
-                                  axis=model.axis)
+    recording, repaired = prepare(t, u, y, arm_torque, name, place, kind_of(model))
+    recording = recording.with_servo(model.controller)
     problems = check(recording, model)
     fatal = [problem.text for problem in problems if problem.fatal]
     if fatal:

@@ -14,7 +14,7 @@
 
 """All checks of a recording, in order, and what the recording is suited for."""
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality import (
     encoders, excitation_checks, input_checks as gap_check, stamps, stretch, torque)
-from gearbox_monitor.quality.admission import ONE_ENCODER, takes_one_encoder
+from gearbox_monitor.quality.admission import kind_of, ONE_ENCODER, takes_one_encoder
 from gearbox_monitor.quality.finding import (
     BAD, everything, Finding, Grade, hurts, OK, PURPOSES, WARN)
 from gearbox_monitor.quality.recording import merged, prepare, REPEATED
@@ -61,7 +61,7 @@ def examine(samples: Samples, parameters: EstimatorParameters,
     judge.
 
     Args:
-        samples: recorded samples.
+        samples: recorded samples; u is the setpoint, rad, if the model has a controller.
         parameters: parameters of the estimator.
         model: model of the drive, None if unknown.
     """
@@ -75,6 +75,8 @@ def examine(samples: Samples, parameters: EstimatorParameters,
     lines += encoders.measured(y)
     lines += stamps.held(clock, y)
     part = stretch.stretch(clock, u, y)
+    if model is not None and model.controller is not None:
+        part = replace(part, u=None)
     if any(part.measured):
         lines += _moved(samples, clock, part, parameters, model)
     lines += _diagnosis(samples, model)
@@ -107,7 +109,8 @@ def _moved(samples: Samples, clock: StampClock, part: Segment, parameters: Estim
     lines = encoders.broken(part, noises, model)
     lines += encoders.lines(samples.stamp_ns[clock.usable], y, noises, width,
                             (parameters.r_std_motor, parameters.r_std_arm))
-    lines += torque.lines(u, part)
+    if model is None or model.controller is None:
+        lines += torque.lines(u, part)
     moving = all(line.verdict() < BAD for line in motion_lines if line.name.startswith('travel'))
     if moving:
         lines.append(excitation_checks.excitation(part, moved))
@@ -135,8 +138,8 @@ def _diagnosis(samples: Samples, model: DriveModel | None) -> list[Finding]:
     load = values[:, 1] if model.arm_load == 'measured' else None
     try:
         recording, notes = prepare((samples.stamp_ns[rows] - samples.stamp_ns[0]) * 1e-9,
-                                   values[:, 0], values[:, 2:], load,
-                                   one_encoder=takes_one_encoder(model), axis=model.axis)
+                                   values[:, 0], values[:, 2:], load, kind=kind_of(model))
+        recording = recording.with_servo(model.controller)
     except InputError as error:
         one_encoder = not takes_one_encoder(model) and np.isnan(samples.y).all(axis=0).any()
         return [*rigid, Finding('model', 'diagnose', f'refuses it: {error}',

@@ -31,7 +31,7 @@ from gearbox_monitor.quality import encoders, wiring
 from gearbox_monitor.quality.excitation_checks import reversal_finding, REVERSALS, reversals
 from gearbox_monitor.quality.finding import Finding
 from gearbox_monitor.quality.recording import (
-    DIAGNOSIS_RATES as RATES, MIN_DURATION, SHORT, UniformRecording)
+    DIAGNOSIS_RATES, MIN_DURATION, SETPOINT_RATES, SHORT, UniformRecording)
 from gearbox_monitor.quality.smoothed_motion import HALF_WIDTHS, SmoothedMotion
 from gearbox_monitor.quality.stamps import held_rows
 from gearbox_monitor.quality.stretch import Segment
@@ -42,6 +42,9 @@ MIN_TRAVEL = 10.0           # noise standard deviations
 MIN_MOVING = 4              # windows of 1 s with motion
 IMPLAUSIBLE = 5.0           # share of the torque's power that no drive like the model leaves
 STRANGE = 0.5               # the same, worth a word
+FOLLOWS = 0.5               # correlation of a position with its setpoint, at least
+BEHIND = 0.5                # s that it is behind, at most
+OTHER_UNIT = 5.0            # times the motion: the setpoint is in another unit
 SAME_FACTOR = 0.3          # how near (relative) a factor comes to a known one
 
 
@@ -79,6 +82,8 @@ def _problems(recording: UniformRecording, model: DriveModel) -> list[Finding]:
     rigid = model.transmission.kind == 'rigid'
     one_encoder = len(recording.channels) == 1
     wrong = [] if rigid or one_encoder else _wrong(recording, sigma, smooth, model)
+    if model.controller is not None:
+        wrong = _setpoint(recording)
     if fatal:
         # In wrong units, a coarse encoder that stands still looks frozen or clipped.
         looks = quantum.any() and any(p.code == 'units' for p in wrong)
@@ -86,23 +91,24 @@ def _problems(recording: UniformRecording, model: DriveModel) -> list[Finding]:
     problems += wrong
     if any(p.fatal for p in wrong):
         return problems
-    return problems + torque_limits(recording.u) + _motion(recording, smooth, model)
+    limits = torque_limits(recording.u) if recording.servo_torque is None else []
+    return problems + limits + _motion(recording, smooth, model)
 
 
 def _rate_and_length(r: UniformRecording) -> list[Finding]:
-    rate = 1.0 / r.dt
+    rate, rates = 1.0 / r.dt, DIAGNOSIS_RATES if r.servo_torque is None else SETPOINT_RATES
     rows = max(held_rows(r.y[:, i]) for i in r.channels)
-    if rate / rows < RATES[0] * 0.99 <= rate:
+    if rate / rows < rates[0] * 0.99 <= rate:
         return [_finding('rate', f'{rate:.4g} samples/s, but positions are held for {rows} rows: '
-                         f'measured at {rate / rows:.4g} Hz, expected {RATES[0]:g} to '
-                         f'{RATES[1]:g}')]
-    if not RATES[0] * 0.99 <= rate <= RATES[1] * 1.01:
+                         f'measured at {rate / rows:.4g} Hz, expected {rates[0]:g} to '
+                         f'{rates[1]:g}')]
+    if not rates[0] * 0.99 <= rate <= rates[1] * 1.01:
         hint = ''
         for unit, factor in (('ms', 1e3), ('us', 1e6), ('ns', 1e9)):
-            if RATES[0] * 0.99 <= rate * factor <= RATES[1] * 1.01:
+            if rates[0] * 0.99 <= rate * factor <= rates[1] * 1.01:
                 hint = f'; is t in {unit}? It must be in s'
-        return [_finding('rate', f'{rate:.4g} samples/s, expected {RATES[0]:g} to '
-                         f'{RATES[1]:g}{hint}')]
+        return [_finding('rate', f'{rate:.4g} samples/s, expected {rates[0]:g} to '
+                         f'{rates[1]:g}{hint}')]
     if r.duration < MIN_DURATION * 0.999:
         return [_finding('too_short', f'{r.duration:.3g} s, expected at least {MIN_DURATION:g} s: '
                          'the verdict is tested on windows of 1 s that are not fitted')]
@@ -126,7 +132,7 @@ def _encoders(r: UniformRecording, model: DriveModel, sigma: Array,
         return [_finding('frozen', f'the position of motor and arm never changes: {r.y[0, 0]:.6g} '
                          'rad throughout')]
     noises = list(zip(sigma.tolist(), quantum.tolist()))
-    segment = Segment(0.0, r.duration, r.dt, r.u, r.y, (True, True))
+    segment = Segment(0.0, r.duration, r.dt, r.torque, r.y, (True, True))
     moving = [f for f in encoders.broken(segment, noises, model)
               if not still[encoders.NAMES.index(f.group)]]
     return findings + moving
@@ -156,6 +162,27 @@ def _wrong(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
                      'the torque that motion and model leave unexplained is '
                      f'{np.sqrt(share):.3g} times the commanded one; check model file, '
                      'channels, signs and units')]
+
+
+def _setpoint(r: UniformRecording) -> list[Finding]:
+    """Find a setpoint that the position follows with another sign or in another unit."""
+    position, correlation, ratio = r.y[:, r.channels[0]], 0.0, 1.0
+    for lag in range(0, round(BEHIND / r.dt) + 1, max(1, round(0.01 / r.dt))):
+        setpoint, follower = r.u[:len(r.u) - lag], position[lag:]
+        if np.ptp(setpoint) > 0.0:
+            at_lag = float(np.corrcoef(setpoint, follower)[0, 1])
+            if abs(at_lag) > abs(correlation):
+                correlation, ratio = at_lag, float(np.std(follower) / np.std(setpoint))
+    if abs(correlation) < FOLLOWS:
+        return [_finding('strange', 'the position does not follow the setpoint (correlation '
+                         f'{correlation:.2g}); check that it is the setpoint of this drive')]
+    if correlation < 0.0:
+        return [_finding('sign', 'the sign of the setpoint is wrong: the position runs against '
+                         'it')]
+    if not 1.0 / OTHER_UNIT < ratio < OTHER_UNIT:
+        return [_finding('units', f'the setpoint is {1.0 / ratio:.3g} times the motion that '
+                         'follows it, expected both in rad on the arm side')]
+    return []
 
 
 def _wiring_text(reading: Variant) -> str:
@@ -216,8 +243,9 @@ def _still(r: UniformRecording, smooth: SmoothedMotion, sigma: Array) -> list[Fi
                 'unexcited', f'the {name} travels {travel:.3g} rad, {travel / sigma[i]:.1f} times '
                 f'its noise of {sigma[i]:.2g} rad: expected at least {MIN_TRAVEL:g} times')]
     if np.ptp(r.u) == 0.0:
-        return [_finding('unexcited', f'the torque u is {r.u[0]:.4g} N m throughout: expected a '
-                         'torque that changes')]
+        what = 'torque u' if r.servo_torque is None else 'setpoint'
+        return [_finding('unexcited', f'the {what} is {r.u[0]:.4g} throughout: expected one that '
+                         'changes')]
     return []
 
 

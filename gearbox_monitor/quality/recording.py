@@ -20,25 +20,41 @@ harmless and reported, and refused otherwise.
 """
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from scipy.signal import savgol_filter
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.plant.drive import Controller
 from gearbox_monitor.plant.units import on_axis
 
 MIN_DURATION = 4.0     # s: four windows of the gap metric
 SHORT = 8.0            # s: below it, few windows are left for validation
 DIAGNOSIS_RATES = (200.0, 4000.0)  # Hz
+SETPOINT_RATES = (50.0, 4000.0)  # Hz: a servo's own loop is faster than its log
 MAX_REPAIRED = 0.01    # share of samples that may be interpolated
 MAX_RUN = 3            # samples in a row that may be interpolated: below the drive's own periods
 QUIET_JITTER = 0.01    # of a sample time, rms: stamps rounded by a computer, not worth a word
 REPEATED = ('first', 'average', 'drop')  # what is used of samples with one stamp
 SPIKE = 12.0           # robust standard deviations off its neighbours
-FIELDS = ('u', 'motor', 'arm', 'arm_torque')
-UNITS = {'t': 's', 'u': 'N m', 'motor': 'rad', 'arm': 'rad', 'arm_torque': 'N m'}
+HELD = ('u', 'setpoint')  # over a sample
+SPEED_SPAN = 0.01  # s on either side, over which a servo takes the speed of the motor
+UNITS = {'t': 's', 'u': 'N m', 'setpoint': 'rad', 'motor': 'rad', 'arm': 'rad',
+         'arm_torque': 'N m'}
 Place: TypeAlias = Callable[[int, str], str]
+
+
+class RecordingKind(NamedTuple):
+    """What a recording is: whether an encoder may be missing, its axis, setpoint or torque."""
+
+    one_encoder: bool = False
+    axis: str = 'rotary'
+    setpoint: bool = False
+
+
+PLAIN = RecordingKind()
 
 
 @dataclass(frozen=True)
@@ -46,10 +62,11 @@ class UniformRecording:
     """
     Samples [N] of one drive, `dt` s apart, on the arm side.
 
-    t [N] s from 0; u [N] N m, held from t_k to t_k+1; y [N, 2] rad, motor and arm as measured;
-    arm_torque [N] N m or None where not measured; name: what messages call it; cuts: first
-    samples of the recordings that were joined to this one; channels: columns of y that were
-    measured, the other one is a copy.
+    t [N] s from 0; u [N] N m, or setpoint of a servo, rad, held from t_k to t_k+1; y [N, 2] rad,
+    motor and arm as measured; arm_torque [N] N m or None where not measured; name: what messages
+    call it; cuts: first samples of the recordings that were joined to this one; channels: columns
+    of y that were measured, the other one is a copy; servo_torque [N] N m: what a servo commands,
+    None without.
 
     If the motor's motion drives the model (torque_domain), motor [N, 5] holds it: position, speed,
     acceleration, whether it moves, and u without its noise. In y then stands u in place of the
@@ -65,6 +82,21 @@ class UniformRecording:
     cuts: tuple[int, ...] = (0,)
     channels: tuple[int, ...] = (0, 1)
     motor: Array | None = None
+    servo_torque: Array | None = None
+
+    @property
+    def torque(self) -> Array:
+        """Torque [N] that is commanded, or that a servo makes of the setpoint, N m."""
+        return self.u if self.servo_torque is None else self.servo_torque
+
+    def with_servo(self, controller: Controller | None) -> 'UniformRecording':
+        """Return the recording with the torque that `controller` makes of the setpoint u."""
+        if controller is None:
+            return self
+        width = 2 * max(2, round(SPEED_SPAN / self.dt)) + 1
+        position = self.y[:, self.channels[0]]
+        speed = savgol_filter(position, width, 2, deriv=1, delta=self.dt)
+        return replace(self, servo_torque=controller.torque(self.u, position, speed))
 
     @property
     def positions(self) -> Array:
@@ -90,14 +122,13 @@ class UniformRecording:
 
 
 def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = None,
-            name: str = '', place: Place | None = None, one_encoder: bool = False,
-            axis: str = 'rotary') -> tuple[UniformRecording, tuple[str, ...]]:
+            name: str = '', place: Place | None = None,
+            kind: RecordingKind = PLAIN) -> tuple[UniformRecording, tuple[str, ...]]:
     """
     Return (Recording, notices) of samples stamped `t` [N], s, or integer ns; NaN: not measured.
 
     u [N] N m, y [N, 2] rad, arm_torque [N] N m or None. `place(row, field)` says where a value
-    stands; by default its row, from 0. notices: sentences about what was repaired. one_encoder:
-    motor or arm may be without any reading. axis: of the drive, for messages.
+    stands; by default its row, from 0. notices: sentences about what was repaired.
 
     - Stamps: a uniform grid is laid through them. Where the readings say that they were taken at
       the stamped times, positions are interpolated onto the grid; otherwise the stamps have
@@ -110,24 +141,24 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
 
     Args:
         t: stamps [N], s, or integer ns.
-        u: torque of the motor [N], N m.
+        u: torque of the motor [N], N m, or setpoint, rad.
         y: readings of motor and arm [N, 2], rad.
         arm_torque: torque measured on the arm [N], N m, or None.
         name: name of the recording in messages.
         place: function (row, field) that says where a value stands.
-        one_encoder: whether one encoder may be missing.
-        axis: rotary or prismatic.
+        kind: what the recording may lack, and its units.
     """
     place = place or (lambda row, field: f'row {row}, {field}')
     where = f'{name}: ' if name else ''
+    axis, driving = kind.axis, 'setpoint' if kind.setpoint else 'u'
     t, first = _seconds(t)
     y = np.array(y, float)
     channels: tuple[int, ...] = (0, 1)
-    if one_encoder:
+    if kind.one_encoder:
         channels = tuple(i for i in (0, 1) if np.isfinite(y[:, i]).any()) or channels
         if len(channels) == 1:
             y[:, 1 - channels[0]] = y[:, channels[0]]
-    values = {'u': np.array(u, float), 'motor': y[:, 0], 'arm': y[:, 1]}
+    values = {driving: np.array(u, float), 'motor': y[:, 0], 'arm': y[:, 1]}
     if arm_torque is not None and not np.isnan(np.asarray(arm_torque, float)).all():
         values['arm_torque'] = np.array(arm_torque, float)
     notices = []
@@ -167,14 +198,15 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
     grid = np.arange(n) * dt
     if sampled_then or missing:
         index_held = np.clip(np.searchsorted(times, grid + 0.5 * dt, side='right') - 1, 0, None)
-        values = {field: value[index_held] if field == 'u' else _cubic(times, value, grid)
+        values = {field: value[index_held] if field in HELD else _cubic(times, value, grid)
                   for field, value in values.items()}
     for field in ('motor', 'arm'):
         count = _mend_spikes(values[field])
         if count:
             notices.append(f'{count} single wild readings of {field} are interpolated')
-    return UniformRecording(grid, values['u'], np.column_stack([values['motor'], values['arm']]),
-                            dt, values.get('arm_torque'), name, channels=channels), tuple(notices)
+    y = np.column_stack([values['motor'], values['arm']])
+    return UniformRecording(grid, values[driving], y, dt, values.get('arm_torque'), name,
+                            channels=channels), tuple(notices)
 
 
 def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, Array, str]:
@@ -260,7 +292,7 @@ def _fill(t: Array, value: Array, field: str, where: str, place: Place,
             f'{on_axis(UNITS[field], axis)}, at most {MAX_RUN} nan in a '
             f'row and {100 * MAX_REPAIRED:g} % in all')
     good = ~missing
-    if field == 'u':
+    if field in HELD:
         last = np.maximum.accumulate(np.where(good, np.arange(len(value)), 0))
         return value[last], count
     value = value.copy()
@@ -397,4 +429,6 @@ def concatenated(recordings: Sequence[UniformRecording]) -> UniformRecording:
         arm_torque=None if first.arm_torque is None else np.concatenate(
             [r.arm_torque for r in recordings]),
         motor=None if first.motor is None else np.concatenate([r.motor for r in recordings]),
+        servo_torque=None if first.servo_torque is None else np.concatenate(
+            [r.torque for r in recordings]),
         name=', '.join(r.name for r in recordings), cuts=tuple(np.cumsum([0, *sizes[:-1]])))

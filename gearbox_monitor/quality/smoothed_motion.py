@@ -47,7 +47,7 @@ class SmoothedMotion:
             [np.convolve(y - y[0], kernels[i],
                          'valid') for y in r.y.T])[decimated] for i in (0, 1))
         self.p += r.y[0]
-        self.u = np.convolve(r.u, kernels[0], 'valid')[decimated]
+        self.u = np.convolve(r.torque, kernels[0], 'valid')[decimated]
         self.noise = sigma * np.sqrt((kernels[0] ** 2).sum())
         self.noise_a = sigma * gain
         self.noise_v = sigma * np.sqrt((kernels[1] ** 2).sum())

@@ -76,7 +76,7 @@ def _reached(recordings: Sequence[UniformRecording]) -> Array:
     rows = []
     for r in recordings:
         smooth = SmoothedMotion(r, noise_levels(r.y)[0])
-        rows.append((np.abs(r.u).max(), np.abs(smooth.v).max(),
+        rows.append((np.abs(r.torque).max(), np.abs(smooth.v).max(),
                      np.abs(smooth.p - smooth.p[0]).max()))
     reached: Array = np.asarray(rows).max(axis=0)
     return reached

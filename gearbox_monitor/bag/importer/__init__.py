@@ -65,6 +65,7 @@ class ImportedRecording:
     reference_torque: Array | None
     motor_velocity: Array
     arm_velocity: Array
+    motor_setpoint: Array
     notices: tuple[str, ...] = ()
 
 
@@ -304,11 +305,18 @@ def write_imported_bag(recording: ImportedRecording, bag: str | Path, source: st
         InputError: `bag` exists or cannot be written.
     """
     r = recording
-    velocity = np.column_stack([r.motor_velocity, r.arm_velocity])
+    joints, none = ['motor', 'arm'], np.full(len(r.stamp_ns), np.nan)
+    position, velocity, effort = ([r.motor_position, r.arm_position],
+                                  [r.motor_velocity, r.arm_velocity],
+                                  [r.motor_effort, r.arm_effort])
+    if not np.isnan(r.motor_setpoint).all():
+        joints.append('setpoint')
+        position, velocity, effort = ([*position, r.motor_setpoint], [*velocity, none],
+                                      [*effort, none])
     messages = [(JOINT_TOPIC, encode_joint_states(
-        r.stamp_ns, ['motor', 'arm'], np.column_stack([r.motor_position, r.arm_position]),
-        velocity=None if np.isnan(velocity).all() else velocity,
-        effort=np.column_stack([r.motor_effort, r.arm_effort])))]
+        r.stamp_ns, joints, np.column_stack(position),
+        velocity=None if np.isnan(velocity).all() else np.column_stack(velocity),
+        effort=np.column_stack(effort)))]
     if r.reference_torque is not None:
         messages.append((REFERENCE_TOPIC, encode_joint_states(
             r.stamp_ns, ['transmission'], np.full((len(r.stamp_ns), 1), np.nan),

@@ -51,6 +51,7 @@ class SignalKind(NamedTuple):
 SIGNALS = {
     'motor_position': SignalKind('position', False, True),
     'motor_velocity': SignalKind('velocity', False, True),
+    'motor_setpoint': SignalKind('position', False, True),
     'motor_effort': SignalKind('effort', True, True),
     'arm_position': SignalKind('position', False, False),
     'arm_velocity': SignalKind('velocity', False, False),
@@ -280,7 +281,7 @@ def mapping_from_dict(data: Any, source: str, yaml_text: str | None = None) -> I
     problems.raise_all()
     second = values.get('second_file')
     if not source.endswith(SECOND) and not any(
-            SIGNALS[name].quantity != 'effort' for name in
+            SIGNALS[name].quantity != 'effort' and name != 'motor_setpoint' for name in
             (*values['signals'], *(second.mapping.signals if second else ()))):
         raise InputError(f'{source}: signals: no position, expected motor_position, arm_position '
                          'or both, or a velocity')

@@ -1,0 +1,122 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Recordings with the setpoint of a servo: read from CSV and bags, imported, checked, refused."""
+from argparse import ArgumentParser
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from gearbox_monitor.cli.drive_recordings import (
+    add_recording_arguments, load_drive, load_recording)
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.plant.drive import model_from_dict
+from gearbox_monitor.plant.simulate import Noise, Plant
+
+pytestmark = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
+DT = 0.01
+SERVO = {'controller': {'kp': 6.0, 'kd': 0.15, 'torque_limit': 5.0}}
+
+
+@pytest.fixture(scope='module')
+def run():
+    """Return 8 s of a servo at 100 Hz, with noise."""
+    t = DT * np.arange(800)
+    setpoint = 1.5 * np.sin(2 * np.pi * 0.7 * t) + 0.4 * np.sin(2 * np.pi * 2.1 * t)
+    return Plant(model_from_dict(SERVO, 'm'), Noise(measurement=(0.002, 0.002)), 1).run(
+        setpoint, DT)
+
+
+def write(folder, columns, model=None):
+    """Write a.csv of `columns` {name: values} and drive.yaml; return the options of a command."""
+    np.savetxt(folder / 'a.csv', np.column_stack(list(columns.values())), '%.9g', ',',
+               header=','.join(columns), comments='')
+    (folder / 'drive.yaml').write_text(yaml.safe_dump(SERVO if model is None else model))
+    return options(folder / 'a.csv', folder / 'drive.yaml')
+
+
+def options(recording, model):
+    parser = ArgumentParser()
+    add_recording_arguments(parser)
+    return parser.parse_args([str(recording), '--model', str(model)])
+
+
+def loaded(args):
+    return load_recording(args.bag[0], load_drive(args), args)
+
+
+def columns_of(run, **changes):
+    return {'t': run.t, 'setpoint': run.u, 'motor': run.y[:, 0], 'arm': run.y[:, 1], **changes}
+
+
+def test_setpoint_is_the_input_and_the_servo_commands_the_torque(tmp_path, run):
+    recording, notes = loaded(write(tmp_path, columns_of(run)))
+    assert not notes
+    np.testing.assert_allclose(recording.u, run.u, atol=1e-6)
+    exact = np.clip(6.0 * (run.u - run.x[:, 0]) - 0.15 * run.x[:, 2], -5.0, 5.0)
+    assert np.std(recording.torque - exact) < 0.06 * np.std(exact)
+    _, notes = loaded(write(tmp_path, columns_of(run, u=run.u)))
+    assert notes == ['column u is not used: the setpoint drives the controller of the model']
+    _, notes = loaded(write(tmp_path, columns_of(run, arm=np.full(800, np.nan))))
+    assert not notes
+
+
+@pytest.mark.parametrize('changes, model, message', [
+    ({'setpoint': None, 'u': 1.0}, None, 'no column setpoint, expected one with the controller'),
+    ({}, {}, 'column setpoint without u, expected the key controller'),
+    ({'setpoint': -1.0}, None, 'the sign of the setpoint is wrong'),
+    ({'setpoint': 57.3}, None, 'the setpoint is 5[0-9.]* times the motion that follows it'),
+    ({'setpoint': 0.0}, None, 'the setpoint is 0 throughout'),
+    ({'setpoint': None, 'u': None}, None, 'no column u in')])
+def test_messages_name_the_channel(tmp_path, run, changes, model, message):
+    columns = columns_of(run)
+    for name, factor in changes.items():
+        columns[name] = None if factor is None else factor * run.u
+    columns = {name: value for name, value in columns.items() if value is not None}
+    with pytest.raises(InputError, match=message):
+        loaded(write(tmp_path, columns, model))
+
+
+def test_lost_setpoints_are_held_and_named(tmp_path, run):
+    setpoint = run.u.copy()
+    setpoint[[100, 101]] = np.nan
+    recording, notes = loaded(write(tmp_path, columns_of(run, setpoint=setpoint)))
+    assert notes == ['2 values of setpoint were NaN and are interpolated']
+    assert recording.u[101] == recording.u[99]
+
+
+def test_imported_bag_has_the_setpoint(tmp_path, run, capsys):
+    args = write(tmp_path, columns_of(run, setpoint=np.degrees(run.u)))
+    mapping = {'format': 'text', 'text': {'header': True}, 'time': {'column': 't'}, 'signals': {
+        'motor_setpoint': {'column': 'setpoint', 'unit': 'deg'},
+        'motor_position': {'column': 'motor'}, 'arm_position': {'column': 'arm'}}}
+    (tmp_path / 'map.yaml').write_text(yaml.safe_dump(mapping))
+    bag = tmp_path / 'bag'
+    assert main(['import', args.bag[0], '--map', str(tmp_path / 'map.yaml'), str(bag)]) == 0
+    recording, _ = loaded(options(bag, args.model))
+    np.testing.assert_allclose(recording.u, run.u, atol=1e-6)
+    capsys.readouterr()
+    main(['check', str(bag), '--model', args.model, '--for', 'diagnosis', '--json', '-'])
+    findings = json.loads(capsys.readouterr().out)['lines']
+    assert not [line for line in findings if line['group'] == 'torque']
+    said = next(line for line in findings if line['name'] == 'diagnose')
+    assert said['figure'].startswith('takes it')
+    Path(tmp_path / 'plain.yaml').write_text('damping: 0.01\n')
+    with pytest.raises(InputError, match='u: never measured'):
+        loaded(options(bag, tmp_path / 'plain.yaml'))
