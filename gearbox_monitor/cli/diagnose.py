@@ -113,8 +113,9 @@ def run(args: Namespace) -> int:
     data = plain(verdict.to_dict())
     data['warnings'] = [*notes, *(data.get('warnings') or [])]
     closed = verdict.model if data['verdict'] == 'effect' else None
-    # Motions are found for model files.
-    command = [] if args.joint else suggestion(data, recordings, args.model, args.out)
+    # Motions of a torque are found, for model files.
+    command = [] if args.joint or model.controller else suggestion(
+        data, recordings, args.model, args.out)
     drawn: Drawn = {}
     if args.out:
         drawn = draw(verdict, data, recordings, model,
