@@ -146,7 +146,7 @@ def figures(folder: str | Path, bars: BarTable) -> dict[str, Any]:
     bars.judge('real: recordings measured', len(measured), low=len(runs))
     bars.judge('real: lost motion, mean (deg)', result['mean'], *LOST_MOTION)
     bars.judge('real: lost motion, spread (deg)', result['spread'], high=SPREAD)
-    bars.judge('real: gap told from compliance', result['separable'], high=0)
+    bars.judge('real: gap distinguished from compliance', result['separable'], high=0)
     bars.judge('real: alerts', len(alerted), high=0)
     bars.judge('real: alerts, gap 5 % wider', len(alerted_when_worn), low=1)
     return result
@@ -160,7 +160,7 @@ def table(data: Mapping[str, Any]) -> list[str]:
         f'Real drive, {data["windows"]} of {len(data["runs"])} recordings, one baseline:',
         f'  lost motion (medians of both directions) {data["mean"]:.3f} deg, '
         f'{min(data["lost_motion"]):.3f} .. {max(data["lost_motion"]):.3f}',
-        f'  dead zone told from compliance in {data["separable"]} recordings; alerts: '
+        f'  dead zone distinguished from compliance in {data["separable"]} recordings; alerts: '
         f'{", ".join(data["alerts"]) or "none"}',
         f'  dead zone {100 * WIDENED:.0f} % wider from recording {data["runs"][FROM]} on: lost '
         f'motion {100 * data["growth_seen"]:+.1f} %, {first_alert}']

@@ -80,18 +80,18 @@ def _seconds(value, none='never'):
 
 def text(rows):
     """Return table and verdicts."""
-    lines = ['told: s from the begin of the fault to a level that is not OK, and whose; good, OK: '
+    lines = ['after: s from the begin of the fault to a level that is not OK, and whose; good, OK: '
              's from its', 'end to good estimates, and to levels OK. wrong: estimates off the '
              'truth; OK: those of them', 'under OK; lost: samples without estimate; spoilt: '
              'samples that the fault hit.', '',
-             f'{"fault":<38}{"load":<8}{"told":>5}{"wrong":>7}{"OK":>5}{"lost":>7}{"spoilt":>7}'
-             f'{"good":>6}{"OK":>6}  told by']
+             f'{"fault":<38}{"load":<8}{"after":>5}{"wrong":>7}{"OK":>5}{"lost":>7}{"spoilt":>7}'
+             f'{"good":>6}{"OK":>6}  reported by']
     for row in rows:
         lines.append(
             f'{row["fault"]:<38}{row["load"]:<8}{_seconds(row["told"], "-"):>5}{row["wrong"]:7d}'
             f'{row["wrong_while_ok"]:5d}{row["lost"]:7d}{row["spoilt"]:7d}'
             f'{_seconds(row["good_after"]):>6}{_seconds(row["ok_after"]):>6}  '
-            + ('not judged' if set(row['by']) >= set(JUDGED) else ', '.join(row['by'])))
+            + ('not evaluated' if set(row['by']) >= set(JUDGED) else ', '.join(row['by'])))
     lines += ['', *(f'{"met   " if not missed else "MISSED"} {bar:<58}'
                     + (', '.join(missed[:3]) + (' ...' if missed[3:] else ''))
                     for bar, missed in verdicts(rows).items())]
