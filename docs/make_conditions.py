@@ -20,7 +20,7 @@ import sys
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from gearbox_monitor.monitoring.backlash import change_tests  # noqa: E402
+from gearbox_monitor.monitoring.backlash import change_tests, scan  # noqa: E402
 from gearbox_monitor.monitoring.checks.outcome import Condition, DEBOUNCE  # noqa: E402
 from gearbox_monitor.monitoring.monitor import CONDITIONS  # noqa: E402
 
@@ -28,14 +28,22 @@ PAGE = ROOT / 'docs/conditions.md'
 HEAD = """\
 # When a component leaves OK
 
-Written by `docs/make_conditions.py` from the conditions that the checks are made of; change it
-there. What the indicators mean and what to do about them: [trust](trust.md); parameters in these
-texts: [parameters](parameters.md).
+`docs/make_conditions.py` generates this page from the conditions of the checks. [Trust](trust.md)
+explains the indicators, [parameters](parameters.md) the parameters in the texts,
+[messages](messages.md) the values.
 
-A condition gives a raw level, once per second of stamps. The level that is published follows after
-so many evaluations in a row as the heading says; no single evaluation moves it. Several conditions
-at once give the highest level, and one message that names them all. Before the first evaluation a
-component says WARN: no data yet, never OK.
+Conditions set a raw level once per second of stamps. The published level follows after the number
+of consecutive evaluations in the heading. If several conditions apply, the highest level wins, and
+the message names them all. Before the first evaluation a component is WARN (no data yet), never
+OK.
+"""
+SIGNIFICANT = 'significant (false_alarm_interval) and '
+CHANGES = f"""
+## Changes of backlash and friction
+
+A change is WARN (watch it) if the best of the newest 1 .. {scan.HORIZON} windows is significant
+(`false_alarm_interval`) and the change reaches the first limit; the other limits apply since the
+change.
 """
 
 
@@ -49,21 +57,34 @@ def table(component: str, conditions: Sequence[Condition]) -> str:
     up, down = DEBOUNCE[component]
     lines = [f'## {component}', '', f'Raised after {evaluations(up)}, lowered after '
              f'{evaluations(down)}.', '',
-             '| level | message | when | window | what to do | values |',
+             '| level | message | when | window | what to do | value |',
              '|---|---|---|---|---|---|']
     for c in conditions:
-        keys = ', '.join(f'`{key}`' for key in (*c.value, *c.threshold))
+        keys = ', '.join(f'`{key}`' for key in c.value)
         cells = (c.level.name, c.says, c.when, c.window, c.advice, keys)
         lines.append('| ' + ' | '.join(cell.replace('|', '\\|') for cell in cells) + ' |')
     return '\n'.join(lines)
 
 
+def changes() -> str:
+    """Return the table of the changes of the gearbox: three conditions of one message in a row."""
+    tests = [c for c in change_tests.CONDITIONS if c.says.endswith('%')]
+    lines = [CHANGES, '| message | WARN | WARN, plan a service | ERROR | what to do then |',
+             '|---|---|---|---|---|']
+    for watch, service, error in zip(*(tests[k::3] for k in range(3)), strict=True):
+        assert watch.says == service.says == error.says
+        limits = [c.when.removeprefix(SIGNIFICANT).replace('change >= ', '')
+                  for c in (watch, service, error)]
+        lines.append('| ' + ' | '.join((watch.says, *limits, error.advice)) + ' |')
+    return '\n'.join(lines) + '\n'
+
+
 def page() -> str:
     """Return the text of the page."""
-    rows = [*CONDITIONS, *change_tests.CONDITIONS]
+    rows = [*CONDITIONS, *(c for c in change_tests.CONDITIONS if not c.says.endswith('%'))]
     tables = [table(component, [c for c in rows if c.component == component])
               for component in DEBOUNCE if any(c.component == component for c in rows)]
-    return HEAD + '\n' + '\n\n'.join(tables) + '\n'
+    return HEAD + '\n' + '\n\n'.join(tables) + '\n' + changes()
 
 
 if __name__ == '__main__':

@@ -27,10 +27,10 @@ PAGE = ROOT / 'docs/effects.md'
 HEAD = """\
 # Effects
 
-Written by `docs/make_effects.py` from `gearbox_monitor/plant/effects/`; change it there. What a
-drive does that the plain model does not. [`gearbox_monitor diagnose`](diagnose.md) finds them. The
-simulated plant can have them, several at once: by the key `effects` of the model file, or while it
-runs by `ros2 param set /plant effects '["stribeck Cs=0.1 vs=0.2"]'`.
+`docs/make_effects.py` generates this page from `gearbox_monitor/plant/effects/`. An effect is a
+behaviour of a drive that the plain model lacks. [`gearbox_monitor diagnose`](diagnose.md)
+identifies effects. The simulated plant takes them from the key `effects` of the model file, or at
+run time from `ros2 param set /plant effects '["stribeck Cs=0.1 vs=0.2"]'`.
 
 The plain model, everything on the arm side (SI units, N m, rad, s):
 
@@ -41,15 +41,16 @@ The plain model, everything on the arm side (SI units, N m, rad, s):
     tau_K = K dz(delta, b),         delta = x1 - x2, dz the dead zone of half gap b
     y1 = x1 + noise,  y2 = x2 + noise           encoders
 
-`'` is the derivative with respect to time, t the time from the start of the recording. "replaced"
-means that the parameter takes the place of the value in the model file. N is a whole number of
-periods per turn of the motor (on the arm side).
+`'` is the time derivative, t the time since the start of the recording. "replaced": the parameter
+replaces the value of the model file. N is the integer number of periods per turn of the motor (on
+the arm side).
 """
 KNOWN = """\
-Simulator and diagnosis know them all. The filters use those that replace a value of the model, and
-{}; a warning of the estimator names what they leave out."""
+Simulator and diagnosis support all effects. Filters support those that replace a value of the
+model, and
+{}; the estimator warns about others."""
 OWN = """
-Other packages add effects of their own: [plugins](plugins.md).
+[Plug-ins](plugins.md) add effects from other packages.
 """
 
 

@@ -25,28 +25,26 @@ from gearbox_monitor.parameters import (  # noqa: E402
     AT_ONCE, ESTIMATOR, MODEL, ParameterRow, PLANT, RECORDER, RESTART, ROBOT, Table)
 
 PAGE = ROOT / 'docs/parameters.md'
-CHANGES = {AT_ONCE: 'yes', RESTART: 'yes, restarts the filter'}
+CHANGES = {AT_ONCE: 'live', RESTART: 'live, restart'}
 HEAD = """\
 # Parameters
 
-Written by `docs/make_parameters.py` from the tables that the nodes declare; change it there.
-Ready files with comments stand in [config/](../config); at run time,
-`ros2 param describe /estimator NAME` tells the same. A value out of range is refused, with the
-reason. Parameters marked "live" can be changed while the node runs (`ros2 param set`); of the
-estimator, every change is in the bag, and replay repeats it.
+`docs/make_parameters.py` generates this page. [config/](../config) contains commented files; at
+run time, `ros2 param describe /estimator NAME` shows unit and range. Values out of range are
+refused. "live" parameters can change while the node runs (`ros2 param set`), with *restart* the
+filter restarts; the bag records every change of the estimator, and replay repeats it.
 
-All values are SI. Values of the motor are referred to the arm side (`gear_ratio` in the model
-file). Process noise is spectral, per sqrt(s): the sample rate can change without retuning.
+All values are SI. Values of the motor refer to the arm side (`gear_ratio` in the model file).
+Process noise is spectral, per sqrt(s): the sample rate can change without retuning.
 """
 VALUES = """\
-Values of the model file: given here, or changed while the node runs, they replace those of the
-file. Their defaults are the file's; shown are those of the packaged one.
+These parameters replace values of the model file. Their defaults are the values of that file; the
+table shows those of the packaged one.
 """
 MODEL_FILE = """
 ## Model file
 
-The drive itself, read by plant, estimator and replay alike: every key with its unit stands in
-[config/drive.yaml](../config/drive.yaml). `model` names another file.
+`model` names it. [config/drive.yaml](../config/drive.yaml) explains every key with its unit.
 """
 
 
@@ -61,14 +59,12 @@ def bounds(row: ParameterRow) -> str:
     """Return what a value of `row` may be, in a few characters."""
     if row.choices:
         return ', '.join(row.choices)
-    ends = [f'>= {row.low:g}' if row.low > -float('inf') else '',
-            f'<= {row.high:g}' if row.high < float('inf') else '']
-    return ', '.join(filter(None, ends))
+    return f'{row.low:g}..{row.high:g}' if row.low > -float('inf') else ''
 
 
 def table(rows: Table) -> str:
     """Return a Markdown table of the parameters.ParameterRow `rows`."""
-    lines = ['| name | default | unit | range | live | what |', '|---|---|---|---|---|---|']
+    lines = ['| name | default | unit | range | change | what |', '|---|---|---|---|---|---|']
     for row in rows:
         cells = (f'`{row.name}`', f'`{shown(row.default)}`', row.unit, bounds(row),
                  CHANGES.get(row.change, ''), row.description)

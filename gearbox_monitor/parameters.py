@@ -171,33 +171,33 @@ class ParameterSet:
 class EstimatorParameters(ParameterSet):
     """Parameters of the estimator, and of all that computes with a filter."""
 
-    filter: str = row('ekf', '', 'which filter estimates the torque', choices=FILTER_NAMES)
+    filter: str = row('ekf', '', 'filter that estimates the torque', choices=FILTER_NAMES)
     model: str = row('', '', 'model file of the drive; empty for the packaged drive.yaml')
     motor_joint: str = row('motor', '', 'name of the motor in joint_states')
     arm_joint: str = row(
-        'arm', '', 'name of the arm in joint_states; empty: there is no arm encoder, then only '
-        'the torque is estimated')
+        'arm', '', 'name of the arm in joint_states; empty: no arm encoder, only the torque is '
+        'estimated')
     arm_topic: str = row(
-        '', '', 'topic of the arm encoder where it comes in messages of its own '
-        '(sensor_msgs/JointState); may be joint_states; empty: with the motor')
+        '', '', 'topic of the arm encoder if it has its own messages (sensor_msgs/JointState); '
+        'may be joint_states; empty: with the motor')
     pair_tolerance: float = row(
-        0.0005, 's', 'with arm_topic: how far the stamps of motor and arm in one sample may be '
-        'apart; less than half the sample period. At speed v they look like a twist of v times '
+        0.0005, 's', 'with arm_topic: largest distance of the stamps of motor and arm in one '
+        'sample; less than half the sample period. At speed v it looks like a twist of v times '
         'the distance', low=0.0, high=1.0)
     other_publishers: str = row(
-        FOLLOW_FIRST, '', 'when several publishers give our joints: take the messages of the '
-        'first alone; take none until one is left; or accept all', choices=POLICIES)
+        FOLLOW_FIRST, '', 'if several nodes publish the monitored joints: follow the first one, '
+        'refuse all until one remains, or accept all', choices=POLICIES)
     gearbox_serial: str = row('gearbox', '', 'hardware_id in diagnostics')
     arm_load: str = row(
-        'unknown', '', 'what acts on the arm besides effects of the model file: none, an unknown '
-        'load (estimated), or a measured one (effort of the arm joint); "model" takes the word '
-        'of the model file', choices=('none', 'unknown', 'measured', 'model'))
+        'unknown', '', 'load on the arm besides effects of the model file: none, an unknown load '
+        '(estimated), or a measured one (effort of the arm joint); model: as the model file '
+        'states', choices=('none', 'unknown', 'measured', 'model'))
     effort_delay: int = row(
-        0, 'samples', 'effort stamped t_k acts on [t_k+d, t_k+d+1); -1: it acted on the sample '
-        'before', low=-1, high=50)
+        0, 'samples', 'effort stamped t_k acts on [t_k+d, t_k+d+1); -1: it acted on the previous '
+        'sample', low=-1, high=50)
     max_gap: float = row(
-        0.25, 's', 'longest gap between stamps, without torque or without measurement, that is '
-        'bridged by prediction; a longer one restarts the filter', low=1e-3, high=60.0)
+        0.25, 's', 'longest gap (between stamps, without torque or without measurement) that '
+        'prediction bridges; a longer one restarts the filter', low=1e-3, high=60.0)
     smoother_lag: float = row(
         0.1, 's', 'lag of the smoothed output; 0 switches it off', low=0.0, high=1.0)
     r_std_motor: float = row(
@@ -215,26 +215,27 @@ class EstimatorParameters(ParameterSet):
     q_std_arm_speed: float = row(
         0.4, 'rad/s/sqrt(s)', 'process noise of the arm speed', low=0.0, high=1e6, change=AT_ONCE)
     q_std_tau_k: float = row(
-        8.0, 'N m/sqrt(s)', 'how fast tau_K may wander', low=0.0, high=1e9, change=AT_ONCE)
+        8.0, 'N m/sqrt(s)', 'process noise of tau_K', low=0.0, high=1e9, change=AT_ONCE)
     q_std_tau_k_speed: float = row(
-        0.0, 'N m/sqrt(s) per rad/s', 'how much more it may wander per motor speed, added to '
-        'q_std_tau_k in quadrature', low=0.0, high=1e9, change=AT_ONCE)
+        0.0, 'N m/sqrt(s) per rad/s', 'additional process noise of tau_K per motor speed, added '
+        'to q_std_tau_k in quadrature', low=0.0, high=1e9, change=AT_ONCE)
     q_std_tau_arm: float = row(
-        8.0, 'N m/sqrt(s)', 'how fast the unknown load on the arm may wander', low=0.0, high=1e9,
+        8.0, 'N m/sqrt(s)', 'process noise of the unknown load on the arm', low=0.0, high=1e9,
         change=AT_ONCE)
     tau_k_model: str = row(
         RANDOM_WALK, '', 'law of tau_K: a random walk (the paper); the curve of the model file '
-        'over the twist, plus a deviation that wanders (elastic); the same with stiffness, gap '
-        'and hysteresis learned while it runs', choices=TAU_K_MODELS, change=RESTART)
+        'over the twist plus a random walk (elastic); the same with stiffness, gap and hysteresis '
+        'learned online', choices=TAU_K_MODELS, change=RESTART)
     q_std_tau_k_deviation: float = row(
-        1.0, 'N m/sqrt(s)', 'elastic, learned: how fast tau_K may leave the curve', low=0.0,
+        1.0, 'N m/sqrt(s)', 'elastic, learned: process noise of the deviation of tau_K from the '
+        'curve', low=0.0,
         high=1e9, change=AT_ONCE)
     q_std_curve: float = row(
-        1e-3, '1/sqrt(s)', 'learned: how fast stiffness, gap and hysteresis may wander, relative '
-        'to their standard deviations at a start', low=0.0, high=1e3, change=AT_ONCE)
+        1e-3, '1/sqrt(s)', 'learned: process noise of stiffness, gap and hysteresis, relative to '
+        'their initial standard deviations', low=0.0, high=1e3, change=AT_ONCE)
     p0_std_curve: float = row(
-        1.0, '-', 'learned: standard deviation of stiffness, gap and hysteresis at a start, '
-        'relative to the model file', low=1e-6, high=10.0, change=RESTART)
+        1.0, '-', 'learned: initial standard deviation of stiffness, gap and hysteresis, relative '
+        'to the model file', low=1e-6, high=10.0, change=RESTART)
     tau_k_stiffness: float = row(
         0.0, 'N m/rad', "k_p in tau_K' = k_p (x3 - x4) + w; 0 is the paper's random walk", low=0.0,
         high=1e12, change=AT_ONCE)
@@ -242,16 +243,16 @@ class EstimatorParameters(ParameterSet):
         0.0, 'N m', 'error of the friction model, added to the stated standard deviation of '
         'tau_K in quadrature', low=0.0, high=1e9, change=AT_ONCE)
     friction_error_std: float = row(
-        0.0, 'N m', 'standard deviation of a friction error carried as a state '
-        '(Ornstein-Uhlenbeck); 0 leaves it out', low=0.0, high=1e9, change=RESTART)
+        0.0, 'N m', 'standard deviation of a friction error as a state (Ornstein-Uhlenbeck); 0: '
+        'no such state', low=0.0, high=1e9, change=RESTART)
     friction_error_time: float = row(
         0.7, 's', 'correlation time of that friction error', low=1e-4, high=1e4, change=RESTART)
     p0_std_speed: float = row(
-        1.0, 'rad/s', 'standard deviation of the speeds at a start; no less than the drive may '
-        'then move at: a start within a motion is otherwise taken for a torque', low=1e-9,
+        1.0, 'rad/s', 'initial standard deviation of the speeds; at least the speed of the drive '
+        'at a start, otherwise the filter takes that speed for a torque', low=1e-9,
         high=1e6, change=RESTART)
     p0_std_torque: float = row(
-        5.0, 'N m', 'standard deviation of tau_K and load at a start', low=1e-9, high=1e9,
+        5.0, 'N m', 'initial standard deviation of tau_K and load', low=1e-9, high=1e9,
         change=RESTART)
     ekf_jacobian: str = row(
         'analytic', '', 'EKF: exact tangent of the discrete map, or forward differences',
@@ -272,92 +273,91 @@ class EstimatorParameters(ParameterSet):
         'float64', '', 'SRUKF: precision of mean, sigma points and factor',
         choices=('float64', 'float32'), change=AT_ONCE)
     adapt: tuple[str, ...] = row(
-        ('q_std_tau_k', 'r_std_motor', 'r_std_arm'), '', 'AEKF: what is adapted, starting from '
-        'the values given: some of q_std_tau_k, r_std_motor, r_std_arm, viscous_friction, '
-        'coulomb_friction, tau_k_stiffness; [""] for nothing', change=RESTART)
+        ('q_std_tau_k', 'r_std_motor', 'r_std_arm'), '', 'AEKF: parameters to adapt from their '
+        'configured values: q_std_tau_k, r_std_motor, r_std_arm, viscous_friction, '
+        'coulomb_friction, tau_k_stiffness; [""]: none', change=RESTART)
     adapt_friction_sharpness: float = row(
-        1.0, 's/rad', 'AEKF: sharpness of the Coulomb friction that it computes with, at most '
-        'that of the model', low=1e-3, high=1e9, change=RESTART)
+        1.0, 's/rad', 'AEKF: sharpness of its Coulomb friction, at most that of the model',
+        low=1e-3, high=1e9, change=RESTART)
     adapt_forgetting_start: float = row(
-        0.995, '-', 'AEKF: forgetting factor per measured sample at a start', low=0.5, high=1.0,
+        0.995, '-', 'AEKF: initial forgetting factor per measured sample', low=0.5, high=1.0,
         change=RESTART)
     adapt_forgetting: float = row(
-        0.9998, '-', 'AEKF: forgetting factor that it settles at; 1 / (1 - factor) samples count',
+        0.9998, '-', 'AEKF: final forgetting factor; 1 / (1 - factor) samples count',
         low=0.5, high=1.0, change=RESTART)
     adapt_forgetting_rate: float = row(
-        0.9995, '-', 'AEKF: how slowly it settles there: 1 / (1 - rate) samples', low=0.0,
+        0.9995, '-', 'AEKF: transition to the final factor, over 1 / (1 - rate) samples', low=0.0,
         high=1.0, change=RESTART)
     drift_window: float = row(
-        10.0, 's', 'length of a window that backlash is fitted on', low=0.5, high=600.0)
+        10.0, 's', 'length of a window in which backlash is measured', low=0.5, high=600.0)
     gap_notice: float = row(
-        0.005, '-', 'relative growth of the gap below which nothing is reported, however sure it '
-        'is; a smaller one is left to seasons and wear-in', low=0.0, high=10.0, change=AT_ONCE)
+        0.005, '-', 'relative growth of the gap below which nothing is reported (seasons, '
+        'wear-in), even if it is significant', low=0.0, high=10.0, change=AT_ONCE)
     gap_warn: float = row(
-        0.10, '-', 'relative growth of the gap from which a service is to be planned', low=0.0,
+        0.10, '-', 'relative growth of the gap that requires planning a service', low=0.0,
         high=10.0, change=AT_ONCE)
     gap_error: float = row(
         0.25, '-', 'relative growth of the gap that is an error, and the limit of the forecast',
         low=0.0, high=10.0, change=AT_ONCE)
     gap_limit: float = row(
-        0.0, 'rad', 'gap that is an error whatever the baseline; 0: none', low=0.0, high=1e3,
+        0.0, 'rad', 'gap that is an error regardless of the baseline; 0: none', low=0.0, high=1e3,
         change=AT_ONCE)
     stiffness_warn: float = row(
-        0.10, '-', 'relative loss of stiffness, or change of the torque gain, or growth of the '
-        'hysteresis over the load, from which a service is to be planned', low=0.0, high=10.0,
+        0.10, '-', 'relative loss of stiffness, change of torque gain or growth of hysteresis '
+        'over load that requires planning a service', low=0.0, high=10.0,
         change=AT_ONCE)
     stiffness_error: float = row(
-        0.25, '-', 'the same, as an error', low=0.0, high=10.0, change=AT_ONCE)
+        0.25, '-', 'the same for an error', low=0.0, high=10.0, change=AT_ONCE)
     friction_warn: float = row(
-        0.20, '-', 'relative change of friction from which a service is to be planned; a quarter '
-        'of it is reported once it is sure', low=0.0, high=10.0, change=AT_ONCE)
+        0.20, '-', 'relative change of friction that requires planning a service; a quarter of it '
+        'is reported once significant', low=0.0, high=10.0, change=AT_ONCE)
     friction_error: float = row(
-        0.50, '-', 'the same, as an error', low=0.0, high=100.0, change=AT_ONCE)
+        0.50, '-', 'the same for an error', low=0.0, high=100.0, change=AT_ONCE)
     false_alarm_interval: float = row(
         3.15e7, 's', 'mean running time between two false alarms of backlash and friction '
-        'together; shorter finds changes sooner', low=600.0, high=1e12, change=AT_ONCE)
+        'together; a shorter time detects changes sooner', low=600.0, high=1e12, change=AT_ONCE)
     baseline_file: str = row(
-        '', '', 'backlash when healthy: read at the start, written by ~/save_baseline; empty: '
-        'the first windows are the baseline')
+        '', '', 'healthy backlash: read at the start, written by ~/save_baseline; empty: the '
+        'first windows are the baseline')
     baseline_windows: int = row(
-        720, '', 'how many trusted windows each operating point learns as healthy; 3 are enough '
-        'to begin with', low=3, high=1000000, change=AT_ONCE)
+        720, '', 'number of trusted windows that each operating point learns as healthy; tests '
+        'begin after 3', low=3, high=1000000, change=AT_ONCE)
     angle_bin: float = row(
-        3.2, 'rad', 'windows whose mean arm angle is at most half of this away share a baseline; '
-        '0: all angles do', low=0.0, high=1e6, change=AT_ONCE)
+        3.2, 'rad', 'width of an operating point in mean arm angle; 0: all angles share a '
+        'baseline', low=0.0, high=1e6, change=AT_ONCE)
     speed_bin: float = row(
-        2.0, '-', 'windows whose rms motor speed is within the square root of this factor share '
-        'a baseline; 1: all speeds do', low=1.0, high=1e6, change=AT_ONCE)
+        2.0, '-', 'width of an operating point in rms motor speed, a factor; 1: all speeds share '
+        'a baseline', low=1.0, high=1e6, change=AT_ONCE)
     load_bin: float = row(
         2.0, '-', 'the same for the rms of tau_K', low=1.0, high=1e6, change=AT_ONCE)
     temperature_bin: float = row(
-        5.0, 'K', 'windows whose temperature is at most half of this away share a baseline; 0: '
-        'all temperatures do', low=0.0, high=1e4, change=AT_ONCE)
+        5.0, 'K', 'width of an operating point in temperature; 0: all temperatures share a '
+        'baseline', low=0.0, high=1e4, change=AT_ONCE)
     temperature_topic: str = row(
-        '', '', 'topic with the temperature of the gearbox (sensor_msgs/Temperature); empty: not '
-        'known')
+        '', '', 'topic with the temperature of the gearbox (sensor_msgs/Temperature); empty: none')
     drift_state_file: str = row(
-        '', '', 'where baselines, test, alarms and what the aekf has adapted are kept over a '
-        'restart, written after each window; empty: not kept')
+        '', '', 'file that preserves baselines, test, alarms and adapted values over a restart, '
+        'written after each window; empty: none')
     snapshot_period: float = row(
-        10.0, 's', 'how often the state is published for replay', low=0.1, high=3600.0)
+        10.0, 's', 'period of the snapshots for replay', low=0.1, high=3600.0)
     model_gap_after: float = row(
-        60.0, 's', 'the model misses something when prediction errors were biased or not white '
-        'in more than half of this time', low=5.0, high=3600.0, change=AT_ONCE)
+        60.0, 's', 'window of the model mismatch: prediction errors biased or not white for more '
+        'than half of it', low=5.0, high=3600.0, change=AT_ONCE)
     keep_minutes: float = row(
-        5.0, 'min', 'how much of joint_states is kept in memory for ~/keep_recording, 12 MB for '
-        '5 min at 1 kHz; 0: nothing', low=0.0, high=60.0)
+        5.0, 'min', 'length of joint_states in memory for ~/keep_recording, 12 MB for 5 min at 1 '
+        'kHz; 0: none', low=0.0, high=60.0)
     keep_after_error: float = row(
-        0.0, 's', 'how long after backlash or friction became ERROR the recording is kept by '
-        'itself, as by ~/keep_recording; no more than keep_minutes; 0: never', low=0.0,
+        0.0, 's', 'time after an ERROR of backlash or friction at which the recording is kept '
+        'automatically; at most keep_minutes; 0: never', low=0.0,
         high=3600.0)
     keep_folder: str = row(
-        '', '', 'where ~/keep_recording puts its folders; empty: where the node was started')
+        '', '', 'folder for kept recordings; empty: where the node was started')
     keep_per_hour: int = row(
-        20, '', 'recordings that are kept in any hour at most, by request and by itself', low=1,
+        20, '', 'largest number of recordings kept per hour', low=1,
         high=3600)
     keep_space: int = row(
-        5000, 'MB', 'size of all kept recordings in keep_folder beyond which none is kept; 500 '
-        'MB of the disk stay free', low=1, high=1_000_000_000)
+        5000, 'MB', 'largest size of all kept recordings in keep_folder; 500 MB of the disk stay '
+        'free', low=1, high=1_000_000_000)
 
 
 @dataclass(frozen=True)
@@ -365,8 +365,8 @@ class RobotParameters(ParameterSet):
     """Parameters of an estimator for several gearboxes of a robot."""
 
     gearboxes: tuple[str, ...] = row(
-        ('',), '', 'names of the gearboxes of a robot: each has a block of this name with '
-        'parameters of its own, the others are common; [""]: one gearbox, without a name')
+        ('',), '', 'names of the gearboxes of a robot; each has a block of this name with its own '
+        'parameters, the other parameters are common; [""]: one gearbox without a name')
 
 
 @dataclass(frozen=True)
@@ -379,19 +379,22 @@ class ModelParameters(ParameterSet):
     """
 
     motor_inertia: float = row(
-        0.006442, 'kg m^2', 'of the motor, reflected to the arm side', low=1e-12, high=1e6,
+        0.006442, 'kg m^2', 'inertia of the motor, on the arm side', low=1e-12, high=1e6,
         change=RESTART)
-    arm_inertia: float = row(0.023454, 'kg m^2', 'of the arm', low=1e-12, high=1e6, change=RESTART)
+    arm_inertia: float = row(0.023454, 'kg m^2', 'inertia of the arm', low=1e-12, high=1e6,
+                             change=RESTART)
     damping: float = row(
-        0.01, 'N m s/rad', 'between motor and arm', low=0.0, high=1e9, change=RESTART)
+        0.01, 'N m s/rad', 'damping between motor and arm', low=0.0, high=1e9, change=RESTART)
     viscous_friction: float = row(
-        0.1, 'N m s/rad', 'of the motor', low=-1e9, high=1e9, change=RESTART)
-    coulomb_friction: float = row(0.27, 'N m', 'of the motor', low=0.0, high=1e9, change=RESTART)
+        0.1, 'N m s/rad', 'viscous friction of the motor', low=-1e9, high=1e9, change=RESTART)
+    coulomb_friction: float = row(
+        0.27, 'N m', 'Coulomb friction of the motor', low=0.0, high=1e9, change=RESTART)
     friction_sharpness: float = row(
-        100.0, 's/rad', 'of the Coulomb friction around standstill', low=1e-9, high=1e9,
+        100.0, 's/rad', 'sharpness of the Coulomb friction around standstill', low=1e-9, high=1e9,
         change=RESTART)
     position_gain: float = row(
-        0.01, 'N m/rad', 'of a position loop inside the drive', low=0.0, high=1e9, change=RESTART)
+        0.01, 'N m/rad', 'gain of a position loop inside the drive', low=0.0, high=1e9,
+        change=RESTART)
     torque_offset: float = row(
         0.0, 'N m', 'added to the commanded torque', low=-1e9, high=1e9, change=RESTART)
 
@@ -415,8 +418,8 @@ class PlantParameters(ParameterSet):
         'they have acknowledged the first sample', low=0, high=100)
     seed: int = row(0, '', 'seed of the noise', low=0, high=2**31 - 1)
     torque_source: str = row(
-        'excitation', '', 'where the torque comes from: the excitation, or effort_command, held '
-        'until the next one', choices=('excitation', 'topic'))
+        'excitation', '', 'source of the torque: the excitation, or effort_command, held until '
+        'the next one', choices=('excitation', 'topic'))
     command_timeout: float = row(
         0.5, 's', 'simulated time after which a torque from effort_command ends; 0: never',
         low=0.0, high=3600.0, change=AT_ONCE)
@@ -443,9 +446,11 @@ class PlantParameters(ParameterSet):
         0.1, 'rad', 'half of the backlash before it grows; default: model file', low=0.0, high=1e3,
         change=AT_ONCE)
     viscous_friction: float = row(
-        0.1, 'N m s/rad', 'of the motor; default: model file', low=-1e9, high=1e9, change=AT_ONCE)
+        0.1, 'N m s/rad', 'viscous friction of the motor; default: model file', low=-1e9,
+        high=1e9, change=AT_ONCE)
     coulomb_friction: float = row(
-        0.27, 'N m', 'of the motor; default: model file', low=0.0, high=1e9, change=AT_ONCE)
+        0.27, 'N m', 'Coulomb friction of the motor; default: model file', low=0.0, high=1e9,
+        change=AT_ONCE)
     gap_growth_rate: float = row(
         0.0, '1/s', 'the gap is half_gap (1 + rate (t - start))', low=0.0, high=1e3,
         change=AT_ONCE)
@@ -453,20 +458,21 @@ class PlantParameters(ParameterSet):
         0.0, 's', 'simulated time at which the gap begins to grow', low=0.0, high=1e7,
         change=AT_ONCE)
     gap_growth_max: float = row(
-        10.0, '-', 'relative growth at which the gap stays', low=0.0, high=1e3, change=AT_ONCE)
+        10.0, '-', 'relative growth at which the gap stops growing', low=0.0, high=1e3,
+        change=AT_ONCE)
     fault_start: float = row(
-        0.0, 's', 'simulated time from which the faults below act', low=0.0, high=1e7,
+        0.0, 's', 'simulated time at which the faults below begin', low=0.0, high=1e7,
         change=AT_ONCE)
     fault_duration: float = row(
-        0.0, 's', 'how long they act; 0: for ever', low=0.0, high=1e7, change=AT_ONCE)
+        0.0, 's', 'duration of the faults; 0: unlimited', low=0.0, high=1e7, change=AT_ONCE)
     fault_frozen: str = row(
-        'none', '', 'encoders whose last reading stays', choices=('none', 'motor', 'arm', 'both'),
-        change=AT_ONCE)
+        'none', '', 'encoders whose last reading persists',
+        choices=('none', 'motor', 'arm', 'both'), change=AT_ONCE)
     fault_lost: str = row(
-        'none', '', 'encoders that give nothing (NaN)', choices=('none', 'motor', 'arm', 'both'),
+        'none', '', 'encoders without readings (NaN)', choices=('none', 'motor', 'arm', 'both'),
         change=AT_ONCE)
     fault_delay: tuple[float, ...] = row(
-        (0.0, 0.0), 's', 'readings of motor and arm come so late, in whole samples', low=0.0,
+        (0.0, 0.0), 's', 'delay of the readings of motor and arm, in whole samples', low=0.0,
         high=1.0, change=AT_ONCE)
     fault_scale: tuple[float, ...] = row(
         (1.0, 1.0), '-', 'readings of motor and arm over true position', low=-10.0, high=10.0,
@@ -478,8 +484,8 @@ class PlantParameters(ParameterSet):
         (0.0, 0.0), '-', 'share of the readings of motor and arm that are outliers', low=0.0,
         high=1.0, change=AT_ONCE)
     fault_outlier_size: tuple[float, ...] = row(
-        (0.0, 0.0), 'rad', 'outliers of motor (arm side) and arm are off by this much, either '
-        'way', low=0.0, high=1e3, change=AT_ONCE)
+        (0.0, 0.0), 'rad', 'error of the outliers of motor (arm side) and arm, of either sign',
+        low=0.0, high=1e3, change=AT_ONCE)
     fault_torque: float = row(
         1.0, '-', 'torque that acts over torque commanded', low=-10.0, high=10.0, change=AT_ONCE)
     fault_viscous_friction: float = row(
@@ -489,7 +495,7 @@ class PlantParameters(ParameterSet):
     fault_stiffness: float = row(
         1.0, '-', 'factor on stiffness', low=1e-3, high=100.0, change=AT_ONCE)
     fault_gap: float = row(
-        1.0, '-', 'factor on the gap, all at once', low=0.0, high=100.0, change=AT_ONCE)
+        1.0, '-', 'factor on the gap', low=0.0, high=100.0, change=AT_ONCE)
     effects: tuple[str, ...] = row(
         ('',), '', 'effects besides those of the model file, each a text like "stribeck Cs=0.1 '
         'vs=0.2", "" for none; ids and parameters: docs/effects.md', change=AT_ONCE)
@@ -500,7 +506,7 @@ class PlantParameters(ParameterSet):
     load_constant: float = row(
         0.0, 'N m', 'load on the arm: a constant torque', low=-1e6, high=1e6, change=AT_ONCE)
     measure_arm_load: bool = row(
-        False, '', 'give the load on the arm as effort of the arm joint; otherwise that is NaN',
+        False, '', 'publish the load on the arm as effort of the arm joint instead of NaN',
         change=AT_ONCE)
 
 
@@ -509,8 +515,8 @@ class RecorderParameters(ParameterSet):
     """Parameters of the recorder."""
 
     output: str = row(
-        'gearbox_%Y_%m_%d-%H_%M_%S', '', 'bag directory to create, a pattern of strftime; it '
-        'must not exist')
+        'gearbox_%Y_%m_%d-%H_%M_%S', '', 'bag directory to create, a strftime pattern; it must '
+        'not exist')
     topics: tuple[str, ...] = row(
         ('joint_states', 'paired_joint_states', 'transmission_state', 'transmission_state_stddev',
          'transmission_state_smoothed', 'innovations', 'innovations_stddev',
@@ -519,19 +525,19 @@ class RecorderParameters(ParameterSet):
         '', 'topics to record, of any type; relative names are in the namespace of the node')
     compression: str = row('zstd', '', 'compression of the bag', choices=('none', 'lz4', 'zstd'))
     max_bag_size: int = row(
-        0, 'bytes', 'size of a file of the bag above which the next one begins; 0: no limit',
+        0, 'bytes', 'largest size of a file of the bag; 0: no limit',
         low=0, high=10**15)
     max_bag_duration: float = row(
-        0.0, 's', 'time of a file of the bag after which the next one begins; 0: no limit',
+        0.0, 's', 'longest duration of a file of the bag; 0: no limit',
         low=0.0, high=1e9)
     sync_period: float = row(
-        0.25, 's', 'time between two moments at which what was written is brought to the medium, '
-        'against power cuts; 0: left to the operating system', low=0.0, high=60.0)
+        0.25, 's', 'period of syncs to the medium, against power cuts; 0: left to the operating '
+        'system', low=0.0, high=60.0)
     queue_depth: int = row(
-        4000, 'messages', 'messages that wait for the recorder, per topic; 4000 are 4 s at 1 kHz',
+        4000, 'messages', 'length of the queue per topic; 4000 are 4 s at 1 kHz',
         low=1, high=1_000_000)
     low_space: int = row(
-        500, 'MB', 'free disk space below which to warn', low=0, high=1_000_000_000)
+        500, 'MB', 'free disk space below which the recorder warns', low=0, high=1_000_000_000)
     gearbox_serial: str = row('gearbox', '', 'hardware_id in diagnostics, not empty')
 
 

@@ -89,4 +89,4 @@ def write_live(writer, samples):
                 alerted[name] = stages
                 array('/drift_alerts', {name: told[name]}, now)
     # The source has ended; the node goes on and says so.
-    array('/diagnostics', {'input': (2, 'no samples came', {})}, now + 2_000_000_000)
+    array('/diagnostics', {'input': (2, 'no samples received', {})}, now + 2_000_000_000)

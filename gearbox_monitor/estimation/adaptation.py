@@ -27,8 +27,8 @@ NOISE = ('q_std_tau_k', 'r_std_motor', 'r_std_arm')
 MODEL = ('viscous_friction', 'coulomb_friction')
 ADAPTABLE = NOISE + MODEL + ('tau_k_stiffness',)
 REFUSED = {
-    'damping': 'it cannot be told from tau_K: the random walk of tau_K lags, and a damping of '
-               'many times the truth makes up for that',
+    'damping': 'it cannot be distinguished from tau_K: a damping of many times the truth '
+    'compensates for the lag of the random walk of tau_K',
 }
 
 

@@ -59,7 +59,7 @@ def load_baseline(path: str | Path, gearbox_serial: str = '') -> list[dict[str, 
         raise Damaged(f'{path}: {str(data)[:60]!r}, expected a block "baseline"')
     if data.get('format') != FORMAT:
         raise InputError(f'{path}: format: {data.get("format")!r}, expected {FORMAT}: it was '
-                         'written by another version; save the baseline anew')
+                         'written by another version; save the baseline again')
     serial = data.get('gearbox_serial')
     if gearbox_serial and serial != gearbox_serial:
         raise InputError(f'{path}: gearbox_serial: {serial!r}, expected {gearbox_serial!r}')
@@ -184,7 +184,7 @@ def set_aside(path: str | Path) -> str:
     except OSError as error:
         raise InputError(f'{path}: {error.strerror}, expected a file that can be renamed') \
             from None
-    return f'set aside as {aside.name}; drift begins anew'
+    return f'set aside as {aside.name}; drift detection starts again'
 
 
 def _now() -> str:

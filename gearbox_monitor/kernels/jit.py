@@ -89,7 +89,7 @@ def usable_cache(own: Sequence[str], chosen: str = '') -> tuple[str | None, str]
                 return folder, ''
         except OSError as error:
             problems.append(f'{folder}: {error.strerror or error}')
-    return None, ('no folder can keep compiled kernels, each start compiles them anew ('
+    return None, ('no folder can keep compiled kernels, each start compiles them again ('
                   + '; '.join(problems)
                   + '), expected XDG_CACHE_HOME or NUMBA_CACHE_DIR to name a writable one')
 

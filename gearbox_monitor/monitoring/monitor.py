@@ -62,8 +62,9 @@ JUDGED = COMPONENTS[:4]  # once per second, from the newest estimates
 IN_TIME = (sample_loop.ESTIMATE, sample_loop.START, sample_loop.NO_EFFORT,
            sample_loop.NO_MEASUREMENT)
 AT_BOUND = Condition(
-    'covariance', Level.WARN, 'adapted to its bound', 'an adapted parameter is at its bound (AEKF '
-    'only)', 'the evaluation', 'the model or a start value is far off: check it', ('adapted_...',))
+    'covariance', Level.WARN, 'adaptation at its bound',
+    'an adapted parameter is at its bound (AEKF only)', 'the evaluation',
+    'the model or a start value is wrong: check it', ('adapted_...',))
 CONDITIONS = (
     *usability.CONDITIONS, *observability.CONDITIONS, *innovation.CONDITIONS,
     *passivity.CONDITIONS, *twist_range.CONDITIONS, *elastic_curve.CONDITIONS,
@@ -396,7 +397,8 @@ class Monitor:
         bound = self.estimator.adapted_to_bound()
         if bound and outcome.level == Level.OK:
             return outcome_of(
-                [replace(AT_BOUND, says=f'adapted to its bound: {", ".join(bound)}')], '', values)
+                [replace(AT_BOUND, says=f'adaptation at its bound: {", ".join(bound)}')],
+                '', values)
         return replace(outcome, values=values)
 
     def _check_model(self, outcomes: Outcomes, stamp_ns: int) -> Outcome:

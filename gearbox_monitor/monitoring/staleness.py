@@ -66,7 +66,7 @@ class Silence:
         counts = {usability.key_of(reason): int(monitor.counts[code])
                   for code, reason in REASONS.items() if monitor.counts[code]}
         counts['messages_without_our_joints'] = foreign
-        reason, advice, self.why = 'no samples came', usability.SILENT.advice, 'silent'
+        reason, advice, self.why = 'no samples received', usability.SILENT.advice, 'silent'
         if cause:
             (reason, advice), self.why = cause, 'joints'
         elif refused:

@@ -315,6 +315,6 @@ def _sign(response: TorqueResponse, name: str) -> Finding:
                        'turn the sign of ' f'the effort, or of the {name} position',
                        everything(BAD), values)
     if size < 0.0 or not response.seen and response.work < WORK:
-        return Finding('signs', f'torque and {name}', f'{figure}: cannot be told',
+        return Finding('signs', f'torque and {name}', f'{figure}: not determined',
                        'accelerate more, or move against friction', everything(WARN), values)
     return Finding('signs', f'torque and {name}', figure, values=values)

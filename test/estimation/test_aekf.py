@@ -259,7 +259,7 @@ def test_a_threshold_changes_without_restarting_the_adaptation():
 
 
 @pytest.mark.parametrize('changes, model, text', [
-    ({'adapt': ['damping']}, {}, 'cannot be told from tau_K'),
+    ({'adapt': ['damping']}, {}, 'cannot be distinguished from tau_K'),
     ({'adapt': ['inertia']}, {}, 'expected some of q_std_tau_k'),
     ({'adapt': ['r_std_arm', 'r_std_arm']}, {}, 'named twice'),
     ({'adapt': ['tau_k_stiffness']}, {}, 'starts at 0'),

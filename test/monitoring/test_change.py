@@ -146,7 +146,7 @@ def test_friction_has_its_own_alert_and_is_no_backlash():
     stiff = Gearbox(5)
     stiff.go(200)
     found = stiff.go(20, stiffness=4.2)[-1]['backlash']
-    assert found.level == Level.WARN and 'stiffness is lost by 16' in found.message
+    assert found.level == Level.WARN and 'stiffness has dropped by 16' in found.message
     assert 'gap' not in stiff.tracker.changes
 
 

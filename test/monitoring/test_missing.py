@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The notice that the model misses something: with an effect, not without, not for noise."""
+"""The notice that model mismatch: with an effect, not without, not for noise."""
 import numpy as np
 import pytest
 
@@ -56,7 +56,7 @@ def test_lasting_gap_of_the_model_is_told(effects):
     # The first 3 s are not judged; more than 5 s of systematic errors; three evaluations more.
     levels = [f.level for f in found]
     assert set(levels[4:9]) == {Level.OK} and set(levels[12:]) == {Level.WARN}
-    assert 'the model misses something: call ~/keep_recording' in found[-1].message
+    assert 'model mismatch: call ~/keep_recording' in found[-1].message
     assert found[-1].values['systematic_s'] > found[-1].values['systematic_s_threshold'] == 5.0
 
 

@@ -162,7 +162,7 @@ def test_lost_encoder_under_an_unknown_load_with_precise_encoders(lost):
         assert found.level == level
     assert found.values['information_share_tau_k'] < observability.UNTRUSTED
     assert found.values['stated_share_tau_k'] > found.values['stated_share_threshold']
-    assert 'no better known' in found.message
+    assert 'above its initial value' in found.message
 
 
 def test_condition_of_the_papers_jacobian(moving):

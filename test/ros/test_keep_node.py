@@ -70,7 +70,7 @@ def test_a_drive_with_an_effect_is_told_kept_and_named(graph, tmp_path):
     def status(name):
         return next((s for s in told[-1].status if s.name == f'estimator: {name}'), None)
 
-    graph.until(lambda: told and 'misses something' in status('model').message, 'the notice')
+    graph.until(lambda: told and 'model mismatch' in status('model').message, 'the notice')
     values = {v.key: v.value for v in status('model').values}
     assert values['command'] == 'ros2 service call /estimator/keep_recording std_srvs/srv/Trigger'
     assert float(values['systematic_s']) > float(values['systematic_s_threshold']) == 2.5

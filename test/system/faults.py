@@ -80,7 +80,7 @@ def _seconds(value, none='never'):
 
 def text(rows):
     """Return table and verdicts."""
-    lines = ['after: s from the begin of the fault to a level that is not OK, and whose; good, OK: '
+    lines = ['after: s from its start to a level that is not OK, and whose; good, OK: '
              's from its', 'end to good estimates, and to levels OK. wrong: estimates off the '
              'truth; OK: those of them', 'under OK; lost: samples without estimate; spoilt: '
              'samples that the fault hit.', '',

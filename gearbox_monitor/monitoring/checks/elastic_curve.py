@@ -58,13 +58,13 @@ WORN, FRICTION, SCALES, DELAYS, GAINS = (0.1, 0.5), 1.0, 0.5, 0.05, 1.0
 _WINDOW = f'{WINDOW:g} s'
 
 NO_CURVE = Condition(
-    'prediction error', Level.WARN, 'torque that no elastic curve explains',
+    'prediction error', Level.WARN, 'no elastic curve explains the torque',
     f'share of the smoothed tau_K that is more than {SIGMA:g} stated standard deviations off '
     f'the best elastic curve, gain, friction, scale and delay > {SHARE:g}', _WINDOW,
     'check sign, limits and delay of the effort and the signs and order of the encoders',
     ('elastic_misfit_share',), ('elastic_misfit_share_threshold',))
 OTHER_TORQUE = Condition(
-    'prediction error', Level.WARN, 'torque is not that of the twist',
+    'prediction error', Level.WARN, 'torque disagrees with the twist',
     f'share of the smoothed tau_K whose error by gain and friction, as the twist shows it, '
     f'is more than {SIGMA:g} stated standard deviations, and certain, > {SHARE:g}', _WINDOW,
     'check scale of the effort, time stamps and friction of the model; then its stiffness',

@@ -67,12 +67,12 @@ SMALLER = Condition(
     f'NIS over its degrees of freedom < {NIS_LOW:g} and significantly below 1', f'{WINDOW:g} s',
     'R or Q is too large: tune them', ('nis_over_dof',), ('nis_low',))
 GROSS = Condition(
-    'prediction error', Level.ERROR, 'prediction errors far larger than predicted',
+    'prediction error', Level.ERROR, 'prediction errors much larger than predicted',
     f'NIS over its degrees of freedom > {NIS_GROSS:g}', f'{WINDOW:g} s',
     'do not trust tau_K; check the encoders first, then the model', ('nis_over_dof',),
     ('nis_gross',))
 MOTOR_VARIANCE, ARM_VARIANCE = (Condition(
-    'prediction error', Level.WARN, f'{joint} encoder not as noisy as stated',
+    'prediction error', Level.WARN, f'{joint} encoder noise differs from r_std_{joint}',
     f'mean squared innovation of the {joint} over predicted variance outside {VARIANCE_LOW:g} .. '
     f'{VARIANCE_HIGH:g}', f'{WINDOW:g} s', f'check the {joint} encoder, or tune r_std_{joint}',
     (f'variance_ratio_{joint}',), ('variance_ratio_low', 'variance_ratio_high'))
@@ -83,7 +83,7 @@ OUTLIERS = Condition(
     'check encoder cables and supply, and for impacts', ('test_ratio',),
     ('test_ratio_threshold',))
 TOO_FEW = Condition(
-    'prediction error', Level.WARN, 'too few innovations yet',
+    'prediction error', Level.WARN, 'too few innovations',
     f'fewer than {MIN_SAMPLES} samples that gave an estimate', f'{WINDOW:g} s',
     'wait; check the rate if it stays', ('window_samples',))
 CONDITIONS = (BIASED, COLOURED, LARGER, SMALLER, GROSS, MOTOR_VARIANCE, ARM_VARIANCE, OUTLIERS,

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Whether the model misses something: prediction errors that stay systematic.
+Whether model mismatch: prediction errors that stay systematic.
 
 One window of biased or coloured errors can be a bump; a minute of them is the model. The next step
 is then a diagnosis (docs/diagnose.md), not another tuning.
@@ -26,7 +26,7 @@ SHARE = 0.5  # of the time that is looked at
 SECOND = 1_000_000_000
 
 MISSING = Condition(
-    'model', Level.WARN, 'the model misses something',
+    'model', Level.WARN, 'model mismatch',
     f'seconds with prediction errors biased or not white > {SHARE:g} `model_gap_after`; seconds '
     'with an ERROR of input or observability do not count', '`model_gap_after`',
     'call ~/keep_recording, then run the gearbox_monitor diagnose that it answers with; where '

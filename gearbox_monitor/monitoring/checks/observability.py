@@ -46,7 +46,7 @@ HIDDEN = Condition(
     'do not trust it; check the encoders; with an unknown load at standstill, wait for motion',
     ('information_share_tau_k',), ('information_share_threshold',))
 UNKNOWN = Condition(
-    'observability', Level.ERROR, 'tau_K no better known than without measurements',
+    'observability', Level.ERROR, 'uncertainty of tau_K above its initial value',
     f'median standard deviation of tau_K > {WORSE:g} of the prior one (`p0_std_torque`)',
     f'{WINDOW:g} s',
     'do not trust it; restore the encoder that is lost, or say what loads the arm (arm_load)',

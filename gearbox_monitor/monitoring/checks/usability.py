@@ -28,13 +28,13 @@ NO_SAMPLE = Condition(
     _WINDOW, 'check that the source publishes and that its stamps advance', ('rate_hz',))
 # Judged by the node, on the clock of its computer: no stamps come that could be judged.
 SILENT = Condition(
-    'input', Level.ERROR, 'no samples came',
+    'input', Level.ERROR, 'no samples received',
     f'no new stamp between two diagnostics (WARN in the first {START_TIME:g} s before the first '
     'sample ever); all other components then say WARN: no data', '1 s, at once',
     'check that the source runs and that topic, joint names and domain agree')
 
 OTHERS = Condition(
-    'input', Level.WARN, 'another publisher gives our joints',
+    'input', Level.WARN, 'another node publishes the monitored joints',
     'besides the publisher that is followed another one was heard that names motor or arm; ERROR, '
     'and no samples, where it is open which of them is the first (`other_publishers`)',
     '1 s, at once', 'stop it or give it another topic; see security.md',
