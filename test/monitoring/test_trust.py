@@ -291,7 +291,7 @@ def test_prediction_error_names_the_fault():
     assert check(2.0 * white).level == Level.ERROR
     assert 'biased' in check(white + np.array([0.3, 0.0])).message
     one = check(white * np.array([1.0, 1.3]))
-    assert 'arm encoder not as noisy' in one.message and 'motor encoder not' not in one.message
+    assert 'arm encoder noise' in one.message and 'motor encoder noise' not in one.message
     assert one.values['variance_ratio_arm'] == pytest.approx(1.69, rel=0.15)
     hit = white.copy()
     hit[-700, 0] = 7.0

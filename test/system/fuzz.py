@@ -21,7 +21,7 @@ exception, a run longer than the limit, or memory beyond it. A case is named by 
 number, and comes again with --only, --seed and --first.
 
 --bombs runs whole commands on small files that ask for gigabytes, minutes or a wait without an end
-(fuzz_bombs.py) under limits of the operating system, and prints the table of docs/files.md.
+(fuzz_bombs.py) under limits of the operating system, and prints a table.
 
 usage examples:
   .venv/bin/python test/system/fuzz.py --seconds 60
