@@ -215,7 +215,7 @@ class GearboxInput:
             return values, ''
         values['other_publishers'] = self._rivals()
         accepted = self.publishers[0].policy == ACCEPT
-        return values, (f'another node publishes the monitored joints, its messages are '
+        return values, ('another node publishes the monitored joints, its messages are '
                         f'{"taken, too" if accepted else "refused"}: {self._rivals()}')
 
     def _infos(self) -> list[Any]:

@@ -147,7 +147,7 @@ def test_strangers_do_not_move_the_estimate(graph, drive, tmp_path):
     expected = Monitor(DriveModel(), {'arm_load': 'none'}).run(samples)
     assert got == dict(zip(expected.stamp_ns.tolist(), expected.tau_k.tolist()))
     errors = graph.stop(estimator)
-    line = next(line for line in errors.splitlines() if 'another publisher gives' in line)
+    line = next(line for line in errors.splitlines() if 'another node publishes' in line)
     assert 'its messages are refused: ' in line and '/stranger' in line and '/driver' not in line
     assert int(told.values['messages_unreadable']) == 2 * 8
 
