@@ -91,7 +91,7 @@ def table(component: str) -> str:
     rows = [row for row in DIAGNOSTIC_KEYS
             if row.component == component and row not in CHANGE_KEYS]
     by_key = {row.key: row for row in rows}
-    lines = [f'### {component}', '', '| key | unit | what |', '|---|---|---|']
+    lines = [f'### {component}', '', '| key | what |', '|---|---|']
     for row in rows:
         owner = row.key.removesuffix('_threshold')
         if owner != row.key and owner in by_key:
@@ -100,7 +100,8 @@ def table(component: str) -> str:
             continue  # the page says what it is
         limit = by_key.get(f'{row.key}_threshold')
         words = f'; {limit.description} `{limit.key}`' if limit else ''
-        lines.append(f'| `{row.key}` | {row.unit} | {row.description}{words} |')
+        unit = f' ({row.unit})' if row.unit not in ('', '-') else ''
+        lines.append(f'| `{row.key}`{unit} | {row.description}{words} |')
     return '\n'.join(lines)
 
 

@@ -64,9 +64,10 @@ def bounds(row: ParameterRow) -> str:
 
 def table(rows: Table) -> str:
     """Return a Markdown table of the parameters.ParameterRow `rows`."""
-    lines = ['| name | default | unit | range | change | what |', '|---|---|---|---|---|---|']
+    lines = ['| name | default | range | change | what |', '|---|---|---|---|---|']
     for row in rows:
-        cells = (f'`{row.name}`', f'`{shown(row.default)}`', row.unit, bounds(row),
+        unit = '' if row.unit == '-' else f' {row.unit}'
+        cells = (f'`{row.name}`', f'`{shown(row.default)}`{unit}'.strip(), bounds(row),
                  CHANGES.get(row.change, ''), row.description)
         lines.append('| ' + ' | '.join(cell.replace('|', '\\|') for cell in cells) + ' |')
     return '\n'.join(lines)
