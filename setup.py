@@ -62,6 +62,8 @@ setup(
         'import': ['h5py>=3.10'],
         # "compare" with filters of filterpy
         'compare': ['filterpy>=1.4'],
+        # "live --foxglove"; no rosdep key
+        'foxglove': ['foxglove-sdk>=0.30'],
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         'test': [
             *TABLES,
@@ -73,6 +75,7 @@ setup(
             'flake8>=6',
             'flake8-import-order>=0.18',
             'flake8-quotes>=3.3',
+            'foxglove-sdk>=0.30',
             'h5py>=3.10',
             'mujoco>=4.0',
             'mypy>=1.11,<3',

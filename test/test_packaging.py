@@ -35,6 +35,7 @@ THIRD_PARTY = {
     'distributed': (None, 'distributed'),  # optional; it and the next have no rosdep key
     'fsspec': (None, 'fsspec'),
     'filterpy': (None, 'filterpy'),  # optional: a reference to compare with
+    'foxglove': (None, 'foxglove-sdk'),  # optional: serves its viewer; no rosdep key
     'google': (None, None),
     'jinja2': ('python3-jinja2', 'Jinja2'),
     'lz4': ('mcap-ros2-support', 'mcap'),

@@ -17,36 +17,53 @@ Show a running estimator in the browser: torque over twist, backlash, trust and 
 
 The command serves one page for all gearboxes of the node and draws it ten times per second. Only
 this machine can open the page, unless --host names an address of the network: then everybody who
-reaches that address can. ROS arguments, such as remappings, follow --ros-args.
+reaches that address can. With --foxglove it serves the topics to Foxglove instead of a page; open
+config/foxglove.json as layout there. ROS arguments, such as remappings, follow --ros-args.
 
 usage examples:
   gearbox_monitor live
   gearbox_monitor live --port 9000 --estimator /left/estimator
+  gearbox_monitor live --foxglove
   gearbox_monitor live --ros-args -r __ns:=/left
 """
 import argparse
 from argparse import ArgumentParser, Namespace
+import importlib.util
 
 from gearbox_monitor.cli.ros_option import add_ros_option, rclpy_required, ros_words
+from gearbox_monitor.errors import InputError
+
+PAGE_PORT, FOXGLOVE_PORT = 8808, 8765
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     parser.add_argument('--host', metavar='ADDRESS', default='127.0.0.1',
                         help='address to listen on (default: 127.0.0.1, this machine only)')
-    parser.add_argument('--port', type=_port, default=8808, metavar='N',
-                        help='port to listen on, 0: any that is free (default: 8808)')
+    parser.add_argument('--port', type=_port, metavar='N',
+                        help='port to listen on, 0: any that is free (default: '
+                        f'{PAGE_PORT}, with --foxglove {FOXGLOVE_PORT})')
     parser.add_argument('--estimator', metavar='NODE', default='estimator',
                         help='name of the estimator node (default: estimator)')
+    parser.add_argument('--foxglove', action='store_true',
+                        help='serve Foxglove instead of a page; needs the extra [foxglove]')
     add_ros_option(parser)
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
+    default = FOXGLOVE_PORT if args.foxglove else PAGE_PORT
+    port = default if args.port is None else args.port
+    if args.foxglove:
+        if importlib.util.find_spec('foxglove') is None:
+            raise InputError('--foxglove: foxglove-sdk is not installed, expected this package '
+                             'with the extra [foxglove]')
+        with rclpy_required():
+            from gearbox_monitor.ros import foxglove_node
+        return foxglove_node.serve(args.host, port, ros_words(args))
     with rclpy_required():
-        from gearbox_monitor.ros.live_node import serve
-    code: int = serve(args.host, args.port, args.estimator, ros_words(args))
-    return code
+        from gearbox_monitor.ros import live_node
+    return live_node.serve(args.host, port, args.estimator, ros_words(args))
 
 
 def _port(text: str) -> int:

@@ -29,6 +29,7 @@ rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
 from harness import DOMAIN, Graph, RELIABLE, ROOT  # noqa: E402
 from processes import put_down  # noqa: E402
+from rclpy.serialization import deserialize_message  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
@@ -129,6 +130,45 @@ def test_events_of_a_robot(graph, tmp_path):
         time.sleep(0.5)
         process.send_signal(signal.SIGINT)
         output, errors = process.communicate(timeout=30)
+        assert process.returncode == 0 and errors == '', errors
+    finally:
+        put_down([process])
+
+
+def test_foxglove_gets_the_messages_as_they_were_published(graph):
+    """Over its WebSocket protocol: channels with definitions, then the bytes of a message."""
+    pytest.importorskip('foxglove')
+    websocket = pytest.importorskip('websocket')
+    process = live('--foxglove', '--port', '0')
+    try:
+        line = process.stdout.readline()
+        assert line.startswith('ws://127.0.0.1:') and 'Foxglove' in line, process.stderr.read()
+        client = websocket.create_connection(line.split()[0], timeout=30,
+                                             subprotocols=['foxglove.sdk.v1'])
+        channels = {}
+        while len(channels) < 9:
+            text = client.recv()
+            if isinstance(text, str) and json.loads(text)['op'] == 'advertise':
+                channels.update({c['topic']: c for c in json.loads(text)['channels']})
+        channel = channels['/transmission_state_smoothed']
+        assert channel['schemaName'] == 'sensor_msgs/msg/JointState'
+        assert 'float64[] effort' in channel['schema'] and channel['encoding'] == 'cdr'
+        client.send(json.dumps({'op': 'subscribe', 'subscriptions': [
+            {'id': 7, 'channelId': channel['id']}]}))
+        message = JointState(name=['transmission'], position=[0.1], effort=[2.5])
+        publisher = graph.node.create_publisher(JointState, 'transmission_state_smoothed', 10)
+        graph.until(lambda: publisher.get_subscription_count(), 'the subscription of the node')
+        data, end = '', time.monotonic() + 30.0
+        client.settimeout(0.2)
+        while not isinstance(data, bytes) and time.monotonic() < end:
+            publisher.publish(message)
+            try:
+                data = client.recv()
+            except websocket.WebSocketTimeoutException:
+                pass
+        assert deserialize_message(data[13:], JointState) == message  # after op, id and time
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
         assert process.returncode == 0 and errors == '', errors
     finally:
         put_down([process])
