@@ -166,19 +166,21 @@ def _wrong(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
 
 def _setpoint(r: UniformRecording) -> list[Finding]:
     """Find a setpoint that the position follows with another sign or in another unit."""
-    position, correlation, ratio = r.y[:, r.channels[0]], 0.0, 1.0
+    position, correlation, against, ratio = r.y[:, r.channels[0]], -1.0, 1.0, 1.0
     for lag in range(0, round(BEHIND / r.dt) + 1, max(1, round(0.01 / r.dt))):
         setpoint, follower = r.u[:len(r.u) - lag], position[lag:]
         if np.ptp(setpoint) > 0.0:
             at_lag = float(np.corrcoef(setpoint, follower)[0, 1])
-            if abs(at_lag) > abs(correlation):
+            against = min(against, at_lag)
+            if at_lag > correlation:
                 correlation, ratio = at_lag, float(np.std(follower) / np.std(setpoint))
-    if abs(correlation) < FOLLOWS:
-        return [_finding('strange', 'the position does not follow the setpoint (correlation '
-                         f'{correlation:.2g}); check that it is the setpoint of this drive')]
-    if correlation < 0.0:
+    # A motion faster than the servo is behind by half a period: that alone is no wrong sign.
+    if correlation < FOLLOWS and against < -FOLLOWS:
         return [_finding('sign', 'the sign of the setpoint is wrong: the position runs against '
                          'it')]
+    if correlation < FOLLOWS:
+        return [_finding('strange', 'the position does not follow the setpoint (correlation '
+                         f'{correlation:.2g}); check that it is the setpoint of this drive')]
     if not 1.0 / OTHER_UNIT < ratio < OTHER_UNIT:
         return [_finding('units', f'the setpoint is {1.0 / ratio:.3g} times the motion that '
                          'follows it, expected both in rad on the arm side')]

@@ -27,8 +27,11 @@ import yaml
 from gearbox_monitor.benchmarks import blind
 from gearbox_monitor.benchmarks.blind import (
     generate, motions, plant, runner, scorer, sizing, window_fit)
+from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.simulate import Plant
 
 DT = 1e-3
 FOLDER = Path(blind.__file__).parent
@@ -98,7 +101,8 @@ def test_actuator_effects_are_another_torque(effect, same):
 
 def test_lag_is_the_exact_filter_of_a_held_command():
     u, lag = torque(), 0.013
-    windows = plant.WindowRuns(NOMINAL, [{'id': 'actuator_lag', 'T': lag}], u, DT, [0], 100)
+    windows = plant.WindowRuns(NOMINAL, [{'id': 'actuator_lag', 'T': lag}], {'u': u, 'dt': DT},
+                               [0], 100)
     keep = np.exp(-DT / lag)
     exact = signal.lfilter([0.0, 1.0 - keep], [1.0, -keep], u)
     np.testing.assert_allclose(windows.lagged, exact, atol=1e-10)
@@ -207,9 +211,10 @@ def test_windows_continue_the_recording(effects):
     u = torque(2500)
     x, y = plant.simulate(NOMINAL, effects, u, DT)
     starts = np.array([1000, 1500])
-    runs = plant.WindowRuns(NOMINAL, effects, u, DT, starts, 500)
+    runs = plant.WindowRuns(NOMINAL, effects, {'u': u, 'dt': DT}, starts, 500)
     if effects and effects[0]['id'].startswith('hyst'):
-        before = plant.WindowRuns(NOMINAL, effects, u, DT, np.array([0, 500, 1000]), 500)
+        before = plant.WindowRuns(NOMINAL, effects, {'u': u, 'dt': DT},
+                                  np.array([0, 500, 1000]), 500)
         for _ in range(3):
             before.run(x[[0, 500, 1000]], keep=True)
         runs.memory[0] = before.memory[2]
@@ -284,6 +289,46 @@ def test_recordings_of_one_encoder_hold_and_draw_nothing_of_the_other(tmp_path, 
     back = generate.read(tmp_path / 'x')['y']
     np.testing.assert_array_equal(back[:, read], y[:, read])
     assert not back[:, [1 - read[0]]].any()
+
+
+@pytest.mark.parametrize('name', [None, *sorted(plant.SERVO), 'motor_encoder_eccentricity'])
+def test_servo_agrees_with_the_plant_of_the_package(name):
+    """The servo of the benchmark computes at 10 kHz: that is all by which the two differ."""
+    n = 1500
+    t = DT * np.arange(n)
+    setpoint = (1.5 * np.sin(2 * np.pi * 0.8 * t) + 0.4 * np.sin(2 * np.pi * 2.1 * t)
+                )[np.arange(n) // 10 * 10]
+    values = {'servo_gain': {'kp': 4.5}, 'servo_limit': {'umax': 2.0},
+              'servo_deadband': {'d': 0.05}, 'setpoint_delay': {'T': 0.03},
+              'setpoint_lag': {'T': 0.02}, 'motor_encoder_eccentricity': {'A': 0.1, 'phi': 0.5}}
+    motion = np.zeros(n), (0.0, 0.0, 0.0, 0), np.column_stack([setpoint, np.zeros(n)])
+    nominal = {**plant.NOMINAL, 'kp': 6.0, 'kd': 0.15, 'limit': 5.0}
+    effects = [{'id': name, **values[name]}] if name else []
+    _, y, u = plant.simulate_motion(nominal, effects, motion, DT)
+    _, without, _ = plant.simulate_motion(nominal, [], motion, DT)
+    assert np.abs(u).max() <= 5.0 and (not name or np.abs(y - without).max() > 0.05)
+    model = model_from_dict({'controller': {'kp': 6.0, 'kd': 0.15, 'torque_limit': 5.0},
+                             'effects': effects}, 'test')
+    run = Plant(model).run(np.repeat(setpoint, 10), DT / 10)
+    assert np.abs(run.y[::10] - y).max() < 1.5e-3
+
+
+def test_recordings_of_a_setpoint(tmp_path):
+    specs = generate.plan({'single': 80, 'pair': 20}, np.random.default_rng(1),
+                          options={'input': 'setpoint'})
+    drawn = {i for spec in specs for i in spec['ids']}
+    assert drawn > plant.SERVO and not drawn & set(plant.TORQUE_ONLY)
+    spec = {'set': 'main', 'class': 'none', 'ids': [], 'options': {'input': 'setpoint'}}
+    recording, label = generate.make(spec, [5, 0])
+    generate.write(tmp_path / 'x', recording)
+    with (tmp_path / 'x' / 'recording.csv').open() as stream:
+        assert stream.readline() == 't,setpoint,motor,arm\n'
+    table = np.loadtxt(tmp_path / 'x' / 'recording.csv', delimiter=',', skiprows=1)
+    assert table.shape == (2000, 4) and table[1, 0] == pytest.approx(0.01)
+    servo = load_model(tmp_path / 'x' / 'drive.yaml').controller
+    for name, value in (('kp', servo.kp), ('kd', servo.kd)):
+        assert 0.9 <= value / label['truth'][name] <= 1.1 and value != label['truth'][name]
+    assert generate.read(tmp_path / 'x')['dt'] == pytest.approx(0.01)
 
 
 def test_bars_of_one_encoder_judge_values_and_forgive_what_is_admitted():

@@ -92,9 +92,9 @@ def half_sine(burst):
 
 
 def test_values_are_given_for_all():
-    assert set(VALUES) == set(ON_TORQUE) == set(own.EFFECTS)
-    for name in ON_TORQUE:
-        effect = EFFECTS[name]
+    assert set(VALUES) == set(ON_TORQUE) == set(own.shown(own.EFFECTS))
+    assert set(EFFECTS) == set(own.EFFECTS)
+    for name, effect in EFFECTS.items():
         place, parameters = own.EFFECTS[name]
         assert effect.location == place
         assert parameters == tuple(p.name for p in effect.parameters) or name == 'disturbance'

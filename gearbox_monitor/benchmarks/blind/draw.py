@@ -24,12 +24,13 @@ QUANTISATION = ('motor_encoder_quantisation', 'arm_encoder_quantisation')
 # A change of one value of the nominal model.
 REPLACES = {'motor_viscous': 'Cv', 'motor_coulomb': 'Cc', 'motor_inertia': 'm1',
             'arm_inertia': 'm2', 'backlash_gap': 'b', 'stiffness': 'K',
-            'transmission_damping': 'D'}
+            'transmission_damping': 'D', 'servo_gain': 'kp'}
 # Nominal values that scatter in the stress set.
 SCATTERED = ('m1', 'm2', 'D', 'Cv', 'Cc', 'K', 'b')
 # Not both at once: they act on the same number, are the same torque, or have no evidence.
 CONFLICTS = [{'motor_viscous', 'viscous_drift'}, {'lugre', 'stribeck'},
-             {'lugre', 'motor_coulomb'}, {'torque_offset', 'coulomb_asymmetry'}]
+             {'lugre', 'motor_coulomb'}, {'torque_offset', 'coulomb_asymmetry'},
+             {'servo_gain', 'torque_gain'}, {'setpoint_delay', 'setpoint_lag'}]
 NEVER_IN_PAIRS = {'disturbance', *QUANTISATION}
 
 
@@ -73,6 +74,8 @@ SIZES = {
     'motor_encoder_delay': (0.0003, 0.018), 'arm_encoder_eccentricity': (0.001, 0.15),
     'arm_encoder_quantisation': (0.7, 8.0), 'arm_encoder_delay': (0.0003, 0.018),
     'encoder_offset': (0.001, 0.15),
+    'servo_gain': (0.02, 1.5), 'servo_limit': (0.05, 0.6), 'servo_deadband': (0.001, 0.2),
+    'setpoint_delay': (0.001, 0.08), 'setpoint_lag': (0.001, 0.08),
     'motor_quadratic': (0.0003, 0.02), 'motor_friction_angle': (0.05, 0.9),
     'arm_spring': (0.01, 1.5), 'arm_quadratic': (0.0001, 0.01), 'arm_fan': (0.01, 0.5),
     'stiffness_angle': (0.05, 0.7), 'gap_angle': (0.03, 0.7), 'stiffness_sides': (0.05, 1.0),
@@ -132,7 +135,7 @@ def effect(name: str, size: float, form: Mapping[str, Any], values: Nominal,
     elif name == 'hysteresis_branch':
         # the branches lie apart by a share of the gap, or of the twist at the torque's rms
         out.update(h=size * max(values['b'], scene['rms'] / values['K']) / 2, ds=form['width'])
-    elif name == 'saturation':
+    elif name in ('saturation', 'servo_limit'):
         out['umax'] = (1.0 - size) * scene['peak']
     elif name in QUANTISATION:
         out['q'] = size * scene['sigma'][name.startswith('arm')]

@@ -15,8 +15,9 @@
 """
 Recordings of drives with a known deviation from their model, and the sealed labels.
 
-A recording is a folder of random name with recording.csv (t, u, motor, arm) and drive.yaml (the
-nominal model that the diagnosis is given). The labels file alone holds what was drawn.
+A recording is a folder of random name with recording.csv (t, u or setpoint, motor, arm) and
+drive.yaml (the nominal model that the diagnosis is given). The labels file alone holds what was
+drawn.
 """
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -28,7 +29,7 @@ import numpy as np
 import yaml
 
 from gearbox_monitor.benchmarks.blind import draw, motions, plant, scene, sizing, window_fit
-from gearbox_monitor.benchmarks.blind.scene import DT
+from gearbox_monitor.benchmarks.blind.scene import DT, GAIN_SPREAD, PERIOD
 from gearbox_monitor.benchmarks.blind.sizing import LEAST, MOST, NotDrawn
 from gearbox_monitor.kernels.types import Array
 
@@ -64,7 +65,9 @@ def plan(counts: Mapping[str, int], random: np.random.Generator,
         return out[:count]
     options = dict(options or {})
     encoders = options.get('encoders', 'both')
-    inside, outside = (plant.shown(ids, encoders) for ids in (plant.EFFECTS, plant.OUTSIDE))
+    driver = options.get('input', 'torque')
+    inside, outside = (plant.shown(ids, encoders, driver)
+                       for ids in (plant.EFFECTS, plant.OUTSIDE))
     for name in sets:
         for kind, count in counts.items():
             if kind == 'none':
@@ -109,9 +112,11 @@ def make(spec: Spec, seed: Sequence[int]) -> tuple[dict[str, Any], dict[str, Any
     if stressed and 'torque' not in options:
         torque *= random.uniform()
     # Drawn once: motions that are often redrawn would become rare.
-    kind = str(random.choice(motions.KINDS))
+    driver = options.get('input', 'torque')
+    every = PERIOD if driver == 'setpoint' else 1  # samples of the plant that are read
+    kind = str(random.choice(motions.KINDS if every == 1 else motions.SETPOINT_KINDS))
     for _ in range(TRIES):
-        place = scene.drawn(ids, kind, random, scatter, torque)
+        place = scene.drawn(ids, kind, random, scatter, torque, driver)
         x, _, u, sane = place.run([])
         if sane and scene.moves(x, place.truth['b']):
             break
@@ -129,13 +134,17 @@ def make(spec: Spec, seed: Sequence[int]) -> tuple[dict[str, Any], dict[str, Any
     read = _columns(options)
     limits = {'peak': float(np.abs(u).max()), 'rms': float(np.sqrt(np.mean(u * u))) + 1e-9,
               'sigma': [float(s) for s in sigma],
-              # What is not read is no evidence.
-              'read_sigma': [float(s) if i in read else np.inf for i, s in enumerate(sigma)]}
+              # What is not read is no evidence, and of several samples one counts.
+              'read_sigma': [float(s) * np.sqrt(every) if i in read else np.inf
+                             for i, s in enumerate(sigma)]}
     noise = sigma * _noise(np.random.default_rng(place.seeds[1]), n,
                            options.get('coloured') and CORRELATION)
     realisation, d, each = sizing.sized(sizing.Subject(place, forms, limits, noise), sizes,
                                         targets, low, high)
     t = np.arange(n) * DT
+    recording = {name: value[::every] if np.ndim(value) else value
+                 for name, value in realisation.recording.items()}
+    t = t[::every]
     if options.get('jitter'):
         t = t + JITTER * np.clip(random.standard_normal(n), -4, 4)
     label = {
@@ -145,7 +154,7 @@ def make(spec: Spec, seed: Sequence[int]) -> tuple[dict[str, Any], dict[str, Any
         'kind': kind, 'seeds': place.seeds, 'torque': torque, 'samples': n, 'd': d,
         'd_each': each, 'places': [plant.place_of(i) for i in ids], 'scatter': scatter,
         'states': realisation.x[window_fit.cut(n)].tolist()}
-    return {**realisation.recording, 't': t, 'told': place.nominal, 'tolerance': scatter,
+    return {**recording, 't': t, 'told': place.nominal, 'tolerance': scatter,
             'read': read}, label
 
 
@@ -156,34 +165,40 @@ def _columns(options: Mapping[str, Any]) -> list[int]:
 
 def model_file(nominal: Mapping[str, float], tolerance: float) -> dict[str, Any]:
     """Return the content of a drive.yaml with `nominal` values and their `tolerance`."""
+    servo = {'controller': {'kp': nominal['kp'], 'kd': nominal['kd'], 'torque_limit':
+                            nominal['limit'], 'tolerance': float(f'{GAIN_SPREAD / 3 ** 0.5:.2g}')}
+             } if 'kp' in nominal else {}
     return {'motor_inertia': nominal['m1'], 'arm_inertia': nominal['m2'], 'damping': nominal['D'],
             'viscous_friction': nominal['Cv'], 'coulomb_friction': nominal['Cc'],
             'friction_sharpness': nominal['alpha'], 'position_gain': nominal['Kr'],
             'transmission': {'kind': 'dead_zone', 'stiffness': nominal['K'],
                              'half_gap': nominal['b']},
-            'effects': [], 'tolerance': tolerance}
+            'effects': [], 'tolerance': tolerance, **servo}
 
 
 def write(folder: Path, recording: Mapping[str, Any]) -> None:
     """Write recording.csv and drive.yaml of a `recording` into the new `folder`."""
     folder.mkdir(parents=True)
     read = recording['read']
-    table = np.column_stack([recording['t'], recording['u'], recording['y'][:, read]])
-    names = ['t', 'u', *(('motor', 'arm')[i] for i in read)]
+    driver = 'setpoint' if 'setpoint' in recording else 'u'
+    table = np.column_stack([recording['t'], recording[driver], recording['y'][:, read]])
+    names = ['t', driver, *(('motor', 'arm')[i] for i in read)]
     np.savetxt(folder / 'recording.csv', table, '%.9g', ',', header=','.join(names), comments='')
     (folder / 'drive.yaml').write_text(yaml.safe_dump(
         model_file(recording['told'], recording['tolerance']), sort_keys=False),
         encoding='utf-8')
 
 
-def read(folder: str | Path) -> window_fit.MotionRecord:
-    """Return u, y and dt of the recording.csv in `folder`, on the nominal grid of time."""
+def read(folder: str | Path) -> plant.MotionRecord:
+    """Return u or setpoint, y and dt of the recording.csv in `folder`, on the nominal grid."""
     path = Path(folder) / 'recording.csv'
     with path.open(encoding='utf-8') as file:
         names = file.readline().strip().split(',')
     table = dict(zip(names, np.loadtxt(path, delimiter=',', skiprows=1).T))
-    unread = np.zeros(len(table['u']))
+    unread = np.zeros(len(table['t']))
     y = np.column_stack([table.get('motor', unread), table.get('arm', unread)])
+    if 'setpoint' in table:
+        return {'setpoint': table['setpoint'], 'y': y, 'dt': PERIOD * DT}
     return {'u': table['u'], 'y': y, 'dt': DT}
 
 
@@ -196,7 +211,9 @@ def _one(arguments: tuple[Spec, int, str, str]) -> tuple[str, dict[str, Any] | N
         except NotDrawn:
             if spec['class'] == 'pair' and attempt % 8 == 7:  # this pair may be hopeless
                 able = np.random.default_rng([seed, attempt, 1])
-                inside = plant.shown(plant.EFFECTS, spec['options'].get('encoders', 'both'))
+                options = spec['options']
+                inside = plant.shown(plant.EFFECTS, options.get('encoders', 'both'),
+                                     options.get('input', 'torque'))
                 while True:
                     ids = [str(i) for i in able.choice(inside, 2, replace=False)]
                     if draw.compatible(*ids):

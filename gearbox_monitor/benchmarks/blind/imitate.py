@@ -68,7 +68,7 @@ _WAVES = {'cogging': 0.02, 'torque_ripple': 0.03, 'mesh_error': 0.001,
 
 
 def probes(name: str, nominal: Nominal,
-           recording: window_fit.MotionRecord) -> list[list[Row]]:
+           recording: plant.MotionRecord) -> list[list[Row]]:
     """
     Return starting values of an effect.
 
@@ -147,7 +147,7 @@ class ImitatorCandidate:
 
 
 def candidates(names: Sequence[str], nominal: Nominal,
-               recording: window_fit.MotionRecord) -> list[ImitatorCandidate]:
+               recording: plant.MotionRecord) -> list[ImitatorCandidate]:
     """
     Return candidates of single effects; periodic ones for each harmonic of 1 .. 40.
 
@@ -175,7 +175,7 @@ def candidates(names: Sequence[str], nominal: Nominal,
 class Fitter:
     """Fits models to one `recording` with encoder noise `sigma` [2], rad."""
 
-    def __init__(self, recording: window_fit.MotionRecord, sigma: Sequence[float] | Array) -> None:
+    def __init__(self, recording: plant.MotionRecord, sigma: Sequence[float] | Array) -> None:
         self.recording, self.sigma = recording, np.asarray(sigma, float)
         self.starts = window_fit.cut(len(recording['u']))
         self.measured = window_fit.pieces(recording['y'], self.starts)
@@ -183,8 +183,8 @@ class Fitter:
     def runs(self, model: Model, lead: int = 0) -> WindowRuns:
         """Return the free runs of a `model`, which start at least `lead` samples earlier."""
         nominal, effects = model
-        return WindowRuns(nominal, effects, self.recording['u'], self.recording['dt'],
-                          self.starts, window_fit.LENGTH, window_fit.SUBSTEPS, lead)
+        return WindowRuns(nominal, effects, self.recording, self.starts, window_fit.LENGTH,
+                          window_fit.SUBSTEPS, lead)
 
     def back(self, states: Array, lead: int) -> Array:
         """Return the `states` [W, 4], extrapolated to `lead` samples earlier."""
@@ -351,7 +351,7 @@ def _best(many: Sequence[ImitatorCandidate], gains: Array,
     return chosen
 
 
-def best_imitator(label: Mapping[str, Any], recording: window_fit.MotionRecord,
+def best_imitator(label: Mapping[str, Any], recording: plant.MotionRecord,
                   reported: Model | None = None) -> dict[str, Any]:
     """
     Find the models without an effect that come closest to it.

@@ -22,6 +22,7 @@ from gearbox_monitor.kernels.types import Array
 
 KINDS = ('multisine', 'chirp', 'steps', 'rbs', 'trapezoid', 'triangle', 'wide', 'tri_sine')
 LIMIT = 8.0  # N m
+SETPOINT_KINDS = ('sines', 'steps', 'trapezoid', 'triangle', 'wide')
 
 
 def _uniform_log(random: np.random.Generator, low: float, high: float) -> float:
@@ -106,3 +107,27 @@ def draw(kind: str, random: np.random.Generator, n: int, dt: float) -> DriveMoti
         raise ValueError(kind)
     kp, kd, limit, channel = control
     return u, (kp, kd, limit, channel), np.column_stack([path, np.gradient(path, dt)])
+
+
+def setpoint(kind: str, random: np.random.Generator, n: int, dt: float, period: int) -> Array:
+    """
+    Draw a setpoint [n], rad.
+
+    Args:
+        kind: one of SETPOINT_KINDS.
+        random: source of random numbers.
+        n: samples.
+        dt: sample time, s.
+        period: samples over which each value is held.
+    """
+    if kind == 'sines':
+        t = np.arange(n) * dt
+        rates = np.array([_uniform_log(random, 0.3, 4.0) for _ in range(random.integers(2, 5))])
+        parts = random.uniform(0.4, 1.0, len(rates)) / rates
+        parts *= random.uniform(0.6, 2.5) / parts.sum()
+        path = sum(a * np.sin(2 * np.pi * f * t + random.uniform(-3.0, 3.0))
+                   for a, f in zip(parts, rates))
+    else:
+        path = draw(kind, random, n, dt)[2][:, 0]
+    held: Array = np.asarray(path)[np.arange(n) // period * period]
+    return held

@@ -24,6 +24,9 @@ It shares no code with the simulator that the diagnosis uses, so that a wrong eq
 RK4 at 0.1 ms and finer where a memory (bristle, hysteresis) is faster than that. Torque chain:
 command -> delay -> saturation -> lag -> gain -> ripple -> offset. Before t = 0 the drive stood
 still with u = 0.
+
+A servo, if the recording has its setpoint, computes the command at each integration step, 10 kHz,
+from its own encoder: u = clip(kp dz(r - q, d) - kd q', limit).
 """
 from collections.abc import Iterable, Mapping, Sequence
 import math
@@ -36,12 +39,17 @@ from gearbox_monitor.kernels.types import Array, Integers
 
 Nominal = Mapping[str, float]          # value of each name in NOMINAL
 Effects = Sequence[Mapping[str, Any]]  # {'id': .., parameter: value} each
+# u [N] in N m, y [N, 2] in rad, dt in s; setpoint [N] of a servo in rad, if there is one.
+MotionRecord = Mapping[str, Any]
 # Feed-forward torque [N] (N m), controller (kp N m/rad, kd N m s/rad, limit N m, position that it
 # follows: 0 motor, 1 arm) and its reference [N, 2] (rad, rad/s).
 DriveMotion = tuple[Array, tuple[float, float, float, float], Array]
 NOMINAL = {'m1': 0.006442, 'm2': 0.023454, 'D': 0.01, 'Cv': 0.1, 'Cc': 0.27, 'alpha': 100.0,
            'Kr': 0.01, 'K': 25.0, 'b': 0.1}
 ENCODERS = ('both', 'motor', 'arm')  # that a recording has
+INPUTS = ('torque', 'setpoint')      # that drives it
+GAINS = ('kp', 'kd', 'limit')        # of a servo, among the nominal values of its drive
+LOOP = 9        # place in the numbers of a controller: whether it is a servo in a loop of its own
 SUBSTEPS = 10   # per sample of 1 ms
 FASTEST = 0.4   # largest product of substep and rate of a memory
 
@@ -82,7 +90,14 @@ EFFECTS = {
     'arm_encoder_quantisation': ('arm_sensor', ('q',)),
     'arm_encoder_delay': ('arm_sensor', ('T',)),
     'encoder_offset': ('arm_sensor', ('c',)),
+    'servo_gain': ('controller', ('kp',)),
+    'servo_limit': ('controller', ('umax',)),
+    'servo_deadband': ('controller', ('d',)),
+    'setpoint_delay': ('controller', ('T',)),
+    'setpoint_lag': ('controller', ('T',)),
 }
+# Of a torque that is recorded; within the loop of a servo they are other effects.
+TORQUE_ONLY = ('actuator_lag', 'actuator_delay', 'saturation')
 OUTSIDE = {
     'motor_quadratic': ('motor_side', ('C2',)),             # tau_f += C2 x3 |x3|
     'motor_friction_angle': ('motor_side', ('a', 'phi')),   # Cc (1 + a sin(x1 + phi))
@@ -98,7 +113,8 @@ OUTSIDE = {
     'motor_encoder_harmonic': ('motor_sensor', ('A', 'phi')),   # y1 + A sin(2 x1 + phi)
     'arm_encoder_harmonic': ('arm_sensor', ('A', 'phi')),       # y2 + A sin(2 x2 + phi)
 }
-PLACES = ('motor_side', 'arm_side', 'transmission', 'actuator', 'motor_sensor', 'arm_sensor')
+PLACES = ('motor_side', 'arm_side', 'transmission', 'controller', 'actuator', 'motor_sensor',
+          'arm_sensor')
 
 # Places in the packed parameters: the kernel's numbers first, then those of the sensors.
 _NAMES = (
@@ -142,6 +158,7 @@ _SET = {
 SENSORS = {'motor_encoder_eccentricity', 'motor_encoder_quantisation', 'motor_encoder_delay',
            'arm_encoder_eccentricity', 'arm_encoder_quantisation', 'arm_encoder_delay',
            'encoder_offset', 'motor_encoder_harmonic', 'arm_encoder_harmonic'}
+SERVO = {name for name, (place, _) in EFFECTS.items() if place == 'controller'}
 
 
 class PackedPlant(NamedTuple):
@@ -163,16 +180,18 @@ def place_of(effect: str) -> str:
     return {**EFFECTS, **OUTSIDE}[effect][0]
 
 
-def shown(effects: Iterable[str], encoders: str) -> list[str]:
+def shown(effects: Iterable[str], encoders: str = 'both', driver: str = 'torque') -> list[str]:
     """
     Return those ids of `effects` that readings can show.
 
     Args:
         effects: ids.
         encoders: one of ENCODERS: those that are read.
+        driver: one of INPUTS.
     """
+    absent = SERVO if driver == 'torque' else TORQUE_ONLY
     unread = {'motor': 'arm_sensor', 'arm': 'motor_sensor'}.get(encoders)
-    return [i for i in effects if place_of(i) != unread
+    return [i for i in effects if i not in absent and place_of(i) != unread
             and not (unread and i == 'encoder_offset')]
 
 
@@ -201,7 +220,7 @@ def pack(nominal: Nominal, effects: Effects, dt: float,
                                for b in effect.get('bursts', [])]).reshape(-1, 3)
             continue
         for name, value in effect.items():
-            if name != 'id' and effect['id'] not in SENSORS:
+            if name != 'id' and effect['id'] not in SENSORS | SERVO:
                 p[_PLACE[_SET[effect['id'], name]]] = value
     return PackedPlant(p, bursts, dt, min_substeps)
 
@@ -327,9 +346,33 @@ def _delayed(command: Array, begin: float, end: float, dt: float, p: Array) -> f
 
 
 @jit
+def _servo(r: float, x1: float, x3: float, control: Array) -> float:
+    """
+    Return the command of a servo with the setpoint r (rad) at position and speed of its motor.
+
+    control: kp, kd, limit, position that it follows (0 motor, 1 arm), deadband (rad), A, phi of
+    the first and of the second harmonic of its encoder, and whether it is a servo (LOOP).
+    """
+    q, v = x1, x3
+    for i in range(2):
+        a, phi, n = control[5 + 2 * i], control[6 + 2 * i], 1.0 + i
+        q += a * math.sin(n * x1 + phi)
+        v += a * n * math.cos(n * x1 + phi) * x3
+    error = r - q
+    if control[4] > 0.0:
+        error = math.copysign(max(abs(error) - control[4], 0.0), error)
+    u = control[0] * error - control[1] * v
+    return min(max(u, -control[2]), control[2])
+
+
+@jit
 def _advance(state: Array, lagged: float, k: int, command: Array, push: float,
-             plant: PackedPlant) -> float:
-    """Carry state [7] from sample k to k + 1, in place; returns the lagged torque (N m)."""
+             plant: PackedPlant, control: Array, reference: Array) -> float:
+    """
+    Carry state [7] from sample k to k + 1, in place; returns the lagged torque (N m).
+
+    A servo that follows the setpoint in `reference` [N, 2] puts its last command into command[k].
+    """
     p, bursts, dt = plant.p, plant.bursts, plant.dt
     n = _substeps(state[2], state[3], plant)
     h = dt / n
@@ -339,7 +382,12 @@ def _advance(state: Array, lagged: float, k: int, command: Array, push: float,
                                state[6])
     for i in range(n):
         t = k * dt + i * h
-        if p[DELAY] > 0.0:
+        if control[LOOP] != 0.0 and k >= 0:
+            u = _servo(reference[k, 0], x1, x3, control)
+            earlier = command[k] if i > 0 else command[max(k - 1, 0)]
+            command[k] = _command(u, earlier, p, h)
+            u = min(max(command[k], -p[UMAX]), p[UMAX])
+        elif p[DELAY] > 0.0:
             u = _delayed(command, t - p[DELAY], t + h - p[DELAY], dt, p)
         else:
             u = command[k] if k >= 0 else 0.0
@@ -372,37 +420,79 @@ def _advance(state: Array, lagged: float, k: int, command: Array, push: float,
     return lagged
 
 
+def servo_of(nominal: Nominal, effects: Effects, setpoint: Array, dt: float
+             ) -> tuple[Array, Array]:
+    """
+    Return (control, see _servo, reference [N, 2]) of the servo of a drive.
+
+    Args:
+        nominal: values with GAINS.
+        effects: of the drive; those of the servo and of its encoder count.
+        setpoint: recorded one [N], rad.
+        dt: sample time, s.
+    """
+    control = np.array([nominal['kp'], nominal['kd'], nominal['limit'], *np.zeros(6), 1.0])
+    reference = np.array(setpoint, float)
+    for effect in effects:
+        name = effect['id']
+        if name == 'servo_gain':
+            control[0] = effect['kp']
+        elif name == 'servo_limit':
+            control[2] = min(control[2], effect['umax'])
+        elif name == 'servo_deadband':
+            control[4] = effect['d']
+        elif name in ('motor_encoder_eccentricity', 'motor_encoder_harmonic'):
+            at = 5 if name == 'motor_encoder_eccentricity' else 7
+            control[at:at + 2] = effect['A'], effect['phi']
+        elif name == 'setpoint_delay':  # the servo looks once per sample
+            late = math.ceil(effect['T'] / dt - 1e-9)
+            reference = np.concatenate([np.zeros(late), reference[:len(reference) - late]])
+        elif name == 'setpoint_lag':
+            keep, filtered = math.exp(-dt / effect['T']), 0.0
+            for k, wish in enumerate(reference):
+                reference[k] = wish + (filtered - wish) * math.sqrt(keep)  # in its middle
+                filtered = wish + (filtered - wish) * keep
+    return control, np.column_stack([reference, np.zeros(len(reference))])
+
+
 @jit
 def _run(u: Array, command: Array, push: Array, x: Array, state: Array, plant: PackedPlant,
          control: Array, reference: Array) -> None:
     """
     Fill x [N, 4], and u [N] and command [N] if a controller makes them.
 
-    control: kp, kd, limit (N m), position that it follows (0 motor, 1 arm); kp = kd = 0: u stays.
+    control: see _servo; without its LOOP the controller adds to u once per sample, and kp = kd = 0
+    leaves u as it is.
     reference [N, 2]: position and speed.
     """
     lagged, previous = 0.0, 0.0
-    channel = int(control[3])
     for k in range(u.shape[0]):
         for i in range(4):
             x[k, i] = state[i]
-        if control[0] != 0.0 or control[1] != 0.0:
-            torque = (u[k] + control[0] * (reference[k, 0] - state[channel])
-                      + control[1] * (reference[k, 1] - state[2]))
-            u[k] = min(max(torque, -control[2]), control[2])
-        previous = _command(u[k], previous, plant.p, plant.dt)
-        command[k] = previous
-        lagged = _advance(state, lagged, k, command, push[k], plant)
+        if control[LOOP] == 0.0:
+            if control[0] != 0.0 or control[1] != 0.0:
+                torque = (u[k] + control[0] * (reference[k, 0] - state[int(control[3])])
+                          + control[1] * (reference[k, 1] - state[2]))
+                u[k] = min(max(torque, -control[2]), control[2])
+            previous = _command(u[k], previous, plant.p, plant.dt)
+            command[k] = previous
+        lagged = _advance(state, lagged, k, command, push[k], plant, control, reference)
+        if control[LOOP] != 0.0:
+            u[k] = command[k]
 
 
 @jit
 def _window(x: Array, state: Array, first: int, lagged: float, command: Array,
-            plant: PackedPlant) -> None:
-    """Fill x [n, 4] from `state` [7] at sample `first`, which may be negative."""
+            plant: PackedPlant, control: Array, reference: Array) -> None:
+    """
+    Fill x [n, 4] from `state` [7] at sample `first`, which may be negative.
+
+    control, reference: see _advance.
+    """
     for k in range(x.shape[0]):
         for i in range(4):
             x[k, i] = state[i]
-        lagged = _advance(state, lagged, first + k, command, 0.0, plant)
+        lagged = _advance(state, lagged, first + k, command, 0.0, plant, control, reference)
 
 
 @jit
@@ -530,40 +620,44 @@ def simulate_motion(nominal: Nominal, effects: Effects, motion: DriveMotion, dt:
     Returns:
         States x [N, 4], encoder readings y [N, 2] and commanded torque u [N].
     """
-    u, control, reference = motion
-    u = np.array(u, float)
+    u, gains, reference = motion
+    u, control = np.array(u, float), np.array([*gains, *np.zeros(LOOP - 3)])
+    if 'kp' in nominal:
+        control, reference = servo_of(nominal, effects, reference[:, 0], dt)
     n = len(u)
     x, state = np.empty((n, 4)), np.zeros(7)
     state[:4] = tuple(x0)
     _run(u, np.zeros(n), np.zeros(n) if push is None else push, x, state,
-         pack(nominal, effects, dt), np.array(control, float),
-         np.ascontiguousarray(reference, float))
+         pack(nominal, effects, dt), control, np.ascontiguousarray(reference, float))
     return x, read_encoders(x, effects, dt), u
 
 
 class WindowRuns:
     """Free runs of one model over windows of a recording, each from its own state."""
 
-    def __init__(self, nominal: Nominal, effects: Effects, u: Array, dt: float, starts: Integers,
-                 length: int, substeps: int = SUBSTEPS, lead: int = 0) -> None:
+    def __init__(self, nominal: Nominal, effects: Effects, recording: MotionRecord,
+                 starts: Integers, length: int, substeps: int = SUBSTEPS, lead: int = 0) -> None:
         """
         Prepare the runs.
 
         Args:
             nominal: values by name, see NOMINAL.
             effects: effects of the drive.
-            u: commanded torque of the recording [N], N m.
-            dt: sample time, s.
+            recording: of the windows.
             starts: first sample of each window [W].
             length: samples of a window.
             substeps: integration steps per sample, at least.
             lead: samples that a run starts earlier, at least.
         """
+        u, dt = recording['u'], recording['dt']
         self.effects, self.dt, self.length = effects, dt, int(length)
         self.packed = pack(nominal, effects, dt, substeps)
         self.substeps = substeps
         # A delayed encoder sees samples before the window: start that much earlier.
         self.lead = max(lead, lead_of(effects, dt))
+        self.servo: tuple[Array, Array] = np.zeros(LOOP + 1), np.zeros((0, 2))
+        if 'setpoint' in recording:
+            self.servo = servo_of(nominal, effects, recording['setpoint'], dt)
         self.firsts = np.asarray(starts, int) - self.lead
         self.command = np.empty(len(u))
         _commands(np.ascontiguousarray(u, float), self.command, dt, self.packed.p)
@@ -591,7 +685,8 @@ class WindowRuns:
         for row, w in enumerate(chosen):
             state[:4], state[4:] = states[row], self.memory[w]
             first = int(self.firsts[w])
-            _window(x, state, first, self.lagged[max(first, 0)], self.command, self.packed)
+            _window(x, state, first, self.lagged[max(first, 0)], self.command, self.packed,
+                    *self.servo)
             y[row] = read_encoders(x, self.effects, self.dt, self.lead)
             if keep and w + 1 < len(self.memory):
                 self.memory[w + 1] = np.clip(np.nan_to_num(state[4:]), -1e3, 1e3)

@@ -25,9 +25,10 @@ usage examples:
   gearbox_monitor benchmark blind --n 24 --jobs 2 --keep blind/
   gearbox_monitor benchmark blind --set stress --json stress.json
   gearbox_monitor benchmark blind --encoders motor --n 24
+  gearbox_monitor benchmark blind --input setpoint --n 24
 """
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import as_completed, ThreadPoolExecutor
 import json
 from pathlib import Path
@@ -62,6 +63,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--encoders', choices=plant.ENCODERS, default='both',
                         help='encoders that the recordings of the main set have '
                         '(default: %(default)s)')
+    parser.add_argument('--input', choices=plant.INPUTS, default='torque',
+                        help='what drives the recordings of the main set: a torque at 1 kHz, or '
+                        'the setpoint of a servo at 100 Hz (default: %(default)s)')
     add_json_option(parser)
     parser.add_argument('--seed', type=int, default=0, metavar='S',
                         help='other recordings for another seed (default: %(default)s)')
@@ -73,7 +77,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plans(set_name: str, n: int, random: np.random.Generator,
-          encoders: str = 'both') -> list[generate.Spec]:
+          options: Mapping[str, str] | None = None) -> list[generate.Spec]:
     """
     Return the specifications of a set, in random order.
 
@@ -81,20 +85,19 @@ def plans(set_name: str, n: int, random: np.random.Generator,
         set_name: one of SETS.
         n: size of the main set, on which those of the others depend.
         random: source of random numbers.
-        encoders: that the recordings of the main set have, one of plant.ENCODERS.
+        options: of the main set: encoders, one of plant.ENCODERS, and input, one of plant.INPUTS.
     """
     specs: list[generate.Spec] = []
     if set_name in ('main', 'all'):
-        specs += generate.plan(generate.counts_for(n), random,
-                               options=None if encoders == 'both' else {'encoders': encoders})
+        specs += generate.plan(generate.counts_for(n), random, options=options)
     if set_name in ('stress', 'all'):
         third = max(n // 3, 4)
         specs += generate.plan({'single': third // 2, 'none': third // 2 - third // 6,
                                 'pair': third // 6}, random, ('stress',))
         few = max(n // 15, 3)
-        for options in OPTIONS:
+        for option in OPTIONS:
             specs += generate.plan({'single': few // 2 + 1, 'none': few - few // 2 - 1,
-                                    'pair': 1}, random, ('stress',), options)
+                                    'pair': 1}, random, ('stress',), option)
     if set_name in ('loo', 'all'):
         specs += generate.plan({'loo': max(n // 4, 2)}, random)
     return [specs[i] for i in random.permutation(len(specs))]
@@ -175,7 +178,8 @@ def diagnose_all(recordings: Path, orders: Sequence[dict[str, Any]], jobs: int,
 
 def evaluate(n: int, set_name: str, seed: int, jobs: int, keep: str | Path | None = None,
              progress: Callable[[str, int, int], object] = lambda stage, done, total: None,
-             command: Sequence[str] | None = None, encoders: str = 'both') -> dict[str, Any]:
+             command: Sequence[str] | None = None,
+             options: Mapping[str, str] | None = None) -> dict[str, Any]:
     """
     Generate, diagnose and score a set.
 
@@ -187,7 +191,7 @@ def evaluate(n: int, set_name: str, seed: int, jobs: int, keep: str | Path | Non
         keep: new directory for recordings, verdicts and, at the end, labels.
         progress: called with the stage and the numbers done and in all.
         command: see diagnose().
-        encoders: see plans().
+        options: see plans().
 
     Returns:
         The figures of scorer.score(), failures and specifications that could not be drawn.
@@ -197,7 +201,7 @@ def evaluate(n: int, set_name: str, seed: int, jobs: int, keep: str | Path | Non
     with tempfile.TemporaryDirectory() as hidden, tempfile.TemporaryDirectory() as open_to_see:
         base = Path(keep or Path(open_to_see) / 'blind')
         sealed = Path(hidden) / 'labels.json'
-        orders = generate.generate(plans(set_name, n, random, encoders), base, seed, jobs,
+        orders = generate.generate(plans(set_name, n, random, options), base, seed, jobs,
                                    lambda d, t: progress('recordings', d, t), sealed)
         recordings = base / 'recordings'
         verdicts, seconds, failures = diagnose_all(
@@ -210,7 +214,8 @@ def evaluate(n: int, set_name: str, seed: int, jobs: int, keep: str | Path | Non
                             lambda name: generate.read(recordings / name), seconds,
                             progress=lambda d, t: progress('scores', d, t),
                             imitator=imitate.best_imitator)
-    return {'n': n, 'set': set_name, 'encoders': encoders, 'seed': seed, 'failures': failures,
+    return {'n': n, 'set': set_name, 'encoders': 'both', 'input': 'torque', **(options or {}),
+            'seed': seed, 'failures': failures,
             'not_drawn': drawn['not_drawn'], **data}
 
 
@@ -239,11 +244,15 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f'{args.json}: its directory does not exist, expected one that does')
     if args.keep and Path(args.keep).exists():
         raise InputError(f'{args.keep}: exists, expected a new directory')
-    if args.encoders != 'both' and args.set != 'main':
-        raise InputError(f'--encoders {args.encoders}: --set {args.set}, expected --set main')
+    options = {name: getattr(args, name) for name, usual in (('encoders', 'both'),
+                                                             ('input', 'torque'))
+               if getattr(args, name) != usual}
+    if options and args.set != 'main':
+        name, value = next(iter(options.items()))
+        raise InputError(f'--{name} {value}: --set {args.set}, expected --set main')
     show = progress_line()
     data = evaluate(args.n, args.set, args.seed, args.jobs, args.keep,
                     lambda stage, done, total: show(f'{stage} {done}/{total}'),
-                    encoders=args.encoders)
+                    options=options)
     show('')
     return finish(data, text(data), args.json)

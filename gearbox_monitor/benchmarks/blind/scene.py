@@ -23,6 +23,8 @@ from gearbox_monitor.benchmarks.blind.plant import DriveMotion, Effects
 from gearbox_monitor.kernels.types import Array
 
 DT = 1e-3
+PERIOD = 10         # samples from setpoint to setpoint, and from reading to reading beside it
+GAIN_SPREAD = 0.1   # by which the gains of a servo that the diagnosis is given are off at most
 MAX_TRAVEL = 60.0  # rad
 
 
@@ -54,9 +56,9 @@ class Scene:
 
 
 def drawn(ids: list[str], kind: str, random: np.random.Generator, scatter: float,
-          torque: float) -> Scene:
+          torque: float, driver: str = 'torque') -> Scene:
     """
-    Draw a scene of 10 to 14 s.
+    Draw a scene of 10 to 14 s, of 20 s with a setpoint.
 
     Args:
         ids: effects that it is for.
@@ -64,6 +66,7 @@ def drawn(ids: list[str], kind: str, random: np.random.Generator, scatter: float
         random: source of random numbers.
         scatter: relative tolerance of the nominal values.
         torque: standard deviation of the process torque, N m.
+        driver: one of plant.INPUTS.
     """
     nominal = draw.nominal(random)
     truth = dict(nominal)
@@ -72,8 +75,20 @@ def drawn(ids: list[str], kind: str, random: np.random.Generator, scatter: float
         shift = scatter * float(np.clip(random.standard_normal(), -3, 3))
         if name not in replaced:  # its change is the effect
             truth[name] *= 1.0 + shift
-    n = int(float(random.uniform(10.0, 14.0)) / DT)
-    motion = motions.draw(kind, random, n, DT)
+    if driver == 'setpoint':
+        n = round(20.0 / DT)
+        gains = (draw.log_uniform(random, 2.0, 10.0), float(random.uniform(0.03, 0.25)))
+        for name, value in zip(plant.GAINS, gains):
+            truth[name] = value
+            shift = 1.0 + GAIN_SPREAD * float(random.uniform(-1.0, 1.0))
+            nominal[name] = float(f'{value * shift:.4g}')
+        nominal['limit'] = truth['limit'] = motions.LIMIT
+        path = motions.setpoint(kind, random, n, DT, PERIOD)
+        motion: DriveMotion = (np.zeros(n), (*gains, motions.LIMIT, 0),
+                               np.column_stack([path, np.zeros(n)]))
+    else:
+        n = int(float(random.uniform(10.0, 14.0)) / DT)
+        motion = motions.draw(kind, random, n, DT)
     seeds = [int(s) for s in random.integers(2 ** 31, size=2)]
     return Scene(nominal, truth, scatter, ids, motion, torque, seeds)
 

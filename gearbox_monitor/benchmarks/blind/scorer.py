@@ -128,7 +128,7 @@ def _simulated(label: Label, verdict: Judgement | None
     return reported_model(label, verdict)
 
 
-def _held_out_chi2(nominal: Nominal, effects: Effects, recording: window_fit.MotionRecord,
+def _held_out_chi2(nominal: Nominal, effects: Effects, recording: plant.MotionRecord,
                    sigma: Sequence[float], label: Label, true: bool = False) -> Array:
     starts = window_fit.cut(len(recording['u']))
     test = window_fit.held_out(len(starts))
@@ -172,7 +172,7 @@ def fresh_closure(label: Label, model: tuple[Nominal, Effects]) -> float | None:
     return window_fit.closed(*misfits)
 
 
-def closures(label: Label, verdict: Judgement | None, recording: window_fit.MotionRecord,
+def closures(label: Label, verdict: Judgement | None, recording: plant.MotionRecord,
              fresh: bool = True) -> dict[str, Any]:
     """
     Return closed fractions: of the true model, as reported, recomputed, on a new motion.
@@ -186,7 +186,7 @@ def closures(label: Label, verdict: Judgement | None, recording: window_fit.Moti
     out: dict[str, Any] = {'before': None, 'true': None, 'reported': None, 'recomputed': None,
                            'fresh': None, 'interval': None}
     if not label['ids'] or set(label['ids']) & NO_CLOSURE or set(label['ids']) & set(
-            plant.OUTSIDE) or label['exclude'] or one_encoder(label):
+            plant.OUTSIDE) or label['exclude'] or partial(label):
         return out
     verdict = verdict or {}
     # In units of the noise that the verdict states: this compares models. The noise itself has a
@@ -254,13 +254,15 @@ def _main_bars(bars: BarTable, rows: Sequence[ScoredRow], stress: bool) -> None:
         bars.share('outside located', [r['located'] for r in outside_rows], 0.75)
         bars.share('known called unknown', [r['unknown'] for r in singles], high=0.04)
     _closure_bars(bars, [r for r in rows if r['class'] in ('single', 'pair')], prefix)
-    bars.share(f'{prefix}sigma within 2 %', [r['sigma_off'] <= SIGMA_NEAR for r in rows
-                                             if r['sigma_off'] is not None])
+    bars.share(f'{prefix}sigma within 2 %', [r['sigma_of'] <= SIGMA_NEAR for r in rows
+                                             if r['sigma_of'] is not None])
 
 
-def one_encoder(row: Label) -> bool:
-    """Return whether the recording of a label or `row` has one encoder."""
-    return row['options'].get('encoders', 'both') != 'both'
+def partial(row: Label) -> str:
+    """Return what a label or `row` has instead of a torque and two encoders, '' for nothing."""
+    options = row['options']
+    return ', '.join(['setpoint'] * (options.get('input', 'torque') != 'torque')
+                     + ['one encoder'] * (options.get('encoders', 'both') != 'both'))
 
 
 def _parameter(label: Label, verdict: Judgement | None) -> tuple[float, float] | None:
@@ -275,24 +277,29 @@ def _parameter(label: Label, verdict: Judgement | None) -> tuple[float, float] |
     return off / true, off / error if error else np.inf
 
 
-def _one_encoder_bars(bars: BarTable, rows: Sequence[ScoredRow]) -> None:
-    """Judge recordings of one encoder: what they cannot tell apart is no miss."""
+def _partial_bars(bars: BarTable, rows: Sequence[ScoredRow]) -> None:
+    """Judge recordings of a setpoint or one encoder: what they cannot tell apart is no miss."""
+    what = partial(rows[0])
     singles = [r for r in rows if r['class'] == 'single']
-    bars.share('one encoder: location', [r['located'] for r in singles], 0.92)
-    bars.share('one encoder: top-1', [r['top1'] for r in singles])
-    bars.share('one encoder: top-1 of what can be told', [r['top1'] for r in singles
-                                                          if r['top1'] or not r['admitted']], 0.85)
-    bars.share('one encoder: none: something found',
+    bars.share(f'{what}: location', [r['located'] for r in singles], 0.92)
+    bars.share(f'{what}: top-1', [r['top1'] for r in singles])
+    bars.share(f'{what}: top-1 of what can be told',
+               [r['top1'] for r in singles if r['top1'] or not r['admitted']], 0.85)
+    bars.share(f'{what}: none: something found',
                [r['false_alarm'] for r in rows if r['class'] == 'none'], high=1 / 20)
-    bars.share('one encoder: pairs, both named', [r['both'] for r in rows if r['class'] == 'pair'])
-    bars.share('one encoder: outside called unknown',
+    bars.share(f'{what}: pairs, both named', [r['both'] for r in rows if r['class'] == 'pair'])
+    bars.share(f'{what}: outside called unknown',
                [r['unknown'] for r in rows if r['class'] == 'outside'])
     for name, (key, accuracy) in ACCURACY.items():
         judged = [r for r in singles if r['ids'] == [name] and r['parameter'] is not None]
-        bars.share(f'one encoder: {key} within {100 * accuracy:.0f} %',
+        bars.share(f'{what}: {key} within {100 * accuracy:.0f} %',
                    [r['parameter'][0] <= accuracy for r in judged], 1.0)
-    bars.share(f'one encoder: value within {COVERED:g} standard errors',
+    bars.share(f'{what}: value within {COVERED:g} standard errors',
                [r['parameter'][1] <= COVERED for r in rows if r['parameter'] is not None], 0.9)
+    rivals = ({'setpoint_delay'}, {'stiffness', 'backlash_gap'})
+    bars.share(f'{what}: delay against compliance', [
+        not {*r['named'].split('+')} & other for r in singles
+        for own, other in (rivals, rivals[::-1]) if {*r['ids']} <= own], 0.95)
 
 
 def _sigma_off(label: Label, verdict: Judgement | None) -> float | None:
@@ -304,7 +311,7 @@ def _sigma_off(label: Label, verdict: Judgement | None) -> float | None:
 
 
 def score(labels: Mapping[str, Label], verdicts: Mapping[str, Judgement | None],
-          read: Callable[[str], window_fit.MotionRecord],
+          read: Callable[[str], plant.MotionRecord],
           seconds: Mapping[str, float] | None = None, fresh: bool = True,
           progress: Callable[[int, int], object] = lambda done, total: None,
           imitator: Callable[..., dict[str, Any]] | None = None) -> dict[str, Any]:
@@ -334,19 +341,18 @@ def score(labels: Mapping[str, Label], verdicts: Mapping[str, Judgement | None],
                'seconds': (seconds or {}).get(name), **judge(label, verdict)}
         recording = read(name)
         row['closure'] = closures(label, verdict, recording, fresh)
-        row['sigma_off'] = _sigma_off(label, verdict)
+        row['sigma_of'] = _sigma_off(label, verdict)
         row['parameter'] = _parameter(label, verdict)
         row['left'] = None
-        if label['class'] in ('loo', 'outside') and imitator is not None and not one_encoder(
-                label):
+        if label['class'] in ('loo', 'outside') and imitator is not None and not partial(label):
             imitation = imitator(label, recording, _simulated(label, verdict))
             row['left'], row['imitators'] = imitation['left'], imitation['imitators']
         rows.append(row)
         progress(len(rows), len(labels))
     bars = BarTable()
     main = [r for r in rows if r['set'] == 'main' and r['class'] not in ('small', 'loo')]
-    if any(one_encoder(r) for r in main):
-        _one_encoder_bars(bars, main)
+    if any(partial(r) for r in main):
+        _partial_bars(bars, main)
     else:
         _main_bars(bars, main, False)
     stress = [r for r in rows if r['set'] == 'stress' and not r['options']]

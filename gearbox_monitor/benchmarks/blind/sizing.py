@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.benchmarks.blind import draw, plant, stress, window_fit
-from gearbox_monitor.benchmarks.blind.scene import DT, moves, Scene
+from gearbox_monitor.benchmarks.blind.scene import DT, GAIN_SPREAD, moves, Scene
 from gearbox_monitor.kernels.types import Array
 
 LEAST, MOST = 250.0, 1e6    # target of the evidence d
@@ -38,7 +38,7 @@ class NotDrawn(Exception):
 class Realisation:
     """Effects in a scene: recording {u, y, dt}, states x [N, 4] and those where runs begin."""
 
-    recording: window_fit.MotionRecord
+    recording: plant.MotionRecord
     effects: list[dict[str, Any]]
     x: Array
     window_states: Array
@@ -66,6 +66,8 @@ class Subject:
         if not sane or (ids and not moves(x, 0.0)):
             return None
         recording = {'u': u, 'y': plant.quantise(y + self.noise, effects), 'dt': DT}
+        if 'kp' in truth:
+            recording['setpoint'] = self.scene.motion[2][:, 0]
         starts = np.maximum(window_fit.cut(len(u)) - plant.lead_of(effects, DT), 0)
         return Realisation(recording, effects, x, x[starts])
 
@@ -101,6 +103,10 @@ class Subject:
 
 def least_size(scene: Scene, name: str) -> float:
     """Return the size below which the scatter of a `scene` is as large as the effect `name`."""
+    if 'kp' in scene.truth:  # gains off by less are no effect, and what acts alike is none either
+        change = 4.5 * GAIN_SPREAD  # four deviations beyond what is stated, which is off itself
+        return {'servo_gain': change, 'torque_gain': change,
+                'motor_viscous': change * scene.truth['kd'] / scene.truth['Cv']}.get(name, 0.0)
     return 1.1 * PARAMETER_TOLERANCES * scene.scatter if name in draw.REPLACES else 0.0
 
 

@@ -26,7 +26,8 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.benchmarks.blind import draw, window_fit
-from gearbox_monitor.benchmarks.blind.plant import Effects, Nominal, WindowRuns
+from gearbox_monitor.benchmarks.blind.plant import (
+    Effects, MotionRecord, Nominal, WindowRuns)
 from gearbox_monitor.benchmarks.blind.scene import Scene
 from gearbox_monitor.kernels.types import Array
 
@@ -49,7 +50,7 @@ class Likelihood:
     The effect of the process torque is linearised about the truth.
     """
 
-    def __init__(self, scene: Scene, recording: window_fit.MotionRecord,
+    def __init__(self, scene: Scene, recording: MotionRecord,
                  effects: list[dict[str, Any]], window_states: Array,
                  sigma: Sequence[float]) -> None:
         """
@@ -156,8 +157,8 @@ class Likelihood:
         return runs, predictions, states
 
     def _runs(self, nominal: Nominal, effects: Effects) -> WindowRuns:
-        return WindowRuns(nominal, effects, self.recording['u'], self.recording['dt'],
-                          self.starts, window_fit.LENGTH, window_fit.SUBSTEPS)
+        return WindowRuns(nominal, effects, self.recording, self.starts, window_fit.LENGTH,
+                          window_fit.SUBSTEPS)
 
     def _pushed(self, runs: WindowRuns, states: Array, shape: Array) -> Array:
         """Return y [W, L, 2] with PUSH times shape [L] more torque on the motor."""

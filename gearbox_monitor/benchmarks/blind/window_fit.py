@@ -20,14 +20,12 @@ numbers) that fits best, found by Levenberg-Marquardt. The last round(0.3 n) win
 Misfit: normalised output error, the root mean square of the error in units of the noise.
 """
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.benchmarks.blind.plant import Effects, Nominal, WindowRuns
+from gearbox_monitor.benchmarks.blind.plant import (
+    Effects, MotionRecord, Nominal, WindowRuns)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
-
-MotionRecord = dict[str, Any]  # u [N] in N m, y [N, 2] in rad, dt in s
 
 LENGTH = 1000       # samples of a window
 HELD_OUT = 0.3
@@ -178,7 +176,7 @@ def fit_windows(nominal: Nominal, effects: Effects, recording: MotionRecord, sig
     """
     u, y, dt = recording['u'], recording['y'], recording['dt']
     starts = cut(len(u)) if starts is None else starts
-    runs = WindowRuns(nominal, effects, u, dt, starts, LENGTH, SUBSTEPS)
+    runs = WindowRuns(nominal, effects, recording, starts, LENGTH, SUBSTEPS)
     measured = pieces(y, starts)
     guess = first_states(y, np.maximum(starts - runs.lead, 0), dt) if states is None else states
     states, chi2, predictions = fit_states(runs, measured, sigma, guess, iterations)
@@ -218,8 +216,7 @@ def _grown(runs: WindowRuns, nominal: Nominal, recording: MotionRecord, sigma: A
     all_windows = np.arange(len(starts))
     for share in BEGINNINGS:
         length = round(share * LENGTH)
-        part = WindowRuns(nominal, runs.effects, recording['u'], recording['dt'], starts, length,
-                          runs.substeps)
+        part = WindowRuns(nominal, runs.effects, recording, starts, length, runs.substeps)
         part.memory = runs.memory
         states, chi2, predictions = fit_states(
             part, pieces(recording['y'], starts, length), sigma, states, chosen=all_windows)

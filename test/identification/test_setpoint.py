@@ -1,0 +1,87 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Diagnosis of a servo by its setpoint: effects before, in and behind the loop, gains in doubt."""
+import numpy as np
+import pytest
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.identification.candidates import nuisances_of, Starts
+from gearbox_monitor.identification.diagnose import diagnose, visible
+from gearbox_monitor.identification.nominal import fit_nominal
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.plant.drive import model_from_dict
+from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.simulate import Plant
+from gearbox_monitor.quality.admission import admitted
+
+compiled = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
+DT = 0.01
+STATED = {'kp': 6.3, 'kd': 0.145, 'torque_limit': 8.0, 'tolerance': 0.06}  # the true ones: 6, 0.15
+MODEL = model_from_dict({'controller': STATED}, 'stated')
+
+
+def recorded(*effects, columns=(0, 1)):
+    """Return 10 s at 100 Hz of the true drive with `effects` and these encoders."""
+    t = DT * np.arange(1000)
+    setpoint = (1.5 * np.sin(2 * np.pi * 0.7 * t) + 0.4 * np.sin(2 * np.pi * 2.1 * t)
+                + np.repeat(np.random.default_rng(7).uniform(-0.6, 0.6, 20), 50))
+    true = model_from_dict({'controller': {**STATED, 'kp': 6.0, 'kd': 0.15},
+                            'effects': list(effects)}, 'true')
+    y = Plant(true).run(np.repeat(setpoint, 10), DT / 10).y[::10]
+    y += 0.003 * np.random.default_rng(5).standard_normal(y.shape)
+    y[:, [i for i in (0, 1) if i not in columns]] = np.nan
+    return admitted(t, setpoint, y, None, 'servo', None, MODEL, 'stated')[0]
+
+
+@compiled
+@pytest.mark.parametrize('effect, columns', [
+    ({'id': 'setpoint_delay', 'T': 0.025}, (0, 1)), ({'id': 'servo_gain', 'kp': 4.0}, (0,)),
+    ({'id': 'stiffness', 'K': 15.0}, (1,))])
+def test_effect_is_named_with_gains_in_doubt(effect, columns):
+    only = ['setpoint_delay', 'servo_gain', 'stiffness']
+    verdict = diagnose([recorded(effect, columns=columns)], MODEL, only=only).to_dict()
+    assert (verdict['verdict'], verdict['effect']) == ('effect', effect['id'])
+    assert verdict['location'] == EFFECTS[effect['id']].location
+    name = EFFECTS[effect['id']].parameters[0].name
+    assert verdict['params'][effect['id']][name] == pytest.approx(effect[name], rel=0.05)
+    if effect['id'] != 'servo_gain':
+        assert verdict['nominal']['kp'] == pytest.approx(6.0, rel=0.01)
+
+
+@compiled
+def test_right_model_with_gains_in_doubt_has_no_effect():
+    verdict = diagnose([recorded()], MODEL, only=['motor_inertia', 'servo_deadband']).to_dict()
+    assert verdict['verdict'] == 'none'
+    assert verdict['nominal']['kp'] == pytest.approx(6.0, rel=0.01)
+
+
+def test_gains_scatter_by_their_own_tolerance():
+    assert nuisances_of(MODEL) == {'kp': 0.06, 'kd': 0.06}
+    both = model_from_dict({'controller': STATED, 'tolerance': 0.02}, 'both')
+    assert nuisances_of(both)['kp'] == 0.06 and nuisances_of(both)['m1'] == 0.02
+    assert 'kp' not in nuisances_of(model_from_dict({'tolerance': 0.02}, 'torque'))
+
+
+@compiled
+def test_effects_fit_what_is_recorded():
+    recording = recorded()
+    for name, effect in EFFECTS.items():
+        assert visible(name, MODEL, recording) == (not effect.torque_only)
+        assert visible(name, model_from_dict({}, 'torque'), recording) == (
+            effect.location != 'controller')
+    scales = Starts(MODEL, recording).scales
+    assert 0.5 < scales.torque < 8.0 and scales.values['kp'] == 6.3
+    with pytest.raises(InputError, match='controller: with a setpoint and no torque only ratios'):
+        fit_nominal([recording], MODEL)
