@@ -31,7 +31,7 @@ setup(
         ('share/' + package_name, ['package.xml']),
         ('share/' + package_name + '/config', sorted(glob('config/*.*'))),
         ('share/' + package_name + '/config/import', sorted(glob('config/import/*.yaml'))),
-        ('share/' + package_name + '/config/security', ['config/security/policy.xml']),
+        ('share/' + package_name + '/config/security', sorted(glob('config/security/*.xml'))),
         ('share/' + package_name + '/launch',
          sorted(glob('gearbox_monitor/ros/launch/*.launch.py'))),
     ],

@@ -13,7 +13,10 @@
 # limitations under the License.
 
 """The security policy is what the nodes need; nothing runs code of a file or of a message."""
+import json
+import os
 from pathlib import Path
+import subprocess
 import sys
 from xml.etree import ElementTree
 
@@ -22,9 +25,9 @@ import pytest
 
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.parameters import RecorderParameters
 
-POLICY = Path(__file__).parents[2] / 'config/security/policy.xml'
-NODES = ('plant', 'estimator', 'recorder')
+SECURITY = Path(__file__).parents[2] / 'config/security'
 KINDS = {('topics', 'publish'): 'get_publisher_names_and_types_by_node',
          ('topics', 'subscribe'): 'get_subscriber_names_and_types_by_node',
          ('services', 'reply'): 'get_service_names_and_types_by_node',
@@ -53,44 +56,70 @@ def allowed(text):
 
 
 def test_estimator_and_recorder_may_give_no_joints():
-    for (_, _, node), rules in allowed(POLICY.read_text(encoding='utf-8')).items():
-        assert ('/joint_states' in rules['topics', 'publish']) == (node == 'plant')
-        assert not rules['services', 'request']
+    for file in sorted(SECURITY.glob('*.xml')):
+        for (_, _, node), rules in allowed(file.read_text(encoding='utf-8')).items():
+            assert ('/joint_states' in rules['topics', 'publish']) == (node == 'plant')
+            assert not rules['services', 'request']
+
+
+def start_live(graph, enclave):
+    """Start `gearbox_monitor live` in the namespace /elbow, in its enclave."""
+    from harness import DOMAIN, ROOT
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'gearbox_monitor', 'live', '--port', '0', '--ros-args',
+         '--enclave', enclave, '-r', '__ns:=/elbow', '-p', 'use_sim_time:=true'],
+        env={**os.environ, 'PYTHONPATH': str(ROOT), 'ROS_DOMAIN_ID': str(DOMAIN)},
+        cwd=graph.tmp_path, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    graph.processes.append(process)
+    return process
 
 
 @pytest.mark.ros
-def test_policy_is_what_the_nodes_use(tmp_path, monkeypatch):
+@pytest.mark.parametrize('file, nodes', [
+    ('policy.xml', ('plant', 'estimator', 'recorder', 'live')),
+    ('robot_policy.xml', ('estimator', 'recorder', 'live'))])
+def test_policy_is_what_the_nodes_use(file, nodes, tmp_path, monkeypatch):
     """In a namespace, as docs/security.md says; with all that follows a clock."""
     pytest.importorskip('rclpy')
     from diagnostic_msgs.msg import DiagnosticArray
     from harness import Graph
-    policy = allowed(POLICY.read_text(encoding='utf-8').replace('ns="/"', 'ns="/elbow"'))
-    assert [key[1:] for key in policy] == [('/elbow', node) for node in NODES]
+    text = (SECURITY / file).read_text(encoding='utf-8')
+    policy = allowed(text.replace('ns="/"', 'ns="/elbow"'))
+    assert [key[1:] for key in policy] == [('/elbow', node) for node in nodes]
     graph = Graph(tmp_path, monkeypatch)
+    robot = file != 'policy.xml'
+    names = ['estimator/shoulder', 'estimator/elbow'] if robot else ['estimator']
+    recorded = [f'{name}/snapshot' for name in names]
+    recorded += [t for t in RecorderParameters().topics if t != 'estimator/snapshot']
+    options = {'plant': {'publish_clock': True}, 'estimator': {'use_sim_time': True}, 'recorder': {
+        'use_sim_time': True, 'output': tmp_path / 'bag', 'topics': json.dumps(recorded)}}
+    files = {'estimator': ['--params-file', tmp_path / 'robot.yaml']} if robot else {}
+    (tmp_path / 'robot.yaml').write_text((SECURITY.parent / 'robot.yaml').read_text().replace(
+        'estimator:', '/elbow/estimator:'))
     try:
         spoke = set()
         graph.node.create_subscription(
             DiagnosticArray, '/diagnostics', lambda m: spoke.update(s.name for s in m.status), 50)
-        given = {'plant': {'publish_clock': True}, 'estimator': {'use_sim_time': True},
-                 'recorder': {'use_sim_time': True, 'output': tmp_path / 'bag'}}
-        started = [graph.start(f'{node}_node', '--enclave', enclave, '-r', '__ns:=/elbow',
-                               **given[node]) for enclave, _, node in reversed(policy)]
+        started = [start_live(graph, enclave) if node == 'live' else graph.start(
+            f'{node}_node', '--enclave', enclave, '-r', '__ns:=/elbow', *files.get(node, ()),
+            **options[node]) for enclave, _, node in reversed(policy)]
 
         def used():
             found = {}
-            nodes = graph.node.get_node_names_and_namespaces_with_enclaves()
-            for name, namespace, enclave in nodes:
-                if name in NODES:
+            names = graph.node.get_node_names_and_namespaces_with_enclaves()
+            for name, namespace, enclave in names:
+                if name in nodes:
                     found[enclave, namespace, name] = {
                         kind: {topic for topic, _ in getattr(graph.node, ask)(name, namespace)}
                         for kind, ask in KINDS.items()}
             return found
 
         # All have been made: a node speaks when it is complete, the plant has a truth to tell.
-        graph.until(lambda: {'elbow/estimator: input', 'elbow/recorder: recording'} <= spoke
-                    and graph.node.count_publishers('/elbow/plant/transmission_state'), 'start')
+        graph.until(lambda: {f'elbow/{names[-1]}: input', 'elbow/recorder: recording'} <= spoke
+                    and (robot or graph.node.count_publishers('/elbow/plant/transmission_state')),
+                    'start')
         try:
-            graph.until(lambda: used() == policy)
+            graph.until(lambda: used() == policy, timeout=60.0)
         except AssertionError:
             assert used() == policy
         for process in started:

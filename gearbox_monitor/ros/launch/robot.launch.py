@@ -52,6 +52,9 @@ ARGUMENTS = [
                           description='bag directory to create; empty: gearbox_DATE-TIME here'),
     DeclareLaunchArgument('use_sim_time', default_value='false', choices=['true', 'false'],
                           description='take the time from /clock'),
+    DeclareLaunchArgument('enclave', default_value='',
+                          description='security enclave above those of the nodes, like '
+                                      '/gearbox_monitor, see docs/security.md; empty: none'),
     DeclareLaunchArgument('log_level', default_value='info',
                           description='debug, info, warn, error or fatal'),
 ]
@@ -109,10 +112,12 @@ def _nodes(context: LaunchContext) -> list[Node]:
 
     def node(name: str, namespace: str, settings: Sequence[dict[str, Any]],
              remappings: Sequence[tuple[str, str]] = ()) -> Node:
+        path = f'{value["enclave"]}{namespace.rstrip("/")}/{name}'
+        enclave = ['--enclave', path] if value['enclave'] else []
         return Node(
             package='gearbox_monitor', executable=f'{name}_node', name=name, namespace=namespace,
             parameters=[*settings, value['params_file']], remappings=remappings, output='screen',
-            emulate_tty=True, ros_arguments=['--log-level', value['log_level']])
+            emulate_tty=True, ros_arguments=['--log-level', value['log_level'], *enclave])
 
     blocks = node_blocks(value['params_file'])
     shared = value['joint_states']
