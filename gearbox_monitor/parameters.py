@@ -240,8 +240,9 @@ class EstimatorParameters(ParameterSet):
         0.0, 'N m/rad', "k_p in tau_K' = k_p (x3 - x4) + w; 0 is the paper's random walk", low=0.0,
         high=1e12, change=AT_ONCE)
     tau_k_model_std: float = row(
-        0.0, 'N m', 'error of the friction model, added to the stated standard deviation of '
-        'tau_K in quadrature', low=0.0, high=1e9, change=AT_ONCE)
+        0.0, 'N m', 'error of tau_K that neither noise nor the tolerances of the model file '
+        'explain, added to its stated standard deviation in quadrature', low=0.0, high=1e9,
+        change=AT_ONCE)
     friction_error_std: float = row(
         0.0, 'N m', 'standard deviation of a friction error as a state (Ornstein-Uhlenbeck); 0: '
         'no such state', low=0.0, high=1e9, change=RESTART)

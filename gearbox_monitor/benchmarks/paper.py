@@ -95,7 +95,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def drive(case: str) -> tuple[DriveModel, Noise, Array]:
     """Return (DriveModel, Noise, u [N]) of a `case`; noise scales with the noise-free motion."""
-    model = DriveModel().with_(arm_load='none', **CASES[case])
+    model = DriveModel().exact().with_(arm_load='none', **CASES[case])
     u = Excitation().torque(DT * np.arange(round(SECONDS / DT)))
     std = simulate(model, u, DT).x.std(axis=0)
     return model, Noise(tuple(RELATIVE_NOISE * std), tuple(RELATIVE_NOISE * std[:2])), u

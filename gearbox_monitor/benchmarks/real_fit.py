@@ -120,7 +120,7 @@ def configure(values: Mapping[str, float], arm_step: float,
         'r_std_arm': arm_step / np.sqrt(12.0), **estimator_values, 'arm_load': 'none',
         'smoother_lag': 0.0,
         'p0_std_speed': 0.1, 'p0_std_torque': 0.03}, 'real drive')
-    return model, parameters
+    return model.exact(), parameters
 
 
 def estimate(values: Mapping[str, float], run: DriveRecording, arm_step: float,

@@ -67,7 +67,7 @@ def stepper(model: DriveModel, parameters: Values, u: Array, y: Array,
     loop = bound(_loop, kind.name, filter_step=kind.step)
 
     def run() -> int:
-        belief, scratch, state = loop_arrays(kind, n, 1)
+        belief, scratch, state = loop_arrays(kind, n, 1, model)
         start(states, belief, y[0, 0], y[0, 1], p, state.ring[0])
         return loop(states, belief, u, y, dt, p.copy(), scratch, state.ring[0])
     return run

@@ -18,11 +18,13 @@ Trust indicators and drift alerts: false alarms, detected faults, and delay of d
 Simulated drives: A and B of "benchmark paper" (with and without hysteresis), with R and Q by
 likelihood and the fixed EKF, each with and without a load on the arm; and the packaged drive with
 the packaged parameters. With DATA, the folder davinci_backend, also the backlash of a real drive
-over its 20 recordings. docs/trust_benchmark.md explains the tables.
+over its 20 recordings. Drives drawn within the tolerances of the model show whether the stated
+deviation of tau_K covers its error. docs/trust_benchmark.md explains the tables.
 
 usage examples:
   gearbox_monitor benchmark trust
   gearbox_monitor benchmark trust --quick
+  gearbox_monitor benchmark trust --tolerances 100 --filters ekf srukf
   gearbox_monitor benchmark trust path/to/davinci_backend --json trust.json
 """
 import argparse
@@ -34,7 +36,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor.benchmarks import (
-    intervals, paper, trust_cost, trust_drift, trust_real, trust_runs)
+    intervals, paper, trust_cost, trust_drift, trust_real, trust_runs, trust_tolerances)
 from gearbox_monitor.benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, interval_text, progress_line, require_compiled,
     require_whole)
@@ -44,6 +46,7 @@ from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.simulate import simulate
 
 Progress: TypeAlias = Callable[[str], None]
@@ -55,12 +58,13 @@ HEALTHY_SEED, LEARNING_SEED, FAULT_SEED, DELAY_SEED, DRAW_SEED = 1, 50, 100, 100
 ONSET, FAULTY = 12.0, 30.0  # s before a fault, and with it
 # Seconds of a run without fault, runs per fault, runs per step and per ramp of the backlash,
 # seconds for the shift by friction, seconds that the baseline is learnt from, hours of drift
-# windows, recordings for tuning, whether drives with an arm load are tuned separately.
+# windows, recordings for tuning, whether drives with an arm load are tuned separately, drives
+# within the tolerances per motion and load.
 SIZES: dict[str, Size] = {
     'default': {'healthy': 3600.0, 'faults': 8, 'changes': 24, 'ramps': 6, 'shift': 600.0,
-                'learning': 7210.0, 'hours': 72.0, 'tuning': 3, 'tune_load': True},
+                'learning': 7210.0, 'hours': 72.0, 'tuning': 3, 'tune_load': True, 'drives': 24},
     'quick': {'healthy': 300.0, 'faults': 1, 'changes': 2, 'ramps': 1, 'shift': 200.0,
-              'learning': 1200.0, 'hours': 6.0, 'tuning': 1, 'tune_load': False},
+              'learning': 1200.0, 'hours': 6.0, 'tuning': 1, 'tune_load': False, 'drives': 2},
 }
 # Bars.
 MAX_FLAGGED, MAX_ALARMS = 0.02, 0
@@ -84,6 +88,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--quick', action='store_true',
                         help='small samples, about a minute: shows that all works, its verdicts '
                         'are coarse')
+    parser.add_argument('--tolerances', type=int, metavar='N',
+                        help='only the stated deviations, on N drives within the tolerances of '
+                        'the model per motion and load')
+    parser.add_argument('--filters', nargs='+', metavar='FILTER', choices=FILTER_NAMES,
+                        default=['ekf'], help='filters measured with --tolerances (default: ekf)')
     parser.add_argument('--full', action='store_true',
                         help='simulate all 72 h of each case instead of drawing their windows '
                         'from an hour; takes an hour')
@@ -327,6 +336,23 @@ def costs(drive: trust_runs.SimulatedDrive) -> dict[str, float]:
             'all': costs_of['all'] / costs_of['step']}
 
 
+def within_tolerances(filters: Sequence[str], drives: int, progress: Progress) -> Row:
+    """
+    Run the measurement of the stated deviations alone.
+
+    Args:
+        filters: by name.
+        drives: number per motion and load.
+        progress: called before each part.
+
+    Returns:
+        Figures and bars as plain data.
+    """
+    bars = BarTable()
+    rows = trust_tolerances.evaluate(filters, drives, bars, progress)
+    return {'drives': drives, 'tolerances': rows, 'bars': bars.rows}
+
+
 def evaluate(size: Size, full: bool = False, data: str | Path | None = None,
              progress: Progress = lambda line: None) -> Row:
     """
@@ -355,6 +381,7 @@ def evaluate(size: Size, full: bool = False, data: str | Path | None = None,
     if data is not None:
         progress('davinci_backend')
         result['real'] = trust_real.figures(data, bars)
+    result['tolerances'] = trust_tolerances.evaluate(('ekf',), size['drives'], bars, progress)
     progress('cost')
     result['cost'] = costs(drives['A'])
     bars.judge('trust, EKF steps per sample', result['cost']['trust'], high=MAX_COST)
@@ -418,6 +445,7 @@ def text(data: Values) -> str:
                          f'{figures["found"]}/{figures["runs"]}')
     if 'real' in data:
         lines += ['', *trust_real.table(data['real'])]
+    lines += ['', *trust_tolerances.table(data['tolerances'])]
     cost = data['cost']
     lines += ['', f'Cost per sample, in EKF steps ({cost["step_us"]:.2f} us): trust '
               f'{cost["trust"]:.2f}; Monitor with EKF {cost["monitor"]:.2f},',
@@ -435,6 +463,13 @@ def run(args: argparse.Namespace) -> int:
     expect_folder_of(args.json)
     if args.data is not None:
         trust_real.check(args.data)
+    if args.tolerances is not None:
+        require_whole('--tolerances', args.tolerances)
+        progress = progress_line()
+        data = within_tolerances(args.filters, args.tolerances, progress)
+        progress('')
+        lines = [*trust_tolerances.table(data['tolerances']), '', *bar_lines(data['bars'])]
+        return finish(data, '\n'.join(lines), args.json)
     size = SIZES['quick' if args.quick else 'default']
     if args.seeds is not None:
         size = {**size, 'faults': args.seeds}

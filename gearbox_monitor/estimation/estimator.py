@@ -29,6 +29,7 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.consider import companions_of
 from gearbox_monitor.estimation.estimates import (
     ARM_COLUMNS, Batch, Divergence, Estimate, Estimates, Sample, Samples, SMOOTHED_ARM_COLUMNS)
 from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, FilterKind, Scratch
@@ -36,7 +37,7 @@ from gearbox_monitor.estimation.process_model import learned_length, markers, pa
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import (
     LoopSettings, LoopState, Output, SECOND, Stream)
-from gearbox_monitor.estimation.step_record import predicted, record_size
+from gearbox_monitor.estimation.step_record import predicted, record_size, sensitivities
 from gearbox_monitor.estimation.torque_model import LEARNT
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.parameters import (
@@ -109,7 +110,8 @@ class Estimator:
         self.states = markers(self.packed, len(self.names))
         self.warnings = [*self._kind.warnings(len(self.names), p), *_model_warnings(self.drive)]
         rows = RING if self.settings.lag else 2  # few stay in the processor's cache
-        self._belief, self._scratch, self._state = loop_arrays(self._kind, len(self.names), rows)
+        self._belief, self._scratch, self._state = loop_arrays(
+            self._kind, len(self.names), rows, self.drive)
         self._gate[:sample_loop.INPUTS] = 0
         self._gate[sample_loop.STOP_AT] = sample_loop.NEVER
         self._state = self._state._replace(gate=self._gate, counts=self.counts)
@@ -142,7 +144,8 @@ class Estimator:
         if not np.array_equal(packed, self.packed):  # the memory is made from the old values
             belief = belief._replace(memory=self._belief.memory)
         self._belief = belief
-        self._state = self._state._replace(clock=state.clock, efforts=state.efforts)
+        self._state = self._state._replace(clock=state.clock, efforts=state.efforts,
+                                           companions=state.companions)
         self._gate[:] = gate
         self._keep_belief_only()
         return False
@@ -158,6 +161,9 @@ class Estimator:
         row[start + n:start + n + n * n] = self._belief.P
         acting = (step - 1 - self.parameters.effort_delay) % sample_loop.N_EFFORTS
         row[-1] = self._state.efforts[acting, 0]
+        companions = self._state.companions
+        _, _, at_s, at_smoothed = sensitivities(n, len(row))
+        row[at_s:at_smoothed] = companions.s[:-1]
         self._state.ring_stamps[place] = self._gate[sample_loop.LAST]
         self._gate[sample_loop.SMOOTH_NEXT] = step
 
@@ -179,7 +185,8 @@ class Estimator:
             'gate': json.dumps([int(v) for v in self._gate[:sample_loop.STOP_AT]]),
             'counts': json.dumps([int(v) for v in self.counts]),
             **{name: numbers(a) for name, a in self._belief._asdict().items()},
-            'clock': numbers(self._state.clock), 'efforts': numbers(self._state.efforts)}
+            'clock': numbers(self._state.clock), 'efforts': numbers(self._state.efforts),
+            'sensitivities': numbers(self._state.companions.s)}
 
     @classmethod
     def restore(cls, snapshot: Values, source: str = 'snapshot',
@@ -220,6 +227,7 @@ class Estimator:
                 read(name, array)
             read('clock', restored._state.clock)
             read('efforts', restored._state.efforts)
+            read('sensitivities', restored._state.companions.s)
         restored._keep_belief_only()
         return restored
 
@@ -403,7 +411,8 @@ def settings_of(drive: DriveModel, parameters: EstimatorParameters) -> LoopSetti
         round(parameters.smoother_lag * SECOND), drive.arm_load == 'measured')
 
 
-def loop_arrays(kind: FilterKind, n: int, rows: int) -> tuple[Belief, Scratch, LoopState]:
+def loop_arrays(kind: FilterKind, n: int, rows: int,
+                drive: DriveModel) -> tuple[Belief, Scratch, LoopState]:
     """
     Return the arrays that sample_loop.run carries from sample to sample.
 
@@ -411,16 +420,17 @@ def loop_arrays(kind: FilterKind, n: int, rows: int) -> tuple[Belief, Scratch, L
         kind: the filter.
         n: number of states.
         rows: of the ring of step records.
+        drive: that the filter computes with; it states the tolerances.
 
     """
-    memory = np.zeros(kind.memory_size(n))
+    memory, companions = np.zeros(kind.memory_size(n)), companions_of(drive, n)
     belief = Belief(np.zeros(n), np.eye(n).ravel(), memory)
     scratch = Scratch(np.zeros((kind.n_vectors, n)), np.zeros((max(kind.n_matrices, 5), n * n)))
     state = LoopState(
         np.zeros(sample_loop.N_GATE, np.int64), np.zeros(sample_loop.N_COUNTS, np.int64),
         np.zeros(sample_loop.N_CLOCK), np.zeros((sample_loop.N_EFFORTS, 2)),
-        np.zeros((rows, record_size(n))), np.zeros(rows, np.int64),
-        np.zeros(n + n * n + len(memory)))
+        np.zeros((rows, record_size(n, companions.number))), np.zeros(rows, np.int64),
+        np.zeros(n + n * n + len(memory)), companions)
     return belief, scratch, state
 
 

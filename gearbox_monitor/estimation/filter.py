@@ -20,53 +20,73 @@ as long as neither of them has anything to do.
 """
 from functools import cache
 import math
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.consider import (
+    accompany, Companions, companions_of, restart, variances_of)
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.filter_kind import (
     Belief, filter_kind, FilterKind, Reading, Scratch)
-from gearbox_monitor.estimation.process_model import N_PACKED, torque_of
-from gearbox_monitor.estimation.step_record import correction, record_size
+from gearbox_monitor.estimation.process_model import (
+    BESIDE, N_FACTORS, N_PACKED, TAU_K_MODEL_STD, torque_of)
+from gearbox_monitor.estimation.step_record import correction, record_size, sensitivities
 from gearbox_monitor.kernels.jit import bound, jit_inline
 from gearbox_monitor.kernels.types import Array, Pair, States, Values
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
 
-def _parts(states: States, n_vectors: int, n_matrices: int,
-           room: Array) -> tuple[Belief, Array, Scratch, Array]:
-    """Return belief, p, scratch and record, one behind the other in `room`."""
-    n = len(states)
+# Parts of the room: belief, p, scratch, record, companions, state before the step.
+Parts: TypeAlias = tuple[Belief, Array, Scratch, Array, Companions, Array]
+
+
+def _parts(states: States, n_vectors: int, n_matrices: int, room: Array) -> Parts:
+    """Return the parts of `room`, which begins with the number of companions."""
+    n, count = len(states), int(room[0])
     m = n * n
-    at_vectors = n + m + N_PACKED
+    at_P = 1 + n
+    at_p = at_P + m
+    at_vectors = at_p + N_PACKED
     at_matrices = at_vectors + n_vectors * n
     at_record = at_matrices + n_matrices * m
-    at_memory = at_record + record_size(n)
-    return (Belief(room[:n], room[n:n + m], room[at_memory:]), room[n + m:at_vectors],
+    at_factors = at_record + record_size(n, count)
+    at_lanes = at_factors + N_FACTORS * BESIDE
+    at_s = at_lanes + n * BESIDE
+    at_before = at_s + n * count + 1
+    at_memory = at_before + n
+    return (Belief(room[1:at_P], room[at_P:at_p], room[at_memory:]), room[at_p:at_vectors],
             Scratch(room[at_vectors:at_matrices].reshape(n_vectors, n),
-                    room[at_matrices:at_record].reshape(n_matrices, m)), room[at_record:at_memory])
+                    room[at_matrices:at_record].reshape(n_matrices, m)),
+            room[at_record:at_factors],
+            Companions(count, room[at_factors:at_lanes].reshape(N_FACTORS, BESIDE),
+                       room[at_s:at_before], room[at_lanes:at_s]), room[at_before:at_memory])
 
 
 _split = jit_inline(_parts)  # compiled, it cannot be called from outside: it returns arrays
 # What stands here for a filter; see _kernel_of.
 N_VECTORS = N_MATRICES = 0
-filter_step = sample_loop.filter_step
+filter_step, in_use = sample_loop.filter_step, sample_loop.in_use
 
 
 def _call(states: States, room: Array, dt: float, u: float, load: float, y1: float,
           y2: float) -> bool:
     """Step a filter: with one array, as what a call hands over costs more than a step."""
-    belief, p, scratch, record = _split(states, N_VECTORS, N_MATRICES, room)
-    return filter_step(states, belief, Reading(dt, u, load, y1, y2), p, scratch, record)
+    belief, p, scratch, record, companions, before = _split(states, N_VECTORS, N_MATRICES, room)
+    reading = Reading(dt, u, load, y1, y2)
+    for i in range(len(states)):
+        before[i] = belief.z[i]
+    if not filter_step(states, belief, reading, p, scratch, record):
+        return False
+    return accompany(states, companions, before, reading, in_use(belief.memory, p), record)
 
 
 @cache
 def _kernel_of(kind: FilterKind) -> Any:
-    return bound(_call, kind.name, filter_step=kind.step, N_VECTORS=kind.n_vectors,
-                 N_MATRICES=kind.n_matrices)
+    return bound(_call, kind.name, filter_step=kind.step, in_use=kind.in_use,
+                 N_VECTORS=kind.n_vectors, N_MATRICES=kind.n_matrices)
 
 
 class Filter:
@@ -84,10 +104,15 @@ class Filter:
         self.names, self.parameters = estimator.names, estimator.parameters
         self._states = estimator.states
         n, kind = len(estimator.names), filter_kind(estimator.parameters.filter)
-        self._room = np.zeros(n + n * n + N_PACKED + kind.n_vectors * n + kind.n_matrices * n * n
-                              + record_size(n) + kind.memory_size(n))
-        self._belief, self._packed, _, self._record = _parts(
+        companions = companions_of(estimator.drive, n)
+        self._room = np.zeros(
+            1 + n + n * n + N_PACKED + kind.n_vectors * n + kind.n_matrices * n * n
+            + record_size(n, companions.number) + companions.factors.size + companions.lanes.size
+            + companions.s.size + n + kind.memory_size(n))
+        self._room[0] = companions.number
+        self._belief, self._packed, _, self._record, self._companions, _ = _parts(
             self._states, kind.n_vectors, kind.n_matrices, self._room)
+        self._companions.factors[:] = companions.factors
         self.z, self.P = self._belief.z, self._belief.P.reshape(n, n)
         self._packed[:] = estimator.packed
         self.z[:] = math.nan  # until start
@@ -97,6 +122,7 @@ class Filter:
     def start(self, y1: float, y2: float) -> None:
         """Restart at the motor and arm position y1, y2 (rad on the arm side); NaN: unknown."""
         self._belief.memory[:] = 0.0
+        restart(self._companions)
         sample_loop.start(self._states, self._belief, y1, y2, self._packed, self._record)
 
     def step(self, dt: float, u: float, y1: float, y2: float, load: float = 0.0) -> bool:
@@ -125,7 +151,9 @@ class Filter:
     @property
     def tau_k_std(self) -> float:
         """Standard deviation of tau_k, N m."""
-        return math.sqrt(self._torque()[1])
+        _, _, at_s, _ = sensitivities(len(self.z), len(self._record))
+        _, _, of_model = variances_of(self._states, self.z, self._record, at_s, self._packed)
+        return math.sqrt(self._torque()[1] + of_model + self._packed[TAU_K_MODEL_STD] ** 2)
 
     def _torque(self) -> Pair:
         return torque_of(self._states, self.z, self._belief.P, self._packed)

@@ -32,7 +32,7 @@ from gearbox_monitor.estimation.filter_kind import Belief, filter_kind
 from gearbox_monitor.estimation.process_model import markers, pack, state_names
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, smooth, Span
 from gearbox_monitor.estimation.sample_loop import loop_of, LoopState, Output, Stream
-from gearbox_monitor.estimation.step_record import updated
+from gearbox_monitor.estimation.step_record import sensitivities, updated
 from gearbox_monitor.kernels.types import Array, Integers, Values
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -95,7 +95,7 @@ class _Pass:
         self.n = len(state_names(drive, parameters))
         self.loop, self.packed = loop_of(kind), pack(drive, parameters)
         self.states, self.settings = markers(self.packed, self.n), settings_of(drive, parameters)
-        self.start, self.scratch, self.state = loop_arrays(kind, self.n, BLOCK + 1)
+        self.start, self.scratch, self.state = loop_arrays(kind, self.n, BLOCK + 1, drive)
         self.output = Output(
             np.zeros(BLOCK + 1, np.int64), np.zeros((BLOCK + 1, sample_loop.N_ESTIMATE)),
             np.zeros(0, np.int64), np.zeros((0, N_SMOOTHED)))
@@ -130,19 +130,22 @@ class _Pass:
         for cut in cuts:
             at_cuts.append((self._copy(carried), ring[cut % size, -1]))
             self.advance(carried, stream, cut + 1, min(cut + size, m))
+        _, _, at_s, at_smoothed = sensitivities(n, ring.shape[1])
         rows, seam = np.empty((m, N_SMOOTHED)), None
         for cut, (carried, u) in zip(reversed(cuts), reversed(at_cuts)):
             last = min(cut + size, m) - 1
             z, P = updated(ring[cut % size], n)
             z[:], P[:], ring[cut % size, -1] = carried[0].z, carried[0].P.reshape(n, n), u
+            ring[cut % size, at_s:at_smoothed] = carried[1].companions.s[:-1]
             self.advance(carried, stream, cut + 1, last + 1)
             if seam:  # it belongs to both blocks, and the later one has smoothed it
                 z, P = updated(ring[last % size], n)
-                z[:], P[:] = seam
+                z[:], P[:], ring[last % size, at_s:at_smoothed] = seam
             z = np.empty(n)
             smooth(self.states, ring, Span(last, cut, last), self.packed, z,
                    self.scratch.matrices, rows[cut:last + 1])
-            seam = z, self.scratch.matrices[0].reshape(n, n).copy()
+            seam = (z, self.scratch.matrices[0].reshape(n, n).copy(),
+                    ring[cut % size, at_smoothed:-1].copy())
         return rows
 
     def _copy(self, carried: _Carried) -> _Carried:
@@ -150,4 +153,5 @@ class _Pass:
         belief, state = carried
         return Belief(*(a.copy() for a in belief)), state._replace(
             gate=state.gate.copy(), counts=state.counts.copy(), clock=state.clock.copy(),
-            efforts=state.efforts.copy())
+            efforts=state.efforts.copy(),
+            companions=state.companions._replace(s=state.companions.s.copy()))

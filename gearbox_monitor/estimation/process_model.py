@@ -41,7 +41,8 @@ from gearbox_monitor.estimation.filter_kind import filter_kind
 from gearbox_monitor.estimation.torque_model import (
     curve_drive, curve_states, LEARNT_RANGE, MEMORY, MEMORY_NOISE, start_deviations)
 from gearbox_monitor.kernels.jit import COMPILED, fma, jit, jit_inline
-from gearbox_monitor.kernels.types import Array, Curve, Four, Packed, Pair, Slopes, States
+from gearbox_monitor.kernels.types import (
+    Array, Curve, Four, Packed, Pair, Slopes, States, Triple)
 from gearbox_monitor.parameters import EstimatorParameters, RANDOM_WALK
 from gearbox_monitor.plant.drive import (
     arm_acceleration, arm_load, arm_load_slopes, CAC, CAV, CC, CL, CV, D, DriveModel,
@@ -52,6 +53,10 @@ from gearbox_monitor.plant.transmission import elastic_torque, play
 X1, X2, X3, X4, TAU_K, TAU_ARM, TAU_E = range(7)
 N_MAX = 11
 BESIDE = 16  # states that advance_beside takes: at least 2 n + 1, constant for the compiler
+# What differs between the drives of advance_drives: values in the packed array, and behind them
+# the gain and the delay of the motor torque.
+FACTORS = (INVERSE_M1, INVERSE_M2, D, CV, CC, CAV, CAC, CL)
+FACTOR_GAIN, FACTOR_DELAY, N_FACTORS = range(len(FACTORS), len(FACTORS) + 3)
 # Places of the states of a curve behind the others, from the first of them.
 W, K, C, SHIFT, N_CURVE = range(5)
 
@@ -271,6 +276,23 @@ def torque_of(states: States, z: Array, P: Array, p: Array) -> Pair:
 
 
 @jit_inline
+def torque_slopes(states: States, z: Array, p: Array) -> Slopes:
+    """
+    Return the slopes of the curve of tau_K at a state: over the twist, then over its own states.
+
+    Args:
+        states: markers of the n states.
+        z: state [n].
+        p: pack.
+
+    """
+    curve = states[1]
+    at, twist = len(states) - curve_count(curve), z[X1] - z[X2]
+    return _total(curve, twist, _memory(curve, z, at, twist), _curve(curve, z, 1, 0, at, p),
+                  z[TAU_K])[1]
+
+
+@jit_inline
 def learned_length(z: Array, P: Array, n: int, i: int) -> Pair:
     """
     Return half gap or hysteresis width (rad) as learned, and its standard deviation.
@@ -411,7 +433,7 @@ def softened_sharpness(sharpness: float, variance: float) -> float:
 
 
 @jit_inline
-def decay(error: float, half: float, h: float, p: Array) -> Column:
+def decay(error: float, half: float, h: float, p: Packed) -> Column:
     """
     Let the friction error decay over an RK4 step.
 
@@ -449,7 +471,7 @@ def advance(states: States, z: Array, torques: Pair, dt: float, n_substeps: int,
     """
     h = dt / n_substeps
     for _ in range(n_substeps):
-        _advance_one(states, z, 1, 0, torques, h, p, p)
+        _advance_one(states, z, 1, 0, torques, h, p)
 
 
 @jit
@@ -470,27 +492,61 @@ def advance_beside(states: States, z: Array, torques: Pair, dt: float, n_substep
     h = dt / n_substeps
     # Of numbers the compiler knows that writing a state does not change them.
     drive = (p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12],
-             p[13], p[14], p[15], p[16], p[17], p[18], p[K_P])
+             p[13], p[14], p[15], p[16], p[17], p[18], p[K_P], p[FRICTION_TIME], p[LOAD_AT],
+             p[FRICTION_AT])
     for _ in range(n_substeps):
         for i in range(BESIDE if COMPILED else 2 * len(states) + 1):
-            _advance_one(states, z, BESIDE, i, torques, h, p, drive)
+            _advance_one(states, z, BESIDE, i, torques, h, drive)
+
+
+@jit
+def advance_drives(states: States, z: Array, factors: Array, torques: Triple, dt: float,
+                   n_substeps: int, p: Array) -> None:
+    """
+    Advance BESIDE states side by side, each in a drive of its own.
+
+    Args:
+        states: as of advance.
+        dt: as of advance.
+        n_substeps: as of advance.
+        p: as of advance; of the drive that the others are told by.
+        z: states [n * BESIDE], by rows, changed in place.
+        factors: [N_FACTORS, BESIDE]; on the values FACTORS of the drive and on the motor torque,
+            then how much later that acts, s.
+        torques: of the motor and the measured load, N m, and the rate of the motor's, N m/s.
+
+    """
+    u, load, rate = torques
+    h = dt / n_substeps
+    p_k, time, load_at, friction_at = p[K_P], p[FRICTION_TIME], p[LOAD_AT], p[FRICTION_AT]
+    for _ in range(n_substeps):
+        for i in range(BESIDE):
+            drive = (p[0] * factors[0, i], p[1] * factors[1, i], p[2] * factors[2, i],
+                     p[3] * factors[3, i], p[4] * factors[4, i], p[5], p[6], p[7], p[8], p[9],
+                     p[10], p[11], p[12], p[13] * factors[5, i], p[14] * factors[6, i], p[15],
+                     p[16], p[17], p[18] * factors[7, i], p_k, time, load_at, friction_at)
+            own = factors[FACTOR_GAIN, i] * u - factors[FACTOR_DELAY, i] * rate
+            _advance_one(states, z, BESIDE, i, (own, load), h, drive)
 
 
 @jit_inline
-def _advance_one(states: States, z: Array, width: int, i: int, torques: Pair, h: float, p: Array,
+def _advance_one(states: States, z: Array, width: int, i: int, torques: Pair, h: float,
                  drive: Packed) -> None:
-    """Advance state `i` of `width` in z by an RK4 step; drive: p up to K_P."""
+    """Advance state `i` of `width` in z by an RK4 step; drive: p up to FRICTION_AT."""
     u, load = torques
     curve = states[1]
     at_curve = len(states) - curve_count(curve)
     e1 = e2 = e3 = e4 = e = 0.0
     if len(states) > 5:
-        if p[LOAD_AT] > 0.0:
-            load += z[int(p[LOAD_AT]) * width + i]
-        if p[FRICTION_AT] > 0.0:
-            at = int(p[FRICTION_AT]) * width + i
-            e1, e2, e3, e4, e = decay(z[at], 0.5 * h, h, p)
-            z[at] = e
+        # At constant places, so that the compiler sees that lanes do not overlap.
+        if drive[LOAD_AT] > 0.0:
+            load += z[TAU_ARM * width + i]
+        if drive[FRICTION_AT] == TAU_ARM:
+            e1, e2, e3, e4, e = decay(z[TAU_ARM * width + i], 0.5 * h, h, drive)
+            z[TAU_ARM * width + i] = e
+        elif len(states) > TAU_E and drive[FRICTION_AT] == TAU_E:
+            e1, e2, e3, e4, e = decay(z[TAU_E * width + i], 0.5 * h, h, drive)
+            z[TAU_E * width + i] = e
     x = (z[X1 * width + i], z[X2 * width + i], z[X3 * width + i], z[X4 * width + i],
          z[TAU_K * width + i])
     law = _curve(curve, z, width, i, at_curve, drive)

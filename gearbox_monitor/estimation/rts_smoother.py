@@ -21,8 +21,9 @@ blocks can be chained backwards, from the belief at the seam.
 """
 from typing import NamedTuple
 
+from gearbox_monitor.estimation.consider import variances_of
 from gearbox_monitor.estimation.process_model import TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4
-from gearbox_monitor.estimation.step_record import places
+from gearbox_monitor.estimation.step_record import places, sensitivities
 from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.linalg import multiply, solve_positive, transposed_multiply_symmetric
 from gearbox_monitor.kernels.types import Array, States
@@ -34,7 +35,9 @@ Q_RATIO = 0.2
 # Columns of a smoothed row.
 (S_TWIST, S_TWIST_RATE, S_TAU_K, S_TWIST_STD, S_TWIST_RATE_STD, S_TAU_K_STD,
  # ... arm position and speed, motor speed, and the motor torque over the step that led here.
- S_X2, S_X4, S_X3, S_U, N_SMOOTHED) = range(11)
+ S_X2, S_X4, S_X3, S_U,
+ # Standard deviations by noise alone: the smoother's own, with an exact model.
+ S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD, S_TAU_K_NOISE_STD, N_SMOOTHED) = range(14)
 
 
 class Span(NamedTuple):
@@ -69,7 +72,8 @@ def smooth(states: States, ring: Array, span: Span, p: Array, z: Array, matrices
 
     Args:
         states: process_model.markers of the n states.
-        ring: step records [M, record_size(n)]; step k stands in row k % M.
+        ring: step records [M, record_size(n, c)]; step k stands in row k % M. Their smoothed
+            sensitivities are written.
         span: the steps to smooth and to write.
         p: process_model.pack.
         z: [n], the smoothed state of the oldest step is left here, and its covariance in
@@ -83,7 +87,10 @@ def smooth(states: States, ring: Array, span: Span, p: Array, z: Array, matrices
     P, gain_t, factor, change, product = (
         matrices[0], matrices[1], matrices[2], matrices[3], matrices[4])
     at_pred, at_P_pred, at_cross, at_z, at_P, _, _, _, _ = places(n)
+    count, at_s_pred, at_s, at_smoothed = sensitivities(n, ring.shape[1])
     last = ring[newest % rows]
+    for i in range(n * count):
+        last[at_smoothed + i] = last[at_s + i]
     for i in range(n):
         z[i] = last[at_z + i]
     for i in range(n * n):
@@ -110,7 +117,17 @@ def smooth(states: States, ring: Array, span: Span, p: Array, z: Array, matrices
                 product[i] = s
             for i in range(n):
                 z[i] = product[i]
+            for i in range(n):
+                for c in range(i * count, (i + 1) * count):
+                    record[at_smoothed + c] = record[at_s + c]
+                for m in range(n):
+                    g, row = gain_t[m * n + i], (m - i) * count
+                    for c in range(i * count, (i + 1) * count):
+                        record[at_smoothed + c] += g * (
+                            later[at_smoothed + row + c] - later[at_s_pred + row + c])
         else:
+            for i in range(n * count):
+                record[at_smoothed + i] = record[at_s + i]
             for i in range(n):
                 z[i] = record[at_z + i]
             for i in range(n * n):
@@ -122,12 +139,16 @@ def smooth(states: States, ring: Array, span: Span, p: Array, z: Array, matrices
 @jit
 def _write(states: States, z: Array, P: Array, p: Array, record: Array, row: Array) -> None:
     n = len(states)
+    _, _, _, at_smoothed = sensitivities(n, record.shape[0])
+    of_twist, of_rate, of_torque = variances_of(states, z, record, at_smoothed, p)
     row[S_TWIST] = z[X1] - z[X2]
     row[S_TWIST_RATE] = z[X3] - z[X4]
     row[S_TAU_K], variance = torque_of(states, z, P, p)
-    row[S_TWIST_STD] = max(P[X1 * n + X1] + P[X2 * n + X2] - 2.0 * P[X1 * n + X2], 0.0) ** 0.5
-    row[S_TWIST_RATE_STD] = max(
-        P[X3 * n + X3] + P[X4 * n + X4] - 2.0 * P[X3 * n + X4], 0.0) ** 0.5
-    row[S_TAU_K_STD] = max(variance + p[TAU_K_MODEL_STD] ** 2, 0.0) ** 0.5
+    noise = max(P[X1 * n + X1] + P[X2 * n + X2] - 2.0 * P[X1 * n + X2], 0.0)
+    row[S_TWIST_NOISE_STD], row[S_TWIST_STD] = noise ** 0.5, (noise + of_twist) ** 0.5
+    noise = max(P[X3 * n + X3] + P[X4 * n + X4] - 2.0 * P[X3 * n + X4], 0.0)
+    row[S_TWIST_RATE_NOISE_STD], row[S_TWIST_RATE_STD] = noise ** 0.5, (noise + of_rate) ** 0.5
+    row[S_TAU_K_NOISE_STD] = max(variance, 0.0) ** 0.5
+    row[S_TAU_K_STD] = (max(variance, 0.0) + of_torque + p[TAU_K_MODEL_STD] ** 2) ** 0.5
     row[S_X2], row[S_X4], row[S_X3] = z[X2], z[X4], z[X3]
     row[S_U] = record[-1]

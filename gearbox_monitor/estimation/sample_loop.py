@@ -22,12 +22,14 @@ from functools import cache
 import math
 from typing import Any, NamedTuple
 
+from gearbox_monitor.estimation.consider import (
+    accompany, Companions, restart, variance_of, variances_of)
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.process_model import (
     begin_curve, curve_count, FRICTION_AT, learned_length, LOAD_AT, P0, R1, R2, TAU_K,
     TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4)
 from gearbox_monitor.estimation.rts_smoother import smooth, Span
-from gearbox_monitor.estimation.step_record import places
+from gearbox_monitor.estimation.step_record import places, record_size, sensitivities
 from gearbox_monitor.kernels.jit import bound, jit, jit_inline
 from gearbox_monitor.kernels.types import Array, Integers, States
 
@@ -79,7 +81,8 @@ E_TWIST = E_STD + 7
  E_DT, E_U, E_LOAD, E_INNOVATION_COVARIANCE,
  # ... of the curve, where it is learnt: stiffness, N m/rad, half gap and hysteresis, rad.
  E_STIFFNESS, E_HALF_GAP, E_HYSTERESIS, E_STIFFNESS_STD, E_HALF_GAP_STD, E_HYSTERESIS_STD,
- N_ESTIMATE) = range(E_TWIST + 1, E_TWIST + 24)
+ # Standard deviation of tau_K by noise alone: the filter's own, with an exact model.
+ E_TAU_K_NOISE_STD, N_ESTIMATE) = range(E_TWIST + 1, E_TWIST + 25)
 
 
 class Stream(NamedTuple):
@@ -113,8 +116,9 @@ class LoopState(NamedTuple):
     What a stream carries from sample to sample; all arrays are changed in place.
 
     gate int64 [N_GATE]; counts int64 [N_COUNTS], how often each code came; clock [N_CLOCK];
-    efforts [N_EFFORTS, 2], the last inputs; ring [M, record_size(n)], step records, and their
-    ring_stamps int64 [M]; saved [n + n * n + memory], the belief before the step (scratch).
+    efforts [N_EFFORTS, 2], the last inputs; ring [M, record_size(n, c)], step records, and their
+    ring_stamps int64 [M]; saved [n + n * n + memory], the belief before the step (scratch);
+    companions: the c of them.
     """
 
     gate: Integers
@@ -124,6 +128,7 @@ class LoopState(NamedTuple):
     ring: Array
     ring_stamps: Integers
     saved: Array
+    companions: Companions
 
 
 class Output(NamedTuple):
@@ -149,6 +154,11 @@ def filter_step(states: States, belief: Belief, reading: Reading, p: Array, scra
 
 def resume(memory: Array) -> None:
     """Stand in for the kernel of a filter that prepares its `memory` for a start."""
+    raise NotImplementedError
+
+
+def in_use(memory: Array, p: Array) -> tuple[Array, float]:
+    """Stand in for the kernel of a filter that tells what of `memory` and `p` it uses."""
     raise NotImplementedError
 
 
@@ -272,20 +282,24 @@ def start(states: States, belief: Belief, y1: float, y2: float, p: Array, record
         record[at_z + i] = z[i]
     for i in range(n * n):
         record[at_P + i] = P[i]
+    record[record_size(n) - 1:-1] = 0.0
 
 
 @jit
 def _write_estimate(states: States, belief: Belief, record: Array, reading: Reading, p: Array,
                     row: Array) -> None:
     n, z, P = len(states), belief.z, belief.P
+    count, _, at_s, _ = sensitivities(n, record.shape[0])
     for i in range(7):
         row[i] = math.nan
         row[E_STD + i] = math.nan
     for i in range(4):
         row[i] = z[i]
-        row[E_STD + i] = math.sqrt(P[i * n + i])
+        row[E_STD + i] = math.sqrt(P[i * n + i] + variance_of(record, at_s, count, i))
+    of_twist, of_rate, of_torque = variances_of(states, z, record, at_s, p)
     row[E_TAU_K], variance = torque_of(states, z, P, p)
-    row[E_STD + TAU_K] = math.sqrt(variance + p[TAU_K_MODEL_STD] ** 2)
+    row[E_TAU_K_NOISE_STD] = math.sqrt(variance)
+    row[E_STD + TAU_K] = math.sqrt(variance + of_torque + p[TAU_K_MODEL_STD] ** 2)
     for i in range(E_STIFFNESS, E_HYSTERESIS_STD + 1):
         row[i] = math.nan
     if curve_count(states[1]) > 1:
@@ -295,15 +309,18 @@ def _write_estimate(states: States, belief: Belief, record: Array, reading: Read
         row[E_HYSTERESIS], row[E_HYSTERESIS_STD] = learned_length(z, P, n, n - 1)
     if p[LOAD_AT] > 0.0:
         i = int(p[LOAD_AT])
-        row[E_TAU_ARM], row[E_STD + E_TAU_ARM] = z[i], math.sqrt(P[i * n + i])
+        row[E_TAU_ARM] = z[i]
+        row[E_STD + E_TAU_ARM] = math.sqrt(P[i * n + i] + variance_of(record, at_s, count, i))
     if p[FRICTION_AT] > 0.0:
         i = int(p[FRICTION_AT])
-        row[E_TAU_E], row[E_STD + E_TAU_E] = z[i], math.sqrt(P[i * n + i])
+        row[E_TAU_E] = z[i]
+        row[E_STD + E_TAU_E] = math.sqrt(P[i * n + i] + variance_of(record, at_s, count, i))
     row[E_TWIST] = z[X1] - z[X2]
     row[E_TWIST_RATE] = z[X3] - z[X4]
-    row[E_TWIST_STD] = math.sqrt(max(P[X1 * n + X1] + P[X2 * n + X2] - 2.0 * P[X1 * n + X2], 0.0))
+    row[E_TWIST_STD] = math.sqrt(
+        max(P[X1 * n + X1] + P[X2 * n + X2] - 2.0 * P[X1 * n + X2], 0.0) + of_twist)
     row[E_TWIST_RATE_STD] = math.sqrt(
-        max(P[X3 * n + X3] + P[X4 * n + X4] - 2.0 * P[X3 * n + X4], 0.0))
+        max(P[X3 * n + X3] + P[X4 * n + X4] - 2.0 * P[X3 * n + X4], 0.0) + of_rate)
     _, _, _, _, _, at_innovation, at_S, _, at_scores = places(n)
     e1, e2 = record[at_innovation], record[at_innovation + 1]
     s11, s12, s22 = record[at_S], record[at_S + 1], record[at_S + 2]
@@ -350,7 +367,7 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
     """
     stamps, inputs, outputs = stream
     max_gap, delay, lag, load_measured = settings
-    gate, counts, clock, efforts, ring, ring_stamps, saved = state
+    gate, counts, clock, efforts, ring, ring_stamps, saved, companions = state
     codes, estimates, smoothed_stamps, smoothed = output
     memory = belief.memory
     rows = ring.shape[0]
@@ -403,6 +420,7 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
             start(states, belief, y1, y2, p, ring[0])
             ring[0, -1] = u
             resume(memory)
+            restart(companions)
             ring_stamps[0] = stamp
             return k + 1, n_smoothed
         last = gate[LAST]
@@ -445,6 +463,7 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
         if in_doubt:
             gate[STARTED] = stamp
         ring_stamps[step % rows] = stamp
+        good = good and accompany(states, companions, saved, reading, in_use(memory, p), record)
         if not good:
             codes[k] = DIVERGED
             counts[ESTIMATE] -= 1
@@ -479,5 +498,6 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
 @cache
 def loop_of(kind: FilterKind) -> Callable[..., tuple[int, int]]:
     """Return `run` with the kernels of the filter `kind`; it is compiled at its first call."""
-    loop: Any = bound(run, kind.name, filter_step=kind.step, resume=kind.resume)
+    loop: Any = bound(run, kind.name, filter_step=kind.step, resume=kind.resume,
+                      in_use=kind.in_use)
     return loop

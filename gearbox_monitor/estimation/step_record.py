@@ -18,16 +18,33 @@ The step record: what every filter writes at every step, and all that trust and 
 One float64 row: z_pred [n], P_pred [n, n], C [n, n], z [n], P [n, n], innovation [2], S (s11,
 s12, s22), K [n, 2], nis, loglik, dof. C = cov(z_k+1 predicted, z_k), for an EKF Phi P. An absent
 measurement has an innovation of NaN and a zero column of K; dof counts the measurements used.
-Behind it the stream notes the motor torque that acted over the step.
+Behind it, where the model has tolerances (see consider), stand the c sensitivities, each [n, c]:
+predicted, updated and, behind a smoother, smoothed. Last of all the stream notes the motor torque
+that acted over the step.
 """
 from gearbox_monitor.kernels.jit import jit, jit_inline
 from gearbox_monitor.kernels.types import Array
 
 
 @jit
-def record_size(n: int) -> int:
-    """Return the length of a step record of a filter with `n` states."""
-    return 4 * n + 3 * n * n + 9
+def record_size(n: int, considered: int = 0) -> int:
+    """Return the length of a step record with `n` states and as many sensitivities as stated."""
+    return 4 * n + 3 * n * n + 9 + 3 * n * considered
+
+
+@jit_inline
+def sensitivities(n: int, length: int) -> tuple[int, int, int, int]:
+    """
+    Return the number of sensitivities, and the places of the predicted, updated, smoothed ones.
+
+    Args:
+        n: number of states.
+        length: of the record.
+
+    """
+    begin = 4 * n + 3 * n * n + 8
+    size = (length - begin - 1) // 3
+    return size // n, begin, begin + size, begin + 2 * size
 
 
 @jit_inline

@@ -145,7 +145,8 @@ DIAGNOSTIC_KEYS = (
                ('results', 'evaluations that the motion permitted; only these count')))),
     *_of('covariance',
          ('tau_k_std', 'N m', 'median stated deviation of tau_K'),
-         ('reference', 'N m', 'its reference value'),
+         ('tau_k_noise_std', 'N m', 'the same by noise alone, with an exact model'),
+         ('reference', 'N m', 'reference value of tau_k_noise_std'),
          ('lower_bound', 'N m', 'WARN below'), ('upper_bound', 'N m', 'WARN above'),
          *((f'adapted_{row.name}', row.unit, 'value in use (AEKF)') for row in ESTIMATOR
            if row.name in ('q_std_tau_k', 'r_std_motor', 'r_std_arm', 'tau_k_stiffness')),

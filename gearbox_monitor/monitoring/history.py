@@ -24,7 +24,8 @@ from gearbox_monitor.kernels.types import Array, Integers
 # The columns that are stored, in runs; checks read a column many times, so each lies in one piece.
 RUNS = (range(sample_loop.E_X1, sample_loop.E_TAU_E + 1),
         range(sample_loop.E_STD + TAU_K, sample_loop.E_STD + TAU_K + 1),
-        range(sample_loop.E_INNOVATION_MOTOR, sample_loop.E_DT + 1))
+        range(sample_loop.E_INNOVATION_MOTOR, sample_loop.E_DT + 1),
+        range(sample_loop.E_TAU_K_NOISE_STD, sample_loop.E_TAU_K_NOISE_STD + 1))
 PLACE = {column: place for place, column in enumerate(column for run in RUNS for column in run)}
 COLUMNS = np.array(list(PLACE))
 BLOCK = 512  # stamps compared at once

@@ -30,7 +30,7 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Batch, Estimate, Estimates, Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator, snapshot_errors
 from gearbox_monitor.estimation.process_model import P0, R1, R2, TAU_K
-from gearbox_monitor.estimation.rts_smoother import S_TWIST_STD
+from gearbox_monitor.estimation.rts_smoother import S_TWIST_NOISE_STD
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.monitoring.backlash import change, features
 from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
@@ -336,7 +336,7 @@ class Monitor:
             recent.stack([STATE_COLUMNS.get(name, i) for i, name in enumerate(names)]))
         shares = observability.information_share(
             states, recent[sample_loop.E_DT], np.ascontiguousarray(measured), packed)
-        stated = float(np.median(recent[sample_loop.E_STD + TAU_K])) / math.sqrt(
+        stated = float(np.median(recent[sample_loop.E_TAU_K_NOISE_STD])) / math.sqrt(
             packed[P0 + TAU_K])
         return observability.check(dict(zip(names, shares.tolist())), stated,
                                    observability.paper(states[-1], measured[-1], packed))
@@ -378,13 +378,13 @@ class Monitor:
         return broken, values
 
     def _check_covariance(self, recent: Recent) -> Outcome:
-        stds = np.sort(recent[sample_loop.E_STD + TAU_K][::MEDIAN_STRIDE])  # slow: few will do
-        std = float(stds[len(stds) // 2])
+        stated, std = (_median(recent[column]) for column in (
+            sample_loop.E_STD + TAU_K, sample_loop.E_TAU_K_NOISE_STD))
         if self._reference is None:
             self._references.append(std)
             if len(self._references) >= covariance.REFERENCE_EVALUATIONS:
                 self._reference = float(np.median(self._references))
-        return self._with_adaptation(covariance.check(std, self._reference))
+        return self._with_adaptation(covariance.check(stated, std, self._reference))
 
     def _with_adaptation(self, outcome: Outcome) -> Outcome:
         """Return `outcome` with the adapted values; a warning if one is at its bound."""
@@ -456,7 +456,7 @@ class Monitor:
         """Return which of `rows` [N, N_SMOOTHED] rest on both encoders."""
         # A twist less certain than from one reading of both: one of them was missing.
         packed = self.estimator.packed_in_use
-        return rows[:, S_TWIST_STD] ** 2 <= packed[R1] + packed[R2]
+        return rows[:, S_TWIST_NOISE_STD] ** 2 <= packed[R1] + packed[R2]
 
     def _trusted(self) -> bool:
         """Return whether the window that ends here may serve as a baseline."""
@@ -464,6 +464,12 @@ class Monitor:
         return self._window_flagged <= 2 and not any(
             self._alarms[name].since_ns is not None and self.outcomes[name].level > Level.OK
             for name in (*COMPONENTS[:3], 'input'))
+
+
+def _median(values: Array) -> float:
+    """Return the median of some of the `values` [W]: sorting all is slow, few will do."""
+    ordered = np.sort(values[::MEDIAN_STRIDE])
+    return float(ordered[len(ordered) // 2])
 
 
 def _by_reason(counts: Integers) -> dict[str, int]:

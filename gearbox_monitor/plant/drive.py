@@ -130,6 +130,11 @@ class DriveModel:
     process_torque: float | None = None
     process_torque_time: float = 0.0
     controller: Controller | None = None
+    friction_tolerance: float = 0.3
+    damping_tolerance: float = 0.3
+    inertia_tolerance: float = 0.1
+    torque_gain_tolerance: float = 0.1
+    delay_tolerance: float = 0.002
 
     @property
     def effort_scale(self) -> float:
@@ -191,6 +196,10 @@ class DriveModel:
         servo = replace(self.controller, **gains) if self.controller else None
         return replace(self, transmission=replace(self.transmission, **shape), controller=servo,
                        **own)
+
+    def exact(self) -> 'DriveModel':
+        """Return the model without tolerances of what filters compute with."""
+        return self.with_(**dict.fromkeys(TOLERANCES, 0.0))
 
     def without_arm(self) -> 'DriveModel':
         """
@@ -262,6 +271,12 @@ class DriveModel:
 
 _OF_TRANSMISSION = {f.name for f in fields(Transmission)}
 _OF_CONTROLLER = {'kp', 'kd', 'torque_limit'}
+
+# How far values may be off, either way, see estimation.consider; a file that states none has the
+# defaults.
+TOLERANCES = ('friction_tolerance', 'damping_tolerance', 'inertia_tolerance',
+              'torque_gain_tolerance', 'delay_tolerance')
+
 # name -> (unit, lower bound, upper bound, bound is exclusive at the lower end)
 _RANGES = {
     'motor_inertia': ('kg m^2', 0.0, 1e6, True),
@@ -279,6 +294,11 @@ _RANGES = {
     'zero_tolerance': ('rad', 0.0, 1e3, False),
     'process_torque': ('N m', 0.0, 1e9, False),
     'process_torque_time': ('s', 0.0, 1e3, False),
+    'friction_tolerance': ('-', 0.0, 1.0, False),
+    'damping_tolerance': ('-', 0.0, 1.0, False),
+    'inertia_tolerance': ('-', 0.0, 1.0, False),
+    'torque_gain_tolerance': ('-', 0.0, 1.0, False),
+    'delay_tolerance': ('s', 0.0, 1.0, False),
     'stiffness': ('N m/rad', 0.0, 1e12, True),
     'half_gap': ('rad', 0.0, 1e3, False),
     'hysteresis_width': ('rad', 0.0, 1e3, False),

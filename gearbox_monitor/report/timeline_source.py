@@ -30,7 +30,8 @@ from gearbox_monitor.bag.recorded_samples import samples_of
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, read_snapshots
 from gearbox_monitor.bag.stamp_matching import StampMatcher
 from gearbox_monitor.estimation.estimates import Estimates, Samples
-from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TWIST, S_TWIST_RATE, S_TWIST_STD
+from gearbox_monitor.estimation.rts_smoother import (
+    S_TAU_K, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE)
 from gearbox_monitor.estimation.sample_loop import REASONS, SECOND
 from gearbox_monitor.interfaces.signals import ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, TRANSMISSION
 from gearbox_monitor.kernels.jit import KERNELS
@@ -262,7 +263,7 @@ class MonitorFollower:
         timeline.add_torque(stamps, estimates.tau_k, estimates.tau_k_std)
         with np.errstate(invalid='ignore', divide='ignore'):
             timeline.add_nis(stamps, estimates.nis / estimates.dof)
-        valid = estimates.smoothed[:, S_TWIST_STD] <= self._twist_std
+        valid = estimates.smoothed[:, S_TWIST_NOISE_STD] <= self._twist_std
         rows = estimates.smoothed[valid]
         timeline.add_loop(estimates.smoothed_stamp_ns[valid], rows[:, S_TWIST],
                           rows[:, S_TWIST_RATE], rows[:, S_TAU_K])

@@ -123,7 +123,7 @@ def test_friction_error_makes_the_stated_deviation_honest():
     samples, tau_k = recorded(LOADED.with_(half_gap=0.3, stiffness=5.0), 8.0)
     cover = []
     for std in (0.0, 0.5):
-        found = Estimator(DriveModel(), {
+        found = Estimator(DriveModel().exact(), {
             'arm_load': 'none', 'r_std_motor': 1e-3, 'r_std_arm': 1e-3, 'q_std_tau_k': 4.0,
             'tau_k_stiffness': 4.0, 'friction_error_std': std,
             'friction_error_time': 0.1}).run(samples)

@@ -37,7 +37,7 @@ def test_start_within_a_motion_is_stated_honestly(load):
                           np.column_stack([u[part], np.full(60, np.nan)]), motion.y[part])
         estimates = Estimator(DriveModel(), PARAMETERS | {'arm_load': load}).run(samples)
         ratios.append((estimates.tau_k - motion.tau_k[part][1:]) / estimates.tau_k_std)
-        assert estimates.tau_k_std[-1] < 1.0
+        assert estimates.tau_k_noise_std[-1] < 1.0
     ratios = np.abs(ratios)
     assert ratios.max() < 4.0
     assert (ratios < 1.0).mean() > 0.6 and (ratios < 2.0).mean() > 0.93

@@ -106,7 +106,7 @@ def test_learns_the_curve_from_wrong_starts():
 
     _, walk = error(DriveModel(), q_std_tau_k=30.0)
     for stiffness, half_gap in ((17.5, 0.13), (50.0, 0.05)):
-        model = DriveModel().with_(stiffness=stiffness, half_gap=half_gap)
+        model = DriveModel().exact().with_(stiffness=stiffness, half_gap=half_gap)
         estimates, miss = error(model, tau_k_model='learned', q_std_tau_k_deviation=0.1)
         assert miss.std() < walk.std() / 3
         for name, truth in (('stiffness', 25.0), ('half_gap', 0.1), ('hysteresis', 0.0)):

@@ -41,7 +41,7 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.rts_smoother import (
-    N_SMOOTHED, S_TAU_K_STD, S_TWIST, S_X3, S_X4)
+    N_SMOOTHED, S_TAU_K_NOISE_STD, S_TWIST, S_X3, S_X4)
 from gearbox_monitor.fleet import executors, job
 from gearbox_monitor.fleet.fleet_table import FleetTable
 from gearbox_monitor.fleet.job import analyse
@@ -528,7 +528,7 @@ def test_lost_motion_is_measured_where_no_torque_is_seen():
     speed = np.cos(0.7 * t)
     rows = np.zeros((len(t), N_SMOOTHED))
     rows[:, S_X4], rows[:, S_X3] = speed, speed
-    rows[:, S_TWIST], rows[:, S_TAU_K_STD] = 0.015 * np.sign(speed), 0.1
+    rows[:, S_TWIST], rows[:, S_TAU_K_NOISE_STD] = 0.015 * np.sign(speed), 0.1
     windows = RecordingWindows(DriveModel(), EstimatorParameters())
     windows.add((t * 1e9).astype(np.int64) + 1, rows)
     fits = windows.finish()

@@ -25,7 +25,7 @@ from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.benchmarks import paper
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.rts_smoother import (
-    N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, S_U, S_X3, S_X4)
+    N_SMOOTHED, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_U, S_X3, S_X4)
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.monitoring.backlash import features
 from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
@@ -133,7 +133,7 @@ def test_one_flank_and_one_crossing_are_not_enough():
         rows = np.zeros((len(t), N_SMOOTHED))
         rows[:, S_TWIST] = twist
         rows[:, S_TAU_K] = 7.0 * np.sign(twist) * np.maximum(np.abs(twist) - 0.3, 0.0)
-        rows[:, S_TAU_K_STD] = 0.01
+        rows[:, S_TAU_K_NOISE_STD] = 0.01
         assert reason in features.fit(rows, DriveModel(), 0).reason
 
 

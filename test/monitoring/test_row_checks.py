@@ -20,7 +20,8 @@ import pytest
 
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.rts_smoother import (
-    N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_RATE_STD, S_TWIST_STD, S_U, S_X2, S_X3,
+    N_SMOOTHED, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD,
+    S_U, S_X2, S_X3,
     S_X4)
 from gearbox_monitor.monitoring import monitor as monitor_module
 from gearbox_monitor.monitoring.checks import elastic_curve, innovation, twist_range
@@ -45,7 +46,7 @@ def rows_of(half_gap=0.1, stiffness=25.0, zero=0.3, gain=0.0, viscous=0.0, scale
     rows[:, S_TWIST] = twist + zero + scale * x2 + delay * x4
     rows[:, S_X2], rows[:, S_X4], rows[:, S_X3], rows[:, S_U] = x2, x4, x4, u
     rows[:, S_TAU_K] = torque + gain * u + viscous * x4
-    rows[:, S_TAU_K_STD], rows[:, S_TWIST_STD], rows[:, S_TWIST_RATE_STD] = 0.3, 0.004, 0.1
+    rows[:, [S_TAU_K_NOISE_STD, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD]] = 0.3, 0.004, 0.1
     rows[:, S_TAU_K] += 0.05 * np.random.default_rng(0).standard_normal(len(T))
     return rows
 

@@ -343,10 +343,10 @@ def test_faults_of_the_drive_are_found(fault):
 
 
 def test_covariance_bounds():
-    assert covariance.check(1.0, None).level == Level.OK
+    assert covariance.check(9.0, 1.0, None).level == Level.OK
     for std, level in ((1.0, Level.OK), (0.81, Level.OK), (0.79, Level.WARN),
                        (1.29, Level.OK), (1.31, Level.WARN)):
-        assert covariance.check(std, 1.0).level == level
+        assert covariance.check(9.0, std, 1.0).level == level
     data = default_samples(16.0)
     data.y[10000:, 0] = np.nan
     raw = found(Monitor(DriveModel()), 'covariance', data)
@@ -359,7 +359,9 @@ def test_reference_of_the_uncertainty_can_be_given():
     monitor = Monitor(DriveModel())
     monitor.run(data)
     usual = monitor.tau_k_std_reference
-    assert usual == pytest.approx(monitor.outcomes['covariance'].values['tau_k_std'], rel=0.05)
+    values = monitor.outcomes['covariance'].values
+    assert usual == pytest.approx(values['tau_k_noise_std'], rel=0.05)
+    assert usual < values['tau_k_std']
     for factor, word in ((2.0, 'below'), (0.5, 'above')):
         monitor = Monitor(DriveModel())
         monitor.tau_k_std_reference = factor * usual

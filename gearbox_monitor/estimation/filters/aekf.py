@@ -128,6 +128,15 @@ def in_use(memory: Array, p: Array) -> Array:
     return memory[IN_USE:IN_USE + N_PACKED].copy() if memory[STARTED] else p
 
 
+@jit_inline
+def used(memory: Array, p: Array) -> tuple[Array, float]:
+    """Return a view of in_use and how much its fastest eigenvalue exceeds that of `p`, 1/s."""
+    if memory[STARTED] == 0.0:
+        return p, 0.0
+    current = memory[IN_USE:IN_USE + N_PACKED]
+    return current, _eigenvalue(current, p) - p[EIGENVALUE]
+
+
 @jit
 def resume(memory: Array) -> None:
     """Restart the filter with the parameters in `memory`."""
@@ -737,5 +746,5 @@ def _solve(memory: Array, count: int, ridge: float, vectors: Array, factor: Arra
     return True
 
 
-FILTER = FilterKind(step, N_VECTORS, N_MATRICES, memory_size, resume, adaptation=Adaptation(
+FILTER = FilterKind(step, N_VECTORS, N_MATRICES, memory_size, resume, used, adaptation=Adaptation(
     adapted, in_use, at_bound, guards, learnt, recall))

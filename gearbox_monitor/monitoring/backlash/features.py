@@ -25,7 +25,7 @@ import math
 import numpy as np
 
 from gearbox_monitor.estimation.rts_smoother import (
-    S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_RATE_STD, S_U, S_X2, S_X3, S_X4)
+    S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_RATE_NOISE_STD, S_U, S_X2, S_X3, S_X4)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.monitoring.backlash.shape import (
     COULOMB, GAIN, HALF_GAP, HEIGHT, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
@@ -216,7 +216,7 @@ def _missing(rows: Array) -> str:
         return 'values that no drive has: the estimate is lost'
     if not np.ptp(rows[:, S_TWIST]) > 0.0:
         return 'the twist does not change: the drive stands still'
-    loaded = rows[:, S_TAU_K] / np.maximum(LOADED * rows[:, S_TAU_K_STD], 1e-300)
+    loaded = rows[:, S_TAU_K] / np.maximum(LOADED * rows[:, S_TAU_K_NOISE_STD], 1e-300)
     up, down = (loaded > 1.0).mean(), (loaded < -1.0).mean()
     if max(up, down) < MIN_FLANK:
         return (f'the torque stays below its noise ({LOADED:g} standard deviations): the drive '
@@ -228,7 +228,7 @@ def _missing(rows: Array) -> str:
 
 def _weights(rows: Array, model: DriveModel) -> Array:
     """Return weights [N] that fall where the speed may be 0, and friction anything."""
-    doubt = STANDSTILL * float(np.median(rows[:, S_TWIST_RATE_STD]))
+    doubt = STANDSTILL * float(np.median(rows[:, S_TWIST_RATE_NOISE_STD]))
     if model.coulomb_friction == 0.0 or doubt == 0.0:
         return np.ones(len(rows))
     ratio = (rows[:, S_X3] / doubt) ** 2

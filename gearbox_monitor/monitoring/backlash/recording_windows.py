@@ -25,7 +25,7 @@ import math
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.rts_smoother import S_TWIST_STD
+from gearbox_monitor.estimation.rts_smoother import S_TWIST_NOISE_STD
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.monitoring.backlash import features
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
@@ -74,7 +74,7 @@ class RecordingWindows:
             self._end()
             self._begin = int(stamps[0])
         self._last = int(stamps[-1])
-        keep = (stamps >= self._begin) & (rows[:, S_TWIST_STD] <= self._known)
+        keep = (stamps >= self._begin) & (rows[:, S_TWIST_NOISE_STD] <= self._known)
         if keep.any():
             self._parts.append((stamps[keep], rows[keep]))
         while self._parts and self._parts[-1][0][-1] >= self._begin + 3 * self.length // 2:

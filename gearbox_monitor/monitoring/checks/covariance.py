@@ -12,7 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Third trust indicator: the stated uncertainty of tau_K is where it was when all was well."""
+"""
+Third trust indicator: the filter's uncertainty of tau_K is where it was when all was well.
+
+That of the filter alone: what the tolerances of the model add to it varies with the motion.
+"""
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level, Outcome, outcome_of
 
 LOWER, UPPER = 0.8, 1.3  # of the reference
@@ -21,23 +25,31 @@ _WINDOW = 'median over 2 s, against its reference'
 
 BELOW = Condition(
     'covariance', Level.WARN, 'uncertainty of tau_K below its usual range',
-    f'median standard deviation of tau_K < {LOWER:g} of the reference', _WINDOW,
+    f'median standard deviation of tau_K by noise < {LOWER:g} of the reference', _WINDOW,
     'the filter may be deaf to its measurements; check Q and R, or what adapts them',
-    ('tau_k_std',), ('lower_bound',))
+    ('tau_k_noise_std',), ('lower_bound',))
 ABOVE = Condition(
     'covariance', Level.WARN, 'uncertainty of tau_K above its usual range',
-    f'median standard deviation of tau_K > {UPPER:g} of the reference', _WINDOW,
+    f'median standard deviation of tau_K by noise > {UPPER:g} of the reference', _WINDOW,
     'measurements are missing or come slower; check encoders and rate',
-    ('tau_k_std',), ('upper_bound',))
+    ('tau_k_noise_std',), ('upper_bound',))
 CONDITIONS = (BELOW, ABOVE)
 
 
-def check(std: float, reference: float | None) -> Outcome:
-    """Return the Outcome for the median `std` (N m) of tau_K against its `reference` (N m)."""
+def check(stated: float, std: float, reference: float | None) -> Outcome:
+    """
+    Return the Outcome for the uncertainty of tau_K.
+
+    Args:
+        stated: median stated deviation, N m.
+        std: the same by noise alone, which is judged.
+        reference: `std` when all was well; None: not complete yet.
+
+    """
     if reference is None:
         return outcome_of([], 'reference for the uncertainty of tau_K not complete yet',
-                          {'tau_k_std': std})
-    values = {'tau_k_std': std, 'reference': reference,
+                          {'tau_k_std': stated, 'tau_k_noise_std': std})
+    values = {'tau_k_std': stated, 'tau_k_noise_std': std, 'reference': reference,
               'lower_bound': LOWER * reference, 'upper_bound': UPPER * reference}
     broken = []
     if std < LOWER * reference:

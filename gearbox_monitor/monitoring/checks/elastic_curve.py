@@ -32,7 +32,8 @@ import numpy as np
 from scipy.special import stdtrit
 
 from gearbox_monitor.estimation.rts_smoother import (
-    S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_RATE_STD, S_TWIST_STD, S_U, S_X2, S_X3, S_X4)
+    S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD, S_U, S_X2,
+    S_X3, S_X4)
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
 from gearbox_monitor.monitoring.checks.row_check import Result, RowCheck
@@ -123,7 +124,7 @@ def _prior(drive: DriveModel) -> Array:
 
 def _fit(rows: Array, drive: DriveModel) -> _Fit:
     """Return the robust fit of the curve by Levenberg and Marquardt."""
-    stds, prior, theta = rows[:, S_TAU_K_STD], _prior(drive), np.zeros(N_SHAPE)
+    stds, prior, theta = rows[:, S_TAU_K_NOISE_STD], _prior(drive), np.zeros(N_SHAPE)
     base = _weights(rows, drive)
 
     def errors(theta: Array) -> tuple[Array, Array, Flags, float]:
@@ -169,7 +170,7 @@ def _zero(rows: Array, drive: DriveModel) -> float:
     zeros = np.concatenate([[0.0], middle + 1.5 * shape.half_gap * np.linspace(-1.0, 1.0, 13)])
     free = twist - zeros[:, None]
     load = free - np.clip(free, -shape.half_gap, shape.half_gap)
-    error = np.abs(torque - shape.stiffness * load) / rows[:, S_TAU_K_STD]
+    error = np.abs(torque - shape.stiffness * load) / rows[:, S_TAU_K_NOISE_STD]
     return float(zeros[np.argmin(np.minimum(error, SIGMA).sum(axis=1))])
 
 
@@ -177,7 +178,7 @@ def _weights(rows: Array, drive: DriveModel) -> Array:
     """Return weights [N] that fall where the speed may be 0, and friction anything."""
     if drive.coulomb_friction == 0.0:
         return np.ones(len(rows))
-    doubt = STANDSTILL * float(np.median(rows[:, S_TWIST_RATE_STD]))
+    doubt = STANDSTILL * float(np.median(rows[:, S_TWIST_RATE_NOISE_STD]))
     ratio = (rows[:, S_X3] / max(doubt, 1e-12)) ** 2
     return STANDSTILL_WEIGHT + ratio / (1.0 + ratio)
 
@@ -216,8 +217,8 @@ def check(rows: Array, drive: DriveModel) -> Result:
     moved = rows[:, [S_X2, S_X4]] - np.median(rows[:, [S_X2, S_X4]], axis=0)
     shares = {
         'misfit': float(np.mean(np.abs(fit.residuals) > SIGMA)),
-        'torque': _share_beyond(fit.columns[:, TORQUE], rows[:, S_TAU_K_STD], fit, TORQUE),
-        'twist': _share_beyond(moved, rows[:, S_TWIST_STD], fit, TWIST)}
+        'torque': _share_beyond(fit.columns[:, TORQUE], rows[:, S_TAU_K_NOISE_STD], fit, TORQUE),
+        'twist': _share_beyond(moved, rows[:, S_TWIST_NOISE_STD], fit, TWIST)}
     values = {f'elastic_{name}_share': share for name, share in shares.items()}
     values |= {f'elastic_{name}_share_threshold': SHARE for name in shares}
     values |= {'elastic_gain': float(fit.theta[GAIN]), 'elastic_scale': float(fit.theta[SCALE]),

@@ -21,7 +21,7 @@ torque of wrong sign, a torque that is not what acts. Torque over twist does not
 import numpy as np
 
 from gearbox_monitor.estimation.rts_smoother import (
-    S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_RATE_STD, S_TWIST_STD, S_X3, S_X4)
+    S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_RATE_NOISE_STD, S_TWIST_NOISE_STD, S_X3, S_X4)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
 from gearbox_monitor.monitoring.checks.row_check import Result, RowCheck
@@ -53,7 +53,7 @@ def check(rows: Array, _: DriveModel) -> Result:
     torque, twist, rate = rows[:, S_TAU_K], rows[:, S_TWIST], rows[:, S_X3] - rows[:, S_X4]
     rms, noise = float(np.sqrt(np.mean(rate ** 2))), np.median(rows, axis=0)
     moved = torque.std(), twist.std(), rms
-    stated = noise[[S_TAU_K_STD, S_TWIST_STD, S_TWIST_RATE_STD]]
+    stated = noise[[S_TAU_K_NOISE_STD, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD]]
     if not (np.array(moved) > SIGNIFICANT * stated).all():
         return None
     correlation = float(np.mean((torque - torque.mean()) * (twist - twist.mean()))

@@ -15,7 +15,7 @@
 """Whether backlash and compliance of the model leave room for the twist that is measured."""
 import numpy as np
 
-from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
+from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
 from gearbox_monitor.monitoring.checks.row_check import Result, RowCheck
@@ -48,7 +48,7 @@ def check(rows: Array, drive: DriveModel) -> Result:
     if len(rows) < MIN_ROWS:
         return None
     shape = drive.folded().transmission
-    torque = float(np.ptp(rows[:, S_TAU_K]) + 2.0 * SURE * np.median(rows[:, S_TAU_K_STD]))
+    torque = float(np.ptp(rows[:, S_TAU_K]) + 2.0 * SURE * np.median(rows[:, S_TAU_K_NOISE_STD]))
     allowed = ROOM * (2.0 * (shape.half_gap + shape.hysteresis_width) + torque / shape.stiffness)
     twist = float(np.ptp(rows[:, S_TWIST]))
     return ([BEYOND] if not twist <= allowed else [],

@@ -1,0 +1,199 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What the errors of the model add to the stated deviations: consider parameters (Schmidt 1966).
+
+The model file states how far its values may be off: each tolerance is a bound either way, any
+error within it as likely as another, so its standard deviation is the bound over the root of 3.
+The errors c are constant and not estimated. Beside the filter run companions, one for each c_i:
+the same filter, with the same gain, on a drive whose value is off by one standard deviation. By
+how much its state differs is the sensitivity s_i:
+
+    predict   s_i <- f(z + s_i; c_i) - f(z; 0)
+    update    s_i <- (I - K H) s_i
+    state     P + sum of s_i s_i'
+
+With a linear f this is the covariance of the filter whose state has c added and whose gain has
+zero rows for it, cross-covariances included: P_xc is the column s_i times the deviation of c_i.
+A companion takes the whole deviation and no derivative, as friction around standstill has none
+that holds for more than a few mrad/s. The gain stays the filter's own: estimates do not depend on
+the tolerances, and its innovations still tell when the model is wrong.
+
+The smoother carries s_i as it carries the state (see rts_smoother).
+"""
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from gearbox_monitor.estimation.filter_kind import Reading
+from gearbox_monitor.estimation.process_model import (
+    advance_drives, BESIDE, curve_count, EIGENVALUE, FACTOR_DELAY, FACTOR_GAIN, FACTORS, N_FACTORS,
+    TAU_K, torque_slopes, X1, X2, X3, X4)
+from gearbox_monitor.estimation.step_record import places, sensitivities
+from gearbox_monitor.kernels.jit import jit, jit_inline
+from gearbox_monitor.kernels.types import Array, States, Triple
+from gearbox_monitor.plant.drive import (
+    CAC, CAV, CC, CL, CV, D, DriveModel, INVERSE_M1, INVERSE_M2, substeps)
+
+# Standard deviation of what is anywhere between -1 and 1.
+UNIFORM = 1.0 / math.sqrt(3.0)
+
+
+class Companions(NamedTuple):
+    """
+    The c filters beside a filter of n states; their arrays are changed in place, but for factors.
+
+    number: c. factors: as of process_model.advance_drives, the filter's own drive first, then the
+    c others. s [n * c + 1]: sensitivities by rows, and the last motor torque, NaN after a start.
+    lanes [n * BESIDE]: scratch.
+    """
+
+    number: int
+    factors: Array
+    s: Array
+    lanes: Array
+
+
+def companions_of(drive: DriveModel, n: int) -> Companions:
+    """
+    Return the companions of a filter of `n` states for the `drive`; none without a tolerance.
+
+    Values are changed to where the drive is slower: its substeps then do for all.
+    """
+    p = drive.pack()
+    less_friction = 1.0 - UNIFORM * drive.friction_tolerance
+    less_damping = 1.0 - UNIFORM * drive.damping_tolerance
+    heavier = 1.0 / (1.0 + UNIFORM * drive.inertia_tolerance)
+    changed = {INVERSE_M1: heavier, INVERSE_M2: heavier, CC: less_friction, CAC: less_friction,
+               CL: less_friction, CV: less_damping, CAV: less_damping, D: less_damping}
+    changes = [(row, changed[place]) for row, place in enumerate(FACTORS)
+               if p[place] != 0.0 and changed[place] != 1.0]
+    if drive.torque_gain_tolerance > 0.0:
+        changes.append((FACTOR_GAIN, 1.0 + UNIFORM * drive.torque_gain_tolerance))
+    if drive.delay_tolerance > 0.0:
+        changes.append((FACTOR_DELAY, UNIFORM * drive.delay_tolerance))
+    factors = np.ones((N_FACTORS, BESIDE))
+    factors[FACTOR_DELAY] = 0.0
+    for lane, (row, value) in enumerate(changes, 1):
+        factors[row, lane] = value
+    s = np.zeros(n * len(changes) + 1)
+    s[-1] = math.nan
+    return Companions(len(changes), factors, s, np.zeros(n * BESIDE))
+
+
+@jit_inline
+def restart(companions: Companions) -> None:
+    """Let the `companions` begin where their filter begins: a start depends on no parameter."""
+    companions.s[:] = 0.0
+    companions.s[-1] = math.nan
+
+
+@jit
+def accompany(states: States, companions: Companions, z: Array, reading: Reading,
+              used: tuple[Array, float], record: Array) -> bool:
+    """
+    Take the step that a filter has taken.
+
+    Args:
+        states: process_model.markers of the n states.
+        companions: changed in place.
+        z: state before the step [>= n].
+        reading: of the step.
+        used: FilterKind.in_use of the filter.
+        record: of the step; its sensitivities are written.
+
+    Returns:
+        False if a companion has diverged.
+
+    """
+    n, (count, factors, s, lanes), (p, faster) = len(states), companions, used
+    if count == 0:
+        return True
+    last, s[-1] = s[-1], reading.u
+    rate = (reading.u - last) / reading.dt if math.isfinite(last) else 0.0
+    for j in range(n):
+        for i in range(BESIDE):
+            lanes[j * BESIDE + i] = z[j]
+        for i in range(count):
+            lanes[j * BESIDE + 1 + i] += s[j * count + i]
+    advance_drives(states, lanes, factors, (reading.u, reading.load, rate), reading.dt,
+                   substeps(reading.dt, p[EIGENVALUE] + faster), p)
+    _, _, _, _, _, _, _, at_K, _ = places(n)
+    _, at_predicted, at_updated, _ = sensitivities(n, record.shape[0])
+    good = True
+    for j in range(n):
+        for i in range(count):
+            record[at_predicted + j * count + i] = (
+                lanes[j * BESIDE + 1 + i] - lanes[j * BESIDE])
+    for j in range(n):
+        k1, k2 = record[at_K + 2 * j], record[at_K + 2 * j + 1]
+        for i in range(count):
+            value = (record[at_predicted + j * count + i]
+                     - k1 * record[at_predicted + X1 * count + i]
+                     - k2 * record[at_predicted + X2 * count + i])
+            record[at_updated + j * count + i] = value
+            s[j * count + i] = value
+            good = good and math.isfinite(value)
+    return good
+
+
+@jit_inline
+def variance_of(record: Array, at: int, count: int, i: int) -> float:
+    """
+    Return what the model's errors add to the variance of a state.
+
+    Args:
+        record: of the step.
+        at: place of its sensitivities (filtered or smoothed).
+        count: their number.
+        i: number of the state.
+
+    """
+    total = 0.0
+    for c in range(count):
+        total += record[at + i * count + c] * record[at + i * count + c]
+    return total
+
+
+@jit_inline
+def variances_of(states: States, z: Array, record: Array, at: int, p: Array) -> Triple:
+    """
+    Return what the model's errors add to the variances of twist, twist rate and tau_K.
+
+    Args:
+        states: process_model.markers of the n states.
+        z: state [n].
+        record: of the step.
+        at: place of its sensitivities (filtered or smoothed).
+        p: process_model.pack.
+
+    """
+    n, curve = len(states), states[1]
+    count, _, _, _ = sensitivities(n, record.shape[0])
+    of_twist = of_rate = of_torque = 0.0
+    slopes = torque_slopes(states, z, p)
+    for c in range(count):
+        twist = record[at + X1 * count + c] - record[at + X2 * count + c]
+        rate = record[at + X3 * count + c] - record[at + X4 * count + c]
+        torque = record[at + TAU_K * count + c]
+        if curve is not None:
+            torque += slopes[0] * twist
+            for i in range(curve_count(curve)):
+                torque += slopes[1 + i] * record[at + (n - curve_count(curve) + i) * count + c]
+        of_twist += twist * twist
+        of_rate += rate * rate
+        of_torque += torque * torque
+    return of_twist, of_rate, of_torque
