@@ -121,7 +121,8 @@ def test_a_missed_bar_ends_with_1(monkeypatch, capsys, tmp_path, met, code):
         assert size['faults'] == 3 and size['healthy'] < 3600 and not full and data is None
         bars = BarTable()
         bars.judge('a bar', 0.5, high=1.0 if met else 0.1, interval=[0.4, 0.6])
-        return {'bars': bars.rows, 'faults': {}, 'gap': {}, 'drift': {}, 'healthy': [{
+        return {'bars': bars.rows, 'faults': {}, 'gap': {}, 'drift': {}, 'tolerances': [],
+                'healthy': [{
             'drive': 'A', 'windows': 10, 'hours': 0.1, 'any': 0.0, 'interval': [0.0, 0.2],
             'alarms': 0, 'alarms_of': {}, **dict.fromkeys(trust_runs.TESTS, 0.0)}],
             'cost': {'step_us': 1.0, 'trust': 0.1, 'monitor': 1.1, 'all': 5.0}}
@@ -131,6 +132,17 @@ def test_a_missed_bar_ends_with_1(monkeypatch, capsys, tmp_path, met, code):
     out = capsys.readouterr().out
     assert ('MISSED' in out) is not met and max(map(len, out.splitlines())) <= 80
     assert json.loads(path.read_text())['bars'][0]['interval'] == [0.4, 0.6]
+
+
+@compiled
+def test_stated_deviations_cover_drives_within_the_tolerances(tmp_path):
+    path = tmp_path / 'tolerances.json'
+    main(['benchmark', 'trust', '--tolerances', '3', '--json', str(path)])
+    rows = json.loads(path.read_text())['tolerances']
+    assert len(rows) == 2 * 3 * 2 and all(row['two'] > 0.93 for row in rows)
+    for row in rows:
+        if row['motion'] == 'multisine' and row['estimate'] == 'smoothed':
+            assert row['one_noise'] + 0.1 < row['one'] and row['ratio'] < 1.8
 
 
 @compiled
