@@ -123,9 +123,9 @@ def test_a_missed_bar_ends_with_1(monkeypatch, capsys, tmp_path, met, code):
         bars.judge('a bar', 0.5, high=1.0 if met else 0.1, interval=[0.4, 0.6])
         return {'bars': bars.rows, 'faults': {}, 'gap': {}, 'drift': {}, 'tolerances': [],
                 'healthy': [{
-            'drive': 'A', 'windows': 10, 'hours': 0.1, 'any': 0.0, 'interval': [0.0, 0.2],
-            'alarms': 0, 'alarms_of': {}, **dict.fromkeys(trust_runs.TESTS, 0.0)}],
-            'cost': {'step_us': 1.0, 'trust': 0.1, 'monitor': 1.1, 'all': 5.0}}
+                    'drive': 'A', 'windows': 10, 'hours': 0.1, 'any': 0.0, 'interval': [0.0, 0.2],
+                    'alarms': 0, 'alarms_of': {}, **dict.fromkeys(trust_runs.TESTS, 0.0)}],
+                'cost': {'step_us': 1.0, 'trust': 0.1, 'monitor': 1.1, 'all': 5.0}}
     monkeypatch.setattr(trust, 'evaluate', evaluate)
     path = tmp_path / 'trust.json'
     assert main(['benchmark', 'trust', '--quick', '--seeds', '3', '--json', str(path)]) == code

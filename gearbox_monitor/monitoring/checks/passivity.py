@@ -21,7 +21,7 @@ torque of wrong sign, a torque that is not what acts. Torque over twist does not
 import numpy as np
 
 from gearbox_monitor.estimation.rts_smoother import (
-    S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_RATE_NOISE_STD, S_TWIST_NOISE_STD, S_X3, S_X4)
+    S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD, S_X3, S_X4)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
 from gearbox_monitor.monitoring.checks.row_check import Result, RowCheck
