@@ -348,7 +348,8 @@ def windowed(recording: UniformRecording, model: DriveModel, sigma: Array) -> Wi
         model: model of the drive.
         sigma: noise of the encoders [2], rad.
     """
-    plain = replace(model, tolerance=0.0, process_torque_time=0.0)
+    plain = replace(model, tolerance=0.0, process_torque_time=0.0,
+                    controller=model.controller and replace(model.controller, tolerance=0.0))
     if recording.motor is not None:
         by_position = PositionSearch(recording, plain, sigma, [])
         none = by_position.none()

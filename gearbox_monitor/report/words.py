@@ -170,7 +170,9 @@ def next_steps(data: Mapping[str, Any], closed_written: bool, validated: str | N
         return [*advice, 'look for contacts at these times, and record again without them']
     if any(name in EFFECTS and EFFECTS[name].lattice for name in ids):
         return [*advice, 'the model is right; a finer encoder reading would show more']
-    if closed_written:
+    if closed_written and 'kp' in (data.get('nominal') or {}):  # no torque to export or to fit
+        advice.append('simulate with drive.closed.yaml')
+    elif closed_written:
         advice += ['simulate with drive.closed.yaml, or write it into the file of your simulator: '
                    'gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint '
                    'NAME',

@@ -18,7 +18,9 @@ import pytest
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification.candidates import nuisances_of, Starts
+from gearbox_monitor.identification.closed_model import validate
 from gearbox_monitor.identification.diagnose import diagnose, visible
+from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.identification.nominal import fit_nominal
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import model_from_dict
@@ -65,6 +67,16 @@ def test_right_model_with_gains_in_doubt_has_no_effect():
     verdict = diagnose([recorded()], MODEL, only=['motor_inertia', 'servo_deadband']).to_dict()
     assert verdict['verdict'] == 'none'
     assert verdict['nominal']['kp'] == pytest.approx(6.0, rel=0.01)
+
+
+@compiled
+def test_models_are_compared_with_their_own_gains():
+    effect = {'id': 'servo_gain', 'kp': 4.0}
+    recording, closed = recorded(effect), model_from_dict(
+        {'controller': {**STATED, 'kd': 0.15}, 'effects': [effect]}, 'closed')
+    sigma, _ = noise_floor(recording, MODEL)
+    figures = validate(recording, MODEL, closed, sigma)
+    assert figures['gap_before'] > 50.0 and figures['gap_after'] < 1.1
 
 
 def test_gains_scatter_by_their_own_tolerance():
