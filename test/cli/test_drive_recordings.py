@@ -117,6 +117,13 @@ def test_imported_bag_has_the_setpoint(tmp_path, run, capsys):
     assert not [line for line in findings if line['group'] == 'torque']
     said = next(line for line in findings if line['name'] == 'diagnose')
     assert said['figure'].startswith('takes it')
+    guessed = tmp_path / 'guessed'
+    (tmp_path / 'log.csv').write_text((tmp_path / 'a.csv').read_text().replace(
+        't,setpoint,motor,arm', 't,goal_position [deg],motor_position,link_position'))
+    assert main(['import', str(tmp_path / 'log.csv'), '--guess', '--set', 'gear_ratio=1.0',
+                 str(guessed)]) == 0
+    recording, _ = loaded(options(guessed, args.model))
+    np.testing.assert_allclose(recording.u, run.u, atol=1e-6)
     Path(tmp_path / 'plain.yaml').write_text('damping: 0.01\n')
     with pytest.raises(InputError, match='u: never measured'):
         loaded(options(bag, tmp_path / 'plain.yaml'))

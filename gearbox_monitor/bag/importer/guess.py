@@ -32,7 +32,7 @@ from gearbox_monitor.bag.importer.clocks import motion_regressors, unexplained
 from gearbox_monitor.bag.importer.header import with_settings
 from gearbox_monitor.bag.importer.layout import recognised_layout, Series
 from gearbox_monitor.bag.importer.mapping import (
-    ImportMapping, mapping_from_dict, TimeMapping)
+    ImportMapping, mapping_from_dict, SIGNALS, TimeMapping)
 from gearbox_monitor.bag.importer.stamp_policy import absolute_ns, LONGEST, SHORTEST
 from gearbox_monitor.bag.importer.unit_table import (
     ANGLE, ANGULAR_SPEED, COUNT_RATE, COUNTS, DRIVE_INPUT, FORCE, LENGTH, SPEED, TIME, TORQUE,
@@ -52,6 +52,7 @@ WORDS = {
     'arm': 'arm link output out load abtrieb l',
     'sensor': 'sensor transducer loadcell reference ref ext external',
     'command': 'command cmd commanded',
+    'setpoint': 'goal target desired des setpoint sp',
     # Not measured, or not of the drive.
     'none': 'goal target desired des setpoint sp trajectory temp temperature status error err '
             'mode enable enabled id index seq volts volt count',
@@ -250,6 +251,8 @@ def _decoded(column: Series, assumptions: list[str]) -> tuple[Array, dict[str, A
 def _signals(path: str | Path, columns: Sequence[Series], decoded: Mapping[int, tuple[Array, Any]],
              t: Array, assumptions: list[str]) -> dict[str, Series]:
     """Return {signal: column} of the recording."""
+    setpoints = [column for column in columns if _is('setpoint', column)
+                 and not _is('velocity', column) and not _is('effort', column)]
     columns = [column for column in columns if not _is('none', column)]
     measured = [column for column in columns if not _is('command', column)]
     positions = [column for column in measured if _is('position', column)
@@ -298,6 +301,10 @@ def _signals(path: str | Path, columns: Sequence[Series], decoded: Mapping[int, 
     if drives:
         signals['motor_effort'] = max(drives, key=lambda c: (
             _is('motor', c), motion.explained(moving[id(c)])))
+    elif setpoints:
+        signals['motor_setpoint'] = setpoints[0]
+        assumptions.append(f'{setpoints[0].label}: the setpoint of the motor, because no effort '
+                           'is recorded.')
     return signals
 
 
@@ -335,7 +342,7 @@ def _block(name: str, column: Series, keys: Mapping[str, Any]) -> dict[str, Any]
     block: dict[str, Any] = {**column.place, **keys}
     if not np.isfinite(column.values.astype(float)).all():
         block['missing'] = 'nan'
-    quantity = name.rpartition('_')[2].replace('torque', 'effort')
+    quantity = SIGNALS[name].quantity
     if column.unit in UNITS[quantity]:
         block['unit'] = column.unit
     return block
