@@ -27,7 +27,8 @@ from gearbox_monitor.quality import (
 from gearbox_monitor.quality.admission import kind_of, ONE_ENCODER, takes_one_encoder
 from gearbox_monitor.quality.finding import (
     BAD, everything, Finding, Grade, hurts, OK, PURPOSES, WARN)
-from gearbox_monitor.quality.recording import merged, prepare, REPEATED
+from gearbox_monitor.quality.recording import (
+    DIAGNOSIS_RATES, merged, prepare, REPEATED, SETPOINT_RATES)
 from gearbox_monitor.quality.stamps import StampClock
 from gearbox_monitor.quality.stretch import Segment
 
@@ -70,13 +71,18 @@ def examine(samples: Samples, parameters: EstimatorParameters,
         raise InputError(f'{len(samples.stamp_ns)} samples, expected {LEAST} or more with '
                          'increasing stamps')
     u, y = samples.u[:, 0], samples.y
+    servo = model is not None and model.controller is not None
+    rates = SETPOINT_RATES if servo else DIAGNOSIS_RATES
     lines = stamps.lines(samples.stamp_ns, clock, parameters.max_gap,
-                         parameters.drift_window)
+                         parameters.drift_window, rates)
     lines += encoders.measured(y)
-    lines += stamps.held(clock, y)
+    lines += stamps.held(clock, y, rates)
     part = stretch.stretch(clock, u, y)
-    if model is not None and model.controller is not None:
+    if servo:
         part = replace(part, u=None)
+        lines.append(Finding('torque', 'readings', 'none: the model has a controller, whose '
+                             'setpoint is read', 'for estimation record the torque and give a '
+                             'model without controller', hurts(BAD, BAD)))
     if any(part.measured):
         lines += _moved(samples, clock, part, parameters, model)
     lines += _diagnosis(samples, model)

@@ -78,8 +78,8 @@ def clock(stamps: Integers) -> StampClock | None:
     return StampClock(usable, seconds, period, gap, jitter, missing)
 
 
-def lines(stamps: Integers, clock: StampClock, max_gap: float,
-          drift_window: float) -> list[Finding]:
+def lines(stamps: Integers, clock: StampClock, max_gap: float, drift_window: float,
+          rates: tuple[float, float] = DIAGNOSIS_RATES) -> list[Finding]:
     """
     Return Lines on stamps int64 [N] ns with their Clock `found`.
 
@@ -90,9 +90,10 @@ def lines(stamps: Integers, clock: StampClock, max_gap: float,
         clock: usable stamps.
         max_gap: longest dropout that the filter bridges, s.
         drift_window: window of the drift estimate, s.
+        rates: lowest and highest of a diagnosis, Hz.
     """
-    return [_order(stamps, clock), _rate(clock), _jitter(clock), _gaps(clock, max_gap),
-            length(clock.duration, drift_window)]
+    return [_order(stamps, clock), _rate_of(1.0 / clock.period, rates), _jitter(clock),
+            _gaps(clock, max_gap), length(clock.duration, drift_window)]
 
 
 def _order(stamps: Integers, clock: StampClock) -> Finding:
@@ -114,13 +115,15 @@ def _order(stamps: Integers, clock: StampClock) -> Finding:
         hurts(grade, grade, BAD if zero or backward or share > MAX_REPAIRED else grade), values)
 
 
-def held(clock: StampClock, y: Array) -> list[Finding]:
+def held(clock: StampClock, y: Array,
+         rates: tuple[float, float] = DIAGNOSIS_RATES) -> list[Finding]:
     """
     Return findings about positions y [N, 2] (rad) that are repeated between their measurements.
 
     Args:
         clock: usable stamps.
         y: readings as recorded [N, 2], rad; NaN: not measured.
+        rates: lowest and highest of a diagnosis, Hz.
     """
     findings = []
     for name, values in zip(('motor', 'arm'), y[clock.usable].T):
@@ -128,8 +131,9 @@ def held(clock: StampClock, y: Array) -> list[Finding]:
         if rows > 1:
             rate = 1.0 / (rows * clock.period)
             findings.append(replace(
-                _rate_of(rate), group=name, name='held', figure=f'each value is held for {rows} '
-                f'rows: measured at {rate:.4g} Hz, not at {1.0 / clock.period:.5g} Hz'))
+                _rate_of(rate, rates), group=name, name='held',
+                figure=f'each value is held for {rows} rows: '
+                f'measured at {rate:.4g} Hz, not at {1.0 / clock.period:.5g} Hz'))
     return findings
 
 
@@ -148,20 +152,16 @@ def held_rows(values: Array) -> int:
     return usual
 
 
-def _rate(clock: StampClock) -> Finding:
-    return _rate_of(1.0 / clock.period)
-
-
-def _rate_of(rate: float) -> Finding:
+def _rate_of(rate: float, rates: tuple[float, float]) -> Finding:
     estimation = OK if RATES[0] <= rate * 1.01 and rate <= RATES[1] * 1.01 else WARN
     if rate < LEAST_RATE:
         estimation = BAD
-    fits = DIAGNOSIS_RATES[0] <= rate * 1.01 and rate <= DIAGNOSIS_RATES[1] * 1.01
+    fits = rates[0] <= rate * 1.01 and rate <= rates[1] * 1.01
     spoilt = hurts(estimation, estimation, OK if fits else BAD)
     advice = ''
     if spoilt:
-        advice = (f'record {RATES[0]:g} to {RATES[1]:g} Hz, for diagnose {DIAGNOSIS_RATES[0]:g} '
-                  f'to {DIAGNOSIS_RATES[1]:g} Hz')
+        advice = (f'record {RATES[0]:g} to {RATES[1]:g} Hz, for diagnose {rates[0]:g} '
+                  f'to {rates[1]:g} Hz')
     return Finding(_GROUP, 'rate', f'{rate:.5g} Hz', advice, spoilt, {'rate_hz': rate})
 
 

@@ -112,9 +112,11 @@ def test_imported_bag_has_the_setpoint(tmp_path, run, capsys):
     recording, _ = loaded(options(bag, args.model))
     np.testing.assert_allclose(recording.u, run.u, atol=1e-6)
     capsys.readouterr()
-    main(['check', str(bag), '--model', args.model, '--for', 'diagnosis', '--json', '-'])
+    assert main(['check', str(bag), '--model', args.model, '--for', 'diagnosis',
+                 '--json', '-']) == 0
     findings = json.loads(capsys.readouterr().out)['lines']
-    assert not [line for line in findings if line['group'] == 'torque']
+    torque, = [line for line in findings if line['group'] == 'torque']
+    assert torque['hurts'] == {'estimation': 'bad', 'drift': 'bad'}
     said = next(line for line in findings if line['name'] == 'diagnose')
     assert said['figure'].startswith('takes it')
     guessed = tmp_path / 'guessed'
