@@ -103,7 +103,7 @@ def unpacked_files(files: Sequence[Path]) -> Iterator[list[Path]]:
 
 
 def _unpack_file(source: Path, target: Path) -> None:
-    """Unpack the zstd file `source` to `target`; of a cut one, what is left. See above."""
+    """Unpack the zstd file `source` to `target`; of a truncated one, its beginning. See above."""
     limit = max(PIECE, EXPANSION * source.stat().st_size)
     free = shutil.disk_usage(target.parent).free - SPARE
     total = 0

@@ -131,7 +131,7 @@ class EstimatePlayer:
         self._starts: list[int] = []
         self._running, reason = False, ''
         if model is not None or parameters:
-            reason = 'parameters were given'
+            reason = 'parameters or model replaced'
         elif not snapshots:
             reason = 'the bag holds no snapshot of an estimator'
         else:

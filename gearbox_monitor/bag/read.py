@@ -186,7 +186,7 @@ class BagReader:
     def require(self, topic: str, msgtype: str | None = None) -> None:
         """Raise InputError unless the bag holds `topic`, with `msgtype` if that is not None."""
         if topic not in self.topics:
-            topics = ', '.join(sorted(self.topics)) or 'none at all'
+            topics = ', '.join(sorted(self.topics)) or 'none'
             raise InputError(f'{self.path}: no topic {topic}, the bag has {topics}')
         kind = self.topics[topic][0]
         if msgtype is not None and kind != msgtype:

@@ -324,7 +324,7 @@ class _Copy:
             for file, chunk in progress(work):
                 self._copy(file, chunk, topics_of[file])
             if not self._writer.message_count:
-                raise InputError(f'{source}: no whole message is left, nothing to recover')
+                raise InputError(f'{source}: no whole message remains, nothing to recover')
             self._estimate_losses()
             if self._undefined:
                 recovery.notes.append(f'{self._undefined} messages have lost their definition and '

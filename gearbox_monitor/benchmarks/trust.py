@@ -459,7 +459,7 @@ def run(args: argparse.Namespace) -> int:
     if args.seeds is not None:
         require_whole('--seeds', args.seeds)
     if args.quick and args.full:
-        raise InputError('--full: given with --quick, expected one of them')
+        raise InputError('--full and --quick exclude each other')
     expect_folder_of(args.json)
     if args.data is not None:
         trust_real.check(args.data)

@@ -29,10 +29,10 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 import os
+import shlex
 import sys
 import textwrap
 from typing import Any
-
 
 from gearbox_monitor.bag.joint_input import find_input, JointInput
 from gearbox_monitor.bag.read import BagReader, open_bag
@@ -56,7 +56,7 @@ INDENT = 24  # of the figures
 COLOURS = {OK: '32', WARN: '33', BAD: '31;1'}
 SUITS = {OK: 'yes', WARN: 'with care', BAD: 'no'}
 NEXT = {'estimation': 'gearbox_monitor tune BAG --model FILE --out params.yaml',
-        'drift': 'gearbox_monitor accept BAG --model FILE',
+        'drift': 'gearbox_monitor accept BAG --model FILE --max-gap RAD',
         'diagnosis': 'gearbox_monitor diagnose BAG --model FILE'}
 
 
@@ -190,7 +190,8 @@ def text(data: Mapping[str, Any], colours: bool = False) -> str:
         lines += _entry(purpose, verdict, part['verdict'] + (
             f': {", ".join(part["because"])}' if part['because'] else ''), '', colours)
     lines += [part for note in data['notes'] for part in _wrapped(f'note: {note}')]
-    good = [NEXT[purpose] for purpose, part in data['suits'].items() if part['verdict'] != 'no']
+    good = [NEXT[purpose].replace('BAG', shlex.quote(data['bag']))
+            for purpose, part in data['suits'].items() if part['verdict'] != 'no']
     return '\n'.join([*lines, '', *(f'next: {command}' for command in good)]).rstrip()
 
 

@@ -110,7 +110,7 @@ def _parameters(data: VerdictData, model: DriveModel) -> list[str]:
     effects = library()
     errors = data.get('standard_errors') or {}
     if data['verdict'] == 'unknown' and data.get('params'):
-        lines += _entry('nearest', ' + '.join(data['params']) + ', which leaves the gap "after"')
+        lines += _entry('nearest', ' + '.join(data['params']) + ', resulting in the gap "after"')
     for name, values in (data.get('params') or {}).items():
         units = {p.name: p.unit for p in effects[name].parameters} if name in effects else {}
         for parameter, value in values.items():

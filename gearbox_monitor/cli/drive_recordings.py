@@ -62,7 +62,7 @@ def add_drive_arguments(parser: ArgumentParser) -> None:
                         help='model file of the drive, or MJCF or URDF file with --joint')
     add_joint_arguments(parser, '--model-arm-joint')
     parser.add_argument('--values', metavar='FILE',
-                        help='with --joint: values of a model file that the other file lacks')
+                        help='with --joint: model values that are not in that file')
     parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
     parser.add_argument('--motor-joint', metavar='NAME', default='motor',
                         help='name of the motor joint, in bags (default: motor)')
@@ -94,7 +94,7 @@ def add_joint_arguments(parser: ArgumentParser, arm: str, required: bool = False
     parser.add_argument('--joint', metavar='NAME', required=required,
                         help="joint of the simulator's file that the motor drives")
     parser.add_argument(arm, metavar='NAME', dest='model_arm_joint',
-                        help="joint of the arm in the simulator's file, where it is another")
+                        help="joint of the arm in the simulator's file, if it is a different one")
     parser.add_argument('--keyframe', metavar='NAME',
                         help='posture in which inertia and weight are taken, a key of the file')
     parser.add_argument('--actuator', metavar='NAME',

@@ -33,10 +33,11 @@ EXIT_CODES = {
     'report': {0: 'done'},
     'accept': {0: 'pass', 1: 'fail', 3: 'undecided: not excited, or too close to a limit'},
     'simulate': {0: 'done'},
-    'diagnose': {0: 'no gap', 1: 'a gap: verdict effect or unknown', 3: 'the fit is no solution'},
+    'diagnose': {0: 'no gap', 1: 'a gap: verdict effect or unknown',
+                 3: 'the fit did not find a solution'},
     'suggest': {0: 'a motion separates all pairs', 1: 'none within the limits does'},
     'fit-nominal': {0: 'all values are determined', 1: 'some are not',
-                    3: 'the fit is no solution, or took longer than --time-limit'},
+                    3: 'the fit did not find a solution, or took longer than --time-limit'},
     'export': {0: 'all is expressed', 1: 'some is not'},
     'fleet': {0: 'every bag has its row', 1: 'run it again: some bags failed for reasons that may '
               'pass', 2: 'bad usage or input, disk full, scheduler lost'},

@@ -112,7 +112,7 @@ def run(args: Namespace) -> int:
     data['interrupted'] = not whole
     print(json.dumps(data, indent=2) if args.json else text(data))
     if not whole:
-        print('interrupted: what is done is kept, the same command goes on from there',
+        print('interrupted: what is done is kept, run the same command again to continue',
               file=sys.stderr)
         return 130
     return 1 if data['to_be_tried_again'] else 0

@@ -57,7 +57,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--pair', nargs=2, metavar='ID',
                         help='distinguish the first from the second')
     parser.add_argument('--model', metavar='FILE', required=True,
-                        help='model file of the drive, as given to diagnose')
+                        help='model file of the drive, as for diagnose')
     parser.add_argument('--max-torque', type=float, required=True, metavar='NM')
     parser.add_argument('--max-speed', type=float, default=math.inf, metavar='RAD_S')
     parser.add_argument('--max-travel', type=float, default=math.inf, metavar='RAD',

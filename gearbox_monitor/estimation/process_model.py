@@ -803,7 +803,7 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
     Advance a state by one RK4 step, and a matrix by the exact tangent of that step.
 
     The columns of four states go along with the stages, and fill the time in which one arctangent
-    waits for the one before.
+    waits for the previous one.
 
     Args:
         states: as of advance.

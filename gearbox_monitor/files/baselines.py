@@ -15,9 +15,9 @@
 """
 The files of drift: the baseline (what was healthy) and the state (what goes on after a restart).
 
-Both are written whole or not at all. What is damaged is set aside and reported, and drift begins
-anew. So is a state of another version or gearbox; a baseline like that is an error: it is not what
-was meant, and it is whole.
+Both are written atomically. A damaged file is set aside and reported, and drift detection starts
+again, also for a state of another version or gearbox. Such a baseline is an error: it is intact,
+but not the intended one.
 """
 import json
 import math

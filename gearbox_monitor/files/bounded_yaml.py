@@ -84,7 +84,7 @@ def _short(node: yaml.ScalarNode, length: int) -> yaml.ScalarNode:
     """Return `node`; raises ConstructorError if it is sexagesimal or longer than `length`."""
     if ':' in node.value or len(node.value) > length:
         raise yaml.constructor.ConstructorError(
-            None, None, f'{node.value[:20]!r} is no number', node.start_mark)
+            None, None, f'{node.value[:20]!r} is not a number', node.start_mark)
     return node
 
 

@@ -36,7 +36,7 @@ def read_text(path: str | Path, limit: int) -> str:
     """
     Return the text (UTF-8) of the file `path`, of at most `limit` bytes.
 
-    Raises OSError, and ValueError for a larger file or one that is no text.
+    Raises OSError, and ValueError for a larger file or one that is not a text.
     """
     with open_file(path) as file:
         data = file.read(limit + 1)

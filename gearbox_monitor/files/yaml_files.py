@@ -183,7 +183,7 @@ def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> 
     model_keys = {row.name for row in fields(DriveModel)} & set(map(str, data))
     if model_keys:
         raise InputError(f'{path}: {min(model_keys)}: a key of a model file, expected '
-                         f'"{node}: ros__parameters: ..."; a model file is given with --model')
+                         f'"{node}: ros__parameters: ..."; use --model for a model file')
     blocks = [block for block in data if isinstance(block, str)]
     addressed = False
     names, values, several = {row.name for row in table}, {}, [

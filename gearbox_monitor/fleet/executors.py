@@ -354,7 +354,7 @@ class DaskExecutor:
 
     def _lost(self) -> InputError:
         return InputError(f'--scheduler: {self.address}: the scheduler is lost; what is done is '
-                          'kept, the same command goes on from there')
+                          'kept, run the same command again to continue')
 
     def close(self) -> None:
         """Disconnect; tasks without a result are dropped."""

@@ -225,7 +225,7 @@ class FleetTable:
 
     def _unwritable(self, error: OSError) -> InputError:
         return InputError(f'{self.folder}: cannot write: {error.strerror or error}; what is done '
-                          'is kept, the same command goes on from there')
+                          'is kept, run the same command again to continue')
 
     def write_page(self, html: str) -> Path:
         """Write the fleet page `html`; return its path. Raises InputError."""

@@ -117,7 +117,7 @@ def _below(fs: AbstractFileSystem, entry: Entry, word: str, explicit: bool = Fal
         return
     if entry['type'] != 'directory':  # a broken link, a pipe
         if explicit or path.endswith(SUFFIXES):
-            yield FleetBag(_url(fs, path, word), problem='is no file, expected a bag')
+            yield FleetBag(_url(fs, path, word), problem='not a file, expected a bag')
         return
     real = Path(path).resolve() if isinstance(fs, LocalFileSystem) else path
     if real in parents:  # a link to a folder above

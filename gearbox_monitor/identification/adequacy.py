@@ -61,7 +61,7 @@ def spectrum(search: Search, residual: Array) -> tuple[Array, Array, Array]:
 
 def sharpen_sigma(search: Search, fitted: CandidateFit) -> None:
     """
-    Measure sigma anew in what `best` leaves at high frequencies; residuals follow it.
+    Measure sigma again in the residual of `best` at high frequencies; residuals follow it.
 
     Args:
         search: fits of all candidates to one recording.

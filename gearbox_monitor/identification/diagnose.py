@@ -62,8 +62,8 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         model = model.folded()  # a closed model is the next one to start from
     ids = [i for i in chosen_ids(only, exclude) if visible(i, model, recording)]
     if not ids:
-        raise InputError('effects: none is left that this drive and its encoders show, expected '
-                         'at least one')
+        raise InputError('effects: none remains that is visible on this drive and its encoders, '
+                         'expected at least one')
     sigma, quantum = noise_floor(recording, model)
     rough = bool((quantum > ROUGH * sigma).any())
     if recording.motor is not None:
@@ -104,8 +104,8 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         verdict.data['warnings'].append(f'readings stand on steps: {steps}, which is excluded')
     if refit_on_all:
         verdict.data['warnings'].append(
-            'what the model lacks shows with the windows held out alone: all windows were fitted, '
-            'so gap_after is not that of unseen ones; judge by a second recording')
+            'only the held-out windows show the model error: all windows were fitted, so '
+            'gap_after is not from unseen ones; validate with a second recording')
     return verdict
 
 
@@ -133,7 +133,7 @@ def chosen_ids(only: Sequence[str] | None, exclude: Sequence[str]) -> list[str]:
             raise InputError(f'effect: {name!r}, expected one of {", ".join(effects)}')
     ids = [i for i in effects if i not in exclude and (only is None or i in only)]
     if not ids:
-        raise InputError('effects: none is left, expected at least one')
+        raise InputError('effects: none remains, expected at least one')
     return ids
 
 
@@ -157,6 +157,6 @@ def visible(name: str, model: DriveModel, recording: UniformRecording) -> bool:
         return False
     if model.axis == 'prismatic' and effect.rotary_only:
         return False  # nothing turns with a position in m, and a weight is a constant load
-    # In a rigid drive the same on the arm cannot be told from it on the motor.
+    # In a rigid drive it is indistinguishable from the same on the motor.
     return model.transmission.kind != 'rigid' or (
         place != 'transmission' and not effect.merges_if_rigid)

@@ -42,7 +42,7 @@ class InputEstimate:
     A free signal at one place, fitted to all windows.
 
     signal [W, H] N m or rad at the peaks of the triangles, precision [W, H, H] its inverse
-    covariance by sensor noise; residual [W, 2L] and chi2 [W] what it leaves; unknowns [W]: how
+    covariance by sensor noise; residual [W, 2L] and chi2 [W] of the rest; unknowns [W]: how
     many numbers it and the window states [W, 4] amount to, by what the readings say of them.
     """
 

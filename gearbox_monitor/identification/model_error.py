@@ -32,7 +32,7 @@ from gearbox_monitor.quality.recording import UniformRecording
 
 SHARE = 0.1      # of torque and twist that lasts unexplained, until a fit tells
 LEAST = 0.02     # of torque and twist that it is never below
-SLOW = 0.04      # s: what is left of means over so long lasts, the rest is noise
+SLOW = 0.04      # s: means over so long are model error, the rest is noise
 
 
 def scales(recording: UniformRecording) -> Array:
@@ -51,7 +51,7 @@ def scales(recording: UniformRecording) -> Array:
 @dataclass(frozen=True)
 class Weighing:
     """
-    How residuals count: sizes [2] N m and rad of what is left, shares [2] that a reading counts.
+    How residuals count: sizes [2] N m and rad of the residual, shares [2] that a reading counts.
 
     robust: those that are larger count by their size, not by its square. A gap that is crossed
     some milliseconds late is no matter of the twist before and after it.

@@ -18,7 +18,7 @@ Fit the nominal values of a drive to recordings, and tell which of them the data
 Each value moves on a log scale about that of the model file, under a weak prior: values that the
 data do not determine stay there. A fit starts there or where a linear regression of the torque
 leads, whichever fits better. One that leaves more than the model file on windows that were not
-fitted is no solution.
+fitted is not a solution.
 """
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -102,7 +102,7 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         progress: callback with (done, total, text).
 
     Raises:
-        InputError: names that this drive does not have; Undecided: the fit is no solution.
+        InputError: names that this drive does not have; Undecided: the fit is not a solution.
     """
     if model.controller is not None:
         raise InputError('controller: with a setpoint and no torque only ratios of values show, '
@@ -176,7 +176,7 @@ def _require_improvement(search: Search, data: likelihood.WindowData,
         window_states.rescue(data, candidate, trial, [fitted.point], half_gap=search.half_gap)
         gaps.append(closed_model.gap_of(trial.chi2[unseen], data.size))
     if not gaps[1] <= SAME * gaps[0]:
-        raise Undecided(f'the fit leaves {gaps[1]:.4g} standard deviations, the model file '
+        raise Undecided(f'gap after the fit {gaps[1]:.4g} standard deviations, of the model file '
                         f'{gaps[0]:.4g}: no solution; expected a model of this drive (see '
                         'check), or fewer values to fit (--free)')
 
@@ -319,7 +319,7 @@ def _known(data: likelihood.WindowData, fitted: CandidateFit,
     s.Jz = _central(data, candidate, point)
     residual, whiten = noise_weighted_residual(data, fitted)
     S, _, _, _ = likelihood.normal_equations(s, point.residual, data.train.astype(float), whiten)
-    # What is left is no noise of the encoders: it counts as one number per window and encoder.
+    # The residual is not encoder noise: it counts as one number per window and encoder.
     misfit = max(1.0, float((residual[data.train] ** 2).mean()))
     if misfit > 1.5:
         misfit *= data.windows.length

@@ -178,7 +178,7 @@ class Search:
         return likelihood.WindowData(self.recording, shorter, long.windows, long.sigma, long.train,
                                      long.weighing, long.colour)
 
-    def anew(self, fitted: CandidateFit) -> CandidateFit:
+    def refitted(self, fitted: CandidateFit) -> CandidateFit:
         """Return `fitted` refitted from where it is: long windows run otherwise than before."""
         point = self.long.evaluate(fitted.candidate, likelihood.copied(fitted.point))
         gauss_newton.fit(self.long, fitted.candidate, point, 4, robust=True)

@@ -226,9 +226,9 @@ def finer(search: Search, best_fit: CandidateFit,
         return best_fit
     simulator, long, none = search.simulator, search.long, search.fitted['']
     search.simulator, search.long = shorter.simulator, shorter
-    refitted = search.fitted[''] = search.anew(none)
+    refitted = search.fitted[''] = search.refitted(none)
     if best_fit.candidate.ids:
-        refitted = search.anew(best_fit)
+        refitted = search.refitted(best_fit)
     if inadequate(refitted):
         search.simulator, search.long, search.fitted[''] = simulator, long, none
         return best_fit

@@ -179,7 +179,7 @@ def _try_memories(data: WindowData, candidate: CandidateModel, point: FitPoint) 
     """
     Try other memories of a hysteresis where windows begin; return how many became better.
 
-    What a fit that was still far off handed over may hold a window back for ever.
+    States handed over by a poor fit may hold a window back permanently.
     """
     starts = {MEMORIES[i]: EFFECTS[i].memory_starts for i in candidate.ids
               if i in MEMORIES and EFFECTS[i].memory_starts}

@@ -445,7 +445,7 @@ def _effects(items: Any, source: str, axis: str) -> tuple[Values, ...]:
                 raise InputError(f'{source}: effects: {item!r}: unknown id, '
                                  f'{unknown(name, entries)}')
             if not entries[name].additive and any(name == e['id'] for e in result):
-                raise InputError(f'{source}: effects.{name}: given twice, expected each id once')
+                raise InputError(f'{source}: effects.{name}: appears twice, expected each id once')
             result.append(_effect(item, name, entries[name].parameters, source, axis))
     problems.raise_all()
     return tuple(result)

@@ -255,7 +255,7 @@ def with_plugin(added: Torques, *kernels: Any) -> tuple[Any, ...]:
     """
     Return `kernels` that call torques, step or advance, rebuilt around a plug-in.
 
-    Compiled anew in each process, once; without a plug-in the cached ones stay as they are.
+    Compiled again in each process, once; without a plug-in the cached ones stay as they are.
 
     Args:
         added: the `torques` of the plug-in's Effect.

@@ -131,11 +131,11 @@ def _moved(samples: Samples, clock: StampClock, part: Segment, parameters: Estim
 def _diagnosis(samples: Samples, model: DriveModel | None) -> list[Finding]:
     """Return the Line about what diagnose itself says of the recording."""
     if model is None:
-        return [Finding('model', 'model file', 'none given', 'give it with --model: then signs, '
-                        'units and motion are checked against it', hurts(OK, OK, WARN))]
+        return [Finding('model', 'model file', 'none', 'use --model to check signs, units '
+                        'and motion against it', hurts(OK, OK, WARN))]
     if model.transmission.kind == 'rigid':
         rigid = [Finding('model', 'model file', 'transmission.kind is rigid',
-                         'for estimation give ' 'the model of a drive with two encoders',
+                         'for estimation use the model of a drive with two encoders',
                          hurts(BAD, BAD))]
     else:
         rigid = []

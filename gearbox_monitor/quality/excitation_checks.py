@@ -42,7 +42,7 @@ class LowPassedMotion:
     Torque and positions through one low pass, M samples `dt` s apart, from `first` on.
 
     u [M] N m or None; p, v, a [M, 2] rad, rad/s, rad/s^2, exact differences of the same p; sigma
-    [2] rad: noise of the encoders; noise [2] rad, noise_v [2] rad/s: what is left of it in p and
+    [2] rad: noise of the encoders; noise [2] rad, noise_v [2] rad/s: its remainder in p and
     v; width: half width of the low pass, samples.
     """
 
@@ -242,7 +242,7 @@ def _traversals(part: Segment, moved: LowPassedMotion, half_gap: float | None,
 
 def excitation(part: Segment, moved: LowPassedMotion) -> Finding:
     """
-    Return the Line about whether inertia, friction and offset can be told apart.
+    Return the Line about whether inertia, friction and offset are distinguishable.
 
     Args:
         part: even grid of samples.

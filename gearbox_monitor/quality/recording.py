@@ -211,7 +211,7 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
 
 def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, Array, str]:
     """
-    Return what is left of samples whose stamp repeats the one before.
+    Return the samples without repeated stamps.
 
     Args:
         t: stamps [N], s, or integer ns.
@@ -233,7 +233,7 @@ def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, A
         chosen = np.add.reduceat(values, rows, axis=0) / sizes[:, None]
     how = {'first': 'the first of each is used', 'average': 'their mean is used',
            'drop': 'none of them is used'}[policy]
-    return rows, chosen, f'{count} of {len(t)} stamps repeat the one before: {how}'
+    return rows, chosen, f'{count} of {len(t)} stamps repeat the previous one: {how}'
 
 
 def _seconds(t: Any) -> tuple[Array, float]:

@@ -26,7 +26,7 @@ class SmoothedMotion:
     Torque and positions smoothed alike, with the positions' derivatives, every few samples.
 
     u [M] N m; p, v, a [M, 2] rad, rad/s, rad/s^2; k [M] samples they stand at; noise, noise_v,
-    noise_a [2], what is left of the noise in them. As wide as the noise asks for, and half the
+    noise_a [2], their remaining noise. As wide as the noise requires, and half the
     width `shortest` s.
     """
 

@@ -275,7 +275,7 @@ def answered(response: TorqueResponse | None, dt: float, stated: int, i: int = 0
         i: encoder that was used, 0 or 1.
     """
     if response is None:
-        return [Finding('torque', 'effort delay', 'too short to tell', 'record 10 s or more',
+        return [Finding('torque', 'effort delay', 'too short', 'record 10 s or more',
                         hurts(WARN, OK, WARN))]
     return [_delay(response, dt, stated), _sign(response, NAMES[i])]
 

@@ -192,12 +192,12 @@ def _solution(gram: Array, low: Array, room: Array) -> Array:
     scale[scale == 0.0] = 1.0
     order = np.concatenate([np.arange(bounded, len(gram) - 1), np.arange(bounded), [-1]])
     shift = np.eye(len(gram))
-    shift[:bounded, -1] = -low  # what is left for the rest of the values to explain
+    shift[:bounded, -1] = -low  # remainder for the other values to explain
     shift /= np.append(scale[:-1], 1.0)
     moved = (shift.T @ gram @ shift)[np.ix_(order, order)]
     moved += 1e-10 * np.diag(np.maximum(np.diag(moved), 1.0))
     r = np.linalg.cholesky(moved).T
-    # What a value has of its room and what is left of it add up to the room.
+    # A value and its remaining room add up to the room.
     room = room * scale[:slack]
     weight = SLACK * np.abs(r[free:, -1]).max() / room
     matrix = np.zeros((bounded + 1 + slack, bounded + slack))

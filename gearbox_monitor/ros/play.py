@@ -74,7 +74,7 @@ def chosen_topics(bag: BagReader, topics: Sequence[str] | None, everything: bool
     else:
         chosen = default_topics(bag.topics)
     if not chosen:
-        available = ', '.join(sorted(bag.topics)) or 'none at all'
+        available = ', '.join(sorted(bag.topics)) or 'none'
         raise InputError(f'{bag.path}: topics: none to play, expected {JOINT_STATES} or a choice '
                          f'of {available}')
     return chosen

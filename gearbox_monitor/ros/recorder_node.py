@@ -172,7 +172,7 @@ class Recorder(TableNode):
         except (InvalidTopicNameException, RCLError) as error:
             reason = str(error).split(', at /')[0].splitlines()[0]
             raise InputError(
-                f'parameter topics: {name!r} is no topic name: {reason}') from None
+                f'parameter topics: {name!r} not a topic name: {reason}') from None
 
     def _subscribe(self, topic: RecordedTopic, msgtype: str, latched: bool = False,
                    reliable: bool = True) -> None:

@@ -15,7 +15,7 @@
 """
 The newest minutes of the measurement, in memory, and the stretch of them to diagnose.
 
-No ROS here. A block of rows is allocated when the one before it is full, so memory follows the
+No ROS here. A block of rows is allocated when the previous one is full, so memory follows the
 rate; full blocks never change, so reading them costs no copy while samples come.
 """
 from collections import deque

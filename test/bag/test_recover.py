@@ -201,7 +201,7 @@ def test_bad_input_leaves_nothing(tmp_path, monkeypatch, capsys):
     before = sorted(tmp_path.iterdir())
     for arguments, message in (
             (['nowhere'], 'nowhere: no such file'), (['text.mcap'], 'not an MCAP file'),
-            (['head.mcap'], 'head.mcap: no whole message is left'),
+            (['head.mcap'], 'head.mcap: no whole message remains'),
             (['old.db3'], 'old.db3: holds no MCAP file'), (['there'], 'there: holds no MCAP'),
             (['cut.mcap', '--out', 'there'], 'there: exists already'),
             (['cut.mcap', '--out', ''], "--out: '' is empty"),

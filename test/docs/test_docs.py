@@ -132,7 +132,7 @@ def test_index_has_every_page_and_command():
         assert row[1] == '; '.join(f'{code}: {EXIT_CODES[name][code]}' for code in (1, 3)
                                    if code in EXIT_CODES[name])
         if name != 'benchmark':  # they have it each
-            assert told == ('nothing' if option is None else option.metavar or 'prints'), name
+            assert told == ('no' if option is None else option.metavar or 'prints'), name
 
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda p: p.name)

@@ -155,7 +155,7 @@ def test_each_bag_has_its_row(archive, whole):
         'empty.mcap': 'the file is empty', 'empty_too.mcap': 'the file is empty',
         'letter.mcap': 'not an MCAP file', 'stump.mcap': 'no topic /joint_states',
         'foreign': 'no topic /joint_states, the bag has /chatter', 'lost': 'metadata.yaml names',
-        'nothing': 'holds no .mcap or .db3 file', 'pipe.mcap': 'is no file'}
+        'nothing': 'holds no .mcap or .db3 file', 'pipe.mcap': 'not a file'}
     assert set(odd) == {*expected, 'cut.mcap', 'copy'}
     for name, reason in expected.items():
         assert odd[name]['status'] == 'failed' and reason in odd[name]['reason'], odd[name]

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Several publishers of the same joints: whose messages are taken, told apart by their numbers."""
+"""Several publishers of the same joints: their numbers decide whose messages are taken."""
 import numpy as np
 import pytest
 

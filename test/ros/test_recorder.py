@@ -232,7 +232,7 @@ def test_bad_input_is_one_line(recorder, tmp_path):
     cases = [
         (dict(), 'bag: exists already'),
         (dict(output=tmp_path / 'new', parameters={'compression': 'rar'}), "'rar', expected one"),
-        (dict(output=tmp_path / 'new', topics=['a b']), "'a b' is no topic name"),
+        (dict(output=tmp_path / 'new', topics=['a b']), "'a b' not a topic name"),
         (dict(output=tmp_path / 'new', parameters={'queue_depth': 0}), 'queue_depth'),
     ]
     running = [(recorder(**kwargs), text) for kwargs, text in cases]

@@ -87,7 +87,7 @@ _MESSAGES = (
     Case('20 % come twice', copies(0.2), STATISTICS),
     Case('20 % again 5 ms later', copies(0.2, 0.005), STATISTICS),
     Case('20 ms again, every second', repeated_blocks(0.02, 1.0), STATISTICS),
-    Case('10 % overtake the one before', swapped(0.1), STATISTICS),
+    Case('10 % overtake the previous message', swapped(0.1), STATISTICS),
     Case('20 ms late by 50 ms, every second', delayed_blocks(0.02, 0.05, 1.0), STATISTICS),
     Case('100 ms late by 0.4 s, every 2 s', delayed_blocks(0.1, 0.4, 2.0), AT_ONCE, events=5),
     Case('stall of 10 s, all lost', stalled(False), AT_ONCE),

@@ -76,7 +76,7 @@ def absolute_ns(path: str | Path, raw: AnyArray, time: TimeMapping,
         Stamps, int64 [N], in ns, in the order of the file.
 
     Raises:
-        InputError: a time is no number, no date, or outside the range of stamps.
+        InputError: a time is not a number or date, or outside the range of stamps.
     """
     if raw.dtype.kind == 'M':
         nanoseconds: Integers = raw.astype('M8[ns]').astype(np.int64)

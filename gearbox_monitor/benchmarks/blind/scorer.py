@@ -283,7 +283,7 @@ def _partial_bars(bars: BarTable, rows: Sequence[ScoredRow]) -> None:
     singles = [r for r in rows if r['class'] == 'single']
     bars.share(f'{what}: location', [r['located'] for r in singles], 0.92)
     bars.share(f'{what}: top-1', [r['top1'] for r in singles])
-    bars.share(f'{what}: top-1 of what can be told',
+    bars.share(f'{what}: top-1 of distinguishable effects',
                [r['top1'] for r in singles if r['top1'] or not r['admitted']], 0.85)
     bars.share(f'{what}: none: something found',
                [r['false_alarm'] for r in rows if r['class'] == 'none'], high=1 / 20)

@@ -52,8 +52,8 @@ FRICTION_PRIOR, TORQUE_SHARE, GAIN_PRIOR = 0.3, 0.02, 0.05
 IDENTIFIED = 0.6
 # Friction is uncertain where the speed is not known to be other than 0.
 STANDSTILL = 3.0
-# Gap and compliance are told apart by the slope on a flank: twist and torque must be correlated so
-# much on each flank for itself (half of the torque's variance explained).
+# The slope on a flank distinguishes gap and compliance: twist and torque must be correlated this
+# much on each flank by itself (half of the torque's variance explained).
 MIN_CORRELATION = 0.7
 # What windows have in common, see pooling.PooledFeatures.
 COMMON = (VISCOUS, COULOMB, GAIN, STIFFNESS)
@@ -77,7 +77,7 @@ class Backlash:
     (rad/s), load: rms tau_K (N m). width: half width of the play behind the hysteresis (rad), 0
     where none is seen; passive: whether the loop is open in the gap, too (passive_play).
     gap_slopes: change of the fitted gap per viscous, coulomb, gain and stiffness, gap_std_known:
-    what is left of gap_std once these are known, see gap_given. gap_alone, gap_alone_std: where
+    gap_std once these are known, see gap_given. gap_alone, gap_alone_std: where
     pooling.PooledFeatures has refined the gap, what the window gave alone; else NaN.
     """
 

@@ -33,7 +33,7 @@ N_COMMON = 4
 
 class PooledFeatures:
     """
-    Running means of Backlash.common; all of them begin anew where a window contradicts one.
+    Running means of Backlash.common; all of them restart if a window contradicts one.
 
     state: what to_list gave, or None.
     """

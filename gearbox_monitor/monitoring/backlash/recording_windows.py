@@ -70,7 +70,7 @@ class RecordingWindows:
     def _add(self, stamps: Integers, rows: Array) -> None:
         if self._last is None:
             self._begin = int(stamps[0]) + SETTLE
-        elif stamps[0] < self._last:  # the clock was set back: begin anew
+        elif stamps[0] < self._last:  # the clock was set back: restart
             self._end()
             self._begin = int(stamps[0])
         self._last = int(stamps[-1])
@@ -105,7 +105,7 @@ class RecordingWindows:
         self._fits.append(fitted)
 
     def _end(self) -> None:
-        """Fit what is left, where it is half a window or all there is."""
+        """Fit the last samples if they are half a window, or the only ones."""
         if self._parts:
             stamps, rows = self._joined()
             if not self._fits or stamps[-1] - self._begin >= self.length // 2:

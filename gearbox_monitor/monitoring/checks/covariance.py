@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Third trust indicator: the filter's uncertainty of tau_K is where it was when all was well.
+Third trust indicator: the filter's uncertainty of tau_K is at its reference.
 
 That of the filter alone: what the tolerances of the model add to it varies with the motion.
 """

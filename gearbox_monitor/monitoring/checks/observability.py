@@ -17,7 +17,7 @@ First trust indicator: the torque can be seen from these measurements, in this m
 
 The paper's equation (6) looks at the Jacobian of [f; h] at a point; in raw units it ranks a lost
 encoder above a healthy standstill. What decides the level is therefore the information share: how
-much of the prior standard deviation of tau_K is left after 100 ms of measurements. It takes the
+much of the prior standard deviation of tau_K remains after 100 ms of measurements. It takes the
 model for exact within that time: precise encoders then see through the slightest coupling. So what
 the filter states, with noise of the process, decides as well: it must know more than the prior.
 """
@@ -42,7 +42,7 @@ TINY = 1e-300
 
 HIDDEN = Condition(
     'observability', Level.ERROR, 'tau_K not observable',
-    f'more than {UNTRUSTED:g} of the prior standard deviation of tau_K is left', f'{WINDOW:g} s',
+    f'more than {UNTRUSTED:g} of the prior standard deviation of tau_K remains', f'{WINDOW:g} s',
     'do not trust it; check the encoders; with an unknown load at standstill, wait for motion',
     ('information_share_tau_k',), ('information_share_threshold',))
 UNKNOWN = Condition(

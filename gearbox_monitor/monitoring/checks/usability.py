@@ -35,9 +35,9 @@ SILENT = Condition(
 
 OTHERS = Condition(
     'input', Level.WARN, 'another node publishes the monitored joints',
-    'besides the publisher that is followed another one was heard that names motor or arm; ERROR, '
-    'and no samples, where it is open which of them is the first (`other_publishers`)',
-    '1 s, at once', 'stop it or give it another topic; see security.md',
+    'another node than the followed publisher publishes motor or arm; ERROR, and no samples, if '
+    'the first publisher is unknown (`other_publishers`)',
+    '1 s, at once', 'stop it or remap its topic; see security.md',
     ('messages_of_other_publishers', 'other_publishers'))
 
 
@@ -67,8 +67,8 @@ REFUSED = (
              'filter restarts after divergence'))
 # Judged by the node, which knows the numbers of the messages: recordings do not have them.
 LOST = Condition(
-    'input', Level.WARN, 'messages lost', 'a number of a message is missing between two '
-    'diagnostics: dropped on the way, or by the full queue of the node', '1 s, at once',
+    'input', Level.WARN, 'messages lost', 'sequence numbers are missing between two diagnostics: '
+    'dropped by the network or by the full queue of the node', '1 s, at once',
     'lower the rate or the load of this machine', ('messages_lost',))
 CONDITIONS = (SILENT, OTHERS, NO_SAMPLE, *(condition for condition, _ in REFUSED), LOST)
 

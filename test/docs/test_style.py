@@ -1,0 +1,52 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Pages, messages, comments and templates use plain English: phrases that do not come back."""
+from pathlib import Path
+import re
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+# A contorted phrase, and what to write.
+PHRASES = {
+    r'anew': 'again, or restart',
+    r'cannot be told|told (apart|from|only)': 'distinguish, indistinguishable, informative',
+    r'that is said|is said of': 'name who says it: the monitor reports',
+    r'go(es)? by the (motor|arm|name)': 'is reported as, is called',
+    r'misses something': 'model mismatch',
+    r'no better known|not as \w+ as stated': 'state the quantity and its limit',
+    r'(is|was|were|none) given (with|twice|beside)|none given': 'use --OPTION, appears twice',
+    r'the one before': 'the previous one',
+    r'all was well': 'reference, healthy',
+    r'what is left|what it leaves': 'the residual, the remainder',
+    r'nothing to tell|too short to tell': 'none, too short',
+    r'none at all|in vain|for ever': 'none, without success, permanently',
+    r'is no (number|file|solution|topic|text)': 'is not a',
+    r'far (larger|smaller|fewer) than': 'much larger than',
+}
+FILES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *(
+    path for folder, pattern in (
+        ('docs', '*.md'), ('docs', '*.py'), ('config', '*.*'), ('gearbox_monitor', '*.py'),
+        ('gearbox_monitor', '*.html'), ('gearbox_monitor', '*.js'))
+    for path in sorted((ROOT / folder).rglob(pattern)))]
+
+
+@pytest.mark.parametrize('phrase, instead', PHRASES.items())
+def test_no_contorted_phrase(phrase, instead):
+    pattern = re.compile(rf'(?<![\w-])({phrase})(?![\w-])', re.IGNORECASE)
+    hits = [f'{path.relative_to(ROOT)}:{number}: {line.strip()}' for path in FILES
+            for number, line in enumerate(path.read_text(encoding='utf-8').splitlines(), 1)
+            if pattern.search(line)]
+    assert not hits, f'{instead}\n' + '\n'.join(hits)
