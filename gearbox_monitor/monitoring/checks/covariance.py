@@ -43,7 +43,7 @@ def check(stated: float, std: float, reference: float | None) -> Outcome:
     Args:
         stated: median stated deviation, N m.
         std: the same by noise alone, which is judged.
-        reference: `std` when all was well; None: not complete yet.
+        reference: healthy value of `std`; None: not complete yet.
 
     """
     if reference is None:

@@ -49,7 +49,7 @@ def key_of(counter: str) -> str:
 def _refused(advice: str, *counters: str) -> tuple[Condition, tuple[str, ...]]:
     """Return the Condition that any of `counters` breaks, and the counters."""
     names = ', '.join(counters)
-    return Condition('input', Level.WARN, names, f'any of: {names}', _WINDOW, advice,
+    return Condition('input', Level.WARN, names, 'any of these', _WINDOW, advice,
                      tuple(map(key_of, counters))), counters
 
 
