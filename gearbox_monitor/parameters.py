@@ -249,7 +249,7 @@ class EstimatorParameters(ParameterSet):
     friction_error_time: float = row(
         0.7, 's', 'correlation time of that friction error', low=1e-4, high=1e4, change=RESTART)
     p0_std_speed: float = row(
-        1.0, 'rad/s', 'initial standard deviation of the speeds; at least the speed of the drive '
+        30.0, 'rad/s', 'initial standard deviation of the speeds; at least the speed of the drive '
         'at a start, otherwise the filter takes that speed for a torque', low=1e-9,
         high=1e6, change=RESTART)
     p0_std_torque: float = row(

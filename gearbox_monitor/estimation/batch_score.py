@@ -27,12 +27,13 @@ import numpy as np
 from gearbox_monitor.estimation import batch_ekf, sample_loop
 from gearbox_monitor.estimation.batch_ekf import (
     BAD, begin, DETERMINANT, Drive, drive_of, ERROR_1, ERROR_2, LANES, N_ROWS, NIS, NOISE_1,
-    NOISE_2, predict, S11, S22, update)
+    NOISE_2, predict, S11, S22, update, Z)
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.filters.ekf import LOG_TWO_PI
-from gearbox_monitor.estimation.process_model import pack
-from gearbox_monitor.estimation.sample_loop import jumps, LoopSettings, Stream, usually
+from gearbox_monitor.estimation.process_model import P0, pack, X1, X2, X3, X4
+from gearbox_monitor.estimation.sample_loop import (
+    first_speed, jumps, LoopSettings, Stream, usually)
 from gearbox_monitor.estimation.score import run_score, settled
 from gearbox_monitor.kernels.jit import COMPILED, jit
 from gearbox_monitor.kernels.types import Array, States, Values
@@ -59,6 +60,13 @@ def _run(states: States, stream: Stream, delay: int, first: int, p: Array, drive
     begin(states, p, y[0, 0], y[0, 1], s)
     c[:] = 0.0
     multiplied, last = 0, stamps.shape[0] - 1
+    if last > 0:
+        dt = (stamps[1] - stamps[0]) * 1e-9
+        for i in range(LANES):
+            s[LANES * (Z + X3) + i] = first_speed(
+                y[1, 0] - y[0, 0], dt, p[i, P0 + X1] + s[LANES * NOISE_1 + i], p[i, P0 + X3])
+            s[LANES * (Z + X4) + i] = first_speed(
+                y[1, 1] - y[0, 1], dt, p[i, P0 + X2] + s[LANES * NOISE_2 + i], p[i, P0 + X4])
     for k in range(1, last + 1):
         acting = max(k - 1 - delay, 0)
         predict(states, (stamps[k] - stamps[k - 1]) * 1e-9, inputs[acting, 0], inputs[acting, 1],

@@ -120,9 +120,9 @@ def accompany(states: States, companions: Companions, z: Array, reading: Reading
 
     """
     n, (count, factors, s, lanes), (p, faster) = len(states), companions, used
+    last, s[-1] = s[-1], reading.u
     if count == 0:
         return True
-    last, s[-1] = s[-1], reading.u
     rate = (reading.u - last) / reading.dt if math.isfinite(last) else 0.0
     for j in range(n):
         for i in range(BESIDE):

@@ -78,6 +78,8 @@ def _call(states: States, room: Array, dt: float, u: float, load: float, y1: flo
     reading = Reading(dt, u, load, y1, y2)
     for i in range(len(states)):
         before[i] = belief.z[i]
+    if not math.isfinite(companions.s[-1]):  # the first step
+        sample_loop.aim(states, belief, reading, p)
     if not filter_step(states, belief, reading, p, scratch, record):
         return False
     return accompany(states, companions, before, reading, in_use(belief.memory, p), record)

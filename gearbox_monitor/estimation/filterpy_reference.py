@@ -25,10 +25,12 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.filter_kind import Belief, Reading
 from gearbox_monitor.estimation.process_model import (
     advance, EIGENVALUE, markers, noise, P0, pack, propagate, R1, R2, state_names, TAU_K,
     TAU_K_MODEL_STD)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
+from gearbox_monitor.estimation.sample_loop import aim
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, substeps
@@ -124,6 +126,8 @@ def run(name: str, model: DriveModel, parameters: EstimatorParameters | Mapping[
                                         parameters.ukf_kappa)
         kf = UnscentedKalmanFilter(n, 2, None, lambda z: z[:2], move, points)
     kf.x, kf.P = z0, np.diag(p[P0:P0 + n])
+    first = Reading((samples.stamp_ns[1] - samples.stamp_ns[0]) * 1e-9, 0.0, 0.0, *samples.y[1])
+    aim(states, Belief(z0, kf.P.ravel(), np.zeros(0)), first, p)
     kf.R = np.diag([p[R1], p[R2]])
     H = np.eye(2, n)
     count = len(samples.stamp_ns) - 1

@@ -285,6 +285,43 @@ def start(states: States, belief: Belief, y1: float, y2: float, p: Array, record
     record[record_size(n) - 1:-1] = 0.0
 
 
+@jit_inline
+def first_speed(moved: float, dt: float, variance: float, prior: float) -> float:
+    """
+    Return the mean of a speed that the first step starts from, rad/s.
+
+    The speed at a start is unknown, and friction is steep where it is 0: linearised there, an EKF
+    would hold on to it. A wide prior leaves no other trace of its mean.
+
+    Args:
+        moved: position after the first step less that at the start, rad; NaN = not measured.
+        dt: length of the step, s.
+        variance: of `moved` by noise, rad^2.
+        prior: variance of the speed at a start, rad^2/s^2.
+
+    """
+    if not math.isfinite(moved):
+        return 0.0
+    return prior / (prior + variance / (dt * dt)) * moved / dt
+
+
+@jit_inline
+def aim(states: States, belief: Belief, reading: Reading, p: Array) -> None:
+    """
+    Set the means of the speeds before the first step, see first_speed.
+
+    Args:
+        states: as of ekf.step.
+        belief: as of a start, changed in place.
+        reading: of the first step.
+        p: as of ekf.step.
+
+    """
+    n, z, P, dt = len(states), belief.z, belief.P, reading.dt
+    z[X3] = first_speed(reading.y1 - z[X1], dt, P[X1 * n + X1] + p[R1], P[X3 * n + X3])
+    z[X4] = first_speed(reading.y2 - z[X2], dt, P[X2 * n + X2] + p[R2], P[X4 * n + X4])
+
+
 @jit
 def _write_estimate(states: States, belief: Belief, record: Array, reading: Reading, p: Array,
                     row: Array) -> None:
@@ -436,6 +473,8 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
         record[at_innovation], record[at_innovation + 1] = 0.0, 0.0
         record[at_S], record[at_S + 2] = 0.0, 0.0
         _save(belief, saved)
+        if step == 1:
+            aim(states, belief, reading, p)
         good = filter_step(states, belief, reading, p, scratch, record)
         e1, e2 = record[at_innovation], record[at_innovation + 1]
         if (jumps(e1, record[at_S], clock[ERROR_MOTOR], p[R1], step)

@@ -83,7 +83,10 @@ def test_cross_covariances_are_those_of_the_state_with_the_errors_added():
     P = np.zeros((12, 12))
     P[:5, :5], P[5:, 5:] = own, np.eye(7) * small ** 2 / 3.0
     H = np.eye(2, 12)
-    z, exact = np.array([*run.y[0], 0.0, 0.0, 0.0]), np.zeros(7)
+    # The first step is linearised at the speeds of its readings, weighed against their prior.
+    weight = 1.0 / (1.0 + 2.0 * np.diag(R) / (DT * p.p0_std_speed) ** 2)
+    speeds = weight * (run.y[1] - run.y[0]) / DT
+    z, exact = np.array([*run.y[0], *speeds, 0.0]), np.zeros(7)
     for k in range(1, N):
         u = run.u[k - 1], (run.u[k - 1] - run.u[k - 2]) / DT if k > 1 else 0.0
         F = np.eye(12)

@@ -18,26 +18,30 @@ import pytest
 
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
-PARAMETERS = {'smoother_lag': 0.0, 'p0_std_speed': 30.0}  # no less than the speed
 
 
 @pytest.mark.parametrize('load', ['none', 'unknown'])
-def test_start_within_a_motion_is_stated_honestly(load):
-    u = Excitation().torque(np.arange(2400) * 1e-3)
+@pytest.mark.parametrize('name', FILTER_NAMES)
+def test_start_within_a_motion_is_stated_honestly(name, load):
+    u = Excitation().torque(np.arange(4400) * 1e-3)
     motion = simulate(DriveModel(), u, 1e-3, Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), 1)
     assert np.abs(motion.x[300:, 2]).max() > 20.0
     ratios = []
-    for begin in range(300, 2300, 95):
+    estimator = Estimator(DriveModel().exact(), {
+        'filter': name, 'arm_load': load, 'smoother_lag': 0.0})
+    for begin in range(300, 4300, 23):
         part = slice(begin, begin + 60)
         samples = Samples((1 + np.arange(60, dtype=np.int64)) * 1_000_000,
                           np.column_stack([u[part], np.full(60, np.nan)]), motion.y[part])
-        estimates = Estimator(DriveModel(), PARAMETERS | {'arm_load': load}).run(samples)
+        estimator.reset()
+        estimates = estimator.run(samples)
         ratios.append((estimates.tau_k - motion.tau_k[part][1:]) / estimates.tau_k_std)
-        assert estimates.tau_k_noise_std[-1] < 1.0
+        assert estimates.tau_k_std[-1] < 1.0
     ratios = np.abs(ratios)
-    assert ratios.max() < 4.0
+    assert ratios.max() < 6.0  # of 10 000; where the speed reverses, friction bends within P
     assert (ratios < 1.0).mean() > 0.6 and (ratios < 2.0).mean() > 0.93
