@@ -24,7 +24,6 @@ from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 
-
 @pytest.mark.parametrize('load', ['none', 'unknown'])
 @pytest.mark.parametrize('name', FILTER_NAMES)
 def test_start_within_a_motion_is_stated_honestly(name, load):
