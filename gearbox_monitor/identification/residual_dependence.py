@@ -18,7 +18,7 @@ Dependence of the residual on the motion: a law that no effect of the library de
 White noise is a function of nothing. If a free function of speed, angle, twist or torque reduces
 the residual by more than chance, the model is incomplete, however small the residual is.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import savgol_filter
@@ -117,13 +117,15 @@ def _motion(search: Search, positions: Array) -> dict[str, Array]:
     motor, arm = (basis_functions.motion(positions[:, order], dt, recording.cuts)
                   for order in ([0, 1], [1, 0]))
     width = max(3, 2 * round(0.5 * SMOOTHING / dt) + 1)
+    # A servo makes its torque of the position: the noise of that is part of the residual, too.
+    torque = replace(recording, y=positions).with_servo(search.model.controller).torque
     return {'speed of the motor': motor['speed'], 'speed of the arm': arm['speed'],
             'angle of the motor': arm['angle'], 'angle of the arm': motor['angle'],
             'angle of the motor in its turn': arm['angle'],
             'angle of the arm in its turn': motor['angle'],
             'twist': motor['twist'], 'rate of the twist': motor['speed'] - arm['speed'],
-            'torque': recording.torque,
-            'rate of the torque': savgol_filter(recording.torque, width, 2, deriv=1, delta=dt)}
+            'torque': torque,
+            'rate of the torque': savgol_filter(torque, width, 2, deriv=1, delta=dt)}
 
 
 def _values(x: Array, over: str) -> Array:
