@@ -32,6 +32,8 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 
 LACK = 0.08          # excess of chi2 that is no matter of the noise level
+SIGMA_ERROR = 1.6    # relative error of a noise level from N fourth differences, times sqrt(N)
+SIGMA_ERRORS = 3.7   # of them that are chance: LACK with 10 s of two encoders at 1 kHz
 LACK_RELATIVE = 2e-4  # of the gap: integration is not more accurate
 STRUCTURE = 3.8      # standard deviations of the residual in a frequency band (skewed: chi2)
 PAIR_STRUCTURE = 2.5  # the same for pairs, which imitate what is in no library
@@ -144,10 +146,12 @@ def leaves_more_than_noise(search: Search, fitted: CandidateFit, rough: bool = F
     # A hard burst throws the arm to where a free signal does not find it.
     excess, structure = misfit(search, fitted, int(DISTURBANCE.id in fitted.candidate.ids))
     null_excess, _ = misfit(search, search.fitted[''])
+    readings = len(search.recording.u) * len(search.long.channels)
+    lack = ROUGH_LACK if rough else max(LACK, 2.0 * SIGMA_ERRORS * SIGMA_ERROR / readings ** 0.5)
     limit = (ROUGH_STRUCTURE if rough else
              NOISY_STRUCTURE if search.noisy else
              PAIR_STRUCTURE if len(fitted.candidate.ids) > 1 else STRUCTURE)
-    return (excess > max(ROUGH_LACK if rough else LACK, LACK_RELATIVE * null_excess)
+    return (excess > max(lack, LACK_RELATIVE * null_excess)
             or structure > limit + STRUCTURE_RELATIVE * null_excess)
 
 
