@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """Diagnosis of a servo by its setpoint: effects before, in and behind the loop, gains in doubt."""
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -22,6 +24,7 @@ from gearbox_monitor.identification.closed_model import validate
 from gearbox_monitor.identification.diagnose import diagnose, visible
 from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.identification.nominal import fit_nominal
+from gearbox_monitor.identification.residual_dependence import _motion
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
@@ -34,15 +37,15 @@ STATED = {'kp': 6.3, 'kd': 0.145, 'torque_limit': 8.0, 'tolerance': 0.06}  # the
 MODEL = model_from_dict({'controller': STATED}, 'stated')
 
 
-def recorded(*effects, columns=(0, 1)):
-    """Return 10 s at 100 Hz of the true drive with `effects` and these encoders."""
+def recorded(*effects, columns=(0, 1), noise=0.003):
+    """Return 10 s at 100 Hz of the true drive with `effects`, these encoders and `noise` (rad)."""
     t = DT * np.arange(1000)
     setpoint = (1.5 * np.sin(2 * np.pi * 0.7 * t) + 0.4 * np.sin(2 * np.pi * 2.1 * t)
                 + np.repeat(np.random.default_rng(7).uniform(-0.6, 0.6, 20), 50))
     true = model_from_dict({'controller': {**STATED, 'kp': 6.0, 'kd': 0.15},
                             'effects': list(effects)}, 'true')
     y = Plant(true).run(np.repeat(setpoint, 10), DT / 10).y[::10]
-    y += 0.003 * np.random.default_rng(5).standard_normal(y.shape)
+    y += noise * np.random.default_rng(5).standard_normal(y.shape)
     y[:, [i for i in (0, 1) if i not in columns]] = np.nan
     return admitted(t, setpoint, y, None, 'servo', None, MODEL, 'stated')[0]
 
@@ -67,6 +70,15 @@ def test_right_model_with_gains_in_doubt_has_no_effect():
     verdict = diagnose([recorded()], MODEL, only=['motor_inertia', 'servo_deadband']).to_dict()
     assert verdict['verdict'] == 'none'
     assert verdict['nominal']['kp'] == pytest.approx(6.0, rel=0.01)
+
+
+@compiled
+def test_torque_beside_a_residual_has_no_noise_of_the_readings():
+    """That noise is part of the residual: the two would correlate."""
+    noisy, clean = recorded(noise=0.06), recorded(noise=0.0)
+    assert np.std(noisy.torque - clean.torque) > 0.3
+    moved = _motion(SimpleNamespace(recording=noisy, model=MODEL), clean.y)
+    np.testing.assert_allclose(moved['torque'], clean.torque, atol=1e-9)
 
 
 @compiled
