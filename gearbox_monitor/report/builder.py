@@ -24,10 +24,11 @@ from dataclasses import dataclass
 from functools import cache
 import hashlib
 from importlib.resources import files
+import re
 from typing import ClassVar
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import escape, Markup
 
 from gearbox_monitor import __version__
 from gearbox_monitor.plant.units import on_axis
@@ -60,6 +61,12 @@ def units_of(text: str, axis: str) -> str:
     return type(text)(on_axis(text, axis))
 
 
+def whole_options(text: str) -> Markup:
+    """Return `text`, escaped, with options such as --model that no line break divides."""
+    return Markup(re.sub(r'--[a-z][a-z-]*', r'<span class="whole">\g<0></span>',  # noqa: S704
+                         str(escape(text))))
+
+
 @cache
 def environment() -> Environment:
     """Return the Jinja2 environment of the pages."""
@@ -67,6 +74,7 @@ def environment() -> Environment:
         loader=PackageLoader('gearbox_monitor.report'), autoescape=True, trim_blocks=True,
         lstrip_blocks=True, undefined=StrictUndefined)
     jinja.filters['units_of'] = units_of
+    jinja.filters['whole_options'] = whole_options
     return jinja
 
 
