@@ -57,8 +57,8 @@ class Companions(NamedTuple):
     The c filters beside a filter of n states; their arrays are changed in place, but for factors.
 
     number: c. factors: as of process_model.advance_drives, the filter's own drive first, then the
-    c others. s [n * c + 1]: sensitivities by rows, and the last motor torque, NaN after a start.
-    lanes [n * BESIDE]: scratch.
+    c others. s [c * n + 1]: sensitivities one by one, and the last motor torque, NaN after a
+    start. lanes [n * BESIDE]: scratch.
     """
 
     number: int
@@ -128,43 +128,41 @@ def accompany(states: States, companions: Companions, z: Array, reading: Reading
         for i in range(BESIDE):
             lanes[j * BESIDE + i] = z[j]
         for i in range(count):
-            lanes[j * BESIDE + 1 + i] += s[j * count + i]
+            lanes[j * BESIDE + 1 + i] += s[i * n + j]
     advance_drives(states, lanes, factors, (reading.u, reading.load, rate), reading.dt,
                    substeps(reading.dt, p[EIGENVALUE] + faster), p)
     _, _, _, _, _, _, _, at_K, _ = places(n)
     _, at_predicted, at_updated, _ = sensitivities(n, record.shape[0])
     good = True
-    for j in range(n):
-        for i in range(count):
-            record[at_predicted + j * count + i] = (
-                lanes[j * BESIDE + 1 + i] - lanes[j * BESIDE])
-    for j in range(n):
-        k1, k2 = record[at_K + 2 * j], record[at_K + 2 * j + 1]
-        for i in range(count):
-            value = (record[at_predicted + j * count + i]
-                     - k1 * record[at_predicted + X1 * count + i]
-                     - k2 * record[at_predicted + X2 * count + i])
-            record[at_updated + j * count + i] = value
-            s[j * count + i] = value
+    for i in range(count):
+        at = i * n
+        e1, e2 = lanes[X1 * BESIDE + 1 + i] - lanes[X1 * BESIDE], (
+            lanes[X2 * BESIDE + 1 + i] - lanes[X2 * BESIDE])
+        for j in range(n):
+            value = lanes[j * BESIDE + 1 + i] - lanes[j * BESIDE]
+            record[at_predicted + at + j] = value
+            value -= record[at_K + 2 * j] * e1 + record[at_K + 2 * j + 1] * e2
+            record[at_updated + at + j] = value
+            s[at + j] = value
             good = good and math.isfinite(value)
     return good
 
 
 @jit_inline
-def variance_of(record: Array, at: int, count: int, i: int) -> float:
+def variance_of(n: int, record: Array, at: int, i: int) -> float:
     """
     Return what the model's errors add to the variance of a state.
 
     Args:
+        n: number of states.
         record: of the step.
         at: place of its sensitivities (filtered or smoothed).
-        count: their number.
         i: number of the state.
 
     """
     total = 0.0
-    for c in range(count):
-        total += record[at + i * count + c] * record[at + i * count + c]
+    for c in range(sensitivities(n, record.shape[0])[0]):
+        total += record[at + c * n + i] * record[at + c * n + i]
     return total
 
 
@@ -186,13 +184,13 @@ def variances_of(states: States, z: Array, record: Array, at: int, p: Array) -> 
     of_twist = of_rate = of_torque = 0.0
     slopes = torque_slopes(states, z, p)
     for c in range(count):
-        twist = record[at + X1 * count + c] - record[at + X2 * count + c]
-        rate = record[at + X3 * count + c] - record[at + X4 * count + c]
-        torque = record[at + TAU_K * count + c]
+        of_c = at + c * n
+        twist, rate = record[of_c + X1] - record[of_c + X2], record[of_c + X3] - record[of_c + X4]
+        torque = record[of_c + TAU_K]
         if curve is not None:
             torque += slopes[0] * twist
             for i in range(curve_count(curve)):
-                torque += slopes[1 + i] * record[at + (n - curve_count(curve) + i) * count + c]
+                torque += slopes[1 + i] * record[of_c + n - curve_count(curve) + i]
         of_twist += twist * twist
         of_rate += rate * rate
         of_torque += torque * torque

@@ -117,14 +117,13 @@ def smooth(states: States, ring: Array, span: Span, p: Array, z: Array, matrices
                 product[i] = s
             for i in range(n):
                 z[i] = product[i]
-            for i in range(n):
-                for c in range(i * count, (i + 1) * count):
-                    record[at_smoothed + c] = record[at_s + c]
+            for c in range(0, n * count, n):
+                for i in range(n):
+                    record[at_smoothed + c + i] = record[at_s + c + i]
                 for m in range(n):
-                    g, row = gain_t[m * n + i], (m - i) * count
-                    for c in range(i * count, (i + 1) * count):
-                        record[at_smoothed + c] += g * (
-                            later[at_smoothed + row + c] - later[at_s_pred + row + c])
+                    change_m = later[at_smoothed + c + m] - later[at_s_pred + c + m]
+                    for i in range(n):
+                        record[at_smoothed + c + i] += gain_t[m * n + i] * change_m
         else:
             for i in range(n * count):
                 record[at_smoothed + i] = record[at_s + i]

@@ -326,13 +326,13 @@ def aim(states: States, belief: Belief, reading: Reading, p: Array) -> None:
 def _write_estimate(states: States, belief: Belief, record: Array, reading: Reading, p: Array,
                     row: Array) -> None:
     n, z, P = len(states), belief.z, belief.P
-    count, _, at_s, _ = sensitivities(n, record.shape[0])
+    _, _, at_s, _ = sensitivities(n, record.shape[0])
     for i in range(7):
         row[i] = math.nan
         row[E_STD + i] = math.nan
     for i in range(4):
         row[i] = z[i]
-        row[E_STD + i] = math.sqrt(P[i * n + i] + variance_of(record, at_s, count, i))
+        row[E_STD + i] = math.sqrt(P[i * n + i] + variance_of(n, record, at_s, i))
     of_twist, of_rate, of_torque = variances_of(states, z, record, at_s, p)
     row[E_TAU_K], variance = torque_of(states, z, P, p)
     row[E_TAU_K_NOISE_STD] = math.sqrt(variance)
@@ -347,11 +347,11 @@ def _write_estimate(states: States, belief: Belief, record: Array, reading: Read
     if p[LOAD_AT] > 0.0:
         i = int(p[LOAD_AT])
         row[E_TAU_ARM] = z[i]
-        row[E_STD + E_TAU_ARM] = math.sqrt(P[i * n + i] + variance_of(record, at_s, count, i))
+        row[E_STD + E_TAU_ARM] = math.sqrt(P[i * n + i] + variance_of(n, record, at_s, i))
     if p[FRICTION_AT] > 0.0:
         i = int(p[FRICTION_AT])
         row[E_TAU_E] = z[i]
-        row[E_STD + E_TAU_E] = math.sqrt(P[i * n + i] + variance_of(record, at_s, count, i))
+        row[E_STD + E_TAU_E] = math.sqrt(P[i * n + i] + variance_of(n, record, at_s, i))
     row[E_TWIST] = z[X1] - z[X2]
     row[E_TWIST_RATE] = z[X3] - z[X4]
     row[E_TWIST_STD] = math.sqrt(

@@ -18,7 +18,7 @@ The step record: what every filter writes at every step, and all that trust and 
 One float64 row: z_pred [n], P_pred [n, n], C [n, n], z [n], P [n, n], innovation [2], S (s11,
 s12, s22), K [n, 2], nis, loglik, dof. C = cov(z_k+1 predicted, z_k), for an EKF Phi P. An absent
 measurement has an innovation of NaN and a zero column of K; dof counts the measurements used.
-Behind it, where the model has tolerances (see consider), stand the c sensitivities, each [n, c]:
+Behind it, where the model has tolerances (see consider), stand the sensitivities, each [c, n]:
 predicted, updated and, behind a smoother, smoothed. Last of all the stream notes the motor torque
 that acted over the step.
 """

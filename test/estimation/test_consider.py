@@ -106,7 +106,7 @@ def test_cross_covariances_are_those_of_the_state_with_the_errors_added():
             assert estimates.tau_k[k - 1] == pytest.approx(z[4], rel=1e-6, abs=1e-6)
             assert np.sqrt(estimates.tau_k_std[k - 1] ** 2 - estimates.tau_k_noise_std[k - 1] ** 2
                            ) == pytest.approx(added, rel=2e-3), row
-    sensitivities = estimator._state.companions.s[:-1].reshape(5, 7)
+    sensitivities = estimator._state.companions.s[:-1].reshape(7, 5).T
     # In the order of the packed drive; the drive is changed to where it is slower.
     signs = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0, 1.0])
     expected = signs * P[:5, 5:][:, [3, 4, 2, 1, 0, 5, 6]] / (UNIFORM * small)
