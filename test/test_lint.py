@@ -13,6 +13,8 @@
 # limitations under the License.
 
 """The rules of the ament linters, by plain tools: they themselves are not on PyPI."""
+import ast
+from configparser import ConfigParser
 from pathlib import Path
 import subprocess
 import sys
@@ -41,6 +43,11 @@ HEADER = """\
 pytestmark = pytest.mark.linter
 
 
+def python_files():
+    return [ROOT / 'setup.py', *(path for source in SOURCES
+                                 for path in sorted((ROOT / source).rglob('*.py')))]
+
+
 def check(tool, *arguments):
     pytest.importorskip(tool)
     result = subprocess.run([sys.executable, '-m', tool, *arguments], cwd=ROOT,
@@ -48,14 +55,25 @@ def check(tool, *arguments):
     assert result.returncode == 0, '\n' + result.stdout + result.stderr
 
 
-def test_flake8_rules():
-    pytest.importorskip('flake8_import_order')
-    pytest.importorskip('flake8_quotes')
-    check('flake8', *SOURCES)
-
-
 def test_ruff_rules():
     check('ruff', 'check', *SOURCES)
+
+
+def test_imports_are_in_the_order_of_ament_flake8():
+    checker = pytest.importorskip('flake8_import_order.checker').ImportOrderChecker
+    styles = pytest.importorskip('flake8_import_order.styles')
+    setup = ConfigParser()
+    setup.read(ROOT / 'setup.cfg')
+    rules, wrong = setup['flake8'], []
+    options = {'import_order_style': styles.lookup_entry_point(rules['import-order-style']),
+               'application_import_names': [rules['application-import-names']]}
+    for path in python_files():
+        text = path.read_text(encoding='utf-8')
+        file = checker(str(path), ast.parse(text))
+        file.lines, file.options = text.splitlines(keepends=True), options
+        wrong += [f'{path.relative_to(ROOT)}:{error.lineno}: {error.code} {error.message}'
+                  for error in file.check_order() if error.code not in rules['extend-ignore']]
+    assert not wrong, '\n' + '\n'.join(wrong)
 
 
 def test_spelling():
@@ -97,10 +115,8 @@ def test_page_script_parses_and_is_strict(script):
 
 
 def test_licence_headers():
-    files = [ROOT / 'setup.py', *(path for source in SOURCES
-                                  for path in sorted((ROOT / source).rglob('*.py')))]
     missing = []
-    for path in files:
+    for path in python_files():
         text = path.read_text(encoding='utf-8')
         if text.startswith('#!'):
             text = text.split('\n', 1)[1]

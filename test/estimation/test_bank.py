@@ -62,7 +62,8 @@ def compared(monkeypatch, model, trials, samples):
 @pytest.mark.skipif(not COMPILED, reason='interpreted, filters run one after the other')
 @pytest.mark.parametrize('effects, dt, parameters', [
     ([], DT, {'friction_linearisation': 'statistical'}),
-    ([], DT, {'arm_load': 'measured', 'effort_delay': 2, 'tau_k_stiffness': 5.0}),
+    pytest.param([], DT, {'arm_load': 'measured', 'effort_delay': 2, 'tau_k_stiffness': 5.0},
+                 marks=pytest.mark.system),
     ([{'id': 'arm_viscous', 'Cav': 0.02}, {'id': 'load_torque', 'TL': 0.3}], 4.0 * DT,
      {'arm_load': 'unknown'}),  # two steps of integration to a sample
 ])

@@ -291,7 +291,8 @@ def cut(samples, a, b):
     return Samples(samples.stamp_ns[a:b], samples.u[a:b], samples.y[a:b])
 
 
-SETTINGS = [{'filter': name} for name in FILTER_NAMES] + [
+# The AEKF's snapshot also holds what it has adapted: test_aekf.
+SETTINGS = [{'filter': name} for name in FILTER_NAMES if name != 'aekf'] + [
     {'filter': 'srukf', 'srukf_precision': 'float32'},
     {'ekf_jacobian': 'numeric', 'friction_linearisation': 'statistical'}]
 

@@ -348,6 +348,7 @@ def test_workers_end_when_their_parent_is_killed(archive, tmp_path):
                 pass
 
 
+@pytest.mark.system
 def test_on_a_dask_cluster(archive, whole, tmp_path, capsys):
     pytest.importorskip('distributed')
     out = tmp_path / 'out'

@@ -300,6 +300,7 @@ def plugin_folder(tmp_path, monkeypatch):
 
 
 @compiled
+@pytest.mark.system
 def test_the_plugin_of_the_page(plugin_folder):
     """Simulated as the own plant does it, beside the nominal drive, and found by the search."""
     [module], [toml], [text] = blocks('python'), blocks('toml'), blocks('yaml')

@@ -56,6 +56,7 @@ def healthy(path):
     return path
 
 
+@pytest.mark.system
 def test_a_drive_with_an_effect_is_told_kept_and_named(graph, tmp_path):
     folder, told, efforts = tmp_path / 'kept', [], []
     graph.node.create_subscription(DiagnosticArray, '/diagnostics', told.append, 10)

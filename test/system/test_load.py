@@ -66,6 +66,7 @@ def test_load(tmp_path, capsys, monkeypatch):
 
 
 @compiled
+@pytest.mark.system
 def test_soak(tmp_path):
     file = tmp_path / 'soak.json'
     assert run_script(soak, ['--hours', '0.01', '--rate', '500', '--every', '0.05',
@@ -100,6 +101,7 @@ def test_slope_has_its_interval():
 
 
 @compiled
+@pytest.mark.system
 def test_restart(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(restart, 'AT_WORK', (2.5, 3.0))
     monkeypatch.setattr(restart, 'EARLY', 0.0)
