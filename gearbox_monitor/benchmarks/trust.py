@@ -93,6 +93,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         'the model per motion and load')
     parser.add_argument('--filters', nargs='+', metavar='FILTER', choices=FILTER_NAMES,
                         default=['ekf'], help='filters measured with --tolerances (default: ekf)')
+    parser.add_argument('--tune', action='store_true',
+                        help='with --tolerances: R and Q tuned by likelihood for each motion')
     parser.add_argument('--full', action='store_true',
                         help='simulate all 72 h of each case instead of drawing their windows '
                         'from an hour; takes an hour')
@@ -336,21 +338,22 @@ def costs(drive: trust_runs.SimulatedDrive) -> dict[str, float]:
             'all': costs_of['all'] / costs_of['step']}
 
 
-def within_tolerances(filters: Sequence[str], drives: int, progress: Progress) -> Row:
+def within_tolerances(filters: Sequence[str], drives: int, tune: bool, progress: Progress) -> Row:
     """
     Run the measurement of the stated deviations alone.
 
     Args:
         filters: by name.
         drives: number per motion and load.
+        tune: whether R and Q are tuned for each motion.
         progress: called before each part.
 
     Returns:
         Figures and bars as plain data.
     """
     bars = BarTable()
-    rows = trust_tolerances.evaluate(filters, drives, bars, progress)
-    return {'drives': drives, 'tolerances': rows, 'bars': bars.rows}
+    rows = trust_tolerances.evaluate(filters, drives, bars, progress, tune)
+    return {'drives': drives, 'tune': tune, 'tolerances': rows, 'bars': bars.rows}
 
 
 def evaluate(size: Size, full: bool = False, data: str | Path | None = None,
@@ -466,7 +469,7 @@ def run(args: argparse.Namespace) -> int:
     if args.tolerances is not None:
         require_whole('--tolerances', args.tolerances)
         progress = progress_line()
-        data = within_tolerances(args.filters, args.tolerances, progress)
+        data = within_tolerances(args.filters, args.tolerances, args.tune, progress)
         progress('')
         lines = [*trust_tolerances.table(data['tolerances']), '', *bar_lines(data['bars'])]
         return finish(data, '\n'.join(lines), args.json)

@@ -17,9 +17,10 @@ Coverage of tau_K by its stated deviation when the drive is not quite the model.
 
 Drives are drawn whose values are off by any amount within the tolerances of the packaged model:
 friction, damping, inertias, gain and delay of the torque. Each makes three motions, without a load
-on the arm and with one that the filter does not know, and is estimated with the packaged model
-and parameters. Coverage is the share of the samples whose error is within the stated deviation;
-"noise" is what the filter would state if its model were exact.
+on the arm and with one that the filter does not know. The packaged model estimates, with the
+packaged parameters or with R and Q tuned on a recording of the motion. Coverage is the share of
+the samples whose error is within the stated deviation; "noise" is what the filter would state if
+its model were exact.
 """
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -31,7 +32,8 @@ from gearbox_monitor.benchmarks.harness import BarTable
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_NOISE_STD, S_TAU_K_STD
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.estimation.tune import tuned
+from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.parameters import PlantParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -39,6 +41,7 @@ from gearbox_monitor.plant.simulate import Noise, Plant
 
 DT, DT_NS, T0 = 1e-3, 1_000_000, 1_000_000_000
 SECONDS, SETTLED = 12.0, 1.0  # s of a run; s after its start that are not judged
+TUNING_SEED = 1001            # never judged on
 CONTROL = 5                   # samples between two commands of the position loop
 STIFFNESS, DAMPING = 20.0, 0.9  # of that loop, N m/rad and N m s/rad
 MOTIONS, LOADS = ('multisine', 'point to point', 'slow'), ('none', 'unknown')
@@ -121,7 +124,7 @@ def _controlled(plant: Plant, reference: Array) -> Iterator[Any]:
 
 
 def evaluate(filters: Sequence[str], draws: int, bars: BarTable,
-             progress: Callable[[str], None], first_seed: int = 0) -> list[Row]:
+             progress: Callable[[str], None], tune: bool = False) -> list[Row]:
     """
     Measure coverage and size of the stated deviation.
 
@@ -130,7 +133,7 @@ def evaluate(filters: Sequence[str], draws: int, bars: BarTable,
         draws: drives per motion and load.
         bars: collects the bars.
         progress: called with a line of text.
-        first_seed: seeds are this one and the following.
+        tune: whether R and Q are tuned by likelihood on one more drive of each motion.
 
     Returns:
         One row per filter, load, motion and estimate (filtered, smoothed): coverage of one and two
@@ -142,9 +145,13 @@ def evaluate(filters: Sequence[str], draws: int, bars: BarTable,
     for load in LOADS:
         for motion in MOTIONS:
             progress(f'tolerances: arm load {load}, {motion}')
-            drawn = [recording(motion, load, first_seed + i) for i in range(draws)]
+            drawn = [recording(motion, load, i) for i in range(draws)]
             for name in filters:
-                estimator = Estimator(DriveModel(), {'filter': name, 'arm_load': load})
+                parameters: Values = {'filter': name, 'arm_load': load}
+                if tune:
+                    parameters = tuned(DriveModel(), parameters,
+                                       [recording(motion, load, TUNING_SEED)[0]])
+                estimator = Estimator(DriveModel(), parameters)
                 parts: dict[str, list[Array]] = {'filtered': [], 'smoothed': []}
                 for samples, tau_k in drawn:
                     estimator.reset()
