@@ -124,8 +124,8 @@ def analyse(url: str, settings: JobSettings) -> tuple[Row, list[Window]]:
     except (OSError, MemoryError) as error:
         if isinstance(error, OSError) and error.errno in DISK_FULL:
             raise InputError(f'{tempfile.gettempdir()}: {error.strerror}, expected room for a '
-                             f'copy of {url}; what is done is kept, the same command goes on '
-                             'from there') from None
+                             f'copy of {url}; what is done is kept, run the same '
+                             'command again to continue') from None
         row.update(retry=True, reason=f'{url}: {error}' if isinstance(error, OSError) else
                    f'{url}: out of memory (--max-memory)')
     except Exception as error:  # a bag must not end the run of all others

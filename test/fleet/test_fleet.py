@@ -251,7 +251,7 @@ def test_a_full_disk_keeps_what_is_done(archive, tmp_path, capsys):
             '"--workers", "0"]))')
     result = subprocess.run([sys.executable, '-c', code], cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == 2, result.stderr
-    assert 'cannot write' in result.stderr and 'the same command goes on' in result.stderr
+    assert 'cannot write' in result.stderr and 'run the same command again' in result.stderr
     assert len(result.stderr.splitlines()) == 1
     assert len(rows_of(out)) == 2 and len(windows_of(out)) == 2
     told = fleet(capsys, archive / 'sn1', '--out', out, '--workers', 0)[1]
@@ -324,7 +324,7 @@ def test_ctrl_c_keeps_what_is_done_and_leaves_nobody_behind(archive, tmp_path, c
     children = [child for generation in below(process.pid) for child in generation]
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to all of them
     _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130 and 'the same command goes on' in errors
+    assert process.returncode == 130 and 'run the same command again' in errors
     assert 'Traceback' not in errors, errors
     until(lambda: not any(Path(f'/proc/{child}').exists() for child in children), 'their end')
     done = sum(row['status'] == 'done' for row in rows_of(out).values())

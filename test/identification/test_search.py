@@ -267,7 +267,7 @@ def test_an_effect_that_shows_in_held_out_windows_alone_is_found():
                              DriveModel(), only=['saturation', 'motor_viscous']).data
     assert data['effect'] == 'saturation'
     assert data['params']['saturation']['umax'] == pytest.approx(limit, rel=0.01)
-    assert 'held out alone' in ' '.join(data['warnings'])
+    assert 'only the held-out windows show the model error' in ' '.join(data['warnings'])
 
 
 def test_what_training_windows_let_pass_is_judged_on_all():
