@@ -64,6 +64,8 @@ setup(
         'compare': ['filterpy>=1.4'],
         # "live --foxglove"; no rosdep key
         'foxglove': ['foxglove-sdk>=0.30'],
+        # "live --rerun": 170 MB; no rosdep key
+        'rerun': ['rerun-sdk>=0.30'],
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         'test': [
             *TABLES,

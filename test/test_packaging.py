@@ -36,6 +36,7 @@ THIRD_PARTY = {
     'fsspec': (None, 'fsspec'),
     'filterpy': (None, 'filterpy'),  # optional: a reference to compare with
     'foxglove': (None, 'foxglove-sdk'),  # optional: serves its viewer; no rosdep key
+    'rerun': (None, 'rerun-sdk'),  # optional: sends to its viewer; no rosdep key
     'google': (None, None),
     'jinja2': ('python3-jinja2', 'Jinja2'),
     'lz4': ('mcap-ros2-support', 'mcap'),

@@ -17,7 +17,9 @@ from array import array
 import http.client
 import json
 import os
+from pathlib import Path
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -26,7 +28,8 @@ import numpy as np
 import pytest
 
 rclpy = pytest.importorskip('rclpy')
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
+from diagnostic_msgs.msg import (  # noqa: E402, I100, I202
+    DiagnosticArray, DiagnosticStatus, KeyValue)
 from harness import DOMAIN, Graph, RELIABLE, ROOT  # noqa: E402
 from processes import put_down  # noqa: E402
 from rclpy.serialization import deserialize_message  # noqa: E402
@@ -172,3 +175,41 @@ def test_foxglove_gets_the_messages_as_they_were_published(graph):
         assert process.returncode == 0 and errors == '', errors
     finally:
         put_down([process])
+
+
+def test_rerun_viewer_gets_values_with_their_stamps(graph, tmp_path):
+    """A server of the SDK stores what the command sends, and its own reader prints it."""
+    pytest.importorskip('rerun')
+    rerun = Path(sys.executable).with_name('rerun')
+    with socket.socket() as probe:
+        probe.bind(('127.0.0.1', 0))
+        port = str(probe.getsockname()[1])
+    stored = tmp_path / 'stored.rrd'
+    viewer = subprocess.Popen([rerun, '--bind', '127.0.0.1', '--port', port, '--save', stored],
+                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    process = live('--rerun', '--port', port)
+    try:
+        assert port in process.stdout.readline(), process.stderr.read()
+        message = JointState(name=['elbow'], position=[0.1], effort=[2.5])
+        message.header.stamp = to_time(T0)
+        status = DiagnosticStatus(level=DiagnosticStatus.WARN, name='estimator/elbow: backlash',
+                                  message='watch it', values=[KeyValue(key='gap_rad', value='.2')])
+        diagnostics = DiagnosticArray(header=message.header, status=[status])
+        publishers = (graph.node.create_publisher(JointState, 'transmission_state', 10),
+                      graph.node.create_publisher(DiagnosticArray, '/diagnostics', 10))
+        graph.until(lambda: all(p.get_subscription_count() for p in publishers), 'subscriptions')
+        printed, end = '', time.monotonic() + 20.0
+        expected = ('/transmission_state/effort/elbow', '/diagnostics/gap_rad/', 'WARN')
+        while not all(words in printed for words in expected) and time.monotonic() < end:
+            for publisher, sent in zip(publishers, (message, diagnostics)):
+                publisher.publish(sent)
+            time.sleep(0.5)
+            printed = subprocess.run([rerun, 'rrd', 'print', '-vvv', stored],
+                                     capture_output=True, text=True).stdout
+        assert all(words in printed for words in expected), printed[-5000:]
+        assert '2023-11-14T22:13:20' in printed and '2.5' in printed  # T0
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
+        assert process.returncode == 0, errors
+    finally:
+        put_down([process, viewer])
