@@ -38,7 +38,9 @@ FILTER_NAMES = tuple(sorted(module.name for module in iter_modules(
 # Whose messages a node takes when several publishers give the same joints.
 REFUSE, FOLLOW_FIRST, ACCEPT = POLICIES = ('refuse', 'follow_first', 'accept')
 # What a filter takes for the law of tau_K.
-RANDOM_WALK, ELASTIC, LEARNED = TAU_K_MODELS = ('random_walk', 'elastic', 'learned')
+TAU_K_MODELS = RANDOM_WALK, ELASTIC, LEARNED, MIXED = (
+    'random_walk', 'elastic', 'learned', 'mixed')
+CURVES = ELASTIC, LEARNED
 
 ParameterValue: TypeAlias = bool | int | float | str | tuple[str, ...] | tuple[float, ...]
 
@@ -225,7 +227,8 @@ class EstimatorParameters(ParameterSet):
     tau_k_model: str = row(
         RANDOM_WALK, '', 'law of tau_K: a random walk (the paper); the curve of the model file '
         'over the twist plus a random walk (elastic); the same with stiffness, gap and hysteresis '
-        'learned online', choices=TAU_K_MODELS, change=RESTART)
+        'learned online; all three, mixed by their likelihood', choices=TAU_K_MODELS,
+        change=RESTART)
     q_std_tau_k_deviation: float = row(
         1.0, 'N m/sqrt(s)', 'elastic, learned: process noise of the deviation of tau_K from the '
         'curve', low=0.0,

@@ -33,13 +33,16 @@ COLUMNS = ('x1', 'x2', 'x3', 'x4', 'tau_k', 'tau_k_std', 'innovation_motor', 'in
            'nis')
 SMOOTHED_COLUMNS = {'tau_k_smoothed': S_TAU_K, 'tau_k_smoothed_std': S_TAU_K_STD,
                     'twist_smoothed': S_TWIST}
+# Where the filter learns the curve of the torque.
+LEARNED_COLUMNS = ('stiffness', 'stiffness_std', 'half_gap', 'half_gap_std', 'hysteresis',
+                   'hysteresis_std')
 ROW_GROUP = 1 << 17  # rows of a Parquet file that are packed together
 P = ParamSpec('P')
 
 
 class EstimateTable:
     """
-    Takes the parts of a replay and writes a row per estimate: stamp_ns, COLUMNS.
+    Takes the parts of a replay and writes a row per estimate: stamp_ns, COLUMNS, LEARNED_COLUMNS.
 
     The file gets its name when all rows are written. With `smoothed`, it also has SMOOTHED_COLUMNS
     and `write` takes all estimates at once.
@@ -57,7 +60,9 @@ class EstimateTable:
 
     def __init__(self, path: str | Path, player: EstimatePlayer, smoothed: bool = False) -> None:
         self._path, self._part = Path(path), Path(f'{path}.part')
-        self._names = (*COLUMNS, *(SMOOTHED_COLUMNS if smoothed else ()))
+        learns = bool(player.estimator.learned_curve())
+        self._columns_of_row = COLUMNS + (LEARNED_COLUMNS if learns else ())
+        self._names = (*self._columns_of_row, *(SMOOTHED_COLUMNS if smoothed else ()))
         self._guarded(self._open, player)
 
     def add(self, part: ReplayPart) -> None:
@@ -66,7 +71,7 @@ class EstimateTable:
 
     def write(self, estimates: Estimates, rows: Array | None = None) -> None:
         """Write `estimates` [M]; `rows` [M, N_SMOOTHED]: smoothed over the whole recording."""
-        columns = [getattr(estimates, name) for name in COLUMNS]
+        columns = [getattr(estimates, name) for name in self._columns_of_row]
         if rows is not None:
             columns += [rows[:, column] for column in SMOOTHED_COLUMNS.values()]
         self._guarded(self._write, estimates.stamp_ns, columns)

@@ -13,11 +13,11 @@
 # limitations under the License.
 
 """
-Beyond the paper: the EKF that learns the curve of the torque, on the drives of "benchmark paper".
+Beyond the paper: the EKF that learns the curve of the torque, and the mixture of models.
 
-From wrong stiffness and gap, without hysteresis; judged on the second half of each run. Two plants
-whose curve no stiffness, gap and hysteresis describes show what a wrong kind of curve costs beside
-the random walk.
+On the drives of "benchmark paper", from wrong stiffness and gap, without hysteresis; judged on the
+second half of each run. Two plants whose curve no stiffness, gap and hysteresis describes show
+what a wrong kind of curve costs beside the random walk.
 """
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -28,7 +28,7 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.tune import tuned
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.parameters import LEARNED
+from gearbox_monitor.parameters import LEARNED, MIXED
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise, simulate, Trajectory
 
@@ -69,7 +69,7 @@ def evaluate(drive: tuple[DriveModel, Noise, Array], samples_of: Callable[..., S
              parameters: Mapping[str, Any], tuning_seeds: tuple[int, ...], seeds: int, dt: float,
              progress: Callable[[str], None]) -> dict[str, dict[str, float]]:
     """
-    Measure the live error of tau_K with the learned curve, and how often the deviation covers it.
+    Measure the live error of tau_K, learned and mixed, and how often the deviation covers it.
 
     How fast tau_K may leave the curve is tuned by the innovation likelihood on other seeds, from
     the first of the wrong starts.
@@ -96,10 +96,12 @@ def evaluate(drive: tuple[DriveModel, Noise, Array], samples_of: Callable[..., S
         for kind, (plant, offset) in plants(model).items():
             trajectory = simulate(plant, u, dt, noise, seed)
             samples = samples_of(trajectory, trajectory.y + np.array([0.0, offset]))
-            for start, factors in {WALK: (1.0, 1.0), **STARTS}.items():
-                estimator = Estimator(wrong(model, *factors),
-                                      unsmoothed(parameters if start == WALK else learned))
-                rows = figures.setdefault(', '.join(filter(None, (start, kind))), {})
+            for run, changed, factors in (
+                    (WALK, parameters, (1.0, 1.0)),
+                    *((f'{name}, {start}', {**learned, 'tau_k_model': name}, factors)
+                      for name in (LEARNED, MIXED) for start, factors in STARTS.items())):
+                estimator = Estimator(wrong(model, *factors), unsmoothed(changed))
+                rows = figures.setdefault(', '.join(filter(None, (run, kind))), {})
                 for name, value in _measured(estimator, samples, trajectory).items():
                     rows.setdefault(name, []).append(value)
         progress(f'learned curve: {seed + 1} of {seeds} runs')
@@ -116,7 +118,7 @@ def _measured(estimator: Estimator, samples: Samples, trajectory: Trajectory) ->
     ratio = np.abs(error) / estimates.tau_k_std[late]
     result = {'tau': float(np.sqrt(np.mean(error ** 2))), 'one': float(np.mean(ratio < 1.0)),
               'two': float(np.mean(ratio < 2.0))}
-    if estimator.parameters.tau_k_model == LEARNED:
+    if estimator.learned_curve():
         result.update(K=float(estimates.stiffness[-1]), b=float(estimates.half_gap[-1]),
                       h=float(estimates.hysteresis[-1]))
     return result
@@ -124,12 +126,12 @@ def _measured(estimator: Estimator, samples: Samples, trajectory: Trajectory) ->
 
 def text(figures: Mapping[str, Mapping[str, float]]) -> list[str]:
     """Return the `figures` of evaluate() as lines, at most 80 columns."""
-    lines = ['beyond the paper, second half: the EKF that learns the curve', '',
-             f'  {"":<34}{"tau_K":>7}{"1 s":>6}{"2 s":>6}{"K":>8}{"b":>8}{"h":>8}']
+    lines = ['beyond the paper, second half: the EKF that learns the curve, and the mixture', '',
+             f'  {"":<38}{"tau_K":>7}{"1 s":>6}{"2 s":>6}{"K":>8}{"b":>8}{"h":>8}']
     for run, row in figures.items():
         if run != 'parameters':
             learnt = [f'{row[name]:8.3f}' if name in row else f'{"-":>8}' for name in 'Kbh']
-            lines.append(f'  {run:<34}{row["tau"]:7.3f}{row["one"]:6.2f}{row["two"]:6.2f}'
+            lines.append(f'  {run:<38}{row["tau"]:7.3f}{row["one"]:6.2f}{row["two"]:6.2f}'
                          + ''.join(learnt))
     return lines
 
@@ -144,11 +146,11 @@ def bars(case: str, figures: Mapping[str, Mapping[str, float]],
         figures: from evaluate().
         add: called with name, value, low and high of each bar.
     """
-    for start in STARTS:
-        add(f'{case} learned, {start}, tau', figures[start]['tau'], -np.inf, MAX_ERROR[case])
-        add(f'{case} learned, {start}, 1 sigma', figures[start]['one'], *ONE_SIGMA)
-        add(f'{case} learned, {start}, 2 sigma', figures[start]['two'], *TWO_SIGMA)
-        for kind in ('hardening', 'offset flanks'):
-            add(f'{case} learned, {start}, {kind} / random walk',
-                figures[f'{start}, {kind}']['tau'] / figures[f'{WALK}, {kind}']['tau'],
+    for run in (f'{name}, {start}' for name in (LEARNED, MIXED) for start in STARTS):
+        add(f'{case} {run}, tau', figures[run]['tau'], -np.inf, MAX_ERROR[case])
+        add(f'{case} {run}, 1 sigma', figures[run]['one'], *ONE_SIGMA)
+        add(f'{case} {run}, 2 sigma', figures[run]['two'], *TWO_SIGMA)
+        for kind in ('hardening', 'offset flanks') if run.startswith(MIXED) else ():
+            add(f'{case} {run}, {kind} / random walk',
+                figures[f'{run}, {kind}']['tau'] / figures[f'{WALK}, {kind}']['tau'],
                 -np.inf, MAX_LOSS)

@@ -40,7 +40,8 @@ from gearbox_monitor.benchmarks import (
 from gearbox_monitor.benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, require_compiled, require_whole)
 from gearbox_monitor.benchmarks.paper import drive, DT
-from gearbox_monitor.benchmarks.steps import bank_stepper, caller, cpu_per_step, stepper
+from gearbox_monitor.benchmarks.steps import (
+    bank_stepper, caller, cpu_per_step, estimator, stepper)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.plant.simulate import simulate
@@ -63,6 +64,8 @@ FILTERS: dict[str, dict[str, Any]] = {
 BARS: dict[str, tuple[Callable[[Mapping[str, float]], float], float, float]] = {
     'EKF elastic / EKF': (lambda t: t['EKF, elastic'] / t['EKF'], 0.0, 1.3),
     'EKF learned / EKF': (lambda t: t['EKF, learned'] / t['EKF'], 0.0, 2.5),
+    'three models mixed / EKF, with their estimates': (
+        lambda t: t['estimates, mixed'] / t['estimates, EKF'], 0.0, 5.0),
     'EKF bank, 16 / EKF': (lambda t: t['EKF bank, 16'] / t['EKF'], 0.0, 0.33),
     'EKF bank, 4096 and 16, larger / smaller': (
         lambda t: float(np.exp(abs(np.log(t['EKF bank, 4096'] / t['EKF bank, 16'])))), 0.0, 1.1),
@@ -128,6 +131,9 @@ def evaluate(rounds: int, eigen: str | None = None) -> dict[str, Any]:
             rows.update(filterpy_rows)
         except InputError as error:
             skipped['filterpy'] = str(error)
+        for name, law in (('estimates, EKF', 'random_walk'), ('estimates, mixed', 'mixed')):
+            rows[name] = estimator(model, {**FIXED, 'tau_k_model': law}, run.u, y, DT)
+            counts[name] = SAMPLES
         rows['EKF, a call per sample'] = caller(model, {**FIXED, 'filter': 'ekf'}, run.u, y, DT)
         counts['EKF, a call per sample'] = SAMPLES
         for functions, samples_of in (free_run.steppers(),

@@ -21,7 +21,7 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import batch_score
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.estimation.estimator import Estimator, loop_arrays
+from gearbox_monitor.estimation.estimator import Estimator, loop_arrays, unsmoothed
 from gearbox_monitor.estimation.filter import Filter
 from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Reading, Scratch
 from gearbox_monitor.estimation.process_model import markers, pack, state_names
@@ -73,6 +73,35 @@ def stepper(model: DriveModel, parameters: Values, u: Array, y: Array,
     return run
 
 
+def estimator(model: DriveModel, parameters: Values, u: Array, y: Array,
+              dt: float) -> Callable[[], object]:
+    """
+    Return a function that runs an Estimator without its smoother over a recording.
+
+    Args:
+        model: model of the drive.
+        parameters: of the estimator.
+        u: motor torque [N], N m.
+        y: motor and arm position [N, 2], rad.
+        dt: sample time, s.
+
+    Returns:
+        The function.
+    """
+    samples, one = _samples(u, y, dt), Estimator(model, unsmoothed(parameters))
+    length = samples.stamp_ns[-1] + 1_000_000_000  # a jump of the clock restarts the filter
+
+    def run() -> None:
+        one.run(samples)
+        samples.stamp_ns[:] += length
+    return run
+
+
+def _samples(u: Array, y: Array, dt: float) -> Samples:
+    return Samples(np.round((1.0 + dt * np.arange(len(u))) * 1e9).astype(np.int64),
+                   np.column_stack([u, np.full(len(u), np.nan)]), y)
+
+
 def caller(model: DriveModel, parameters: Values, u: Array, y: Array,
            dt: float) -> Callable[[], None]:
     """
@@ -113,14 +142,12 @@ def bank_stepper(model: DriveModel, parameters: Values, u: Array, y: Array, dt: 
     Returns:
         The function; it raises InputError if a filter diverges.
     """
-    samples = Samples(np.round((1.0 + dt * np.arange(len(u))) * 1e9).astype(np.int64),
-                      np.column_stack([u, np.full(len(u), np.nan)]), y)
-    estimator = Estimator(model, parameters)
-    packed = np.array([pack(estimator.drive, estimator.parameters.replace(q_std_tau_k=float(q)))
-                       for q in estimator.parameters.q_std_tau_k * np.geomspace(0.2, 5.0, size)])
+    samples, one = _samples(u, y, dt), Estimator(model, parameters)
+    packed = np.array([pack(one.drive, one.parameters.replace(q_std_tau_k=float(q)))
+                       for q in one.parameters.q_std_tau_k * np.geomspace(0.2, 5.0, size)])
 
     def run() -> None:
-        scores = batch_score.run(packed, estimator.states, estimator.settings, samples, 1)
+        scores = batch_score.run(packed, one.states, one.settings, samples, 1)
         if not np.isfinite(scores).all():
             raise InputError('a filter of the batch diverged')
     return run

@@ -44,6 +44,7 @@ COMMANDS = {
     'diagnose': ('diagnose', 'identify the unmodelled effect behind the sim-to-real gap'),
     'suggest': ('suggest', 'find the motion that distinguishes confused effects'),
     'fit-nominal': ('fit_nominal', 'identify the values of a model file from recordings'),
+    'adapt': ('adapt', 'adapt a model file to one unit, without a torque sensor'),
     'export': ('export', 'write a model into the file of your simulator'),
     'fleet': ('fleet', 'replay many bags and report which gearboxes wear'),
     'benchmark': ('benchmark', 'measure this package against its bars'),

@@ -46,7 +46,7 @@ import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.read import BagReader, JOINT_STATE, open_bag
-from gearbox_monitor.cli.filter_inputs import FilterInputs, load_filter_inputs
+from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, expect_new, warn, write_new)
 from gearbox_monitor.cli.progress import percent_bar
@@ -55,7 +55,7 @@ from gearbox_monitor.estimation.tune import tune
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.parameters import ESTIMATOR, SETTINGS
+from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, SETTINGS
 from gearbox_monitor.plant.units import on_axis
 
 
@@ -92,7 +92,7 @@ def run(args: Namespace) -> int:
             raise InputError(f'{args.bag}: {error}') from None
     data.update(bag=args.bag, out=args.out)
     data['notes'] += inputs.notes
-    write(args.out, inputs, data)
+    write(args.out, inputs.parameters, (inputs.model_file, inputs.model_values), data)
     warn(args, data['notes'])
     print(json.dumps(data, indent=2) if args.json else text(data, inputs.model.axis))
     return 0
@@ -109,13 +109,15 @@ def _reference(reader: BagReader, topic: str) -> tuple[Integers, Array]:
     return states.stamp_ns, states.effort[:, 0]
 
 
-def write(path: str, inputs: FilterInputs, data: Mapping[str, Any]) -> None:
+def write(path: str | Path, parameters: EstimatorParameters, model: tuple[str, dict[str, Any]],
+          data: Mapping[str, Any]) -> None:
     """
     Write the parameter file that node and replay load.
 
     Args:
         path: of the new file.
-        inputs: model and parameters before.
+        parameters: before.
+        model: its file, '' for none, and values that replace those in it.
         data: result of the tuning.
 
     Raises:
@@ -123,12 +125,13 @@ def write(path: str, inputs: FilterInputs, data: Mapping[str, Any]) -> None:
 
     """
     rows = {row.name: row for row in SETTINGS}
-    values = inputs.parameters.changes()
-    values.update(inputs.model_values, **data['parameters'], filter=data['filter'])
-    if inputs.model_file:
-        values['model'] = str(Path(inputs.model_file).resolve())
+    values = parameters.changes()
+    values.update(model[1], **data['parameters'], filter=data['filter'])
+    if model[0]:
+        values['model'] = str(Path(model[0]).resolve())
     lines = [
-        f'# Written by gearbox_monitor {__version__} tune from {data["bag"]}.',
+        f'# Written by gearbox_monitor {__version__} {data.get("command", "tune")} from '
+        f'{data["bag"]}.',
         f'# Mean NIS {data["after"]["nis"]:.3f}, log-likelihood {data["after"]["loglik"]:.1f}.']
     if data['smoother']:
         lines.append('# For the smoothed torque: q_std_tau_k is that of the filter / sqrt(5).')

@@ -48,6 +48,9 @@ from gearbox_monitor.kernels.types import Array, States, Triple
 from gearbox_monitor.plant.drive import (
     CAC, CAV, CC, CL, CV, D, DriveModel, INVERSE_M1, INVERSE_M2, substeps)
 
+FACTOR_NAMES = ('motor_inertia', 'arm_inertia', 'damping', 'viscous_friction', 'coulomb_friction',
+                'arm_viscous', 'arm_coulomb', 'load_friction')  # of FACTORS
+ERROR_NAMES = (*FACTOR_NAMES, 'torque_gain', 'torque_delay')
 # Standard deviation of what is anywhere between -1 and 1.
 UNIFORM = 1.0 / math.sqrt(3.0)
 
@@ -67,9 +70,9 @@ class Companions(NamedTuple):
     lanes: Array
 
 
-def companions_of(drive: DriveModel, n: int) -> Companions:
+def _changes(drive: DriveModel) -> list[tuple[str, int, float]]:
     """
-    Return the companions of a filter of `n` states for the `drive`; none without a tolerance.
+    Return (name, row of the factors, value) of what may be off in the `drive`.
 
     Values are changed to where the drive is slower: its substeps then do for all.
     """
@@ -79,19 +82,42 @@ def companions_of(drive: DriveModel, n: int) -> Companions:
     heavier = 1.0 / (1.0 + UNIFORM * drive.inertia_tolerance)
     changed = {INVERSE_M1: heavier, INVERSE_M2: heavier, CC: less_friction, CAC: less_friction,
                CL: less_friction, CV: less_damping, CAV: less_damping, D: less_damping}
-    changes = [(row, changed[place]) for row, place in enumerate(FACTORS)
+    changes = [(name, row, changed[place])
+               for row, (name, place) in enumerate(zip(FACTOR_NAMES, FACTORS))
                if p[place] != 0.0 and changed[place] != 1.0]
     if drive.torque_gain_tolerance > 0.0:
-        changes.append((FACTOR_GAIN, 1.0 + UNIFORM * drive.torque_gain_tolerance))
+        changes.append(('torque_gain', FACTOR_GAIN, 1.0 + UNIFORM * drive.torque_gain_tolerance))
     if drive.delay_tolerance > 0.0:
-        changes.append((FACTOR_DELAY, UNIFORM * drive.delay_tolerance))
+        changes.append(('torque_delay', FACTOR_DELAY, UNIFORM * drive.delay_tolerance))
+    return changes
+
+
+def companions_of(drive: DriveModel, n: int) -> Companions:
+    """Return the companions of a filter of `n` states for the `drive`; none without tolerances."""
+    changes = _changes(drive)
     factors = np.ones((N_FACTORS, BESIDE))
     factors[FACTOR_DELAY] = 0.0
-    for lane, (row, value) in enumerate(changes, 1):
+    for lane, (_, row, value) in enumerate(changes, 1):
         factors[row, lane] = value
     s = np.zeros(n * len(changes) + 1)
     s[-1] = math.nan
     return Companions(len(changes), factors, s, np.zeros(n * BESIDE))
+
+
+def torque_errors_at_tolerance(drive: DriveModel, n: int, records: Array) -> dict[str, float]:
+    """
+    Return by how much tau_K errs (rms, N m) for each value that is off by its whole tolerance.
+
+    Args:
+        drive: that states the tolerances.
+        n: number of states.
+        records: of the steps [M, record_size(n, c)].
+
+    """
+    names = [name for name, _, _ in _changes(drive)]
+    _, _, at_s, _ = sensitivities(n, records.shape[1])
+    errors = records[:, at_s + TAU_K + n * np.arange(len(names))]
+    return dict(zip(names, (np.sqrt(np.mean(errors ** 2, axis=0)) / UNIFORM).tolist()))
 
 
 @jit_inline

@@ -28,8 +28,8 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation import sample_loop
-from gearbox_monitor.estimation.consider import companions_of
+from gearbox_monitor.estimation import model_bank, sample_loop
+from gearbox_monitor.estimation.consider import companions_of, torque_errors_at_tolerance
 from gearbox_monitor.estimation.estimates import (
     ARM_COLUMNS, Batch, Divergence, Estimate, Estimates, Sample, Samples, SMOOTHED_ARM_COLUMNS)
 from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, FilterKind, Scratch
@@ -83,7 +83,10 @@ class Estimator:
     others take their defaults) and of parameters.MODEL, which replace values of the model;
     `smoother_lag` 0 leaves the smoother out. The observer that `step` and `run` take is called
     with a Batch at every stop of the sample loop: after each start, each dropout that was bridged,
-    each divergence, BATCH samples, and after the first sample that `stop_at` asks for.
+    each divergence, BATCH samples, and after the first sample that `stop_at` asks for. With
+    tau_k_model "mixed" this is the random walk, members are the filters beside it, and estimates
+    are the mixed ones (see model_bank); Batches, names, packed and the belief are the random
+    walk's own.
     Raises InputError for a parameter that is unknown or out of range.
     """
 
@@ -115,6 +118,10 @@ class Estimator:
         self._gate[:sample_loop.INPUTS] = 0
         self._gate[sample_loop.STOP_AT] = sample_loop.NEVER
         self._state = self._state._replace(gate=self._gate, counts=self.counts)
+        self.members = [
+            Estimator(self.model, values) for values in model_bank.member_parameters(p)]
+        self._mixture, self._outputs = model_bank.mixture(), (
+            model_bank.outputs(RING if self.settings.lag else 0) if self.members else None)
 
     def reset(self) -> None:
         """Restart with the next sample; counters stay."""
@@ -130,8 +137,8 @@ class Estimator:
         rows = {row.name: row for row in ESTIMATOR}
         model, changes = with_model_values(self.model, changes)
         new = self.parameters.replace(**changes)
-        # Raises before anything has changed.
-        pack(drive_of(model, new), new)
+        for values in (new, *model_bank.member_parameters(new)):
+            pack(drive_of(model, values), values)  # raises before anything has changed
         restart = model != self.model or any(
             rows[name].change != AT_ONCE for name in changes
             if getattr(new, name) != getattr(self.parameters, name))
@@ -139,7 +146,13 @@ class Estimator:
         if restart:
             self._setup()
             return True
+        self._carry_on()
+        return False
+
+    def _carry_on(self) -> None:
+        """Go on with the belief after a change of Q, R or thresholds."""
         packed, belief, state, gate = self.packed, self._belief, self._state, self._gate.copy()
+        members, mixture = self.members, self._mixture
         self._setup()
         if not np.array_equal(packed, self.packed):  # the memory is made from the old values
             belief = belief._replace(memory=self._belief.memory)
@@ -147,8 +160,11 @@ class Estimator:
         self._state = self._state._replace(clock=state.clock, efforts=state.efforts,
                                            companions=state.companions)
         self._gate[:] = gate
+        for member, new in zip(members, self.members):
+            member.parameters = new.parameters
+            member._carry_on()
+        self.members, self._mixture = members, mixture
         self._keep_belief_only()
-        return False
 
     def _keep_belief_only(self) -> None:
         """Let the smoother begin at the present step: older records are not at hand."""
@@ -166,6 +182,7 @@ class Estimator:
         row[at_s:at_smoothed] = companions.s[:-1]
         self._state.ring_stamps[place] = self._gate[sample_loop.LAST]
         self._gate[sample_loop.SMOOTH_NEXT] = step
+        model_bank.begin(self._mixture, int(self._gate[sample_loop.LAST]))
 
     def snapshot(self) -> dict[str, str]:
         """
@@ -177,9 +194,13 @@ class Estimator:
             """Return the elements of `a` as text."""
             return json.dumps([float(v).hex() for v in np.ravel(a)])
 
+        members = [member.snapshot() for member in self.members]
+        for member in members:  # they follow from those of the bank
+            del member['model'], member['parameters']
         return {
             'model': json.dumps(self.model.to_dict()),
             'parameters': json.dumps(self.parameters.to_dict()),
+            'members': json.dumps(members), 'weights': numbers(self._mixture.weights),
             'stamp_ns': str(self._gate[sample_loop.LAST]),
             'input_count': str(self._gate[sample_loop.INPUTS]),
             'gate': json.dumps([int(v) for v in self._gate[:sample_loop.STOP_AT]]),
@@ -205,6 +226,14 @@ class Estimator:
                 model or parameters that are invalid.
 
         """
+        with snapshot_errors(source):
+            restored = cls(model_from_dict(json.loads(snapshot['model']), source),
+                           {**json.loads(snapshot['parameters']), **(changes or {})})
+            restored._recall(snapshot)
+        return restored
+
+    def _recall(self, snapshot: Values) -> None:
+        """Take over the state of a `snapshot`."""
         def read(name: str, array: Array) -> None:
             """Read the entry `name` into `array`."""
             values = [float.fromhex(v) for v in json.loads(snapshot[name])]
@@ -217,19 +246,19 @@ class Estimator:
                 raise ValueError(f'{name}: {str(values)[:60]}, expected {count} whole numbers')
             return list(values)
 
-        with snapshot_errors(source):
-            restored = cls(model_from_dict(json.loads(snapshot['model']), source),
-                           {**json.loads(snapshot['parameters']), **(changes or {})})
-            restored._gate[:sample_loop.STOP_AT] = integers('gate', sample_loop.STOP_AT)
-            restored._gate[sample_loop.INPUTS] = int(snapshot['input_count'])
-            restored.counts[:] = integers('counts', sample_loop.N_COUNTS)
-            for name, array in restored._belief._asdict().items():
-                read(name, array)
-            read('clock', restored._state.clock)
-            read('efforts', restored._state.efforts)
-            read('sensitivities', restored._state.companions.s)
-        restored._keep_belief_only()
-        return restored
+        self._gate[:sample_loop.STOP_AT] = integers('gate', sample_loop.STOP_AT)
+        self._gate[sample_loop.INPUTS] = int(snapshot['input_count'])
+        self.counts[:] = integers('counts', sample_loop.N_COUNTS)
+        for name, array in self._belief._asdict().items():
+            read(name, array)
+        read('clock', self._state.clock)
+        read('efforts', self._state.efforts)
+        read('sensitivities', self._state.companions.s)
+        if self.members:
+            read('weights', self._mixture.weights)
+            for member, own in zip(self.members, json.loads(snapshot['members']), strict=True):
+                member._recall(own)
+        self._keep_belief_only()
 
     def divergence_notes(self) -> list[str]:
         """Return sentences about divergences for the user."""
@@ -304,7 +333,15 @@ class Estimator:
             raise InputError(str(error)) from None
 
     def learned_curve(self) -> dict[str, float]:
-        """Return gap (rad), stiffness (N m/rad) and hysteresis (rad) as learnt; {} if not."""
+        """
+        Return gap (rad), stiffness (N m/rad) and hysteresis (rad) as learnt; {} if not.
+
+        Where models are mixed, with the probability of each.
+        """
+        if self.members:
+            return {**self.members[-1].learned_curve(), **{
+                f'probability_{name}': float(weight)
+                for name, weight in zip(model_bank.MEMBERS, self._mixture.weights)}}
         n, (z, P, _) = len(self.names), self._belief
         if self.names[-3:] != list(LEARNT):
             return {}
@@ -314,6 +351,18 @@ class Estimator:
                 'learned_stiffness': float(z[-3]),
                 'learned_stiffness_std': math.sqrt(P[(n - 3) * (n + 1)]),
                 'learned_hysteresis_rad': width, 'learned_hysteresis_std_rad': width_std}
+
+    def undetected_errors(self) -> dict[str, float]:
+        """
+        Return by how much tau_K errs (rms, N m) if a value is off by its tolerance, by name.
+
+        Over the last steps that are at hand. The stated deviation covers these errors, and no
+        check reports them. Of the random walk, where models are mixed.
+        """
+        ring, steps = self._state.ring, int(self._gate[sample_loop.STEPS])
+        if not steps or not self._state.companions.number:
+            return {}
+        return torque_errors_at_tolerance(self.drive, len(self.names), ring[:steps])
 
     # ------------------------------------------------------------------ samples
 
@@ -341,9 +390,9 @@ class Estimator:
         code = int(output.codes[0])
         good = code == sample_loop.ESTIMATE
         if observe is not None:
-            new = slice(1 if good else 0)
+            new, own = slice(1 if good else 0), self._own_output(output)
             observe(Batch(int(sample.stamp_ns), code, stream.stamps[new].copy(),
-                          output.estimates[new].copy(), stamps_s.copy(), smoothed.copy()))
+                          own.estimates[new].copy(), stamps_s.copy(), own.smoothed[:n].copy()))
         if not good:
             return None
         z, P, row = self._belief.z.copy(), self._belief.P.copy(), output.estimates[0].copy()
@@ -363,16 +412,17 @@ class Estimator:
         codes, rows, stamps_s, smoothed = output
         while start < n:
             end = start + BATCH
+            part = Output(codes[start:end], rows[start:end], stamps_s[completed:],
+                          smoothed[completed:])
             n_samples, n_rows = self._advance(
-                Stream(stamps[start:end], u[start:end], y[start:end]),
-                Output(codes[start:end], rows[start:end], stamps_s[completed:],
-                       smoothed[completed:]))
+                Stream(stamps[start:end], u[start:end], y[start:end]), part)
             end = start + n_samples
             if observe is not None:
                 good = _selection(codes[start:end] == sample_loop.ESTIMATE)
-                new = slice(completed, completed + n_rows)
+                own = self._own_output(part)
                 observe(Batch(int(stamps[end - 1]), codes[end - 1], stamps[start:end][good],
-                              rows[start:end][good], stamps_s[new].copy(), smoothed[new].copy()))
+                              own.estimates[:n_samples][good].copy(),
+                              part.smoothed_stamps[:n_rows].copy(), own.smoothed[:n_rows].copy()))
             start, completed = end, completed + n_rows
         good = _selection(codes == sample_loop.ESTIMATE)
         rows, smoothed = rows[good], smoothed[:completed]
@@ -380,7 +430,43 @@ class Estimator:
             rows[:, ARM_COLUMNS] = smoothed[:, SMOOTHED_ARM_COLUMNS] = np.nan
         return Estimates(stamps[good], rows, stamps_s[:completed], smoothed, codes)
 
+    def _own_output(self, mixed: Output) -> Output:
+        """Return what this filter wrote itself when `mixed` was written."""
+        return self._outputs.of(0) if self._outputs else mixed
+
     def _advance(self, stream: Stream, output: Output) -> tuple[int, int]:
+        """Take samples up to a stop; return how many, and how many smoothed rows they gave."""
+        if self._outputs is None:
+            return self._filter(stream, output)
+        own = self._outputs
+        n_samples, own.n_smoothed[0] = self._filter(
+            _part(stream, 0, model_bank.CHUNK), own.of(0))
+        taken = _part(stream, 0, n_samples)
+        restarts = bool(n_samples) and own.codes[0, n_samples - 1] == sample_loop.START
+        for i, member in enumerate(self.members, 1):
+            own.n_smoothed[i] = member._follow(taken, own.of(i), restarts)
+        model_bank.mix(self._mixture, own, taken.stamps, output)
+        model_bank.mix_smoothed(self._mixture, own, output)
+        return n_samples, int(own.n_smoothed[0])
+
+    def _follow(self, stream: Stream, output: Output, restarts: bool) -> int:
+        """Take what a leader took; return the number of smoothed rows; restarts: at the last."""
+        codes, rows, stamps_s, smoothed = output
+        start, completed, n = 0, 0, len(stream.stamps)
+        while start < n:
+            end = n
+            if restarts and start < n - 1:
+                end = n - 1
+            elif restarts:
+                self._gate[[sample_loop.LAST, sample_loop.PENDING_COUNT]] = 0
+            n_samples, n_rows = self._filter(
+                _part(stream, start, end),
+                Output(codes[start:end], rows[start:end], stamps_s[completed:],
+                       smoothed[completed:]))
+            start, completed = start + n_samples, completed + n_rows
+        return completed
+
+    def _filter(self, stream: Stream, output: Output) -> tuple[int, int]:
         n_samples, n = self._loop(self.states, self.settings, self.packed, stream, self._state,
                                   self._belief, self._scratch, output)
         if n_samples and output.codes[n_samples - 1] == sample_loop.DIVERGED:
@@ -402,6 +488,10 @@ class Estimator:
                 if np.isfinite(predicted_P).all():
                     smallest = float(np.linalg.eigvalsh(predicted_P).min())
         return Divergence(step, stamp_ns, reason, smallest)
+
+
+def _part(stream: Stream, start: int, end: int) -> Stream:
+    return Stream(stream.stamps[start:end], stream.inputs[start:end], stream.outputs[start:end])
 
 
 def settings_of(drive: DriveModel, parameters: EstimatorParameters) -> LoopSettings:

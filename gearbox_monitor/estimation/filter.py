@@ -24,6 +24,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.consider import (
     accompany, Companions, companions_of, restart, variances_of)
@@ -97,12 +98,15 @@ class Filter:
 
     names: of the n states. z [n], P [n, n]: belief, x1, x2 in rad, x3, x4 in rad/s, torques in
     N m. innovation [2] (rad), S [3] as s11, s12, s22, K [n, 2]: of the last step.
-    Raises InputError as Estimator does.
+    Raises InputError as Estimator does, and for a mixture of models, which an Estimator has.
     """
 
     def __init__(self, model: DriveModel,
                  parameters: EstimatorParameters | Values | None = None) -> None:
         estimator = Estimator(model, unsmoothed(parameters))
+        if estimator.members:
+            raise InputError('tau_k_model: mixed, expected random_walk, elastic or learned: a '
+                             'Filter is one filter, an Estimator mixes several')
         self.names, self.parameters = estimator.names, estimator.parameters
         self._states = estimator.states
         n, kind = len(estimator.names), filter_kind(estimator.parameters.filter)

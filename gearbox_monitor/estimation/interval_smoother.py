@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation import model_bank, sample_loop
 from gearbox_monitor.estimation.estimates import Samples, SMOOTHED_ARM_COLUMNS
 from gearbox_monitor.estimation.estimator import (
     Estimator, loop_arrays, settings_of, unsmoothed)
@@ -33,7 +33,7 @@ from gearbox_monitor.estimation.process_model import markers, pack, state_names
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, smooth, Span
 from gearbox_monitor.estimation.sample_loop import loop_of, LoopState, Output, Stream
 from gearbox_monitor.estimation.step_record import sensitivities, updated
-from gearbox_monitor.kernels.types import Array, Integers, Values
+from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -69,18 +69,35 @@ def smooth_interval(model: DriveModel, parameters: EstimatorParameters | Values,
     """
     estimator = Estimator(model, unsmoothed(parameters))
     estimates = estimator.run(samples)
-    pass_ = _Pass(estimator.drive, estimator.parameters)
     accepted = np.flatnonzero(np.isin(estimates.codes, (sample_loop.START, sample_loop.ESTIMATE)))
     stream = Stream(np.asarray(samples.stamp_ns, np.int64)[accepted],
                     np.asarray(samples.u, float)[accepted],
                     np.asarray(samples.y, float)[accepted])
-    rows = np.empty((len(accepted), N_SMOOTHED))
-    starts = np.flatnonzero(estimates.codes[accepted] == sample_loop.START)
-    for begin, end in zip(starts.tolist(), [*starts[1:].tolist(), len(accepted)]):
-        rows[begin:end] = pass_.smooth(_part(stream, begin, end))
+    started = estimates.codes[accepted] == sample_loop.START
+    rows = _smoothed(estimator, stream, started)
+    if estimator.members:
+        weights = np.full((len(accepted), model_bank.M), 1.0 / model_bank.M)
+        weights[~started, 1:] = np.column_stack(
+            [estimates.elastic_weight, estimates.learned_weight])
+        weights[:, 0] = 1.0 - weights[:, 1:].sum(axis=1)
+        of_all = np.stack([rows, *(_smoothed(m, stream, started) for m in estimator.members)])
+        for i, member in enumerate(estimator.members, 1):
+            if not np.array_equal(member.counts, estimator.counts):  # it restarted elsewhere
+                weights[:, i] = 0.0
+        weights[:, 0] += 1.0 - weights.sum(axis=1)
+        model_bank.mix_interval(weights, of_all, rows)
     if not estimator.parameters.arm_joint:
         rows[:, SMOOTHED_ARM_COLUMNS] = np.nan
     return Smoothed(stream.stamps, rows)
+
+
+def _smoothed(estimator: Estimator, stream: Stream, started: Flags) -> Array:
+    """Smooth accepted samples with one filter, between the starts of [L] samples: `started`."""
+    pass_, starts = _Pass(estimator.drive, estimator.parameters), np.flatnonzero(started)
+    rows = np.empty((len(started), N_SMOOTHED))
+    for begin, end in zip(starts.tolist(), [*starts[1:].tolist(), len(started)]):
+        rows[begin:end] = pass_.smooth(_part(stream, begin, end))
+    return rows
 
 
 def _part(stream: Stream, begin: int, end: int) -> Stream:

@@ -32,7 +32,7 @@ from scipy.optimize import minimize
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.sensor_noise import MAD_TO_SIGMA, quantisation_step, white_noise_std
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.parameters import EstimatorParameters, RANDOM_WALK
+from gearbox_monitor.parameters import CURVES, EstimatorParameters, MIXED
 
 BURN_IN = 0.5            # s after a start that do not count
 MIN_SECONDS, MIN_SAMPLES = 5.0, 1000
@@ -226,9 +226,11 @@ def liveliest(stamps: Integers, y: Array, seconds: float) -> slice:
     return slice(begin, begin + length)
 
 
-def torque_noise(parameters: EstimatorParameters) -> str:
-    """Return the name of the process noise of tau_K that a filter with `parameters` uses."""
-    return WALK if parameters.tau_k_model == RANDOM_WALK else DEVIATION
+def torque_noise(parameters: EstimatorParameters) -> tuple[str, ...]:
+    """Return the names of the process noise of tau_K that a filter with `parameters` uses."""
+    if parameters.tau_k_model == MIXED and parameters.arm_joint:
+        return TORQUE_NAMES
+    return (DEVIATION if parameters.tau_k_model in CURVES else WALK,)
 
 
 def first_guess(motion: EncoderMotion, free: Sequence[str]) -> dict[str, float]:

@@ -43,12 +43,12 @@ from gearbox_monitor.estimation.torque_model import (
 from gearbox_monitor.kernels.jit import COMPILED, fma, jit, jit_inline
 from gearbox_monitor.kernels.types import (
     Array, Curve, Four, Packed, Pair, Slopes, States, Triple)
-from gearbox_monitor.parameters import EstimatorParameters, RANDOM_WALK
+from gearbox_monitor.parameters import CURVES, EstimatorParameters
 from gearbox_monitor.plant.drive import (
     arm_acceleration, arm_load, arm_load_slopes, CAC, CAV, CC, CL, CV, D, DriveModel,
     fastest_eigenvalue, G, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S, KR, motor_acceleration,
     motor_friction_load_slope, motor_friction_slope, N_PARAMETERS, STIFFNESS, TL, WIDTH)
-from gearbox_monitor.plant.transmission import elastic_torque, play
+from gearbox_monitor.plant.transmission import dead_zone_torque, elastic_torque, play
 
 X1, X2, X3, X4, TAU_K, TAU_ARM, TAU_E = range(7)
 N_MAX = 11
@@ -123,13 +123,14 @@ def pack(model: DriveModel, parameters: EstimatorParameters) -> Array:
     """
     Return the float64 array [N_PACKED] that filter kernels take.
 
-    model: the drive; parameters: those of the filter.
+    model: the drive; parameters: those of the filter, with tau_k_model "mixed" of the one that
+    leads, the random walk.
     """
     kind = filter_kind(parameters.filter)
     adaptive = kind.adaptation is not None
     if adaptive:
         model = softened_model(model, parameters)
-    if parameters.tau_k_model != RANDOM_WALK:
+    if parameters.tau_k_model in CURVES:
         model = curve_drive(model, parameters, kind.tau_k_models)
     names, curve = state_names(model, parameters), curve_states(model, parameters.tau_k_model)
     p = np.zeros(N_PACKED)
@@ -138,7 +139,7 @@ def pack(model: DriveModel, parameters: EstimatorParameters) -> Array:
     p[FRICTION_TIME] = parameters.friction_error_time
     p[LOAD_AT] = names.index('tau_arm') if 'tau_arm' in names else -1
     p[FRICTION_AT] = names.index('tau_e') if 'tau_e' in names else -1
-    p[CURVE_COUNT] = -1 if parameters.tau_k_model == RANDOM_WALK else len(curve)
+    p[CURVE_COUNT] = len(curve) if parameters.tau_k_model in CURVES else -1
     stiffness = max(model.transmission.stiffness, p[K_P])
     if 'stiffness' in curve:
         stiffness *= LEARNT_RANGE
@@ -165,7 +166,7 @@ def pack(model: DriveModel, parameters: EstimatorParameters) -> Array:
     std = {
         'x1': 'q_std_motor_position', 'x2': 'q_std_arm_position', 'x3': 'q_std_motor_speed',
         'x4': 'q_std_arm_speed', 'tau_k': 'q_std_tau_k', 'tau_arm': 'q_std_tau_arm'}
-    if parameters.tau_k_model != RANDOM_WALK:
+    if parameters.tau_k_model in CURVES:
         std['tau_k'] = 'q_std_tau_k_deviation'
     learnt = start_deviations(model, parameters)
     for i, name in enumerate(names):
@@ -237,7 +238,10 @@ def _total(curve: CurveMarker, twist: float, memory: float, law: Curve,
     """Return (tau_K, slopes of its curve) where the state stands at `tau_k`."""
     if curve is None:
         return tau_k, (0.0, 0.0, 0.0, 0.0, 0.0)
-    torque, slopes = elastic_torque(twist, memory, law)
+    if curve_count(curve) == 0:
+        torque, slopes = dead_zone_torque(twist, law[0], law[1])
+    else:
+        torque, slopes = elastic_torque(twist, memory, law)
     return tau_k + torque, slopes
 
 
@@ -569,19 +573,16 @@ def _advanced(states: States, x: Column, elastic: tuple[float, Curve], error: Fo
     x1, x2, x3, x4, tau_k = x
     u, load = torques
     half, sixth = 0.5 * h, h / 6.0
-    f1, g1 = _accelerations(states, x, elastic, u - error[0], load, p)
+    f1, g1 = _accelerations(states, _bearing(states, x, elastic), u - error[0], load, p)
     b3, b4 = x3 + half * f1, x4 + half * g1
-    f2, g2 = _accelerations(
-        states, (x1 + half * x3, x2 + half * x4, b3, b4, tau_k + half * p[K_P] * (x3 - x4)),
-        elastic, u - error[1], load, p)
+    y = (x1 + half * x3, x2 + half * x4, b3, b4, tau_k + half * p[K_P] * (x3 - x4))
+    f2, g2 = _accelerations(states, _bearing(states, y, elastic), u - error[1], load, p)
     c3, c4 = x3 + half * f2, x4 + half * g2
-    f3, g3 = _accelerations(
-        states, (x1 + half * b3, x2 + half * b4, c3, c4, tau_k + half * p[K_P] * (b3 - b4)),
-        elastic, u - error[2], load, p)
+    y = (x1 + half * b3, x2 + half * b4, c3, c4, tau_k + half * p[K_P] * (b3 - b4))
+    f3, g3 = _accelerations(states, _bearing(states, y, elastic), u - error[2], load, p)
     d3, d4 = x3 + h * f3, x4 + h * g3
-    f4, g4 = _accelerations(
-        states, (x1 + h * c3, x2 + h * c4, d3, d4, tau_k + h * p[K_P] * (c3 - c4)),
-        elastic, u - error[3], load, p)
+    y = (x1 + h * c3, x2 + h * c4, d3, d4, tau_k + h * p[K_P] * (c3 - c4))
+    f4, g4 = _accelerations(states, _bearing(states, y, elastic), u - error[3], load, p)
     moved1 = sixth * (x3 + 2.0 * (b3 + c3) + d3)
     moved2 = sixth * (x4 + 2.0 * (b4 + c4) + d4)
     return (x1 + moved1, x2 + moved2, x3 + sixth * (f1 + 2.0 * (f2 + f3) + f4),
@@ -589,11 +590,16 @@ def _advanced(states: States, x: Column, elastic: tuple[float, Curve], error: Fo
 
 
 @jit_inline
-def _accelerations(states: States, x: Column, elastic: tuple[float, Curve], u: float, load: float,
-                   p: Packed) -> Pair:
-    """Return (x3', x4') at x = (x1, x2, x3, x4, tau_K); elastic: see _advanced."""
+def _bearing(states: States, x: Column, elastic: tuple[float, Curve]) -> Column:
+    """Return `x` with the whole torque in place of its state; elastic: see _advanced."""
+    tau_k = _total(states[1], x[0] - x[1], elastic[0], elastic[1], x[4])[0]
+    return x[0], x[1], x[2], x[3], tau_k
+
+
+@jit_inline
+def _accelerations(states: States, x: Column, u: float, load: float, p: Packed) -> Pair:
+    """Return (x3', x4') at x = (x1, x2, x3, x4, tau_K), with the whole torque."""
     x1, x2, x3, x4, tau_k = x
-    tau_k = _total(states[1], x1 - x2, elastic[0], elastic[1], tau_k)[0]
     if states[0] is not None:
         load += arm_load(x2, x4, p)
     return motor_acceleration(x1, x3, x4, u, tau_k, p), arm_acceleration(x3, x4, tau_k, load, p)
@@ -823,7 +829,6 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
     x1, x2, x3, x4, tau_k = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
     at_curve = n - curve_count(curve)
     law, memory = _curve(curve, z, 1, 0, at_curve, p), _memory(curve, z, at_curve, x1 - x2)
-    elastic = memory, law
     rows = (_memory_row(states, phi, X1, first), _memory_row(states, phi, X3, first),
             _memory_row(states, phi, X4, first), _memory_row(states, phi, TAU_K, first))
     error = (0.0, 0.0, 0.0, 0.0, 0.0)
@@ -838,15 +843,14 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
     total, bend1 = _total(curve, x1 - x2, memory, law, tau_k)
     slope1, share1 = _slopes(x3, total, p)
     arm1 = _load_slopes(loaded, x2, x4, p)
-    f1, g1 = _accelerations(states, (x1, x2, x3, x4, tau_k), elastic, u - error[0], load, p)
+    f1, g1 = _accelerations(states, (x1, x2, x3, x4, total), u - error[0], load, p)
     r1 = _four_rates(loaded, _four_bent(curve, bend1, rows, m1), slope1, share1, arm1, p)
     y2, y3, y4 = x2 + half * x4, x3 + half * f1, x4 + half * g1
     tau_y = tau_k + half * p[K_P] * (x3 - x4)
     total, bend2 = _total(curve, x1 + half * x3 - y2, memory, law, tau_y)
     slope2, share2 = _slopes(y3, total, p)
     arm2 = _load_slopes(loaded, y2, y4, p)
-    f2, g2 = _accelerations(states, (x1 + half * x3, y2, y3, y4, tau_y), elastic, u - error[1],
-                            load, p)
+    f2, g2 = _accelerations(states, (x1 + half * x3, y2, y3, y4, total), u - error[1], load, p)
     m2 = _four_along(m1, half, m1, r1, p)
     r2 = _four_rates(loaded, _four_bent(curve, bend2, rows, m2), slope2, share2, arm2, p)
     v2, v3, v4 = x2 + half * y4, x3 + half * f2, x4 + half * g2
@@ -854,8 +858,7 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
     total, bend3 = _total(curve, x1 + half * y3 - v2, memory, law, tau_v)
     slope3, share3 = _slopes(v3, total, p)
     arm3 = _load_slopes(loaded, v2, v4, p)
-    f3, g3 = _accelerations(states, (x1 + half * y3, v2, v3, v4, tau_v), elastic, u - error[2],
-                            load, p)
+    f3, g3 = _accelerations(states, (x1 + half * y3, v2, v3, v4, total), u - error[2], load, p)
     m3 = _four_along(m1, half, m2, r2, p)
     r3 = _four_rates(loaded, _four_bent(curve, bend3, rows, m3), slope3, share3, arm3, p)
     w2, w3, w4 = x2 + h * v4, x3 + h * f3, x4 + h * g3
@@ -863,8 +866,7 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
     total, bend4 = _total(curve, x1 + h * v3 - w2, memory, law, tau_w)
     slope4, share4 = _slopes(w3, total, p)
     arm4 = _load_slopes(loaded, w2, w4, p)
-    f4, g4 = _accelerations(states, (x1 + h * v3, w2, w3, w4, tau_w), elastic, u - error[3],
-                            load, p)
+    f4, g4 = _accelerations(states, (x1 + h * v3, w2, w3, w4, total), u - error[3], load, p)
     m4 = _four_along(m1, h, m3, r3, p)
     r4 = _four_rates(loaded, _four_bent(curve, bend4, rows, m4), slope4, share4, arm4, p)
     moved1 = sixth * (x3 + 2.0 * (y3 + v3) + w3)

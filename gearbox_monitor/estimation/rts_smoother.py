@@ -27,7 +27,7 @@ from gearbox_monitor.estimation.step_record import places, sensitivities
 from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.linalg import multiply, solve_positive, transposed_multiply_symmetric
 from gearbox_monitor.kernels.types import Array, States
-from gearbox_monitor.parameters import EstimatorParameters, RANDOM_WALK
+from gearbox_monitor.parameters import CURVES, EstimatorParameters
 
 # A smoother sees both sides of a sample: it needs less room for tau_K to wander than a filter
 # (error -20 %), and friction at a standstill less steep (another -20 %).
@@ -54,7 +54,7 @@ def smoother_parameters(parameters: EstimatorParameters) -> EstimatorParameters:
 
     The spectral density of tau_K's noise times Q_RATIO, friction linearised statistically.
     """
-    if parameters.tau_k_model != RANDOM_WALK:  # no lag to make up for
+    if parameters.tau_k_model in CURVES:  # no lag to make up for
         return parameters.replace(friction_linearisation='statistical')
     return parameters.replace(
         friction_linearisation='statistical',

@@ -82,7 +82,9 @@ E_TWIST = E_STD + 7
  # ... of the curve, where it is learnt: stiffness, N m/rad, half gap and hysteresis, rad.
  E_STIFFNESS, E_HALF_GAP, E_HYSTERESIS, E_STIFFNESS_STD, E_HALF_GAP_STD, E_HYSTERESIS_STD,
  # Standard deviation of tau_K by noise alone: the filter's own, with an exact model.
- E_TAU_K_NOISE_STD, N_ESTIMATE) = range(E_TWIST + 1, E_TWIST + 25)
+ E_TAU_K_NOISE_STD,
+ # Probabilities of the models with a curve, where models are mixed (see model_bank).
+ E_ELASTIC_WEIGHT, E_LEARNED_WEIGHT, N_ESTIMATE) = range(E_TWIST + 1, E_TWIST + 27)
 
 
 class Stream(NamedTuple):
@@ -322,6 +324,35 @@ def aim(states: States, belief: Belief, reading: Reading, p: Array) -> None:
     z[X4] = first_speed(reading.y2 - z[X2], dt, P[X2 * n + X2] + p[R2], P[X4 * n + X4])
 
 
+@jit_inline
+def write_innovation(row: Array, e1: float, e2: float, s11: float, s12: float,
+                     s22: float) -> None:
+    """
+    Write the innovation of an estimate, whitened too.
+
+    Args:
+        row: of the estimate.
+        e1: innovation of the motor, rad; NaN = not measured.
+        e2: innovation of the arm, rad; NaN = not measured.
+        s11: predicted variance of e1, rad^2.
+        s12: predicted covariance, rad^2.
+        s22: predicted variance of e2, rad^2.
+
+    """
+    row[E_INNOVATION_MOTOR], row[E_INNOVATION_ARM] = e1, e2
+    row[E_INNOVATION_COVARIANCE] = s12
+    row[E_INNOVATION_STD_MOTOR], row[E_INNOVATION_STD_ARM] = math.sqrt(s11), math.sqrt(s22)
+    # Whitened by the Cholesky factor of S; with one measurement, by its own deviation.
+    have1, have2 = math.isfinite(e1), math.isfinite(e2)
+    row[E_WHITE_1] = e1 / math.sqrt(s11) if have1 else math.nan
+    row[E_WHITE_2] = math.nan
+    if have1 and have2:
+        row[E_WHITE_2] = (e2 - s12 / math.sqrt(s11) * row[E_WHITE_1]) / math.sqrt(
+            (s11 * s22 - s12 * s12) / s11)
+    elif have2:
+        row[E_WHITE_2] = e2 / math.sqrt(s22)
+
+
 @jit
 def _write_estimate(states: States, belief: Belief, record: Array, reading: Reading, p: Array,
                     row: Array) -> None:
@@ -337,6 +368,7 @@ def _write_estimate(states: States, belief: Belief, record: Array, reading: Read
     row[E_TAU_K], variance = torque_of(states, z, P, p)
     row[E_TAU_K_NOISE_STD] = math.sqrt(variance)
     row[E_STD + TAU_K] = math.sqrt(variance + of_torque + p[TAU_K_MODEL_STD] ** 2)
+    row[E_ELASTIC_WEIGHT] = row[E_LEARNED_WEIGHT] = math.nan
     for i in range(E_STIFFNESS, E_HYSTERESIS_STD + 1):
         row[i] = math.nan
     if curve_count(states[1]) > 1:
@@ -361,18 +393,7 @@ def _write_estimate(states: States, belief: Belief, record: Array, reading: Read
     _, _, _, _, _, at_innovation, at_S, _, at_scores = places(n)
     e1, e2 = record[at_innovation], record[at_innovation + 1]
     s11, s12, s22 = record[at_S], record[at_S + 1], record[at_S + 2]
-    row[E_INNOVATION_MOTOR], row[E_INNOVATION_ARM] = e1, e2
-    row[E_INNOVATION_COVARIANCE] = s12
-    row[E_INNOVATION_STD_MOTOR], row[E_INNOVATION_STD_ARM] = math.sqrt(s11), math.sqrt(s22)
-    # Whitened by the Cholesky factor of S; with one measurement, by its own deviation.
-    have1, have2 = math.isfinite(e1), math.isfinite(e2)
-    row[E_WHITE_1] = e1 / math.sqrt(s11) if have1 else math.nan
-    row[E_WHITE_2] = math.nan
-    if have1 and have2:
-        row[E_WHITE_2] = (e2 - s12 / math.sqrt(s11) * row[E_WHITE_1]) / math.sqrt(
-            (s11 * s22 - s12 * s12) / s11)
-    elif have2:
-        row[E_WHITE_2] = e2 / math.sqrt(s22)
+    write_innovation(row, e1, e2, s11, s12, s22)
     row[E_NIS], row[E_LOGLIK] = record[at_scores], record[at_scores + 1]
     row[E_DOF] = record[at_scores + 2]
     row[E_DT], row[E_U], row[E_LOAD] = reading.dt, reading.u, reading.load

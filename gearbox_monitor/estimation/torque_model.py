@@ -17,12 +17,13 @@ What a filter takes for the law of tau_K: a random walk, or the model's curve an
 
 random_walk: tau_K itself wanders (the paper). elastic: the curve of the model file over the twist,
 plus a deviation that wanders. learned: the same with stiffness, half gap and hysteresis as states.
+mixed: a filter of each, see model_bank; the random walk leads.
 """
 from collections.abc import Collection
 import math
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.parameters import EstimatorParameters, LEARNED, RANDOM_WALK
+from gearbox_monitor.parameters import CURVES, EstimatorParameters, LEARNED, RANDOM_WALK
 from gearbox_monitor.plant.drive import DriveModel
 
 # What is learnt stays within this factor of the model's stiffness.
@@ -38,7 +39,7 @@ HYSTERESIS_SHARE = 0.3
 
 def curve_states(model: DriveModel, name: str) -> list[str]:
     """Return the names of the states that the torque model `name` adds for the drive `model`."""
-    if name == RANDOM_WALK:
+    if name not in CURVES:
         return []
     if name == LEARNED:
         return [MEMORY, *LEARNT]

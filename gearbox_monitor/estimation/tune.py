@@ -149,7 +149,7 @@ def _free_names(model: DriveModel, parameters: EstimatorParameters, speeds: bool
                 noise: bool) -> list[str]:
     """Return the names to search: of Q, and of R if `noise`. Raises InputError for a value 0."""
     load = model.arm_load if parameters.arm_load == 'model' else parameters.arm_load
-    names = [*(noise_search.R_NAMES if noise else []), noise_search.torque_noise(parameters),
+    names = [*(noise_search.R_NAMES if noise else []), *noise_search.torque_noise(parameters),
              *(['q_std_tau_arm'] if load == 'unknown' else []),
              *(noise_search.SPEED_NAMES if speeds else [])]
     for name in names:

@@ -20,8 +20,9 @@ Nodes publish by it, in its order; docs/messages.md is made of it. All keys are 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from gearbox_monitor.estimation.consider import ERROR_NAMES
 from gearbox_monitor.monitoring.backlash.change_tests import ALONE, ChangeTest, size_name, TESTS
-from gearbox_monitor.parameters import ESTIMATOR
+from gearbox_monitor.parameters import CURVES, ESTIMATOR, RANDOM_WALK
 
 
 @dataclass(frozen=True)
@@ -161,13 +162,17 @@ DIAGNOSTIC_KEYS = (
          ('systematic_s_threshold', 's', 'WARN above'),
          ('window_s', 's', 'window: `model_gap_after`'),
          ('command', '', 'the service call that keeps the recording, while WARN'),
-         ('learned_gap_rad', 'rad', 'gap, with `tau_k_model` learned'),
+         ('learned_gap_rad', 'rad', 'gap, with `tau_k_model` learned or mixed'),
          ('learned_gap_std_rad', 'rad', 'its standard deviation'),
          ('learned_stiffness', 'N m/rad', 'stiffness outside the gap, learned'),
          ('learned_stiffness_std', 'N m/rad', 'its standard deviation'),
          ('learned_hysteresis_rad', 'rad', 'half width of the loop over the twist, learned; '
           '< 0: the torque is higher while the twist grows'),
-         ('learned_hysteresis_std_rad', 'rad', 'its standard deviation')),
+         ('learned_hysteresis_std_rad', 'rad', 'its standard deviation'),
+         *((f'undetected_{name}', 'N m', f'error of tau_K (rms) by {name} off by its tolerance: '
+            'no check reports it, the stated deviation covers it') for name in ERROR_NAMES),
+         *((f'probability_{name}', '-', f'of the law {name}, with `tau_k_model` mixed')
+           for name in (RANDOM_WALK, *CURVES))),
     *_of('backlash',
          ('gap_rad', 'rad', 'gap of the newest window'), ('gap_std_rad', 'rad', 'its deviation'),
          ('gap_arcmin', 'arcmin', 'the gap in arcmin'),

@@ -35,10 +35,10 @@ from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.monitoring.backlash import change, features
 from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
 from gearbox_monitor.monitoring.checks import (
-    covariance, elastic_curve, innovation, model_mismatch, observability, passivity, twist_range,
-    usability)
+    covariance, elastic_curve, innovation, learned_curve, model_mismatch, observability, passivity,
+    twist_range, usability)
 from gearbox_monitor.monitoring.checks.outcome import (
-    Alarm, Condition, DEBOUNCE, joined, Level, Outcome, outcome_of)
+    Alarm, Condition, DEBOUNCE, joined, Level, Outcome, outcome_of, with_more)
 from gearbox_monitor.monitoring.history import EstimateHistory, Recent
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -68,7 +68,7 @@ AT_BOUND = Condition(
 CONDITIONS = (
     *usability.CONDITIONS, *observability.CONDITIONS, *innovation.CONDITIONS,
     *passivity.CONDITIONS, *twist_range.CONDITIONS, *elastic_curve.CONDITIONS,
-    *covariance.CONDITIONS, AT_BOUND, *model_mismatch.CONDITIONS)
+    *covariance.CONDITIONS, AT_BOUND, *model_mismatch.CONDITIONS, *learned_curve.CONDITIONS)
 # What smoothed torque and twist show, beside the prediction errors and in their component.
 ROW_CHECKS = (passivity.CHECK, twist_range.CHECK, elastic_curve.CHECK)
 ROWS_KEPT = max(check.window for check in ROW_CHECKS)
@@ -410,7 +410,13 @@ class Monitor:
         outcome = model_mismatch.check(
             self._systematic, stamp_ns, self.parameters.model_gap_after,
             self.estimator.drive.arm_load == 'unknown')
-        return replace(outcome, values={**outcome.values, **self.estimator.learned_curve()})
+        values = self.estimator.learned_curve()
+        broken = learned_curve.check(values, self.estimator.drive, self.parameters)
+        values.update({f'undetected_{name}': error for name, error in
+                       self.estimator.undetected_errors().items()})
+        if broken:
+            return with_more(outcome, broken, values)
+        return replace(outcome, values={**outcome.values, **values})
 
     def _check_backlash(self, outcomes: Outcomes, broken: bool) -> Outcomes:
         """

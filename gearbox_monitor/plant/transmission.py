@@ -18,6 +18,8 @@ Torque of the transmission over its twist: dead zone, two kinds of hysteresis, r
 transmission_torque is what a simulator steps; elastic_torque is the same curve with its slopes,
 for filters that linearise it.
 """
+import math
+
 from gearbox_monitor.kernels.jit import jit_inline
 from gearbox_monitor.kernels.types import Curve, Slopes
 
@@ -94,6 +96,25 @@ def play(twist: float, memory: float, width: float) -> tuple[float, float]:
     if memory - twist > width:
         return twist + width, -1.0
     return memory, 0.0
+
+
+@jit_inline
+def dead_zone_torque(twist: float, stiffness: float, offset: float) -> tuple[float, Slopes]:
+    """
+    Return what elastic_torque does without hysteresis, without a branch.
+
+    Args:
+        twist: x1 - x2, rad.
+        stiffness: K, N m/rad.
+        offset: K b, N m.
+
+    Returns:
+        (torque in N m; its slopes over twist, memory, K, c, g).
+    """
+    stretched = stiffness * twist
+    torque = stretched - min(max(stretched, -offset), offset)
+    side = math.copysign(1.0, torque) if torque != 0.0 else 0.0
+    return torque, (stiffness * abs(side), 0.0, abs(side) * twist, -side, 0.0)
 
 
 @jit_inline

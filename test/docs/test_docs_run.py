@@ -35,7 +35,8 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / 'docs'
 # What is run elsewhere, being long, on nodes or on recordings of others.
 ELSEWHERE = {
-    'benchmark': 'each has a test of its own', 'demo': 'test_demo', 'play': 'test_play',
+    'adapt': 'test_unit_adaptation', 'benchmark': 'each has a test of its own',
+    'demo': 'test_demo', 'play': 'test_play',
     'tune': 'test_tune, and below', 'diagnose': 'test_diagnose',
     'suggest': 'test_experiment_design',
     'export': 'test_mujoco_page', 'fit-nominal': 'test_real_drives', 'import': 'test_import',

@@ -21,6 +21,7 @@ import pytest
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.filter import Filter
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.process_model import (
     curve_count, markers, pack, propagate, propagate_numeric, state_names)
@@ -118,21 +119,80 @@ def test_learns_the_curve_from_wrong_starts():
         assert (np.abs(miss) < stated).mean() > 0.62 and np.median(stated) < walk.std() / 10
 
 
-def test_snapshot_replay_and_smoother_go_on():
+@pytest.mark.parametrize('name', ['learned', 'mixed'])
+def test_snapshot_replay_and_smoother_go_on(name):
     model = DriveModel().with_(**SHAPES['play'])
     samples, tau_k = recorded(model, 3.0)
-    parameters = {**TUNED, 'tau_k_model': 'learned', 'smoother_lag': 0.05}
+    parameters = {**TUNED, 'tau_k_model': name, 'smoother_lag': 0.05}
     whole = Estimator(model, parameters).run(samples)
     first = Estimator(model, parameters)
     first.run(Samples(samples.stamp_ns[:2000], samples.u[:2000], samples.y[:2000]))
     second = Estimator.restore(first.snapshot())
+    smoothed = []
     for k in range(2000, 3000):
         estimate = second.step(Sample(int(samples.stamp_ns[k]), tuple(samples.u[k]),
                                       tuple(samples.y[k])))
+        smoothed += [row for _, row in estimate.smoothed]
+        if k == 2500:
+            second.set_parameters({'gap_warn': 0.2})  # the belief goes on
     np.testing.assert_array_equal(estimate.row, whole.rows[-1])
+    np.testing.assert_array_equal(smoothed[-300:], whole.smoothed[-300:])
     smoothed = smooth_interval(model, parameters, samples)
     filtered_error = (whole.tau_k - tau_k[1:])[500:]
     assert (smoothed.rows[:, S_TAU_K] - tau_k)[500:].std() < filtered_error.std()
+
+
+def test_mixture_is_that_of_its_filters():
+    """Weights by Bayes' rule, mean and deviation of the mixture; the walk leads."""
+    samples, tau_k = recorded(DriveModel(), 4.0)
+    model = DriveModel().exact().with_(stiffness=20.0, half_gap=0.12)
+    gone = slice(2000, 2010)
+    samples.y[gone], samples.u[3000:3500] = np.nan, 0.0
+    parameters = {**TUNED, 'smoother_lag': 0.0}
+    own = [Estimator(model, {**parameters, 'tau_k_model': name}).run(samples)
+           for name in ('random_walk', 'elastic', 'learned')]
+    mixed = Estimator(model, {**parameters, 'tau_k_model': 'mixed'}).run(samples)
+    weights = np.full(3, 1.0 / 3.0)
+    for k in range(len(mixed.rows)):
+        stay = np.exp(-mixed.dt[k] / 10.0)
+        prior = stay * weights + (1.0 - stay) / 3.0
+        likelihood = np.exp([e.loglik[k] - own[0].loglik[k] for e in own])
+        evidence = prior @ likelihood
+        weights = prior * likelihood / evidence
+        assert mixed.loglik[k] - own[0].loglik[k] == pytest.approx(np.log(evidence), abs=1e-9)
+        assert mixed.learned_weight[k] == pytest.approx(weights[2], rel=1e-6)
+        for mean, std in (('tau_k', 'tau_k_std'), ('twist', 'twist_std')):
+            of_each = np.array([getattr(e, mean)[k] for e in own])
+            variance = np.array([getattr(e, std)[k] for e in own]) ** 2
+            assert getattr(mixed, mean)[k] == pytest.approx(weights @ of_each, abs=1e-9)
+            assert getattr(mixed, std)[k] == pytest.approx(np.sqrt(
+                weights @ (variance + of_each ** 2) - (weights @ of_each) ** 2), rel=1e-5)
+    np.testing.assert_array_equal(mixed.stiffness, own[2].stiffness)
+    assert np.isnan(mixed.innovation_motor[gone.start - 1:gone.stop - 1]).all()
+
+
+def test_wrong_curve_is_no_worse_than_the_random_walk():
+    """The flanks lie 0.1 rad off centre, as wide as the gap is: no curve offered has that."""
+    samples, tau_k = recorded(DriveModel(), 6.0)
+    samples.y[:, 1] += 0.1
+    rms = {}
+    for name in ('random_walk', 'elastic', 'mixed'):
+        estimates = Estimator(
+            DriveModel().exact().with_(stiffness=60.0, half_gap=0.02),
+            {**TUNED, 'q_std_tau_k': 30.0, 'smoother_lag': 0.0, 'tau_k_model': name}).run(samples)
+        rms[name] = (estimates.tau_k - tau_k[1:])[500:].std()
+    assert rms['elastic'] > 1.2 * rms['random_walk'] and rms['mixed'] < 1.02 * rms['random_walk']
+
+
+def test_without_an_arm_encoder_nothing_is_mixed():
+    walk, mixed = (Estimator(DriveModel(), {**TUNED, 'arm_joint': '', 'tau_k_model': name})
+                   for name in ('random_walk', 'mixed'))
+    assert not mixed.members and mixed.names == walk.names
+    np.testing.assert_array_equal(mixed.packed, walk.packed)
+    laws = Estimator(DriveModel(), {'filter': 'aekf', 'tau_k_model': 'mixed'}).members
+    assert [law.parameters.filter for law in laws] == ['ekf', 'ekf']
+    with pytest.raises(InputError, match='tau_k_model: mixed, expected random_walk, elastic'):
+        Filter(DriveModel(), {'tau_k_model': 'mixed'})
 
 
 @pytest.mark.parametrize('changes, message', [

@@ -31,7 +31,7 @@ from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.jit import fma, jit_inline
 from gearbox_monitor.kernels.linalg import carry
 from gearbox_monitor.kernels.types import Array, Four, Pair, States, Triple
-from gearbox_monitor.parameters import TAU_K_MODELS
+from gearbox_monitor.parameters import CURVES, RANDOM_WALK
 from gearbox_monitor.plant.drive import ALPHA, ARM_ALPHA, substeps
 
 LOG_TWO_PI = math.log(2.0 * math.pi)
@@ -225,4 +225,4 @@ def healthy(states: States, belief: Belief) -> bool:
     return True
 
 
-FILTER = FilterKind(step, tau_k_models=TAU_K_MODELS)
+FILTER = FilterKind(step, tau_k_models=(RANDOM_WALK, *CURVES))

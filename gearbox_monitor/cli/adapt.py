@@ -1,0 +1,104 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Adapt a model file to one unit from recordings of its motion, without a torque sensor.
+
+fit-nominal and tune in one: the values of the model are fitted to the recordings, the filter is
+tuned with them, and the tolerances say what is left open. The folder --out then holds drive.yaml
+and params.yaml for node and replay, with tau_k_model: mixed unless --params names another. A
+torque constant cannot be identified without a known load: tau_K keeps its scale, and the stated
+deviation covers torque_gain_tolerance.
+
+usage examples:
+  gearbox_monitor adapt BAG BAG2 --model drive.yaml --out unit7
+  gearbox_monitor adapt BAG --model drive.yaml --params start.yaml --out unit7
+  gearbox_monitor replay BAG3 --model unit7/drive.yaml --params unit7/params.yaml
+"""
+from argparse import ArgumentParser, Namespace
+import json
+from pathlib import Path
+from typing import Any
+
+from gearbox_monitor.cli.drive_recordings import (
+    add_recording_arguments, load_drive, load_recording)
+from gearbox_monitor.cli.options import check_jobs, plain
+from gearbox_monitor.cli.progress import percent_bar, progress_of
+from gearbox_monitor.cli.tune import write
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.yaml_files import load_parameters, save_model
+from gearbox_monitor.identification.unit_adaptation import adapt, Adapted
+from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED
+from gearbox_monitor.ros.child_processes import cores
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
+    add_recording_arguments(parser)
+    parser.add_argument('--params', metavar='FILE',
+                        help='ROS parameter file of the estimator that is tuned')
+    parser.add_argument('--out', metavar='FOLDER', required=True, help='new folder for the files')
+    parser.add_argument('--json', action='store_true', help='print the result as JSON')
+    parser.add_argument('--jobs', metavar='N', type=int, default=cores(),
+                        help='threads (default: one per core)')
+
+
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
+    check_jobs(args.jobs)
+    folder = Path(args.out)
+    if folder.exists() or not folder.parent.is_dir():
+        raise InputError(f'--out {folder}: expected a new folder in one that exists')
+    model = load_drive(args)
+    values = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
+    values.pop('model', None)
+    parameters = EstimatorParameters.of({
+        'motor_joint': args.motor_joint, 'arm_joint': args.arm_joint, 'tau_k_model': MIXED,
+        **values})
+    loaded = [load_recording(path, model, args) for path in args.bag]
+    with percent_bar('adapt') as bar:
+        result = adapt([recording for recording, _ in loaded], model, parameters, args.jobs,
+                       progress_of(bar))
+    folder.mkdir()
+    names = ', '.join(Path(path).name for path in args.bag)
+    save_model(folder / 'drive.yaml', result.model,
+               [f'Adapted with gearbox_monitor adapt to {names}', *result.open])
+    data = {**result.tuning, 'parameters': result.parameters, 'bag': names, 'command': 'adapt'}
+    write(folder / 'params.yaml', parameters, (str(folder / 'drive.yaml'), {}), data)
+    summary = plain({
+        'values': {v.name: {k: x for k, x in vars(v).items() if k != 'name'}
+                   for v in (result.fit.values if result.fit else ())},
+        'gap_after': result.fit.gap_after if result.fit else None,
+        'tolerances': result.tolerances, 'parameters': result.parameters, 'open': result.open,
+        'notes': [note for _, notes in loaded for note in notes]})
+    print(json.dumps(summary, indent=2) if args.json else text(result, summary, folder))
+    return 0
+
+
+def text(result: Adapted, summary: dict[str, Any], folder: Path) -> str:
+    """Return the `result`, of which `summary` holds the figures, written to `folder`, as lines."""
+    lines = [f'{"":22s}{"model file":>12s}{"this unit":>12s}{"+-":>10s}  unit']
+    for v in result.fit.values if result.fit else ():
+        lines.append(f'{v.name:22s}{v.start:12.5g}{v.value:12.5g}{v.error:10.2g}  {v.unit:10s}'
+                     + ('' if v.determined else 'not identified'))
+    lines += [f'{name:22s}{start:12.4g}{now:12.4g}'
+              for name, (start, now) in result.tolerances.items()]
+    units = {row.name: row.unit for row in ESTIMATOR}
+    before = result.tuning['before_parameters']
+    lines += [f'{name:22s}{before.get(name, 0.0):12.5g}{value:12.5g}{"":12s}{units[name]}'
+              for name, value in result.parameters.items() if not isinstance(value, str)]
+    lines += [f'open: {sentence}' for sentence in result.open]
+    lines += [f'note: {note}' for note in summary['notes']]
+    lines.append(f'written: {folder / "drive.yaml"}, {folder / "params.yaml"}')
+    return '\n'.join(lines)

@@ -1,0 +1,71 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Whether the curve that the filter has learnt is that of the model file.
+
+A load on the arm absorbs an error of the torque, but not the curve: a torque reported twice as
+large as it is doubles the learnt stiffness, whatever loads the arm.
+"""
+from collections.abc import Mapping
+from dataclasses import replace
+
+from gearbox_monitor.monitoring.checks.outcome import Condition, Level
+from gearbox_monitor.parameters import EstimatorParameters, RANDOM_WALK
+from gearbox_monitor.plant.drive import DriveModel
+
+SIGMAS = 3.0
+LEARNT = 0.1  # relative deviation from which on a value counts as learnt
+LIKELY = 0.5
+
+_WHEN = (f'{{}} from the model file by more than `{{}}`, its deviation < {LEARNT:g} of it, and '
+         f'more than {SIGMAS:g} deviations beyond; `tau_k_model` learned, or mixed with a '
+         f'probability of the random walk < {LIKELY:g}')
+STIFFNESS = Condition(
+    'model', Level.WARN, 'learned stiffness differs from the model file',
+    _WHEN.format('`learned_stiffness` differs', 'stiffness_error'), 'the evaluation',
+    'check the scale of the torque and of both encoders, then stiffness in the model file; a drop '
+    'over weeks is wear', ('learned_stiffness',))
+GAP = Condition(
+    'model', Level.WARN, 'learned gap differs from the model file',
+    _WHEN.format('`learned_gap_rad` differs', 'gap_error'), 'the evaluation',
+    'check the scale of both encoders, then half_gap in the model file; a growth over weeks is '
+    'wear', ('learned_gap_rad',))
+CONDITIONS = (STIFFNESS, GAP)
+
+
+def check(values: Mapping[str, float], drive: DriveModel,
+          parameters: EstimatorParameters) -> list[Condition]:
+    """
+    Return the conditions that do not hold.
+
+    Args:
+        values: of Estimator.learned_curve; {} where nothing is learnt.
+        drive: whose curve is compared with.
+        parameters: how far the values may be from it.
+
+    """
+    if not values or values.get(f'probability_{RANDOM_WALK}', 0.0) > LIKELY:
+        return []
+    shape, broken = drive.transmission, []
+    for condition, key, model, tolerance in (
+            (STIFFNESS, 'learned_stiffness', shape.stiffness, parameters.stiffness_error),
+            (GAP, 'learned_gap_rad', 2.0 * shape.half_gap, parameters.gap_error)):
+        value, std = values[key], values[key.replace('_rad', '') + (
+            '_std_rad' if key.endswith('_rad') else '_std')]
+        beyond = max(value - model * (1.0 + tolerance), model / (1.0 + tolerance) - value)
+        if std < LEARNT * value and beyond > SIGMAS * std and model > 0.0:
+            broken.append(replace(
+                condition, says=f'{condition.says} (x {value / model:.2f})'))
+    return broken
