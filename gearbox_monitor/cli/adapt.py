@@ -16,7 +16,7 @@
 Adapt a model file to one unit from recordings of its motion, without a torque sensor.
 
 fit-nominal and tune in one: the values of the model are fitted to the recordings, the filter is
-tuned with them, and the tolerances say what is left open. The folder --out then holds drive.yaml
+tuned with them, and the tolerances state what stays open. The folder --out then holds drive.yaml
 and params.yaml for node and replay, with tau_k_model: mixed unless --params names another. A
 torque constant cannot be identified without a known load: tau_K keeps its scale, and the stated
 deviation covers torque_gain_tolerance.
