@@ -50,6 +50,9 @@ KNOWN = """\
 Simulator and diagnosis support all effects. Filters support those that replace a value of the
 model, and
 {}; the estimator warns about others."""
+TABLE_OF_TORQUE = """\
+`diagnose` fits a torque map to what no effect explains. `place` and `variable` select the quantity;
+`deviations` are the standard errors of `values`. A model has at most one map."""
 OWN = """
 [Plug-ins](plugins.md) add effects from other packages.
 """
@@ -57,6 +60,8 @@ OWN = """
 
 def bounds(parameter):
     """Return the bounds of a Parameter as words, '' for none."""
+    if parameter.choices:
+        return f', one of {", ".join(parameter.choices)}'
     low, high = (f'{bound:g}' if math.isfinite(bound) else ''
                  for bound in (parameter.low, parameter.high))
     if low and high:
@@ -79,6 +84,9 @@ def page():
         lines += ['', f'## {location}', '', '| id | what it is | equation | parameters |',
                   '|---|---|---|---|']
         lines += [row(effect) for effect in EFFECTS.values() if effect.location == location]
+    lines += ['', '## What no law describes', '', TABLE_OF_TORQUE, '',
+              '| id | what it is | equation | parameters |', '|---|---|---|---|']
+    lines += [row(effect) for effect in EFFECTS.values() if not effect.location]
     return '\n'.join(lines) + '\n' + OWN
 
 

@@ -75,8 +75,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--validate', metavar='BAG2',
                         help='second recording of the drive, to test the result on')
     parser.add_argument('--out', metavar='DIR',
-                        help='write verdict.json, report.html, pictures and, if the verdict '
-                        'is an effect, drive.closed.yaml: the model with it')
+                        help='write verdict.json, report.html, pictures and drive.closed.yaml: '
+                        'the model with what was identified')
     parser.add_argument('--json', metavar='FILE',
                         help='write the verdict as JSON' + JSON_FILE_HELP)
     parser.add_argument('--exclude', metavar='ID', nargs='+', default=[],
@@ -113,7 +113,7 @@ def run(args: Namespace) -> int:
                            seed=args.seed, jobs=args.jobs, progress=progress_of(bar))
     data = plain(verdict.to_dict())
     data['warnings'] = [*notes, *(data.get('warnings') or [])]
-    closed = verdict.model if data['verdict'] == 'effect' else None
+    closed = verdict.model
     # Motions of a torque are found, for model files.
     command = [] if args.joint or model.controller else suggestion(
         data, recordings, args.model, args.out)

@@ -24,7 +24,7 @@ from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.words import (
     dense_regions, headline, ids_of, meaning, next_steps, number, percent, place_text, SUGGESTED,
-    undefined, unit_of)
+    torque_map_of, undefined, unit_of)
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
 WIDTH = 80
@@ -123,6 +123,12 @@ def _parameters(data: VerdictData, model: DriveModel) -> list[str]:
             first = not any(line.startswith('values') for line in lines)
             lines.append(f'{"values" if first else "":<{LABEL}s}{name} {parameter} = '
                          f'{value}{pm}{" " + unit if unit not in ("", "-") else ""}')
+    torque_map = torque_map_of(data)
+    if torque_map is not None:
+        words, rows = torque_map
+        lines += _entry('torque map', f'{words}, for what no effect explains: '
+                        + ', '.join(f'{x}: {torque} +- {error}' for x, torque, error in rows)
+                        + f' {on_axis("N m", model.axis)}')
     return lines
 
 

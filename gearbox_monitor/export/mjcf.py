@@ -26,7 +26,7 @@ from typing import NamedTuple
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import CAC, CAV, DriveModel, G, OFFSET
 from gearbox_monitor.plant.effects import (
-    actuator, arm_side, controller, EFFECTS, encoder, gearbox, motor_side)
+    actuator, arm_side, controller, EFFECTS, encoder, gearbox, motor_side, torque_map)
 
 NATIVE, CONSTRUCT, REFUSED = KINDS = ('native', 'construct', 'refused')
 MOTOR, ARM, TENDON = ('motor', 'arm', 'tendon')  # where a passive torque acts
@@ -248,6 +248,9 @@ EXPRESSIONS = {effect.id: expression for effect, expression in (
     (encoder.ARM_ENCODER_DELAY, Expression(
         NATIVE, 'sensor jointpos: delay, nsample, interp', _late)),
     (encoder.ENCODER_OFFSET, Expression(NATIVE, 'joint ref, and tendon springlength', _zero)),
+    (torque_map.TORQUE_MAP, Expression(
+        REFUSED, 'no attribute takes a table: add its torque to qfrc_applied of the joint in your '
+        'code')),
 )}
 
 

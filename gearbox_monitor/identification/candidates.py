@@ -20,6 +20,7 @@ Coordinates z [P] are bounded; some are logarithms. Nominal values carry a Gauss
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import math
+from typing import Any
 
 import numpy as np
 
@@ -50,6 +51,7 @@ SHIFTS = {name: EFFECTS[effect.counterpart].parameters[0].name
           for name, effect in EFFECTS.items()
           if effect.counterpart and EFFECTS[effect.counterpart].replaces}
 SHIFTED = 1.0
+FREE_VALUE = 'v'  # coordinates of a torque map: v0, v1 ... in the order of its knots
 # Not fitted as a motion: read from the lattice of the readings, or a free signal.
 NOT_FITTED = tuple(name for name, effect in EFFECTS.items() if not effect.fitted)
 
@@ -78,13 +80,15 @@ class CandidateModel:
     """
     A model to be fitted: the nominal one with nuisances and the effects `ids`.
 
-    orders: {index of a periodic effect: its N}.
+    orders: {index of a periodic effect: its N}. tables: {index of a torque map: what of it is not
+    fitted}.
     """
 
     nominal: DriveModel
     ids: tuple[str, ...]
     coordinates: tuple[Coordinate, ...]
     orders: dict[int, int] = field(default_factory=dict)
+    tables: dict[int, Values] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -142,7 +146,7 @@ class CandidateModel:
         pull, _ = self.prior(z)
         return float(pull @ (z - self.start()))
 
-    def values(self, z: Array) -> tuple[dict[str, float], list[dict[str, float]]]:
+    def values(self, z: Array) -> tuple[dict[str, float], list[dict[str, Any]]]:
         """
         Return (relative nuisances {name: factor - 1}, [{parameter: value} per effect]).
 
@@ -150,7 +154,7 @@ class CandidateModel:
             z: coordinates [P].
         """
         nuisances: dict[str, float] = {}
-        parameters: list[dict[str, float]] = [{} for _ in self.ids]
+        parameters: list[dict[str, Any]] = [{} for _ in self.ids]
         for c, v in zip(self.coordinates, z):
             v = math.exp(v) if c.log else float(v)
             if c.owner < 0:
@@ -165,6 +169,9 @@ class CandidateModel:
                                   phi=math.atan2(cosine, sine))
                 else:
                     values.update(A=math.hypot(sine, cosine), phi=math.atan2(cosine, sine))
+        for i, table in self.tables.items():
+            torque = list(parameters[i].values())
+            parameters[i] = {**table, 'values': torque, 'deviations': [0.0] * len(torque)}
         return nuisances, parameters
 
     def model(self, z: Array) -> DriveModel:

@@ -24,7 +24,8 @@ from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import MOTION, noise_floor
 from gearbox_monitor.identification.position_search import PositionSearch
 from gearbox_monitor.identification.search import Search
-from gearbox_monitor.identification.selection import decide, finer, PositionEvidence
+from gearbox_monitor.identification.selection import (
+    decide, Evidence, finer, parts, PositionEvidence)
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.verdict import DiagnosisVerdict, location_of, report
 from gearbox_monitor.plant.drive import DriveModel
@@ -69,10 +70,12 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     if recording.motor is not None:
         by_position = PositionSearch(recording, model, sigma, ids, jobs, progress)
         search: Search = by_position
-        fitted, kind = decide(PositionEvidence(by_position, rough))
+        evidence: Evidence = PositionEvidence(by_position, rough)
+        fitted, kind = decide(evidence)
     else:
         search = Search(recording, model, sigma, ids, jobs, progress)
-        fitted, kind = decide(InnovationEvidence(search, rough))
+        evidence = InnovationEvidence(search, rough)
+        fitted, kind = decide(evidence)
         if (kind == 'unknown' and (quantum <= QUANTISED * sigma).all() and leaves_more_than_noise(
                 search, fitted)):  # where one effect leaves white noise, it is white
             for lowest in (MOTION, coloured_noise.FITTED):
@@ -81,7 +84,8 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
                     break
                 sigma = noise[0]
                 search = Search(recording, model, sigma, ids, jobs, progress, noise[1])
-                fitted, kind = decide(InnovationEvidence(search, rough))
+                evidence = InnovationEvidence(search, rough)
+                fitted, kind = decide(evidence)
 
     @cache
     def inadequate(candidate_fit: CandidateFit) -> bool:
@@ -93,10 +97,13 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     refit_on_all = judged and recording.motor is None and inadequate(fitted)
     if refit_on_all:
         fitted, kind = decided_on_all(search)
+    closed = fitted
+    if kind == 'unknown':
+        fitted, closed = parts(evidence, fitted)
     lattices = [name for i, name in enumerate(LATTICES)
                 if quantum[i] > QUANTISED * sigma[i] and search.long.weighing is None]
     steps = next((name for name in lattices if kind == 'none' and name in exclude), None)
-    verdict = report(search, fitted, 'unknown' if steps else kind,
+    verdict = report(search, fitted, closed, 'unknown' if steps else kind,
                      [name for name in lattices if name in ids], quantum, validate, seed)
     if steps:
         for part in (verdict.data, verdict.data['where'], verdict.data['remainder']):

@@ -94,7 +94,7 @@ def scan(likelihood: InnovationLikelihood, starts: Starts, fit: InnovationFit,
         probes = _probes(name, order, free, value)
         columns = np.stack([(likelihood.change(run, with_effects(model, [{'id': name, **probe}]))
                              * scale).ravel() for probe, _ in probes], axis=1)
-        gain, step = _gained(own, prior, columns, residual)
+        gain, step = score_test(own, prior, columns, residual)
         sizes = [size for _, size in probes]
         out.append(Proposal(name, order, number, gain, _started(name, free, step * sizes)))
     return sorted(out, key=lambda p: -p.gain)
@@ -133,9 +133,17 @@ def _started(name: str, free: Sequence[Coordinate], step: Array) -> Array:
     return np.array([math.log(v) if c.log else v for c, v in zip(free, values)])
 
 
-def _gained(own: Array, prior: tuple[Array, Array], columns: Array,
+def score_test(own: Array, prior: tuple[Array, Array], columns: Array,
             residual: Array) -> tuple[float, Array]:
-    """Return (gain, step [C]) of `columns` [M, C]; `own` [M, P] are free, with their prior."""
+    """
+    Return (gain in -2 log L, step [C]) of one linear step along `columns`.
+
+    Args:
+        own: derivatives [M, P] by the coordinates of the fit, which give way.
+        prior: pull [P] and weight [P] of their prior.
+        columns: derivatives [M, C] of what is tested.
+        residual: [M], in standard deviations.
+    """
     count = own.shape[1]
     J = np.concatenate([own, columns], axis=1)
     H, g = J.T @ J, J.T @ residual

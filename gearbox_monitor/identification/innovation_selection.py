@@ -31,10 +31,12 @@ from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import white_level
+from gearbox_monitor.identification.remainder_map import by_innovations, closer_on_unseen
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.selection import (
     convincing, Evidence, finer, MARGIN, OWN_MARGIN, scatters, worth)
-from gearbox_monitor.identification.smoothed_windows import on_windows, training_spans
+from gearbox_monitor.identification.smoothed_windows import (
+    on_windows, training_spans, unseen_spans)
 
 NEAR = 60.0        # -2 log L by which windows, which weigh more, may turn a ranking round
 COMPARED = 4       # single effects on windows at most
@@ -53,6 +55,8 @@ class InnovationEvidence(Evidence):
         self.coarse = InnovationLikelihood(recording, model, sigma, spans, coarse=True)
         self.fine = InnovationLikelihood(recording, model, sigma, spans)
         self.whole = InnovationLikelihood(recording, model, sigma, recording.segments)
+        self.unseen = InnovationLikelihood(
+            recording, model, sigma, unseen) if (unseen := unseen_spans(search)) else None
         self.effects = EffectSearch(self.coarse, search.starts, search.ids, search.jobs,
                                     search.report)
         self.finished: dict[str, InnovationFit] = {}
@@ -61,11 +65,38 @@ class InnovationEvidence(Evidence):
     def finish(self, fit: InnovationFit) -> CandidateFit:
         """Finish `fit` on short steps and on windows; it joins the fits of the search."""
         fine = fitted(self.fine, fit, 8)
-        name = fit.name if fit.candidate.ids else ''
+        name = key_of(fit)
         self.finished[name] = fine
         self.search.fitted[name] = on_windows(self.search, fine, self.whole,
                                               self.effects.score(fine))
         return self.search.fitted[name]
+
+    def holds(self, fit: CandidateFit, base: CandidateFit) -> bool:
+        """
+        Return whether readings that were not fitted prefer `fit` to the simpler `base`.
+
+        By their innovations, and by free runs as well where these have no torque noise to follow.
+
+        Args:
+            fit: on windows.
+            base: of a simpler model.
+        """
+        of_fit, of_base = map(self.finished.get, (key_of(fit), key_of(base)))
+        if self.unseen is not None and of_fit is not None and of_base is not None:
+            deviances = [self.unseen.run(f.candidate.model(f.z), f.torque).deviance
+                         for f in (of_fit, of_base)]
+            if not deviances[0] < deviances[1]:
+                return False
+        return self.search.noisy or closer_on_unseen(self.search, fit, base)
+
+    def mapped(self, fit: CandidateFit) -> CandidateFit | None:
+        """Return `fit` with a map of the torque that it leaves, None where none is worth it."""
+        finished = self.finished.get(key_of(fit))
+        best = finished and by_innovations(self.search, fit, finished, self.fine)
+        if best is None:
+            return None
+        self.finished[best.name] = best
+        return on_windows(self.search, best, self.whole, self.effects.score(best))
 
     def share_starts(self) -> None:
         """Try the window starts of each fit for all others: no start may favour an effect."""
@@ -122,3 +153,8 @@ class InnovationEvidence(Evidence):
             if worth(self.search, fit, pair) and (lacking or not self.inadequate(pair)):
                 return pair
         return fit
+
+
+def key_of(fit: CandidateFit | InnovationFit) -> str:
+    """Return the key of `fit` in tables of fits: its name, '' without effects."""
+    return fit.name if fit.candidate.ids else ''

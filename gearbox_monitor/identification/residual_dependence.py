@@ -75,7 +75,7 @@ def strongest_dependence(search: Search, fitted: CandidateFit,
     _, prior = candidate.prior(point.z)
     own_size = len(prior)
     positions = data.positions(candidate.model(point.z), point)
-    moved = _motion(search, _modelled(search, fitted, positions) if modelled else positions)
+    moved = motion_of(search, _modelled(search, fitted, positions) if modelled else positions)
     visible = localisation.visible_places(search)
 
     def gain(place: str, over: str) -> float:
@@ -110,8 +110,14 @@ def _readings(data: likelihood.WindowData, fitted: CandidateFit) -> Array:
     return data.y - data.parted(r) * data.sigma[data.channels]
 
 
-def _motion(search: Search, positions: Array) -> dict[str, Array]:
-    """Return {quantity: values [N]} of the `positions` [N, 2]."""
+def motion_of(search: Search, positions: Array) -> dict[str, Array]:
+    """
+    Return {quantity: values [N]} of the motion.
+
+    Args:
+        search: fits of all candidates to one recording.
+        positions: of motor and arm [N, 2], rad.
+    """
     recording = search.recording
     dt = recording.dt
     motor, arm = (basis_functions.motion(positions[:, order], dt, recording.cuts)

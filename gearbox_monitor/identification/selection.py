@@ -23,6 +23,7 @@ from functools import cache
 
 import numpy as np
 
+from gearbox_monitor.identification import remainder_map
 from gearbox_monitor.identification.adequacy import incomplete
 from gearbox_monitor.identification.candidates import nuisances_of, ZERO
 from gearbox_monitor.identification.disturbance_pulses import disturbance_fit
@@ -113,6 +114,14 @@ class Evidence(ABC):
     def pair_beyond(self, fit: CandidateFit) -> CandidateFit:
         """Return the best fit of two effects that is worth more than `fit`, else `fit`."""
 
+    @abstractmethod
+    def holds(self, fit: CandidateFit, base: CandidateFit) -> bool:
+        """Return whether readings that were not fitted prefer `fit` to the simpler `base`."""
+
+    @abstractmethod
+    def mapped(self, fit: CandidateFit) -> CandidateFit | None:
+        """Return `fit` with a map of the torque that it leaves, None where none is worth it."""
+
 
 def decide(evidence: Evidence) -> tuple[CandidateFit, str]:
     """Return (fit, 'effect' | 'none' | 'unknown'): what explains the recording best."""
@@ -132,6 +141,37 @@ def decide(evidence: Evidence) -> tuple[CandidateFit, str]:
     if search.ranked() and (lacking or evidence.lacks(chosen)):
         chosen = evidence.pair_beyond(chosen)
     return chosen, 'unknown' if inadequate(chosen) else 'effect'
+
+
+def parts(evidence: Evidence, fit: CandidateFit) -> tuple[CandidateFit, CandidateFit]:
+    """
+    Return (effects that count, the same with a torque map) where the verdict is unknown.
+
+    Effects that readings do not prefer once they are not fitted explain nothing. Beside a map that
+    takes up the remainder, effects that only imitated it have no gain left: by BIC they go.
+
+    Args:
+        evidence: of the search.
+        fit: fit that explains the recording best.
+    """
+    search = evidence.search
+    none = search.fitted['']
+    effects = [search.fitted[i] for i in fit.candidate.ids if i in search.fitted and i != fit.name]
+    effects = sorted(effects, key=lambda f: f.score)
+    if fit.candidate.ids:
+        effects.insert(0, fit)
+    nearest = next((f for f in effects if evidence.holds(f, none)), none)
+    if not remainder_map.allowed(search):
+        return nearest, nearest
+    chosen: tuple[CandidateFit, CandidateFit] | None = None
+    for base in sorted((none, *effects), key=lambda f: len(f.candidate.ids)):
+        mapped = evidence.mapped(base)
+        if mapped is None or not evidence.holds(mapped, base):
+            continue
+        if chosen is None or (chosen[1].score - mapped.score > PAIR_MARGIN
+                              and evidence.holds(mapped, chosen[1])):
+            chosen = base, mapped
+    return chosen or (nearest, nearest)
 
 
 class PositionEvidence(Evidence):
@@ -166,6 +206,14 @@ class PositionEvidence(Evidence):
         if pair is None or self.inadequate(pair) and not self.inadequate(single):
             return single
         return pair
+
+    def holds(self, fit: CandidateFit, base: CandidateFit) -> bool:
+        """Return whether readings that were not fitted prefer `fit` to the simpler `base`."""
+        return remainder_map.closer_on_unseen(self.search, fit, base)
+
+    def mapped(self, fit: CandidateFit) -> CandidateFit | None:
+        """Return `fit` with a map of the torque that it leaves, None where none is worth it."""
+        return remainder_map.on_measured_motion(self.windows, fit)
 
 
 def explained_by_pulses(search: Search, rough: bool,

@@ -89,6 +89,15 @@ def training_spans(search: Search) -> list[slice]:
     return [slice(cut, cut + n) for cut, n in zip(recording.cuts, search.last) if n]
 
 
+def unseen_spans(search: Search) -> list[slice]:
+    """Return the parts of the recording that are held out."""
+    recording = search.recording
+    if search.long.train.all():
+        return []
+    return [slice(cut + n, span.stop) for cut, n, span in zip(
+        recording.cuts, search.last, recording.segments) if cut + n < span.stop]
+
+
 def on_windows(search: Search, fit: InnovationFit, filter_: InnovationLikelihood,
                score: float) -> CandidateFit:
     """

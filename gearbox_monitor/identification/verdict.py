@@ -14,14 +14,14 @@
 
 """The verdict of a diagnosis with its evidence, as plain data."""
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.errors import Undecided
 from gearbox_monitor.identification import (
-    closed_model, isolability, localisation, verdict_parts)
+    closed_model, isolability, likelihood, localisation, verdict_parts)
 from gearbox_monitor.identification.adequacy import misfit, on_all, residual_law, sharpen_sigma
 from gearbox_monitor.identification.candidates import (
     CandidateModel, GAINS, NUISANCES, with_effects, ZERO)
@@ -32,6 +32,7 @@ from gearbox_monitor.identification.selection import gain, MARGIN
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
+from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.quality.recording import UniformRecording
 
 TIE = 1.01  # ratio of chi2 that free signals leave at places that they do not tell apart
@@ -47,11 +48,12 @@ class DiagnosisVerdict:
     """
     What a diagnosis found; see docs/diagnose.md for each field of `data`.
 
-    model: DriveModel with the effect, None where there is none to add.
+    model: DriveModel that closes the gap as far as is known; without effect or map, with the
+    values of the model that were estimated along.
     """
 
     data: dict[str, Any]
-    model: DriveModel | None = None
+    model: DriveModel
     search: Search | None = field(default=None, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
@@ -64,14 +66,16 @@ def location_of(name: str) -> str:
     return library()[name].location
 
 
-def report(search: Search, best_fit: CandidateFit, kind: str, lattices: list[str], quantum: Array,
-           validate: UniformRecording | None, seed: int) -> DiagnosisVerdict:
+def report(search: Search, best_fit: CandidateFit, closed_fit: CandidateFit, kind: str,
+           lattices: list[str], quantum: Array, validate: UniformRecording | None,
+           seed: int) -> DiagnosisVerdict:
     """
     Return the Verdict with all evidence.
 
     Args:
         search: fits of all candidates to one recording.
         best_fit: fit that is reported.
+        closed_fit: the same, or with a torque map of what it leaves.
         kind: kind of the verdict: effect, none or unknown.
         lattices: ids of the quantisations of the encoders.
         quantum: quantisation steps of the encoders [2], rad.
@@ -85,6 +89,11 @@ def report(search: Search, best_fit: CandidateFit, kind: str, lattices: list[str
         best_fit = search.fitted[best_fit.name if ids else '']
     if phi is None:
         sharpen_sigma(search, best_fit)
+    if TORQUE_MAP.id in closed_fit.candidate.ids:
+        closed_fit = replace(closed_fit, point=search.long.evaluate(
+            closed_fit.candidate, likelihood.copied(closed_fit.point)))
+    else:
+        closed_fit = best_fit
     judging, judged_fit = (search, best_fit) if phi is None else (weighed, weighed_fit)
     places = localisation.places(judging, judging.fitted[''], judging.jobs)
     whole, left_on_all = on_all(judging, judged_fit)
@@ -103,19 +112,23 @@ def report(search: Search, best_fit: CandidateFit, kind: str, lattices: list[str
         places['location'] = nearly_known(judging,
                                           judged_fit) or unknown_place(places, law, reduced_chi2)
         locations = [places['location']]
-    model = None
-    nuisances, parameters = best_fit.candidate.values(best_fit.point.z)
-    if ids and set(ids) - set(UNREPEATABLE):
-        model = best_fit.candidate.model(best_fit.point.z)
+    nuisances, parameters = closed_fit.candidate.values(closed_fit.point.z)
+    model = closed_fit.candidate.model(closed_fit.point.z)
+    if set(best_fit.candidate.ids) & set(UNREPEATABLE):
+        model = none.candidate.model(none.point.z)
     params = {name: {k: float(v) for k, v in values.items()}
-              for name, values in zip(best_fit.candidate.ids, parameters)}
+              for name, values in zip(best_fit.candidate.ids, parameters)}  # no map
     for i, name in enumerate(LATTICES):
         if name in ids:
             params[name] = {'q': float(quantum[i])}
-            model = with_effects(model or search.model, [
-                *(model or search.model).effects, {'id': name, **params[name]}])
-    closure = closed_model.closure(search, none, best_fit if best_fit.candidate.ids else None,
-                                   seed)
+            model = with_effects(model, [*model.effects, {'id': name, **params[name]}])
+    closure = closed_model.closure(
+        search, none, closed_fit if closed_fit.candidate.ids else None, seed)
+    deviations = list(closure['standard_errors'].pop(TORQUE_MAP.id, {}).values())
+    torque_map = next((e for e in model.effects if deviations and e['id'] == TORQUE_MAP.id), None)
+    if torque_map is not None:
+        torque_map = {**torque_map, 'deviations': deviations}
+        model = with_effects(model, [torque_map])
     if phi is not None and closure['standard_errors']:
         closure['standard_errors'], closure['condition'] = closed_model.standard_errors(
             weighed, weighed_fit)
@@ -146,18 +159,18 @@ def report(search: Search, best_fit: CandidateFit, kind: str, lattices: list[str
                    'follows': None if law is None else asdict(law)},
         'where': places,
         'identified': verdict_parts.identified(
-            search, best_fit, params, closure['standard_errors']) if kind != 'none' else [],
+            search, closed_fit, params, closure['standard_errors']) if kind != 'none' else [],
         'remainder': verdict_parts.remainder(
-            search, best_fit, places['location'], law) if kind == 'unknown' else None,
+            search, best_fit, places['location'], law, torque_map) if kind == 'unknown' else None,
         'warnings': warnings(search, best_fit, kind, nuisances, times),
     }
     if nuisances:
-        data['nominal_shift'] = shifts(best_fit.candidate, nuisances)
+        data['nominal_shift'] = shifts(closed_fit.candidate, nuisances)
     _require_solution(search, data)
     if data['closed_fraction'] is not None and data['closed_fraction'] < 0.0:
         data.update(closed_fraction=None, closed_fraction_ci=None)  # of what is not claimed
     if validate is not None:
-        data['validation'] = closed_model.validate(validate, search.model, model or search.model,
+        data['validation'] = closed_model.validate(validate, search.model, model,
                                                    search.long.sigma)
     return DiagnosisVerdict(data, model, weighed)
 

@@ -25,7 +25,7 @@ from gearbox_monitor.identification.candidates import NOT_FITTED, with_effects
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.residual_dependence import ResidualDependence
 from gearbox_monitor.identification.search import Search
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.effects import library
 
 
@@ -46,7 +46,9 @@ def identified(search: Search, fitted: CandidateFit, params: Mapping[str, Mappin
     none = search.fitted['']
     beyond = float(none.point.chi2.sum()) - none.point.residual.size
     out = []
-    for name in fitted.candidate.ids:
+    for name in params:
+        if name not in fitted.candidate.ids:  # a lattice of the readings
+            continue
         lost = _squares(search, _without(search, fitted, name)) - _squares(
             search, fitted.point.residual)
         out.append({
@@ -57,8 +59,8 @@ def identified(search: Search, fitted: CandidateFit, params: Mapping[str, Mappin
     return out
 
 
-def remainder(search: Search, fitted: CandidateFit, place: str,
-              law: ResidualDependence | None) -> dict[str, Any]:
+def remainder(search: Search, fitted: CandidateFit, place: str, law: ResidualDependence | None,
+              torque_map: Values | None) -> dict[str, Any]:
     """
     Return what `fitted` leaves: its place, the reading that shows it, its size there, over what.
 
@@ -67,6 +69,7 @@ def remainder(search: Search, fitted: CandidateFit, place: str,
         fitted: fit that is reported.
         place: location class of what remains.
         law: dependence of the residual on the motion, None if there is none.
+        torque_map: effect that closes a part of it, None if none does.
     """
     reduced = _squares(search, fitted.point.residual) * len(search.long.channels) / (
         fitted.point.residual.size)
@@ -74,7 +77,9 @@ def remainder(search: Search, fitted: CandidateFit, place: str,
     sigma = float(search.long.sigma[search.long.channels[at]])
     return {'location': place, 'channel': _reading(search, at),
             'size': sigma * math.sqrt(max(0.0, float(reduced[at]) - 1.0)),
-            'over': None if law is None else law.over}
+            'over': None if law is None else law.over,
+            'torque_map': None if torque_map is None else {
+                k: v for k, v in torque_map.items() if k != 'id'}}
 
 
 def _reading(search: Search, number: int) -> str:

@@ -38,7 +38,7 @@ from gearbox_monitor.errors import InputError, Problems, unknown
 from gearbox_monitor.kernels.elementary import arctan, sine
 from gearbox_monitor.kernels.jit import jit, jit_inline
 from gearbox_monitor.kernels.types import Array, Packed, Values
-from gearbox_monitor.plant.effects import EFFECTS, pack as packed, Parameter, plugins
+from gearbox_monitor.plant.effects import Effect, EFFECTS, pack as packed, Parameter, plugins
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.arm_side import ARM_VISCOUS
 from gearbox_monitor.plant.effects.effect import AtRest
@@ -446,25 +446,37 @@ def _effects(items: Any, source: str, axis: str) -> tuple[Values, ...]:
                                  f'{unknown(name, entries)}')
             if not entries[name].additive and any(name == e['id'] for e in result):
                 raise InputError(f'{source}: effects.{name}: appears twice, expected each id once')
-            result.append(_effect(item, name, entries[name].parameters, source, axis))
+            result.append(_effect(item, entries[name], source, axis))
     problems.raise_all()
     return tuple(result)
 
 
-def _effect(item: Any, name: str, parameters: Collection[Parameter], source: str,
-            axis: str) -> Values:
-    problems = Problems()
+def _effect(item: Any, effect: Effect, source: str, axis: str) -> Values:
+    problems, name = Problems(), effect.id
     with problems:
-        _mapping(item, f'effects.{name}', source, {'id', *(p.name for p in parameters)})
-    for parameter in parameters:
+        _mapping(item, f'effects.{name}', source, {'id', *(p.name for p in effect.parameters)})
+    for parameter in effect.parameters:
         with problems:
             _check_effect_value(item.get(parameter.name), parameter,
                                 f'{source}: effects.{name}.{parameter.name}', axis)
     problems.raise_all()
+    if effect.problem and (problem := effect.problem(item)):
+        raise InputError(f'{source}: effects.{name}.{problem}')
     return dict(item)
 
 
 def _check_effect_value(value: Any, parameter: Parameter, place: str, axis: str) -> None:
+    if parameter.choices:
+        if value not in parameter.choices:
+            raise InputError(f'{place}: {value!r}, expected one of '
+                             f'{", ".join(parameter.choices)}')
+        return
+    if parameter.listed:
+        if not isinstance(value, list):
+            raise InputError(f'{place}: {value!r}, expected a list of numbers')
+        for number in value:
+            _check_effect_value(number, replace(parameter, listed=False), place, axis)
+        return
     good = (isinstance(value, (int, float)) and not isinstance(value, bool)
             and math.isfinite(value) and parameter.low <= value <= parameter.high
             and not (parameter.whole and value != int(value)))
@@ -517,6 +529,7 @@ def fastest_eigenvalue(model: DriveModel) -> float:
     for effect in model.effects:
         at_rest = _at_rest(effect, p[ALPHA])
         slope += at_rest.damper
+        arm_slope += at_rest.arm_damper
         spring += at_rest.spring
     if model.transmission.kind == 'rigid':
         inertia = model.motor_inertia + model.arm_inertia

@@ -103,7 +103,7 @@ def gather(verdict: DiagnosisVerdict, recordings: Sequence[UniformRecording], mo
         raise ValueError('verdict: no search, expected one')
     recording = concatenated([driven(r, model) for r in recordings])
     models = {'nominal model': model}
-    if verdict.model is not None:
+    if verdict.model != model:
         models[closed_name(data)] = verdict.model
     laid = overlay(recording, models, data['sigma'])
     motion = basis_functions.motion(recording.positions, recording.dt, recording.cuts)
@@ -139,7 +139,10 @@ def closed_name(data: Values) -> str:
     """Return the name of the model with the effect of the verdict `data`."""
     if data['verdict'] == 'effect':
         return f'with {data["effect"]}'
-    return f'nearest: with {"+".join(data.get("params") or {})}'
+    closing = [*(data.get('params') or {})]
+    if (data.get('remainder') or {}).get('torque_map'):
+        closing.append('a torque map')
+    return f'with {" and ".join(closing) or "estimated values"}'
 
 
 def notable_windows(laid: Overlay, held_out: bool = True) -> tuple[tuple[str, int], ...]:

@@ -33,7 +33,7 @@ from gearbox_monitor.report.figures import (
     Span, Trace)
 from gearbox_monitor.report.words import (
     dense_regions, gain_text, headline, ids_of, meaning, MEANINGS, next_steps, number, percent,
-    place_text, undefined, unit_of)
+    place_text, torque_map_of, undefined, unit_of)
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
 ROLES = ('nominal', 'closed')
@@ -108,8 +108,7 @@ class VerdictSummary(Section):
         """Return it for the verdict `data` on a drive with `axis`."""
         facts = [('gap before', number(data['gap_before']))]
         if data['verdict'] != 'none':
-            facts.append(('gap after' if data['verdict'] == 'effect' else 'gap, nearest effect',
-                          number(data['gap_after'])))
+            facts.append(('gap after', number(data['gap_after'])))
             facts.append(('closed', percent(data.get('closed_fraction'))))
         if data['verdict'] == 'effect':
             facts.append(('indistinguishable from it', ', '.join(data['confusable']) or 'nothing'))
@@ -449,6 +448,8 @@ class FittedValues(Section):
     template = 'diagnosis/values.html'
     nearest_only: bool
     parameters: PageTable
+    torque_map: str
+    knots: PageTable
     equations: Sequence[tuple[str, str]]
     nominal: PageTable
 
@@ -465,9 +466,12 @@ class FittedValues(Section):
                 text = number(value) if isinstance(value, (int, float)) else str(value)
                 rows.append((name, parameter, text, f'{error:.2g}' if error else '',
                              on_axis(units.get(parameter, ''), axis)))
+        words, knots = torque_map_of(data) or ('', [])
         return cls(
             data['verdict'] == 'unknown',
             PageTable(('effect', 'parameter', 'value', 'standard error', 'unit'), rows, (2, 3)),
+            words, PageTable(('at', f'torque, {on_axis("N m", axis)}', 'standard error'), knots,
+                             (0, 1, 2)),
             [(name, effects[name].equation) for name in params if name in effects],
             PageTable(('value', 'estimate', 'off by tolerances'), [
                 (name, number(data['nominal'][name]), f'{shift:+.1f}')

@@ -118,11 +118,23 @@ def percent(value: float | None) -> str:
 def undefined(data: Mapping[str, Any]) -> str:
     """Return why the verdict `data` has no closed fraction."""
     ids = ids_of(data)
+    if data['verdict'] == 'unknown' and (data.get('gap_before') or 0.0) > NEAR_FLOOR:
+        return 'no effect and no torque map explains readings that were not fitted'
     if DISTURBANCE.id in ids:
         return 'a disturbance does not repeat'
     if any(name in EFFECTS and EFFECTS[name].lattice for name in ids):
         return 'rounding does not move the model'
     return 'the gap is too small'
+
+
+def torque_map_of(data: Mapping[str, Any]) -> tuple[str, list[tuple[str, str, str]]] | None:
+    """Return (words, [(where, torque, its deviation)]) of the torque map of a verdict, or None."""
+    table = (data.get('remainder') or {}).get('torque_map')
+    if not table:
+        return None
+    rows = [(number(x), number(torque), f'{deviation:.2g}') for x, torque, deviation in zip(
+        table['knots'], table['values'], table['deviations'])]
+    return f'{PLACES[table["place"]]}, torque over {table["variable"]}', rows
 
 
 def dense_regions(regions: Mapping[str, Mapping[str, Any]]) -> list[str]:
@@ -161,9 +173,12 @@ def next_steps(data: Mapping[str, Any], closed_written: bool, validated: str | N
     if data['verdict'] == 'unknown':
         follows = (data.get('misfit') or {}).get('follows')
         law = f': the residual depends on the {follows["over"]}' if follows else ''
-        return [f'look at the place of the verdict{law}; record again with another motion, to see '
-                'whether it is the same; add an effect of your own (docs/effects.md) and diagnose '
-                'again']
+        fraction = data.get('closed_fraction')
+        closed = [f'simulate with drive.closed.yaml, which closes {percent(fraction)} of the gap '
+                  'on readings that were not fitted'] if closed_written and fraction else []
+        return [*closed, f'look at the place of the verdict{law}; record again with another '
+                'motion, to see whether it is the same; add an effect of your own '
+                '(docs/effects.md) and diagnose again']
     ids = set(ids_of(data))
     advice = _separating_motions(ids, data.get('confusable') or (), axis)
     if DISTURBANCE.id in ids:

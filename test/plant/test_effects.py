@@ -65,8 +65,9 @@ VALUES = {
     'arm_encoder_eccentricity': {'A': 0.02, 'phi': -0.5},
     'arm_encoder_quantisation': {'q': 0.004}, 'arm_encoder_delay': {'T': 0.0027},
     'encoder_offset': {'c': 0.03}}
-# Those of a servo: test_controller.
-ON_TORQUE = [name for name, effect in EFFECTS.items() if effect.location != 'controller']
+# Those of a servo: test_controller; tables: test_torque_map.
+LAWS = {name: effect for name, effect in EFFECTS.items() if effect.location}
+ON_TORQUE = [name for name, effect in LAWS.items() if effect.location != 'controller']
 ALL_AT_ONCE = ('lugre', 'hysteresis_bouc_wen', 'hysteresis_branch', 'actuator_lag',
                'actuator_delay', 'motor_encoder_delay', 'arm_encoder_delay', 'viscous_drift',
                'disturbance', 'mesh_error', 'arm_encoder_quantisation')
@@ -93,8 +94,8 @@ def half_sine(burst):
 
 def test_values_are_given_for_all():
     assert set(VALUES) == set(ON_TORQUE) == set(own.shown(own.EFFECTS))
-    assert set(EFFECTS) == set(own.EFFECTS)
-    for name, effect in EFFECTS.items():
+    assert set(LAWS) == set(own.EFFECTS)
+    for name, effect in LAWS.items():
         place, parameters = own.EFFECTS[name]
         assert effect.location == place
         assert parameters == tuple(p.name for p in effect.parameters) or name == 'disturbance'

@@ -37,7 +37,11 @@ OWN_EQUATIONS = [
     {'id': 'hysteresis_bouc_wen', 'Th': 0.2, 'dh': 0.03},
     {'id': 'hysteresis_branch', 'h': 0.01, 'ds': 0.03},
     {'id': 'mesh_error', 'A': 0.01, 'N': 7, 'phi': 0.0},
-    {'id': 'torque_ripple', 'A': 0.1, 'N': 7, 'phi': 0.3}]
+    {'id': 'torque_ripple', 'A': 0.1, 'N': 7, 'phi': 0.3},
+    {'id': 'torque_map', 'place': 'arm_side', 'variable': 'angle', 'knots': [-1.0, 0.2, 2.0],
+     'values': [0.1, -0.1, 0.3], 'deviations': [0.0, 0.0, 0.0]}]
+MAPS = [[{**OWN_EQUATIONS[-1], 'place': place, 'variable': variable}] for place, variable in (
+    ('motor_side', 'speed'), ('motor_side', 'torque'), ('transmission', 'twist'))]
 
 
 def test_arctan():
@@ -71,7 +75,7 @@ def test_sine():
      {'id': 'arm_viscous', 'Cav': 0.02}, {'id': 'load_torque', 'TL': 0.3}],
     [{'id': 'actuator_lag', 'T': 0.004}, {'id': 'motor_encoder_delay', 'T': 0.003},
      {'id': 'arm_encoder_eccentricity', 'A': 0.02, 'phi': 1.0}],
-    *([effect] for effect in OWN_EQUATIONS),
+    *([effect] for effect in OWN_EQUATIONS), *MAPS,
     OWN_EQUATIONS,
 ], ids=lambda effects: '+'.join(e['id'] for e in effects[:3]))
 def test_side_by_side_and_one_by_one_are_the_same_bits(effects, monkeypatch):

@@ -67,6 +67,9 @@ def term_of(effect: Effect, slot: str) -> Term:
     coefficients = make_type(effect.id, [p.name for p in effect.parameters])
     k = PLACES[effect.id]
 
+    def _array(e: Array) -> Coefficients:
+        return e, k
+
     def _one(e: Array) -> Coefficients:
         return coefficients(e[k])
 
@@ -78,7 +81,8 @@ def term_of(effect: Effect, slot: str) -> Term:
 
     def _four(e: Array) -> Coefficients:
         return coefficients(e[k], e[k + 1], e[k + 2], e[k + 3])
-    read: Kernel = (_one, _two, _three, _four)[len(effect.parameters) - 1]
+    read: Kernel = _array if effect.size else (
+        _one, _two, _three, _four)[len(effect.parameters) - 1]
     return Term(getattr(effect, slot), jit_part(read), k, MEMORIES.get(effect.id, 0))
 
 

@@ -45,10 +45,15 @@ class MotorFriction(NamedTuple):
 
 
 class AtRest(NamedTuple):
-    """An effect on the motor, linearised at rest: damper (N m s/rad) and spring (N m/rad)."""
+    """
+    An effect, linearised at rest.
+
+    On the motor: damper (N m s/rad) and spring (N m/rad); on the arm: arm_damper.
+    """
 
     damper: float
     spring: float = 0.0
+    arm_damper: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -57,7 +62,8 @@ class Parameter:
     A parameter of an effect: physical bounds `low` and `high` in `unit`.
 
     whole: an integer. of_command: counts in the unit of the commanded torque, and is scaled with
-    it. off_at_infinity: the effect vanishes as the parameter grows.
+    it. off_at_infinity: the effect vanishes as the parameter grows. choices: it is one of these
+    words. listed: a list of such numbers.
     """
 
     name: str
@@ -67,6 +73,8 @@ class Parameter:
     whole: bool = False
     of_command: bool = False
     off_at_infinity: bool = False
+    choices: tuple[str, ...] = ()
+    listed: bool = False
 
 
 class FreeParameter(NamedTuple):
@@ -116,7 +124,8 @@ class Effect:
     One effect: where it sits, its equation, its parameters, how fits treat it, what it means.
 
     What it is:
-        id, location, meaning: its name, one of LOCATIONS, one line for reports.
+        id, location, meaning: its name, one of LOCATIONS ('': its parameter place says which),
+            one line for reports.
         equation: text in the symbols of docs/effects.md.
         parameters: in the order of the fields of `c`. The effect is off where the first one is
             `off`; where a kernel evaluates the effect, off must be 0.
@@ -124,6 +133,9 @@ class Effect:
             which it is added. Such an effect has no equation.
         in_filters: the equations of the filters contain it, see DriveModel.pack.
         additive: a model may list it several times.
+        packed(effect): the numbers that kernels take, `size` of them, where these are not its
+            parameters; `c` is then an array and where in it they begin.
+        problem(effect): what is wrong with its parameters together, '' for nothing.
 
     Its equation, a function with @jit_part in one of these slots:
         friction(c, t, x3, z, base): torque (N m) added to tau_f. base: MotorFriction.
@@ -167,6 +179,9 @@ class Effect:
     adds_to: str = ''
     in_filters: bool = False
     additive: bool = False
+    packed: Callable[[Values], list[float]] | None = None
+    size: int = 0
+    problem: Callable[[Values], str] | None = None
     off: float = 0.0
     order: int = 0
     friction: Callable[..., float] | None = None

@@ -37,6 +37,7 @@ from gearbox_monitor.plant.effects.effect import Effect, LOCATIONS, Parameter, T
 import gearbox_monitor.plant.effects.encoder as encoder
 import gearbox_monitor.plant.effects.gearbox as gearbox
 import gearbox_monitor.plant.effects.motor_side as motor_side
+import gearbox_monitor.plant.effects.torque_map as torque_map
 
 PLUGIN_GROUP = 'gearbox_monitor.effects'
 
@@ -49,7 +50,8 @@ def _standing_in(*modules: ModuleType) -> Iterator[tuple[str, Effect]]:
                 yield value.id, value
 
 
-EFFECTS = dict(_standing_in(motor_side, arm_side, gearbox, controller, actuator, encoder))
+EFFECTS = dict(_standing_in(motor_side, arm_side, gearbox, controller, actuator, encoder,
+                             torque_map))
 
 
 def _has_places(effect: Effect) -> bool:
@@ -62,7 +64,7 @@ def _places() -> tuple[dict[str, int], int]:
     for effect in EFFECTS.values():
         if _has_places(effect):
             places[effect.id] = end
-            end += len(effect.parameters)
+            end += effect.size or len(effect.parameters)
     return places, end
 
 
@@ -97,9 +99,10 @@ def pack(effects: Sequence[Values], servo: Three = NO_SERVO) -> Array:
         e[place] = EFFECTS[name].off
     for values in effects:
         if values['id'] in PLACES:
-            place = PLACES[values['id']]
-            for i, parameter in enumerate(EFFECTS[values['id']].parameters):
-                e[place + i] = values[parameter.name]
+            place, effect = PLACES[values['id']], EFFECTS[values['id']]
+            numbers = (effect.packed(values) if effect.packed else
+                       [values[parameter.name] for parameter in effect.parameters])
+            e[place:place + len(numbers)] = numbers
     return e
 
 
