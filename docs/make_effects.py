@@ -51,8 +51,8 @@ Simulator and diagnosis support all effects. Filters support those that replace 
 model, and
 {}; the estimator warns about others."""
 TABLE_OF_TORQUE = """\
-`diagnose` fits a torque map to what no effect explains. `place` and `variable` select the quantity;
-`deviations` are the standard errors of `values`. A model has at most one map."""
+`diagnose` fits a torque map to what no effect explains. `place` and `variable` select the
+quantity; `deviations` are the standard errors of `values`. A model has at most one map."""
 OWN = """
 [Plug-ins](plugins.md) add effects from other packages.
 """

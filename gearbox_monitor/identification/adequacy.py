@@ -103,15 +103,28 @@ def misfit(search: Search, fitted: CandidateFit, spared: int = 0) -> tuple[float
     train = search.long.train
     r = fitted.point.residual if fitted.white is None else fitted.white
     r = search.long.parted(r[train])
-    power, at, white = spectrum(search, r)
+    structure = spectral_excess(r, search.recording.dt)
+    chi2 = np.sort((r ** 2).mean(axis=(1, 2)))
+    return float(chi2[:max(1, len(chi2) - spared)].mean() - 1.0), structure
+
+
+def spectral_excess(residual: Array, dt: float) -> float:
+    """
+    Return by how many standard deviations a frequency band exceeds white noise, of the worst one.
+
+    Args:
+        residual: residual [W, L, C], in standard deviations.
+        dt: sample time, s.
+    """
+    power, at, high = noise_model.spectrum(residual, dt)
+    white = power[:, high].mean(axis=(0, 1))
     structure = -np.inf
-    for low, high in zip(BANDS, BANDS[1:]):
-        band_power = power[:, (at > low) & (at <= high)] / white
+    for low, top in zip(BANDS, BANDS[1:]):
+        band_power = power[:, (at > low) & (at <= top)] / white
         # Without the worst window: one that found no good start is no unknown effect.
         ratio = np.sort(band_power.mean(axis=(1, 2)))[:max(1, len(band_power) - 1)].mean()
         structure = max(structure, (ratio - 1.0) / np.sqrt(2.0 / band_power.size))
-    chi2 = np.sort((r ** 2).mean(axis=(1, 2)))
-    return float(chi2[:max(1, len(chi2) - spared)].mean() - 1.0), float(structure)
+    return float(structure)
 
 
 def on_all(search: Search, fitted: CandidateFit) -> tuple[Search, CandidateFit]:

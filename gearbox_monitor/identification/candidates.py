@@ -256,12 +256,16 @@ class Starts:
         if recording.motor is not None:
             swing = float(np.ptp(np.percentile(position - arm, TWIST)))
             twist = max(twist, 0.5 * swing)
+        measured = position - arm
+        reach = float(np.ptp(measured) if model.zero_tolerance else np.abs(measured).max())
         values = {where: model.value(where) for where in NUISANCES.values()}
         self.scales = Scales(
             torque=torque, peak=max(float(np.abs(recording.torque).max()), 1e-9),
             friction=model.coulomb_friction or 0.1 * torque,
             speed=max(float(travel.std() / (10 * recording.dt)), 1e-6), twist=twist,
-            angle=max(float(np.std(position)), 1e-6), swing=swing, values=values)
+            angle=max(float(np.std(position)), 1e-6), swing=swing, values=values,
+            reach=reach if len(recording.channels) == 2 or recording.motor is not None
+            else math.inf)
 
     def none(self) -> CandidateModel:
         """Return the Candidate without effects."""

@@ -115,6 +115,10 @@ class Evidence(ABC):
         """Return the best fit of two effects that is worth more than `fit`, else `fit`."""
 
     @abstractmethod
+    def noise_alone(self) -> bool:
+        """Return whether free runs without effect lack nothing but white noise of the torque."""
+
+    @abstractmethod
     def holds(self, fit: CandidateFit, base: CandidateFit) -> bool:
         """Return whether readings that were not fitted prefer `fit` to the simpler `base`."""
 
@@ -138,6 +142,8 @@ def decide(evidence: Evidence) -> tuple[CandidateFit, str]:
         pulses = explained_by_pulses(search, evidence.rough, inadequate)
         if pulses is not None:
             return pulses, 'effect'
+    if lacking and evidence.noise_alone():
+        return search.fitted[''], 'none'
     if search.ranked() and (lacking or evidence.lacks(chosen)):
         chosen = evidence.pair_beyond(chosen)
     return chosen, 'unknown' if inadequate(chosen) else 'effect'
@@ -206,6 +212,10 @@ class PositionEvidence(Evidence):
         if pair is None or self.inadequate(pair) and not self.inadequate(single):
             return single
         return pair
+
+    def noise_alone(self) -> bool:
+        """Return False: what lasts is part of the weights."""
+        return False
 
     def holds(self, fit: CandidateFit, base: CandidateFit) -> bool:
         """Return whether readings that were not fitted prefer `fit` to the simpler `base`."""

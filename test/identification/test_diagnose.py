@@ -141,7 +141,7 @@ def test_no_gap(folder, tmp_path, capsys):
     assert call(folder, str(folder / 'good.csv'), *FEW, '--out', str(out)) == 0
     shown = capsys.readouterr().out
     assert 'No gap' in shown and 'arm encoder' not in shown
-    assert not (out / 'drive.closed.yaml').exists()
+    assert load_model(out / 'drive.closed.yaml') == load_model(folder / 'drive.yaml')
     assert json.loads((out / 'verdict.json').read_text())['verdict'] == 'none'
 
 

@@ -25,7 +25,7 @@ from gearbox_monitor.quality.recording import UniformRecording
 DT, NOISE = 1e-3, 2e-3
 
 
-def recorded(*effects, seconds=5.0, seed=0):
+def recorded(*effects, seconds=9.0, seed=0):
     t = DT * np.arange(round(seconds / DT))
     u = Excitation().torque(t) * (0.6 + 0.4 * np.sin(2.0 * np.pi * 0.13 * t))
     _, y = own.simulate(own.NOMINAL, effects, u, DT)

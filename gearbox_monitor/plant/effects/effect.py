@@ -102,7 +102,7 @@ class Scales:
     model, N m. speed: usual speed of the motor, rad/s. twist: usual twist of the transmission;
     angle: standard deviation of the motor's position, rad. swing: range of the measured twist
     where the motion of the motor is prescribed, else 0. values: {field: value} of DriveModel and
-    Transmission.
+    Transmission. reach: largest twist from the middle of the backlash, rad; infinite if unknown.
     """
 
     torque: float
@@ -113,6 +113,7 @@ class Scales:
     angle: float
     swing: float
     values: Mapping[str, float]
+    reach: float = math.inf
 
 
 Starts: TypeAlias = list[list[FreeParameter]]  # one list per start of a fit

@@ -40,7 +40,9 @@ def _backlash_starts(s: Scales) -> Starts:
     if s.swing:
         sizes += [f * s.swing for f in BACKLASH_SHARES]
         scale = max(scale, 0.1 * s.swing)
-    return [[replaced(_B, size, scale, value)] for size in sizes]
+    # A half gap beyond all twists is one whose flanks the motion never reached.
+    return [[FreeParameter(_B.name, min(size, s.reach), scale, min(0.02 * value, s.reach),
+                           s.reach)] for size in sizes]
 
 
 BACKLASH_GAP = Effect(

@@ -1,0 +1,47 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Where fits of effects may begin and end: what the motion cannot show is no candidate."""
+from dataclasses import replace
+import math
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.identification.candidates import Starts
+from gearbox_monitor.plant.drive import model_from_dict
+from gearbox_monitor.quality.recording import UniformRecording
+
+T = 1e-3 * np.arange(2000)
+
+
+def backlash(model, twist, **changes):
+    """Return the coordinate b of backlash_gap where the twist is `twist` [N] (rad)."""
+    arm = np.sin(T)
+    recording = UniformRecording(T, np.cos(T), np.column_stack([arm + twist, arm]), 1e-3)
+    candidates = Starts(model_from_dict(model, 'test'), replace(recording, **changes)).candidates(
+        'backlash_gap')
+    return [candidate.coordinates[-1] for candidate in candidates]
+
+
+def test_a_half_gap_beyond_all_twists_is_no_candidate():
+    for b in backlash({}, 0.03 + 0.02 * np.sin(9.0 * T)):
+        assert b.high == pytest.approx(0.05, rel=1e-3) and b.start <= b.high
+    # The middle of the gap is anywhere: both flanks may lie as far apart as the twist swings.
+    for b in backlash({'zero_tolerance': 0.5}, 3.0 + 0.02 * np.sin(9.0 * T)):
+        assert b.high == pytest.approx(0.04, rel=1e-3)
+
+
+def test_one_encoder_shows_no_twist_and_bounds_nothing():
+    assert all(math.isinf(b.high) for b in backlash({}, 0.0 * T, channels=(0,)))
