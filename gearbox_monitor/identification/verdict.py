@@ -75,7 +75,7 @@ def report(search: Search, best_fit: CandidateFit, closed_fit: CandidateFit, kin
     Args:
         search: fits of all candidates to one recording.
         best_fit: fit that is reported.
-        closed_fit: the same, or with a torque map of what it leaves.
+        closed_fit: the same, or with a torque map of its remainder.
         kind: kind of the verdict: effect, none or unknown.
         lattices: ids of the quantisations of the encoders.
         quantum: quantisation steps of the encoders [2], rad.

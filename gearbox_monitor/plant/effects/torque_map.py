@@ -15,7 +15,7 @@
 """
 Torque as a table over a quantity of the motion: what a drive does and no law of the library says.
 
-The empirical counterpart of the laws in the other files: diagnose fits one where what is left
+The empirical counterpart of the laws in the other files: diagnose fits one where the remainder
 depends on one quantity, so that a gap closes whose cause has no name.
 """
 from collections.abc import Sequence
