@@ -34,13 +34,15 @@ REFUSED = {
 
 def softened_model(model: DriveModel, parameters: EstimatorParameters) -> DriveModel:
     """
-    Return `model` with the friction of an adaptive filter, as soft as `parameters` say.
+    Return `model` with the friction of an adaptive filter: atan, as soft as `parameters` say.
 
     A sharp friction step is far narrower than the speed is known to: with it the likelihood is
     rough and its gradient, though exact, leads nowhere.
     """
-    sharpness = min(model.friction_sharpness, parameters.adapt_friction_sharpness)
-    return model.with_(friction_sharpness=sharpness)
+    soft, arm = parameters.adapt_friction_sharpness, model.arm_sharpness
+    return model.with_(friction_law={'kind': 'atan'}, integrator='rk4',
+                       friction_sharpness=min(model.friction_sharpness, soft),
+                       arm_friction_sharpness=min(arm, soft))
 
 
 def adapted_names(model: DriveModel, parameters: EstimatorParameters) -> list[str]:

@@ -32,7 +32,7 @@ from gearbox_monitor.estimation.process_model import (
 from gearbox_monitor.kernels.jit import fma, jit, jit_inline
 from gearbox_monitor.kernels.types import Array, Four, Packed, Pair, States
 from gearbox_monitor.plant.drive import (
-    ALPHA, arm_acceleration, CAC, CAV, CL, G, motor_acceleration, motor_friction_slope,
+    ALPHA, arm_acceleration, CAC, CAV, CL, G, LAW, motor_acceleration, motor_friction_slope,
     steady_arm_load, substeps)
 
 LANES = 16
@@ -48,7 +48,7 @@ Drive: TypeAlias = tuple[tuple[float, ...], tuple[float, ...]]
 
 def suited(p: Array) -> bool:
     """Return whether lanes can run filters with the packed parameters `p`."""
-    return (not p[[NUMERIC, G, CAC, CL]].any()
+    return (not p[[NUMERIC, G, CAC, CL, LAW]].any()
             and bool(p[FRICTION_AT] < 0.0 and p[CURVE_COUNT] < 0.0))
 
 

@@ -45,9 +45,11 @@ from gearbox_monitor.kernels.types import (
     Array, Curve, Four, Packed, Pair, Slopes, States, Triple)
 from gearbox_monitor.parameters import CURVES, EstimatorParameters
 from gearbox_monitor.plant.drive import (
-    arm_acceleration, arm_load, arm_load_slopes, CAC, CAV, CC, CL, CV, D, DriveModel,
-    fastest_eigenvalue, G, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S, KR, motor_acceleration,
-    motor_friction_load_slope, motor_friction_slope, N_PARAMETERS, STIFFNESS, TL, WIDTH)
+    arm_acceleration, arm_constraint, arm_load, arm_load_slopes, CAC, CAV, CC, CL, CV, D,
+    DriveModel, fastest_eigenvalue, G, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S, KR, LAW,
+    motor_acceleration, motor_acceleration_by_law, motor_friction_load_slope, motor_friction_slope,
+    motor_friction_slope_by_law, N_PARAMETERS, STIFFNESS, TL, WIDTH)
+from gearbox_monitor.plant.friction_law import ATAN
 from gearbox_monitor.plant.transmission import dead_zone_torque, elastic_torque, play
 
 X1, X2, X3, X4, TAU_K, TAU_ARM, TAU_E = range(7)
@@ -150,7 +152,8 @@ def pack(model: DriveModel, parameters: EstimatorParameters) -> Array:
     p[R2] = parameters.r_std_arm ** 2
     p[TAU_K_MODEL_STD] = parameters.tau_k_model_std
     p[Q_TAU_K_SPEED] = parameters.q_std_tau_k_speed ** 2
-    p[NUMERIC] = parameters.ekf_jacobian == 'numeric'
+    # No tangent has the slopes of a constraint over all other torques.
+    p[NUMERIC] = parameters.ekf_jacobian == 'numeric' or model.friction_law.constraint
     p[STATISTICAL] = parameters.friction_linearisation == 'statistical'
     p[UKF_ALPHA], p[UKF_BETA] = parameters.ukf_alpha, parameters.ukf_beta
     p[UKF_KAPPA] = parameters.ukf_kappa
@@ -193,12 +196,13 @@ def markers(p: Array, n: int) -> States:
 
     A tuple: its length is what the compiler unrolls loops for, and None in its first place leaves
     out what only a load on the arm wants, in its second what only a curve wants (else a tuple that
-    is one longer than the curve's states are many). Then a filter without one costs what it did,
-    to the last bit.
+    is one longer than the curve's states are many), in its third what only another friction law
+    than the arctangent wants. Then a filter without one costs what it did, to the last bit.
     """
     count = int(p[CURVE_COUNT])
     curve = (True,) * (count + 1) if count >= 0 else None
-    return (True if _has_load(p) else None, curve, *(None,) * (n - 2))
+    return (True if _has_load(p) else None, curve, None if p[LAW] == ATAN else True,
+            *(None,) * (n - 3))
 
 
 @jit_inline
@@ -406,7 +410,8 @@ def tangent(z: Array, m: Array, p: Array, out: Array) -> None:
         out: A m [n, n], written.
 
     """
-    slope, share = _slopes(z[X3], z[TAU_K], p)
+    slope = motor_friction_slope_by_law(z[X3], z[TAU_K], p)
+    share = 1.0 + motor_friction_load_slope(z[X3], z[TAU_K], p)
     loaded, arm = _has_load(p), arm_load_slopes(z[X2], z[X4], p)
     load_at, friction_at = int(p[LOAD_AT]), int(p[FRICTION_AT])
     for j in range(m.shape[1]):
@@ -523,12 +528,13 @@ def advance_drives(states: States, z: Array, factors: Array, torques: Triple, dt
     u, load, rate = torques
     h = dt / n_substeps
     p_k, time, load_at, friction_at = p[K_P], p[FRICTION_TIME], p[LOAD_AT], p[FRICTION_AT]
+    law = p[19], p[20], p[21], p[22], p[23], p[24]
     for _ in range(n_substeps):
         for i in range(BESIDE):
             drive = (p[0] * factors[0, i], p[1] * factors[1, i], p[2] * factors[2, i],
                      p[3] * factors[3, i], p[4] * factors[4, i], p[5], p[6], p[7], p[8], p[9],
                      p[10], p[11], p[12], p[13] * factors[5, i], p[14] * factors[6, i], p[15],
-                     p[16], p[17], p[18] * factors[7, i], p_k, time, load_at, friction_at)
+                     p[16], p[17], p[18] * factors[7, i], *law, p_k, time, load_at, friction_at)
             own = factors[FACTOR_GAIN, i] * u - factors[FACTOR_DELAY, i] * rate
             _advance_one(states, z, BESIDE, i, (own, load), h, drive)
 
@@ -602,6 +608,10 @@ def _accelerations(states: States, x: Column, u: float, load: float, p: Packed) 
     x1, x2, x3, x4, tau_k = x
     if states[0] is not None:
         load += arm_load(x2, x4, p)
+    if states[2] is not None:
+        load += arm_constraint(x3, x4, tau_k, load, p)
+        return (motor_acceleration_by_law(x1, x3, x4, u, tau_k, p),
+                arm_acceleration(x3, x4, tau_k, load, p))
     return motor_acceleration(x1, x3, x4, u, tau_k, p), arm_acceleration(x3, x4, tau_k, load, p)
 
 
@@ -798,7 +808,10 @@ def _column_of_x2(states: States, phi: Array, stages: _Stages, p: Array,
 
 
 @jit_inline
-def _slopes(x3: float, tau_k: float, p: Array) -> Pair:
+def _slopes(law: bool | None, x3: float, tau_k: float, p: Array) -> Pair:
+    if law is not None:
+        return (motor_friction_slope_by_law(x3, tau_k, p),
+                1.0 + motor_friction_load_slope(x3, tau_k, p))
     return motor_friction_slope(x3, tau_k, p), 1.0 + motor_friction_load_slope(x3, tau_k, p)
 
 
@@ -841,14 +854,14 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
           _begin(n, phi, TAU_K, first))
     # Stage by stage: the state y, its rates (f, g), the columns m and their rates r.
     total, bend1 = _total(curve, x1 - x2, memory, law, tau_k)
-    slope1, share1 = _slopes(x3, total, p)
+    slope1, share1 = _slopes(states[2], x3, total, p)
     arm1 = _load_slopes(loaded, x2, x4, p)
     f1, g1 = _accelerations(states, (x1, x2, x3, x4, total), u - error[0], load, p)
     r1 = _four_rates(loaded, _four_bent(curve, bend1, rows, m1), slope1, share1, arm1, p)
     y2, y3, y4 = x2 + half * x4, x3 + half * f1, x4 + half * g1
     tau_y = tau_k + half * p[K_P] * (x3 - x4)
     total, bend2 = _total(curve, x1 + half * x3 - y2, memory, law, tau_y)
-    slope2, share2 = _slopes(y3, total, p)
+    slope2, share2 = _slopes(states[2], y3, total, p)
     arm2 = _load_slopes(loaded, y2, y4, p)
     f2, g2 = _accelerations(states, (x1 + half * x3, y2, y3, y4, total), u - error[1], load, p)
     m2 = _four_along(m1, half, m1, r1, p)
@@ -856,7 +869,7 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
     v2, v3, v4 = x2 + half * y4, x3 + half * f2, x4 + half * g2
     tau_v = tau_k + half * p[K_P] * (y3 - y4)
     total, bend3 = _total(curve, x1 + half * y3 - v2, memory, law, tau_v)
-    slope3, share3 = _slopes(v3, total, p)
+    slope3, share3 = _slopes(states[2], v3, total, p)
     arm3 = _load_slopes(loaded, v2, v4, p)
     f3, g3 = _accelerations(states, (x1 + half * y3, v2, v3, v4, total), u - error[2], load, p)
     m3 = _four_along(m1, half, m2, r2, p)
@@ -864,7 +877,7 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
     w2, w3, w4 = x2 + h * v4, x3 + h * f3, x4 + h * g3
     tau_w = tau_k + h * p[K_P] * (v3 - v4)
     total, bend4 = _total(curve, x1 + h * v3 - w2, memory, law, tau_w)
-    slope4, share4 = _slopes(w3, total, p)
+    slope4, share4 = _slopes(states[2], w3, total, p)
     arm4 = _load_slopes(loaded, w2, w4, p)
     f4, g4 = _accelerations(states, (x1 + h * v3, w2, w3, w4, total), u - error[3], load, p)
     m4 = _four_along(m1, h, m3, r3, p)

@@ -24,9 +24,10 @@ import math
 from typing import NamedTuple
 
 from gearbox_monitor.kernels.types import Values
-from gearbox_monitor.plant.drive import CAC, CAV, DriveModel, G, OFFSET
+from gearbox_monitor.plant.drive import CAV, DriveModel, G, OFFSET
 from gearbox_monitor.plant.effects import (
     actuator, arm_side, controller, EFFECTS, encoder, gearbox, motor_side, torque_map)
+from gearbox_monitor.plant.friction_law import FrictionLaw
 
 NATIVE, CONSTRUCT, REFUSED = KINDS = ('native', 'construct', 'refused')
 MOTOR, ARM, TENDON = ('motor', 'arm', 'tendon')  # where a passive torque acts
@@ -51,10 +52,10 @@ class MjcfValues:
     A drive in the quantities of MJCF, SI units on the arm side.
 
     motor_inertia, arm_inertia: kg m^2. motor_damping, arm_damping: N m s/rad. motor_friction,
-    arm_friction: N m, of the sharpness `sharpness` (s/rad). motor_stiffness: N m/rad, to the
-    ground. weight: G of G sin(x2), N m; None leaves that of the file. rigid: without transmission;
-    stiffness (N m/rad), cubic (N m/rad^3), half_gap (rad), damping of the transmission;
-    yielding: stiffness and yield (rad) of an elasto-plastic spring beside it.
+    arm_friction: N m, of a `law` and of `sharpness` (s/rad, of motor and arm). motor_stiffness:
+    N m/rad, to the ground. weight: G of G sin(x2), N m; None leaves that of the file. rigid:
+    without transmission; stiffness (N m/rad), cubic (N m/rad^3), half_gap (rad), damping of the
+    transmission; yielding: stiffness and yield (rad) of an elasto-plastic spring beside it.
     gain (1), offset, limit (N m), lag, delay (s) of the actuator, limit before the lag.
     late: delay of the readings of motor and arm, s; zero: offset of that of the arm, rad.
     """
@@ -65,7 +66,8 @@ class MjcfValues:
     arm_damping: float
     motor_friction: float
     arm_friction: float
-    sharpness: float
+    sharpness: tuple[float, float]
+    law: FrictionLaw
     motor_stiffness: float
     weight: float | None
     rigid: bool
@@ -258,11 +260,14 @@ def values_of(model: DriveModel) -> tuple[MjcfValues, list[Exported]]:
     """Return the MjcfValues of `model`, and what each of its effects became."""
     folded = model.folded()
     p, shape = folded.pack(), folded.transmission
-    rigid = shape.kind == 'rigid'
+    rigid, law = shape.kind == 'rigid', folded.friction_law
+    arm_coulomb = sum(effect['Cac'] for effect in folded.effects
+                      if effect['id'] == arm_side.ARM_COULOMB.id)
     listed = {effect['id'] for effect in model.effects}
     values = MjcfValues(
         folded.motor_inertia, folded.arm_inertia, folded.viscous_friction, float(p[CAV]),
-        folded.coulomb_friction, float(p[CAC]), folded.friction_sharpness,
+        folded.coulomb_friction, arm_coulomb,
+        (folded.friction_sharpness, folded.arm_sharpness), folded.friction_law,
         folded.position_gain, float(p[G]) if arm_side.GRAVITY.id in listed else None, rigid,
         shape.stiffness, shape.half_gap, folded.damping, offset=float(p[OFFSET]))
     exported = []
@@ -271,6 +276,9 @@ def values_of(model: DriveModel) -> tuple[MjcfValues, list[Exported]]:
     elif shape.kind == 'play':
         exported.append(Exported('transmission.kind', REFUSED,
                                  'play supplies energy: no spring of a tendon does'))
+    if law.kind == 'physx' and law.static != 1.0:
+        exported.append(Exported('friction_law.static', REFUSED,
+                                 'friction at rest and in sliding are one in MuJoCo'))
     if model.controller is not None:
         exported.append(Exported('controller', REFUSED, _SERVO))
     for effect in sorted(model.effects, key=lambda e: _order(e['id'])):

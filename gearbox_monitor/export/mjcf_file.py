@@ -20,7 +20,7 @@ that hang on one parent: that of the motor, and that of the arm. A fixed tendon 
 the transmission.
 """
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from pathlib import Path
 from typing import Any
@@ -32,6 +32,10 @@ from gearbox_monitor.export.xml_edit import parse_xml, XmlDocument, XmlElement
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.effects import arm_side, gearbox
+from gearbox_monitor.plant.friction_law import FrictionLaw
+
+
+INTEGRATOR_OF = {'implicit': 'implicitfast'}  # they differ by damping between joints
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,8 @@ class MjcfJoint:
     """
     A joint as MuJoCo compiles it, in SI units.
 
-    inertia: of all that moves with it, without its armature; damping: with that of actuators.
+    inertia: of all that moves with it, without its armature; damping: with that of actuators;
+    law: of frictionloss, with the impedance that counts in the posture.
     """
 
     name: str
@@ -53,6 +58,7 @@ class MjcfJoint:
     stiffness: float
     ref: float
     slide: bool
+    law: FrictionLaw
 
 
 @dataclass(frozen=True)
@@ -246,7 +252,19 @@ def _joint(document: XmlDocument, m: Any, state: Any, name: str) -> MjcfJoint:
         name, element, index, float(m.dof_armature[dof]),
         float(row[dof] - m.dof_armature[dof]), float(m.dof_damping[dof]) + added, added,
         float(m.dof_frictionloss[dof]), float(m.jnt_stiffness[index]),
-        float(m.qpos0[m.jnt_qposadr[index]]), bool(m.jnt_type[index] == kinds[1]))
+        float(m.qpos0[m.jnt_qposadr[index]]), bool(m.jnt_type[index] == kinds[1]),
+        _law(m, dof, float(row[dof])))
+
+
+def _law(m: Any, dof: int, inertia: float) -> FrictionLaw:
+    """Return the law of frictionloss of a degree of freedom with an inertia (kg m^2)."""
+    solref, solimp = m.dof_solref[dof].tolist(), m.dof_solimp[dof].tolist()
+    if solref[0] > 0.0 and m.opt.disableflags & int(mujoco_module().mjtDisableBit.mjDSBL_REFSAFE):
+        solref = [-1.0, -2.0 / solref[0]]  # as it is, also where the timestep is long
+    law = FrictionLaw('mujoco', (solref[0], solref[1]), (solimp[0], solimp[1]))
+    # MuJoCo scales by the inverse inertia in the posture qpos0.
+    softness = law.softness * float(m.dof_invweight0[dof]) * inertia
+    return replace(law, solimp=(1.0 / (1.0 + softness), solimp[1]))
 
 
 def _tendon(document: XmlDocument, m: Any, motor: MjcfJoint, arm: MjcfJoint
@@ -369,6 +387,8 @@ def model_of(drive: MjcfDrive, given: Mapping[str, Any] | None = None) -> DriveM
     values: dict[str, Any] = {
         'viscous_friction': joint.damping, 'coulomb_friction': joint.frictionloss,
         'position_gain': joint.stiffness, 'axis': 'prismatic' if joint.slide else 'rotary'}
+    if drive.document.root.tag == 'mujoco':
+        values |= _steps(drive)
     effects: list[dict[str, Any]] = []
     if actuator is not None:
         values['gear_ratio'] = actuator.gear * (1.0 if actuator.setpoint else actuator.gain)
@@ -407,6 +427,21 @@ def model_of(drive: MjcfDrive, given: Mapping[str, Any] | None = None) -> DriveM
         effects.append({'id': arm_side.GRAVITY.id, 'G': sine})
     effects = [*(e for e in effects if e['id'] not in own), *replaced]
     return model_from_dict({**values, **given, 'effects': effects}, str(drive.path))
+
+
+def _steps(drive: MjcfDrive) -> dict[str, Any]:
+    """Return friction law, timestep and integrator of MuJoCo. Raises InputError."""
+    motor, arm = drive.motor, drive.arm_joint
+    law = motor.law if motor.frictionloss or not arm.frictionloss else arm.law
+    if motor.frictionloss and arm.frictionloss and not (
+            np.allclose(motor.law.solref, arm.law.solref)
+            and np.allclose(motor.law.solimp, arm.law.solimp, rtol=1e-3)):
+        raise InputError(f'{drive.path}: joints {motor.name}, {arm.name}: solreffriction, '
+                         'solimpfriction differ, expected one law of friction for both')
+    integrator = mujoco_module().mjtIntegrator(drive.compiled.opt.integrator).name
+    name = integrator.removeprefix('mjINT_').lower()
+    return {'friction_law': {'kind': law.kind, 'solref': law.solref, 'solimp': law.solimp},
+            'timestep': drive.timestep, 'integrator': INTEGRATOR_OF.get(name, name)}
 
 
 def _transmission(drive: MjcfDrive) -> dict[str, Any]:

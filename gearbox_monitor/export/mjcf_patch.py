@@ -32,11 +32,12 @@ from gearbox_monitor.export.mjcf_file import drive_of, MjcfDrive, MjcfJoint, muj
 from gearbox_monitor.export.xml_edit import (
     behind, Edit, edited, with_attributes, with_child, XmlElement)
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.friction_law import FrictionLaw, IMPEDANCES
 
 SAME = 1e-9  # relative: what differs by less is not edited
 # Regularised Coulomb friction: a ramp up to this many 1 / sharpness is nearest to the arctangent
 # over motions of some hundred of them.
-RAMP = 5.0
+RAMP = {'atan': 5.0, 'tanh': 1.5}
 IMPEDANCE = 1e-3  # of the friction constraint: at small ones it is a function of speed alone
 HEAVY = 0.5   # largest share of the inertia of an arm that its mass takes, off the joint
 ROTOR = 'mass="1e-6" diaginertia="1e-12 1e-12 1e-12"'
@@ -168,24 +169,31 @@ def patched(drive: MjcfDrive, values: MjcfValues, exported: Sequence[Exported]) 
 # ---------------------------------------------------------------------- joints
 
 
-def _friction(drive: MjcfDrive, friction: float, sharpness: float, inertia: float
-              ) -> dict[str, str]:
+def _friction(drive: MjcfDrive, friction: float, values: MjcfValues, inertia: float,
+              on_arm: bool = False) -> dict[str, str]:
     """
     Return the attributes of Coulomb friction: a constraint that is nearly a function of speed.
 
     MuJoCo's force is d (tau + M b v) within +-frictionloss, d the impedance, tau all other torque.
+    Other laws that are constraints have their own d and b.
     """
+    law, sharpness = values.law, values.sharpness[on_arm]
     if friction == 0.0:
         return {'frictionloss': '0'}
+    if law.constraint:
+        if law.kind != 'mujoco':  # the joint stands after a step
+            law = FrictionLaw('mujoco', (2.0 * drive.timestep, 1.0), (IMPEDANCES[1],) * 2)
+        return {'frictionloss': number(friction), 'solreffriction': number(*law.solref),
+                'solimpfriction': number(*law.solimp)}
     # The constraint is explicit in the speed: within a step it must not reverse it.
-    speed = max(RAMP / sharpness, friction * drive.timestep / inertia)
+    speed = max(RAMP[law.kind] / sharpness, friction * drive.timestep / inertia)
     slope = friction / (inertia * speed)
     return {'frictionloss': number(friction), 'solreffriction': f'-1 {number(-slope)}',
             'solimpfriction': number(IMPEDANCE, IMPEDANCE)}
 
 
-def _put_joint(draft: _Draft, joint: MjcfJoint, wanted: Mapping[str, float], sharpness: float,
-               inertia: float) -> None:
+def _put_joint(draft: _Draft, joint: MjcfJoint, wanted: Mapping[str, float], of: MjcfValues,
+               inertia: float, on_arm: bool = False) -> None:
     """Edit what of a joint differs from `wanted` {armature, damping, frictionloss, stiffness}."""
     current = {'armature': joint.armature, 'damping': joint.damping,
                'stiffness': joint.stiffness}
@@ -204,9 +212,12 @@ def _put_joint(draft: _Draft, joint: MjcfJoint, wanted: Mapping[str, float], sha
               'stiffness': m.jnt_stiffnesspoly[joint.index]}
     values = {name: number(max(0.0, value), *(higher[name] if np.any(higher[name]) else ()))
               for name, value in own.items() if not _same(wanted[name], current[name])}
-    values |= _friction(draft.drive, wanted['frictionloss'], sharpness, inertia)
-    if not wanted['frictionloss'] and not joint.frictionloss:
+    values |= _friction(draft.drive, wanted['frictionloss'], of, inertia, on_arm)
+    if _same(wanted['frictionloss'], joint.frictionloss):
         del values['frictionloss']
+    if joint.law == of.law:
+        values.pop('solreffriction', None)
+        values.pop('solimpfriction', None)
     draft.put(joint.element, values)
 
 
@@ -215,7 +226,7 @@ def _one_joint(draft: _Draft, values: MjcfValues) -> None:
     _put_joint(draft, joint, {
         'armature': values.motor_inertia, 'damping': values.motor_damping + values.arm_damping,
         'frictionloss': values.motor_friction + values.arm_friction,
-        'stiffness': values.motor_stiffness}, values.sharpness,
+        'stiffness': values.motor_stiffness}, values,
         values.motor_inertia + values.arm_inertia)
 
 
@@ -225,9 +236,9 @@ def _two_joints(draft: _Draft, values: MjcfValues) -> None:
     _put_joint(draft, motor, {
         'armature': values.motor_inertia - motor.inertia, 'damping': values.motor_damping,
         'frictionloss': values.motor_friction, 'stiffness': values.motor_stiffness},
-        values.sharpness, values.motor_inertia)
-    _put_joint(draft, arm, _of_arm(values, arm.armature, arm.stiffness), values.sharpness,
-               values.arm_inertia)
+        values, values.motor_inertia)
+    _put_joint(draft, arm, _of_arm(values, arm.armature, arm.stiffness), values,
+               values.arm_inertia, on_arm=True)
 
 
 def _of_arm(values: MjcfValues, armature: float, stiffness: float) -> dict[str, float]:
@@ -248,11 +259,12 @@ def _with_rotor(draft: _Draft, values: MjcfValues) -> tuple[str, str]:
     if name in taken:
         raise InputError(f'{drive.path}: {name}: the name is taken, expected it to be free for '
                          'the joint of the motor')
-    _put_joint(draft, joint, _of_arm(values, 0.0, 0.0), values.sharpness, values.arm_inertia)
+    _put_joint(draft, joint, _of_arm(values, 0.0, 0.0), values, values.arm_inertia,
+               on_arm=True)
     place = ''.join(f' {key}="{value}"' for key, value in body.attributes.items()
                     if key in ('pos', *TURN))
     friction = ' '.join(f'{k}="{v}"' for k, v in _friction(
-        drive, values.motor_friction, values.sharpness, values.motor_inertia).items())
+        drive, values.motor_friction, values, values.motor_inertia).items())
     kind = 'slide' if joint.slide else 'hinge'
     draft.edits.append(behind(document, body, f"""\
 <body name="{name}"{place}>

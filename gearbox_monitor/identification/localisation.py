@@ -224,7 +224,7 @@ def command_or_motion(search: Search, free: InputEstimate) -> dict[str, float]:
     dt, width = recording.dt, max(3, 2 * round(0.5 * SPACING / recording.dt) + 1)
     speed = np.gradient(savgol_filter(recording.positions[:, 0], width, 2), dt)
     mean = np.ones(width) / width
-    s = np.convolve(np.arctan(search.model.friction_sharpness * speed), mean, 'same')
+    s = np.convolve(search.model.friction_side(speed), mean, 'same')
     u = np.convolve(recording.torque, mean, 'same')
     rate = np.gradient(u, dt)
     peaks = np.rint(np.arange(free.signal.shape[1]) * SPACING / dt).astype(int)

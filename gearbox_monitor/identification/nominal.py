@@ -208,8 +208,7 @@ def regressed_start(recording: UniformRecording, candidate: CandidateModel) -> A
     gravity = sum(e['G'] for e in model.effects if e['id'] == GRAVITY.id)
     columns = {'m1': motor + arm if together else motor,
                'Cv': model.viscous_friction * v[:, column],
-               'Cc': model.coulomb_friction * 2.0 / np.pi * np.arctan(
-                   model.friction_sharpness * v[:, column]),
+               'Cc': model.coulomb_friction * model.friction_side(v[:, column]),
                'G': gravity * np.sin(p[:, -1]), 'u0': -np.ones(len(u))}
     places = {c.name: i for i, c in enumerate(candidate.coordinates) if c.name in columns}
     rest = u - model.position_gain * p[:, column] - sum(

@@ -27,7 +27,7 @@ import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant import batch
-from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue
+from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue, steps_of
 from gearbox_monitor.plant.effects import MAX_DELAY, MAX_SETPOINT_DELAY
 from gearbox_monitor.plant.effects.composition import actuator, COMMAND_PLACES, steady_command
 from gearbox_monitor.plant.free_runs import Begin, Driving, free_runs, RunResult, RunSpans
@@ -104,8 +104,13 @@ class Simulator:
                  finer: int = 1) -> None:
         self.u, self.dt = np.ascontiguousarray(recording.u), recording.dt
         # One number of steps for all candidates: otherwise a difference in accuracy is evidence.
-        self.n = finer * max(1, math.ceil(self.dt * fastest_eigenvalue(model) / (
+        eigenvalue = fastest_eigenvalue(model)
+        self.n = finer * max(1, math.ceil(self.dt * eigenvalue / (
             COARSE_EIGENVALUE if coarse else STEP_EIGENVALUE)))
+        if model.timestep:
+            own = steps_of(model, self.dt, eigenvalue)
+            # Short steps of the Runge-Kutta method do what longer ones do.
+            self.n = min(self.n, own) if model.integrator == 'rk4' else own
         self.extra = np.zeros((len(self.u), 3))
         if recording.arm_torque is not None:
             self.extra[:, 1] = -recording.arm_torque

@@ -15,10 +15,10 @@
 """
 Free runs of many windows side by side: lanes of a vector unit instead of one after the other.
 
-The results are those of free_runs, bit for bit, for models with a dead zone and without a plug-in:
-most of the runs of a diagnosis. Effects with an equation of their own take a step in which each of
-their terms is a loop over the lanes, composed of the same equations as those of single runs. Steps
-of other transmissions and with plug-ins go lane by lane.
+The results are those of free_runs, bit for bit, for models with a dead zone, the friction and the
+steps of this package and without a plug-in: most of the runs of a diagnosis. Effects with an
+equation of their own take a step in which each of their terms is a loop over the lanes, composed
+of the same equations as those of single runs. Other steps go lane by lane.
 
 s [N_LANE_STATE]: rows of LANES numbers, one for each quantity below.
 """
@@ -29,14 +29,15 @@ from typing import Any, TypeAlias
 from gearbox_monitor.kernels.jit import COMPILED, jit, jit_anew, jit_inline, jit_part
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import (
-    ALPHA, arm_acceleration, arm_friction, CAC, CC, CV, G, gravity, HALF_GAP, K_S, KIND,
-    motor_acceleration, steady_arm_load, STIFFNESS, WIDTH)
+    ALPHA, arm_acceleration, ARM_ALPHA, CAC, CC, CV, G, gravity, HALF_GAP, INTEGRATOR, K_S,
+    KIND, LAW, motor_acceleration, steady_arm_load, STIFFNESS, WIDTH)
 from gearbox_monitor.plant.effects.composition import (
     reading, servo, STEP_PLACES, stored_memories, term_of)
 from gearbox_monitor.plant.effects.effect import Effect, MotorFriction, Torques
 from gearbox_monitor.plant.effects.registry import in_slot, N_MEMORY, SERVO_KP
 from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, RunSpans
-from gearbox_monitor.plant.runge_kutta import Four, runge_kutta
+from gearbox_monitor.plant.friction_law import ATAN, RK4, side
+from gearbox_monitor.plant.runge_kutta import Four, integrator
 from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, step, with_plugin
 from gearbox_monitor.plant.transmission import DEAD_ZONE, dead_zone, transmission_torque
 
@@ -68,7 +69,8 @@ def suited(spans: Sized, p: Array, plugin: object) -> bool:
     Returns:
         True if it is faster, too.
     """
-    return bool(COMPILED and len(spans) >= FEWEST and plugin is None and p[KIND] == DEAD_ZONE)
+    return bool(COMPILED and len(spans) >= FEWEST and plugin is None and p[KIND] == DEAD_ZONE
+                and p[LAW] == ATAN and p[INTEGRATOR] == RK4)
 
 
 # ---------------------------------------------------------------------- without effects
@@ -88,7 +90,12 @@ def _no_memories(m: Any, x3: float, x4: float, h: float, inputs: Any) -> Any:
     return m
 
 
-_rk4 = runge_kutta(_derivative, _no_memories)
+@jit_inline
+def _no_brake(h: float, inputs: Any) -> tuple[float, float]:
+    return 0.0, 0.0
+
+
+_rk4 = integrator(_derivative, _no_memories, _no_brake)
 
 
 @jit
@@ -125,7 +132,7 @@ def _friction(effect: Effect) -> Loop:
 
     def term(s: Array, elapsed: float, p: Array, e: Array) -> None:
         if e[place] != 0.0:
-            c, base = read(e), MotorFriction(p[CV], p[CC], p[ALPHA])
+            c, base = read(e), MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW])
             for i in range(len(s) // PARTS):
                 s[FRICTION + i] += equation(c, s[T + i] + elapsed, s[Y3 + i], s[row + i], base)
     return jit_part(term)
@@ -184,7 +191,7 @@ def _memory(effect: Effect) -> Loop:
 
     def term(s: Array, x3: int, x4: int, h: float, p: Array, e: Array) -> None:
         if e[place] != 0.0:
-            c, base = read(e), MotorFriction(p[CV], p[CC], p[ALPHA])
+            c, base = read(e), MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW])
             for i in range(len(s) // PARTS):
                 s[row + i] = equation(c, s[begin + i], s[x3 + i], s[x4 + i], h, base)
     return jit_part(term)
@@ -219,7 +226,7 @@ def _rates(s: Array, elapsed: float, p: Array, e: Array) -> None:
     _friction_loops(s, elapsed, p, e)
     if p[CAC] != 0.0:
         for i in range(lanes):
-            s[LOAD + i] += arm_friction(s[Y4 + i], p)
+            s[LOAD + i] += p[CAC] * side(p[ARM_ALPHA] * s[Y4 + i], ATAN)
     if p[G] != 0.0:
         for i in range(lanes):
             s[LOAD + i] += gravity(s[Y2 + i], p)
@@ -304,6 +311,8 @@ def step_form(drive: PackedDrive) -> int:
     """Return how step_lanes steps a drive: PLAIN, BY_TERM or ONE_BY_ONE."""
     p, e = drive.p, drive.e
     if p[KIND] != DEAD_ZONE:
+        return ONE_BY_ONE
+    if p[LAW] != ATAN or p[INTEGRATOR] != RK4:
         return ONE_BY_ONE
     plain = p[CAC] == 0.0 and p[G] == 0.0
     for i in STEP_PLACES:

@@ -23,6 +23,9 @@ Equation (1) of Hovland, with everything referred to the arm side:
     m2 x4' = D (x3 - x4) + tau_K - tau_arm
     tau_f  = Cv x3 + (Cc + Cl |tau_K|) (2/pi) atan(alpha x3)
 
+Other laws of friction than the arctangent: friction_law. Kernels that are called ..._by_law take
+any; those without cost less where a model has the arctangent.
+
 Kernels take p, the model's parameters as DriveModel.pack lays them out, and tau_k (N m) for tau_K.
 
 The paper has no torque on the arm (tau_arm = 0) and no friction that depends on the load (Cl = 0).
@@ -42,10 +45,13 @@ from gearbox_monitor.plant.effects import Effect, EFFECTS, pack as packed, Param
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.arm_side import ARM_VISCOUS
 from gearbox_monitor.plant.effects.effect import AtRest
-from gearbox_monitor.plant.transmission import KINDS
+from gearbox_monitor.plant.effects.motor_side import LUGRE
+from gearbox_monitor.plant.friction_law import (
+    ATAN, FrictionLaw, holding, IMPLICITFAST, INTEGRATORS, LAWS, RK4, side, side_slope, TANH,
+    TWO_OVER_PI)
+from gearbox_monitor.plant.transmission import KINDS, RIGID
 from gearbox_monitor.plant.units import on_axis
 
-TWO_OVER_PI = 2.0 / math.pi
 # An explicit RK4 step is stable up to 2.785 on the negative real axis.
 RK4_STABILITY = 2.7
 # Of RK4 in one step of a filter, over the longest gap that it bridges: 0.1 s of computing time at
@@ -54,7 +60,8 @@ MAX_SUBSTEPS = 100_000
 
 # Places in the packed parameter array; of the inertias stand the inverses, kernels need no other.
 (INVERSE_M1, INVERSE_M2, D, CV, CC, ALPHA, KR, OFFSET, KIND, STIFFNESS, HALF_GAP, WIDTH, K_S,
- CAV, CAC, ARM_ALPHA, G, TL, CL, N_PARAMETERS) = range(20)
+ CAV, CAC, ARM_ALPHA, G, TL, CL, LAW, SOFTNESS, RATE, STATIC, LEVEL, INTEGRATOR,
+ N_PARAMETERS) = range(26)
 
 # Parameters of effects that equations (1) have in the filters, too.
 COEFFICIENTS = {'Cav': CAV, 'Cac': CAC, 'G': G, 'TL': TL, 'Cl': CL}
@@ -62,6 +69,7 @@ COEFFICIENTS = {'Cav': CAV, 'Cac': CAC, 'G': G, 'TL': TL, 'Cl': CL}
 UNSEEN_TIME = 0.1  # s in which an arm that is not measured would come to rest
 ARM_LOAD_MODES = ('none', 'unknown', 'measured')
 CONTROLLERS = ('pd',)
+ARCTANGENT = FrictionLaw()
 AXES = ('rotary', 'prismatic')  # prismatic: m, N and kg instead of rad, N m and kg m^2
 DRIVEN_BY = ('torque', 'position')  # what of a recording moves the model in a diagnosis
 
@@ -116,6 +124,8 @@ class DriveModel:
     viscous_friction: float = 0.1
     coulomb_friction: float = 0.27
     friction_sharpness: float = 100.0
+    arm_friction_sharpness: float | None = None
+    friction_law: FrictionLaw = ARCTANGENT
     position_gain: float = 0.01
     torque_offset: float = 0.0
     gear_ratio: float = 1.0
@@ -135,6 +145,8 @@ class DriveModel:
     inertia_tolerance: float = 0.1
     torque_gain_tolerance: float = 0.1
     delay_tolerance: float = 0.002
+    timestep: float | None = None
+    integrator: str = INTEGRATORS[0]
 
     @property
     def effort_scale(self) -> float:
@@ -228,7 +240,7 @@ class DriveModel:
         p[CV], p[CC] = self.viscous_friction, self.coulomb_friction
         p[ALPHA], p[KR], p[OFFSET] = (
             self.friction_sharpness, self.position_gain, self.torque_offset)
-        p[ARM_ALPHA] = self.friction_sharpness
+        p[ARM_ALPHA] = self.arm_sharpness
         t = self.transmission
         p[KIND] = KINDS.index(t.kind)
         p[STIFFNESS], p[HALF_GAP] = t.stiffness, t.half_gap
@@ -237,7 +249,42 @@ class DriveModel:
             if effect['id'] in EFFECTS and EFFECTS[effect['id']].in_filters:
                 for name, place in COEFFICIENTS.items():
                     p[place] += effect.get(name, 0.0)
+        p[LAW], p[STATIC] = self.friction_law.code, self.friction_law.static
+        p[INTEGRATOR] = INTEGRATORS.index(self.integrator)
+        if self.friction_law.constraint:
+            self._pack_constraint(p)
         return p
+
+    def _pack_constraint(self, p: Array) -> None:
+        """Fill in what a friction that is a constraint needs in the packed model `p`."""
+        p[SOFTNESS] = self.friction_law.softness
+        p[RATE] = self.friction_law.rate(self.timestep or math.inf)
+        # LuGre stands in place of Coulomb friction, and a rigid drive is one joint.
+        p[LEVEL] = -p[CC] if any(e['id'] == LUGRE.id for e in self.effects) else 0.0
+        inertias = [self.motor_inertia, self.arm_inertia]
+        if self.transmission.kind == 'rigid':
+            p[LEVEL] += p[CAC]
+            p[CAC], inertias = 0.0, [sum(inertias)] * 2
+        # Where effects ask for the sign of a speed: nearest to the ramp of the constraint.
+        for place, level, inertia in zip((ALPHA, ARM_ALPHA), (p[CC], p[CAC]), inertias):
+            if level > 0.0:
+                p[place] = p[RATE] * inertia / (TWO_OVER_PI * level * max(p[SOFTNESS], 0.01))
+
+    @property
+    def arm_sharpness(self) -> float:
+        """Sharpness of Coulomb friction on the arm, s/rad: that of the motor unless stated."""
+        own = self.arm_friction_sharpness
+        return self.friction_sharpness if own is None else own
+
+    def friction_side(self, speed: Array, arm: bool = False) -> Array:
+        """Return the share of Coulomb friction at `speed` (rad/s), of the motor or the `arm`."""
+        v = self.pack()[ARM_ALPHA if arm else ALPHA] * speed
+        if self.friction_law.constraint:
+            ramp: Array = np.clip(TWO_OVER_PI * v, -1.0, 1.0)
+            return ramp
+        smooth: Array = (np.tanh(v) if self.friction_law.kind == 'tanh'
+                         else TWO_OVER_PI * np.arctan(v))
+        return smooth
 
     def pack_effects(self) -> Array:
         """Return effects and servo as the float64 array [N_EFFECTS] that kernels take."""
@@ -257,6 +304,10 @@ class DriveModel:
                                   for f in fields(Controller)}
         data['transmission'] = {
             f.name: getattr(self.transmission, f.name) for f in fields(Transmission)}
+        law = self.friction_law
+        data['friction_law'] = {'kind': law.kind, **{
+            name: list(v) if isinstance(v := getattr(law, name), tuple) else v
+            for name in _OF_LAW[law.kind]}}
         data['effects'] = [dict(e) for e in self.effects]
         return data
 
@@ -271,12 +322,15 @@ class DriveModel:
 
 _OF_TRANSMISSION = {f.name for f in fields(Transmission)}
 _OF_CONTROLLER = {'kp', 'kd', 'torque_limit'}
+_OF_LAW: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(LAWS, ()), 'mujoco': ('solref', 'solimp'), 'physx': ('static',)}
 
 # How far values may be off, either way, see estimation.consider; a file that states none has the
 # defaults.
 TOLERANCES = ('friction_tolerance', 'damping_tolerance', 'inertia_tolerance',
               'torque_gain_tolerance', 'delay_tolerance')
 
+OPTIONAL = ('process_torque', 'arm_friction_sharpness', 'timestep')  # null in a file: not stated
 # name -> (unit, lower bound, upper bound, bound is exclusive at the lower end)
 _RANGES = {
     'motor_inertia': ('kg m^2', 0.0, 1e6, True),
@@ -286,6 +340,9 @@ _RANGES = {
     'viscous_friction': ('N m s/rad', -1e9, 1e9, False),
     'coulomb_friction': ('N m', 0.0, 1e9, False),
     'friction_sharpness': ('s/rad', 0.0, 1e9, True),
+    'arm_friction_sharpness': ('s/rad', 0.0, 1e9, True),
+    'static': ('-', 1.0, 1e3, False),
+    'timestep': ('s', 0.0, 1.0, True),
     'position_gain': ('N m/rad', 0.0, 1e9, False),
     'torque_offset': ('N m', -1e9, 1e9, False),
     'gear_ratio': ('-', -1e6, 1e6, False),
@@ -349,6 +406,9 @@ def model_from_dict(data: Any, source: str) -> DriveModel:
     if 'transmission' in values:
         with problems:
             values['transmission'] = _transmission(values['transmission'], source, axis)
+    if 'friction_law' in values:
+        with problems:
+            values['friction_law'] = _friction_law(values['friction_law'], source, axis)
     if values.get('controller') is not None:
         with problems:
             values['controller'] = _controller(values['controller'], source, axis)
@@ -356,12 +416,13 @@ def model_from_dict(data: Any, source: str) -> DriveModel:
         with problems:
             values['effects'] = _effects(values['effects'], source, axis)
             _check_input(values['effects'], values.get('controller') is not None, source)
-    for name, choices in (('arm_load', ARM_LOAD_MODES), ('axis', AXES), ('driven_by', DRIVEN_BY)):
+    for name, choices in (('arm_load', ARM_LOAD_MODES), ('axis', AXES), ('driven_by', DRIVEN_BY),
+                          ('integrator', INTEGRATORS)):
         if name in values:
             with problems:
                 _choice(values[name], name, source, choices)
     for name in values:
-        if name in _RANGES and not (name == 'process_torque' and values[name] is None):
+        if name in _RANGES and not (name in OPTIONAL and values[name] is None):
             with problems:
                 values[name] = _number(values[name], name, source, axis)
     if values.get('driven_by') == 'position' and not values.get('process_torque_time'):
@@ -371,10 +432,58 @@ def model_from_dict(data: Any, source: str) -> DriveModel:
     if values.get('controller') is not None and values.get('driven_by') == 'position':
         problems.found.append(f'{source}: driven_by: position, expected torque with a controller, '
                               'whose setpoint drives the model')
+    problems.found += _simulator_problems(values, source)
     if values.get('gear_ratio') == 0:
         problems.found.append(f'{source}: gear_ratio: 0, expected a number other than 0')
     problems.raise_all()
     return DriveModel(**values)
+
+
+def _simulator_problems(values: dict[str, Any], source: str) -> list[str]:
+    """Return what is wrong with friction law, timestep and integrator together."""
+    law, problems = values.get('friction_law'), []
+    constraint = isinstance(law, FrictionLaw) and law.constraint
+    if values.get('timestep') is None:
+        for name in ('friction_law',) * constraint + ('integrator',) * (
+                values.get('integrator', INTEGRATORS[0]) != INTEGRATORS[0]):
+            value = law.kind if name == 'friction_law' and law else values[name]
+            problems.append(f'{source}: timestep: missing, expected that of the simulator (s) '
+                            f'with {name}: {value}')
+    if constraint and law and values.get('driven_by') == 'position':
+        problems.append(f'{source}: friction_law: {law.kind}, expected atan or tanh with '
+                        'driven_by: position')
+    return problems
+
+
+def _friction_law(block: Any, source: str, axis: str) -> FrictionLaw:
+    allowed, problems = {f.name for f in fields(FrictionLaw)}, Problems()
+    with problems:
+        _mapping(block, 'friction_law', source, allowed)
+    block = {k: v for k, v in block.items() if k in allowed} if isinstance(block, dict) else {}
+    kind = block.pop('kind', LAWS[0])
+    with problems:
+        _choice(kind, 'friction_law.kind', source, LAWS)
+    for name in block:
+        where = f'{source}: friction_law.{name}'
+        if name not in _OF_LAW.get(kind, allowed):
+            problems.found.append(f'{where}: not of the law {kind}, expected only kind'
+                                  + ''.join(f', {word}' for word in _OF_LAW.get(kind, ())))
+        elif name == 'static':
+            with problems:
+                block[name] = _number(block[name], name, f'{source}: friction_law', axis)
+        else:
+            with problems:
+                block[name] = _pair(block[name], where)
+    problems.raise_all()
+    return FrictionLaw(kind, **block)
+
+
+def _pair(value: Any, where: str) -> tuple[float, float]:
+    good = isinstance(value, (list, tuple)) and len(value) >= 2 and all(
+        isinstance(v, (int, float)) and math.isfinite(v) for v in value)
+    if not good:
+        raise InputError(f'{where}: {value!r}, expected two numbers, as in an MJCF file')
+    return float(value[0]), float(value[1])
 
 
 def _transmission(block: Any, source: str, axis: str) -> Transmission:
@@ -522,10 +631,10 @@ def fastest_eigenvalue(model: DriveModel) -> float:
         torque = abs(p[G]) + abs(p[TL])
     else:
         torque = model.transmission.stiffness * model.transmission.half_gap
-    slope, spring = motor_friction_slope(0.0, torque, p), 0.0
+    slope, spring = motor_friction_slope_by_law(0.0, torque, p), 0.0
     if model.controller is not None:
         slope, spring = slope + model.controller.kd, model.controller.kp
-    arm_slope = p[CAV] + TWO_OVER_PI * p[CAC] * p[ALPHA]
+    arm_slope = arm_load_slopes(0.0, 0.0, p)[1]
     for effect in model.effects:
         at_rest = _at_rest(effect, p[ALPHA])
         slope += at_rest.damper
@@ -573,7 +682,7 @@ def fast_values(model: DriveModel) -> str:
             servo.kd * p[INVERSE_M1] + math.sqrt(servo.kp * p[INVERSE_M1]))
     if p[CAV] or p[CAC] or p[G]:
         rates[f'effects that load the arm, {arm}'] = (
-            p[CAV] + p[CAC] * p[ALPHA] + math.sqrt(abs(p[G]))) * p[INVERSE_M2]
+            p[CAV] + p[CAC] * p[ARM_ALPHA] + math.sqrt(abs(p[G]))) * p[INVERSE_M2]
     if p[CL]:
         rates[f'effect load_friction, {motor}'] = (
             p[CL] * k * shape.half_gap * p[ALPHA] * p[INVERSE_M1])
@@ -617,6 +726,49 @@ def substeps(dt: float, eigenvalue: float) -> int:
 
 
 @jit_inline
+def braked(h: float, damper: float, p: Array) -> tuple[float, float]:
+    """
+    Return by which factors linear damping at its end changes accelerations in a step.
+
+    MuJoCo's Euler has that of the joints there, its implicitfast all of a joint.
+
+    Args:
+        h: length of the step, s.
+        damper: of a servo, N m s/rad.
+        p: packed model.
+
+    Returns:
+        Factors for motor and arm; 0.0 where steps are those of the Runge-Kutta method.
+    """
+    if p[INTEGRATOR] == RK4:
+        return 0.0, 0.0
+    motor, arm = p[CV], p[CAV]
+    if p[INTEGRATOR] == IMPLICITFAST:
+        motor, arm = motor + p[D] + damper, arm + p[D]
+    if p[KIND] == RIGID:
+        both = 1.0 / (1.0 + h * (motor + arm) / (1.0 / p[INVERSE_M1] + 1.0 / p[INVERSE_M2]))
+        return both, both
+    return 1.0 / (1.0 + h * motor * p[INVERSE_M1]), 1.0 / (1.0 + h * arm * p[INVERSE_M2])
+
+
+def steps_of(model: DriveModel, dt: float, eigenvalue: float) -> int:
+    """
+    Return the number of integration steps in a sample.
+
+    Args:
+        model: the drive.
+        dt: length of a sample, s.
+        eigenvalue: of the drive, 1/s.
+
+    Returns:
+        Those of the simulator that `model` states, or a multiple if the drive is too fast for it;
+        else as few as are stable.
+    """
+    own = max(1, round(dt / model.timestep)) if model.timestep else 1
+    return own * substeps(dt / own, eigenvalue)
+
+
+@jit_inline
 def motor_friction(x3: float, tau_k: float, p: Packed) -> float:
     """
     Return the friction of the motor, the last of equations (1).
@@ -650,6 +802,14 @@ def motor_friction_slope(x3: float, tau_k: float, p: Packed) -> float:
 
 
 @jit
+def motor_friction_slope_by_law(x3: float, tau_k: float, p: Array) -> float:
+    """Do as motor_friction_slope for any law; a constraint counts where it does not slip."""
+    if p[LAW] > TANH:
+        return p[CV] + p[RATE] / (p[INVERSE_M1] * (1.0 + p[SOFTNESS]))
+    return p[CV] + (p[CC] + p[CL] * abs(tau_k)) * p[ALPHA] * side_slope(p[ALPHA] * x3, p[LAW])
+
+
+@jit
 def motor_friction_load_slope(x3: float, tau_k: float, p: Array) -> float:
     """
     Return the slope of the motor's friction over the transmitted torque.
@@ -665,7 +825,7 @@ def motor_friction_load_slope(x3: float, tau_k: float, p: Array) -> float:
     if p[CL] == 0.0:
         return 0.0  # spares an arctangent in each stage of each step
     sign = 1.0 if tau_k > 0.0 else (-1.0 if tau_k < 0.0 else 0.0)
-    return p[CL] * sign * TWO_OVER_PI * arctan(p[ALPHA] * x3)
+    return p[CL] * sign * side(p[ALPHA] * x3, p[LAW])
 
 
 @jit_inline
@@ -687,6 +847,55 @@ def motor_acceleration(x1: float, x3: float, x4: float, u: float, tau_k: float,
     """
     return (u + p[OFFSET] - p[D] * (x3 - x4) - tau_k - p[KR] * x1
             - motor_friction(x3, tau_k, p)) * p[INVERSE_M1]
+
+
+@jit
+def motor_acceleration_by_law(x1: float, x3: float, x4: float, u: float, tau_k: float,
+                              p: Packed) -> float:
+    """
+    Do as motor_acceleration for any law of friction.
+
+    Args:
+        x1: position of the motor, rad.
+        x3: speed of the motor, rad/s.
+        x4: speed of the arm, rad/s.
+        u: torque of the actuator, N m.
+        tau_k: torque of the transmission, N m.
+        p: packed model.
+
+    Returns:
+        x3', rad/s^2.
+    """
+    if p[LAW] == ATAN:
+        return motor_acceleration(x1, x3, x4, u, tau_k, p)
+    other = u + p[OFFSET] - p[D] * (x3 - x4) - tau_k - p[KR] * x1 - p[CV] * x3
+    level = p[CC] + p[LEVEL] + p[CL] * abs(tau_k)
+    if p[LAW] == TANH:
+        other -= level * side(p[ALPHA] * x3, p[LAW])
+    else:
+        other -= holding(other, p[RATE] * x3 / p[INVERSE_M1], level, p[SOFTNESS], p[STATIC])
+    return other * p[INVERSE_M1]
+
+
+@jit
+def arm_constraint(x3: float, x4: float, tau_k: float, tau_arm: float, p: Packed) -> float:
+    """
+    Return the Coulomb friction of the arm that is a constraint, which is no part of arm_load.
+
+    Args:
+        x3: speed of the motor, rad/s.
+        x4: speed of the arm, rad/s.
+        tau_k: torque of the transmission, N m.
+        tau_arm: other load on the arm, N m.
+        p: packed model.
+
+    Returns:
+        Torque, N m; 0 where the law is another.
+    """
+    if p[LAW] <= TANH or p[CAC] == 0.0:
+        return 0.0
+    return holding(p[D] * (x3 - x4) + tau_k - tau_arm, p[RATE] * x4 / p[INVERSE_M2], p[CAC],
+                   p[SOFTNESS], p[STATIC])
 
 
 @jit_inline
@@ -728,7 +937,7 @@ def arm_load(x2: float, x4: float, p: Packed) -> float:
     """
     torque = steady_arm_load(x4, p)
     # Most drives have neither: this spares two transcendental functions in each stage of a step.
-    if p[CAC] != 0.0:
+    if p[CAC] != 0.0 and p[LAW] <= TANH:
         torque += arm_friction(x4, p)
     if p[G] != 0.0:
         torque += gravity(x2, p)
@@ -738,7 +947,7 @@ def arm_load(x2: float, x4: float, p: Packed) -> float:
 @jit_inline
 def arm_friction(x4: float, p: Packed) -> float:
     """Return Coulomb friction (N m) on the arm of `p` at the speed `x4` (rad/s)."""
-    return p[CAC] * TWO_OVER_PI * arctan(p[ARM_ALPHA] * x4)
+    return p[CAC] * side(p[ARM_ALPHA] * x4, p[LAW])
 
 
 @jit_inline
@@ -760,8 +969,11 @@ def arm_load_slopes(x2: float, x4: float, p: Array) -> tuple[float, float]:
     Returns:
         d tau_arm / d x2 (N m/rad) and d tau_arm / d x4 (N m s/rad).
     """
-    v = p[ARM_ALPHA] * x4
-    on_speed = p[CAV] + p[CAC] * TWO_OVER_PI * p[ARM_ALPHA] / (1.0 + v * v)
+    if p[LAW] > TANH:
+        held = p[RATE] / (p[INVERSE_M2] * (1.0 + p[SOFTNESS])) if p[CAC] != 0.0 else 0.0
+    else:
+        held = p[CAC] * p[ARM_ALPHA] * side_slope(p[ARM_ALPHA] * x4, p[LAW])
+    on_speed = p[CAV] + held
     return p[G] * math.cos(x2) if p[G] != 0.0 else 0.0, on_speed
 
 
@@ -782,8 +994,25 @@ def rigid_torque(x1: float, x3: float, u: float, tau_arm: float, p: Array) -> fl
     Returns:
         Torque, N m.
     """
+    if p[LAW] > TANH:
+        return _held_torque(x1, x3, u, tau_arm, p)
     both = 1.0 / (p[INVERSE_M1] + p[INVERSE_M2])
-    c = both * (p[INVERSE_M1] * (u + p[OFFSET] - motor_friction(x3, 0.0, p) - p[KR] * x1)
+    friction = p[CV] * x3 + p[CC] * side(p[ALPHA] * x3, p[LAW])
+    c = both * (p[INVERSE_M1] * (u + p[OFFSET] - friction - p[KR] * x1)
                 + p[INVERSE_M2] * tau_arm)
     k = both * p[INVERSE_M1] * motor_friction_load_slope(x3, 1.0, p)
     return c / (1.0 + k) if c > 0.0 else c / (1.0 - k)
+
+
+@jit
+def _held_torque(x1: float, x3: float, u: float, tau_arm: float, p: Array) -> float:
+    """Return rigid_torque where friction is a constraint: the drive is one joint."""
+    m2 = 1.0 / p[INVERSE_M2]
+    both = 1.0 / p[INVERSE_M1] + m2
+    other = u + p[OFFSET] - p[KR] * x1 - p[CV] * x3 - tau_arm
+    level, torque = p[CC] + p[LEVEL], 0.0
+    for _ in range(2 if p[CL] != 0.0 else 1):  # friction that grows with the torque needs it first
+        friction = holding(other, p[RATE] * x3 * both, level + p[CL] * abs(torque), p[SOFTNESS],
+                           p[STATIC])
+        torque = m2 * (other - friction) / both + tau_arm
+    return torque

@@ -28,18 +28,18 @@ from functools import cache
 import math
 from typing import Any, NamedTuple
 
-from gearbox_monitor.kernels.elementary import arctan
 from gearbox_monitor.kernels.jit import jit, jit_inline
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import (
-    ALPHA, ARM_ALPHA, CAC, CAV, CC, CV, D, DriveModel, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S, KIND,
-    motor_acceleration, STIFFNESS, TWO_OVER_PI, WIDTH)
+    ALPHA, ARM_ALPHA, arm_friction, CAC, CAV, CC, CV, D, DriveModel, HALF_GAP, INVERSE_M1,
+    INVERSE_M2, K_S, KIND, LAW, motor_acceleration_by_law, STIFFNESS, WIDTH)
 from gearbox_monitor.plant.effects import Three, Torques
 from gearbox_monitor.plant.effects.composition import (
     advanced_memories, DELAY1, elastic_torque, motor_corrected, motor_error, motor_gain, reading,
     stored_memories)
 from gearbox_monitor.plant.effects.effect import MotorFriction
 from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, RunSpans
+from gearbox_monitor.plant.friction_law import side, side_slope
 from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, rebuilt, torques
 from gearbox_monitor.plant.transmission import RIGID, transmission_torque
 
@@ -102,19 +102,23 @@ def motor_motion(motor: Array, at: float, dt: float, e: Array) -> Three:
 
 
 @jit_inline
-def _with_friction(slope: float, push: float, friction: float, alpha: float,
+def _with_friction(slope: float, push: float, friction: float, alpha: float, law: float,
                    guess: float) -> float:
-    """Return v of slope v + friction s(v) = push: Newton's method, from below or a `guess`."""
+    """
+    Return v of slope v + friction s(alpha v) = push: Newton's method, from below or a `guess`.
+
+    s: side of the law.
+    """
     if friction == 0.0:
         return push / slope
     size, guess = abs(push), math.copysign(1.0, push) * guess
     v = max(0.0, (size - friction) / slope)
-    if guess > v and slope * guess + friction * TWO_OVER_PI * arctan(alpha * guess) < size:
+    if guess > v and slope * guess + friction * side(alpha * guess, law) < size:
         v = guess
     for _ in range(FRICTION_ITERATIONS):
         av = alpha * v
-        off = size - slope * v - friction * TWO_OVER_PI * arctan(av)
-        change = off / (slope + friction * TWO_OVER_PI * alpha / (1.0 + av * av))
+        off = size - slope * v - friction * side(av, law)
+        change = off / (slope + friction * alpha * side_slope(av, law))
         v += change
         if abs(change) < CLOSE:
             break
@@ -142,12 +146,12 @@ def advance_arm(state: Array, t: float, h: float, end_x1: float, end_x3: float, 
     p, e = drive.p, drive.e
     x1, x2, x3, x4 = state[0], state[1], state[2], state[3]
     m = stored_memories(state)
-    base = MotorFriction(p[CV], p[CC], p[ALPHA])
+    base = MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW])
     tau_k, tau_arm, _ = torques(t, (x1, x2, x3, x4), m, 0.0, drive)
     elastic = elastic_torque(x1, x2, m, p, e)
     load = tau_arm - external[1]
     if p[CAC] != 0.0:
-        load -= p[CAC] * TWO_OVER_PI * arctan(p[ARM_ALPHA] * x4)
+        load -= arm_friction(x4, p)
     force = tau_k + external[2] - THETA * elastic - load + p[D] * (1.0 - THETA) * (x3 - x4)
     force += p[D] * THETA * end_x3 + p[CAV] * THETA * x4
     inertia, v = 1.0 / p[INVERSE_M2], x4
@@ -162,7 +166,7 @@ def advance_arm(state: Array, t: float, h: float, end_x1: float, end_x3: float, 
                 force + THETA * (tau - (p[D] + p[CAV]) * moved))
         slope = max((slope - residual) / DIFFERENCE, inertia)
         last = v
-        v = _with_friction(slope, slope * v - residual, h * p[CAC], p[ARM_ALPHA], v)
+        v = _with_friction(slope, slope * v - residual, h * p[CAC], p[ARM_ALPHA], p[LAW], v)
         if abs(v - last) < CLOSE:
             break
     mean1, mean2 = 0.5 * (x3 + end_x3), 0.5 * (x4 + v)
@@ -201,7 +205,7 @@ def torque_surplus(state: Array, t: float, acceleration: float, u: float, extern
         tau_k = acceleration / p[INVERSE_M2] + tau_arm - external[1]
     else:
         tau_k += external[2]
-    modelled = motor_acceleration(x[0], x[2], x[3], u + motor + external[0], tau_k, p)
+    modelled = motor_acceleration_by_law(x[0], x[2], x[3], u + motor + external[0], tau_k, p)
     return (modelled - acceleration) / p[INVERSE_M1]
 
 

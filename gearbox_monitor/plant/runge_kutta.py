@@ -12,7 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The classical Runge-Kutta method of fourth order for the drive, in one place for its kernels."""
+"""
+Integrators of the drive, in one place for its kernels.
+
+The classical Runge-Kutta method of fourth order, and the semi-implicit steps of simulators.
+"""
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
@@ -21,17 +25,22 @@ from gearbox_monitor.kernels.jit import jit_part
 Four: TypeAlias = tuple[float, float, float, float]
 
 
-def runge_kutta(derivative: Callable[..., Four], memories: Callable[..., Any]) -> (
-        Callable[..., tuple[Four, Any]]):
+def integrator(derivative: Callable[..., Four], memories: Callable[..., Any],
+               brake: Callable[..., tuple[float, float]]) -> Callable[..., tuple[Four, Any]]:
     """
-    Return a compiled step of the classical Runge-Kutta method (Kutta, 1901).
+    Return a compiled step: of the classical Runge-Kutta method (Kutta, 1901), or semi-implicit.
 
     Memories of effects are stiff, and exact for a constant speed: in each stage they are advanced
     by `memories` from the begin of the step at the speed of the stage before.
 
+    A semi-implicit step has the accelerations of its begin, with linear damping at its end, and
+    moves with the speeds of its end.
+
     Args:
         derivative: (t, x, m, inputs) -> (x1', x2', x3', x4') at time t (s), state x, memories m.
         memories: (m, x3, x4, h, inputs) -> m after h s at the speeds x3, x4.
+        brake: (h, inputs) -> factors on the accelerations of motor and arm by damping in a
+            semi-implicit step; 0.0 for the Runge-Kutta method.
 
     Returns:
         A function (t, x, m, h, inputs) -> (changes of the four states, m after the step).
@@ -40,6 +49,10 @@ def runge_kutta(derivative: Callable[..., Four], memories: Callable[..., Any]) -
         x1, x2, x3, x4 = x
         half = 0.5 * h
         a1, a2, a3, a4 = derivative(t, x, m, inputs)
+        motor, arm = brake(h, inputs)
+        if motor != 0.0:
+            v1, v2 = x3 + h * motor * a3, x4 + h * arm * a4
+            return (h * v1, h * v2, h * motor * a3, h * arm * a4), memories(m, v1, v2, h, inputs)
         b1, b2, b3, b4 = derivative(
             t + half, (x1 + half * a1, x2 + half * a2, x3 + half * a3, x4 + half * a4),
             memories(m, a1, a2, half, inputs), inputs)

@@ -26,15 +26,18 @@ from gearbox_monitor.kernels.jit import jit, jit_anew, jit_inline
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import (
-    ALPHA, arm_acceleration, arm_load, CC, CV, DriveModel, fastest_eigenvalue, HALF_GAP, K_S, KIND,
-    motor_acceleration, rigid_torque, STIFFNESS, substeps, WIDTH)
+    ALPHA, arm_acceleration, arm_constraint, arm_load, braked, CC, CV, DriveModel,
+    fastest_eigenvalue, HALF_GAP, K_S, KIND, LAW, motor_acceleration_by_law, rigid_torque,
+    steps_of, STIFFNESS, WIDTH)
 from gearbox_monitor.plant.effects import (
     arm_profile, Effect, MAX_SETPOINT_DELAY, quantised, Three, Torques)
 from gearbox_monitor.plant.effects.composition import (
     actuator, advanced_memories, arm_effects, elastic_torque, friction_effects, motor_effects,
     reading, stored_memories)
 from gearbox_monitor.plant.effects.effect import MotorFriction
-from gearbox_monitor.plant.runge_kutta import Four, runge_kutta
+from gearbox_monitor.plant.effects.registry import SERVO_KD
+from gearbox_monitor.plant.friction_law import TANH
+from gearbox_monitor.plant.runge_kutta import Four, integrator
 from gearbox_monitor.plant.transmission import RIGID, transmission_torque
 
 # State of a simulation: x1..x4, then the memories of the transmission and of effects.
@@ -145,7 +148,7 @@ def torques(t: float, x: Four, m: Any, u: float, drive: PackedDrive) -> Three:
     p, e = drive.p, drive.e
     tau_k = elastic_torque(x1, x2, m, p, e)
     motor = motor_effects(u, e, x1, x3) - u - friction_effects(
-        0.0, e, t, x3, m, MotorFriction(p[CV], p[CC], p[ALPHA]))
+        0.0, e, t, x3, m, MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW]))
     tau_arm = arm_effects(arm_load(x2, x4, p), e, t, x2, x4, m)
     on_motor, on_arm, in_gearbox = plugged(t, x1, x2, x3, x4, u, tau_k, drive.theta)
     return tau_k + in_gearbox, tau_arm + on_arm, motor + on_motor
@@ -176,18 +179,28 @@ def _derivative(t: float, x: Four, m: Any, inputs: Inputs) -> Four:
     u, extra, drive = inputs
     acting = torques(t, x, m, u, drive)
     tau_k = constrained(x, u, extra, acting, drive.p)
-    return (x[2], x[3], motor_acceleration(x[0], x[2], x[3], u + acting[2] + extra[0], tau_k,
-                                           drive.p),
-            arm_acceleration(x[2], x[3], tau_k, acting[1] - extra[1], drive.p))
+    p, tau_arm = drive.p, acting[1] - extra[1]
+    tau_arm += arm_constraint(x[2], x[3], tau_k, tau_arm, p)
+    arm = arm_acceleration(x[2], x[3], tau_k, tau_arm, p)
+    if p[LAW] > TANH and int(p[KIND]) == RIGID:
+        return x[2], x[3], arm, arm  # friction is in tau_k
+    return (x[2], x[3], motor_acceleration_by_law(
+        x[0], x[2], x[3], u + acting[2] + extra[0], tau_k, p), arm)
 
 
 @jit_inline
 def _memories(m: Any, x3: float, x4: float, h: float, inputs: Inputs) -> Any:
     p = inputs[2].p
-    return advanced_memories(m, x3, x4, h, MotorFriction(p[CV], p[CC], p[ALPHA]), inputs[2].e)
+    return advanced_memories(m, x3, x4, h, MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW]),
+                             inputs[2].e)
 
 
-step = runge_kutta(_derivative, _memories)
+@jit_inline
+def _brake(h: float, inputs: Inputs) -> tuple[float, float]:
+    return braked(h, inputs[2].e[SERVO_KD], inputs[2].p)
+
+
+step = integrator(_derivative, _memories, _brake)
 
 
 @jit
@@ -240,6 +253,7 @@ def _run(state: Array, schedule: Schedule, noise: ProcessNoise, drive: PackedDri
         acting = torques(t[k], at, stored_memories(state), u[k, 0], drive)
         tau[k, 0] = constrained(at, u[k, 0], external, acting, drive.p)
         tau[k, 1] = acting[1] - external[1]
+        tau[k, 1] += arm_constraint(at[2], at[3], tau[k, 0], tau[k, 1], drive.p)
         advance(state, t[k], dt, u[k], external, ProcessNoise(noise.numbers[k], noise.std), drive)
 
 
@@ -266,7 +280,7 @@ def with_plugin(added: Torques, *kernels: Any) -> tuple[Any, ...]:
     """
     with_added = rebuilt(torques, plugged=added)
     derivative = rebuilt(_derivative, torques=with_added)
-    added_step = runge_kutta(derivative, _memories)
+    added_step = integrator(derivative, _memories, _brake)
     sample = rebuilt(advance, step=added_step)
     return tuple(rebuilt(kernel, torques=with_added, step=added_step, advance=sample)
                  for kernel in kernels)
@@ -349,7 +363,7 @@ class Plant:
             The Trajectory.
         """
         u = np.ascontiguousarray(u, float)
-        n = substeps(dt, self._eigenvalue)
+        n = steps_of(self._model, dt, self._eigenvalue)
         process = np.asarray(self.noise.process, float)
         shape = (len(u), n, 4)
         noise = self.process_random.standard_normal(shape) if process.any() else np.zeros(shape)

@@ -131,7 +131,7 @@ def fitted(smooth: SmoothedMotion, model: DriveModel, reading: Variant,
     order = (1, 0) if reading.swap else (0, 1)
     p, v, a = (x[rows][:, order] * reading.scale for x in (smooth.p, smooth.v, smooth.a))
     u = smooth.u[rows] * reading.torque
-    sign = 2.0 / np.pi * np.arctan(model.friction_sharpness * v)
+    sign = np.column_stack([model.friction_side(v[:, 0]), model.friction_side(v[:, 1], arm=True)])
     zero, one, gravity = np.zeros(len(u)), np.ones(len(u)), (np.sin(p[:, 1]), np.cos(p[:, 1]))
     # Columns of the equations of torque and twist, those with a lower bound first.
     columns = np.array([

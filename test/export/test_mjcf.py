@@ -93,8 +93,15 @@ def test_free_run_with_an_effect(name):
     assert rms.max() < BOUND
 
 
-def test_without_an_effect_the_file_stays_but_for_the_law_of_friction():
+def test_without_an_effect_the_file_stays():
     _, patch = compared(nominal())
+    assert not patch.changes and patch.data == PAIR.read_bytes()
+
+
+@pytest.mark.parametrize('law', ['atan', 'tanh'])
+def test_another_law_of_friction_is_written(law):
+    rms, patch = compared(nominal(friction_law={'kind': law}))
+    assert rms.max() < BOUND
     assert {(c.element, c.attribute) for c in patch.changes} == {
         ('joint "motor"', 'solreffriction'), ('joint "motor"', 'solimpfriction')}
 

@@ -53,7 +53,8 @@ from gearbox_monitor.kernels.jit import fma, jit, jit_inline
 from gearbox_monitor.kernels.linalg import multiply, multiply_symmetric
 from gearbox_monitor.kernels.types import Array, Pair, States, Values
 from gearbox_monitor.plant.drive import (
-    ALPHA, ARM_ALPHA, CAV, CC, CL, CV, G, INVERSE_M1, INVERSE_M2, substeps, TWO_OVER_PI)
+    ALPHA, ARM_ALPHA, CAV, CC, CL, CV, G, INVERSE_M1, INVERSE_M2, substeps)
+from gearbox_monitor.plant.friction_law import TWO_OVER_PI
 
 MAX_THETA = 6
 FIRST = 200  # samples before the first adaptation

@@ -29,7 +29,7 @@ from gearbox_monitor.estimation.rts_smoother import (
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.monitoring.backlash.shape import (
     COULOMB, GAIN, HALF_GAP, HEIGHT, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
-from gearbox_monitor.plant.drive import DriveModel, TWO_OVER_PI
+from gearbox_monitor.plant.drive import DriveModel
 
 MAX_POINTS = 2500
 MIN_POINTS = 50
@@ -173,7 +173,7 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
     points = rows[::max(1, len(rows) // MAX_POINTS)]
     group = max(1, len(points) // GROUPS)
     count = len(points) // group
-    friction = TWO_OVER_PI * np.arctan(model.friction_sharpness * points[:, S_X3])
+    friction = model.friction_side(points[:, S_X3])
     data = np.column_stack([points[:, S_TWIST], points[:, S_TAU_K], points[:, S_X3], friction,
                             points[:, S_U]])
     weights = _weights(points, model)[:count * group].reshape(count, group).mean(axis=1)

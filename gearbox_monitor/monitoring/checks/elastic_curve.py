@@ -37,7 +37,7 @@ from gearbox_monitor.estimation.rts_smoother import (
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
 from gearbox_monitor.monitoring.checks.row_check import Result, RowCheck
-from gearbox_monitor.plant.drive import DriveModel, TWO_OVER_PI
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 
 WINDOW, SHORTEST = 10.0, 4.0  # s; shares of it that must be there
@@ -104,7 +104,7 @@ def _curve(rows: Array, drive: DriveModel, theta: Array) -> tuple[Array, Array, 
     slopes[:, SCALE], slopes[:, DELAY] = (slopes[:, ZERO] * rows[:, i] for i in (S_X2, S_X4))
     slopes[:, STIFFNESS], slopes[:, HALF_GAP] = load, slopes[:, ZERO] * np.sign(twist)
     slopes[:, VISCOUS], slopes[:, GAIN] = rows[:, S_X3], rows[:, S_U]
-    slopes[:, COULOMB] = TWO_OVER_PI * np.arctan(drive.friction_sharpness * rows[:, S_X3])
+    slopes[:, COULOMB] = drive.friction_side(rows[:, S_X3])
     torque = k * load + slopes[:, TORQUE] @ theta[TORQUE]
     return torque, slopes, contact
 

@@ -37,11 +37,12 @@ Torques: TypeAlias = Callable[[float, float, float, float, float, float, float, 
 
 
 class MotorFriction(NamedTuple):
-    """Friction of the model: tau_f = viscous x3 + coulomb (2/pi) atan(sharpness x3)."""
+    """Friction of the model: tau_f = viscous x3 + coulomb s(sharpness x3), s of the law."""
 
     viscous: float    # N m s/rad
     coulomb: float    # N m
     sharpness: float  # s/rad
+    law: float        # friction_law.LAWS
 
 
 class AtRest(NamedTuple):

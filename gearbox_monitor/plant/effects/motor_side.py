@@ -15,13 +15,13 @@
 """Effects on the motor's side of the gearbox: its friction, inertia and cogging."""
 import math
 
-from gearbox_monitor.kernels.elementary import arctan, exponential, sine
+from gearbox_monitor.kernels.elementary import exponential, sine
 from gearbox_monitor.kernels.jit import jit_inline, jit_part
 from gearbox_monitor.plant.effects.effect import (
     AtRest, Coefficients, Effect, FreeParameter, logarithmic, MotorFriction, of_model, Parameter,
     PERIOD, positive, Scales, Starts, wave)
+from gearbox_monitor.plant.friction_law import side, TANH, TWO_OVER_PI
 
-TWO_OVER_PI = 2.0 / math.pi
 _CV, _CC = positive('Cv', 'N m s/rad'), positive('Cc', 'N m')
 _M1 = Parameter('m1', 'kg m^2', 1e-9)
 _SEVERAL_SPEEDS = 'steps to several speeds'
@@ -45,9 +45,9 @@ def relaxed(memory: float, target: float, rate: float, h: float) -> float:
 
 
 @jit_inline
-def friction_side(x3: float, alpha: float) -> float:
-    """Return the sign of the speed `x3` in Coulomb friction of the sharpness `alpha` (s/rad)."""
-    return TWO_OVER_PI * arctan(alpha * x3)
+def friction_side(x3: float, base: MotorFriction) -> float:
+    """Return the sign of the speed `x3` (rad/s) in the Coulomb friction `base`."""
+    return side(base.sharpness * x3, base.law)
 
 
 # ---------------------------------------------------------------------- values of the model
@@ -88,7 +88,7 @@ def stribeck_torque(c: Coefficients, t: float, x3: float, z: float, base: MotorF
         Cs exp(-(x3/vs)^2) s(x3).
     """
     v = x3 / c.vs
-    return c.Cs * exponential(-v * v) * friction_side(x3, base.sharpness)
+    return c.Cs * exponential(-v * v) * friction_side(x3, base)
 
 
 def _stribeck_starts(s: Scales) -> Starts:
@@ -140,8 +140,9 @@ def lugre_torque(c: Coefficients, t: float, x3: float, z: float, base: MotorFric
     """
     g = lugre_level(c, x3, base)
     slip = abs(x3) * z / g if g > 0.0 else 0.0
-    return c.sigma0 * z + c.sigma1 * (x3 - c.sigma0 * slip) - base.coulomb * friction_side(
-        x3, base.sharpness)
+    bristles = c.sigma0 * z + c.sigma1 * (x3 - c.sigma0 * slip)
+    # A constraint is off: DriveModel.pack.
+    return bristles - base.coulomb * friction_side(x3, base) if base.law <= TANH else bristles
 
 
 @jit_part
@@ -202,7 +203,7 @@ def asymmetry_torque(c: Coefficients, t: float, x3: float, z: float,
     Returns:
         Ca |s(x3)|.
     """
-    return c.Ca * abs(friction_side(x3, base.sharpness))
+    return c.Ca * abs(friction_side(x3, base))
 
 
 COULOMB_ASYMMETRY = Effect(
