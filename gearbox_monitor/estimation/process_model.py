@@ -501,8 +501,8 @@ def advance_beside(states: States, z: Array, torques: Pair, dt: float, n_substep
     h = dt / n_substeps
     # Of numbers the compiler knows that writing a state does not change them.
     drive = (p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12],
-             p[13], p[14], p[15], p[16], p[17], p[18], p[K_P], p[FRICTION_TIME], p[LOAD_AT],
-             p[FRICTION_AT])
+             p[13], p[14], p[15], p[16], p[17], p[18], p[19], p[20], p[21], p[22], p[23],
+             p[24], p[K_P], p[FRICTION_TIME], p[LOAD_AT], p[FRICTION_AT])
     for _ in range(n_substeps):
         for i in range(BESIDE if COMPILED else 2 * len(states) + 1):
             _advance_one(states, z, BESIDE, i, torques, h, drive)
