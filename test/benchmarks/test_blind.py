@@ -453,6 +453,22 @@ def test_what_the_real_diagnosis_says(labelled):
             assert verdicts[name]['closed_fraction'] == pytest.approx(1.0, abs=0.05)
 
 
+def test_figures_of_the_competition():
+    def row(kind, ids, named, confusable=()):
+        label = {'ids': ids}
+        verdict = {'verdict': named if named in ('none', 'unknown') else 'effect',
+                   'effect': named, 'confusable': list(confusable), 'location': 'arm'}
+        return {'class': kind, 'ids': ids, **scorer.judge(label, verdict)}
+    rows = [row('single', ['stiffness'], 'stiffness'),
+            row('single', ['stiffness'], 'damping', ['stiffness']),
+            row('single', ['stiffness'], 'unknown'), row('single', ['stiffness'], 'none'),
+            row('none', [], 'none'), row('none', [], 'gravity'),
+            row('outside', ['gap_angle'], 'unknown'), row('outside', ['gap_angle'], 'gravity')]
+    assert scorer.competition(rows) == {
+        'detection': 5 / 6, 'false_alarm': 0.5, 'isolation': 0.5, 'unknown_fault': 0.5}
+    assert scorer.competition(rows[:1])['unknown_fault'] is None
+
+
 def test_twins_are_one_class():
     label = {'ids': ['coulomb_asymmetry']}
     found = scorer.judge(label, {'verdict': 'effect', 'effect': 'torque_offset',

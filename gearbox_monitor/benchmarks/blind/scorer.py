@@ -377,7 +377,30 @@ def score(labels: Mapping[str, Label], verdicts: Mapping[str, Judgement | None],
     singles = [r for r in main if r['class'] == 'single' and r['verdict'] != 'missing']
     return {'rows': rows, 'bars': bars.rows, 'curve': curve(rows),
             'options': option_lines(rows), 'confusion': confusion(main),
+            'competition': competition(main),
             'confusable': float(np.mean([r['confusable'] for r in singles])) if singles else None}
+
+
+def competition(rows: Sequence[ScoredRow]) -> dict[str, float | None]:
+    """
+    Return the figures of the LiU-ICE diagnosis competition (Jung, Frisk, Krysander 2024).
+
+    detection: share of `rows` with an effect in which one is seen. false_alarm: share of those
+    without that are not called free of effects. isolation: mean probability of the true effect
+    where a single one is detected; a verdict divides probability equally among the effect that it
+    names and those that it calls confusable. unknown_fault: share of effects outside the library
+    that are called unknown. None: no such recording.
+    """
+    def mean(values: list[float]) -> float | None:
+        return float(np.mean(values)) if values else None
+    faulty = [r for r in rows if r['ids']]
+    detected = [r for r in faulty if r['verdict'] not in ('none', 'missing')]
+    return {
+        'detection': mean([float(r in detected) for r in faulty]),
+        'false_alarm': mean([float(r['false_alarm']) for r in rows if not r['ids']]),
+        'isolation': mean([r['admitted'] * (r['verdict'] == 'effect') / (1.0 + r['confusable'])
+                           for r in detected if r['class'] == 'single']),
+        'unknown_fault': mean([float(r['unknown']) for r in rows if r['class'] == 'outside'])}
 
 
 def curve(rows: Sequence[ScoredRow]) -> list[dict[str, Any]]:
@@ -467,6 +490,9 @@ def text(data: Mapping[str, Any]) -> str:
         lines += ['', f'{row["options"]}:', f'  location {row["located"]}/{row["singles"]}, top-1 '
                   f'{row["top1"]}, top-2 {row["top2"]}; pairs {row["both"]}/{row["pairs"]}; '
                   f'none {row["false_alarms"]}/{row["nones"]} false']
+    lines += ['', 'As the LiU-ICE competition counts', '',
+              ', '.join(f'{name.replace("_", " ")} {100.0 * value:.0f} %'
+                        for name, value in data['competition'].items() if value is not None)]
     misses = [(missed(r), r) for r in data['rows'] if missed(r)]
     if misses:
         lines += ['', 'Misses', '']
