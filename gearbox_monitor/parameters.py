@@ -193,7 +193,36 @@ class EstimatorParameters(ParameterSet):
     arm_load: str = row(
         'unknown', '', 'load on the arm besides effects of the model file: none, an unknown load '
         '(estimated), or a measured one (effort of the arm joint); model: as the model file '
-        'states', choices=('none', 'unknown', 'measured', 'model'))
+        'states, or robot_description gives it',
+        choices=('none', 'unknown', 'measured', 'model'))
+    robot_description: str = row(
+        '', '', 'with arm_load model: URDF of the robot that gives the load on the arm_joint, a '
+        'file or, beginning with topic:, a topic (topic:/robot_description); empty: none')
+    robot_tolerance: float = row(
+        0.1, '-', 'robot_description: how far mass and inertia of each link may be off, either '
+        'way', low=0.0, high=1.0, change=AT_ONCE)
+    robot_error_time: float = row(
+        0.3, 's', 'robot_description: how long an error of the load lasts', low=1e-3,
+        high=1e4, change=AT_ONCE)
+    robot_acceleration_time: float = row(
+        0.005, 's', 'robot_description: time constant of the filter for accelerations, which are '
+        'late by three times as much; longer with coarse encoders', low=1e-4, high=1.0,
+        change=RESTART)
+    robot_gravity: tuple[float, ...] = row(
+        (0.0, 0.0, -9.80665), 'm/s^2', 'robot_description: gravity in the frame of the base',
+        low=-1e3, high=1e3, change=AT_ONCE)
+    payload_mass: float = row(
+        0.0, 'kg', 'robot_description: mass that the robot carries now', low=0.0, high=1e6,
+        change=AT_ONCE)
+    payload_tolerance: float = row(
+        0.0, 'kg', 'robot_description: how far payload_mass may be off, either way', low=0.0,
+        high=1e6, change=AT_ONCE)
+    payload_position: tuple[float, ...] = row(
+        (0.0, 0.0, 0.0), 'm', 'robot_description: centre of the payload in the frame of '
+        'payload_link', low=-1e3, high=1e3, change=AT_ONCE)
+    payload_link: str = row(
+        '', '', 'robot_description: link that carries the payload; empty: the last one that '
+        'moves', change=AT_ONCE)
     effort_delay: int = row(
         0, 'samples', 'effort stamped t_k acts on [t_k+d, t_k+d+1); -1: it acted on the previous '
         'sample', low=-1, high=50)

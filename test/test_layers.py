@@ -16,7 +16,7 @@
 The layers: each module imports only from its own layer or from below.
 
 cli -> benchmarks -> ros, fleet -> report, bag, export -> files -> interfaces -> identification
--> quality, monitoring -> estimation, parameters -> plant -> kernels
+-> quality, monitoring -> estimation, parameters -> robot -> plant -> kernels
 """
 import ast
 from pathlib import Path
@@ -28,7 +28,7 @@ import pytest
 PACKAGE = Path(__file__).parents[1] / 'gearbox_monitor'
 # First part of a module's name below the package -> its height.
 LAYERS = {
-    'kernels': 0, 'plant': 1,
+    'kernels': 0, 'plant': 1, 'robot': 1,
     'parameters': 2, 'estimation': 2,
     'monitoring': 3, 'quality': 3,
     'identification': 4, 'interfaces': 4,

@@ -21,10 +21,12 @@ equal the live ones bit for bit.
 """
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+import json
 from typing import Any, cast, Protocol
 
 import numpy as np
 
+from gearbox_monitor.bag.cdr import JointStates
 from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.message_block import MessageBlock
 from gearbox_monitor.bag.read import BagReader
@@ -32,10 +34,12 @@ from gearbox_monitor.bag.recorded_samples import NO_SAMPLES, samples_of, sliced
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, read_snapshots, RecordedSnapshot
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import Estimator, SnapshotError, unsmoothed
+from gearbox_monitor.files.robot_files import load_robot
 from gearbox_monitor.kernels.jit import KERNELS
 from gearbox_monitor.kernels.types import Flags, Integers
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.robot.description import RobotDescription
 
 STATE = ('z', 'P', 'memory', 'gate', 'clock', 'efforts', 'parameters', 'model')
 STATE_UNCHANGED = ('period', 'baseline')  # reasons of snapshots that do not touch the state
@@ -123,9 +127,11 @@ class EstimatePlayer:
         recorded: dict[str, Any] = {}
         if snapshots:
             recorded_model, recorded = snapshots[0].settings(str(reader.path))
-        self._engine = self._started(model or recorded_model, {**recorded, **(parameters or {})})
+        settings = {**recorded, **(parameters or {})}
+        self._robot = _robot_of(settings, recorded, snapshots)
+        self._engine = self._started(model or recorded_model, settings)
         self._names = (self.estimator.parameters.motor_joint,
-                       self.estimator.parameters.arm_joint)
+                       self.estimator.parameters.arm_joint, *self.estimator.robot_joints)
         self._require_joints()
         self._snapshots: list[RecordedSnapshot] = []
         self._starts: list[int] = []
@@ -169,7 +175,7 @@ class EstimatePlayer:
         decode = self.reader.decoder(self.topic, self._names)
         index, following = 0, 0  # of the next sample, of the next snapshot
         for block in self.reader.blocks(tuple(dict.fromkeys((self.topic, *topics)))):
-            samples, log_ns = samples_of(decode(block.of(self.topic)), self.estimator.model)
+            samples, log_ns = self._samples_of(decode(block.of(self.topic)))
             begin, end = 0, len(log_ns)
             estimates: list[Estimates] = []
             resumed: list[int] = []
@@ -192,6 +198,10 @@ class EstimatePlayer:
         for snapshot in self._snapshots[following:]:
             self._resume(snapshot)
 
+    def _samples_of(self, states: JointStates) -> tuple[Samples, Integers]:
+        """Return (Samples, log_ns) of the JointStates `states`."""
+        return samples_of(states, self.estimator.model, bool(self.estimator.robot_joints))
+
     def _require_joints(self) -> None:
         """Raise InputError unless both joints are recorded; seldom reads more than a block."""
         decode = self.reader.decoder(self.topic, self._names)
@@ -213,7 +223,7 @@ class EstimatePlayer:
                 and _same_state(self._engine.snapshot(), self._restored(snapshot).snapshot()))
 
     def _started(self, model: DriveModel, parameters: Mapping[str, Any]) -> Estimator | Monitor:
-        return Estimator(model, unsmoothed(parameters))
+        return Estimator(model, unsmoothed(parameters), self._robot)
 
     def _restored(self, snapshot: RecordedSnapshot) -> Estimator | Monitor:
         return Estimator.restore(snapshot.content, f'{self.reader.path}: snapshot',
@@ -258,7 +268,7 @@ class EstimatePlayer:
         place, distance = np.full(len(own), -1), np.full(len(own), np.iinfo(np.int64).max)
         decode = self.reader.decoder(self.topic, self._names)
         for block in self.reader.blocks([self.topic]):
-            samples, log_ns = samples_of(decode(block), self.estimator.model)
+            samples, log_ns = self._samples_of(decode(block))
             stamps = samples.stamp_ns
             if not count and len(stamps):
                 first = int(stamps[0])
@@ -293,10 +303,23 @@ class Player(EstimatePlayer):
         return same
 
     def _started(self, model: DriveModel, parameters: Mapping[str, Any]) -> Monitor:
-        return Monitor(model, parameters)
+        return Monitor(model, parameters, robot=self._robot)
 
     def _restored(self, snapshot: RecordedSnapshot) -> Monitor:
         return Monitor.restore(snapshot.content, f'{self.reader.path}: snapshot')
+
+
+def _robot_of(settings: Mapping[str, Any], recorded: Mapping[str, Any],
+              snapshots: Sequence[RecordedSnapshot]) -> RobotDescription | None:
+    """
+    Return the robot of a replay with `settings`: the one of the snapshots, else that of a file.
+
+    settings, recorded: parameters {name: value} of the estimator now, and when it was recorded.
+    """
+    path = settings.get('robot_description', '')
+    if path and path == recorded.get('robot_description') and 'robot' in snapshots[0].content:
+        return RobotDescription.from_dict(json.loads(snapshots[0].content['robot']))
+    return load_robot(path) if path else None
 
 
 def _placed_by_count(snapshots: Sequence[RecordedSnapshot], places: _SnapshotPlaces) -> Integers:

@@ -21,7 +21,7 @@ import numpy as np
 from gearbox_monitor.bag.cdr import Decoder, JointStates
 from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.kernels.types import Flags, Integers
+from gearbox_monitor.kernels.types import AnyArray, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 
 NO_SAMPLES = Samples(np.empty(0, np.int64), *np.empty((2, 0, 2)))
@@ -100,35 +100,44 @@ def sample_parts(reader: BagReader, topic: str, decode: Decoder, model: DriveMod
     yield joined_samples(parts)
 
 
-def samples_of(states: JointStates, model: DriveModel) -> tuple[Samples, Integers]:
+def samples_of(states: JointStates, model: DriveModel,
+               robot: bool = False) -> tuple[Samples, Integers]:
     """
     Return (Samples [N], log_ns [N]) of the JointStates `states` with the columns motor and arm.
 
     The gear_ratio and torque_constant of `model` refer them to the arm side. A third column is the
-    setpoint of the motor, which then stands in place of its torque.
+    setpoint of the motor, which then stands in place of its torque; in a `robot` all columns from
+    the third on are the joints of its description.
     """
     rows: slice | Flags = slice(None)
     if not states.named.all():  # other publishers may use the same topic
-        rows = np.asarray(states.named.any(axis=1))
+        rows = np.asarray(states.named[:, :2 if robot else None].any(axis=1))
     position, effort = states.position[rows], states.effort[rows]
     u, y = np.empty((len(position), 2)), np.empty((len(position), 2))
-    if len(states.names) > 2:
+    if len(states.names) > 2 and not robot:
         np.divide(position[:, 2], model.gear_ratio, u[:, 0])
     else:
         np.multiply(effort[:, 0], model.effort_scale, u[:, 0])
     np.divide(position[:, 0], model.gear_ratio, y[:, 0])
     u[:, 1], y[:, 1] = effort[:, 1], position[:, 1]
-    return Samples(states.stamp_ns[rows], u, y), states.log_ns[rows]
+    return Samples(states.stamp_ns[rows], u, y, position[:, 2:] if robot else None), (
+        states.log_ns[rows])
 
 
 def sliced(samples: Samples, begin: int, end: int) -> Samples:
     """Return the Samples `begin` .. `end` - 1 of `samples`."""
-    return Samples(samples.stamp_ns[begin:end], samples.u[begin:end], samples.y[begin:end])
+    return Samples(*(column[begin:end] for column in columns_of(samples)))
+
+
+def columns_of(samples: Samples) -> list[AnyArray]:
+    """Return the arrays of `samples`, in the order of its fields."""
+    joints = [] if samples.joints is None else [samples.joints]
+    return [samples.stamp_ns, samples.u, samples.y, *joints]
 
 
 def joined_samples(parts: Sequence[Samples]) -> Samples:
     """Return the Samples of all `parts` in order."""
     if len(parts) == 1:
         return parts[0]
-    return Samples(*(np.concatenate(columns) for columns in zip(*(
-        (part.stamp_ns, part.u, part.y) for part in parts))))
+    parts = [part for part in parts if len(part.stamp_ns)] or [parts[0]]
+    return Samples(*(np.concatenate(columns) for columns in zip(*map(columns_of, parts))))

@@ -42,21 +42,24 @@ class Sample:
     One stamped measurement; NaN = not measured.
 
     stamp_ns: int. u: (motor torque, measured load on the arm), N m. y: (motor, arm) position, rad
-    on the arm side.
+    on the arm side. joints: positions of all joints of a robot, in the order of its description,
+    where that gives the load on the arm.
     """
 
     stamp_ns: int
     u: tuple[float, float]
     y: tuple[float, float]
+    joints: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
 class Samples:
-    """N samples as arrays: stamp_ns int64 [N], u [N, 2], y [N, 2]; see Sample."""
+    """N samples as arrays: stamp_ns int64 [N], u, y [N, 2], joints [N, n]; see Sample."""
 
     stamp_ns: Integers
     u: Array
     y: Array
+    joints: Array | None = None
 
 
 @dataclass(frozen=True)

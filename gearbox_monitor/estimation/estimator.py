@@ -27,16 +27,17 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.estimation import model_bank, sample_loop
 from gearbox_monitor.estimation.consider import companions_of, torque_errors_at_tolerance
 from gearbox_monitor.estimation.estimates import (
     ARM_COLUMNS, Batch, Divergence, Estimate, Estimates, Sample, Samples, SMOOTHED_ARM_COLUMNS)
 from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, FilterKind, Scratch
-from gearbox_monitor.estimation.process_model import learned_length, markers, pack, state_names
+from gearbox_monitor.estimation.process_model import (
+    EIGENVALUE, learned_length, markers, pack, Q0, state_names, TAU_ARM)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import (
-    LoopSettings, LoopState, Output, SECOND, Stream)
+    DescribedLoad, LoopSettings, LoopState, Output, SECOND, Stream)
 from gearbox_monitor.estimation.step_record import predicted, record_size, sensitivities
 from gearbox_monitor.estimation.torque_model import LEARNT
 from gearbox_monitor.kernels.types import Array, Values
@@ -45,8 +46,12 @@ from gearbox_monitor.parameters import (
 from gearbox_monitor.plant.drive import (
     DriveModel, expect_integrable, loads_arm, model_from_dict)
 from gearbox_monitor.plant.effects import not_in_filters
+from gearbox_monitor.robot.arm_load import ArmLoad, Motion
+from gearbox_monitor.robot.description import RobotDescription
+from gearbox_monitor.robot.dynamics import arrays_of, Payload
 
 RING = 2048  # step records at hand for the smoother
+DESCRIBED_FILTERS = ('ekf', 'ukf')  # that take a load by a robot's description
 BATCH = 4096  # samples between two stops, at most
 
 Observer = Callable[[Batch], None]
@@ -81,18 +86,22 @@ class Estimator:
 
     model: DriveModel. parameters: EstimatorParameters, or a mapping with some of their names (the
     others take their defaults) and of parameters.MODEL, which replace values of the model;
-    `smoother_lag` 0 leaves the smoother out. The observer that `step` and `run` take is called
-    with a Batch at every stop of the sample loop: after each start, each dropout that was bridged,
-    each divergence, BATCH samples, and after the first sample that `stop_at` asks for. With
-    tau_k_model "mixed" this is the random walk, members are the filters beside it, and estimates
-    are the mixed ones (see model_bank); Batches, names, packed and the belief are the random
-    walk's own.
+    `smoother_lag` 0 leaves the smoother out. robot: what the parameter robot_description holds;
+    it gives the load on the arm if arm_load is "model". The observer that `step` and `run` take is
+    called with a Batch at every stop of the sample loop: after each start, each dropout that was
+    bridged, each divergence, BATCH samples, and after the first sample that `stop_at` asks for.
+    With tau_k_model "mixed" this is the random walk, members are the filters beside it, and
+    estimates are the mixed ones (see model_bank); Batches, names, packed and the belief are the
+    random walk's own.
     Raises InputError for a parameter that is unknown or out of range.
     """
 
     def __init__(self, model: DriveModel,
-                 parameters: EstimatorParameters | Values | None = None) -> None:
+                 parameters: EstimatorParameters | Values | None = None,
+                 robot: RobotDescription | None = None) -> None:
         self.model, self.parameters = resolve(model, parameters)
+        self.robot = robot
+        self._arm_load = arm_load_of(robot, self.parameters)
         self.divergences: deque[Divergence] = deque(maxlen=100)  # newest last
         self.counts = np.zeros(sample_loop.N_COUNTS, np.int64)
         self._gate = np.zeros(sample_loop.N_GATE, np.int64)
@@ -107,11 +116,20 @@ class Estimator:
         self.drive = drive_of(self.model, p)
         self.names = state_names(self.drive, p)
         self.packed = pack(self.drive, p)
+        self._acting = self.packed  # what the kernels change of it goes with a sample
         self._kind = filter_kind(p.filter)
         self._loop = sample_loop.loop_of(self._kind)
         self.settings = settings_of(self.drive, p)
+        if self._arm_load is not None:
+            self._acting = self.packed.copy()
+            self.settings = self.settings._replace(described=DescribedLoad(
+                p.robot_error_time, self.packed[Q0 + TAU_ARM], self.packed[EIGENVALUE],
+                self.drive.arm_inertia))
         self.states = markers(self.packed, len(self.names))
         self.warnings = [*self._kind.warnings(len(self.names), p), *_model_warnings(self.drive)]
+        if self._arm_load is None and described(p):
+            self.warnings.append('robot_description is not at hand: the load on the arm counts '
+                                 'as unknown')
         rows = RING if self.settings.lag else 2  # few stay in the processor's cache
         self._belief, self._scratch, self._state = loop_arrays(
             self._kind, len(self.names), rows, self.drive)
@@ -119,12 +137,19 @@ class Estimator:
         self._gate[sample_loop.STOP_AT] = sample_loop.NEVER
         self._state = self._state._replace(gate=self._gate, counts=self.counts)
         self.members = [
-            Estimator(self.model, values) for values in model_bank.member_parameters(p)]
+            Estimator(self.model, values, self.robot)
+            for values in model_bank.member_parameters(p)]
         self._mixture, self._outputs = model_bank.mixture(), (
             model_bank.outputs(RING if self.settings.lag else 0) if self.members else None)
 
+    @property
+    def robot_joints(self) -> tuple[str, ...]:
+        """The joints whose positions samples must hold; none without a robot's description."""
+        return self.robot.joints if self.robot is not None and self._arm_load is not None else ()
+
     def reset(self) -> None:
         """Restart with the next sample; counters stay."""
+        self._arm_load = arm_load_of(self.robot, self.parameters)
         self._setup()
 
     def set_parameters(self, changes: Values) -> bool:
@@ -137,14 +162,16 @@ class Estimator:
         rows = {row.name: row for row in ESTIMATOR}
         model, changes = with_model_values(self.model, changes)
         new = self.parameters.replace(**changes)
+        motion = None if self._arm_load is None else self._arm_load.motion
+        arm_load = arm_load_of(self.robot, new, motion)
         for values in (new, *model_bank.member_parameters(new)):
             pack(drive_of(model, values), values)  # raises before anything has changed
         restart = model != self.model or any(
             rows[name].change != AT_ONCE for name in changes
             if getattr(new, name) != getattr(self.parameters, name))
-        self.model, self.parameters = model, new
+        self.model, self.parameters, self._arm_load = model, new, arm_load
         if restart:
-            self._setup()
+            self.reset()
             return True
         self._carry_on()
         return False
@@ -196,8 +223,17 @@ class Estimator:
 
         members = [member.snapshot() for member in self.members]
         for member in members:  # they follow from those of the bank
-            del member['model'], member['parameters']
+            for name in ('model', 'parameters', 'robot'):
+                member.pop(name, None)
+        of_robot = {}
+        if self.robot is not None:
+            of_robot['robot'] = json.dumps(self.robot.to_dict())
+        if self._arm_load is not None:
+            motion = self._arm_load.motion
+            of_robot.update({'motion': numbers(motion.joints), 'acting': numbers(self._acting),
+                             'motion_clock': json.dumps(motion.clock.tolist())})
         return {
+            **of_robot,
             'model': json.dumps(self.model.to_dict()),
             'parameters': json.dumps(self.parameters.to_dict()),
             'members': json.dumps(members), 'weights': numbers(self._mixture.weights),
@@ -227,8 +263,10 @@ class Estimator:
 
         """
         with snapshot_errors(source):
+            robot = json.loads(snapshot.get('robot', 'null'))
             restored = cls(model_from_dict(json.loads(snapshot['model']), source),
-                           {**json.loads(snapshot['parameters']), **(changes or {})})
+                           {**json.loads(snapshot['parameters']), **(changes or {})},
+                           robot and RobotDescription.from_dict(robot))
             restored._recall(snapshot)
         return restored
 
@@ -254,6 +292,10 @@ class Estimator:
         read('clock', self._state.clock)
         read('efforts', self._state.efforts)
         read('sensitivities', self._state.companions.s)
+        if self._arm_load is not None:
+            read('motion', self._arm_load.motion.joints)
+            self._arm_load.motion.clock[:] = integers('motion_clock', 2)
+            read('acting', self._acting)
         if self.members:
             read('weights', self._mixture.weights)
             for member, own in zip(self.members, json.loads(snapshot['members']), strict=True):
@@ -384,6 +426,9 @@ class Estimator:
         stream, output = self._one, self._output_one
         stream.stamps[0] = sample.stamp_ns
         stream.inputs[0], stream.outputs[0] = sample.u, sample.y
+        if self._arm_load is not None:
+            stream = stream._replace(inputs=self._arm_load.inputs(
+                stream.stamps, stream.inputs, np.array([sample.joints])))
         _, n = self._advance(stream, output)
         stamps_s, smoothed = output.smoothed_stamps[:n], output.smoothed[:n]
         completed = tuple((int(stamps_s[i]), smoothed[i].copy()) for i in range(n))
@@ -407,6 +452,11 @@ class Estimator:
         stamps = np.ascontiguousarray(samples.stamp_ns, np.int64)
         u = np.ascontiguousarray(samples.u, float)
         y = np.ascontiguousarray(samples.y, float)
+        if self._arm_load is not None and len(stamps):
+            if samples.joints is None:
+                raise InputError('samples without the positions of the robot, expected them with '
+                                 'robot_description')
+            u = self._arm_load.inputs(stamps, u, samples.joints)
         n, start, completed = len(stamps), 0, 0
         output = _output(n, n + RING if self.settings.lag else 0)
         codes, rows, stamps_s, smoothed = output
@@ -467,7 +517,7 @@ class Estimator:
         return completed
 
     def _filter(self, stream: Stream, output: Output) -> tuple[int, int]:
-        n_samples, n = self._loop(self.states, self.settings, self.packed, stream, self._state,
+        n_samples, n = self._loop(self.states, self.settings, self._acting, stream, self._state,
                                   self._belief, self._scratch, output)
         if n_samples and output.codes[n_samples - 1] == sample_loop.DIVERGED:
             self.divergences.append(self._divergence(int(stream.stamps[n_samples - 1])))
@@ -498,7 +548,7 @@ def settings_of(drive: DriveModel, parameters: EstimatorParameters) -> LoopSetti
     """Return the LoopSettings of a filter of `drive` with `parameters`."""
     return LoopSettings(
         round(parameters.max_gap * SECOND), parameters.effort_delay,
-        round(parameters.smoother_lag * SECOND), drive.arm_load == 'measured')
+        round(parameters.smoother_lag * SECOND), drive.arm_load == 'measured', None)
 
 
 def loop_arrays(kind: FilterKind, n: int, rows: int,
@@ -530,9 +580,48 @@ def _output(n: int, n_smoothed: int) -> Output:
                   np.empty(n_smoothed, np.int64), np.empty((n_smoothed, N_SMOOTHED)))
 
 
+def arm_load_of(robot: RobotDescription | None, parameters: EstimatorParameters,
+                motion: Motion | None = None) -> ArmLoad | None:
+    """
+    Return what gives the load on the arm by the description of a robot; None if it is not used.
+
+    Args:
+        robot: its description.
+        parameters: of the filter.
+        motion: of the robot so far.
+
+    Raises:
+        InputError: the description has no such joint, or the filter knows no such load.
+
+    """
+    p = parameters
+    if robot is None or not described(p):
+        return None
+    if p.arm_joint not in robot.joints:
+        raise InputError(f'robot_description: no joint {p.arm_joint!r} (arm_joint), expected '
+                         + unknown(p.arm_joint, robot.joints))
+    if p.filter not in DESCRIBED_FILTERS:
+        raise InputError(f'filter: {p.filter}, expected one of {", ".join(DESCRIBED_FILTERS)} '
+                         'with robot_description: others keep what they know of the load')
+    for name in ('robot_gravity', 'payload_position'):
+        if len(getattr(p, name)) != 3:
+            raise InputError(f'{name}: {list(getattr(p, name))}, expected three numbers')
+    arrays = arrays_of(robot, Payload(p.payload_mass, p.payload_tolerance, p.payload_position,
+                                      p.payload_link), p.robot_tolerance, p.robot_gravity)
+    return ArmLoad(arrays, robot.joints.index(p.arm_joint), p.robot_acceleration_time, motion)
+
+
+def described(parameters: EstimatorParameters) -> bool:
+    """Return whether by `parameters` a robot's description gives the load on the arm."""
+    return bool(parameters.robot_description and parameters.arm_joint
+                and parameters.arm_load == 'model')
+
+
 def drive_of(model: DriveModel, parameters: EstimatorParameters) -> DriveModel:
     """
     Return the drive that a filter with `parameters` computes with, made from `model`.
+
+    Of a load by a robot's description the filter estimates the error, an unknown load.
 
     Raises InputError for one that no filter can compute with, or not in time.
     """
@@ -541,7 +630,9 @@ def drive_of(model: DriveModel, parameters: EstimatorParameters) -> DriveModel:
                          'transmission torque by, expected another kind')
     if parameters.arm_joint:
         load = parameters.arm_load
-        drive = model.with_(arm_load=model.arm_load if load == 'model' else load)
+        if load == 'model':
+            load = 'unknown' if described(parameters) else model.arm_load
+        drive = model.with_(arm_load=load)
     elif parameters.tau_k_stiffness > 0.0:
         raise InputError(f'tau_k_stiffness: {parameters.tau_k_stiffness:g}, expected 0 where '
                          'no arm is measured (arm_joint is empty)')

@@ -26,12 +26,13 @@ from gearbox_monitor.estimation.consider import (
     accompany, Companions, restart, variance_of, variances_of)
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.process_model import (
-    begin_curve, curve_count, FRICTION_AT, learned_length, LOAD_AT, P0, R1, R2, TAU_K,
-    TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4)
+    begin_curve, curve_count, EIGENVALUE, FRICTION_AT, learned_length, LOAD_AT, P0, Q0, R1, R2,
+    TAU_ARM, TAU_K, TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4)
 from gearbox_monitor.estimation.rts_smoother import smooth, Span
 from gearbox_monitor.estimation.step_record import places, record_size, sensitivities
 from gearbox_monitor.kernels.jit import bound, jit, jit_inline
 from gearbox_monitor.kernels.types import Array, Integers, States
+from gearbox_monitor.plant.drive import INVERSE_M2
 
 # What became of a sample.
 (ESTIMATE, START, ZERO_STAMP, DUPLICATE, BACKWARD, JUMP, NO_EFFORT, NO_MEASUREMENT, DIVERGED,
@@ -55,7 +56,8 @@ REASONS = {
  STOP_AT, SMOOTH_NEXT, INPUTS, N_GATE) = range(12)
 # Numbers that a stream carries: usual distance of stamps (s), and how large the prediction errors
 # of motor and arm usually get (rad).
-PERIOD, ERROR_MOTOR, ERROR_ARM, N_CLOCK = range(4)
+# ... and whether the last load was described.
+PERIOD, ERROR_MOTOR, ERROR_ARM, DESCRIBED, N_CLOCK = range(5)
 SECOND = 1_000_000_000
 NEVER = -1  # at STOP_AT: no evaluation is due
 # A jump of the clock, or of a position, is believed when this many samples follow it consistently.
@@ -89,8 +91,10 @@ E_TWIST = E_STD + 7
 
 class Stream(NamedTuple):
     """
-    N samples: stamps int64 [N] ns; inputs [N, 2], motor torque and known load on the arm, N m.
+    N samples: stamps int64 [N] ns; inputs [N, 2], motor torque and measured load on the arm, N m.
 
+    Where a robot's description gives the load, inputs [N, 5]: also the load by it, its standard
+    deviation (N m) and the inertia of the arm (kg m^2), see robot.arm_load.
     outputs [N, 2]: motor and arm position, rad. NaN = not measured.
     """
 
@@ -99,18 +103,34 @@ class Stream(NamedTuple):
     outputs: Array
 
 
+class DescribedLoad(NamedTuple):
+    """
+    What a load by a robot's description depends on.
+
+    time: correlation time of its errors, s; noise: spectral density of an unknown load, (N m)^2/s.
+    eigenvalue: of the drive with the arm's `inertia` (kg m^2) of its model, 1/s.
+    """
+
+    time: float
+    noise: float
+    eigenvalue: float
+    inertia: float
+
+
 class LoopSettings(NamedTuple):
     """
     What a run depends on besides the filter.
 
     max_gap: longest time between stamps that is bridged, ns; delay: of the effort, samples; lag:
-    of the smoother, ns, 0 = none; load_measured: whether the load on the arm is an input.
+    of the smoother, ns, 0 = none; load_measured: whether the load on the arm is an input;
+    described: of a load by a robot's description, else None.
     """
 
     max_gap: int
     delay: int
     lag: int
     load_measured: bool
+    described: DescribedLoad | None
 
 
 class LoopState(NamedTuple):
@@ -193,6 +213,55 @@ def _gate(stamp: int, gate: Integers, max_gap: int) -> int:
 def _stops(stamp: int, gate: Integers) -> bool:
     at = gate[STOP_AT]
     return at != NEVER and (at == 0 or stamp >= at or stamp < at - SECOND)
+
+
+@jit_inline
+def _described(described: DescribedLoad | None, measured: float, row: Array,
+               at: tuple[int, float], state: LoopState, states: States, belief: Belief,
+               p: Array) -> float:
+    """
+    Return the load on the arm by a robot's description, which sets what p has of the arm.
+
+    The state tau_arm is what the load differs by, an Ornstein-Uhlenbeck process with the stated
+    deviation; here it decays over the step, its noise comes with that of the others. Without a
+    value, the last load goes on and the state is an unknown load; with the next value it takes
+    over what that differs by.
+
+    Args:
+        described: None: there is no description; the load is `measured`.
+        measured: N m.
+        row: of the inputs, see Stream.
+        at: place of this sample in the efforts of `state`, and the length of the step, s.
+        state: takes the load.
+        states: as of ekf.step.
+        belief: before the step, changed.
+        p: as of ekf.step, changed.
+
+    """
+    if described is None:
+        return measured
+    (place, dt), efforts, clock = at, state.efforts, state.clock
+    last = efforts[place - 1, 1]
+    load, deviation, inertia = row[2], row[3], row[4]
+    if not math.isfinite(load):
+        p[Q0 + TAU_ARM], clock[DESCRIBED] = described.noise, 0.0
+        load = last
+    else:
+        if clock[DESCRIBED] == 0.0:
+            belief.z[TAU_ARM] += last - load
+            clock[DESCRIBED] = 1.0
+        elif states[1] is None:
+            belief.z[TAU_K] += load - last
+        n, share = belief.z.shape[0], math.exp(-dt / described.time)
+        belief.z[TAU_ARM] *= share
+        for i in range(n):
+            belief.P[i * n + TAU_ARM] *= share
+            belief.P[TAU_ARM * n + i] *= share
+        p[Q0 + TAU_ARM] = min(described.noise, 2.0 * deviation * deviation / described.time)
+        p[INVERSE_M2] = 1.0 / inertia
+        p[EIGENVALUE] = described.eigenvalue * max(1.0, described.inertia / inertia)
+    efforts[place, 1] = load
+    return load
 
 
 @jit_inline
@@ -378,7 +447,7 @@ def _write_estimate(states: States, belief: Belief, record: Array, reading: Read
         row[E_HYSTERESIS], row[E_HYSTERESIS_STD] = learned_length(z, P, n, n - 1)
     if p[LOAD_AT] > 0.0:
         i = int(p[LOAD_AT])
-        row[E_TAU_ARM] = z[i]
+        row[E_TAU_ARM] = z[i] + reading.load
         row[E_STD + E_TAU_ARM] = math.sqrt(P[i * n + i] + variance_of(n, record, at_s, i))
     if p[FRICTION_AT] > 0.0:
         i = int(p[FRICTION_AT])
@@ -424,7 +493,7 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
 
     """
     stamps, inputs, outputs = stream
-    max_gap, delay, lag, load_measured = settings
+    max_gap, delay, lag, load_measured, described = settings
     gate, counts, clock, efforts, ring, ring_stamps, saved, companions = state
     codes, estimates, smoothed_stamps, smoothed = output
     memory = belief.memory
@@ -473,7 +542,7 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
             gate[SMOOTH_NEXT], gate[JUMPS] = 0, 0
             clock[:] = 0.0
             for i in range(N_EFFORTS):
-                efforts[i, 0], efforts[i, 1] = u, load
+                efforts[i, 0], efforts[i, 1] = u, load if load_measured else 0.0
             gate[STARTED] = stamp
             start(states, belief, y1, y2, p, ring[0])
             ring[0, -1] = u
@@ -489,11 +558,13 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
         efforts[place, 1] = load if math.isfinite(load) else efforts[previous, 1]
         acting = (step - 1 - delay) % N_EFFORTS
         u_acting = efforts[acting, 0]
-        reading = Reading(dt, u_acting, efforts[acting, 1] if load_measured else 0.0, y1, y2)
+        _save(belief, saved)
+        load = _described(described, efforts[acting, 1] if load_measured else 0.0, inputs[k],
+                          (place, dt), state, states, belief, p)
+        reading = Reading(dt, u_acting, load, y1, y2)
         record = ring[step % rows]
         record[at_innovation], record[at_innovation + 1] = 0.0, 0.0
         record[at_S], record[at_S + 2] = 0.0, 0.0
-        _save(belief, saved)
         if step == 1:
             aim(states, belief, reading, p)
         good = filter_step(states, belief, reading, p, scratch, record)

@@ -42,6 +42,7 @@ from gearbox_monitor.monitoring.checks.outcome import (
 from gearbox_monitor.monitoring.history import EstimateHistory, Recent
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.robot.description import RobotDescription
 
 HISTORY = 8192
 SECOND = sample_loop.SECOND
@@ -85,8 +86,8 @@ class Monitor:
     """
     Trust and drift of one gearbox.
 
-    model, parameters: as of Estimator. drift: state or baselines of a change.Tracker, or None
-    (then the first windows are healthy). estimator: the Estimator that it judges; outcomes
+    model, parameters, robot: as of Estimator. drift: state or baselines of a change.Tracker, or
+    None (then the first windows are healthy). estimator: the Estimator that it judges; outcomes
     {component: Outcome} in force; windows: Backlash of each window, newest last; temperature: of
     the gearbox (deg C), None = not known, set it when it changes.
     Raises InputError as Estimator does, and what Tracker raises.
@@ -94,8 +95,8 @@ class Monitor:
 
     def __init__(self, model: DriveModel,
                  parameters: EstimatorParameters | Values | None = None,
-                 drift: Any = None) -> None:
-        self._begin(Estimator(model, parameters), drift)
+                 drift: Any = None, robot: RobotDescription | None = None) -> None:
+        self._begin(Estimator(model, parameters, robot), drift)
 
     def _begin(self, estimator: Estimator, drift: Any) -> None:
         self.estimator = estimator

@@ -85,11 +85,13 @@ class SampleReader:
 
     The joints `motor_joint` and `arm_joint` may stand in any order among others. With gear ratio N
     and torque constant kt of the DriveModel `model`, x1 = motor angle / N and u = N kt motor
-    effort.
+    effort. robot_joints: whose positions samples hold, too.
     """
 
-    def __init__(self, motor_joint: str, arm_joint: str, model: DriveModel) -> None:
+    def __init__(self, motor_joint: str, arm_joint: str, model: DriveModel,
+                 robot_joints: Sequence[str] = ()) -> None:
         self.motor_joint, self.arm_joint = motor_joint, arm_joint
+        self._robot_joints, self._robot = robot_joints, [-1 for _ in robot_joints]
         self._gear_ratio, self._effort_scale = model.gear_ratio, model.effort_scale
         self._names: list[str] | None = None
         self._motor = self._arm = -1
@@ -101,13 +103,16 @@ class SampleReader:
             self._motor, self._arm = (
                 names.index(joint) if joint in names else -1
                 for joint in (self.motor_joint, self.arm_joint))
+            self._robot = [names.index(joint) if joint in names else -1
+                           for joint in self._robot_joints]
         motor, arm = self._motor, self._arm
         if motor < 0 and arm < 0:
             return None
         return Sample(
             stamp_of(message),
             (_at(message.effort, motor) * self._effort_scale, _at(message.effort, arm)),
-            (_at(message.position, motor) / self._gear_ratio, _at(message.position, arm)))
+            (_at(message.position, motor) / self._gear_ratio, _at(message.position, arm)),
+            tuple([_at(message.position, k) for k in self._robot]))
 
     def raw(self, message: JointState) -> tuple[float, float, float, float]:
         """Return position of motor and arm, effort of motor and arm in `message` of sample()."""

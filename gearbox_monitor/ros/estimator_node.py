@@ -65,7 +65,7 @@ class EstimatorNode(TableNode):
         with announced_compilation(self.get_logger().info):
             for gearbox in settings:
                 with located(gearbox.name):
-                    warm_up(gearbox.model, gearbox.parameters)
+                    warm_up(gearbox.model, gearbox.parameters, gearbox.robot)
         self._outputs = [
             (signal, advertise(self, JointState, signal.topic, OUTPUT_DEPTH))
             for signal in SIGNALS]

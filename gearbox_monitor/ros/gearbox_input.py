@@ -44,17 +44,19 @@ class GearboxInput:
     Turns messages into samples of one gearbox of `node`.
 
     parameters: of the gearbox; model: of its drive. disputed() is called if samples were taken of
-    a publisher that may have been the wrong one, see Publishers.
+    a publisher that may have been the wrong one, see Publishers. robot_joints: whose positions
+    samples hold, too.
 
     topic: of complete samples, for a recorder. separate_arm: parameter arm_topic, '' unless it
     differs from the motor's. foreign: number of messages that name neither joint.
     """
 
     def __init__(self, node: Node, parameters: EstimatorParameters, model: DriveModel,
-                 disputed: Callable[[], None]) -> None:
+                 disputed: Callable[[], None], robot_joints: Sequence[str] = ()) -> None:
         self._node, self._disputed = node, disputed
         self.joints = parameters.motor_joint, parameters.arm_joint
-        self._reader = SampleReader(*self.joints, model)
+        self._robot_joints = robot_joints
+        self._reader = SampleReader(*self.joints, model, robot_joints)
         self.foreign = 0
         self._foreign_names: Sequence[str] = ()
         self._names: list[str] | None = None
@@ -171,6 +173,9 @@ class GearboxInput:
         elif arm and arm not in names and self.joiner is None:
             text = (f'no joint {arm!r} among {listed}: set arm_joint, or arm_topic if separate '
                     'messages carry it')
+        elif missing := [name for name in self._robot_joints if name not in names]:
+            text = (f'no joint {_listed(missing)!r} of robot_description among {listed}: without '
+                    'it the load on the arm counts as unknown')
         if text and text not in self._warnings and len(self._warnings) < MAX_LISTED:
             self._warnings.add(text)
             self._node.get_logger().warning(f'{self.motor_topic}: {text}')

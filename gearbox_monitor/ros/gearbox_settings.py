@@ -20,12 +20,15 @@ import re
 from typing import Any
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimator import described
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import (
     ESTIMATOR, EstimatorParameters, FIXED, MODEL, ROBOT, RobotParameters, SETTINGS, Table)
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.robot.description import RobotDescription
 from gearbox_monitor.ros.node_parameters import declare, TableNode
+from gearbox_monitor.ros.robot_topic import robot_of
 
 # What two gearboxes may not share: names in messages, files of their own.
 OWN = ('motor_joint', 'arm_joint', 'baseline_file', 'drift_state_file')
@@ -37,7 +40,7 @@ class GearboxSettings:
     Settings of one gearbox.
 
     name: '' for the only one of a node; parameters; model: of its drive, with the values that
-    `changed` {name: value} puts in place of those in `model_file`.
+    `changed` {name: value} puts in place of those in `model_file`; robot: of robot_description.
     """
 
     name: str
@@ -45,6 +48,7 @@ class GearboxSettings:
     model: DriveModel
     model_file: str
     changed: Mapping[str, Any]
+    robot: RobotDescription | None = None
 
     @property
     def prefix(self) -> str:
@@ -62,9 +66,10 @@ def declare_gearboxes(node: TableNode) -> list[GearboxSettings]:
 
     Without `gearboxes` the node has one, without a name. Raises InputError that names the gearbox.
     """
+    robots: dict[str, RobotDescription] = {}  # read once each
     names = RobotParameters.from_mapping(declare(node, ROBOT)).gearboxes
     if names == RobotParameters.gearboxes:
-        return [_declared(node, '', {})]
+        return [_declared(node, '', {}, robots)]
     source = f'node {node.get_name()}: gearboxes'
     taken = {row.name for row in SETTINGS + ROBOT} | {'use_sim_time', 'qos_overrides'}
     for k, name in enumerate(names):
@@ -72,13 +77,19 @@ def declare_gearboxes(node: TableNode) -> list[GearboxSettings]:
             raise InputError(f'{source}: {name!r}, expected different names of letters, digits '
                              'and _ that are no parameters')
     common = declare(node, [replace(row, change=FIXED) for row in ESTIMATOR])
-    gearboxes = [_declared(node, name, {**common, 'gearbox_serial': name}) for name in names]
+    gearboxes = [_declared(node, name, {**common, 'gearbox_serial': name}, robots)
+                 for name in names]
     _expect_own(f'node {node.get_name()}', gearboxes)
     return gearboxes
 
 
-def _declared(node: TableNode, name: str, common: Mapping[str, Any]) -> GearboxSettings:
-    """Declare the gearbox `name` with the defaults `common` {parameter: value}."""
+def _declared(node: TableNode, name: str, common: Mapping[str, Any],
+              robots: dict[str, RobotDescription]) -> GearboxSettings:
+    """
+    Declare the gearbox `name` with the defaults `common` {parameter: value}.
+
+    robots: {robot_description: its robot} so far.
+    """
     prefix = f'{name}.' if name else ''
 
     def declared(table: Sequence[Any]) -> dict[str, Any]:
@@ -90,8 +101,15 @@ def _declared(node: TableNode, name: str, common: Mapping[str, Any]) -> GearboxS
     with located(name):
         model_file = parameters.model or config_path('drive.yaml')
         model = load_model(model_file)
+        source = parameters.robot_description if described(parameters) else ''
+        if source and parameters.arm_topic:
+            raise InputError(f'arm_topic: {parameters.arm_topic!r}, expected none with '
+                             'robot_description: all joints come in one message')
+        if source and source not in robots:
+            robots[source] = robot_of(node, source)
     changed = declared([replace(row, default=getattr(model, row.name)) for row in MODEL])
-    return GearboxSettings(name, parameters, model.with_(**changed), str(model_file), changed)
+    return GearboxSettings(name, parameters, model.with_(**changed), str(model_file), changed,
+                           robots.get(source))
 
 
 def _expect_own(source: str, gearboxes: Sequence[GearboxSettings]) -> None:

@@ -40,6 +40,7 @@ from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.monitoring.staleness import Silence
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.robot.description import RobotDescription
 from gearbox_monitor.ros.black_box import BlackBox, KEEP
 from gearbox_monitor.ros.convert import GearboxNames, to_diagnostics, to_snapshot, to_status
 from gearbox_monitor.ros.gearbox_input import GearboxInput, RawSample
@@ -64,7 +65,7 @@ class MonitoredGearbox:
         self._says = f'{self.name}: ' if self.name else ''  # in front of what is logged
         values, model = settings.parameters, settings.model
         drift, adaptation = self._state_at_start(values)
-        self.monitor = Monitor(model, values, drift)
+        self.monitor = Monitor(model, values, drift, settings.robot)
         self._recall(adaptation)
         for test in TESTS:  # computed once, and not while a sample waits
             self.monitor.tracker.settings.threshold(test)
@@ -84,7 +85,8 @@ class MonitoredGearbox:
         self._topics = ''
         self._snapshot_stamp = 0
         self._snapshots = advertise(node, DiagnosticArray, self.private(SNAPSHOT), latched())
-        self.input = GearboxInput(node, values, model, self._on_dispute)
+        self.input = GearboxInput(node, values, model, self._on_dispute,
+                                  self.monitor.estimator.robot_joints)
         self._black_box = BlackBox(node, self.monitor, values, self.input.topic,
                                    node.resolve_service_name(self.private(KEEP)))
         if values.temperature_topic:
@@ -360,9 +362,16 @@ def _point_text(point: Mapping[str, Any]) -> str:
                      if name in features)
 
 
-def warm_up(model: DriveModel, parameters: EstimatorParameters) -> None:
-    """Compile every kernel before the node is ready: the first sample must not wait for it."""
-    monitor = Monitor(model, parameters.replace(drift_window=0.5))
+def warm_up(model: DriveModel, parameters: EstimatorParameters,
+            robot: RobotDescription | None = None) -> None:
+    """
+    Compile every kernel before the node is ready: the first sample must not wait for it.
+
+    model, parameters, robot: as of Monitor.
+    """
+    monitor = Monitor(model, parameters.replace(drift_window=0.5), robot=robot)
+    rest = tuple(0.0 for _ in monitor.estimator.robot_joints)
     for k in range(2200):  # 4.4 s: trust is judged from the third second on
         angle = 0.5 * math.sin(0.02 * k)
-        monitor.step(Sample(SECOND + k * 2_000_000, (0.0, 0.0), (angle, 0.8 * angle)))
+        monitor.step(Sample(SECOND + k * 2_000_000, (0.0, 0.0), (angle, 0.8 * angle),
+                            rest))

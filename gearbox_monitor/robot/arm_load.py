@@ -1,0 +1,161 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The load on one joint of a robot, from the measured positions of all of them.
+
+Speeds and accelerations come from a fading-memory polynomial filter of second degree: least
+squares over the past, each sample weighted by exp(-age / time). Its acceleration is late by about
+three times that time; how far it is off shows by its change over as long.
+"""
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.robot.dynamics import move, RobotArrays, torque_on
+
+LOAD, DEVIATION, INERTIA, N_LOAD = range(4)
+SMOOTHED, UNSEEN = 3, 4
+LAG = 3.0  # of the acceleration, in times of the filter
+SETTLED = 10.0  # times of the filter until its accelerations count
+LONGEST = 0.25  # s without a position over which it extrapolates
+
+
+class Motion(NamedTuple):
+    """
+    What is carried from sample to sample.
+
+    joints [5, n]: position, speed, acceleration, acceleration smoothed over its lag, and the s
+    since a measured position; clock int64 [2]: stamp of the last sample and time since the start,
+    ns. acting [3, n]: scratch.
+    """
+
+    joints: Array
+    clock: Integers
+    acting: Array
+
+
+def motion_at_start(n: int) -> Motion:
+    """Return the Motion of `n` joints before the first sample."""
+    return Motion(np.zeros((5, n)), np.zeros(2, np.int64), np.zeros((3, n)))
+
+
+@jit
+def _follow(motion: Motion, stamp: int, positions: Array, time: float) -> bool:
+    """Take the `positions` [n] (rad) at `stamp` (ns); return whether the sample is a next one."""
+    joints, clock = motion.joints, motion.clock
+    elapsed = stamp - clock[0]
+    dt = elapsed * 1e-9
+    if clock[0] > 0 and -LONGEST < dt <= 0.0:
+        return False  # late, or once more
+    if clock[0] == 0 or dt < 0.0 or dt > LONGEST:
+        for i in range(positions.shape[0]):
+            joints[0, i], joints[1, i], joints[2, i] = positions[i], 0.0, 0.0
+            joints[SMOOTHED, i] = 0.0
+            joints[UNSEEN, i] = 0.0 if math.isfinite(positions[i]) else math.inf
+        clock[0], clock[1] = stamp, 0
+        return False
+    clock[0] = stamp
+    clock[1] += elapsed
+    fading, late = math.exp(-dt / time), 1.0 - math.exp(-dt / (LAG * time))
+    gain1 = 1.0 - fading ** 3
+    gain2 = 1.5 * (1.0 - fading) ** 2 * (1.0 + fading) / dt
+    gain3 = (1.0 - fading) ** 3 / (dt * dt)
+    for i in range(positions.shape[0]):
+        q, v, a = joints[0, i], joints[1, i], joints[2, i]
+        q, v = q + dt * (v + 0.5 * dt * a), v + dt * a
+        error = positions[i] - q
+        if math.isfinite(positions[i]) and not joints[UNSEEN, i] <= LONGEST:
+            q, v, a, error = positions[i], 0.0, 0.0, 0.0
+            clock[1] = 0
+        if math.isfinite(error):
+            joints[0, i], joints[1, i] = q + gain1 * error, v + gain2 * error
+            joints[2, i], joints[UNSEEN, i] = a + gain3 * error, 0.0
+        else:
+            joints[0, i], joints[1, i] = q, v
+            joints[UNSEEN, i] += dt
+        joints[SMOOTHED, i] += late * (joints[2, i] - joints[SMOOTHED, i])
+    return True
+
+
+@jit
+def write_loads(robot: RobotArrays, motion: Motion, joint: int, time: float, stamps: Integers,
+                positions: Array, out: Array) -> None:
+    """
+    Write load, its standard deviation and the inertia of a joint for N samples.
+
+    The load is what the joint's own acceleration does not take: weight, friction-free coupling
+    with the other joints, centrifugal and Coriolis torque.
+
+    Args:
+        robot: with the payload.
+        motion: changed in place.
+        joint: number in RobotDescription.joints.
+        time: of the filter for speeds and accelerations, s.
+        stamps: [N], ns.
+        positions: of all joints [N, n], rad; NaN = not measured.
+        out: [N, N_LOAD], N m, N m and kg m^2; NaN where the motion is not known (well enough).
+
+    """
+    joints, clock, acting = motion
+    for k in range(stamps.shape[0]):
+        good = _follow(motion, stamps[k], positions[k], time)
+        good = good and clock[1] * 1e-9 > SETTLED * time
+        for i in range(joints.shape[1]):
+            good = good and joints[UNSEEN, i] <= LONGEST
+        if not good:
+            out[k, LOAD] = out[k, DEVIATION] = out[k, INERTIA] = math.nan
+            continue
+        for i in range(joints.shape[1]):
+            acting[0, i], acting[1, i], acting[2, i] = joints[0, i], joints[1, i], joints[2, i]
+        acting[2, joint] = 0.0
+        move(robot, acting)
+        out[k, LOAD], variance, out[k, INERTIA] = torque_on(robot, joint)
+        for i in range(joints.shape[1]):
+            acting[2, i] = joints[SMOOTHED, i] if i != joint else 0.0
+        move(robot, acting)
+        late = torque_on(robot, joint)[0] - out[k, LOAD]
+        out[k, DEVIATION] = math.sqrt(variance + late * late)
+
+
+class ArmLoad:
+    """
+    The load on joint `joint` of the robot `arrays`, with its filter for accelerations of `time` s.
+
+    motion: where a restart goes on from; a new one by default.
+    """
+
+    def __init__(self, arrays: RobotArrays, joint: int, time: float,
+                 motion: Motion | None = None) -> None:
+        self._arrays, self._joint, self._time = arrays, joint, time
+        self.motion = motion or motion_at_start(len(set(arrays.source.tolist())))
+
+    def inputs(self, stamps: Integers, u: Array, positions: Array) -> Array:
+        """
+        Return the inputs [N, 5] of sample_loop.Stream.
+
+        Args:
+            stamps: [N], ns.
+            u: motor torque and measured load [N, 2], N m.
+            positions: of all joints of the robot [N, n], rad.
+        """
+        rows = np.empty((len(stamps), 2 + N_LOAD))
+        loads = np.empty((len(stamps), N_LOAD))
+        write_loads(self._arrays, self.motion, self._joint, self._time, stamps,
+                    np.ascontiguousarray(positions, float), loads)
+        rows[:, :2], rows[:, 2:] = u, loads
+        return rows

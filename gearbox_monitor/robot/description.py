@@ -1,0 +1,266 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+A robot's tree of joints and bodies, read from a URDF description.
+
+Each link with mass is a body of the joint that moves it: a fixed joint only places what hangs on
+it. A joint that mimics another one moves by that one's position.
+"""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+import math
+from typing import Any, NoReturn
+from xml.etree import ElementTree
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.kernels.types import Array
+
+MOVABLE = ('revolute', 'continuous', 'prismatic')
+LONGEST = 4_000_000  # characters of a description
+
+
+@dataclass(frozen=True, eq=False)
+class RobotDescription:
+    """
+    N movable joints, a parent before its children, and B bodies.
+
+    joints: names of the n joints that move by themselves, as in joint_states. Of each of the N:
+    parent int64 [N], -1 = base; source int64 [N], the one of `joints` that moves it, by `ratio`
+    times its position plus `offset` [N]; prismatic [N]; rotation [N, 3, 3], origin [N, 3] m and
+    unit axis [N, 3], in the frame of its parent.
+    Of each body, in the frame of its joint: joint int64 [B], mass [B] kg, com [B, 3] m and
+    inertia [B, 3, 3] kg m^2 about it. links: {name: (joint, rotation [3, 3], origin [3])}.
+    """
+
+    joints: tuple[str, ...]
+    parent: Any
+    source: Any
+    ratio: Array
+    offset: Array
+    prismatic: Any
+    rotation: Array
+    origin: Array
+    axis: Array
+    body_joint: Any
+    mass: Array
+    com: Array
+    inertia: Array
+    links: Mapping[str, tuple[int, Array, Array]]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values, from which from_dict makes the same description to the bit."""
+        return {**{f.name: getattr(self, f.name).tolist() for f in fields(self)
+                   if f.name not in ('joints', 'links')},
+                'joints': list(self.joints),
+                'links': {name: (joint, rotation.tolist(), origin.tolist())
+                          for name, (joint, rotation, origin) in self.links.items()}}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> 'RobotDescription':
+        """Return the description that `data` of to_dict holds."""
+        arrays = {name: np.array(value) for name, value in data.items()
+                  if name not in ('joints', 'links')}
+        return cls(joints=tuple(data['joints']), **arrays, links={
+            name: (joint, np.array(rotation), np.array(origin))
+            for name, (joint, rotation, origin) in data['links'].items()})
+
+
+def parse(text: str, source: str) -> RobotDescription:
+    """Return the description in the URDF `text`, called `source`. Raises InputError."""
+    if len(text) > LONGEST:
+        raise InputError(f'{source}: {len(text)} characters, expected a URDF of at most {LONGEST}')
+    try:
+        root = ElementTree.fromstring(text)
+    except (ElementTree.ParseError, ValueError) as error:
+        raise InputError(f'{source}: {error}, expected a URDF robot description') from None
+    if root.tag != 'robot':
+        raise InputError(f'{source}: <{root.tag}>, expected <robot> (expand xacro files first)')
+    return _Parser(root, source).description()
+
+
+class _Parser:
+    """Walks the tree of the element `root` of a URDF called `source`."""
+
+    def __init__(self, root: ElementTree.Element, source: str) -> None:
+        self._source = source
+        self._links = self._named(root, 'link')
+        self._joints = self._named(root, 'joint')
+        self._rows: list[dict[str, Any]] = []   # of movable joints
+        self._bodies: list[tuple[int, float, Array, Array]] = []
+        self._places: dict[str, tuple[int, Array, Array]] = {}
+
+    def description(self) -> RobotDescription:
+        children: dict[str, list[tuple[str, ElementTree.Element]]] = {}
+        moved: dict[str, str] = {}
+        for name, element in self._joints.items():
+            parent, child = (self._link_of(name, element, tag) for tag in ('parent', 'child'))
+            if child in moved:
+                self._fail(f'joint {name}', f'child {child} hangs on joint {moved[child]}, too',
+                           'one joint for each link')
+            moved[child] = name
+            children.setdefault(parent, []).append((child, element))
+        roots = [name for name in self._links if name not in moved]
+        if len(roots) != 1:
+            self._fail('links', f'{len(roots)} links without a parent', 'a tree with one root')
+        waiting: list[tuple[str, int, Array, Array]] = [(roots[0], -1, np.eye(3), np.zeros(3))]
+        while waiting:
+            link, joint, rotation, origin = waiting.pop()
+            self._places[link] = joint, rotation, origin
+            self._add_body(link, joint, rotation, origin)
+            for child, element in reversed(children.get(link, [])):
+                waiting.append((child, *self._place(element, joint, rotation, origin)))
+        return self._made()
+
+    def _made(self) -> RobotDescription:
+        rows = self._rows
+        free = [row['name'] for row in rows if row['mimics'] is None]
+        if not free:
+            self._fail('joints', 'none can move', 'at least one of ' + ', '.join(MOVABLE))
+        source, ratio, offset = [], [], []
+        for row in rows:
+            of, factor, shift = row['name'], 1.0, 0.0
+            if row['mimics'] is not None:
+                of, factor, shift = row['mimics']
+                if of not in free:
+                    self._fail(f'joint {row["name"]}', f'mimics {of}', unknown(of, free))
+            source.append(free.index(of))
+            ratio.append(factor)
+            offset.append(shift)
+        joints, masses, coms, inertias = zip(*self._bodies) if self._bodies else ([],) * 4
+        for i, row in enumerate(rows):
+            if not any(self._hangs_on(i, int(joint)) for joint in joints):
+                self._fail(f'joint {row["name"]}', 'moves no mass',
+                           'an <inertial> in a link behind it')
+        return RobotDescription(
+            tuple(free), np.array([row['parent'] for row in rows]), np.array(source),
+            np.array(ratio), np.array(offset), np.array([row['prismatic'] for row in rows]),
+            np.array([row['rotation'] for row in rows]), np.array([row['origin'] for row in rows]),
+            np.array([row['axis'] for row in rows]), np.array(joints), np.array(masses),
+            np.array(coms), np.array(inertias), self._places)
+
+    def _hangs_on(self, joint: int, other: int) -> bool:
+        """Return whether joint `other` is `joint`, or behind it."""
+        while other > joint:
+            other = self._rows[other]['parent']
+        return other == joint
+
+    def _add_body(self, link: str, joint: int, rotation: Array, origin: Array) -> None:
+        inertial = self._links[link].find('inertial')
+        if inertial is None or joint < 0:
+            return  # what does not move loads no joint
+        where = f'link {link}: inertial'
+        turned, shift = self._origin(inertial, where)
+        mass_element, element = inertial.find('mass'), inertial.find('inertia')
+        mass = self._number(mass_element, 'value', where, None)
+        ixx, iyy, izz, ixy, ixz, iyz = (
+            self._number(element, name, where, None if name[1] == name[2] else 0.0)
+            for name in ('ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz'))
+        inertia = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+        least = float(np.linalg.eigvalsh(inertia)[0])
+        if mass < 0.0 or least < -1e-9 * float(np.abs(inertia).max()):
+            self._fail(where, f'mass {mass:g} kg, smallest principal inertia {least:.3g} kg m^2',
+                       'none below 0')
+        if mass == 0.0 and not inertia.any():
+            return
+        whole = rotation @ turned
+        self._bodies.append((joint, mass, rotation @ shift + origin, whole @ inertia @ whole.T))
+
+    def _place(self, element: ElementTree.Element, joint: int, rotation: Array,
+               origin: Array) -> tuple[int, Array, Array]:
+        """Return joint and frame of the child of the joint `element`, on a link placed so."""
+        name, kind = element.get('name', ''), element.get('type', '')
+        where = f'joint {name}'
+        turned, shift = self._origin(element, where)
+        frame, at = rotation @ turned, rotation @ shift + origin
+        if kind == 'fixed':
+            return joint, frame, at
+        if kind not in MOVABLE:
+            self._fail(where, f'type {kind!r}', 'one of ' + ', '.join((*MOVABLE, 'fixed')))
+        axis = self._vector(element.find('axis'), 'xyz', f'{where}: axis', (1.0, 0.0, 0.0))
+        length = float(np.linalg.norm(axis))
+        if length < 1e-9:
+            self._fail(f'{where}: axis', '0 0 0', 'a direction')
+        mimic, mimics = element.find('mimic'), None
+        if mimic is not None:
+            mimics = (mimic.get('joint', ''),
+                      self._number(mimic, 'multiplier', f'{where}: mimic', 1.0),
+                      self._number(mimic, 'offset', f'{where}: mimic', 0.0))
+        self._rows.append({
+            'name': name, 'parent': joint, 'mimics': mimics, 'prismatic': kind == 'prismatic',
+            'rotation': frame, 'origin': at, 'axis': axis / length})
+        return len(self._rows) - 1, np.eye(3), np.zeros(3)
+
+    def _named(self, root: ElementTree.Element, tag: str) -> dict[str, ElementTree.Element]:
+        result: dict[str, ElementTree.Element] = {}
+        for element in root.findall(tag):
+            name = element.get('name', '')
+            if not name or name in result:
+                self._fail(tag, f'name {name!r}', 'a name of its own')
+            result[name] = element
+        return result
+
+    def _link_of(self, name: str, joint: ElementTree.Element, tag: str) -> str:
+        element = joint.find(tag)
+        link = '' if element is None else element.get('link', '')
+        if link not in self._links:
+            self._fail(f'joint {name}: {tag}', repr(link), unknown(link, self._links))
+        return link
+
+    def _origin(self, element: ElementTree.Element, where: str) -> tuple[Array, Array]:
+        origin = element.find('origin')
+        roll, pitch, yaw = self._vector(origin, 'rpy', f'{where}: origin', (0.0,) * 3)
+        return turn(roll, pitch, yaw), self._vector(origin, 'xyz', f'{where}: origin', (0.0,) * 3)
+
+    def _vector(self, element: ElementTree.Element | None, name: str, where: str,
+                default: Sequence[float]) -> Array:
+        text = None if element is None else element.get(name)
+        if text is None:
+            return np.array(default)
+        numbers = [self._finite(part, f'{where}: {name}') for part in text.split()]
+        if len(numbers) != 3:
+            self._fail(f'{where}: {name}', repr(text), 'three numbers')
+        return np.array(numbers)
+
+    def _number(self, element: ElementTree.Element | None, name: str, where: str,
+                default: float | None) -> float:
+        text = None if element is None else element.get(name)
+        if text is None:
+            if default is None:
+                self._fail(where, f'no {name}', 'a number')
+            return default
+        return self._finite(text, f'{where}: {name}')
+
+    def _finite(self, text: str, where: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not abs(value) < 1e9:
+            self._fail(where, repr(text), 'a number')
+        return value
+
+    def _fail(self, where: str, value: str, expected: str) -> NoReturn:
+        raise InputError(f'{self._source}: {where}: {value}, expected {expected}')
+
+
+def turn(roll: float, pitch: float, yaw: float) -> Array:
+    """Return the rotation [3, 3] by `roll`, `pitch` and `yaw` (rad) about fixed axes x, y, z."""
+    (cr, sr), (cp, sp), (cy, sy) = (
+        (math.cos(angle), math.sin(angle)) for angle in (roll, pitch, yaw))
+    return np.array([[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+                     [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+                     [-sp, cp * sr, cp * cr]])

@@ -1,0 +1,203 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+A whole arm: rigid links on elastic joints with backlash, each moved by a motor and its servo.
+
+The rotors are taken as turning about their own joint only. RK4, the torque of the servos is held
+over a sample.
+"""
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import D, DriveModel, HALF_GAP, motor_acceleration, STIFFNESS
+from gearbox_monitor.plant.transmission import dead_zone
+from gearbox_monitor.robot.dynamics import coupled_inertia, move, RobotArrays, torque_on
+
+SUBSTEPS = 2  # of a sample, by default
+
+
+class Servo(NamedTuple):
+    """u = kp (r - x1) + kd (r' - x3) of each of n joints; N m/rad and N m s/rad, arm side."""
+
+    kp: Array
+    kd: Array
+
+
+class ArmScratch(NamedTuple):
+    """Room for the arm's matrix [n, n], its right side [n], motions [3, n] and slopes [6, 4 n]."""
+
+    matrix: Array
+    right: Array
+    motion: Array
+    slopes: Array
+
+
+@dataclass(frozen=True)
+class ArmRun:
+    """
+    N samples of n joints: t [N] s; u [N, n] N m, held from t_k to t_k+1.
+
+    motor, arm [N, n]: true positions, rad; tau_k [N, n]: true torque of the transmissions, N m.
+    """
+
+    t: Array
+    u: Array
+    motor: Array
+    arm: Array
+    tau_k: Array
+
+
+@jit
+def _slopes(robot: RobotArrays, p: Array, x: Array, u: Array, scratch: ArmScratch,
+            out: Array) -> None:
+    """Write the derivative of x = (motor, arm, motor speed, arm speed), n each, to `out`."""
+    matrix, right, motion, _ = scratch
+    n = u.shape[0]
+    for i in range(n):
+        motion[0, i], motion[1, i], motion[2, i] = x[n + i], x[3 * n + i], 0.0
+    move(robot, motion)
+    for i in range(n):
+        x3, x4 = x[2 * n + i], x[3 * n + i]
+        tau_k = p[i, STIFFNESS] * dead_zone(x[i] - x[n + i], p[i, HALF_GAP])
+        out[i], out[n + i] = x3, x4
+        out[2 * n + i] = motor_acceleration(x[i], x3, x4, u[i], tau_k, p[i])
+        right[i] = tau_k + p[i, D] * (x3 - x4) - torque_on(robot, i)[0]
+        for j in range(i + 1):
+            matrix[i, j] = coupled_inertia(robot, i, j)
+    for i in range(n):  # Cholesky, then forward and back
+        for j in range(i + 1):
+            total = matrix[i, j]
+            for k in range(j):
+                total -= matrix[i, k] * matrix[j, k]
+            matrix[i, j] = total ** 0.5 if i == j else total / matrix[j, j]
+    for i in range(n):
+        for k in range(i):
+            right[i] -= matrix[i, k] * right[k]
+        right[i] /= matrix[i, i]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            right[i] -= matrix[k, i] * right[k]
+        right[i] /= matrix[i, i]
+        out[3 * n + i] = right[i]
+
+
+@jit
+def _run(robot: RobotArrays, p: Array, servo: Servo, references: Array, payload: Array, x: Array,
+         dt: float, scratch: ArmScratch, out: Array) -> None:
+    """Run the arm; references [N, 2, n], payload [N], x [4 n] changed, out [N, 4, n]."""
+    n, slopes, h = p.shape[0], scratch.slopes, dt / SUBSTEPS
+    u = slopes[4, :n]
+    for k in range(references.shape[0]):
+        robot.amounts[-1] = payload[k]
+        for i in range(n):
+            u[i] = (servo.kp[i] * (references[k, 0, i] - x[i])
+                    + servo.kd[i] * (references[k, 1, i] - x[2 * n + i]))
+            out[k, 0, i], out[k, 1, i], out[k, 2, i] = u[i], x[i], x[n + i]
+            out[k, 3, i] = p[i, STIFFNESS] * dead_zone(x[i] - x[n + i], p[i, HALF_GAP])
+        for _ in range(SUBSTEPS):
+            stage = scratch.slopes[5]
+            for q in range(4):
+                a = 0.0 if q == 0 else (h if q == 3 else 0.5 * h)
+                for i in range(4 * n):
+                    stage[i] = x[i] + (a * slopes[q - 1, i] if q else 0.0)
+                _slopes(robot, p, stage, u, scratch, slopes[q])
+            for i in range(4 * n):
+                x[i] += h / 6.0 * (slopes[0, i] + 2.0 * (slopes[1, i] + slopes[2, i])
+                                   + slopes[3, i])
+
+
+class ArmPlant:
+    """
+    An arm that keeps its state from run to run; starts at rest at `start` [n] (rad).
+
+    robot: of arrays_of, the true one. drives: one DriveModel of each joint; its arm_inertia is not
+    used. bandwidth: of the servos, Hz, for the inertias at the start.
+
+    target: last reference position [n], rad.
+    """
+
+    def __init__(self, robot: RobotArrays, drives: Sequence[DriveModel], start: Array,
+                 bandwidth: float = 6.0) -> None:
+        n = len(drives)
+        self._robot, self.drives = robot, list(drives)
+        self._scratch = ArmScratch(np.zeros((n, n)), np.zeros(n), np.zeros((3, n)),
+                                   np.zeros((6, 4 * n)))
+        self._x = np.concatenate([start, start, np.zeros(2 * n)])
+        self._time, self.target = 0.0, start
+        motion = np.vstack([start, np.zeros((2, n))])
+        move(robot, motion)
+        inertia = np.array([torque_on(robot, i)[2] + drive.motor_inertia
+                            for i, drive in enumerate(drives)])
+        omega = 2.0 * np.pi * bandwidth
+        self._servo = Servo(inertia * omega ** 2, 1.4 * inertia * omega)
+
+    def run(self, references: Array, payload: Array, dt: float) -> ArmRun:
+        """
+        Follow `references` [N, 2, n] (rad, rad/s) with the `payload` [N] (kg), `dt` s apart.
+
+        Returns the ArmRun; the next one continues.
+        """
+        p = np.array([drive.pack() for drive in self.drives])
+        out = np.empty((len(references), 4, len(p)))
+        _run(self._robot, p, self._servo, np.ascontiguousarray(references),
+             np.ascontiguousarray(payload, float), self._x, dt, self._scratch, out)
+        t = self._time + dt * np.arange(len(references))
+        self._time, self.target = self._time + dt * len(references), references[-1, 0]
+        return ArmRun(t, out[:, 0], out[:, 1], out[:, 2], out[:, 3])
+
+
+def pick_and_place(rng: np.random.Generator, limits: tuple[Array, Array, Array], start: Array,
+                   moves: int, dt: float, payloads: tuple[float, float] = (0.0, 0.0)
+                   ) -> tuple[Array, Array]:
+    """
+    Return references and payloads of random moves between poses.
+
+    Each move is the one of least jerk to a random pose, as fast as the slowest joint's `speed`
+    allows; a rest follows, in the middle of which the payload changes.
+
+    Args:
+        rng: source of the poses.
+        limits: lowest and highest positions and highest speeds [n], rad and rad/s.
+        start: first pose [n], rad.
+        moves: how many; with an even number the arm ends without a payload.
+        dt: length of a sample, s.
+        payloads: range of the mass that every second move carries, kg.
+
+    Returns:
+        references [N, 2, n] of ArmPlant.run and payload [N], kg.
+
+    """
+    low, high, speed = limits
+    here, mass = start, 0.0
+    parts: list[Array] = []
+    masses: list[Array] = []
+    for k in range(moves):
+        target = rng.uniform(low, high)
+        length = max(0.3, float(np.max(1.875 * np.abs(target - here) / speed)))
+        s = np.arange(1, round(length / dt) + 1)[:, None] * dt / length
+        way = here + (target - here) * s ** 3 * (10.0 - 15.0 * s + 6.0 * s ** 2)
+        rate = (target - here) / length * 30.0 * s ** 2 * (1.0 - s) ** 2
+        rest = round(rng.uniform(0.2, 0.5) / dt)
+        parts.append(np.stack([np.vstack([way, np.tile(target, (rest, 1))]),
+                               np.vstack([rate, np.zeros((rest, len(low)))])], axis=1))
+        after = rng.uniform(*payloads) if k % 2 == 0 else 0.0
+        masses += [np.full(len(s) + rest // 2, mass), np.full(rest - rest // 2, after)]
+        here, mass = target, after
+    return np.concatenate(parts), np.concatenate(masses)

@@ -1,0 +1,51 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The description of a robot for a node: from a file, or from the topic that latches it."""
+import time
+
+from rclpy.node import Node
+from std_msgs.msg import String
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.robot_files import load_robot, TOPIC
+from gearbox_monitor.robot.description import parse, RobotDescription
+from gearbox_monitor.ros.qos import latched, subscribe
+from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup
+
+PATIENCE = 15.0  # s until a latched description must have come
+
+
+def robot_of(node: Node, source: str) -> RobotDescription:
+    """
+    Return the robot of the parameter robot_description of a `node`, a file or topic:TOPIC.
+
+    Waits for the topic. Raises InputError if it is no URDF, or does not come.
+    """
+    if not source.startswith(TOPIC):
+        return load_robot(source)
+    subscription = subscribe(node, String, source.removeprefix(TOPIC), lambda message: None,
+                             latched(), callback_group=PolledCallbackGroup())
+    topic = subscription.topic_name
+    node.get_logger().info(f'waiting for the robot description on {topic}')
+    try:
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end and node.context.ok():
+            for message, _ in drain(subscription):
+                return parse(message.data, topic)
+            time.sleep(0.05)
+    finally:
+        node.destroy_subscription(subscription)
+    raise InputError(f'robot_description: {topic}: nothing came in {PATIENCE:g} s, expected a '
+                     'robot description, as robot_state_publisher gives it')

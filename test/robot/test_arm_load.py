@@ -1,0 +1,152 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The load by a robot's description in the estimator: what it gains, with the same bits."""
+from functools import cache
+import json
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Sample, Samples
+from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.robot_files import load_robot
+from gearbox_monitor.robot import example_arm
+from gearbox_monitor.robot.arm_load import ArmLoad, DEVIATION, INERTIA, LOAD
+from gearbox_monitor.robot.dynamics import arrays_of, move, torque_on
+from gearbox_monitor.robot.simulate import ArmPlant
+
+FILE = str(config_path('arm6.urdf'))
+ARM = load_robot(FILE)
+DRIVES = example_arm.nominal_drives(ARM)
+T0 = 1_700_000_000_000_000_000
+DT = 1e-3
+JOINT = 4
+
+
+@cache
+def work(seed=2):
+    """Return (ArmRun, payload, samples of JOINT) of an arm within the tolerances."""
+    rng = np.random.default_rng(seed)
+    plant = ArmPlant(example_arm.as_built(ARM, rng, 0.1),
+                     example_arm.drives_as_built(DRIVES, rng), example_arm.MIDDLE)
+    run, payload, motor, arm = example_arm.worked(plant, rng, 3, DT)
+    u = np.column_stack([run.u[:, JOINT], np.full(len(payload), np.nan)])
+    return run, payload, Samples(T0 + np.round(run.t * 1e9).astype(np.int64), u,
+                                 np.column_stack([motor[:, JOINT], arm[:, JOINT]]), arm)
+
+
+def estimator(**changes):
+    parameters = {**example_arm.parameters_of(JOINT), 'robot_description': FILE, **changes}
+    return Estimator(DRIVES[JOINT], parameters, ARM)
+
+
+def part(samples, begin, end):
+    return Samples(samples.stamp_ns[begin:end], samples.u[begin:end], samples.y[begin:end],
+                   samples.joints[begin:end])
+
+
+def estimated(engine, payload, samples):
+    """Return the estimates; the payload is told as it changes."""
+    parts = []
+    cuts = [0, *np.flatnonzero(np.diff(payload)) + 1, len(payload)]
+    for begin, end in zip(cuts, cuts[1:]):
+        assert not engine.set_parameters({'payload_mass': float(payload[begin])})
+        parts.append(engine.run(part(samples, begin, end)))
+    return [np.concatenate([getattr(p, name) for p in parts])
+            for name in ('stamp_ns', 'tau_k', 'tau_k_std', 'tau_arm')]
+
+
+def test_the_description_halves_the_error_of_the_torque():
+    """With an unknown load the error of friction cannot be told from the torque: no such state."""
+    run, payload, samples = work()
+    errors = {}
+    for load, changes in (('unknown', {'friction_error_std': 0.0}), ('model', {})):
+        stamps, tau_k, std, _ = estimated(
+            estimator(arm_load=load, **changes), payload, samples)
+        settled = slice(500, None)
+        error = (tau_k - run.tau_k[np.searchsorted(samples.stamp_ns, stamps), JOINT])[settled]
+        errors[load] = np.sqrt(np.mean(error ** 2))
+        assert np.mean(np.abs(error) < 1.96 * std[settled]) > 0.9
+    assert errors['model'] < 0.5 * errors['unknown']
+
+
+def test_steps_runs_and_a_snapshot_give_the_same_bits():
+    _, _, samples = work()
+    whole = estimator().run(part(samples, 0, 900))
+    single = estimator()
+    rows = [single.step(Sample(int(t), tuple(u), tuple(y), tuple(j))) for t, u, y, j in zip(
+        samples.stamp_ns[:900], samples.u, samples.y, samples.joints)]
+    np.testing.assert_array_equal([e.row for e in rows if e], whole.rows)
+    first = estimator()
+    first.run(part(samples, 0, 500))
+    snapshot = json.loads(json.dumps(first.snapshot()))
+    second = Estimator.restore(snapshot)
+    np.testing.assert_array_equal(second.run(part(samples, 500, 900)).rows, whole.rows[499:])
+
+
+def test_positions_that_are_missing_leave_the_load_unknown():
+    """Until they come, and after they went; the estimates go on, and the total has no step."""
+    _, payload, samples = work()
+    joints = samples.joints[:2000].copy()
+    joints[:300, 1] = joints[1000:1600, 2] = np.nan
+    e = estimator().run(Samples(samples.stamp_ns[:2000], samples.u[:2000], samples.y[:2000],
+                                joints))
+    full = estimator().run(part(samples, 0, 2000))
+    assert len(e.tau_k) == len(full.tau_k) == 1999
+    before, after = slice(900, 1000), slice(1300, 1550)
+    np.testing.assert_allclose(e.tau_k[before], full.tau_k[before], atol=0.3)
+    assert np.median(e.tau_k_std[after]) > 1.1 * np.median(full.tau_k_std[after])
+    step = np.abs(np.diff(e.tau_arm))[400:]
+    assert step.max() < 10.0 * np.abs(np.diff(full.tau_arm))[400:].max()
+
+
+def test_loads_follow_the_motion():
+    """Noise-free: within the stated deviation of lag, of the load that the true motion needs."""
+    t = np.arange(1500) * DT
+    q = np.column_stack([np.sin(2.0 * np.pi * (0.3 + 0.1 * i) * t) for i in range(6)])
+    stamps = T0 + np.round(t * 1e9).astype(np.int64)
+    inputs = ArmLoad(arrays_of(ARM), 1, 0.005).inputs(stamps, np.zeros((len(t), 2)), q)[:, 2:]
+    w = 2.0 * np.pi * (0.3 + 0.1 * np.arange(6))
+    exact = np.empty_like(inputs)
+    arrays = arrays_of(ARM)
+    for k in range(len(t)):
+        a = -w ** 2 * q[k]
+        a[1] = 0.0
+        move(arrays, np.array([q[k], w * np.cos(w * t[k]), a]))
+        exact[k, LOAD], _, exact[k, INERTIA] = torque_on(arrays, 1)
+    assert np.isnan(inputs[:49]).all() and np.isfinite(inputs[60:]).all()
+    error = np.abs(inputs[100:, LOAD] - exact[100:, LOAD])
+    assert error.max() < 0.02 * np.ptp(exact[:, LOAD])
+    assert np.mean(error < 2.0 * inputs[100:, DEVIATION]) > 0.95
+    np.testing.assert_allclose(inputs[100:, INERTIA], exact[100:, INERTIA], rtol=1e-3)
+
+
+@pytest.mark.parametrize('changes, said', [
+    ({'arm_joint': 'elbow'}, "no joint 'elbow' \\(arm_joint\\), expected"),
+    ({'filter': 'aekf'}, 'filter: aekf, expected one of ekf, ukf'),
+    ({'payload_link': 'gripper'}, "payload_link: 'gripper', expected"),
+    ({'robot_gravity': [0.0, 9.8]}, 'robot_gravity: .*, expected three numbers')])
+def test_bad_parameters_are_named(changes, said):
+    with pytest.raises(InputError, match=said):
+        estimator(**changes)
+
+
+def test_without_the_description_at_hand_the_load_is_unknown():
+    engine = Estimator(DRIVES[JOINT], {**example_arm.parameters_of(JOINT),
+                                       'robot_description': 'topic:/robot_description'})
+    assert 'tau_arm' in engine.names and not engine.robot_joints
+    assert any('not at hand' in text for text in engine.warnings)
