@@ -28,7 +28,9 @@ from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library, Scales
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN, TORQUE_OFFSET
+from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB
 from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
+from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB
 from gearbox_monitor.quality.recording import UniformRecording
 
 # Values of the model that scatter with its tolerance: name in a verdict -> field.
@@ -41,6 +43,9 @@ ZERO = 'zero'  # offset of the motor's encoder against the arm's, where model.ze
 # Values that only an effect has: name -> (id, parameter). kt: factor on the torque.
 BY_EFFECT = {'kt': (TORQUE_GAIN.id, 'g'), 'u0': (TORQUE_OFFSET.id, 'u0'),
              ZERO: (ENCODER_OFFSET.id, 'c')}
+# Sharpness of Coulomb friction, which is fitted along where a fit lacks something: name -> field.
+SHAPES = {'alpha': 'friction_sharpness', 'alpha_arm': 'arm_friction_sharpness'}
+SHARPER = 1e2  # factor by which a sharpness may be off at most
 PERIODIC = tuple(name for name, effect in EFFECTS.items() if effect.periodic)
 PHASED = tuple(name for name, effect in EFFECTS.items() if effect.phased)
 ORDERS = range(1, 41)
@@ -192,6 +197,10 @@ def scaled(model: DriveModel, nuisances: Mapping[str, float]) -> DriveModel:
             nominal = sum(e[parameter] for e in model.effects if e['id'] == effect)
             value = (1.0 + nominal) * (1.0 + change) - 1.0 if name == 'kt' else nominal + change
             model = with_effects(model, [{'id': effect, parameter: value}])
+    shapes = {name: nuisances.pop(name, 0.0) for name in SHAPES}
+    if any(shapes.values()):
+        model = replace(model, friction_sharpness=(1.0 + shapes['alpha']) * model.friction_sharpness,
+                        arm_friction_sharpness=(1.0 + shapes['alpha_arm']) * model.arm_sharpness)
     if model.transmission.kind == 'rigid' and 'm1' in nuisances:
         nuisances['m2'] = nuisances['m1']  # the sum is what shows
     return model.with_values({NUISANCES[name]: model.value(NUISANCES[name]) * (1.0 + change)
@@ -211,6 +220,19 @@ def with_effects(model: DriveModel, effects: Sequence[Values]) -> DriveModel:
     ids = {effect['id'] for effect in effects}
     retained = tuple(e for e in model.effects if e['id'] not in ids)
     return replace(model, effects=(*retained, *effects))
+
+
+def with_free_shape(candidate: CandidateModel) -> CandidateModel | None:
+    """Return `candidate` with the sharpness of Coulomb friction free; None: it has none to free."""
+    model = candidate.nominal
+    if not model.sharpness_tolerance or model.friction_law.constraint:
+        return None
+    ids = {*candidate.ids, *(e['id'] for e in model.effects)}
+    sides = {'alpha': model.coulomb_friction > 0.0 or MOTOR_COULOMB.id in ids,
+             'alpha_arm': ARM_COULOMB.id in ids}
+    free = tuple(Coordinate(-1, name, 1.0, 0.5, 1.0 / SHARPER, SHARPER, log=True,
+                            prior=model.sharpness_tolerance) for name in SHAPES if sides[name])
+    return replace(candidate, coordinates=(*free, *candidate.coordinates)) if free else None
 
 
 def replaced_value(model: DriveModel, name: str) -> float | None:

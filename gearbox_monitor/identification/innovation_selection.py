@@ -28,7 +28,8 @@ import numpy as np
 from gearbox_monitor.identification.adequacy import spectral_excess, STRUCTURE
 from gearbox_monitor.identification.effect_scan import scan
 from gearbox_monitor.identification.effect_search import EffectSearch
-from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
+from gearbox_monitor.identification.candidates import with_free_shape
+from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import white_level
@@ -41,6 +42,7 @@ from gearbox_monitor.identification.smoothed_windows import (
 
 NEAR = 60.0        # -2 log L by which windows, which weigh more, may turn a ranking round
 COMPARED = 4       # single effects on windows at most
+SHAPED = 2         # best single effects that are tried with friction of another shape
 PAIRS = 3          # pairs on windows at most
 BEHIND = 100.0     # score by which fits that were not on windows stand behind those that were
 
@@ -71,6 +73,36 @@ class InnovationEvidence(Evidence):
         self.search.fitted[name] = on_windows(self.search, fine, self.whole,
                                               self.effects.score(fine))
         return self.search.fitted[name]
+
+    def shaped(self, fit: CandidateFit) -> CandidateFit | None:
+        """
+        Return the fit that friction of another shape makes complete, None if none does.
+
+        A shape that differs is no effect of its own, and must not find one a partner: `fit`, the
+        best single effects and none are fitted along with the sharpness before any pair.
+
+        Args:
+            fit: that lacks something.
+        """
+        complete: list[CandidateFit] = []
+        names = dict.fromkeys([key_of(fit), *self.search.ranked()[:SHAPED], ''])
+        for name in [n for n in names if n in self.finished]:
+            finished = self.finished[name]
+            candidate = with_free_shape(finished.candidate)
+            if candidate is None:
+                continue
+            z = np.concatenate([np.zeros(len(candidate.coordinates) - len(finished.z)), finished.z])
+            fine = fitted(self.fine, evaluated(self.fine, candidate, z, finished.torque).alone())
+            if finished.deviance - fine.deviance < OWN_MARGIN:
+                continue
+            shaped = on_windows(self.search, fine, self.whole, self.effects.score(fine))
+            if not self.inadequate(shaped):
+                complete.append(shaped)
+        if not complete:
+            return None
+        best = min(complete, key=lambda f: f.score + MARGIN * bool(f.candidate.ids))
+        self.search.fitted[key_of(best)] = best
+        return best
 
     def noise_alone(self) -> bool:
         """

@@ -115,6 +115,10 @@ class Evidence(ABC):
         """Return the best fit of two effects that is worth more than `fit`, else `fit`."""
 
     @abstractmethod
+    def shaped(self, fit: CandidateFit) -> CandidateFit | None:
+        """Return the fit that friction of another shape makes complete, None if none does."""
+
+    @abstractmethod
     def noise_alone(self) -> bool:
         """Return whether free runs without effect lack nothing but white noise of the torque."""
 
@@ -144,6 +148,9 @@ def decide(evidence: Evidence) -> tuple[CandidateFit, str]:
             return pulses, 'effect'
     if lacking and evidence.noise_alone():
         return search.fitted[''], 'none'
+    shaped = evidence.shaped(chosen) if lacking else None
+    if shaped is not None:
+        return shaped, 'effect' if shaped.candidate.ids else 'none'
     if search.ranked() and (lacking or evidence.lacks(chosen)):
         chosen = evidence.pair_beyond(chosen)
     return chosen, 'unknown' if inadequate(chosen) else 'effect'
@@ -212,6 +219,10 @@ class PositionEvidence(Evidence):
         if pair is None or self.inadequate(pair) and not self.inadequate(single):
             return single
         return pair
+
+    def shaped(self, fit: CandidateFit) -> CandidateFit | None:
+        """Return None: where the motor stands, which shows the shape, its torque tells nothing."""
+        return None
 
     def noise_alone(self) -> bool:
         """Return False: what lasts is part of the weights."""

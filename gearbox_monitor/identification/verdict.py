@@ -24,7 +24,7 @@ from gearbox_monitor.identification import (
     closed_model, isolability, likelihood, localisation, verdict_parts)
 from gearbox_monitor.identification.adequacy import misfit, on_all, residual_law, sharpen_sigma
 from gearbox_monitor.identification.candidates import (
-    CandidateModel, GAINS, NUISANCES, with_effects, ZERO)
+    CandidateModel, GAINS, NUISANCES, SHAPES, with_effects, ZERO)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.residual_dependence import ResidualDependence
 from gearbox_monitor.identification.search import Search
@@ -38,6 +38,7 @@ from gearbox_monitor.quality.recording import UniformRecording
 TIE = 1.01  # ratio of chi2 that free signals leave at places that they do not tell apart
 AS_MUCH = 1.1  # times what a free signal leaves, a law leaves where it tells as much
 BEYOND = 5.0   # standard deviations: below, a motion is too small to be missed
+SHAPE_DIFFERS = 0.2  # logarithm of a sharpness that is worth a word
 NEARLY = 0.85  # share of the gap in chi2: what explains it acts where the effect does
 LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
 UNREPEATABLE = tuple(name for name, effect in EFFECTS.items() if not effect.fitted)
@@ -243,6 +244,9 @@ def co_estimated(model: DriveModel, nuisances: Mapping[str, float]) -> dict[str,
     """
     values = {name: float(model.value(where) * (1.0 + nuisances.get(name, 0.0)))
               for name, where in NUISANCES.items() if name not in GAINS or model.controller}
+    for name, value in (('alpha', model.friction_sharpness), ('alpha_arm', model.arm_sharpness)):
+        if name in nuisances:
+            values[name] = float(value * (1.0 + nuisances[name]))
     if ZERO in nuisances:
         values[ZERO] = float(nuisances[ZERO])
     return values
@@ -269,7 +273,8 @@ def shifts(candidate: CandidateModel, nuisances: Mapping[str, float]) -> dict[st
         nuisances: relative changes of nominal values by name.
     """
     spread = {c.name: c.prior for c in candidate.coordinates if c.owner < 0}
-    return {name: float(value / spread[name]) for name, value in nuisances.items()}
+    return {name: float((np.log1p(value) if name in SHAPES else value) / spread[name])
+            for name, value in nuisances.items()}
 
 
 def warnings(search: Search, best_fit: CandidateFit, kind: str, nuisances: Mapping[str, float],
@@ -291,6 +296,12 @@ def warnings(search: Search, best_fit: CandidateFit, kind: str, nuisances: Mappi
                    f'{best_fit.s:.3g} N m rms per sample on the motor; '
                    'the innovations of a filter lack nothing else. State it '
                    f'as process_torque: {best_fit.s:.3g} in the model file')
+    sharpness = co_estimated(search.model, nuisances)
+    out += [f'friction of the {side} has another shape than in the model file: its sharpness is '
+            f'{sharpness[name]:.3g}, not {value:.3g} s/rad; its size stands'
+            for name, side, value in (('alpha', 'motor', search.model.friction_sharpness),
+                                      ('alpha_arm', 'arm', search.model.arm_sharpness))
+            if name in nuisances and abs(np.log1p(nuisances[name])) > SHAPE_DIFFERS]
     bound = best_fit.candidate.at_bound(best_fit.point.z)
     if (kind == 'unknown' and len(search.long.channels) == 1
             and search.model.transmission.kind != 'rigid'):
