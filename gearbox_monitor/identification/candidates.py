@@ -199,8 +199,9 @@ def scaled(model: DriveModel, nuisances: Mapping[str, float]) -> DriveModel:
             model = with_effects(model, [{'id': effect, parameter: value}])
     shapes = {name: nuisances.pop(name, 0.0) for name in SHAPES}
     if any(shapes.values()):
-        model = replace(model, friction_sharpness=(1.0 + shapes['alpha']) * model.friction_sharpness,
-                        arm_friction_sharpness=(1.0 + shapes['alpha_arm']) * model.arm_sharpness)
+        motor, arm = model.friction_sharpness, model.arm_sharpness
+        model = replace(model, friction_sharpness=motor * (1.0 + shapes['alpha']),
+                        arm_friction_sharpness=arm * (1.0 + shapes['alpha_arm']))
     if model.transmission.kind == 'rigid' and 'm1' in nuisances:
         nuisances['m2'] = nuisances['m1']  # the sum is what shows
     return model.with_values({NUISANCES[name]: model.value(NUISANCES[name]) * (1.0 + change)
@@ -223,7 +224,7 @@ def with_effects(model: DriveModel, effects: Sequence[Values]) -> DriveModel:
 
 
 def with_free_shape(candidate: CandidateModel) -> CandidateModel | None:
-    """Return `candidate` with the sharpness of Coulomb friction free; None: it has none to free."""
+    """Return `candidate` with the sharpness of Coulomb friction free, None if it has none."""
     model = candidate.nominal
     if not model.sharpness_tolerance or model.friction_law.constraint:
         return None

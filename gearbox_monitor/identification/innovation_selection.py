@@ -91,7 +91,8 @@ class InnovationEvidence(Evidence):
             candidate = with_free_shape(finished.candidate)
             if candidate is None:
                 continue
-            z = np.concatenate([np.zeros(len(candidate.coordinates) - len(finished.z)), finished.z])
+            freed = len(candidate.coordinates) - len(finished.z)
+            z = np.concatenate([np.zeros(freed), finished.z])
             fine = fitted(self.fine, evaluated(self.fine, candidate, z, finished.torque).alone())
             if finished.deviance - fine.deviance < OWN_MARGIN:
                 continue

@@ -136,6 +136,7 @@ class DriveModel:
     transmission: Transmission = Transmission()
     effects: tuple[Values, ...] = ()
     tolerance: float = 0.0
+    sharpness_tolerance: float = 1.0
     zero_tolerance: float = 0.0
     process_torque: float | None = None
     process_torque_time: float = 0.0
@@ -348,6 +349,7 @@ _RANGES = {
     'gear_ratio': ('-', -1e6, 1e6, False),
     'torque_constant': ('N m/A', 0.0, 1e9, True),
     'tolerance': ('-', 0.0, 1.0, False),
+    'sharpness_tolerance': ('-', 0.0, 10.0, False),
     'zero_tolerance': ('rad', 0.0, 1e3, False),
     'process_torque': ('N m', 0.0, 1e9, False),
     'process_torque_time': ('s', 0.0, 1e3, False),
