@@ -30,6 +30,7 @@ from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.verdict import DiagnosisVerdict, location_of, report
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
+from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.quality.recording import concatenated, UniformRecording
 
 QUANTISED = 0.5      # step of a lattice over sigma, from which on rounding matters
@@ -65,6 +66,8 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     if not ids:
         raise InputError('effects: none remains that is visible on this drive and its encoders, '
                          'expected at least one')
+    with_map = TORQUE_MAP.id in ids
+    ids = [i for i in ids if i != TORQUE_MAP.id]  # fitted to the remainder, not as an effect
     sigma, quantum = noise_floor(recording, model)
     rough = bool((quantum > ROUGH * sigma).any())
     if recording.motor is not None:
@@ -99,7 +102,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         fitted, kind = decided_on_all(search)
     closed = fitted
     if kind == 'unknown':
-        fitted, closed = parts(evidence, fitted)
+        fitted, closed = parts(evidence, fitted, with_map)
     lattices = [name for i, name in enumerate(LATTICES)
                 if quantum[i] > QUANTISED * sigma[i] and search.long.weighing is None]
     steps = next((name for name in lattices if kind == 'none' and name in exclude), None)

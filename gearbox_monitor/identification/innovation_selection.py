@@ -42,6 +42,9 @@ from gearbox_monitor.identification.smoothed_windows import (
 
 NEAR = 60.0        # -2 log L by which windows, which weigh more, may turn a ranking round
 COMPARED = 4       # single effects on windows at most
+# Evidence of free runs over that of innovations, at most: some 20 were measured. Where free runs
+# tell less than so many margins, an effect may stay hidden from innovations.
+COMPRESSED = 100.0
 SHAPED = 2         # best single effects that are tried with friction of another shape
 PAIRS = 3          # pairs on windows at most
 BEHIND = 100.0     # score by which fits that were not on windows stand behind those that were
@@ -113,7 +116,8 @@ class InnovationEvidence(Evidence):
         innovations, or gives an effect or a torque map a gain in the score test.
         """
         search, none = self.search, self.finished['']
-        if search.noisy or self.rough:
+        beyond = float(search.fitted[''].point.chi2.sum()) - search.fitted[''].point.residual.size
+        if search.noisy or self.rough or beyond < COMPRESSED * MARGIN:
             return False
         data, run = search.long, self.whole.run(none.candidate.model(none.z), none.torque)
         at = data.windows.first[:, None] + np.arange(data.windows.length) - 1
@@ -175,7 +179,7 @@ class InnovationEvidence(Evidence):
 
     def lacks(self, fit: CandidateFit) -> bool:
         """Return whether a further effect promises more than chance beside `fit`."""
-        finished = self.finished.get(fit.name)
+        finished = self.finished.get(key_of(fit))
         if finished is None:
             return False
         return any(p.gain > (OWN_MARGIN if scatters(self.search, p.name) else MARGIN)

@@ -151,12 +151,6 @@ def with_map(candidate: CandidateModel, table: Values, scale: float) -> Candidat
             for k in range(len(table['knots'])))))
 
 
-def allowed(search: Search) -> bool:
-    """Return whether a map may be fitted: not excluded, and not part of the model already."""
-    return TORQUE_MAP.id in search.ids and all(
-        e['id'] != TORQUE_MAP.id for e in search.model.effects)
-
-
 def on_measured_motion(search: PositionSearch, fitted: CandidateFit) -> CandidateFit | None:
     """
     Return `fitted` with the map that leaves least of the training windows, None for no gain.

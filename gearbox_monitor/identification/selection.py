@@ -34,6 +34,7 @@ from gearbox_monitor.identification.search import Search
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
+from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 
 MARGIN = 25.0        # gain in BIC of one effect over none: covers the search over some 35
 ROUGH_MARGIN = 250.0  # the same of bursts, where an encoder has steps above its noise
@@ -156,7 +157,8 @@ def decide(evidence: Evidence) -> tuple[CandidateFit, str]:
     return chosen, 'unknown' if inadequate(chosen) else 'effect'
 
 
-def parts(evidence: Evidence, fit: CandidateFit) -> tuple[CandidateFit, CandidateFit]:
+def parts(evidence: Evidence, fit: CandidateFit,
+          with_map: bool = True) -> tuple[CandidateFit, CandidateFit]:
     """
     Return (effects that count, the same with a torque map) where the verdict is unknown.
 
@@ -166,6 +168,7 @@ def parts(evidence: Evidence, fit: CandidateFit) -> tuple[CandidateFit, Candidat
     Args:
         evidence: of the search.
         fit: fit that explains the recording best.
+        with_map: whether a map may be fitted; a model has one at most.
     """
     search = evidence.search
     none = search.fitted['']
@@ -174,7 +177,7 @@ def parts(evidence: Evidence, fit: CandidateFit) -> tuple[CandidateFit, Candidat
     if fit.candidate.ids:
         effects.insert(0, fit)
     nearest = next((f for f in effects if evidence.holds(f, none)), none)
-    if not remainder_map.allowed(search):
+    if not with_map or any(e['id'] == TORQUE_MAP.id for e in search.model.effects):
         return nearest, nearest
     chosen: tuple[CandidateFit, CandidateFit] | None = None
     for base in sorted((none, *effects), key=lambda f: len(f.candidate.ids)):
