@@ -109,7 +109,7 @@ def run(args: Namespace) -> int:
 
 def _question(args: Namespace) -> tuple[dict[str, Any], list[tuple[str, str]], list[float]]:
     """Return (effects {id: values or None}, pairs [(a, b)], sigma [2])."""
-    library_ids = library()
+    library_ids = [name for name, effect in library().items() if effect.location]
     if bool(args.pair) == bool(args.verdict):
         raise InputError('suggest: expected either VERDICT or --pair ID ID')
     if args.pair:

@@ -45,6 +45,7 @@ from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
+from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.plant.effects.arm_side import GRAVITY
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import concatenated, UniformRecording
@@ -252,7 +253,7 @@ def _effects_of(model: DriveModel) -> dict[str, Values]:
     """Return {id: effect} of `model` whose parameters can be fitted by the effect's id."""
     values = {effect for effect, _ in BY_EFFECT.values()}
     return {e['id']: e for e in model.folded().effects
-            if e['id'] not in values and e['id'] not in NOT_FITTED}
+            if e['id'] not in (*values, *NOT_FITTED, TORQUE_MAP.id)}
 
 
 def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
