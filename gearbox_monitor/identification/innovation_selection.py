@@ -26,9 +26,9 @@ from dataclasses import replace
 import numpy as np
 
 from gearbox_monitor.identification.adequacy import spectral_excess, STRUCTURE
+from gearbox_monitor.identification.candidates import with_free_shape
 from gearbox_monitor.identification.effect_scan import scan
 from gearbox_monitor.identification.effect_search import EffectSearch
-from gearbox_monitor.identification.candidates import with_free_shape
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import CandidateFit

@@ -45,8 +45,8 @@ from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
-from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.plant.effects.arm_side import GRAVITY
+from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import concatenated, UniformRecording
 from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
