@@ -32,6 +32,9 @@ that holds for more than a few mrad/s. The gain stays the filter's own: estimate
 the tolerances, and its innovations still tell when the model is wrong.
 
 The smoother carries s_i as it carries the state (see rts_smoother).
+
+A delay of one encoder behind the other is no matter of the drive: the twist is off by that delay
+times the speed (encoder_delay_tolerance).
 """
 import math
 from typing import NamedTuple
@@ -40,8 +43,8 @@ import numpy as np
 
 from gearbox_monitor.estimation.filter_kind import Reading
 from gearbox_monitor.estimation.process_model import (
-    advance_drives, BESIDE, curve_count, EIGENVALUE, FACTOR_DELAY, FACTOR_GAIN, FACTORS, N_FACTORS,
-    TAU_K, torque_slopes, X1, X2, X3, X4)
+    advance_drives, BESIDE, curve_count, EIGENVALUE, ENCODER_DELAY_STD, FACTOR_DELAY, FACTOR_GAIN,
+    FACTORS, N_FACTORS, TAU_K, torque_slopes, UNIFORM, X1, X2, X3, X4)
 from gearbox_monitor.estimation.step_record import places, sensitivities
 from gearbox_monitor.kernels.jit import jit, jit_inline
 from gearbox_monitor.kernels.types import Array, States, Triple
@@ -51,8 +54,6 @@ from gearbox_monitor.plant.drive import (
 FACTOR_NAMES = ('motor_inertia', 'arm_inertia', 'damping', 'viscous_friction', 'coulomb_friction',
                 'arm_viscous', 'arm_coulomb', 'load_friction')  # of FACTORS
 ERROR_NAMES = (*FACTOR_NAMES, 'torque_gain', 'torque_delay')
-# Standard deviation of what is anywhere between -1 and 1.
-UNIFORM = 1.0 / math.sqrt(3.0)
 
 
 class Companions(NamedTuple):
@@ -207,7 +208,7 @@ def variances_of(states: States, z: Array, record: Array, at: int, p: Array) -> 
     """
     n, curve = len(states), states[1]
     count, _, _, _ = sensitivities(n, record.shape[0])
-    of_twist = of_rate = of_torque = 0.0
+    of_twist, of_rate, of_torque = (p[ENCODER_DELAY_STD] * z[X4]) ** 2, 0.0, 0.0
     slopes = torque_slopes(states, z, p)
     for c in range(count):
         of_c = at + c * n

@@ -59,13 +59,16 @@ BESIDE = 16  # states that advance_beside takes: at least 2 n + 1, constant for 
 # the gain and the delay of the motor torque.
 FACTORS = (INVERSE_M1, INVERSE_M2, D, CV, CC, CAV, CAC, CL)
 FACTOR_GAIN, FACTOR_DELAY, N_FACTORS = range(len(FACTORS), len(FACTORS) + 3)
+# Standard deviation of what is anywhere between -1 and 1.
+UNIFORM = 1.0 / math.sqrt(3.0)
 # Places of the states of a curve behind the others, from the first of them.
 W, K, C, SHIFT, N_CURVE = range(5)
 
 # Places in the packed array of a filter, behind the drive's parameters.
-(K_P, FRICTION_TIME, LOAD_AT, FRICTION_AT, EIGENVALUE, R1, R2, TAU_K_MODEL_STD, Q_TAU_K_SPEED,
- NUMERIC, STATISTICAL, UKF_ALPHA, UKF_BETA, UKF_KAPPA, SINGLE, CURVE_COUNT, ADAPT_START,
- ADAPT_RATE, ADAPT_FORGETTING, ADAPT_COUNT, ADAPT_AT) = range(N_PARAMETERS, N_PARAMETERS + 21)
+(K_P, FRICTION_TIME, LOAD_AT, FRICTION_AT, EIGENVALUE, R1, R2, TAU_K_MODEL_STD, ENCODER_DELAY_STD,
+ Q_TAU_K_SPEED, NUMERIC, STATISTICAL, UKF_ALPHA, UKF_BETA, UKF_KAPPA, SINGLE, CURVE_COUNT,
+ ADAPT_START, ADAPT_RATE, ADAPT_FORGETTING, ADAPT_COUNT, ADAPT_AT) = range(
+     N_PARAMETERS, N_PARAMETERS + 22)
 Q0 = ADAPT_AT + 6
 P0 = Q0 + N_MAX
 N_PACKED = P0 + N_MAX
@@ -151,6 +154,7 @@ def pack(model: DriveModel, parameters: EstimatorParameters) -> Array:
     p[R1] = parameters.r_std_motor ** 2
     p[R2] = parameters.r_std_arm ** 2
     p[TAU_K_MODEL_STD] = parameters.tau_k_model_std
+    p[ENCODER_DELAY_STD] = UNIFORM * model.encoder_delay_tolerance
     p[Q_TAU_K_SPEED] = parameters.q_std_tau_k_speed ** 2
     # No tangent has the slopes of a constraint over all other torques.
     p[NUMERIC] = parameters.ekf_jacobian == 'numeric' or model.friction_law.constraint

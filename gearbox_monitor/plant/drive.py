@@ -146,6 +146,7 @@ class DriveModel:
     inertia_tolerance: float = 0.1
     torque_gain_tolerance: float = 0.1
     delay_tolerance: float = 0.002
+    encoder_delay_tolerance: float = 0.002
     timestep: float | None = None
     integrator: str = INTEGRATORS[0]
 
@@ -329,7 +330,7 @@ _OF_LAW: dict[str, tuple[str, ...]] = {
 # How far values may be off, either way, see estimation.consider; a file that states none has the
 # defaults.
 TOLERANCES = ('friction_tolerance', 'damping_tolerance', 'inertia_tolerance',
-              'torque_gain_tolerance', 'delay_tolerance')
+              'torque_gain_tolerance', 'delay_tolerance', 'encoder_delay_tolerance')
 
 OPTIONAL = ('process_torque', 'arm_friction_sharpness', 'timestep')  # null in a file: not stated
 # name -> (unit, lower bound, upper bound, bound is exclusive at the lower end)
@@ -358,6 +359,7 @@ _RANGES = {
     'inertia_tolerance': ('-', 0.0, 1.0, False),
     'torque_gain_tolerance': ('-', 0.0, 1.0, False),
     'delay_tolerance': ('s', 0.0, 1.0, False),
+    'encoder_delay_tolerance': ('s', 0.0, 1.0, False),
     'stiffness': ('N m/rad', 0.0, 1e12, True),
     'half_gap': ('rad', 0.0, 1e3, False),
     'hysteresis_width': ('rad', 0.0, 1e3, False),

@@ -26,6 +26,9 @@ brakes, gravity (sine and cosine) and offsets of any size. A reading replaces th
 recorded by its likelihood ratio over both equations, each with a variance of its own, with as many
 independent samples as the autocorrelation of its residual leaves (Bartlett 1946). How much is
 unexplained is no evidence by itself.
+
+Swapped encoders turn the twist round: it then points against the arm's acceleration, whatever gap
+and stiffness are (below the resonance; above it the likelihood decides).
 """
 from collections.abc import Iterator
 from itertools import groupby, product
@@ -52,6 +55,7 @@ SAMPLES = 20.0      # independent ones at most: the error of a model does not av
 MARGINS = {'signs': 15.0, 'swapped': 15.0, 'usual': 15.0, 'odd': 20.0}
 LEAST_DECADES = 0.9  # of an odd factor: loads and inertias of a model are off by several times
 SLACK = 1e3         # weight of a bound
+CERTAIN = 5.0       # standard errors of the sign of the twist
 
 
 class Variant(NamedTuple):
@@ -68,13 +72,15 @@ class ReadingFit(NamedTuple):
     """
     Residuals of both equations.
 
-    torque, twist [M] N m; power of the torque; noise [2]: power that the encoders' noise leaves in
-    the residuals, whichever encoder is the motor's; scale: the smallest one of the positions.
+    torque, twist [M] N m; power of the torque, and of the transmitted one; noise [2]: power that
+    the encoders' noise leaves in the residuals, whichever encoder is the motor's; scale: the
+    smallest one of the positions.
     """
 
     torque: Array
     twist: Array
     power: float
+    transmitted: float
     noise: Array
     scale: float
 
@@ -145,7 +151,7 @@ def fitted(smooth: SmoothedMotion, model: DriveModel, reading: Variant,
     low = np.concatenate([nominal / spread, [min(0.0, LOOSE * model.viscous_friction), 0, 0, 0]])
     room = nominal * spread - low[:3]
     power = float(u @ u) / len(u)
-    best: tuple[float, Array] = (np.inf, columns[:, -1])
+    best: tuple[float, Array, Array] = (np.inf, columns[:, -1], zero)
     gram = columns @ columns.transpose(0, 2, 1)
     for bent in _bent(p[:, 0] - p[:, 1], np.ptp(p[:, 1]), model, gaps):
         columns[1, 2] = -bent
@@ -156,12 +162,12 @@ def fitted(smooth: SmoothedMotion, model: DriveModel, reading: Variant,
             variance = np.maximum(x @ gram @ x, 0.0) / len(u) + np.multiply(ACCURACY, power)
             weight = 1.0 / variance
         if np.log(variance).sum() < best[0]:
-            best = float(np.log(variance).sum()), x @ columns
+            best = float(np.log(variance).sum()), x @ columns, x[2] * bent
     inertial = np.square(smooth.noise_a * np.abs(reading.scale)).max()
     twisted = np.square(smooth.noise * np.abs(reading.scale)).sum() * t.stiffness ** 2
     noise = inertial * np.array([nominal[0] ** 2 + nominal[1] ** 2, nominal[1] ** 2])
     torque, twist = best[1]
-    return ReadingFit(torque, twist, power, noise + (0.0, twisted),
+    return ReadingFit(torque, twist, power, float(np.mean(best[2] ** 2)), noise + (0.0, twisted),
                       float(np.abs(reading.scale).min()))
 
 
@@ -220,7 +226,7 @@ def evidence(recorded: ReadingFit, other: ReadingFit) -> Array:
                      (1, [recorded.scale, other.scale])):
         power = [float(np.mean((fit.torque, fit.twist)[i] ** 2)) / unit ** 2
                  for fit, unit in zip((recorded, other), units)]
-        floor = ACCURACY[i] * max(fit.power / unit ** 2
+        floor = ACCURACY[i] * max((fit.power, fit.transmitted)[i] / unit ** 2
                                   for fit, unit in zip((recorded, other), units))
         floor += other.noise[i] / units[1] ** 2
         samples = min(SAMPLES, independent((other.torque, other.twist)[i]))
@@ -237,6 +243,32 @@ def independent(residual: Array) -> float:
     return len(residual) / (1.0 + 2.0 * float(r[1:end].sum()))
 
 
+def twist_sign(smooth: SmoothedMotion, model: DriveModel, reading: Variant) -> float:
+    """
+    Return by how many standard errors the twist follows the acceleration of the arm.
+
+    Least squares of the twist on it, on friction, gravity, a zero and a factor between encoders.
+
+    Args:
+        smooth: smoothed motion.
+        model: model of the drive.
+        reading: how the data are read.
+    """
+    order = (1, 0) if reading.swap else (0, 1)
+    p, v, a = (x[:, order] * reading.scale for x in (smooth.p, smooth.v, smooth.a))
+    columns = np.column_stack([
+        a[:, 1], v[:, 1], np.arctan(model.friction_sharpness * v[:, 1]), p[:, 1],
+        np.sin(p[:, 1]), np.cos(p[:, 1]), np.ones(len(p))])
+    columns /= np.maximum(np.abs(columns).max(axis=0), 1e-300)
+    twist = p[:, 0] - p[:, 1]
+    inverse = np.linalg.pinv(columns.T @ columns)
+    slope = inverse @ (columns.T @ twist)
+    residual = twist - columns @ slope
+    # Noise of the arm is in both: it makes the twist follow the acceleration, which counts less.
+    variance = inverse[0, 0] * float(residual @ residual) / independent(residual)
+    return float(slope[0] / np.sqrt(max(variance, 1e-300)))
+
+
 def better(smooth: SmoothedMotion, model: DriveModel, kinds: tuple[str, ...] = tuple(MARGINS)
            ) -> tuple[ReadingFit, Variant | None, ReadingFit | None]:
     """
@@ -251,9 +283,10 @@ def better(smooth: SmoothedMotion, model: DriveModel, kinds: tuple[str, ...] = t
         Fit as recorded; reading and its fit, None where the recording is read rightly.
     """
     recorded = fitted(smooth, model, Variant('recorded'))
+    sign = twist_sign(smooth, model, Variant('recorded'))
     white = np.resize([1e-9, -1e-9], len(recorded.torque))
     ideal = recorded._replace(torque=white, twist=white)
-    if evidence(recorded, ideal).sum() < min(MARGINS.values()):
+    if sign > -CERTAIN and evidence(recorded, ideal).sum() < min(MARGINS.values()):
         return recorded, None, None
     for kind, rivals in groupby(readings(smooth, model), key=lambda reading: reading.kind):
         if kind not in kinds:
@@ -266,6 +299,8 @@ def better(smooth: SmoothedMotion, model: DriveModel, kinds: tuple[str, ...] = t
         sure = ratio.sum() > margin
         if reading.swap:  # it turns the twist round; without its support, the torque must decide
             sure = sure and ratio[1] > margin / 3.0 or ratio[0] > MARGINS['odd']
+            turned = twist_sign(smooth, model, reading)
+            sure = sign < -CERTAIN and turned > CERTAIN or sure and turned > sign
         if sure and fit.unexplained < EXPLAINED:
             return recorded, reading, fit
     return recorded, None, None

@@ -63,6 +63,29 @@ def test_each_error_is_found_with_its_size(error, key, condition):
     assert values[key] == pytest.approx(next(iter(error.values())), rel=0.1)
 
 
+def slow(arm=1.5, **errors):
+    """Return rows_of in slow motion, where the arm's friction alone loads the flanks."""
+    rows = rows_of(**errors)
+    x4 = 4.0 * np.sin(1.0 * T)
+    torque = arm * np.tanh(20.0 * x4)
+    twist = torque / MODEL.transmission.stiffness + 0.1 * np.tanh(20.0 * x4)
+    rows[:, S_X2], rows[:, S_X4], rows[:, S_X3] = -4.0 * np.cos(1.0 * T), x4, x4
+    rows[:, S_U] = torque + 0.1 * x4 + 0.27 * np.tanh(20.0 * x4)
+    rows[:, S_TWIST] = twist + errors.get('delay', 0.0) * x4
+    noise = 0.05 * np.random.default_rng(1).standard_normal(len(T))
+    rows[:, S_TAU_K] = torque + errors.get('viscous', 0.0) * x4 + noise
+    return rows
+
+
+def test_slow_motion_does_not_tell_delay_from_friction_but_that_one_of_them_is_wrong():
+    both = {elastic_curve.OTHER_TORQUE, elastic_curve.OTHER_TWIST}
+    for error in ({'delay': 0.01}, {'viscous': 0.3}):
+        broken, _ = elastic_curve.check(slow(**error), MODEL)
+        assert broken and set(broken) <= both, error
+    for error in ({}, {'delay': 0.001}, {'viscous': 0.02}):  # within the tolerances
+        assert not elastic_curve.check(slow(**error), MODEL)[0], error
+
+
 @pytest.mark.parametrize('worn', [{}, {'half_gap': 0.14}, {'stiffness': 20.0}, {'zero': -2.0}])
 def test_wear_and_another_zero_are_no_error(worn):
     for check in (elastic_curve.check, twist_range.check):

@@ -23,14 +23,15 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_STD
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import COMPONENTS, Monitor
-from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.drive import Controller, DriveModel
 from gearbox_monitor.plant.excitation import Excitation
-from gearbox_monitor.plant.simulate import Noise, Plant, Trajectory
+from gearbox_monitor.plant.simulate import Noise, Plant
 
-SECONDS, SETTLED = 60.0, 6.0  # s of a run; s after its start that are not judged
+SECONDS, SETTLED = 60, 6  # s of a run; s after its start that are not judged
 DT, STEP_NS, T0 = 1e-3, 1_000_000, 1_700_000_000_000_000_000
+PER_SECOND = 1000  # samples
 SIGMA, SHARE = 3.0, 0.01  # stated standard deviations; share of estimates that may be beyond
-CONTROL = 5  # samples between two commands of the position loop
+SERVO = Controller(kp=20.0, kd=0.9)
 NOISE = (0.005, 0.005)  # rad
 PROCESS = (0.0, 0.0, 0.4, 0.4)
 TRUST = (*COMPONENTS[:4], 'input')
@@ -78,14 +79,14 @@ def trajectory(motion, model, noise, seed):
     """Return the Trajectory of `model` in `motion`; noise: rad of both encoders."""
     random = np.random.default_rng([seed, 3])
     t = DT * np.arange(round(SECONDS / DT))
-    plant = Plant(model, Noise(PROCESS, noise), seed)
     if motion == 'multisine':
         scale, faster = (1.0, 1.0) if not seed else random.uniform(0.7, 1.3, 2)
-        return plant.run(Excitation('multisine', (6.0 * scale, 2.0 * scale),
-                                    (0.9 * faster, 2.3 * faster)).torque(t), DT)
+        u = Excitation('multisine', (6.0 * scale, 2.0 * scale),
+                       (0.9 * faster, 2.3 * faster)).torque(t)
+        return Plant(model, Noise(PROCESS, noise), seed).run(u, DT)
     reference = (_point_to_point(t, random) if motion == 'point to point'
                  else _slow(t, random))
-    return _controlled(plant, reference)
+    return _controlled(model, noise, seed, reference)
 
 
 def _point_to_point(t, random):
@@ -104,15 +105,13 @@ def _slow(t, random):
     return random.uniform(3.0, 5.0) * (1.0 - np.cos(2.0 * np.pi * random.uniform(0.1, 0.2) * t))
 
 
-def _controlled(plant, reference):
-    """Return the Trajectory of a plant whose motor follows `reference` [N] by a PD controller."""
-    speed, parts = np.gradient(reference, DT), []
-    for k in range(0, len(reference), CONTROL):
-        x = plant.state
-        u = 20.0 * (reference[k] - x[0]) + 0.9 * (speed[k] - x[2])
-        parts.append(plant.run(np.full(min(CONTROL, len(reference) - k), u), DT, k * DT))
-    return Trajectory(*(np.concatenate([getattr(p, name) for p in parts]) for name in (
-        't', 'u', 'y', 'x', 'tau_k', 'tau_arm')))
+def _controlled(model, noise, seed, reference):
+    """Return the Trajectory whose motor follows `reference` [N]; its u: the servo's torque."""
+    setpoint = reference + SERVO.kd / SERVO.kp * np.gradient(reference, DT)
+    run = Plant(replace(model, controller=SERVO), Noise(PROCESS, noise), seed).run(setpoint, DT)
+    # What acted between two samples: the mean of both ends.
+    mean = 0.5 * (run.x + np.vstack([run.x[1:], run.x[-1:]]))
+    return replace(run, u=SERVO.torque(setpoint, mean[:, 0], mean[:, 2]))
 
 
 @lru_cache(maxsize=8)
@@ -205,10 +204,10 @@ class Outcome:
     """
     What a run gave.
 
-    beyond: shares of the estimates under levels that are all OK (of all) that are off by more than
-    SIGMA stated deviations, for (tau_K, smoothed tau_K, smoothed twist); told: s of the first
-    level that is not OK, None: none; by: {component: share of seconds at which it was not OK};
-    error, stated: rms of smoothed tau_K, N m.
+    beyond: shares of the estimates under levels that are all OK that are off by more than
+    SIGMA stated deviations, for (tau_K, smoothed tau_K, smoothed twist); told: s until a level is
+    not OK, where the run ends, None: never; by: the components that say it; error, stated: rms of
+    smoothed tau_K, N m.
     """
 
     fault: str
@@ -219,7 +218,7 @@ class Outcome:
     seed: int
     beyond: tuple[float, float, float]
     told: float | None
-    by: dict
+    by: tuple[str, ...]
     error: float
     stated: float
 
@@ -256,36 +255,33 @@ def run(fault, motion, load, kind='ekf', seed=0, size=None):
     source, truth = simulated(fault, size, motion, seed)
     model = plant_of(motion) if load == 'none' else DriveModel()
     monitor = Monitor(model, {'arm_load': load, 'filter': kind})
-    levels, rows, smoothed, numbers, smoothed_numbers = [], [], [], [], []
+    told, by = None, ()
+    rows, smoothed, numbers, smoothed_numbers = [], [], [], []
     # One block per second of motion: diagnostics come once per second.
-    for k in range(0, len(truth.t), round(1.0 / DT)):
-        part = slice(k, k + round(1.0 / DT))
+    for second in range(round(truth.t[-1])):
+        part = slice(second * PER_SECOND, (second + 1) * PER_SECOND)
         u = np.column_stack([source.effort[part], np.full(len(source.effort[part]), np.nan)])
         found = monitor.run(Samples(source.stamp_ns[part], u, source.y[part]))
-        levels.append({name: monitor.outcomes[name].level for name in TRUST})
         rows.append(found.rows)
         smoothed.append(found.smoothed)
         numbers.append(np.searchsorted(source.stamp_ns, found.stamp_ns))
         smoothed_numbers.append(np.searchsorted(source.stamp_ns, found.smoothed_stamp_ns))
+        by = tuple(name for name in TRUST if monitor.outcomes[name].level > Level.OK)
+        if by and second >= SETTLED:  # the promise is kept
+            told = second + 1.0
+            break
     rows, smoothed = np.concatenate(rows), np.concatenate(smoothed)
     at, at_smoothed = np.concatenate(numbers), np.concatenate(smoothed_numbers)
-    names = {name: np.array([level[name] for level in levels]) > Level.OK for name in TRUST}
-    judged = slice(round(SETTLED), None)
-    bad = np.any(list(names.values()), axis=0)[judged]
-    twist = truth.x[:, 0] - truth.x[:, 1]
-    tau = truth.tau_k
+    twist, tau = truth.x[:, 0] - truth.x[:, 1], truth.tau_k
+    off = (smoothed[:, S_TAU_K] - tau[at_smoothed])
     errors = (
         (at, (rows[:, 4] - tau[at]) / rows[:, 7 + 4]),
-        (at_smoothed, (smoothed[:, S_TAU_K] - tau[at_smoothed]) / smoothed[:, S_TAU_K_STD]),
+        (at_smoothed, off / smoothed[:, S_TAU_K_STD]),
         (at_smoothed, (smoothed[:, S_TWIST] - twist[at_smoothed]) / smoothed[:, S_TWIST_STD]))
     beyond = tuple(float(np.mean(np.abs(e[n * DT > SETTLED]) > SIGMA)) if len(e) else 0.0
                    for n, e in errors)
     settled = at_smoothed * DT > SETTLED
-    error = (smoothed[:, S_TAU_K] - tau[at_smoothed])[settled]
-    first = np.flatnonzero(bad)
     return Outcome(
-        fault.name, size, motion, load, kind, seed, beyond,
-        float(first[0] + 1 + SETTLED) if len(first) else None,
-        {name: float(values[judged].mean()) for name, values in names.items()
-         if values[judged].any()},
-        float(np.sqrt(np.mean(error ** 2))), float(np.median(smoothed[settled, S_TAU_K_STD])))
+        fault.name, size, motion, load, kind, seed, beyond, told, by if told else (),
+        float(np.sqrt(np.mean(off[settled] ** 2))),
+        float(np.median(smoothed[settled, S_TAU_K_STD])))

@@ -25,12 +25,17 @@ K', b' and the zero o may differ from the model's: a gearbox wears, and that mak
 wrong. g and the friction are errors of tau_K; scale s and delay d between the encoders are errors
 of the twist; e is what no such error explains. Each counts where it is certain and exceeds the
 stated deviations.
+
+Some motions do not tell errors of tau_K from those of the twist: where inertia does not show, a
+late encoder is viscous friction. Where neither is certain, each is asked for once more with the
+other held to its tolerances in the model file: one of the two is wrong then.
 """
 from typing import NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
 
+from gearbox_monitor.estimation.process_model import UNIFORM
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD, S_U, S_X2,
     S_X3, S_X4)
@@ -48,6 +53,7 @@ SIGMA = 3.0                   # stated standard deviations
 SIGNIFICANCE = 1e-3           # of an error of torque or twist, by Student's t over BLOCKS
 CERTAIN = float(-stdtrit(BLOCKS, SIGNIFICANCE / 2))
 SHARE = 0.01                  # of the rows that may be beyond
+OFTEN = float(stdtrit(BLOCKS - 1, 0.95))  # by Student's t: not in a block or two alone
 HUBER, ITERATIONS, ENOUGH = 1.5, 12, 1e-3
 STANDSTILL = 3.0              # deviations of the speed below which friction is uncertain
 STANDSTILL_WEIGHT = 0.05
@@ -56,12 +62,14 @@ TORQUE, TWIST = [VISCOUS, COULOMB, GAIN], [SCALE, DELAY]
 # Standard deviations that are expected before the window is seen: of stiffness and half gap
 # relative to the model's, by wear; of the friction, too; scale; delay (s); gain.
 WORN, FRICTION, SCALES, DELAYS, GAINS = (0.1, 0.5), 1.0, 0.5, 0.05, 1.0
+LEAST = 1e-4  # standard deviation of what has no tolerance
 _WINDOW = f'{WINDOW:g} s'
 
 NO_CURVE = Condition(
     'prediction error', Level.WARN, 'no elastic curve explains the torque',
     f'share of the smoothed tau_K that is more than {SIGMA:g} stated standard deviations off '
-    f'the best elastic curve, gain, friction, scale and delay > {SHARE:g}', _WINDOW,
+    f'the best elastic curve, gain, friction, scale and delay, in more than single moments, '
+    f'> {SHARE:g}', _WINDOW,
     'check sign, limits and delay of the effort and the signs and order of the encoders',
     ('elastic_misfit_share',), ('elastic_misfit_share_threshold',))
 OTHER_TORQUE = Condition(
@@ -82,13 +90,18 @@ CONDITIONS = (NO_CURVE, OTHER_TORQUE, OTHER_TWIST)
 
 
 class _Fit(NamedTuple):
-    """Parameters [N_SHAPE] and covariance, columns [N, N_SHAPE], residuals, rows in contact."""
+    """
+    Parameters [N_SHAPE] and covariance, rows in contact, and the linear problem at its optimum.
+
+    slopes: over theta, in stated deviations [N, N_SHAPE]; weights [N]; residuals [N].
+    """
 
     theta: Array
     covariance: Array
-    columns: Array
-    residuals: Array
     contact: Flags
+    slopes: Array
+    weights: Array
+    residuals: Array
 
 
 def _curve(rows: Array, drive: DriveModel, theta: Array) -> tuple[Array, Array, Flags]:
@@ -120,6 +133,18 @@ def _prior(drive: DriveModel) -> Array:
     std[VISCOUS] = max(FRICTION * abs(drive.viscous_friction), 1e-2)
     std[COULOMB] = max(FRICTION * drive.coulomb_friction, 1e-2)
     return 1.0 / std ** 2
+
+
+def _within_tolerances(drive: DriveModel, at: list[int]) -> Array:
+    """Return _prior, but with the parameters `at` held to the tolerances of the model."""
+    std = np.empty(N_SHAPE)
+    std[VISCOUS] = UNIFORM * drive.damping_tolerance * abs(drive.viscous_friction)
+    std[COULOMB] = UNIFORM * drive.friction_tolerance * drive.coulomb_friction
+    std[GAIN] = UNIFORM * drive.torque_gain_tolerance
+    std[DELAY], std[SCALE] = UNIFORM * drive.encoder_delay_tolerance, LEAST
+    result = _prior(drive)
+    result[at] = 1.0 / np.maximum(std[at], LEAST) ** 2
+    return result
 
 
 def _fit(rows: Array, drive: DriveModel) -> _Fit:
@@ -154,13 +179,39 @@ def _fit(rows: Array, drive: DriveModel) -> _Fit:
                     break
                 continue
         damping *= 10.0
-    weighted = a * (base / np.maximum(1.0, np.abs(e) / HUBER))[:, None]
-    inverse = np.linalg.pinv(weighted.T @ a + np.diag(prior), 1e-12)
-    # Neighbours err alike: blocks of rows are taken as independent (sandwich covariance).
-    length = max(1, len(rows) // BLOCKS)
-    scores = (weighted * e[:, None])[:length * BLOCKS].reshape(BLOCKS, length, -1).sum(axis=1)
-    covariance = inverse @ (scores.T @ scores + np.diag(prior)) @ inverse
-    return _Fit(theta, covariance, a * stds[:, None], e, contact)
+    weights = base / np.maximum(1.0, np.abs(e) / HUBER)
+    return _Fit(theta, _covariance(a, weights, e, prior), contact, a, weights, e)
+
+
+def _covariance(slopes: Array, weights: Array, residuals: Array, prior: Array) -> Array:
+    """
+    Return the covariance of a weighted fit, blocks of rows taken as independent (sandwich).
+
+    Args:
+        slopes: [N, N_SHAPE].
+        weights: [N].
+        residuals: [N].
+        prior: 1 / variance of the parameters [N_SHAPE].
+
+    """
+    weighted = slopes * weights[:, None]
+    inverse = np.linalg.pinv(weighted.T @ slopes + np.diag(prior), 1e-12)
+    length = max(1, len(residuals) // BLOCKS)  # neighbours err alike
+    scores = (weighted * residuals[:, None])[:length * BLOCKS].reshape(
+        BLOCKS, length, -1).sum(axis=1)
+    covariance: Array = inverse @ (scores.T @ scores + np.diag(prior)) @ inverse
+    return covariance
+
+
+def _held(fit: _Fit, prior: Array) -> _Fit:
+    """Return `fit` with another `prior` [N_SHAPE], by its linear problem."""
+    weighted = fit.slopes * fit.weights[:, None]
+    normal = weighted.T @ fit.slopes
+    right = weighted.T @ fit.residuals + normal @ fit.theta
+    theta = np.linalg.pinv(normal + np.diag(prior), 1e-12) @ right
+    residuals = fit.residuals + fit.slopes @ (fit.theta - theta)
+    return fit._replace(theta=theta, residuals=residuals, covariance=_covariance(
+        fit.slopes, fit.weights, residuals, prior))
 
 
 def _zero(rows: Array, drive: DriveModel) -> float:
@@ -199,6 +250,13 @@ def _share_beyond(columns: Array, stds: Array, fit: _Fit, at: list[int]) -> floa
     return float(np.mean((error > SIGMA * stds) & (error ** 2 > CERTAIN ** 2 * variance)))
 
 
+def _lasting_share(beyond: Flags) -> float:
+    """Return the lower confidence bound of the share of rows `beyond` [N], from its blocks."""
+    length = len(beyond) // BLOCKS
+    shares = beyond[:length * BLOCKS].reshape(BLOCKS, length).mean(axis=1)
+    return float(max(shares.mean() - OFTEN * shares.std(ddof=1) / BLOCKS ** 0.5, 0.0))
+
+
 def check(rows: Array, drive: DriveModel) -> Result:
     """
     Return the Result of `rows` [N, N_SMOOTHED] against the elastic curve of `drive`.
@@ -214,11 +272,18 @@ def check(rows: Array, drive: DriveModel) -> Result:
     fit = _fit(rows, drive)
     if fit.contact.mean() < CONTACT:
         return None
-    moved = rows[:, [S_X2, S_X4]] - np.median(rows[:, [S_X2, S_X4]], axis=0)
+    torque, twist = (rows[:, i] for i in (S_TAU_K_NOISE_STD, S_TWIST_NOISE_STD))
+    of_torque = fit.slopes[:, TORQUE] * torque[:, None]
+    of_twist = rows[:, [S_X2, S_X4]] - np.median(rows[:, [S_X2, S_X4]], axis=0)
     shares = {
-        'misfit': float(np.mean(np.abs(fit.residuals) > SIGMA)),
-        'torque': _share_beyond(fit.columns[:, TORQUE], rows[:, S_TAU_K_NOISE_STD], fit, TORQUE),
-        'twist': _share_beyond(moved, rows[:, S_TWIST_NOISE_STD], fit, TWIST)}
+        'misfit': _lasting_share(np.abs(fit.residuals) > SIGMA),
+        'torque': _share_beyond(of_torque, torque, fit, TORQUE),
+        'twist': _share_beyond(of_twist, twist, fit, TWIST)}
+    if not max(shares.values()) > SHARE:
+        shares['torque'] = _share_beyond(
+            of_torque, torque, _held(fit, _within_tolerances(drive, TWIST)), TORQUE)
+        shares['twist'] = _share_beyond(
+            of_twist, twist, _held(fit, _within_tolerances(drive, TORQUE)), TWIST)
     values = {f'elastic_{name}_share': share for name, share in shares.items()}
     values |= {f'elastic_{name}_share_threshold': SHARE for name in shares}
     values |= {'elastic_gain': float(fit.theta[GAIN]), 'elastic_scale': float(fit.theta[SCALE]),
