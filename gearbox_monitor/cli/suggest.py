@@ -39,6 +39,7 @@ import yaml
 
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.opening import read_text
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
 from gearbox_monitor.identification.experiment_design import Limits, suggest
 from gearbox_monitor.identification.isolability import LIMIT
@@ -47,6 +48,7 @@ from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 
 PRINTED = 3
+MAX_VERDICT = 1 << 26  # bytes of a verdict.json
 NOISE = 1e-3  # rad, without a recording
 
 
@@ -121,7 +123,7 @@ def _question(args: Namespace) -> tuple[dict[str, Any], list[tuple[str, str]], l
     path = Path(args.verdict)
     path = path / 'verdict.json' if path.is_dir() else path
     try:
-        data = json.loads(path.read_text(encoding='utf-8'))
+        data = json.loads(read_text(path, MAX_VERDICT))
         effects, rivals = data['params'], data['confusable']
         sigma = [args.noise or s or NOISE for s in data['sigma']]
         pairs = [(a, b) for a in effects if a in library_ids for b in rivals
@@ -129,7 +131,7 @@ def _question(args: Namespace) -> tuple[dict[str, Any], list[tuple[str, str]], l
     except OSError as error:
         raise InputError(f'{path}: {error.strerror or error}, expected a verdict of diagnose'
                          ) from None
-    except (ValueError, KeyError, TypeError, AttributeError):
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise InputError(f'{path}: no verdict of diagnose, expected verdict.json of '
                          'diagnose --out') from None
     if not pairs:

@@ -29,6 +29,7 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.xml_edit import parse_xml, XmlDocument, XmlElement
+from gearbox_monitor.files.opening import read_bytes
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.effects import arm_side, gearbox
@@ -36,6 +37,8 @@ from gearbox_monitor.plant.friction_law import FrictionLaw
 
 
 INTEGRATOR_OF = {'implicit': 'implicitfast'}  # they differ by damping between joints
+
+MAX_XML = 1 << 26  # bytes of a file
 
 
 @dataclass(frozen=True)
@@ -170,9 +173,10 @@ def read_mjcf(path: str | Path, joint: str, arm_joint: str | None = None,
     """
     path = Path(path)
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror}, expected a readable MJCF file') from None
+        data = read_bytes(path, MAX_XML)
+    except (OSError, ValueError) as error:
+        raise InputError(f'{path}: {getattr(error, "strerror", error)}, expected a readable MJCF '
+                         'file') from None
     return drive_of(data, path, (joint, arm_joint), keyframe, actuator)
 
 

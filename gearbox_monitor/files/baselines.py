@@ -30,6 +30,7 @@ import yaml
 
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.opening import open_file
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
@@ -152,7 +153,8 @@ def load_state(path: str | Path, gearbox_serial: str) -> tuple[dict[str, Any] | 
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding='utf-8', errors='replace')
+        with open_file(path) as file:
+            text = file.readall().decode('utf-8', 'replace')
     except FileNotFoundError:
         return None, ''
     except OSError as error:

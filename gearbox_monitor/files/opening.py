@@ -32,14 +32,23 @@ def open_file(path: str | Path) -> BinaryIO:
     raise OSError(code, reason, str(path))
 
 
+def read_bytes(path: str | Path, limit: int) -> bytes:
+    """
+    Return the content of the file `path`, of at most `limit` bytes.
+
+    Raises OSError, and ValueError for a larger file.
+    """
+    with open_file(path) as file:
+        data = file.read(limit + 1)
+    if len(data) > limit:
+        raise ValueError(f'more than {limit >> 20} MB')
+    return data
+
+
 def read_text(path: str | Path, limit: int) -> str:
     """
     Return the text (UTF-8) of the file `path`, of at most `limit` bytes.
 
     Raises OSError, and ValueError for a larger file or one that is not a text.
     """
-    with open_file(path) as file:
-        data = file.read(limit + 1)
-    if len(data) > limit:
-        raise ValueError(f'more than {limit >> 20} MB')
-    return data.decode('utf-8')
+    return read_bytes(path, limit).decode('utf-8')

@@ -21,6 +21,7 @@ the operating system limits. A command ends with exit code 0 to 3 and without a 
 from collections.abc import Callable
 import contextlib
 from dataclasses import dataclass
+import io
 import math
 import multiprocessing
 import os
@@ -33,17 +34,20 @@ import struct
 import sys
 import tempfile
 import traceback
+import zipfile
 import zlib
 
 from fuzz_damage import LAUGHS, MAGIC
 import lz4.frame
 from mcap.writer import CompressionType, Writer
+import numpy as np
 
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.resources import config_path
 
+MODEL = str(config_path('drive.yaml'))
 MEMORY = 1 << 30     # bytes of address space that a command may add
 CPU = 60             # s
 FILE_SIZE = 1 << 28  # bytes of a file that a command may write
@@ -332,6 +336,33 @@ def _mat(size):
     return head + struct.pack('<II', 15, len(packed)) + packed
 
 
+def _npy(size):
+    """Return the head of a NumPy file of `size` doubles, and none of them."""
+    stream = io.BytesIO()
+    np.lib.format.write_array_header_1_0(stream, {
+        'descr': '<f8', 'fortran_order': False, 'shape': (size,)})
+    return stream.getvalue()
+
+
+def _npz(size):
+    """Return a NumPy archive whose only array unpacks to `size` bytes."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, 'w', zipfile.ZIP_DEFLATED) as archive:
+        with archive.open('x.npy', 'w', force_zip64=True) as file:
+            file.write(_npy(size // 8))
+            for _ in range(size >> 24):
+                file.write(bytes(1 << 24))
+    return stream.getvalue()
+
+
+def _entities():
+    """Return XML whose entities stand for 10^9 characters."""
+    names = 'abcdefghij'
+    lines = [f'<!ENTITY {b} "{f"&{a};" * 10}">' for a, b in zip(names, names[1:])]
+    return ('<!DOCTYPE mujoco [<!ENTITY a "lol">' + ''.join(lines)
+            + ']><mujoco model="&j;"><worldbody/></mujoco>').encode()
+
+
 def _database(statements):
     def make(folder):
         sound_bag(folder / 'bag')
@@ -356,6 +387,7 @@ MESSAGES = ('CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, tim
             'data BLOB)')
 JSON_MAP = MAPPING.format(format='json', place='field', first='a', second='b')
 TEXT_MAP = MAPPING.format(format='text', place='column', first=1, second=2)
+NPZ_MAP = MAPPING.format(format='numpy', place='field', first='x', second='x')
 MAT_MAP = MAPPING.format(format='mat', place='field', first='x', second='x')
 
 
@@ -382,13 +414,13 @@ BOMBS = (
     Bomb('a pipe called *.mcap', _pipe('bag_0.mcap'), BAG_READERS + (
         'replay {0}/bag/bag_0.mcap', 'fleet {0}/bag --out {0}/new --workers 0')),
     Bomb('a pipe called *.csv', _pipe('x.csv'), (
-        'diagnose {0}/bag/x.csv --model ' + str(config_path('drive.yaml')),
+        'diagnose {0}/bag/x.csv --model ' + MODEL,
         'import {0}/bag/x.csv {0}/new --map emps')),
     Bomb('a pipe called *.yaml', _pipe('x.yaml'), (
         'replay {0}/bag --params {0}/bag/x.yaml', 'replay {0}/bag --model {0}/bag/x.yaml')),
     Bomb('sixty years in two seconds', _years, BAG_READERS + (
         'accept {0}/bag --max-gap 0.1', 'report {0}/bag --out {0}/x.html',
-        'diagnose {0}/bag --model ' + str(config_path('drive.yaml')))),
+        'diagnose {0}/bag --model ' + MODEL)),
     Bomb('SQLite: a view without end', _database([
         'CREATE VIEW messages AS WITH RECURSIVE m(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM m)'
         " SELECT id, 1 AS topic_id, id AS timestamp, x'00' AS data FROM m"]), BAG_READERS),
@@ -397,13 +429,24 @@ BOMBS = (
     Bomb('gzip: a line of 4 GB', _packed_text('x.csv.gz', TEXT_MAP, lambda: _gzip(
         bytes(1 << 20).replace(b'\0', b'1'), 4000)), (
         'import {0}/x.csv.gz {0}/new --map {0}/map.yaml',
-        'diagnose {0}/x.csv.gz --model ' + str(config_path('drive.yaml')))),
+        'diagnose {0}/x.csv.gz --model ' + MODEL)),
     Bomb('gzip: a billion rows', _packed_text('x.csv.gz', TEXT_MAP, lambda: _gzip(
         b'0,0\n' * (1 << 18), 4000)), ('import {0}/x.csv.gz {0}/new --map {0}/map.yaml',)),
     Bomb('gzip: JSON of 4 GB', _packed_text('x.json.gz', JSON_MAP, lambda: _gzip(
         b'[],' * (1 << 18), 4000)), ('import {0}/x.json.gz {0}/new --map {0}/map.yaml',)),
     Bomb('MATLAB: 3 GB', _packed_text('x.mat', MAT_MAP, lambda: _mat(3 << 30)),
          ('import {0}/x.mat {0}/new --map {0}/map.yaml',)),
+    Bomb('NumPy: a zip of 600 MB', _packed_text('x.npz', NPZ_MAP, lambda: _npz(600 << 20)),
+         ('import {0}/x.npz {0}/new --map {0}/map.yaml',)),
+    Bomb('NumPy: an array of 8 TB', _packed_text('x.npy', NPZ_MAP, lambda: _npy(1 << 40)),
+         ('import {0}/x.npy {0}/new --map {0}/map.yaml',)),
+    Bomb('JSON: nested deeply', _packed_text('x.json', JSON_MAP, lambda: b'[' * 1_000_000), (
+        'import {0}/x.json {0}/new --map {0}/map.yaml', 'suggest {0}/x.json --model ' + MODEL)),
+    Bomb('XML: nested entities', _packed_text('x.xml', '', _entities), (
+        f'export {MODEL} --to mjcf --into {{0}}/x.xml --joint m',)),
+    Bomb('a pipe called *.xml, *.json', _pipe('x.xml'), (
+        f'export {MODEL} --to mjcf --into {{0}}/bag/x.xml --joint m',
+        f'suggest {{0}}/bag/x.xml --model {MODEL}')),
     Bomb('gzip of MATLAB: 4 GB', _packed_text('x.mat', MAT_MAP, lambda: _gzip(
         bytes(1 << 20), 4000)), ('import {0}/x.mat {0}/new --map {0}/map.yaml',)),
 )
