@@ -33,7 +33,7 @@ import sys
 
 import numpy as np
 from script import run_script
-from silent_runs import FAULTS, HEALTHY, LOADS, MOTIONS, run as run_one
+from silent_runs import FAULTS, HEALTHY, LOADS, MOTIONS, run as run_one, SECONDS
 from tqdm import tqdm
 
 from gearbox_monitor.benchmarks.harness import (
@@ -43,6 +43,9 @@ from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.parameters import FILTER_NAMES
 
 HEALTHY_SHARE = 0.25  # of the draws
+# Shares of the runs that may break the promise; docs/faults.md has the figures and the causes.
+BARS = {'silent': ('faulty', 0.02), 'false alarms': ('healthy', 0.1),
+        'healthy beyond': ('healthy', 0.2)}
 BY_NAME = {fault.name: fault for fault in FAULTS}
 
 
@@ -79,10 +82,10 @@ def draws(count, seed, filters=FILTER_NAMES, only=''):
     return result
 
 
-def outcome(row):
-    """Return the Outcome of one row."""
+def outcome(row, seconds=SECONDS):
+    """Return the Outcome of one row, of a run of so many s."""
     name, motion, load, kind, seed, size = row
-    return run_one(BY_NAME[name], motion, load, kind, seed, size)
+    return run_one(BY_NAME[name], motion, load, kind, seed, size, seconds)
 
 
 def outcomes(rows, jobs=1):
@@ -104,6 +107,12 @@ def summary(results):
         'healthy beyond': sum(r.silent for r in healthy), 'faulty': len(faulty),
         'told': sum(r.told is not None for r in faulty), 'silent': sum(r.silent for r in faulty),
         'right': sum(r.told is None and not r.silent for r in faulty)}
+
+
+def missed(counts):
+    """Return [text] of the BARS that the `counts` of summary() miss."""
+    return [f'{name}: {counts[name]} of {counts[among]} {among}, expected at most {share:.0%}'
+            for name, (among, share) in BARS.items() if counts[name] > share * counts[among]]
 
 
 def text(results):
@@ -137,7 +146,7 @@ def by_cell(results):
 
 
 def run(args):
-    """Run the system test; returns 1 when a run breaks the rule or a healthy one is told."""
+    """Run the system test; returns 1 when one of BARS is missed."""
     require_compiled('silent_errors')
     require_whole('--jobs', args.jobs)
     if args.draws < 0:
@@ -152,8 +161,9 @@ def run(args):
     print(text(results))
     write_json({'runs': [{**asdict(r), 'silent': r.silent} for r in results],
                 'summary': summary(results)}, args.json)
-    counts = summary(results)
-    return 1 if counts['silent'] or counts['false alarms'] or counts['healthy beyond'] else 0
+    for line in missed(summary(results)):
+        print(f'MISSED {line}')
+    return 1 if missed(summary(results)) else 0
 
 
 if __name__ == '__main__':

@@ -75,10 +75,10 @@ def plant_of(motion):
     return DriveModel().with_(effects=load)
 
 
-def trajectory(motion, model, noise, seed):
-    """Return the Trajectory of `model` in `motion`; noise: rad of both encoders."""
+def trajectory(motion, model, noise, seed, seconds=SECONDS):
+    """Return the Trajectory of `model` in `motion` of so many s; noise: rad of both encoders."""
     random = np.random.default_rng([seed, 3])
-    t = DT * np.arange(round(SECONDS / DT))
+    t = DT * np.arange(round(seconds / DT))
     if motion == 'multisine':
         scale, faster = (1.0, 1.0) if not seed else random.uniform(0.7, 1.3, 2)
         u = Excitation('multisine', (6.0 * scale, 2.0 * scale),
@@ -115,8 +115,8 @@ def _controlled(model, noise, seed, reference):
 
 
 @lru_cache(maxsize=8)
-def _healthy(motion, seed):
-    return trajectory(motion, plant_of(motion), NOISE, seed)
+def _healthy(motion, seed, seconds):
+    return trajectory(motion, plant_of(motion), NOISE, seed, seconds)
 
 
 # ---------------------------------------------------------------------- faults
@@ -228,17 +228,17 @@ class Outcome:
         return self.told is None and max(self.beyond) > SHARE
 
 
-def simulated(fault, size, motion, seed):
-    """Return (Source, Trajectory) of a drive with `fault` of this size."""
+def simulated(fault, size, motion, seed, seconds=SECONDS):
+    """Return (Source, Trajectory) of `seconds` of a drive with `fault` of this size."""
     if fault.plant is None:
-        run = _healthy(motion, seed)
+        run = _healthy(motion, seed, seconds)
     else:
-        run = trajectory(motion, fault.plant(plant_of(motion), size), NOISE, seed)
+        run = trajectory(motion, fault.plant(plant_of(motion), size), NOISE, seed, seconds)
     source = Source(T0 + STEP_NS * np.arange(len(run.t)), run.u, run.y)
     return (fault.source(source, size, run) if fault.source else source), run
 
 
-def run(fault, motion, load, kind='ekf', seed=0, size=None):
+def run(fault, motion, load, kind='ekf', seed=0, size=None, seconds=SECONDS):
     """
     Return the Outcome of a drive with a fault from the first sample on.
 
@@ -249,16 +249,17 @@ def run(fault, motion, load, kind='ekf', seed=0, size=None):
         kind: name of the filter.
         seed: of noise and motion.
         size: of the fault, None: that of the table.
+        seconds: s that the run lasts unless something is told.
 
     """
     size = fault.size if size is None else size
-    source, truth = simulated(fault, size, motion, seed)
+    source, truth = simulated(fault, size, motion, seed, seconds)
     model = plant_of(motion) if load == 'none' else DriveModel()
     monitor = Monitor(model, {'arm_load': load, 'filter': kind})
     told, by = None, ()
     rows, smoothed, numbers, smoothed_numbers = [], [], [], []
     # One block per second of motion: diagnostics come once per second.
-    for second in range(round(truth.t[-1])):
+    for second in range(seconds):
         part = slice(second * PER_SECOND, (second + 1) * PER_SECOND)
         u = np.column_stack([source.effort[part], np.full(len(source.effort[part]), np.nan)])
         found = monitor.run(Samples(source.stamp_ns[part], u, source.y[part]))

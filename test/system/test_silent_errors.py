@@ -14,8 +14,10 @@
 
 """Nothing wrong under levels that are all OK, and nothing told of a healthy drive: a short run."""
 import pytest
-from silent_errors import BY_NAME, draws, outcome, summary
+from silent_errors import BY_NAME, draws, missed, outcome, summary
 from silent_runs import HEALTHY, run, SHARE
+
+from gearbox_monitor.monitoring import monitor
 
 # Silent before torque was compared with the elastic curve, all with an unknown load.
 ONCE_SILENT = (
@@ -28,7 +30,7 @@ ONCE_SILENT = (
 @pytest.mark.parametrize('name, motion', ONCE_SILENT)
 def test_what_was_silent_is_told(name, motion):
     result = run(BY_NAME[name], motion, 'unknown')
-    assert max(result.beyond) > 0.01 and result.told is not None, result
+    assert result.told is not None, result
 
 
 @pytest.mark.parametrize('motion', ['multisine', 'point to point', 'slow'])
@@ -46,8 +48,19 @@ def test_draws_are_those_of_their_seed():
                for name, _, _, _, _, size in rows)
 
 
+def test_random_faults_are_told_or_within_what_is_stated():
+    """Runs of 30 s, of every filter; fewer bits than a minute shows, so the bars are the same."""
+    counts = summary([outcome(row, 30) for row in draws(200, 1)])
+    assert not missed(counts), counts
+
+
+def test_the_promise_breaks_without_the_checks_of_the_smoothed_rows(monkeypatch):
+    monkeypatch.setattr(monitor, 'ROW_CHECKS', ())
+    broken = [run(BY_NAME[name], motion, 'unknown').silent for name, motion in ONCE_SILENT]
+    assert sum(broken) >= 4, broken
+
+
 @pytest.mark.system
 def test_thousands_of_draws():
-    """One faulty run in 10 may be silent, near what docs/faults.md says; no false alarm."""
     counts = summary([outcome(row) for row in draws(1000, 0)])
-    assert counts['silent'] <= 0.1 * counts['faulty'] and not counts['false alarms'], counts
+    assert not missed(counts), counts

@@ -50,8 +50,7 @@ MAX_ROWS = 500                # looked at
 BLOCKS = 20                   # parts of a window that count as independent
 CONTACT = 0.05                # share of the rows that a flank must hold
 SIGMA = 3.0                   # stated standard deviations
-SIGNIFICANCE = 1e-3           # of an error of torque or twist, by Student's t over BLOCKS
-CERTAIN = float(-stdtrit(BLOCKS, SIGNIFICANCE / 2))
+SIGNIFICANCE = 1e-3           # of an error of torque or twist, by Student's t over its blocks
 SHARE = 0.01                  # of the rows that may be beyond
 OFTEN = float(stdtrit(BLOCKS - 1, 0.95))  # by Student's t: not in a block or two alone
 HUBER, ITERATIONS, ENOUGH = 1.5, 12, 1e-3
@@ -247,7 +246,17 @@ def _share_beyond(columns: Array, stds: Array, fit: _Fit, at: list[int]) -> floa
     """
     error = np.abs(columns @ fit.theta[at])
     variance = ((columns @ fit.covariance[np.ix_(at, at)]) * columns).sum(axis=1)
-    return float(np.mean((error > SIGMA * stds) & (error ** 2 > CERTAIN ** 2 * variance)))
+    certain = float(-stdtrit(_moving_blocks(columns), SIGNIFICANCE / 2))
+    return float(np.mean((error > SIGMA * stds) & (error ** 2 > certain ** 2 * variance)))
+
+
+def _moving_blocks(columns: Array) -> float:
+    """Return how many blocks count, by how `columns` [N, A] vary in them: a rest tells nothing."""
+    length = len(columns) // BLOCKS
+    blocks = (columns / np.maximum(columns.std(axis=0), 1e-300))[:length * BLOCKS].reshape(
+        BLOCKS, length, -1)
+    moved = blocks.var(axis=1).sum(axis=1)
+    return float(max(moved.sum() ** 2 / max((moved ** 2).sum(), 1e-300), 1.0))
 
 
 def _lasting_share(beyond: Flags) -> float:
