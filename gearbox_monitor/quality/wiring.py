@@ -257,7 +257,7 @@ def twist_sign(smooth: SmoothedMotion, model: DriveModel, reading: Variant) -> f
     order = (1, 0) if reading.swap else (0, 1)
     p, v, a = (x[:, order] * reading.scale for x in (smooth.p, smooth.v, smooth.a))
     columns = np.column_stack([
-        a[:, 1], v[:, 1], np.arctan(model.friction_sharpness * v[:, 1]), p[:, 1],
+        a[:, 1], v[:, 1], model.friction_side(v[:, 1], arm=True), p[:, 1],
         np.sin(p[:, 1]), np.cos(p[:, 1]), np.ones(len(p))])
     columns /= np.maximum(np.abs(columns).max(axis=0), 1e-300)
     twist = p[:, 0] - p[:, 1]
