@@ -154,7 +154,7 @@ def load_state(path: str | Path, gearbox_serial: str) -> tuple[dict[str, Any] | 
     path = Path(path)
     try:
         with open_file(path) as file:
-            text = file.readall().decode('utf-8', 'replace')
+            text = file.read().decode('utf-8', 'replace')
     except FileNotFoundError:
         return None, ''
     except OSError as error:
