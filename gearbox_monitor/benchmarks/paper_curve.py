@@ -127,11 +127,11 @@ def _measured(estimator: Estimator, samples: Samples, trajectory: Trajectory) ->
 def text(figures: Mapping[str, Mapping[str, float]]) -> list[str]:
     """Return the `figures` of evaluate() as lines, at most 80 columns."""
     lines = ['beyond the paper, second half: the EKF that learns the curve, and the mixture', '',
-             f'  {"":<38}{"tau_K":>7}{"1 s":>6}{"2 s":>6}{"K":>8}{"b":>8}{"h":>8}']
+             f'{"":<40}{"tau_K":>7}{"1 s":>6}{"2 s":>6}{"K":>7}{"b":>7}{"h":>7}']
     for run, row in figures.items():
         if run != 'parameters':
-            learnt = [f'{row[name]:8.3f}' if name in row else f'{"-":>8}' for name in 'Kbh']
-            lines.append(f'  {run:<38}{row["tau"]:7.3f}{row["one"]:6.2f}{row["two"]:6.2f}'
+            learnt = [f'{row[name]:7.3f}' if name in row else f'{"-":>7}' for name in 'Kbh']
+            lines.append(f'{run:<40}{row["tau"]:7.3f}{row["one"]:6.2f}{row["two"]:6.2f}'
                          + ''.join(learnt))
     return lines
 

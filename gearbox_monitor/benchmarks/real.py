@@ -28,8 +28,13 @@ splits (training runs):
 The stated standard deviation holds for conditions like those of the training runs: load and speed
 go beyond them, there its coverage is shown and not judged.
 
+Further folders are other units, which nothing was fitted on: model and filter of the first unit
+are adapted to every other of their runs without the sensor ("gearbox_monitor adapt") and judged on
+the rest, beside a static compensation that is refitted there with the sensor.
+
 usage examples:
   gearbox_monitor benchmark real path/to/davinci_backend
+  gearbox_monitor benchmark real davinci_backend davinci_backend_other_tool
   gearbox_monitor benchmark real davinci_backend --split speed --json
 """
 import argparse
@@ -46,7 +51,9 @@ from gearbox_monitor.benchmarks import real_fit
 from gearbox_monitor.benchmarks.harness import all_met, bar_lines, BarTable
 from gearbox_monitor.benchmarks.static_compensation import fit_static
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.identification.unit_adaptation import adapt
 from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.quality.recording import UniformRecording
 
 NAMES = [f'{x}{y}' for x in range(5) for y in range(4)]
 SPLITS = {
@@ -59,11 +66,14 @@ BURN_IN = 1.0                    # s
 MAX_RATIO = {'orig': 0.70, 'load': 0.90, 'speed': 0.90}
 MAX_RUN_RATIO = 1.05
 ONE_SIGMA, TWO_SIGMA = (0.60, 0.78), 0.92
+# Of a unit that nothing was fitted on.
+UNIT_RATIO, UNIT_ONE_SIGMA, UNIT_TWO_SIGMA = 1.0, (0.55, 0.85), 0.88
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of this benchmark to `parser`."""
-    parser.add_argument('data', metavar='DATA', help='folder with the recordings XY.TXT.gz')
+    parser.add_argument('data', metavar='DATA', nargs='+',
+                        help='folder with the recordings XY.TXT.gz; more: other units')
     parser.add_argument('--split', choices=SPLITS, default='orig',
                         help='which runs are for training (default: orig)')
     parser.add_argument('--json', action='store_true', help='print one JSON object, no table')
@@ -151,6 +161,49 @@ def compare(runs: dict[str, real_fit.DriveRecording], arm_step: float, split: st
     }
 
 
+def compare_unit(runs: dict[str, real_fit.DriveRecording], arm_step: float,
+                 values: dict[str, float], name: str, bars: BarTable) -> dict[str, Any]:
+    """
+    Adapt the model of another unit to every other of `runs` and judge it on the rest.
+
+    Args:
+        runs: recordings of the unit by name.
+        arm_step: step of the arm encoder, rad.
+        values: fitted to the first unit, see real_fit.configure.
+        name: of the unit.
+        bars: to which the figures are added.
+
+    Returns:
+        Figures as plain data.
+    """
+    names = sorted(runs)
+    train, test = ([runs[n] for n in names[first::2]] for first in (0, 1))
+    burn_in, constant = round(BURN_IN / train[0].period), values['torque_constant']
+    static = fit_static(train, burn_in)
+    adapted = adapt(
+        [UniformRecording(np.arange(len(r.stamps)) * r.period, constant * r.current, r.outputs,
+                          r.period, name=r.name) for r in train],
+        *real_fit.configure(values, arm_step))
+    parameters = real_fit.configure(values, arm_step)[1].replace(**adapted.parameters)
+
+    def by_filter(run: real_fit.DriveRecording) -> real_fit.TorqueAndDeviation:
+        """Return the estimates of the adapted filter for `run`."""
+        return real_fit.monitored(adapted.model, parameters, constant, run)
+    errors = real_fit.errors(by_filter, test, burn_in)
+    of_static = real_fit.errors(
+        lambda run: (static.torque(run), np.ones(len(run.stamps))), test, burn_in)
+    figures = {'rmse': real_fit.rmse(errors), 'static': real_fit.rmse(of_static),
+               'coverage': [real_fit.coverage(errors, s) for s in (1.0, 2.0)],
+               'adapted_on': [run.name for run in train], 'tested_on': [run.name for run in test],
+               'open': adapted.open, 'tolerances': adapted.tolerances,
+               'parameters': adapted.parameters}
+    bars.judge(f'{name}, adapted: RMSE / static', figures['rmse'] / figures['static'],
+               high=UNIT_RATIO)
+    bars.judge(f'{name}, adapted: within 1 sigma', figures['coverage'][0], *UNIT_ONE_SIGMA)
+    bars.judge(f'{name}, adapted: within 2 sigma', figures['coverage'][1], low=UNIT_TWO_SIGMA)
+    return figures
+
+
 def table(result: dict[str, Any]) -> list[str]:
     """Return the `result` of compare() as lines of at most 80 columns."""
     static, rmse = result['static'], result['rmse']
@@ -180,6 +233,12 @@ def table(result: dict[str, Any]) -> list[str]:
               f'{"training":<12}{1e3 * rmse["static_train"]:8.2f}'
               f'{1e3 * rmse["ekf_train"]:8.2f}'
               f'{rmse["ekf_train"] / rmse["static_train"]:8.3f}', '']
+    for name, unit in result.get('units', {}).items():
+        lines += [f'{name}, adapted on {" ".join(unit["adapted_on"])} without the sensor, judged '
+                  f'on {" ".join(unit["tested_on"])}:',
+                  f'{"":<12}{1e3 * unit["static"]:8.2f}{1e3 * unit["rmse"]:8.2f}'
+                  f'{unit["rmse"] / unit["static"]:8.3f}{unit["coverage"][0]:10.3f}'
+                  f'{unit["coverage"][1]:10.3f}', '']
     return [*lines, *bar_lines(result['bars'])]
 
 
@@ -195,12 +254,21 @@ def run(args: argparse.Namespace) -> int:
     if not COMPILED:
         raise InputError('numba: not in use, expected it installed (some hundred passes over '
                          '120 000 samples) and GEARBOX_MONITOR_JIT not 0')
-    runs, arm_step = load_runs(args.data)
+    first, *others = args.data
+    runs, arm_step = load_runs(first)
     for part in (True, False):
         if not any((name in SPLITS[args.split]) == part for name in runs):
-            raise InputError(f'{args.data}: no {"training" if part else "test"} run of split '
+            raise InputError(f'{first}: no {"training" if part else "test"} run of split '
                              f'{args.split}, expected recordings 00.TXT.gz to 43.TXT.gz')
     progress = _progress if sys.stderr.isatty() else None
     result = compare(runs, arm_step, args.split, progress)
+    bars, result['units'] = BarTable(), {}
+    for folder in others:
+        name = Path(folder).name
+        of_unit, step = load_runs(folder)
+        if len(of_unit) < 2:
+            raise InputError(f'{folder}: {len(of_unit)} recordings, expected at least 2')
+        result['units'][name] = compare_unit(of_unit, step, result['parameters'], name, bars)
+    result['bars'] += bars.rows
     print(json.dumps(result, indent=2) if args.json else '\n'.join(table(result)))
     return 0 if all_met(result['bars']) else 1

@@ -165,9 +165,10 @@ def _filter(states: States, stream: Stream, p: Array, belief: Belief, scratch: S
         torque[k], variance[k] = z[TAU_K], P[TAU_K * n + TAU_K]
 
 
-def _monitored(values: Mapping[str, float], run: DriveRecording, arm_step: float) -> Estimates:
-    monitor = Monitor(*configure(values, arm_step))
-    motor = values['torque_constant'] * run.current
+def _estimates(model: DriveModel, parameters: EstimatorParameters, constant: float,
+               run: DriveRecording) -> Estimates:
+    monitor = Monitor(model, parameters)
+    motor = constant * run.current
     u = np.column_stack([motor, np.full_like(motor, np.nan)])
     return monitor.run(Samples(run.stamps, u, run.outputs))
 
@@ -185,7 +186,24 @@ def replay(values: Mapping[str, float], run: DriveRecording,
     Returns:
         tau_K and its standard deviation [N], N m; NaN without an estimate.
     """
-    estimates = _monitored(values, run, arm_step)
+    return monitored(*configure(values, arm_step), values['torque_constant'], run)
+
+
+def monitored(model: DriveModel, parameters: EstimatorParameters, constant: float,
+              run: DriveRecording) -> TorqueAndDeviation:
+    """
+    Estimate the torque of a recording with a Monitor.
+
+    Args:
+        model: of the drive.
+        parameters: of the estimator.
+        constant: torque per current, N m/A.
+        run: the recording, N samples.
+
+    Returns:
+        tau_K and its standard deviation [N], N m; NaN without an estimate.
+    """
+    estimates = _estimates(model, parameters, constant, run)
     torque, std = np.full((2, len(run.stamps)), np.nan)
     at = np.searchsorted(run.stamps, estimates.stamp_ns)
     torque[at], std[at] = estimates.tau_k, estimates.tau_k_std
@@ -274,7 +292,8 @@ def fit(runs: Sequence[DriveRecording], burn_in: int, arm_step: float,
         progress(total, total)
     values['r_std_arm'] = arm_step / np.sqrt(12.0)
     nis = np.mean(np.concatenate(
-        [_monitored(values, run, arm_step).nis[burn_in:] for run in runs]))
+        [_estimates(*configure(values, arm_step), values['torque_constant'], run).nis[burn_in:]
+         for run in runs]))
     for name in values:
         if name.startswith(('q_std', 'r_std')):
             values[name] *= float(np.sqrt(nis / 2.0))

@@ -45,9 +45,10 @@ from gearbox_monitor.parameters import CURVES, EstimatorParameters, MIXED, RANDO
 
 MEMBERS = (RANDOM_WALK, *CURVES)
 M = len(MEMBERS)
-# After so long, s, a model's evidence is forgotten: a gearbox may change. Far longer than what it
-# takes to tell two models apart, and than the lag of a smoother.
-SWITCHING_TIME = 10.0
+# After so long, s, evidence is forgotten: a gearbox may change. What the wrong models keep by it is
+# their share of every estimate, so it is far longer than the tenths of a second that telling two
+# models apart takes.
+SWITCHING_TIME = 100.0
 CHUNK = 2048  # samples that are mixed at a time, at most
 KEPT = 8192  # weights at hand for the smoother: more than a chunk and its ring of steps
 WRITTEN, READ, BEGUN = range(3)

@@ -154,7 +154,7 @@ def test_mixture_is_that_of_its_filters():
     mixed = Estimator(model, {**parameters, 'tau_k_model': 'mixed'}).run(samples)
     weights = np.full(3, 1.0 / 3.0)
     for k in range(len(mixed.rows)):
-        stay = np.exp(-mixed.dt[k] / 10.0)
+        stay = np.exp(-mixed.dt[k] / 100.0)
         prior = stay * weights + (1.0 - stay) / 3.0
         likelihood = np.exp([e.loglik[k] - own[0].loglik[k] for e in own])
         evidence = prior @ likelihood
