@@ -192,11 +192,11 @@ def compare_unit(runs: dict[str, real_fit.DriveRecording], arm_step: float,
     errors = real_fit.errors(by_filter, test, burn_in)
     of_static = real_fit.errors(
         lambda run: (static.torque(run), np.ones(len(run.stamps))), test, burn_in)
-    figures = {'rmse': real_fit.rmse(errors), 'static': real_fit.rmse(of_static),
-               'coverage': [real_fit.coverage(errors, s) for s in (1.0, 2.0)],
-               'adapted_on': [run.name for run in train], 'tested_on': [run.name for run in test],
-               'open': adapted.open, 'tolerances': adapted.tolerances,
-               'parameters': adapted.parameters}
+    figures: dict[str, Any] = {
+        'rmse': real_fit.rmse(errors), 'static': real_fit.rmse(of_static),
+        'coverage': [real_fit.coverage(errors, s) for s in (1.0, 2.0)],
+        'adapted_on': [run.name for run in train], 'tested_on': [run.name for run in test],
+        'open': adapted.open, 'tolerances': adapted.tolerances, 'parameters': adapted.parameters}
     bars.judge(f'{name}, adapted: RMSE / static', figures['rmse'] / figures['static'],
                high=UNIT_RATIO)
     bars.judge(f'{name}, adapted: within 1 sigma', figures['coverage'][0], *UNIT_ONE_SIGMA)

@@ -33,6 +33,7 @@ from typing import Any
 
 from gearbox_monitor.cli.drive_recordings import (
     add_recording_arguments, load_drive, load_recording)
+from gearbox_monitor.cli.exit_codes import UNDECIDED
 from gearbox_monitor.cli.options import check_jobs, plain
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.cli.tune import write
@@ -74,7 +75,8 @@ def run(args: Namespace) -> int:
     names = ', '.join(Path(path).name for path in args.bag)
     save_model(folder / 'drive.yaml', result.model,
                [f'Adapted with gearbox_monitor adapt to {names}', *result.open])
-    data = {**result.tuning, 'parameters': result.parameters, 'bag': names, 'command': 'adapt'}
+    data = {'smoother': False, 'after': None, 'relative_error': {}, 'filter': parameters.filter,
+            **result.tuning, 'parameters': result.parameters, 'bag': names, 'command': 'adapt'}
     write(folder / 'params.yaml', parameters, (str(folder / 'drive.yaml'), {}), data)
     summary = plain({
         'values': {v.name: {k: x for k, x in vars(v).items() if k != 'name'}
@@ -83,7 +85,7 @@ def run(args: Namespace) -> int:
         'tolerances': result.tolerances, 'parameters': result.parameters, 'open': result.open,
         'notes': [note for _, notes in loaded for note in notes]})
     print(json.dumps(summary, indent=2) if args.json else text(result, summary, folder))
-    return 0
+    return 0 if result.fit else UNDECIDED
 
 
 def text(result: Adapted, summary: dict[str, Any], folder: Path) -> str:
@@ -95,7 +97,7 @@ def text(result: Adapted, summary: dict[str, Any], folder: Path) -> str:
     lines += [f'{name:22s}{start:12.4g}{now:12.4g}'
               for name, (start, now) in result.tolerances.items()]
     units = {row.name: row.unit for row in ESTIMATOR}
-    before = result.tuning['before_parameters']
+    before = result.tuning.get('before_parameters', {})
     lines += [f'{name:22s}{before.get(name, 0.0):12.5g}{value:12.5g}{"":12s}{units[name]}'
               for name, value in result.parameters.items() if not isinstance(value, str)]
     lines += [f'open: {sentence}' for sentence in result.open]

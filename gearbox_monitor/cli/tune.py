@@ -131,8 +131,10 @@ def write(path: str | Path, parameters: EstimatorParameters, model: tuple[str, d
         values['model'] = str(Path(model[0]).resolve())
     lines = [
         f'# Written by gearbox_monitor {__version__} {data.get("command", "tune")} from '
-        f'{data["bag"]}.',
-        f'# Mean NIS {data["after"]["nis"]:.3f}, log-likelihood {data["after"]["loglik"]:.1f}.']
+        f'{data["bag"]}.']
+    if data['after']:
+        lines.append(f'# Mean NIS {data["after"]["nis"]:.3f}, '
+                     f'log-likelihood {data["after"]["loglik"]:.1f}.')
     if data['smoother']:
         lines.append('# For the smoothed torque: q_std_tau_k is that of the filter / sqrt(5).')
     lines += ['estimator:', '  ros__parameters:']

@@ -237,6 +237,7 @@ class Estimator:
             'model': json.dumps(self.model.to_dict()),
             'parameters': json.dumps(self.parameters.to_dict()),
             'members': json.dumps(members), 'weights': numbers(self._mixture.weights),
+            'alone': numbers(self._mixture.alone),
             'stamp_ns': str(self._gate[sample_loop.LAST]),
             'input_count': str(self._gate[sample_loop.INPUTS]),
             'gate': json.dumps([int(v) for v in self._gate[:sample_loop.STOP_AT]]),
@@ -298,6 +299,7 @@ class Estimator:
             read('acting', self._acting)
         if self.members:
             read('weights', self._mixture.weights)
+            read('alone', self._mixture.alone)
             for member, own in zip(self.members, json.loads(snapshot['members']), strict=True):
                 member._recall(own)
         self._keep_belief_only()
@@ -489,8 +491,10 @@ class Estimator:
         if self._outputs is None:
             return self._filter(stream, output)
         own = self._outputs
-        n_samples, own.n_smoothed[0] = self._filter(
-            _part(stream, 0, model_bank.CHUNK), own.of(0))
+        n, lost = model_bank.until_second(self._mixture, stream.stamps)
+        if lost:
+            self.members[-1]._restart()
+        n_samples, own.n_smoothed[0] = self._filter(_part(stream, 0, n), own.of(0))
         taken = _part(stream, 0, n_samples)
         restarts = bool(n_samples) and own.codes[0, n_samples - 1] == sample_loop.START
         for i, member in enumerate(self.members, 1):
@@ -508,13 +512,17 @@ class Estimator:
             if restarts and start < n - 1:
                 end = n - 1
             elif restarts:
-                self._gate[[sample_loop.LAST, sample_loop.PENDING_COUNT]] = 0
+                self._restart()
             n_samples, n_rows = self._filter(
                 _part(stream, start, end),
                 Output(codes[start:end], rows[start:end], stamps_s[completed:],
                        smoothed[completed:]))
             start, completed = start + n_samples, completed + n_rows
         return completed
+
+    def _restart(self) -> None:
+        """Begin again with the next complete sample."""
+        self._gate[[sample_loop.LAST, sample_loop.PENDING_COUNT]] = 0
 
     def _filter(self, stream: Stream, output: Output) -> tuple[int, int]:
         n_samples, n = self._loop(self.states, self.settings, self._acting, stream, self._state,

@@ -38,17 +38,21 @@ from gearbox_monitor.estimation.sample_loop import (
     E_INNOVATION_MOTOR, E_INNOVATION_STD_ARM, E_INNOVATION_STD_MOTOR, E_LEARNED_WEIGHT, E_LOAD,
     E_LOGLIK, E_NIS, E_STD, E_STIFFNESS, E_TAU_K, E_TAU_K_NOISE_STD, E_TWIST, E_TWIST_RATE,
     E_TWIST_RATE_STD, E_TWIST_STD, E_U, E_WHITE_1, E_WHITE_2, ESTIMATE, N_ESTIMATE, Output,
-    START, write_innovation)
+    SECOND, START, write_innovation)
 from gearbox_monitor.kernels.jit import jit, jit_inline
 from gearbox_monitor.kernels.types import Array, Integers, Pair
 from gearbox_monitor.parameters import CURVES, EstimatorParameters, MIXED, RANDOM_WALK
 
 MEMBERS = (RANDOM_WALK, *CURVES)
 M = len(MEMBERS)
-# After so long, s, evidence is forgotten: a gearbox may change. What the wrong models keep by it is
-# their share of every estimate, so it is far longer than the tenths of a second that telling two
-# models apart takes.
+# After so long, s, evidence is forgotten: a gearbox may change. What the wrong models keep by it
+# is their share of every estimate, so it is far longer than the tenths of a second that telling
+# two models apart takes.
 SWITCHING_TIME = 100.0
+# The learned curve has lost its way where the probability of the random walk, averaged over so
+# long (s), is this high: a gap wider than the twist, say, feels nothing that would narrow it. It
+# then begins once more.
+LOST_AFTER, LOST = 3.0, 0.9
 CHUNK = 2048  # samples that are mixed at a time, at most
 KEPT = 8192  # weights at hand for the smoother: more than a chunk and its ring of steps
 WRITTEN, READ, BEGUN = range(3)
@@ -65,13 +69,15 @@ class Mixture(NamedTuple):
     """
     What mixing carries from sample to sample; all arrays are changed in place.
 
-    weights [M]: probability of each model. stamps int64 [KEPT] and history [KEPT, M]: weights of
-    the last samples, in turn; places int64 [3]: how many were written, where the smoother reads
-    next, and where the last start stands. prior [M], aligned [M, N_SMOOTHED], next_row int64 [M]:
-    scratch.
+    weights [M]: probability of each model. alone [2]: that of the random walk, averaged, and the
+    whole second of the last stamp. stamps int64 [KEPT] and history
+    [KEPT, M]: weights of the last samples, in turn; places int64 [3]: how many were written, where
+    the smoother reads next, and where the last start stands. prior [M], aligned [M, N_SMOOTHED],
+    next_row int64 [M]: scratch.
     """
 
     weights: Array
+    alone: Array
     stamps: Integers
     history: Array
     places: Integers
@@ -116,9 +122,29 @@ def member_parameters(parameters: EstimatorParameters) -> list[EstimatorParamete
 
 def mixture() -> Mixture:
     """Return a Mixture in which all models are equally likely."""
-    return Mixture(np.full(M, 1.0 / M), np.zeros(KEPT, np.int64), np.zeros((KEPT, M)),
-                   np.zeros(3, np.int64), np.zeros(M), np.zeros((M, N_SMOOTHED)),
-                   np.zeros(M, np.int64))
+    return Mixture(np.full(M, 1.0 / M), np.zeros(2), np.zeros(KEPT, np.int64),
+                   np.zeros((KEPT, M)), np.zeros(3, np.int64), np.zeros(M),
+                   np.zeros((M, N_SMOOTHED)), np.zeros(M, np.int64))
+
+
+def until_second(carried: Mixture, stamps: Integers) -> tuple[int, bool]:
+    """
+    Return how many samples lie within one whole second, and whether the learned curve is lost.
+
+    It is asked once per second of stamps, so that it does not matter how a stream is cut.
+
+    Args:
+        carried: changed in place.
+        stamps: of the next samples int64 [N], ns.
+
+    """
+    seconds = stamps[:CHUNK] // SECOND
+    n = int(np.argmax(seconds != seconds[0])) or len(seconds)
+    lost = bool(seconds[0] != carried.alone[1] and carried.alone[0] > LOST)
+    carried.alone[1] = seconds[0]
+    if lost:
+        carried.alone[0] = 0.0
+    return n, lost
 
 
 def outputs(ring: int) -> Outputs:
@@ -178,6 +204,7 @@ def _weigh(carried: Mixture, members: Outputs, k: int) -> float:
         likelihood += weights[m]
     for m in range(M):
         weights[m] /= likelihood
+    carried.alone[0] += (weights[0] - carried.alone[0]) * min(rows[0, k, E_DT] / LOST_AFTER, 1.0)
     return best + math.log(likelihood)
 
 

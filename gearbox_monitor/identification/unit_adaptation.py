@@ -15,11 +15,13 @@
 """
 Adapt a model file to one unit by recordings of its motion alone, without a torque sensor.
 
-The values are fitted (`nominal.fit_nominal`), the filter is tuned with them (`estimation.tune`).
-What the fit leaves open goes into the tolerances: a value that the recordings determine is as
-uncertain as its deviation says, times the misfit that is left; the others keep the tolerance of
-the file, or the usual one if that is wider. How far the torque strays from any curve over the
-twist then stands in for the missing sensor: friction that no constant describes shows there.
+The values that the recordings determine are fitted (`nominal.fit_nominal`), the filter is tuned
+with them (`estimation.tune`). What stays open goes into the tolerances: a value that is determined
+is as uncertain as its deviation says, times the misfit of the fit; the others keep value and
+tolerance of the file, or the usual tolerance if that is wider. Where the curve over the twist is
+determined, the distance of the torque from it stands in for the missing sensor: friction that no
+constant describes shows there. Where nothing is determined, nothing is tuned either: innovations
+of a model that does not follow the drive say how wrong it is, not how noisy.
 """
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
@@ -56,9 +58,9 @@ class Adapted:
     """
     A model of one unit.
 
-    model: the DriveModel; fit: of its values, None if the recordings allow none; tolerances
-    {name: (in the file, now)}; parameters {name: value} tuned, tuning: what tune says of them;
-    open: what the recordings do not tell, in sentences.
+    model: the DriveModel; fit: of its values, None if the recordings determine none; tolerances
+    {name: (in the file, now)}; parameters {name: value} tuned, tuning: what tune says of them,
+    both empty without a fit; open: what the recordings do not tell, in sentences.
     """
 
     model: DriveModel
@@ -90,19 +92,31 @@ def adapt(recordings: Sequence[UniformRecording], model: DriveModel,
 
     """
     report = progress or (lambda *_: None)
-    remarks, fit = list(OPEN), None
+    remarks = list(OPEN)
+    free: list[str] | None = None
+    fit: NominalFit | None = None
+
+    def fitting_at(done: float, total: float, text: str) -> None:
+        """Report that `done` of `total` of the fit is done, `text`."""
+        report(0.6 * done / total, 1.0, text)
     try:
-        fit = fit_nominal(recordings, model, jobs=jobs, progress=lambda done, total, text: report(
-            0.6 * done / total, 1.0, text))
+        while fit is None:
+            fit = fit_nominal(recordings, model, free, jobs=jobs, progress=fitting_at)
+            held = [v.name for v in fit.values if not v.determined]
+            free = [v.name for v in fit.values if v.determined]
+            remarks += [f'{name}: not identified, as in the model file' for name in held]
+            if held:  # what was not determined has moved, too
+                fit = None
+            if not free:
+                raise Undecided('no value is identified')
     except Undecided as error:
-        remarks.append(f'values of the model file are kept: {error}')
+        remarks.append(f'model file and parameters stay as they are, but for tolerances: {error}')
     tolerances = {name: (getattr(model, name), value)
                   for name, value in _tolerances(model, fit).items()}
     adapted = (fit.model if fit else model).with_(
         **{name: now for name, (_, now) in tolerances.items()})
-    if fit:
-        remarks += [f'{v.name}: not identified, held at the model file' for v in fit.values
-                    if not v.determined]
+    if fit is None:
+        return Adapted(adapted, None, tolerances, {}, {}, remarks)
     samples = [samples_of(recording) for recording in recordings]
 
     def tuning_at(share: float) -> None:
@@ -110,7 +124,10 @@ def adapt(recordings: Sequence[UniformRecording], model: DriveModel,
         report(0.6 + 0.35 * share, 1.0, 'tune')
 
     tuning = tune(adapted, parameters, samples, speeds=False, progress=tuning_at)
-    values = {**tuning['parameters'], 'tau_k_model_std': 0.0}
+    values = dict(tuning['parameters'])
+    if not {'K', 'b'} <= {v.name for v in fit.values}:
+        return Adapted(adapted, fit, tolerances, values, tuning, remarks)
+    values['tau_k_model_std'] = 0.0
     report(0.95, 1.0, 'torque over twist')
     strays = [_off_the_curve(adapted, parameters.replace(**values), one) for one in samples]
     stray, variance = (np.concatenate(column) for column in zip(*strays))

@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation import model_bank
 from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.filter import Filter
@@ -26,6 +27,7 @@ from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.process_model import (
     curve_count, markers, pack, propagate, propagate_numeric, state_names)
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
+from gearbox_monitor.estimation.sample_loop import START
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -175,13 +177,28 @@ def test_wrong_curve_is_no_worse_than_the_random_walk():
     """The flanks lie 0.1 rad off centre, as wide as the gap is: no curve offered has that."""
     samples, tau_k = recorded(DriveModel(), 6.0)
     samples.y[:, 1] += 0.1
-    rms = {}
+    model, rms = DriveModel().exact().with_(stiffness=60.0, half_gap=0.02), {}
     for name in ('random_walk', 'elastic', 'mixed'):
-        estimates = Estimator(
-            DriveModel().exact().with_(stiffness=60.0, half_gap=0.02),
-            {**TUNED, 'q_std_tau_k': 30.0, 'smoother_lag': 0.0, 'tau_k_model': name}).run(samples)
+        parameters = {
+            **TUNED, 'q_std_tau_k': 30.0, 'smoother_lag': 0.0, 'tau_k_model': name}
+        estimates = Estimator(model, parameters).run(samples)
         rms[name] = (estimates.tau_k - tau_k[1:])[500:].std()
     assert rms['elastic'] > 1.2 * rms['random_walk'] and rms['mixed'] < 1.02 * rms['random_walk']
+
+
+def test_lost_curve_begins_again_at_the_same_sample_however_the_stream_is_cut(monkeypatch):
+    monkeypatch.setattr(model_bank, 'LOST', -1.0)  # lost every second
+    samples, tau_k = recorded(DriveModel(), 3.0)
+    parameters = {**TUNED, 'smoother_lag': 0.0, 'tau_k_model': 'mixed'}
+    estimates = Estimator(DriveModel().exact(), parameters).run(samples)
+    pieces, rows = Estimator(DriveModel().exact(), parameters), []
+    for cut in range(0, len(tau_k), 700):
+        part = slice(cut, cut + 700)
+        rows.append(pieces.run(Samples(*(
+            column[part] for column in (samples.stamp_ns, samples.u, samples.y)))).rows)
+        pieces = Estimator.restore(pieces.snapshot())
+    np.testing.assert_array_equal(np.concatenate(rows), estimates.rows)
+    assert pieces.members[-1].counts[START] == 4 and pieces.counts[START] == 1
 
 
 def test_without_an_arm_encoder_nothing_is_mixed():
