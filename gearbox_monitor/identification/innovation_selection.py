@@ -25,7 +25,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearbox_monitor.identification.adequacy import spectral_excess, STRUCTURE
+from gearbox_monitor.identification.adequacy import (
+    LACK, misfit, spectral_excess, STRUCTURE)
 from gearbox_monitor.identification.candidates import with_free_shape
 from gearbox_monitor.identification.effect_scan import scan
 from gearbox_monitor.identification.effect_search import EffectSearch
@@ -82,13 +83,20 @@ class InnovationEvidence(Evidence):
         Return the fit that friction of another shape makes complete, None if none does.
 
         A shape that differs is no effect of its own, and must not find one a partner: `fit`, the
-        best single effects and none are fitted along with the sharpness before any pair.
+        best single effects and none are fitted along with the sharpness before any pair. One that
+        is complete but for what a large first misfit forgives keeps its name.
 
         Args:
-            fit: that lacks something.
+            fit: that leaves more than noise.
         """
         complete: list[CandidateFit] = []
-        names = dict.fromkeys([key_of(fit), *self.search.ranked()[:SHAPED], ''])
+        names = {key_of(fit): None}
+        if self.inadequate(fit):
+            names.update(dict.fromkeys([*self.search.ranked()[:SHAPED], '']))
+        else:
+            excess, structure = misfit(self.search, fit)
+            if self.search.noisy or self.rough or max(excess / LACK, structure / STRUCTURE) < 1.0:
+                return None
         for name in [n for n in names if n in self.finished]:
             finished = self.finished[name]
             candidate = with_free_shape(finished.candidate)

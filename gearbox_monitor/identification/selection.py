@@ -149,7 +149,7 @@ def decide(evidence: Evidence) -> tuple[CandidateFit, str]:
             return pulses, 'effect'
     if lacking and evidence.noise_alone():
         return search.fitted[''], 'none'
-    shaped = evidence.shaped(chosen) if lacking else None
+    shaped = evidence.shaped(chosen)
     if shaped is not None:
         return shaped, 'effect' if shaped.candidate.ids else 'none'
     if search.ranked() and (lacking or evidence.lacks(chosen)):
