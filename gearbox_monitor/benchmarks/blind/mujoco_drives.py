@@ -1,0 +1,286 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Drives in MuJoCo with a known deviation from their MJCF file, and their sealed labels.
+
+The nominal model of a recording is the file robot.xml beside it. The deviation is one of MuJoCo's
+own features, or lies outside of the library: a payload that swings, a hard stop, a contact.
+"""
+from collections.abc import Callable, Mapping, Sequence
+import json
+import math
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gearbox_monitor.benchmarks.blind.draw import log_uniform
+from gearbox_monitor.export.mjcf_file import mujoco_module
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects import EFFECTS
+
+DT, SECONDS = 2e-3, 10.0
+G = 9.81
+MASS = 3.0                   # kg, of the arm
+WINDOW = 250                 # samples over which the nominal model is compared with the truth
+EVIDENCE = (2.0, 60.0)       # its misfit there, in standard deviations of the noise
+TRIES = 60
+INTEGRATORS = ('Euler', 'implicitfast', 'RK4')
+# id of the library -> (value of MjcfDrive that it changes, range of the size, unit: see changed()).
+INSIDE = {
+    'motor_inertia': ('m1', (0.05, 0.7)), 'motor_viscous': ('Cv', (0.05, 1.0)),
+    'motor_coulomb': ('Cc', (0.05, 0.8)), 'arm_viscous': ('Cav', (0.002, 0.1)),
+    'arm_coulomb': ('Cac', (0.01, 0.3)), 'gravity': ('G', (0.05, 1.5)),
+    'arm_inertia': ('m2', (0.05, 1.2)), 'backlash_gap': ('b', (0.05, 0.8)),
+    'stiffness': ('K', (0.1, 0.8)), 'torque_gain': ('gain', (0.02, 0.4)),
+    'saturation': ('limit', (0.1, 0.6)), 'actuator_lag': ('lag', (0.002, 0.03)),
+    'actuator_delay': ('delay', (0.002, 0.018))}
+ADDED = ('Cav', 'Cac', 'G', 'lag', 'delay')  # in their own unit, the others by a factor
+OUTSIDE = {'payload': (0.05, 0.5), 'hard_stop': (0.5, 0.95), 'contact': (0.5, 0.95)}
+CONFLICTS = ({'actuator_lag', 'actuator_delay'},)
+SHARES = {'none': 0.30, 'pair': 0.10, 'outside': 0.12}  # the others are single effects
+
+Values = Mapping[str, Any]
+
+
+class Label(NamedTuple):
+    """What was drawn: values of the file and of the truth, both as in xml_of."""
+
+    ids: list[str]
+    nominal: dict[str, Any]
+    truth: dict[str, Any]
+    sigma: list[float]
+    evidence: float
+
+
+def drawn_nominal(random: np.random.Generator) -> dict[str, Any]:
+    """Return values of a drive that `random` spreads around the paper's."""
+    values = {'m1': 0.006442, 'm2': 0.023454, 'Cv': 0.1, 'Cc': 0.27}
+    values = {k: v * log_uniform(random, 0.7, 1.4) for k, v in values.items()}
+    values |= {'D': 0.01 * log_uniform(random, 0.5, 5.0), 'K': log_uniform(random, 5.0, 60.0),
+               'b': log_uniform(random, 0.02, 0.4),
+               'G': log_uniform(random, 0.2, 1.0) if random.uniform() < 0.5 else 0.0}
+    rounded: dict[str, Any] = {k: float(f'{v:.4g}') for k, v in values.items()}
+    return {**rounded, 'Cav': 0.0, 'Cac': 0.0, 'gain': 1.0, 'limit': math.inf, 'lag': 0.0,
+            'delay': 0.0, 'timestep': float(random.choice([1e-3, 2e-3])),
+            'integrator': str(random.choice(INTEGRATORS)), 'outside': None}
+
+
+def xml_of(v: Values) -> str:
+    """Return the MJCF file of a drive with the values `v`, friction by MuJoCo's defaults."""
+    centre = v['G'] / (MASS * G)
+    own = v['m2'] - MASS * centre * centre
+    body, limits, wall = '', '', ''
+    name, size = v['outside'] or ('', 0.0)
+    if name == 'payload':
+        body = ('<body pos="0 0 -0.2"><joint axis="0 1 0" damping="1e-4"/><inertial '
+                f'pos="0 0 -0.1" mass="{size:.9g}" diaginertia="1e-5 1e-5 1e-5"/></body>')
+    elif name == 'hard_stop':
+        limits = f' limited="true" range="-1000 {size:.9g}"'
+    elif name == 'contact':
+        x, z = -0.2 * math.sin(size), -0.2 * math.cos(size)
+        body = '<geom type="sphere" size="0.02" pos="0 0 -0.2" mass="0"/>'
+        wall = f'<geom type="sphere" size="0.02" pos="{x:.9g} 0 {z:.9g}"/>'
+    actuator = [f'gainprm="{v["gain"]:.9g}"']
+    if v['lag']:
+        actuator += ['dyntype="filterexact"', f'dynprm="{v["lag"]:.9g}"']
+    if v['delay']:
+        steps = math.ceil(v['delay'] / v['timestep']) + 1
+        actuator += [f'delay="{v["delay"]:.9g}"', f'nsample="{steps}"', 'interp="linear"']
+    if math.isfinite(v['limit']):
+        actuator += ['forcelimited="true"', f'forcerange="{-v["limit"]:.9g} {v["limit"]:.9g}"']
+    return f"""<mujoco model="drive">
+  <compiler angle="radian"/>
+  <option timestep="{v['timestep']}" integrator="{v['integrator']}"/>
+  <worldbody>
+    {wall}
+    <body name="rotor">
+      <joint name="motor" axis="0 1 0" armature="{v['m1']:.9g}" damping="{v['Cv']:.9g}"
+             frictionloss="{v['Cc']:.9g}"/>
+      <inertial pos="0 0 0" mass="1e-6" diaginertia="1e-12 1e-12 1e-12"/>
+    </body>
+    <body name="link">
+      <joint name="arm" axis="0 1 0" damping="{v['Cav']:.9g}" frictionloss="{v['Cac']:.9g}"{limits}/>
+      <inertial pos="0 0 {-centre:.9g}" mass="{MASS}" diaginertia="{own:.9g} {own:.9g} {own:.9g}"/>
+      {body}
+    </body>
+  </worldbody>
+  <tendon>
+    <fixed name="gearbox" springlength="{-v['b']:.9g} {v['b']:.9g}" stiffness="{v['K']:.9g}"
+           damping="{v['D']:.9g}">
+      <joint joint="motor" coef="1"/>
+      <joint joint="arm" coef="-1"/>
+    </fixed>
+  </tendon>
+  <actuator>
+    <general name="motor" joint="motor" {' '.join(actuator)}/>
+  </actuator>
+</mujoco>
+"""
+
+
+def changed(nominal: Values, name: str, size: float, sign: float, peak: float) -> dict[str, Any]:
+    """
+    Return the values of a drive with an effect.
+
+    Args:
+        nominal: values of the drive.
+        name: id of the effect.
+        size: drawn from its range.
+        sign: -1 or 1.
+        peak: of the torque, N m, or of the arm's position, rad, for what is outside.
+
+    Returns:
+        The values.
+    """
+    if name in OUTSIDE:
+        amount = size if name == 'payload' else size * peak
+        return {**nominal, 'outside': (name, amount)}
+    key, _ = INSIDE[name]
+    if name == 'saturation':
+        value = (1.0 - size) * peak
+    elif key in ADDED:
+        value = max(0.0, nominal[key] + (size * sign if key == 'G' else size))
+    else:
+        value = nominal[key] * ((1.0 + size) if sign > 0 else 1.0 / (1.0 + size))
+    return {**nominal, key: float(f'{value:.6g}')}
+
+
+def simulated(v: Values, u: Array, states: Array | None = None, length: int = 0
+              ) -> tuple[Array, Array]:
+    """
+    Return positions and speeds of motor and arm in MuJoCo.
+
+    Args:
+        v: values of the drive.
+        u: torque [N], N m.
+        states: positions and speeds [N, 4] at which parts of `length` samples begin; None: one run
+            from rest.
+        length: see states.
+
+    Returns:
+        Positions [N, 2], rad, and speeds [N, 2], rad/s.
+    """
+    mujoco = mujoco_module()
+    m = mujoco.MjModel.from_xml_string(xml_of(v))
+    data, n = mujoco.MjData(m), round(DT / m.opt.timestep)
+    q, w = np.empty((len(u), 2)), np.empty((len(u), 2))
+    for k, torque in enumerate(u):
+        if states is not None and k % length == 0:
+            data.qpos[:2], data.qvel[:2] = states[k, :2], states[k, 2:]
+        q[k], w[k] = data.qpos[:2], data.qvel[:2]
+        data.ctrl[0] = torque
+        mujoco.mj_step(m, data, nstep=n)
+    return q, w
+
+
+def _torque(random: np.random.Generator) -> Array:
+    """Return a torque [N] that moves the drive to and fro: a few sines."""
+    t = np.arange(round(SECONDS / DT)) * DT
+    rates = [log_uniform(random, 0.4, 4.0) for _ in range(random.integers(2, 5))]
+    parts = random.uniform(0.4, 1.0, len(rates))
+    parts *= random.uniform(4.0, 9.0) / parts.sum()
+    u: Array = np.round(sum(a * np.cos(2.0 * np.pi * f * t + random.uniform(-0.3, 0.3))
+                            for a, f in zip(parts, rates)), 6)
+    return u
+
+
+def make(ids: Sequence[str], seed: Sequence[int]) -> tuple[dict[str, Any], Label] | None:
+    """Return (recording, Label) with the effects `ids` drawn from `seed`; None: none moves it."""
+    random = np.random.default_rng(seed)
+    nominal, u = drawn_nominal(random), _torque(random)
+    plain, speeds = simulated(nominal, u)
+    if np.ptp(plain[:, 0] - plain[:, 1]) < 2.2 * nominal['b'] or np.abs(plain).max() > 60.0:
+        return None
+    sigma = log_uniform(random, 0.002, 0.02) * plain.std(axis=0)
+    sigma = np.array([float(f'{s:.4g}') for s in sigma])
+    truth, q, w = nominal, plain, speeds
+    for name in ids:
+        low, high = OUTSIDE[name] if name in OUTSIDE else INSIDE[name][1]
+        peak = float(np.abs(u).max()) if name == 'saturation' else float(plain[:, 1].max())
+        before = truth
+        truth = changed(before, name, log_uniform(random, low, high),
+                        float(random.choice([-1.0, 1.0])), peak)
+        if name == 'gravity' and truth['G'] == before['G']:
+            return None
+        q, w = simulated(truth, u)
+        if not np.isfinite(q).all() or np.abs(q).max() > 60.0:
+            return None
+        # what this effect alone makes of the motion
+        again, _ = simulated(before, u, np.column_stack([q, w]), WINDOW)
+        evidence = float(np.sqrt(np.mean(((again - q) / sigma) ** 2)))
+        if not EVIDENCE[0] <= evidence <= EVIDENCE[1]:
+            return None
+    if not ids:
+        evidence = 0.0
+    y = q + sigma * random.standard_normal(q.shape)
+    return ({'u': u, 'y': y, 'xml': xml_of(nominal)},
+            Label(list(ids), nominal, truth, sigma.tolist(), evidence))
+
+
+def plan(n: int, random: np.random.Generator) -> list[list[str]]:
+    """Return the ids of each of `n` recordings, in the order that `random` gives."""
+    def cycle(names: Sequence[str], count: int) -> list[list[str]]:
+        rows = [names[i] for _ in range(count) for i in random.permutation(len(names))]
+        return [[name] for name in rows[:count]]
+    counts = {kind: max(1, round(share * n)) for kind, share in SHARES.items()}
+    pairs: list[list[str]] = []
+    while len(pairs) < counts['pair']:
+        ids = [str(i) for i in random.choice(list(INSIDE), 2, replace=False)]
+        if set(ids) not in CONFLICTS:
+            pairs.append(ids)
+    rows = [*([[]] * counts['none']), *pairs, *cycle(list(OUTSIDE), counts['outside']),
+            *cycle(list(INSIDE), max(1, n - sum(counts.values())))]
+    return [rows[i] for i in random.permutation(len(rows))]
+
+
+def generate(n: int, folder: Path, seed: int, sealed: Path,
+             progress: Callable[[int, int], object]) -> list[str]:
+    """
+    Write recordings below folder/recordings, and their labels.
+
+    Args:
+        n: number of recordings.
+        folder: new directory.
+        seed: of all random numbers.
+        sealed: file of the labels.
+        progress: called with the numbers of recordings done and in all.
+
+    Returns:
+        Names of the recordings.
+    """
+    random = np.random.default_rng([seed, 25])
+    labels: dict[str, Any] = {}
+    rows = plan(n, random)
+    for ids in rows:
+        name = random.bytes(6).hex()
+        drawn = next((made for attempt in range(TRIES)
+                      if (made := make(ids, [seed, len(labels), attempt]))), None)
+        if drawn is None:
+            raise RuntimeError(f'{"+".join(ids)}: not drawn in {TRIES} tries')
+        recording, label = drawn
+        place = folder / 'recordings' / name
+        place.mkdir(parents=True)
+        t = np.arange(len(recording['u'])) * DT
+        np.savetxt(place / 'recording.csv', np.column_stack([t, recording['u'], recording['y']]),
+                   '%.9g', ',', header='t,u,motor,arm', comments='')
+        (place / 'robot.xml').write_text(recording['xml'], encoding='utf-8')
+        labels[name] = label._asdict()
+        progress(len(labels), len(rows))
+    sealed.write_text(json.dumps(labels, indent=1) + '\n', encoding='utf-8')
+    return list(labels)
+
+
+assert set(INSIDE) <= set(EFFECTS)
