@@ -38,7 +38,7 @@ WINDOW = 250                 # samples over which the nominal model is compared 
 EVIDENCE = (2.0, 60.0)       # its misfit there, in standard deviations of the noise
 TRIES = 60
 INTEGRATORS = ('Euler', 'implicitfast', 'RK4')
-# id of the library -> (value of MjcfDrive that it changes, range of the size, unit: see changed()).
+# id of the library -> (value that it changes, range of its size: see changed()).
 INSIDE = {
     'motor_inertia': ('m1', (0.05, 0.7)), 'motor_viscous': ('Cv', (0.05, 1.0)),
     'motor_coulomb': ('Cc', (0.05, 0.8)), 'arm_viscous': ('Cav', (0.002, 0.1)),
@@ -112,7 +112,8 @@ def xml_of(v: Values) -> str:
       <inertial pos="0 0 0" mass="1e-6" diaginertia="1e-12 1e-12 1e-12"/>
     </body>
     <body name="link">
-      <joint name="arm" axis="0 1 0" damping="{v['Cav']:.9g}" frictionloss="{v['Cac']:.9g}"{limits}/>
+      <joint name="arm" axis="0 1 0" damping="{v['Cav']:.9g}"
+             frictionloss="{v['Cac']:.9g}"{limits}/>
       <inertial pos="0 0 {-centre:.9g}" mass="{MASS}" diaginertia="{own:.9g} {own:.9g} {own:.9g}"/>
       {body}
     </body>

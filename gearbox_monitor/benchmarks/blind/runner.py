@@ -26,6 +26,7 @@ usage examples:
   gearbox_monitor benchmark blind --set stress --json stress.json
   gearbox_monitor benchmark blind --encoders motor --n 24
   gearbox_monitor benchmark blind --input setpoint --n 24
+  gearbox_monitor benchmark blind --plant mujoco --n 24
 """
 import argparse
 from collections.abc import Callable, Mapping, Sequence
@@ -41,7 +42,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.benchmarks.blind import generate, imitate, plant, scorer
+from gearbox_monitor.benchmarks.blind import generate, imitate, mujoco_set, plant, scorer
 from gearbox_monitor.benchmarks.harness import (
     add_json_option, finish, progress_line, require_compiled, require_whole)
 from gearbox_monitor.errors import InputError
@@ -66,6 +67,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--input', choices=plant.INPUTS, default='torque',
                         help='what drives the recordings of the main set: a torque at 1 kHz, or '
                         'the setpoint of a servo at 100 Hz (default: %(default)s)')
+    parser.add_argument('--plant', choices=('own', 'mujoco'), default='own',
+                        help='simulator of the main set; mujoco: 500 Hz, the nominal model is an '
+                        'MJCF file, with baselines (default: %(default)s)')
     add_json_option(parser)
     parser.add_argument('--seed', type=int, default=0, metavar='S',
                         help='other recordings for another seed (default: %(default)s)')
@@ -118,7 +122,9 @@ def diagnose(folder: str | Path, exclude: Sequence[str],
     """
     out = Path(folder) / 'verdict.json'
     line = [*(command or [sys.executable, '-m', 'gearbox_monitor.cli.main', 'diagnose']),
-            'recording.csv', '--model', 'drive.yaml', '--json', 'verdict.json']
+            'recording.csv', '--model',
+            *(mujoco_set.MODEL if (Path(folder) / mujoco_set.MODEL[0]).exists()
+              else ['drive.yaml']), '--json', 'verdict.json']
     if exclude:
         line += ['--exclude', *exclude]
     began = time.monotonic()
@@ -251,6 +257,15 @@ def run(args: argparse.Namespace) -> int:
         name, value = next(iter(options.items()))
         raise InputError(f'--{name} {value}: --set {args.set}, expected --set main')
     show = progress_line()
+    if args.plant == 'mujoco':
+        if options or args.set != 'main':
+            raise InputError('--plant mujoco: expected neither --set, --encoders nor --input')
+        data = mujoco_set.evaluate(
+            args.n, args.seed, lambda folder, orders, progress: diagnose_all(
+                folder, orders, args.jobs, progress), args.keep,
+            lambda stage, done, total: show(f'{stage} {done}/{total}'))
+        show('')
+        return finish(data, mujoco_set.text(data), args.json)
     data = evaluate(args.n, args.set, args.seed, args.jobs, args.keep,
                     lambda stage, done, total: show(f'{stage} {done}/{total}'),
                     options=options)

@@ -1,0 +1,238 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Baselines beside the diagnosis on recordings by MuJoCo: what fits, and what names the cause.
+
+least squares: each effect fitted in MuJoCo itself, one parameter at a time, ranked by the
+Bayesian information criterion (Schwarz, 1978), as a user of a system identification toolbox would
+do it. black box: the torque that the nominal model lacks, regressed on positions, speeds and
+torque (ridge regression); it names nothing. Both begin windows in smoothed readings, whose errors
+are taken out to first order.
+"""
+from collections.abc import Callable, Mapping, Sequence
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.signal import savgol_filter
+
+from gearbox_monitor.benchmarks.blind import window_fit
+from gearbox_monitor.benchmarks.blind.mujoco_drives import ADDED, DT, INSIDE, Values, xml_of
+from gearbox_monitor.export.mjcf_file import mujoco_module
+from gearbox_monitor.kernels.types import Array
+
+LENGTH, GAP = 250, 50   # samples of a window, and between windows
+SMOOTH = 21             # samples over which readings are smoothed by a cubic
+TRAIN = 0.7             # share of the windows that are fitted
+STATE_STEPS = np.array([1e-3, 1e-3, 1e-2, 1e-2])  # rad, rad/s
+STARTS = (0.15, -0.15)  # relative, or in SCALES
+SCALES = {'Cav': 0.05, 'Cac': 0.1, 'G': 0.5, 'lag': 0.01, 'delay': 0.01}
+EVALUATIONS = 12
+RIDGE = 1e-4
+Torque = Callable[[Array], float]  # of the features of a state, N m
+
+
+class Windows(NamedTuple):
+    """Parts of a recording: u [W, L], y [W, L, 2], starts [W, 4], noise [2]."""
+
+    u: Array
+    y: Array
+    starts: Array
+    sigma: Array
+
+
+def windows_of(u: Array, y: Array) -> Windows:
+    """Return the Windows of a recording: torque [N] and readings [N, 2]."""
+    smooth = savgol_filter(y, SMOOTH, 3, axis=0)
+    speed = savgol_filter(y, SMOOTH, 3, 1, DT, axis=0)
+    # Of a cubic over SMOOTH samples, the residual keeps this share of white noise.
+    keep = 1.0 - savgol_filter(np.eye(SMOOTH), SMOOTH, 3, axis=0)[SMOOTH // 2, SMOOTH // 2]
+    sigma = (y - smooth)[SMOOTH:-SMOOTH].std(axis=0) / math.sqrt(keep)
+    first = np.arange(SMOOTH, len(u) - LENGTH - SMOOTH, LENGTH + GAP)
+    index = first[:, None] + np.arange(LENGTH)
+    return Windows(u[index], y[index], np.hstack([smooth[first], speed[first]]), sigma)
+
+
+def commanded(v: Values, u: Array) -> Array:
+    """Return the torque [W, L] that the actuator of `v` makes of `u`, which began as it is."""
+    k, n = np.arange(u.shape[1]) - v['delay'] / DT, u.shape[1]
+    late = np.array([np.interp(k, np.arange(n), row) for row in u]) if v['delay'] else u
+    out = np.clip(v['gain'] * late, -v['limit'], v['limit'])
+    if v['lag']:
+        fade = math.exp(-DT / v['lag'])
+        for j in range(1, n):
+            out[:, j] = fade * out[:, j - 1] + (1.0 - fade) * out[:, j]
+    return out
+
+
+def free_runs(v: Values, u: Array, starts: Array, lacking: Torque | None = None) -> Array:
+    """
+    Return positions [W, L, 2] of free runs in MuJoCo.
+
+    Args:
+        v: values of the drive.
+        u: torque [W, L], N m.
+        starts: states where windows begin [W, 4].
+        lacking: further torque on the motor.
+    """
+    mujoco = mujoco_module()
+    plain = {**v, 'gain': 1.0, 'limit': math.inf, 'lag': 0.0, 'delay': 0.0}
+    m = mujoco.MjModel.from_xml_string(xml_of(plain))
+    data, n, y = mujoco.MjData(m), round(DT / m.opt.timestep), np.empty((*u.shape, 2))
+    for w, torques in enumerate(commanded(v, u)):
+        mujoco.mj_resetData(m, data)
+        data.qpos[:], data.qvel[:] = starts[w, :2], starts[w, 2:]
+        for k, torque in enumerate(torques):
+            y[w, k] = data.qpos
+            data.ctrl[0] = torque
+            if lacking is not None:
+                data.qfrc_applied[0] = lacking(np.array([*data.qpos, *data.qvel, torque]))
+            mujoco.mj_step(m, data, nstep=n)
+    return y
+
+
+def _residual(v: Values, part: Windows, lacking: Torque | None = None) -> Array:
+    y = free_runs(v, part.u, part.starts, lacking)
+    r: Array = np.nan_to_num((part.y - y) / part.sigma, nan=1e6, posinf=1e6, neginf=-1e6)
+    return r.reshape(len(y), -1)
+
+
+def _spans(v: Values, part: Windows) -> Array:
+    """Return orthonormal bases [W, 2 L, 4] of what errors of the starts do to residuals."""
+    base = _residual(v, part)
+    columns = []
+    for step, unit in zip(STATE_STEPS, np.eye(4)):
+        moved = part._replace(starts=part.starts + step * unit)
+        columns.append((_residual(v, moved) - base) / step)
+    return np.linalg.qr(np.stack(columns, axis=2))[0]
+
+
+def _without(r: Array, spans: Array) -> Array:
+    """Return residuals `r` [W, 2 L] without their parts in `spans`."""
+    parts: Array = r - np.einsum('wlk,wk->wl', spans, np.einsum('wlk,wl->wk', spans, r))
+    return parts
+
+
+def _misfit(r: Array) -> float:
+    return float(np.sqrt(np.sum(r * r) / (r.size - 4 * len(r))))
+
+
+def closed_of(nominal: Values, values: Values, u: Array, y: Array) -> float | None:
+    """
+    Return the fraction of the nominal misfit that `values` close in MuJoCo, on held-out windows.
+
+    Args:
+        nominal: values of the nominal drive.
+        values: values to be judged.
+        u: torque [N], N m.
+        y: readings [N, 2], rad.
+    """
+    _, test = _split(windows_of(u, y))
+    return window_fit.closed(*(_misfit(_without(_residual(v, test), _spans(v, test)))
+                               for v in (nominal, values)))
+
+
+def _split(part: Windows) -> tuple[Windows, Windows]:
+    n = round(TRAIN * len(part.u))
+    return tuple(Windows(part.u[s], part.y[s], part.starts[s], part.sigma)
+                 for s in (slice(None, n), slice(n, None)))  # type: ignore[return-value]
+
+
+def _with(v: Values, name: str, x: float, peak: float) -> dict[str, Any]:
+    """Return `v` with the parameter of effect `name` moved by `x`."""
+    key, _ = INSIDE[name]
+    if key == 'limit':
+        return {**v, key: peak * math.exp(min(x, 0.0))}
+    if key in ADDED:
+        return {**v, key: max(0.0, v[key] + SCALES[key] * x)}
+    return {**v, key: v[key] * math.exp(x)}
+
+
+def least_squares_by_bic(v: Values, u: Array, y: Array,
+                         names: Sequence[str] = tuple(INSIDE)) -> dict[str, Any]:
+    """
+    Return the effect with the best criterion, its values and what it closes.
+
+    Args:
+        v: values of the nominal drive.
+        u: torque [N], N m.
+        y: readings [N, 2], rad.
+        names: effects that are tried.
+
+    Returns:
+        named (an id or none), values, closed: see closed_of.
+    """
+    train, _ = _split(windows_of(u, y))
+    spans, peak = _spans(v, train), float(np.abs(u).max())
+    plain = _without(_residual(v, train), spans)
+    n = plain.size
+    best: tuple[float, str, Values] = (n * math.log(np.sum(plain * plain) / n), 'none', v)
+    for name in names:
+        def lack(x: Array, name: str = name) -> Array:
+            return _without(_residual(_with(v, name, x[0], peak), train), spans).ravel()
+        for start in STARTS:
+            fit = least_squares(lack, [start], diff_step=1e-2, max_nfev=EVALUATIONS,
+                                bounds=(-2.5, 2.5))
+            score = n * math.log(2.0 * fit.cost / n) + math.log(n)
+            if score < best[0]:
+                best = score, name, _with(v, name, float(fit.x[0]), peak)
+    return {'named': best[1], 'values': dict(best[2]), 'closed': closed_of(v, best[2], u, y)}
+
+
+def _features(x: Array) -> Array:
+    """Return features [.., F] of states x [.., 5]: q1, q2, w1, w2, u."""
+    q1, q2, w1, w2, u = np.moveaxis(x, -1, 0)
+    twist, slip = q1 - q2, w1 - w2
+    return np.stack([
+        np.ones_like(u), u, u ** 3, w1, w2, w1 * abs(w1), np.tanh(3.0 * w1), np.tanh(30.0 * w1),
+        np.tanh(3.0 * w2), np.tanh(30.0 * w2), np.sin(q2), np.cos(q2), twist, twist ** 3, slip,
+        *(np.clip(twist - c, 0.0, None) for c in (0.05, 0.15, 0.3)),
+        *(np.clip(twist + c, None, 0.0) for c in (0.05, 0.15, 0.3))], axis=-1)
+
+
+def black_box(v: Values, u: Array, y: Array) -> dict[str, Any]:
+    """
+    Return what a regression of the torque that the nominal drive lacks closes; it names nothing.
+
+    Args:
+        v: values of the nominal drive.
+        u: torque [N], N m.
+        y: readings [N, 2], rad.
+    """
+    mujoco = mujoco_module()
+    q, w, a = (savgol_filter(y, SMOOTH, 3, d, DT, axis=0) for d in range(3))
+    end = SMOOTH + round(TRAIN * (len(u) - 2 * SMOOTH))
+    rows = np.arange(SMOOTH, end)
+    m = mujoco.MjModel.from_xml_string(xml_of(v))
+    data, lacks = mujoco.MjData(m), np.empty(len(rows))
+    for i, k in enumerate(rows):
+        data.qpos[:], data.qvel[:], data.ctrl[0] = q[k], w[k], u[k]
+        mujoco.mj_forward(m, data)
+        lacks[i] = v['m1'] * (a[k, 0] - data.qacc[0]) + v['m2'] * (a[k, 1] - data.qacc[1])
+    x = _features(np.column_stack([q[rows], w[rows], u[rows]]))
+    scale = np.sqrt(np.mean(x * x, axis=0)) + 1e-12
+    x = x / scale
+    weights = np.linalg.solve(x.T @ x + RIDGE * len(x) * np.eye(x.shape[1]), x.T @ lacks) / scale
+    _, test = _split(windows_of(u, y))
+    spans = _spans(v, test)
+    most = float(np.abs(lacks).max())  # no torque beyond what was seen
+    held = [_misfit(_without(_residual(v, test, lacking), spans)) for lacking in (
+        None, lambda state: float(np.clip(_features(state) @ weights, -most, most)))]
+    return {'named': None, 'closed': window_fit.closed(*held)}
+
+
+BASELINES: Mapping[str, Callable[[Values, Array, Array], dict[str, Any]]] = {
+    'least squares, BIC': least_squares_by_bic, 'black box': black_box}

@@ -1,0 +1,87 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Recordings by MuJoCo: what is drawn, what stays sealed, baselines, scores."""
+import json
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.benchmarks.blind import mujoco_baselines, mujoco_drives, mujoco_set
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.export.mjcf_file import model_of, read_mjcf
+from gearbox_monitor.plant.simulate import simulate
+
+pytest.importorskip('mujoco')
+NOMINAL = {**mujoco_drives.drawn_nominal(np.random.default_rng(3)), 'K': 25.0, 'b': 0.1, 'G': 0.4,
+           'timestep': 2e-3, 'integrator': 'implicitfast'}
+U = 5.0 * np.cos(5.0 * np.arange(2500) * mujoco_drives.DT) + 2.0 * np.cos(
+    13.0 * np.arange(2500) * mujoco_drives.DT)
+
+
+@pytest.mark.parametrize('name', [*mujoco_drives.INSIDE, *mujoco_drives.OUTSIDE])
+def test_every_effect_changes_the_motion(name):
+    peak = 7.0 if name == 'saturation' else 1.0
+    changed = mujoco_drives.changed(NOMINAL, name, 0.3, 1.0, peak)
+    plain, other = (mujoco_drives.simulated(v, U[:800])[0] for v in (NOMINAL, changed))
+    assert np.abs(plain - other).max() > 1e-3
+
+
+def test_the_nominal_file_is_the_nominal_drive(tmp_path):
+    """What the diagnosis reads moves as the plant that makes recordings."""
+    path = tmp_path / 'robot.xml'
+    path.write_text(mujoco_drives.xml_of(NOMINAL), encoding='utf-8')
+    model = model_of(read_mjcf(path, 'motor', 'arm'))
+    ours = simulate(model, U[:500], mujoco_drives.DT).x[:, :2]
+    theirs, _ = mujoco_drives.simulated(NOMINAL, U[:500])
+    assert np.sqrt(np.mean((ours - theirs) ** 2)) < 1e-4
+
+
+def test_labels_are_sealed(tmp_path):
+    names = mujoco_drives.generate(5, tmp_path / 'set', 7, tmp_path / 'labels.json',
+                                   lambda done, total: None)
+    labels = json.loads((tmp_path / 'labels.json').read_text())
+    assert list(labels) == names and {len(v['ids']) for v in labels.values()} == {0, 1, 2}
+    for name, label in labels.items():
+        place = tmp_path / 'set/recordings' / name
+        assert sorted(p.name for p in place.iterdir()) == ['recording.csv', 'robot.xml']
+        assert (place / 'robot.xml').read_text() == mujoco_drives.xml_of(label['nominal'])
+
+
+def test_baselines_and_scores(monkeypatch):
+    truth = mujoco_drives.changed(NOMINAL, 'arm_inertia', 0.5, 1.0, 1.0)
+    q, _ = mujoco_drives.simulated(truth, U)
+    y = q + 0.003 * np.random.default_rng(0).standard_normal(q.shape)
+    fit = mujoco_baselines.least_squares_by_bic(NOMINAL, U, y, ('stiffness', 'arm_inertia'))
+    assert fit['named'] == 'arm_inertia' and fit['closed'] > 0.9
+    assert fit['values']['m2'] == pytest.approx(truth['m2'], rel=0.02)
+    assert mujoco_baselines.black_box(NOMINAL, U, y)['closed'] < 0.9
+    label = {'ids': ['arm_inertia'], 'nominal': NOMINAL, 'truth': truth, 'evidence': 9.0}
+    right = {'verdict': 'effect', 'effect': 'arm_inertia', 'location': 'arm_side',
+             'params': {'arm_inertia': {'m2': truth['m2']}}, 'ranked': ['arm_inertia']}
+    wrong = {**right, 'effect': 'stiffness', 'location': 'transmission',
+             'params': {'stiffness': {'K': 20.0}}}
+    values = mujoco_set.diagnosed_values(NOMINAL, right)
+    assert values['m2'] == truth['m2']
+    assert mujoco_set.diagnosed_values(NOMINAL, {**right, 'effect': 'stribeck'}) is None
+    assert mujoco_baselines.closed_of(NOMINAL, values, U, y) == pytest.approx(1.0, abs=0.02)
+    monkeypatch.setattr(mujoco_baselines, 'BASELINES', {})
+    rows = [mujoco_set.scored(label, verdict, (U, y)) for verdict in (right, wrong, None)]
+    assert [r['top1'] for r in rows] == [True, False, False]
+    assert rows[0]['diagnose'] == pytest.approx(rows[0]['true']) and rows[1]['diagnose'] < 0.9
+
+
+def test_other_options_are_refused(capsys):
+    assert main(['benchmark', 'blind', '--plant', 'mujoco', '--input', 'setpoint']) == 2
+    assert 'expected neither' in capsys.readouterr().err
