@@ -49,7 +49,7 @@ def test_draws_are_those_of_their_seed():
 
 
 def test_random_faults_are_told_or_within_what_is_stated():
-    """Runs of 30 s, of every filter; fewer bits than a minute shows, so the bars are the same."""
+    """200 runs of 30 s; those of a minute, with the same bars, behind the marker."""
     counts = summary([outcome(row, 30) for row in draws(200, 1)])
     assert not missed(counts), counts
 
