@@ -31,7 +31,7 @@ from gearbox_monitor.estimation.estimates import Estimate, Sample
 from gearbox_monitor.files.baselines import (
     Damaged, load_baseline, load_state, save_baseline, save_state, set_aside)
 from gearbox_monitor.interfaces.signals import ARM, MOTOR, SNAPSHOT, TRANSMISSION
-from gearbox_monitor.kernels.jit import KERNELS
+from gearbox_monitor.kernels.jit import COMPILED, KERNELS
 from gearbox_monitor.monitoring.backlash.change import Tracker
 from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, TESTS
 from gearbox_monitor.monitoring.checks import usability
@@ -294,8 +294,16 @@ class MonitoredGearbox:
     # ------------------------------------------------------------------ changes
 
     def set_parameters(self, changes: Mapping[str, Any]) -> None:
-        """Apply `changes` {name: value} of parameters. Raises InputError."""
-        logged = self.monitor.estimator.warnings
+        """
+        Apply `changes` {name: value} of parameters. Raises InputError.
+
+        Also where they need kernels that are not compiled: the node would not answer meanwhile.
+        """
+        estimator = self.monitor.estimator
+        if COMPILED and estimator.with_changes(changes).kernels != estimator.kernels:
+            raise InputError(f'{", ".join(changes)}: needs kernels that only a start compiles, '
+                             'expected in the parameter file (or with -p) of a new start')
+        logged = estimator.warnings
         restarts = self.monitor.set_parameters(changes)
         self._node.get_logger().info(
             self._says + ', '.join(f'{name}={value}' for name, value in changes.items())

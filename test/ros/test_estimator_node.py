@@ -354,6 +354,8 @@ def test_parameters_are_described_and_checked(graph):
     for value in (-1.0, math.nan):
         assert not set_parameter(graph, 'q_std_tau_k', value).successful
     assert not set_parameter(graph, 'max_gap', 1.0).successful
+    other = set_parameter(graph, 'friction_error_std', 0.1)  # a state more: it would compile
+    assert not other.successful and 'of a new start' in other.reason
 
 
 def test_first_start_announces_that_it_compiles(graph, tmp_path, monkeypatch):
