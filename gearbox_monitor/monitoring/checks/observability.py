@@ -38,6 +38,7 @@ WINDOW = 0.1  # s
 UNTRUSTED = 0.3
 WORSE = 1.0  # of the prior standard deviation: the filter knows no more than before it began
 POSITION_SCALE = 1.0  # rad: prior standard deviation of the positions
+ROUNDING = 1e-14
 TINY = 1e-300
 
 HIDDEN = Condition(
@@ -138,10 +139,17 @@ def information_share(states: Array, dts: Array, measured: Array, p: Array) -> A
         for j in range(n):
             information[i, j] *= scale[i] * scale[j]
         information[i, i] += 1.0
+    # With a unit diagonal, and a trace of rounding on it: of fine encoders the elements span more
+    # than the digits of a number.
+    size = np.sqrt(np.diag(information))
+    for i in range(n):
+        for j in range(n):
+            information[i, j] /= size[i] * size[j]
+        information[i, i] += ROUNDING
     posterior = np.linalg.inv(information)
     shares = np.empty(n)
     for i in range(n):
-        shares[i] = math.sqrt(min(max(posterior[i, i], 0.0), 1.0))
+        shares[i] = math.sqrt(min(max(posterior[i, i], 0.0), size[i] ** 2)) / size[i]
     return shares
 
 
