@@ -42,6 +42,9 @@ TAU_K_MODELS = RANDOM_WALK, ELASTIC, LEARNED, MIXED = (
     'random_walk', 'elastic', 'learned', 'mixed')
 CURVES = ELASTIC, LEARNED
 
+# What a robot carries changes often: filters, windows and alarms go on as if nothing had happened.
+PAYLOAD = frozenset(('payload_mass', 'payload_tolerance', 'payload_position', 'payload_link'))
+
 ParameterValue: TypeAlias = bool | int | float | str | tuple[str, ...] | tuple[float, ...]
 
 

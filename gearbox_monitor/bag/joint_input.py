@@ -23,6 +23,7 @@ from gearbox_monitor.interfaces.signals import (
     JOINT_STATES, PAIRED_JOINT_STATES, SNAPSHOT, TRANSMISSION)
 
 DIAGNOSTIC_ARRAY = 'diagnostic_msgs/msg/DiagnosticArray'
+PAYLOAD_CHANGE = 'payload'  # reason of a snapshot: what the robot carries
 GEARBOX = 'gearbox'  # key of a snapshot: its name, where an estimator has several
 
 

@@ -27,7 +27,7 @@ from typing import Any, cast, Protocol
 import numpy as np
 
 from gearbox_monitor.bag.cdr import JointStates
-from gearbox_monitor.bag.joint_input import find_input
+from gearbox_monitor.bag.joint_input import find_input, PAYLOAD_CHANGE
 from gearbox_monitor.bag.message_block import MessageBlock
 from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.bag.recorded_samples import NO_SAMPLES, samples_of, sliced
@@ -38,11 +38,13 @@ from gearbox_monitor.files.robot_files import load_robot
 from gearbox_monitor.kernels.jit import KERNELS
 from gearbox_monitor.kernels.types import Flags, Integers
 from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.parameters import PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.robot.description import RobotDescription
 
 STATE = ('z', 'P', 'memory', 'gate', 'clock', 'efforts', 'parameters', 'model')
-STATE_UNCHANGED = ('period', 'baseline')  # reasons of snapshots that do not touch the state
+# Reasons of snapshots that do not touch the state.
+STATE_UNCHANGED = ('period', 'baseline', PAYLOAD_CHANGE)
 
 
 @dataclass(frozen=True)
@@ -213,6 +215,9 @@ class EstimatePlayer:
 
     def _resume(self, snapshot: RecordedSnapshot) -> None:
         """Continue from the recorded `snapshot`; an engine in exactly that state stays."""
+        if self._running and snapshot.content.get('reason') == PAYLOAD_CHANGE:
+            _, values = snapshot.settings(str(self.reader.path))
+            self._engine.set_parameters({name: values[name] for name in PAYLOAD})
         if self._running and self._continues(snapshot):
             return
         self._engine, self._running = self._restored(snapshot), True

@@ -42,7 +42,7 @@ from gearbox_monitor.estimation.step_record import predicted, record_size, sensi
 from gearbox_monitor.estimation.torque_model import LEARNT
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.parameters import (
-    AT_ONCE, ESTIMATOR, EstimatorParameters, resolve, with_model_values)
+    AT_ONCE, ESTIMATOR, EstimatorParameters, PAYLOAD, resolve, with_model_values)
 from gearbox_monitor.plant.drive import (
     DriveModel, expect_integrable, loads_arm, model_from_dict)
 from gearbox_monitor.plant.effects import not_in_filters
@@ -167,6 +167,8 @@ class Estimator:
         """
         Change parameters while running; Q, R and thresholds keep the belief, others restart.
 
+        Those of PAYLOAD change nothing but the load on the arm from the next sample on.
+
         changes: {name: value} of parameters.ESTIMATOR and MODEL. Returns whether the filter
         restarts. Raises InputError, leaving everything as it was.
         """
@@ -181,6 +183,8 @@ class Estimator:
             rows[name].change != AT_ONCE for name in changes
             if getattr(new, name) != getattr(self.parameters, name))
         self.model, self.parameters, self._arm_load = model, new, arm_load
+        if PAYLOAD.issuperset(changes) and not restart:
+            return False
         if restart:
             self.reset()
             return True

@@ -40,7 +40,7 @@ from gearbox_monitor.monitoring.checks import (
 from gearbox_monitor.monitoring.checks.outcome import (
     Alarm, Condition, DEBOUNCE, joined, Level, Outcome, outcome_of, with_more)
 from gearbox_monitor.monitoring.history import EstimateHistory, Recent
-from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.parameters import EstimatorParameters, PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.robot.description import RobotDescription
 
@@ -205,6 +205,8 @@ class Monitor:
         """Apply `changes` as Estimator.set_parameters does; return whether it restarts."""
         packed = self.estimator.packed
         restarts = self.estimator.set_parameters(changes)
+        if PAYLOAD.issuperset(changes):
+            return restarts
         self.tracker.settings = change.TrackerSettings.of(self.parameters, self.model)
         if restarts or not np.array_equal(packed, self.estimator.packed):
             self._set_reference = None

@@ -24,7 +24,7 @@ from rclpy.publisher import Publisher
 from sensor_msgs.msg import Temperature
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.joint_input import GEARBOX
+from gearbox_monitor.bag.joint_input import GEARBOX, PAYLOAD_CHANGE
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Estimate, Sample
@@ -38,7 +38,7 @@ from gearbox_monitor.monitoring.checks import usability
 from gearbox_monitor.monitoring.checks.outcome import Level, Outcome, with_more
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.monitoring.staleness import Silence
-from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.parameters import EstimatorParameters, PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.robot.description import RobotDescription
 from gearbox_monitor.ros.black_box import BlackBox, KEEP
@@ -310,7 +310,7 @@ class MonitoredGearbox:
             + (': the filter restarts with the next sample' if restarts
                else ': in force, the filter continues'))
         self._warn(logged)
-        self._publish_snapshot('parameters')
+        self._publish_snapshot(PAYLOAD_CHANGE if PAYLOAD.issuperset(changes) else 'parameters')
 
     def clock_was_set_back(self) -> None:
         """Restart with the next sample: a simulation or a bag started again."""

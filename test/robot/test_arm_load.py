@@ -22,8 +22,10 @@ import pytest
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.sample_loop import E_LOAD
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.robot_files import load_robot
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.robot import example_arm
 from gearbox_monitor.robot.arm_load import ArmLoad, DEVIATION, INERTIA, LOAD
 from gearbox_monitor.robot.dynamics import arrays_of, move, torque_on
@@ -96,6 +98,20 @@ def test_steps_runs_and_a_snapshot_give_the_same_bits():
     snapshot = json.loads(json.dumps(first.snapshot()))
     second = Estimator.restore(snapshot)
     np.testing.assert_array_equal(second.run(part(samples, 500, 900)).rows, whole.rows[499:])
+
+
+def test_a_payload_interrupts_nothing():
+    """Neither the smoother nor what a Monitor has in its windows; the load follows at once."""
+    _, _, samples = work()
+    monitor = Monitor(DRIVES[JOINT], {**example_arm.parameters_of(JOINT),
+                                      'robot_description': FILE}, robot=ARM)
+    parts = [monitor.run(part(samples, 0, 3500))]
+    judged = dict(monitor.outcomes)
+    assert not monitor.set_parameters({'payload_mass': 3.0}) and monitor.outcomes == judged
+    parts.append(monitor.run(part(samples, 3500, 4000)))
+    smoothed = np.concatenate([p.smoothed_stamp_ns for p in parts])
+    assert (np.diff(smoothed) == round(DT * 1e9)).all()
+    assert abs(np.diff([parts[0].rows[-1, E_LOAD], parts[1].rows[0, E_LOAD]])) > 1.0
 
 
 def test_positions_that_are_missing_leave_the_load_unknown():
