@@ -81,17 +81,16 @@ def add_setpoint_argument(parser: ArgumentParser) -> None:
                         'model with a controller (default: setpoint)')
 
 
-def add_joint_arguments(parser: ArgumentParser, arm: str, required: bool = False) -> None:
+def add_joint_arguments(parser: ArgumentParser, arm: str) -> None:
     """
     Declare which joint of a simulator's file is the drive.
 
     Args:
         parser: of the command.
         arm: name of the option for the joint of the arm.
-        required: whether a joint must be named.
 
     """
-    parser.add_argument('--joint', metavar='NAME', required=required,
+    parser.add_argument('--joint', metavar='NAME',
                         help="joint of the simulator's file that the motor drives")
     parser.add_argument(arm, metavar='NAME', dest='model_arm_joint',
                         help="joint of the arm in the simulator's file, if it is a different one")

@@ -21,6 +21,9 @@ the joint of the arm, and the motor's joint with the actuator is added beside it
 the arm's joint where the file has both. What MuJoCo cannot express is listed with the reason.
 Needs MuJoCo 4.0 (pip install 'gearbox_monitor[mujoco]').
 
+Other targets than mjcf print the parameters of the joint in the names and units of urdf, sdf,
+isaac (Isaac Sim 5 and Isaac Lab), drake or bam, and what they lack, with the reason.
+
 --check BAG runs the file and the patched file in MuJoCo on a recorded torque and prints the misfit
 of both, in standard deviations of the encoder noise, beside that of the model in this package's
 simulator: 1 is the floor. Take a recording that the model was not found on.
@@ -30,6 +33,7 @@ usage examples:
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --out fits.xml
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint m --arm-joint elbow
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --check BAG2
+  gearbox_monitor export drive.closed.yaml --to isaac
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
@@ -41,10 +45,12 @@ import textwrap
 from gearbox_monitor.cli.drive_recordings import add_joint_arguments, load_recording
 from gearbox_monitor.cli.options import expect_new, write_new
 from gearbox_monitor.cli.progress import percent_bar, progress_of
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.mjcf import refused, values_of
 from gearbox_monitor.export.mjcf_file import drive_of, MjcfDrive, read_mjcf
 from gearbox_monitor.export.mjcf_patch import Patch, patched
 from gearbox_monitor.export.mujoco_run import misfit, rig_of
+from gearbox_monitor.export.parameter_list import parameter_list, TARGETS
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
 from gearbox_monitor.identification.model_overlay import overlay
 from gearbox_monitor.plant.drive import DriveModel
@@ -57,10 +63,11 @@ WIDTH = 80
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     parser.add_argument('model', metavar='MODEL', help='model file, such as drive.closed.yaml')
-    parser.add_argument('--to', choices=('mjcf',), required=True, help='format of the file')
-    parser.add_argument('--into', metavar='FILE', required=True,
-                        help='file of the simulator that is patched; it stays as it is')
-    add_joint_arguments(parser, '--arm-joint', required=True)
+    parser.add_argument('--to', choices=('mjcf', *TARGETS), required=True,
+                        help='simulator')
+    parser.add_argument('--into', metavar='FILE',
+                        help='MJCF file that is patched; it stays as it is')
+    add_joint_arguments(parser, '--arm-joint')
     parser.add_argument('--out', metavar='FILE',
                         help='write the patched file (default: print the difference)')
     parser.add_argument('--check', metavar='BAG',
@@ -77,6 +84,18 @@ def run(args: Namespace) -> int:
     expect_new(args.out)
     expect_folder_of(args.out)
     model = load_model(args.model)
+    if args.to != 'mjcf':
+        for option in ('into', 'joint', 'out', 'check'):
+            if getattr(args, option):
+                raise InputError(f'--{option}: with --to {args.to}, expected it with --to mjcf')
+        entries, lacking = parameter_list(model, args.to)
+        print('\n'.join([*(f'{e.name:<48s}{e.value:>12.6g} {e.unit}' for e in entries),
+                         *(line for row in lacking
+                           for line in _wrapped(f'{row.id}: {row.kind}: {row.words}'))]))
+        return 1 if lacking else 0
+    for option in ('into', 'joint'):
+        if not getattr(args, option):
+            raise InputError(f'--{option}: missing, expected it with --to mjcf')
     values, exported = values_of(model)
     drive = read_mjcf(args.into, args.joint, args.model_arm_joint, args.keyframe, args.actuator)
     patch = patched(drive, values, exported)
