@@ -180,8 +180,8 @@ class EstimatorParameters(ParameterSet):
     model: str = row('', '', 'model file of the drive; empty for the packaged drive.yaml')
     motor_joint: str = row('motor', '', 'name of the motor in joint_states')
     arm_joint: str = row(
-        'arm', '', 'name of the arm in joint_states; empty: no arm encoder, only the torque is '
-        'estimated')
+        'arm', '', 'name of the arm in joint_states; empty: no arm encoder, torque and backlash '
+        'are estimated from the motor alone')
     arm_topic: str = row(
         '', '', 'topic of the arm encoder if it has its own messages (sensor_msgs/JointState); '
         'may be joint_states; empty: with the motor')

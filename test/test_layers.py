@@ -15,8 +15,8 @@
 """
 The layers: each module imports only from its own layer or from below.
 
-cli -> benchmarks -> ros, fleet -> report, bag, export -> files -> interfaces -> identification
--> quality, monitoring -> estimation, parameters -> robot -> plant -> kernels
+cli -> benchmarks -> ros, fleet -> report, bag, export -> files -> interfaces
+-> monitoring -> identification -> quality -> estimation, parameters -> robot -> plant -> kernels
 """
 import ast
 from pathlib import Path
@@ -30,8 +30,8 @@ PACKAGE = Path(__file__).parents[1] / 'gearbox_monitor'
 LAYERS = {
     'kernels': 0, 'plant': 1, 'robot': 1,
     'parameters': 2, 'estimation': 2,
-    'monitoring': 3, 'quality': 3,
-    'identification': 4, 'interfaces': 4,
+    'quality': 3,
+    'identification': 4, 'monitoring': 4, 'interfaces': 4,
     'files': 5,
     'report': 6, 'bag': 6, 'export': 6,
     'ros': 7, 'fleet': 7,

@@ -120,8 +120,8 @@ def angle(word: str) -> float:
 
 def windows(result: Replay) -> Sequence[Backlash | NotExcited]:
     """Return what features.fit finds in each window of the replay `result`."""
-    loops = RecordingWindows(result.estimator.drive, result.estimator.parameters)
-    loops.add(result.estimates.smoothed_stamp_ns, result.estimates.smoothed)
+    loops = RecordingWindows(result.estimator)
+    loops.add(result.estimates)
     return loops.finish()
 
 

@@ -84,9 +84,9 @@ E_TWIST = E_STD + 7
  # ... of the curve, where it is learnt: stiffness, N m/rad, half gap and hysteresis, rad.
  E_STIFFNESS, E_HALF_GAP, E_HYSTERESIS, E_STIFFNESS_STD, E_HALF_GAP_STD, E_HYSTERESIS_STD,
  # Standard deviation of tau_K by noise alone: the filter's own, with an exact model.
- E_TAU_K_NOISE_STD,
+ E_TAU_K_NOISE_STD, E_READING_MOTOR,
  # Probabilities of the models with a curve, where models are mixed (see model_bank).
- E_ELASTIC_WEIGHT, E_LEARNED_WEIGHT, N_ESTIMATE) = range(E_TWIST + 1, E_TWIST + 27)
+ E_ELASTIC_WEIGHT, E_LEARNED_WEIGHT, N_ESTIMATE) = range(E_TWIST + 1, E_TWIST + 28)
 
 
 class Stream(NamedTuple):
@@ -466,6 +466,7 @@ def _write_estimate(states: States, belief: Belief, record: Array, reading: Read
     row[E_NIS], row[E_LOGLIK] = record[at_scores], record[at_scores + 1]
     row[E_DOF] = record[at_scores + 2]
     row[E_DT], row[E_U], row[E_LOAD] = reading.dt, reading.u, reading.load
+    row[E_READING_MOTOR] = reading.y1
 
 
 def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state: LoopState,

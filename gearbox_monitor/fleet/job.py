@@ -141,11 +141,11 @@ def _analysed(path: Path, url: str, settings: JobSettings) -> tuple[Row, list[Wi
         monitor = player.monitor
         gearbox = _gearbox(url, player.namespace, monitor.parameters.gearbox_serial,
                            settings.gearbox)
-        fits, count = RecordingWindows(monitor.estimator.drive, monitor.parameters), 0
+        fits, count = RecordingWindows(monitor.estimator), 0
         start: int | None = None
         end = 0
         for part in player.parts():
-            fits.add(part.estimates.smoothed_stamp_ns, part.estimates.smoothed)
+            fits.add(part.estimates)
             stamps = part.samples.stamp_ns
             if len(stamps):
                 start, end = int(stamps[0]) if start is None else start, int(stamps[-1])

@@ -42,8 +42,8 @@ def load_kernels() -> None:
     monitor = Monitor(model)
     estimates = monitor.run(Samples(np.round(t * 1e9).astype(np.int64), np.column_stack(
         [run.u, np.full(len(t), np.nan)]), run.y))
-    windows = RecordingWindows(monitor.estimator.drive, monitor.parameters)
-    windows.add(estimates.smoothed_stamp_ns, estimates.smoothed)
+    windows = RecordingWindows(monitor.estimator)
+    windows.add(estimates)
     windows.finish()
 
 

@@ -22,7 +22,7 @@ from collections import deque
 from dataclasses import replace
 import json
 import math
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
@@ -44,6 +44,9 @@ from gearbox_monitor.parameters import EstimatorParameters, PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.robot.description import RobotDescription
 
+if TYPE_CHECKING:
+    from gearbox_monitor.monitoring.backlash.hidden_arm import HiddenArm
+
 HISTORY = 8192
 SECOND = sample_loop.SECOND
 SETTLE = 2.0  # s after a start that are not judged
@@ -53,7 +56,6 @@ COMPONENTS = ('observability', 'prediction error', 'covariance', 'model', 'backl
 REASON_CODES = np.array(list(sample_loop.REASONS))
 STATE_COLUMNS = {'tau_arm': sample_loop.E_TAU_ARM, 'tau_e': sample_loop.E_TAU_E}
 MEDIAN_STRIDE = 8
-NOT_WATCHED = Outcome(Level.OK, 'not watched: no arm is measured (arm_joint is empty)')
 NO_DATA = Outcome(Level.WARN, 'no data yet')
 NOT_EVALUATED = Outcome(Level.WARN, 'not evaluated: filter restarted or data missing within the '
                         f'last {SETTLE + 1.0:g} s')
@@ -164,6 +166,7 @@ class Monitor:
         self._smoothed_rows: deque[tuple[Integers, Array]] = deque()
         self._begin_window()
         self._common = PooledFeatures()  # what the windows have in common
+        self._hidden_arm = self._hidden_arm_of({})
         self._evaluate_at(0)
         self._reference = self._set_reference
         self._references: list[float] = []
@@ -176,11 +179,19 @@ class Monitor:
         self._row_counts = np.zeros((len(ROW_CHECKS), 2), np.int64)
         self._last_counts = self.counts.copy()
 
+    def _hidden_arm_of(self, snapshot: Values) -> 'HiddenArm | None':
+        """Return what fits windows without arm encoder, as a `snapshot` left it; else None."""
+        if self.parameters.arm_joint:
+            return None
+        # Only here: it brings the diagnosis with it.
+        from gearbox_monitor.monitoring.backlash.hidden_arm import HiddenArm
+        return HiddenArm(self.model, json.loads(snapshot.get('hidden_arm', 'null')))
+
     def _begin_window(self) -> None:
         self._smoothed_rows.clear()
-        # Chunks (stamps, smoothed rows) of the current window.
+        # Chunks (stamps, rows) of the current window: smoothed, or for a hidden arm its COLUMNS.
         self._drift: list[tuple[Integers, Array]] = []
-        self._window_start: int | None = None  # stamp of its first smoothed row
+        self._window_start: int | None = None  # stamp of its first row
         self._window_whole = True  # whether its rows are at hand from there on
         self._window_flagged = 0  # evaluations in it that an indicator of trust flagged
 
@@ -220,7 +231,9 @@ class Monitor:
             'drift': json.dumps(self.tracker.to_dict()),
             'temperature': json.dumps(self.temperature),
             'window_start': json.dumps(self._window_start),
-            'known': json.dumps(self._common.to_list())}
+            'known': json.dumps(self._common.to_list()),
+            **({} if self._hidden_arm is None else {
+                'hidden_arm': json.dumps(self._hidden_arm.to_list())})}
 
     @classmethod
     def restore(cls, snapshot: Values, source: str = 'snapshot') -> 'Monitor':
@@ -232,6 +245,7 @@ class Monitor:
             monitor._window_start = json.loads(snapshot['window_start'])
             monitor._window_whole = monitor._window_start is None
             monitor._common = _common_of(snapshot)
+            monitor._hidden_arm = monitor._hidden_arm_of(snapshot)
         return monitor
 
     def adopt_baseline(self, snapshot: Values) -> None:
@@ -243,6 +257,7 @@ class Monitor:
         """
         if 'known' in snapshot:
             self._common = _common_of(snapshot)
+        self._hidden_arm = self._hidden_arm_of(snapshot)
         self.tracker = change.Tracker(self.tracker.settings, json.loads(snapshot['drift']))
         self.temperature = json.loads(snapshot['temperature'])
         if self.tracker.stamp_ns:
@@ -266,9 +281,12 @@ class Monitor:
 
     def _remember(self, batch: Batch) -> None:
         self._history.add(batch.stamps, batch.rows)
+        if self._hidden_arm is not None and len(batch.stamps):
+            self._drift.append((batch.stamps, self._hidden_arm.columns(batch.rows)))
         if len(batch.smoothed_stamps):
             chunk = (batch.smoothed_stamps, batch.smoothed)
-            self._drift.append(chunk)
+            if self._hidden_arm is None:
+                self._drift.append(chunk)
             self._smoothed_rows.append(chunk)
             first = batch.smoothed_stamps[-1] - round(ROWS_KEPT * SECOND)
             while self._smoothed_rows[0][0][-1] <= first:
@@ -427,9 +445,6 @@ class Monitor:
 
         broken: whether one of ROW_CHECKS speaks against the estimates now.
         """
-        if not self.parameters.arm_joint:
-            self._drift = []
-            return dict.fromkeys(COMPONENTS[4:6], NOT_WATCHED)
         if broken or any(
                 outcome.level > Level.OK for name, outcome in outcomes.items() if name != 'model'):
             self._window_flagged += 1
@@ -445,7 +460,8 @@ class Monitor:
             end = begin + length
             stamps, rows = (np.concatenate(column) for column in zip(*self._drift))
             if self._window_whole:
-                result = self._window_ended(rows[(stamps >= begin) & (stamps < end)], end)
+                inside = (stamps >= begin) & (stamps < end)
+                result = self._window_ended(stamps[inside], rows[inside], end)
             following = stamps >= end
             self._drift = [(stamps[following], rows[following])]
             # Windows without any row are left out.
@@ -454,10 +470,15 @@ class Monitor:
         self._window_start = begin
         return result
 
-    def _window_ended(self, rows: Array, end: int) -> Outcomes:
-        window = features.fit(rows[self._certain(rows)], self.estimator.drive, end)
+    def _window_ended(self, stamps: Integers, rows: Array, end: int) -> Outcomes:
+        window: features.Backlash | features.NotExcited
+        if self._hidden_arm is not None:
+            window = self._hidden_arm.fit(stamps, rows, end)
+        else:
+            window = features.fit(rows[self._certain(rows)], self.estimator.drive, end)
+            if isinstance(window, features.Backlash):
+                window = self._common.refine(window)
         if isinstance(window, features.Backlash):
-            window = self._common.refine(window)
             self.windows.append(window)
         return self.tracker.update(window, self._trusted(), self.temperature)
 
@@ -469,6 +490,8 @@ class Monitor:
 
     def _trusted(self) -> bool:
         """Return whether the window that ends here may serve as a baseline."""
+        if self._hidden_arm is not None:  # its fit takes the readings, not the estimates
+            return self.outcomes['input'].level == Level.OK
         # A level takes some evaluations to rise, and single flags are chance.
         return self._window_flagged <= 2 and not any(
             self._alarms[name].since_ns is not None and self.outcomes[name].level > Level.OK

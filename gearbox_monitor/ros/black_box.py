@@ -47,9 +47,6 @@ class BlackBox:
         self._service = service
         span = 60.0 * parameters.keep_minutes
         self._refusal = '' if span else 'nothing is kept: keep_minutes is 0, expected more'
-        if not parameters.arm_joint:
-            self._refusal = self._refusal or (
-                'nothing is kept without an arm encoder (arm_joint is empty): use the recorder')
         self._buffer = RecordingBuffer(span) if span else None
         self._writer: Thread | None = None  # while it writes what the buffer holds
         self._schedule: RecordingSchedule | None = None

@@ -377,7 +377,8 @@ def warm_up(model: DriveModel, parameters: EstimatorParameters,
 
     model, parameters, robot: as of Monitor.
     """
-    monitor = Monitor(model, parameters.replace(drift_window=0.5), robot=robot)
+    window = 0.5 if parameters.arm_joint else 4.0  # the shortest that is fitted
+    monitor = Monitor(model, parameters.replace(drift_window=window), robot=robot)
     rest = tuple(0.0 for _ in monitor.estimator.robot_joints)
     for k in range(2200):  # 4.4 s: trust is judged from the third second on
         angle = 0.5 * math.sin(0.02 * k)

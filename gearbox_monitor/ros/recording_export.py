@@ -175,10 +175,13 @@ def _write(path: Path, rows: Rows, context: RecordingContext) -> None:
     with BagWriter(path) as writer:
         writer.add_metadata('gearbox_monitor', metadata)
         writer.add_topic(context.topic, JOINT_STATE)
+        joints = [joint for joint in context.joints if joint]
+        n = len(joints)
         for begin in range(0, len(rows), CHUNK):
             part = rows[begin:begin + CHUNK]
-            messages = encode_joint_states(part['stamp_ns'], context.joints,
-                                           part['values'][:, :2], effort=part['values'][:, 2:])
+            values = part['values']
+            messages = encode_joint_states(part['stamp_ns'], joints, values[:, :n],
+                                           effort=values[:, 2:2 + n])
             for stamp_ns, message in zip(part['stamp_ns'].tolist(), messages):
                 writer.write(context.topic, max(stamp_ns, 0), message)
             time.sleep(PAUSE)

@@ -186,7 +186,8 @@ def test_without_an_arm_encoder_the_torque_is_as_good(name):
     within = np.abs(estimates.tau_k - drive.tau_k[1:] - damping) <= 2.0 * estimates.tau_k_std
     assert within[1000:].mean() > 0.9
     assert all(outcome.level == 0 for outcome in alone.outcomes.values()), alone.outcomes
-    assert 'no arm is measured' in alone.outcomes['backlash'].message
+    window = alone.windows[-1]  # without a reversal of the load at rest, of 10 s
+    assert abs(window.gap - 0.2) < 4.0 * window.gap_std < 0.1
     signal = SIGNALS[0]
     joints, twist, rate, torque = joint_values(signal, estimates.rows[-1], {}, 1.0)
     assert joints == ['transmission'] and np.isnan([*twist, *rate]).all()

@@ -39,9 +39,11 @@ from gearbox_monitor.bag.replay import replay
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimates import Estimates, Samples
+from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_TAU_K_NOISE_STD, S_TWIST, S_X3, S_X4)
+from gearbox_monitor.estimation.sample_loop import N_ESTIMATE
 from gearbox_monitor.fleet import executors, job
 from gearbox_monitor.fleet.fleet_table import FleetTable
 from gearbox_monitor.fleet.job import analyse
@@ -50,7 +52,6 @@ from gearbox_monitor.fleet.trend import gearboxes
 from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.backlash.recording_windows import RecordingWindows
 from gearbox_monitor.monitoring.monitor import Monitor
-from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -181,8 +182,8 @@ def test_the_dataset_holds_what_a_replay_gives(archive, whole):
     ours = [row for row in windows if row['path'] == f'{archive}/sn1/run_3']
     with open_bag(archive / 'sn1/run_3') as reader:
         result = replay(reader)
-    fits = RecordingWindows(result.monitor.estimator.drive, result.monitor.parameters)
-    fits.add(result.estimates.smoothed_stamp_ns, result.estimates.smoothed)
+    fits = RecordingWindows(result.monitor.estimator)
+    fits.add(result.estimates)
     expected, = fits.finish()
     assert isinstance(expected, Backlash) and len(ours) == 1
     assert {name: ours[0][name] for name in ('stamp_ns', 'gap', 'gap_std', 'stiffness', 'angle')} \
@@ -523,6 +524,10 @@ def test_scatter_alone_makes_neither_forecast_nor_excursion():
     assert sum(box['excursion'] is not None for box in boxes) <= 2
 
 
+def smoothed_alone(stamps, rows):
+    return Estimates(stamps[:0], np.empty((0, N_ESTIMATE)), stamps, rows, stamps[:0])
+
+
 def test_lost_motion_is_measured_where_no_torque_is_seen():
     """Slow strokes of a drive with friction: the twist follows the direction, the torque is 0."""
     t = np.arange(0.0, 60.0, 0.01)
@@ -530,8 +535,8 @@ def test_lost_motion_is_measured_where_no_torque_is_seen():
     rows = np.zeros((len(t), N_SMOOTHED))
     rows[:, S_X4], rows[:, S_X3] = speed, speed
     rows[:, S_TWIST], rows[:, S_TAU_K_NOISE_STD] = 0.015 * np.sign(speed), 0.1
-    windows = RecordingWindows(DriveModel(), EstimatorParameters())
-    windows.add((t * 1e9).astype(np.int64) + 1, rows)
+    windows = RecordingWindows(Estimator(DriveModel()))
+    windows.add(smoothed_alone((t * 1e9).astype(np.int64) + 1, rows))
     fits = windows.finish()
     assert fits and not any(isinstance(fit, Backlash) for fit in fits)
     row = job._features(fits)
@@ -542,7 +547,7 @@ def test_lost_motion_is_measured_where_no_torque_is_seen():
 def test_windows_come_out_alike_in_any_blocks():
     rng = np.random.default_rng(1)
     with pytest.raises(InputError, match='smoother_lag: 0'):
-        RecordingWindows(DriveModel(), EstimatorParameters(smoother_lag=0.0))
+        RecordingWindows(Estimator(DriveModel(), {'smoother_lag': 0.0}))
     t = np.arange(0.0, 31.0, 4e-3)
     run = simulate(DriveModel(), Excitation().torque(t), 4e-3)
     stamps = np.round(t * 1e9).astype(np.int64)
@@ -551,9 +556,9 @@ def test_windows_come_out_alike_in_any_blocks():
     found = monitor.run(Samples(stamps, np.column_stack([run.u, np.full(len(t), np.nan)]), run.y))
     fits = []
     for cuts in ([], np.sort(rng.integers(0, len(found.smoothed), 40))):
-        windows = RecordingWindows(monitor.estimator.drive, monitor.parameters)
+        windows = RecordingWindows(monitor.estimator)
         for part in zip(np.split(found.smoothed_stamp_ns, cuts), np.split(found.smoothed, cuts)):
-            windows.add(*part)
+            windows.add(smoothed_alone(*part))
         fits.append(windows.finish())
     assert fits[0] == fits[1] and len(fits[0]) == 3 and all(
         isinstance(fit, Backlash) for fit in fits[0])

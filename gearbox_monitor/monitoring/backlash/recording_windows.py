@@ -25,12 +25,13 @@ import math
 import numpy as np
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Estimates
+from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.rts_smoother import S_TWIST_NOISE_STD
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.monitoring.backlash import features
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
-from gearbox_monitor.parameters import EstimatorParameters
-from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.monitoring.backlash.hidden_arm import HiddenArm
 
 SECOND = 1_000_000_000
 # What averaging over windows does not remove, relative: of a width, not of its growth.
@@ -40,18 +41,19 @@ SETTLE = 2 * SECOND  # ns after the first value that are not used
 
 class RecordingWindows:
     """
-    Fits smoothed values window by window, as they come.
+    Fits estimates window by window, as they come: smoothed ones, or readings of a motor alone.
 
-    model: the DriveModel that they were estimated with. parameters: those of the estimator.
-    Holds no more than a window and a half and what was added last. Raises InputError
-    without a smoother.
+    estimator: what estimates. Holds no more than a window and a half and what was added last.
+    Raises InputError without a smoother.
     """
 
-    def __init__(self, model: DriveModel, parameters: EstimatorParameters) -> None:
-        if parameters.smoother_lag <= 0.0:
+    def __init__(self, estimator: Estimator) -> None:
+        parameters = estimator.parameters
+        self._hidden_arm = None if parameters.arm_joint else HiddenArm(estimator.model)
+        if parameters.smoother_lag <= 0.0 and self._hidden_arm is None:
             raise InputError('smoother_lag: 0, expected a number > 0 (s): backlash is measured on '
                              'the smoothed torque')
-        self.model = model
+        self.model = estimator.drive
         self.length = round(parameters.drift_window * SECOND)
         # A twist known worse than by one reading of both encoders: one of them was missing.
         self._known = np.hypot(parameters.r_std_motor, parameters.r_std_arm)
@@ -60,8 +62,12 @@ class RecordingWindows:
         self._parts: list[tuple[Integers, Array]] = []
         self._fits: list[Backlash | NotExcited] = []
 
-    def add(self, stamps: Integers, rows: Array) -> None:
-        """Take smoothed values: stamps int64 [N] ns, rows [N, N_SMOOTHED] (smoother.S_*)."""
+    def add(self, estimates: Estimates) -> None:
+        """Take `estimates` that follow those before."""
+        if self._hidden_arm is None:
+            stamps, rows = estimates.smoothed_stamp_ns, estimates.smoothed
+        else:
+            stamps, rows = estimates.stamp_ns, self._hidden_arm.columns(estimates.rows)
         backwards = np.flatnonzero(np.diff(stamps) < 0) + 1
         for t, part in zip(np.split(stamps, backwards), np.split(rows, backwards)):
             if len(t):
@@ -74,7 +80,9 @@ class RecordingWindows:
             self._end()
             self._begin = int(stamps[0])
         self._last = int(stamps[-1])
-        keep = (stamps >= self._begin) & (rows[:, S_TWIST_NOISE_STD] <= self._known)
+        keep = stamps >= self._begin
+        if self._hidden_arm is None:
+            keep &= rows[:, S_TWIST_NOISE_STD] <= self._known
         if keep.any():
             self._parts.append((stamps[keep], rows[keep]))
         while self._parts and self._parts[-1][0][-1] >= self._begin + 3 * self.length // 2:
@@ -98,6 +106,9 @@ class RecordingWindows:
         return self._parts[0]
 
     def _fit(self, stamps: Integers, rows: Array) -> None:
+        if self._hidden_arm is not None:
+            self._fits.append(self._hidden_arm.fit(stamps, rows, int(stamps[-1])))
+            return
         fitted = features.fit(rows, self.model, int(stamps[-1]))
         if isinstance(fitted, NotExcited) and features.shows_motion(rows):
             lost_motion, std = features.lost_motion_of(rows)
