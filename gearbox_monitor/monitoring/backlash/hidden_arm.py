@@ -29,7 +29,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.identification.candidates import CandidateModel, Coordinate, NUISANCES
 from gearbox_monitor.identification.innovation_fit import (
-    coordinate_columns, evaluated, fitted, FilteredFit, InnovationFit)
+    coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit)
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.kernels.types import Array, Integers
