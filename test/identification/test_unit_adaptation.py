@@ -67,7 +67,7 @@ def test_a_unit_is_adapted_to(tmp_path, capsys, monkeypatch):
         truth = getattr(UNIT, name)
         assert abs(getattr(model, name) - truth) < 0.5 * abs(getattr(DriveModel(), name) - truth)
     assert model.transmission.stiffness == pytest.approx(29.0, rel=0.05)
-    assert model.torque_gain_tolerance == 0.1 and model.friction_tolerance < 0.3
+    assert model.torque_gain_tolerance == 0.1 and model.damping_tolerance < 0.3
     u = 1.1 * Excitation().torque(np.arange(10_000) * 1e-3)
     run = simulate(UNIT, u, 1e-3, Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), 7)
     recording = UniformRecording(np.arange(len(u)) * 1e-3, u, run.y, 1e-3)
