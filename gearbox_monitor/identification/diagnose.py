@@ -94,7 +94,8 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     def inadequate(candidate_fit: CandidateFit) -> bool:
         """Return whether `candidate_fit` leaves more than noise on all windows."""
         return incomplete(*on_all(search, candidate_fit))
-    judged = kind != 'unknown' and not rough
+    noise_alone = fitted.s > 0.0 and not search.noisy  # free runs cannot judge it
+    judged = kind != 'unknown' and not rough and not noise_alone
     if judged:
         fitted = finer(search, fitted, inadequate)
     refit_on_all = judged and recording.motor is None and inadequate(fitted)
