@@ -15,8 +15,8 @@
 """
 Whether the curve that the filter has learnt is that of the model file.
 
-A load on the arm absorbs an error of the torque, but not the curve: a torque reported twice as
-large as it is doubles the learnt stiffness, whatever loads the arm.
+A load on the arm absorbs an error of the torque, but not the curve. Where the random walk is the
+likelier model no curve fits, and what was learnt says nothing.
 """
 from collections.abc import Mapping
 from dataclasses import replace
