@@ -45,7 +45,7 @@ SECOND = 1_000_000_000
 ABSENT = {sample_loop.E_TAU_ARM, sample_loop.E_TAU_E, sample_loop.E_STD + 5, sample_loop.E_STD + 6,
           sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_ARM, sample_loop.E_WHITE_1,
           sample_loop.E_WHITE_2, sample_loop.E_LOAD}
-LEARNED = range(sample_loop.E_STIFFNESS, sample_loop.E_HYSTERESIS_STD + 1)  # by other models
+LEARNED = range(sample_loop.E_STIFFNESS, sample_loop.E_LEARNED_WEIGHT + 1)  # by other models
 ALWAYS = [c for c in range(sample_loop.N_ESTIMATE) if c not in (*ABSENT, *LEARNED)]
 
 

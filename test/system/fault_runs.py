@@ -37,7 +37,7 @@ ALWAYS = [c for c in range(sample_loop.N_ESTIMATE) if c not in (
     sample_loop.E_TAU_ARM, sample_loop.E_TAU_E, sample_loop.E_STD + 5, sample_loop.E_STD + 6,
     sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_ARM, sample_loop.E_WHITE_1,
     sample_loop.E_WHITE_2, sample_loop.E_LOAD,
-    *range(sample_loop.E_STIFFNESS, sample_loop.E_HYSTERESIS_STD + 1))]
+    *range(sample_loop.E_STIFFNESS, sample_loop.E_LEARNED_WEIGHT + 1))]
 BARS = (FINITE, UNDER_OK, TOLD, GOOD, OK, LOST, BITS, QUIET) = (
     'only finite numbers', 'no wrong estimate under OK', 'told in time, and until the end',
     'good estimates soon after', 'levels OK soon after', 'few samples lost beside the spoilt',
