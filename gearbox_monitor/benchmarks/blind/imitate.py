@@ -369,7 +369,9 @@ def best_imitator(label: Mapping[str, Any], recording: plant.MotionRecord,
     quantised = [e for e in label['effects'] if e['id'] in draw.QUANTISATION]
     if quantised or 'disturbance' in label['ids']:
         return {'left': None, 'imitators': [], 'why': 'no evidence to imitate'}
-    names = [i for i in plant.EFFECTS if i not in label['ids'] and i not in label['exclude']]
+    # Only recordings of a torque come here: a servo has no part in them.
+    names = [i for i in plant.EFFECTS if i not in label['ids'] and i not in label['exclude']
+             and plant.place_of(i) != 'controller']
     fitter = Fitter(recording, sigma)
     true_states = np.array(label['states'])[:len(fitter.starts)]
     lead = plant.lead_of(label['effects'], recording['dt'])
