@@ -58,7 +58,7 @@ MAX_ERROR = 0.2          # of the gap
 
 
 @dataclass(frozen=True)
-class Axis:
+class SimulatedAxis:
     """A drive of the blind plant: values and effects, acceleration rad/s^2, noise rad, N m."""
 
     nominal: dict[str, float]
@@ -73,8 +73,8 @@ def _between(random: np.random.Generator, low: float, high: float) -> float:
     return float(math.exp(random.uniform(math.log(low), math.log(high))))
 
 
-def axis(random: np.random.Generator) -> Axis:
-    """Return a drawn Axis."""
+def axis(random: np.random.Generator) -> SimulatedAxis:
+    """Return a drawn SimulatedAxis."""
     m2 = _between(random, 0.02, 3.0)
     m1 = m2 * _between(random, 0.4, 2.5)
     stiffness = m2 * (2.0 * math.pi * _between(random, 8.0, 25.0)) ** 2
@@ -93,11 +93,12 @@ def axis(random: np.random.Generator) -> Axis:
         {'id': 'arm_coulomb', 'Cac': load * random.uniform(0.0, 0.15)},
         {'id': 'arm_viscous', 'Cav': load * random.uniform(0.0, 0.1) / 1.2},
         {'id': 'gravity', 'G': load * random.uniform(-0.6, 0.6)}]
-    return Axis(nominal, effects, acceleration, 2.0 * b / _between(random, 30.0, 300.0), torque)
+    return SimulatedAxis(
+        nominal, effects, acceleration, 2.0 * b / _between(random, 30.0, 300.0), torque)
 
 
-def model_of(drive: Axis, random: np.random.Generator) -> DriveModel:
-    """Return the model file of an Axis `drive`, with values that are off."""
+def model_of(drive: SimulatedAxis, random: np.random.Generator) -> DriveModel:
+    """Return the model file of a SimulatedAxis `drive`, with values that are off."""
     values = {name: value * math.exp(spread * random.standard_normal()) for (name, value), spread
               in zip(drive.nominal.items(), (0.05, 0.1, 0.3, 0.2, 0.2, 0.0, 0.0, 0.2, 0.3))}
     return DriveModel(
@@ -106,7 +107,7 @@ def model_of(drive: Axis, random: np.random.Generator) -> DriveModel:
         transmission=Transmission('dead_zone', values['K'], values['b']))
 
 
-def _reference(drive: Axis, seconds: float, random: np.random.Generator
+def _reference(drive: SimulatedAxis, seconds: float, random: np.random.Generator
                ) -> tuple[Array, Array, Array]:
     """Return position [N], speed and acceleration of moves with trapezoidal speed and rests."""
     n, at, q = round(seconds / DT), 0, 0.0
@@ -131,7 +132,7 @@ def _reference(drive: Axis, seconds: float, random: np.random.Generator
     return position, speed, np.gradient(speed, DT)
 
 
-def work(drive: Axis, seconds: float, random: np.random.Generator, growth: float = 0.0,
+def work(drive: SimulatedAxis, seconds: float, random: np.random.Generator, growth: float = 0.0,
          begin_ns: int = T0) -> Samples:
     """
     Return what is logged of an axis at work: torque and encoder of the motor.
@@ -158,13 +159,13 @@ def work(drive: Axis, seconds: float, random: np.random.Generator, growth: float
                    np.column_stack([y, np.full(n, np.nan)]))
 
 
-def watched(drive: Axis, model: DriveModel) -> Monitor:
+def watched(drive: SimulatedAxis, model: DriveModel) -> Monitor:
     """Return the Monitor of an axis `drive` with the model file `model`."""
     return Monitor(model, {'arm_joint': '', 'r_std_motor': drive.noise, 'smoother_lag': 0.0,
                            'q_std_tau_k': 30.0 * drive.torque})
 
 
-def delay(monitor: Monitor, drive: Axis, growth: float, random: np.random.Generator
+def delay(monitor: Monitor, drive: SimulatedAxis, growth: float, random: np.random.Generator
           ) -> float | None:
     """
     Return the time (s) until a wider gap raises the alert, None if it is not detected in time.

@@ -35,7 +35,7 @@ SETTLED = 10.0  # times of the filter until its accelerations count
 LONGEST = 0.25  # s without a position over which it extrapolates
 
 
-class Motion(NamedTuple):
+class JointMotion(NamedTuple):
     """
     What is carried from sample to sample.
 
@@ -49,13 +49,13 @@ class Motion(NamedTuple):
     acting: Array
 
 
-def motion_at_start(n: int) -> Motion:
-    """Return the Motion of `n` joints before the first sample."""
-    return Motion(np.zeros((5, n)), np.zeros(2, np.int64), np.zeros((3, n)))
+def motion_at_start(n: int) -> JointMotion:
+    """Return the JointMotion of `n` joints before the first sample."""
+    return JointMotion(np.zeros((5, n)), np.zeros(2, np.int64), np.zeros((3, n)))
 
 
 @jit
-def _follow(motion: Motion, stamp: int, positions: Array, time: float) -> bool:
+def _follow(motion: JointMotion, stamp: int, positions: Array, time: float) -> bool:
     """Take the `positions` [n] (rad) at `stamp` (ns); return whether the sample is a next one."""
     joints, clock = motion.joints, motion.clock
     elapsed = stamp - clock[0]
@@ -93,7 +93,7 @@ def _follow(motion: Motion, stamp: int, positions: Array, time: float) -> bool:
 
 
 @jit
-def write_loads(robot: RobotArrays, motion: Motion, joint: int, time: float, stamps: Integers,
+def write_loads(robot: RobotArrays, motion: JointMotion, joint: int, time: float, stamps: Integers,
                 positions: Array, out: Array) -> None:
     """
     Write load, its standard deviation and the inertia of a joint for N samples.
@@ -140,7 +140,7 @@ class ArmLoad:
     """
 
     def __init__(self, arrays: RobotArrays, joint: int, time: float,
-                 motion: Motion | None = None) -> None:
+                 motion: JointMotion | None = None) -> None:
         self._arrays, self._joint, self._time = arrays, joint, time
         self.motion = motion or motion_at_start(len(set(arrays.source.tolist())))
 

@@ -19,10 +19,10 @@ import numpy as np
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, Transmission
+from gearbox_monitor.robot.arm_plant import ArmPlant, ArmRun, pick_and_place
 from gearbox_monitor.robot.description import RobotDescription
 from gearbox_monitor.robot.dynamics import (
     arrays_of, GRAVITY, move, Payload, RobotArrays, torque_on)
-from gearbox_monitor.robot.simulate import ArmPlant, ArmRun, pick_and_place
 
 LOW = np.array([-2.0, -1.2, -0.3, -2.0, -1.5, -3.0])  # rad
 HIGH = np.array([2.0, 0.9, 2.2, 2.0, 1.5, 3.0])

@@ -28,8 +28,8 @@ from gearbox_monitor.files.robot_files import load_robot
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.robot import example_arm
 from gearbox_monitor.robot.arm_load import ArmLoad, DEVIATION, INERTIA, LOAD
+from gearbox_monitor.robot.arm_plant import ArmPlant
 from gearbox_monitor.robot.dynamics import arrays_of, move, torque_on
-from gearbox_monitor.robot.simulate import ArmPlant
 
 FILE = str(config_path('arm6.urdf'))
 ARM = load_robot(FILE)

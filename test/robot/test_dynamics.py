@@ -21,9 +21,9 @@ import pytest
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.robot_files import load_robot
 from gearbox_monitor.robot import example_arm
+from gearbox_monitor.robot.arm_plant import ArmPlant
 from gearbox_monitor.robot.description import parse
 from gearbox_monitor.robot.dynamics import arrays_of, coupled_inertia, move, Payload, torque_on
-from gearbox_monitor.robot.simulate import ArmPlant
 
 ARM = load_robot(str(config_path('arm6.urdf')))
 

@@ -35,7 +35,7 @@ from gearbox_monitor.files.robot_files import load_robot  # noqa: E402
 from gearbox_monitor.interfaces.signals import SIGNALS  # noqa: E402
 from gearbox_monitor.parameters import MODEL  # noqa: E402
 from gearbox_monitor.robot import example_arm  # noqa: E402
-from gearbox_monitor.robot.simulate import ArmPlant  # noqa: E402
+from gearbox_monitor.robot.arm_plant import ArmPlant  # noqa: E402
 from gearbox_monitor.ros.convert import to_time  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]

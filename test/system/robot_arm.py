@@ -38,7 +38,7 @@ from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.robot_files import load_robot
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.robot import example_arm
-from gearbox_monitor.robot.simulate import ArmPlant
+from gearbox_monitor.robot.arm_plant import ArmPlant
 
 T0 = 1_700_000_000_000_000_000
 DT, SPREAD, MOVES, SETTLED = 1e-3, 0.1, 4, 0.5  # s, relative, -, s
