@@ -50,9 +50,11 @@ from gearbox_monitor.kernels.jit import jit, jit_inline
 from gearbox_monitor.kernels.types import Array, States, Triple
 from gearbox_monitor.plant.drive import (
     CAC, CAV, CC, CL, CV, D, DriveModel, INVERSE_M1, INVERSE_M2, substeps)
+from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, ARM_VISCOUS
+from gearbox_monitor.plant.effects.motor_side import LOAD_FRICTION
 
 FACTOR_NAMES = ('motor_inertia', 'arm_inertia', 'damping', 'viscous_friction', 'coulomb_friction',
-                'arm_viscous', 'arm_coulomb', 'load_friction')  # of FACTORS
+                ARM_VISCOUS.id, ARM_COULOMB.id, LOAD_FRICTION.id)  # of FACTORS
 ERROR_NAMES = (*FACTOR_NAMES, 'torque_gain', 'torque_delay')
 
 

@@ -36,7 +36,8 @@ from gearbox_monitor.estimation.rts_smoother import (
 from gearbox_monitor.estimation.sample_loop import (
     E_DOF, E_DT, E_ELASTIC_WEIGHT, E_HYSTERESIS_STD, E_INNOVATION_ARM, E_INNOVATION_COVARIANCE,
     E_INNOVATION_MOTOR, E_INNOVATION_STD_ARM, E_INNOVATION_STD_MOTOR, E_LEARNED_WEIGHT, E_LOAD,
-    E_LOGLIK, E_NIS, E_STD, E_STIFFNESS, E_TAU_K, E_TAU_K_NOISE_STD, E_TWIST, E_TWIST_RATE,
+    E_LOGLIK, E_NIS, E_READING_MOTOR,
+    E_STD, E_STIFFNESS, E_TAU_K, E_TAU_K_NOISE_STD, E_TWIST, E_TWIST_RATE,
     E_TWIST_RATE_STD, E_TWIST_STD, E_U, E_WHITE_1, E_WHITE_2, ESTIMATE, N_ESTIMATE, Output,
     SECOND, START, write_innovation)
 from gearbox_monitor.kernels.jit import jit, jit_inline
@@ -215,7 +216,7 @@ def _mix_row(carried: Mixture, rows: Array, row: Array) -> None:
     for i in range(MOMENTS.shape[0]):
         mean, std = MOMENTS[i, 0], MOMENTS[i, 1]
         row[mean], row[std] = _moments(weights, rows, mean, std)
-    for column in (E_DOF, E_DT, E_U, E_LOAD):
+    for column in (E_DOF, E_DT, E_U, E_LOAD, E_READING_MOTOR):
         row[column] = rows[0, column]
     e1, s1 = _moments(prior, rows, E_INNOVATION_MOTOR, E_INNOVATION_STD_MOTOR)
     e2, s2 = _moments(prior, rows, E_INNOVATION_ARM, E_INNOVATION_STD_ARM)

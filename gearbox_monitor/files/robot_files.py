@@ -17,7 +17,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import read_text
 from gearbox_monitor.robot.description import LONGEST, parse, RobotDescription
 
-TOPIC = 'topic:'  # begins a robot_description that is no file
+TOPIC = 'topic:'  # begins a robot_description that names a topic
 
 
 def load_robot(path: str) -> RobotDescription:

@@ -94,8 +94,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     def inadequate(candidate_fit: CandidateFit) -> bool:
         """Return whether `candidate_fit` leaves more than noise on all windows."""
         return incomplete(*on_all(search, candidate_fit))
-    noise_alone = fitted.s > 0.0 and not search.noisy  # free runs cannot judge it
-    judged = kind != 'unknown' and not rough and not noise_alone
+    judged = kind != 'unknown' and not rough
     if judged:
         fitted = finer(search, fitted, inadequate)
     refit_on_all = judged and recording.motor is None and inadequate(fitted)

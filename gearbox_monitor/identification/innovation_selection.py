@@ -25,8 +25,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearbox_monitor.identification.adequacy import (
-    LACK, misfit, spectral_excess, STRUCTURE)
+from gearbox_monitor.identification.adequacy import LACK, misfit, STRUCTURE
 from gearbox_monitor.identification.candidates import with_free_shape
 from gearbox_monitor.identification.effect_scan import scan
 from gearbox_monitor.identification.effect_search import EffectSearch
@@ -115,28 +114,6 @@ class InnovationEvidence(Evidence):
         best = min(complete, key=lambda f: f.score + MARGIN * bool(f.candidate.ids))
         self.search.fitted[key_of(best)] = best
         return best
-
-    def noise_alone(self) -> bool:
-        """
-        Return whether free runs without effect lack nothing but white noise of the torque.
-
-        Such a noise moves the drive where no model can follow it. What else is missing colours the
-        innovations, or gives an effect or a torque map a gain in the score test.
-        """
-        search, none = self.search, self.finished['']
-        beyond = float(search.fitted[''].point.chi2.sum()) - search.fitted[''].point.residual.size
-        if search.noisy or self.rough or beyond < COMPRESSED * MARGIN:
-            return False
-        data, run = search.long, self.whole.run(none.candidate.model(none.z), none.torque)
-        at = data.windows.first[:, None] + np.arange(data.windows.length) - 1
-        white = run.residual[np.maximum(at, 0)][:, :, data.channels]
-        if spectral_excess(white, search.recording.dt) > STRUCTURE:
-            return False
-        base = search.fitted['']
-        if self.lacks(base) or by_innovations(search, base, none, self.fine) is not None:
-            return False
-        search.fitted[''] = replace(base, s=float(none.torque[0]))
-        return True
 
     def holds(self, fit: CandidateFit, base: CandidateFit) -> bool:
         """

@@ -120,10 +120,6 @@ class Evidence(ABC):
         """Return the fit that friction of another shape makes complete, None if none does."""
 
     @abstractmethod
-    def noise_alone(self) -> bool:
-        """Return whether free runs without effect lack nothing but white noise of the torque."""
-
-    @abstractmethod
     def holds(self, fit: CandidateFit, base: CandidateFit) -> bool:
         """Return whether readings that were not fitted prefer `fit` to the simpler `base`."""
 
@@ -147,8 +143,6 @@ def decide(evidence: Evidence) -> tuple[CandidateFit, str]:
         pulses = explained_by_pulses(search, evidence.rough, inadequate)
         if pulses is not None:
             return pulses, 'effect'
-    if lacking and evidence.noise_alone():
-        return search.fitted[''], 'none'
     shaped = evidence.shaped(chosen)
     if shaped is not None:
         return shaped, 'effect' if shaped.candidate.ids else 'none'
@@ -226,10 +220,6 @@ class PositionEvidence(Evidence):
     def shaped(self, fit: CandidateFit) -> CandidateFit | None:
         """Return None: where the motor stands, which shows the shape, its torque tells nothing."""
         return None
-
-    def noise_alone(self) -> bool:
-        """Return False: what lasts is part of the weights."""
-        return False
 
     def holds(self, fit: CandidateFit, base: CandidateFit) -> bool:
         """Return whether readings that were not fitted prefer `fit` to the simpler `base`."""

@@ -291,11 +291,6 @@ def warnings(search: Search, best_fit: CandidateFit, kind: str, nuisances: Mappi
     """
     out = [f'the noise of the {name} encoder lasts {1e3 * time:.2g} ms, as if it were filtered: '
            'it is judged with that' for name, time in zip(('motor', 'arm'), times) if time]
-    if kind == 'none' and best_fit.s > 0.0 and not search.noisy:
-        out.append('free runs do not follow the noise of the torque, '
-                   f'{best_fit.s:.3g} N m rms per sample on the motor; '
-                   'the innovations of a filter lack nothing else. State it '
-                   f'as process_torque: {best_fit.s:.3g} in the model file')
     sharpness = co_estimated(search.model, nuisances)
     out += [f'friction of the {side} has another shape than in the model file: its sharpness is '
             f'{sharpness[name]:.3g}, not {value:.3g} s/rad; its size stands'

@@ -152,7 +152,8 @@ def shown():
             if page.name not in WALKS and words[0] not in ELSEWHERE:
                 # Other recordings: those of the pages about real drives, other joints.
                 if words[-1].isupper() or not (
-                        {'pulses', 'run22', '--motor-joint', '--topic'} & set(words)):
+                        {'pulses', 'run22', 'unit7/params.yaml', '--motor-joint',
+                         '--topic'} & set(words)):
                     found.setdefault(tuple(words), page.name)
     return [pytest.param(list(words), id=f'{page}: {" ".join(words)}')
             for words, page in found.items()]

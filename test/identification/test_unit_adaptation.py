@@ -49,7 +49,8 @@ def test_what_is_not_determined_keeps_the_wider_tolerance():
     assert tolerances['damping_tolerance'] == 0.5 and tolerances['torque_gain_tolerance'] == 0.1
     assert _tolerances(model, None) == {
         'friction_tolerance': 0.3, 'damping_tolerance': 0.5, 'inertia_tolerance': 0.4,
-        'torque_gain_tolerance': 0.1, 'delay_tolerance': 0.002}
+        'torque_gain_tolerance': 0.1, 'delay_tolerance': 0.002,
+        'encoder_delay_tolerance': 0.002}
 
 
 @pytest.mark.system

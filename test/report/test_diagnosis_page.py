@@ -113,7 +113,7 @@ def test_a_motion_that_left_something_open_gets_the_command_for_a_better_one(fol
     limits = dict(zip(words[7:13:2], map(float, words[8:13:2])))
     assert limits['--max-torque'] == pytest.approx(np.abs(u).max(), rel=0.1)
     assert 0 < limits['--max-travel'] <= np.abs(y - y[0]).max()
-    assert '<a href="verdict.json">' in html and 'href="drive.closed' not in html
+    assert '<a href="verdict.json">' in html and 'href="drive.closed.yaml"' in html
 
 
 def test_the_command_asks_what_the_verdict_left_open(folder):

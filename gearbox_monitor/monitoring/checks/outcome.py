@@ -124,9 +124,8 @@ class Alarm:
 
     A level is raised after `up` consecutive evaluations at or above it and lowered after `down`
     consecutive ones below it, so the latency is at most `up` or `down` evaluations, whatever came
-    before: the counters are clamped. At the start the level is WARN ("no data yet"), never OK,
-    until the first evaluation that finds nothing clears it, or `up` in a row confirm it. judged:
-    whether that is decided.
+    before: the counters are clamped. Before the first evaluation the level is WARN ("no data
+    yet"), never OK; the first one may clear it. judged: whether it has come.
     """
 
     def __init__(self, up: int = 3, down: int = 5) -> None:
@@ -153,8 +152,7 @@ class Alarm:
                 break
         if new != self.level or self.since_ns is None:
             self.since_ns = stamp_ns
-        self.judged = self.judged or raw == Level.OK or self._above[0] >= self.up
-        self.level = new
+        self.level, self.judged = new, True
         return new
 
     def doubt(self) -> None:
