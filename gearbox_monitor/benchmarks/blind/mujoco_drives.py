@@ -29,7 +29,6 @@ import numpy as np
 from gearbox_monitor.benchmarks.blind.draw import log_uniform
 from gearbox_monitor.export.mjcf_file import mujoco_module
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.effects import EFFECTS
 
 DT, SECONDS = 2e-3, 10.0
 G = 9.81
@@ -282,6 +281,3 @@ def generate(n: int, folder: Path, seed: int, sealed: Path,
         progress(len(labels), len(rows))
     sealed.write_text(json.dumps(labels, indent=1) + '\n', encoding='utf-8')
     return list(labels)
-
-
-assert set(INSIDE) <= set(EFFECTS)
