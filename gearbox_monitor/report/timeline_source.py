@@ -32,7 +32,7 @@ from gearbox_monitor.bag.stamp_matching import StampMatcher
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE)
-from gearbox_monitor.estimation.sample_loop import REASONS, SECOND
+from gearbox_monitor.estimation.sample_loop import BRIDGED, REASONS, SECOND
 from gearbox_monitor.interfaces.signals import ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, TRANSMISSION
 from gearbox_monitor.kernels.jit import KERNELS
 from gearbox_monitor.kernels.types import Flags, Integers, Values
@@ -50,7 +50,7 @@ ERRORS, ERRORS_STD = 'innovations', 'innovations_stddev'
 MINUTE = 60.0
 SHORT, SHORT_SLICE = 180.0, 10.0  # s: shorter recordings have loops of 10 s
 MAX_LOOPS = 240
-REMEMBERED = 4096  # deviations of the twist: more than a smoother's lag
+REMEMBERED = 4096  # innovations: more than a smoother's lag
 
 
 @dataclass
@@ -191,7 +191,7 @@ class TimelineSource:
                        if topic in self.reader.topics]
         recorded = RecordedDiagnostics(self.reader, self.timeline, self._input)
         errors, torque = StampMatcher(2, 2), StampMatcher(1, 1)
-        twist_filter = MeasuredTwist(twist_std(self.facts.parameters))
+        twist_filter = MeasuredTwist()
         loops = SMOOTHED if self._count(SMOOTHED) else STATE
         scale = np.array([ratio, 1.0])
         for block in self._blocks([*topics.values(), *diagnostics]):
@@ -285,26 +285,31 @@ class MonitorFollower:
 
 
 class MeasuredTwist:
-    """Knows at which stamps the twist was measured, by its published deviation."""
+    """
+    Knows at which stamps the twist was measured, by the innovations of both encoders.
 
-    def __init__(self, limit: float) -> None:
-        """Take deviations up to `limit` (rad) as measured."""
-        self._limit = limit
-        self._stamps, self._valid = np.empty(0, np.int64), np.empty(0, bool)
+    The published deviation of the twist cannot tell: it also holds the tolerances of the model.
+    """
+
+    def __init__(self) -> None:
+        """Begin without a measurement."""
+        self._stamps = [np.empty(0, np.int64)] * 2
 
     def valid(self, states: Mapping[str, Any], stamps: Integers) -> Flags:
         """Return flags [N] at `stamps` [N] ns of the block with `states`."""
-        if STATE_STD not in states:
-            return np.ones(len(stamps), bool)
-        deviations = states[STATE_STD]
-        newest = slice(-REMEMBERED, None)  # smoothed values come later
-        self._stamps = np.concatenate([self._stamps[newest], deviations.stamp_ns])
-        self._valid = np.concatenate([self._valid[newest],
-                                      deviations.position[:, 0] <= self._limit])
-        if not len(self._stamps):
-            return np.ones(len(stamps), bool)
-        at = np.minimum(np.searchsorted(self._stamps, stamps), len(self._stamps) - 1)
-        return self._valid[at]
+        valid = np.ones(len(stamps), bool)
+        if ERRORS not in states:
+            return valid
+        errors = states[ERRORS]
+        for i in range(2):
+            measured = errors.stamp_ns[np.isfinite(errors.position[:, i])]
+            # Smoothed values come later.
+            self._stamps[i] = np.concatenate([self._stamps[i][-REMEMBERED:], measured])
+            if not len(self._stamps[i]):
+                return np.zeros(len(stamps), bool)
+            last = np.searchsorted(self._stamps[i], stamps, side='right') - 1
+            valid &= (last >= 0) & (stamps - self._stamps[i][np.maximum(last, 0)] <= BRIDGED)
+        return valid
 
 
 class RecordedDiagnostics:
