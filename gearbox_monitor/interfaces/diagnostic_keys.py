@@ -170,7 +170,7 @@ DIAGNOSTIC_KEYS = (
           '< 0: the torque is higher while the twist grows'),
          ('learned_hysteresis_std_rad', 'rad', 'its standard deviation'),
          *((f'undetected_{name}', 'N m', f'error of tau_K (rms) by {name} off by its tolerance: '
-            'no check reports it, the stated deviation covers it') for name in ERROR_NAMES),
+            'the stated deviation contains it') for name in ERROR_NAMES),
          *((f'probability_{name}', '-', f'of the law {name}, with `tau_k_model` mixed')
            for name in (RANDOM_WALK, *CURVES))),
     *_of('backlash',

@@ -22,7 +22,7 @@ from collections import deque
 from dataclasses import replace
 import json
 import math
-from typing import Any, TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -43,9 +43,6 @@ from gearbox_monitor.monitoring.history import EstimateHistory, Recent
 from gearbox_monitor.parameters import EstimatorParameters, PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.robot.description import RobotDescription
-
-if TYPE_CHECKING:
-    from gearbox_monitor.monitoring.backlash.hidden_arm import HiddenArm
 
 HISTORY = 8192
 SECOND = sample_loop.SECOND
@@ -77,6 +74,20 @@ ROW_CHECKS = (passivity.CHECK, twist_range.CHECK, elastic_curve.CHECK)
 ROWS_KEPT = max(check.window for check in ROW_CHECKS)
 
 Outcomes = dict[str, Outcome]  # by component
+
+
+class WindowFit(Protocol):
+    """What measures the backlash of a window without arm encoder, see hidden_arm.HiddenArm."""
+
+    def columns(self, rows: Array) -> Array:
+        """Return the columns [N, 2] of estimate `rows` [N, N_ESTIMATE] that the fit takes."""
+
+    def fit(self, stamps: Integers, rows: Array, stamp_ns: int
+            ) -> features.Backlash | features.NotExcited:
+        """Return the features of a window; see HiddenArm.fit."""
+
+    def to_list(self) -> list[float] | None:
+        """Return what the next fit begins with, for a snapshot."""
 
 
 def _common_of(snapshot: Values) -> PooledFeatures:
@@ -179,7 +190,7 @@ class Monitor:
         self._row_counts = np.zeros((len(ROW_CHECKS), 2), np.int64)
         self._last_counts = self.counts.copy()
 
-    def _hidden_arm_of(self, snapshot: Values) -> 'HiddenArm | None':
+    def _hidden_arm_of(self, snapshot: Values) -> 'WindowFit | None':
         """Return what fits windows without arm encoder, as a `snapshot` left it; else None."""
         if self.parameters.arm_joint:
             return None
