@@ -38,7 +38,8 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.benchmarks.blind import plant
-from gearbox_monitor.benchmarks.harness import add_json_option, bar_lines, BarTable, finish
+from gearbox_monitor.benchmarks.harness import (
+    add_json_option, bar_lines, BarTable, finish, require_whole)
 from gearbox_monitor.benchmarks.trust_drift import drawn, false_alarms, measured
 from gearbox_monitor.benchmarks.trust_runs import T0
 from gearbox_monitor.estimation.estimates import Samples
@@ -256,6 +257,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
+    require_whole('--axes', args.axes)
+    require_whole('--seed', args.seed, 0)
     bars = BarTable()
     print('windows gap/true spread stated within2   +50 %   +20 %  false a day', flush=True)
     rows = evaluate(args.axes, args.seed, bars)
