@@ -33,6 +33,7 @@ usage examples:
   gearbox_monitor diagnose BAG --model drive.yaml --validate BAG2 --json verdict.json
   gearbox_monitor diagnose run1.csv run2.csv --model drive.yaml --exclude lugre viscous_drift
   gearbox_monitor diagnose BAG --model drive.yaml --json - | jq .effect
+  gearbox_monitor diagnose BAG --model robot.xml --joint elbow --simulator my_arm:simulate
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
@@ -42,6 +43,7 @@ import sys
 from typing import Any, TypeAlias
 
 from matplotlib.figure import Figure
+import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.diagnose_report import text
@@ -50,6 +52,7 @@ from gearbox_monitor.cli.drive_recordings import (
 from gearbox_monitor.cli.options import check_jobs, dump, expect_new, JSON_FILE_HELP, plain
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.user_simulator import confirmation, user_simulator, UserSimulator
 from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
 from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.identification.verdict import DiagnosisVerdict
@@ -57,7 +60,7 @@ from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.quality.recording import concatenated, UniformRecording
 from gearbox_monitor.report import overlay_plot
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
@@ -82,6 +85,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--exclude', metavar='ID', nargs='+', default=[],
                         help='effects to leave out: a gap that only they explain is unknown')
     parser.add_argument('--only', metavar='ID', nargs='+', help='effects to try, and no others')
+    parser.add_argument('--simulator', metavar='MODULE:FUNCTION',
+                        help='repeat nominal and closed model in your simulator, see '
+                        'docs/simulator.md')
     parser.add_argument('--seed', metavar='N', type=int, default=0,
                         help='seed of the intervals (default: 0); same seed, same answer')
     parser.add_argument('--jobs', metavar='N', type=int, default=cores(),
@@ -108,12 +114,18 @@ def run(args: Namespace) -> int:
     if not COMPILED:
         print('diagnose: without numba this takes about a hundred times longer', file=sys.stderr)
     validate = recordings.pop() if args.validate else None
+    simulator = _simulator(args.simulator, recordings, model) if args.simulator else None
     with percent_bar('diagnose') as bar:
         verdict = diagnose(recordings, model, validate=validate, only=only, exclude=exclude,
                            seed=args.seed, jobs=args.jobs, progress=progress_of(bar))
     data = plain(verdict.to_dict())
     data['warnings'] = [*notes, *(data.get('warnings') or [])]
     closed = verdict.model
+    if simulator is not None:
+        sigma = np.array([1.0 if s is None else s for s in data['sigma']])
+        with percent_bar(simulator.name) as bar:
+            data['simulator'] = plain(confirmation(
+                simulator, concatenated(recordings), (model, closed), sigma, progress_of(bar)))
     # Motions of a torque are found, for model files.
     command = [] if args.joint or model.controller else suggestion(
         data, recordings, args.model, args.out)
@@ -127,6 +139,17 @@ def run(args: Namespace) -> int:
     else:
         print(text(data, recordings, model, written, args.validate, command))
     return 0 if data['verdict'] == 'none' else 1
+
+
+def _simulator(name: str, recordings: Sequence[UniformRecording], model: DriveModel
+               ) -> UserSimulator:
+    """Return the user's simulator `name` after a try. Raises InputError."""
+    if model.controller is not None or model.driven_by == 'position':
+        raise InputError(f'--simulator {name}: takes torques, expected a model without controller '
+                         'and with driven_by: torque')
+    simulator = user_simulator(name)
+    simulator.probe(recordings[0], model)
+    return simulator
 
 
 def _ids(option: str, words: Sequence[str]) -> tuple[str, ...]:

@@ -60,6 +60,7 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
     lines += [line for name in ids_of(data) for line in _meaning(name, model.axis)]
     lines += ['', *_gap(data), *_parameters(data, model), *_ranking(data), *_where(data)]
     lines += _nominal(data, model)
+    lines += _simulator(data)
     lines += _validation(data, validated, unit)
     lines += [line for warning in data.get('warnings', ()) for line in _entry('note', warning)]
     closed = any(path.name == 'drive.closed.yaml' for path in written)
@@ -168,6 +169,20 @@ def _nominal(data: VerdictData, model: DriveModel) -> list[str]:
         lines += _entry(on_axis('torque noise', model.axis), f'{number(data["process_torque"])} '
                         f'{on_axis("N m", model.axis)} rms per sample')
     return lines
+
+
+def _simulator(data: VerdictData) -> list[str]:
+    theirs = data.get('simulator')
+    if not theirs:
+        return []
+    lines = []
+    for words, part in ((theirs['name'], theirs), ('this package', theirs['here'])):
+        closed = percent(part['closed_fraction'])
+        lines += _entry('' if lines else 'simulator', f'{words}: gap '
+                        f'{number(part["gap_before"])} before, {number(part["gap_after"])} after, '
+                        f'closed {closed}')
+    ways = ', '.join(f'{name} as {way}' for name, way in theirs['passed'].items())
+    return lines + (_entry('', f'passed to it: {ways}') if ways else [])
 
 
 def _validation(data: VerdictData, validated: str | None, unit: str) -> list[str]:

@@ -16,8 +16,7 @@
 How well a drive in an MJCF file explains a recording: MuJoCo runs the file on the recorded torque.
 
 As in the package's own simulator, each window of 1 s starts from the positions and speeds that fit
-best (Gauss-Newton, central differences) and runs with nothing but the torque. Activations and
-delays go on from the window before.
+best and runs with nothing but the torque. Activations and delays go on from the window before.
 """
 from collections.abc import Callable
 import copy
@@ -28,12 +27,9 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.mjcf_file import MjcfDrive, mujoco_module
+from gearbox_monitor.export.start_fit import fitted_start, STEPS
 from gearbox_monitor.identification.model_overlay import Overlay
 from gearbox_monitor.kernels.types import Array
-
-STEPS = (1e-4, 1e-3)   # rad and rad/s: differences that make a slope
-ITERATIONS = 4
-GAIN = 1e-3            # least relative gain of an iteration worth another
 
 
 class Rig(NamedTuple):
@@ -126,7 +122,7 @@ def _fitted(rig: Rig, data: Any, window: tuple[Array, Array, Array], laid: Overl
     start, u, measured = window
     channels = list(laid.channels)
 
-    def _residual(state: Array) -> tuple[Any, Array]:
+    def _ended(state: Array) -> tuple[Any, Array]:
         end = copy.copy(data)
         for k, (place, dof) in enumerate(rig.states()):
             end.qpos[place], end.qvel[dof] = state[2 * k:2 * k + 2]
@@ -134,22 +130,9 @@ def _fitted(rig: Rig, data: Any, window: tuple[Array, Array, Array], laid: Overl
         stride = max(1, -rig.n)
         difference = (measured[::stride][:len(y)] - y) / laid.sigma
         return end, np.nan_to_num(difference[:, channels].ravel(), nan=1e9, posinf=1e9)
-    end, residual = _residual(start)
-    steps = np.tile(STEPS, len(start) // 2)
-    for _ in range(ITERATIONS):
-        slopes = np.column_stack([
-            (_residual(start + step * e)[1] - _residual(start - step * e)[1]) / (2.0 * step)
-            for step, e in zip(steps, np.eye(len(start)))])
-        change = np.linalg.lstsq(slopes, -residual, rcond=None)[0]
-        before = float(residual @ residual)
-        for share in (1.0, 0.3, 0.1):
-            trial = _residual(start + share * change)
-            if trial[1] @ trial[1] < float(residual @ residual):
-                start, (end, residual) = start + share * change, trial
-                break
-        if float(residual @ residual) > (1.0 - GAIN) * before:
-            break
-    return end, residual
+    start, _ = fitted_start(lambda state: _ended(state)[1], start,
+                            np.tile(STEPS, len(start) // 2))
+    return _ended(start)
 
 
 def _run(rig: Rig, data: Any, u: Array) -> Array:

@@ -29,6 +29,7 @@ from gearbox_monitor.identification.shooting import ShootingWindows
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.free_runs import Begin
 from gearbox_monitor.quality.recording import UniformRecording
 
 
@@ -37,7 +38,7 @@ class ModelRun:
     """
     What one model gives: y [W, L, 2] rad in the windows, chi2 [W] of them, their gap.
 
-    free [N, 2] rad: one run over the whole recording, from the states of the first window; None
+    begin: states and memories from which the windows run. free [N, 2] rad: one run over the whole recording, from the states of the first window; None
     for recordings that were joined. It is NaN or huge where the model diverges.
     """
 
@@ -45,6 +46,7 @@ class ModelRun:
     y: Array
     chi2: Array
     gap: float
+    begin: Begin
     free: Array | None = None
 
 
@@ -105,7 +107,7 @@ def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],
         y, _ = search.simulator.run(windows, model, point.states, point.memory)
         free = free_run(search, model, point) if len(recording.cuts) == 1 else None
         runs.append(ModelRun(name, y, point.chi2, gap_of(point.chi2, point.residual.shape[1]),
-                             free))
+                             Begin(point.states, point.memory), free))
     return Overlay(recording, windows, recording.t[index], recording.y[index], ~train,
                    np.asarray(sigma, float), channels, tuple(runs))
 

@@ -175,7 +175,19 @@ def constrained(x: Four, u: float, extra: Three, acting: Three, p: Array) -> flo
 
 
 @jit_inline
-def _derivative(t: float, x: Four, m: Any, inputs: Inputs) -> Four:
+def derivative(t: float, x: Four, m: Any, inputs: Inputs) -> Four:
+    """
+    Return the slopes of positions and speeds.
+
+    Args:
+        t: time, s.
+        x: positions and speeds of motor and arm, rad and rad/s.
+        m: memories [N_MEMORY].
+        inputs: torque of the actuator, torques from outside, drive.
+
+    Returns:
+        Speeds and accelerations of motor and arm, rad/s and rad/s^2.
+    """
     u, extra, drive = inputs
     acting = torques(t, x, m, u, drive)
     tau_k = constrained(x, u, extra, acting, drive.p)
@@ -200,7 +212,7 @@ def _brake(h: float, inputs: Inputs) -> tuple[float, float]:
     return braked(h, inputs[2].e[SERVO_KD], inputs[2].p)
 
 
-step = integrator(_derivative, _memories, _brake)
+step = integrator(derivative, _memories, _brake)
 
 
 @jit
@@ -279,8 +291,7 @@ def with_plugin(added: Torques, *kernels: Any) -> tuple[Any, ...]:
         As many compiled functions.
     """
     with_added = rebuilt(torques, plugged=added)
-    derivative = rebuilt(_derivative, torques=with_added)
-    added_step = integrator(derivative, _memories, _brake)
+    added_step = integrator(rebuilt(derivative, torques=with_added), _memories, _brake)
     sample = rebuilt(advance, step=added_step)
     return tuple(rebuilt(kernel, torques=with_added, step=added_step, advance=sample)
                  for kernel in kernels)

@@ -211,6 +211,10 @@ def _gap_parts(data: VerdictData) -> list[GapPart]:
     if validation:
         parts.append(('second recording', validation['gap_before'], validation['gap_after'],
                       validation['closed_fraction'], None))
+    theirs = data.get('simulator')
+    if theirs:
+        parts.append((f'in {theirs["name"]}', theirs['gap_before'], theirs['gap_after'],
+                      theirs['closed_fraction'], None))
     return parts
 
 

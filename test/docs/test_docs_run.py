@@ -42,7 +42,7 @@ ELSEWHERE = {
     'export': 'test_mujoco_page', 'fit-nominal': 'test_real_drives', 'import': 'test_import',
     'fleet': 'test_fleet, and below', 'live': 'test_live'}
 # Pages whose commands go on with each other's files: each has a test of its own.
-WALKS = ('first_hour.md', 'current.md', 'closed_model.md', 'mujoco.md')
+WALKS = ('first_hour.md', 'current.md', 'closed_model.md', 'mujoco.md', 'simulator.md')
 RATE = ['--rate', '200']  # five times as fast as what the pages make
 
 

@@ -1,0 +1,92 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The torque that makes one drive move like another (computed torque).
+
+Run the drive C and ask at each of its states which torque on motor and arm gives the drive E the
+accelerations of C: M_E (x'' of C less x'' of E). Nothing of C is needed where this torque acts.
+"""
+import numpy as np
+
+from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import INVERSE_M1, INVERSE_M2
+from gearbox_monitor.plant.effects import Three
+from gearbox_monitor.plant.effects.composition import stored_memories
+from gearbox_monitor.plant.simulate import (
+    advance, derivative, PackedDrive, ProcessNoise, Schedule)
+
+
+@jit
+def lacking(t: float, state: Array, u: float, extra: Three, drives: tuple[PackedDrive, PackedDrive]
+            ) -> tuple[float, float]:
+    """
+    Return the torque that drive E lacks at a state.
+
+    Args:
+        t: time, s.
+        state: [N_STATE] of C.
+        u: torque of the actuator, N m.
+        extra: torques from outside on motor, arm and in the transmission, N m.
+        drives: C and E.
+
+    Returns:
+        Torques on motor and arm, N m.
+    """
+    closed, expressed = drives
+    x, m = (state[0], state[1], state[2], state[3]), stored_memories(state)
+    wanted = derivative(t, x, m, (u, extra, closed))
+    own = derivative(t, x, m, (u, extra, expressed))
+    return ((wanted[2] - own[2]) / expressed.p[INVERSE_M1],
+            (wanted[3] - own[3]) / expressed.p[INVERSE_M2])
+
+
+@jit
+def _run(state: Array, schedule: Schedule, noise: ProcessNoise,
+         drives: tuple[PackedDrive, PackedDrive], torque: Array) -> None:
+    t, u, extra, dt = schedule
+    n = u.shape[1]
+    h = dt / n
+    for k in range(u.shape[0]):
+        external = (extra[k, 0], extra[k, 1], extra[k, 2])
+        torque[k, 0], torque[k, 1] = external[0], external[1]
+        for i in range(n):
+            at = t[k] + i * h
+            before = lacking(at, state, u[k, i], external, drives)
+            advance(state, at, h, u[k, i:i + 1], external, noise, drives[0])
+            after = lacking(at + h, state, u[k, i], external, drives)
+            torque[k, 0] += (u[k, i] + 0.5 * (before[0] + after[0])) / n
+            torque[k, 1] += 0.5 * (before[1] + after[1]) / n
+
+
+def equivalent_torque(schedule: Schedule, state: Array, closed: PackedDrive,
+                      expressed: PackedDrive) -> Array:
+    """
+    Return the torques that move a drive E as C moves.
+
+    Args:
+        schedule: what drives C.
+        state: [N_STATE] where C begins.
+        closed: C.
+        expressed: E.
+
+    Returns:
+        Mean torques on motor and arm over each sample [N, 2], N m: those of the actuator and from
+        outside, and what E lacks.
+    """
+    torque = np.empty((len(schedule.u), 2))
+    _run(state.copy(), schedule, ProcessNoise(np.zeros((1, 4)), np.zeros(4)),
+         (closed, expressed), torque)
+    return torque
