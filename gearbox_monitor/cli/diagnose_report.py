@@ -175,7 +175,7 @@ def _simulator(data: VerdictData) -> list[str]:
     theirs = data.get('simulator')
     if not theirs:
         return []
-    lines = []
+    lines: list[str] = []
     for words, part in ((theirs['name'], theirs), ('this package', theirs['here'])):
         closed = percent(part['closed_fraction'])
         lines += _entry('' if lines else 'simulator', f'{words}: gap '

@@ -137,8 +137,8 @@ def user_simulator(name: str) -> UserSimulator:
         raise InputError(f'{where}: no module {missing}, expected it in the working directory or '
                          'installed') from None
     except Exception as error:  # of the user's code
-        raise InputError(f'{where}: {type(error).__name__}: {error}, expected a module that can be '
-                         'imported') from error
+        raise InputError(f'{where}: {type(error).__name__}: {error}, expected a module to '
+                         'import') from error
     if not callable(run):
         raise InputError(f'{where}: no function {function} in {module}, expected one')
     try:

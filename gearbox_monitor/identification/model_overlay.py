@@ -38,8 +38,9 @@ class ModelRun:
     """
     What one model gives: y [W, L, 2] rad in the windows, chi2 [W] of them, their gap.
 
-    begin: states and memories from which the windows run. free [N, 2] rad: one run over the whole recording, from the states of the first window; None
-    for recordings that were joined. It is NaN or huge where the model diverges.
+    begin: states and memories from which the windows run. free [N, 2] rad: one run over the whole
+    recording, from the states of the first window; None for recordings that were joined. It is NaN
+    or huge where the model diverges.
     """
 
     name: str
