@@ -59,7 +59,7 @@ class Readings(NamedTuple):
 def add_drive_arguments(parser: ArgumentParser) -> None:
     """Declare in `parser` the model file and the joints of a drive."""
     parser.add_argument('--model', metavar='FILE', required=True,
-                        help='model file of the drive, or MJCF or URDF file with --joint')
+                        help='model file of the drive, or MJCF, URDF or SDF file with --joint')
     add_joint_arguments(parser, '--model-arm-joint')
     parser.add_argument('--values', metavar='FILE',
                         help='with --joint: model values that are not in that file')
@@ -107,7 +107,7 @@ def load_drive(args: Namespace) -> DriveModel:
     It is a model file, or the file of a simulator where --joint is given. Raises InputError.
     """
     if args.joint is None:
-        if Path(args.model).suffix.lower() in ('.xml', '.urdf'):
+        if Path(args.model).suffix.lower() in ('.xml', '.urdf', '.sdf'):
             raise InputError(f'{args.model}: the file of a simulator, expected --joint with the '
                              'joint of the drive in it')
         if args.values is not None:

@@ -21,8 +21,9 @@ the joint of the arm, and the motor's joint with the actuator is added beside it
 the arm's joint where the file has both. What MuJoCo cannot express is listed with the reason.
 Needs MuJoCo 4.0 (pip install 'gearbox_monitor[mujoco]').
 
-Other targets than mjcf print the parameters of the joint in the names and units of urdf, sdf,
-isaac (Isaac Sim 5 and Isaac Lab), drake or bam, and what they lack, with the reason.
+With --to urdf or sdf it edits friction, effort limit and inertia of the joint in such a file.
+Without --into, and with isaac (Isaac Sim 5 and Isaac Lab), drake or bam, it prints the parameters
+of the joint in the names and units of the target. Either lists what the target lacks.
 
 --check BAG runs the file and the patched file in MuJoCo on a recorded torque and prints the misfit
 of both, in standard deviations of the encoder noise, beside that of the model in this package's
@@ -33,6 +34,7 @@ usage examples:
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --out fits.xml
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint m --arm-joint elbow
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --check BAG2
+  gearbox_monitor export drive.closed.yaml --to urdf --into robot.urdf --joint elbow --out new.urdf
   gearbox_monitor export drive.closed.yaml --to isaac
 """
 from argparse import ArgumentParser, Namespace
@@ -47,10 +49,11 @@ from gearbox_monitor.cli.options import expect_new, write_new
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.mjcf import refused, values_of
-from gearbox_monitor.export.mjcf_file import drive_of, MjcfDrive, read_mjcf
+from gearbox_monitor.export.mjcf_file import drive_of, MjcfDrive, read_file, read_mjcf
 from gearbox_monitor.export.mjcf_patch import Patch, patched
 from gearbox_monitor.export.mujoco_run import misfit, rig_of
-from gearbox_monitor.export.parameter_list import parameter_list, TARGETS
+from gearbox_monitor.export.parameter_list import parameter_list, TARGETS as LISTS
+from gearbox_monitor.export.robot_patch import patched_robot, ROOTS
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
 from gearbox_monitor.identification.model_overlay import overlay
 from gearbox_monitor.plant.drive import DriveModel
@@ -63,10 +66,10 @@ WIDTH = 80
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     parser.add_argument('model', metavar='MODEL', help='model file, such as drive.closed.yaml')
-    parser.add_argument('--to', choices=('mjcf', *TARGETS), required=True,
+    parser.add_argument('--to', choices=('mjcf', *LISTS), required=True,
                         help='simulator')
     parser.add_argument('--into', metavar='FILE',
-                        help='MJCF file that is patched; it stays as it is')
+                        help='MJCF, URDF or SDF file that is patched; it stays as it is')
     add_joint_arguments(parser, '--arm-joint')
     parser.add_argument('--out', metavar='FILE',
                         help='write the patched file (default: print the difference)')
@@ -84,33 +87,58 @@ def run(args: Namespace) -> int:
     expect_new(args.out)
     expect_folder_of(args.out)
     model = load_model(args.model)
-    if args.to != 'mjcf':
+    if args.to in LISTS:
         for option in ('into', 'joint', 'out', 'check'):
-            if getattr(args, option):
-                raise InputError(f'--{option}: with --to {args.to}, expected it with --to mjcf')
-        entries, lacking = parameter_list(model, args.to)
-        print('\n'.join([*(f'{e.name:<48s}{e.value:>12.6g} {e.unit}' for e in entries),
-                         *(line for row in lacking
-                           for line in _wrapped(f'{row.id}: {row.kind}: {row.words}'))]))
-        return 1 if lacking else 0
+            if getattr(args, option) and (args.to not in ROOTS or args.into is None
+                                          or option == 'check'):
+                raise InputError(f'--{option}: with --to {args.to}'
+                                 + ('' if args.to not in ROOTS or option == 'check'
+                                    else ' and without --into')
+                                 + ', expected it with --to mjcf')
+        return _robot(args, model) if args.into else _listed(args, model)
     for option in ('into', 'joint'):
         if not getattr(args, option):
             raise InputError(f'--{option}: missing, expected it with --to mjcf')
     values, exported = values_of(model)
     drive = read_mjcf(args.into, args.joint, args.model_arm_joint, args.keyframe, args.actuator)
     patch = patched(drive, values, exported)
-    if args.out:
-        write_new(args.out, patch.data.decode('utf-8'))
-    ending = [f'written {args.out}'] if args.out else ['', *difference(drive, patch)]
+    ending = _written(args, drive.document.data, patch)
     if args.check:
         ending += ['', *checked(drive, patch, model, args)]
-    print('\n'.join([*described(patch, drive), *_of_effort(drive, model), *ending]))
+    print('\n'.join([*described(patch, args.into), *_of_effort(drive, model), *ending]))
     return 1 if refused(exported) else 0
 
 
-def described(patch: Patch, drive: MjcfDrive) -> list[str]:
-    """Return lines about what `patch` changed in the file of `drive`, and what it could not."""
-    lines = [f'{drive.path}: {len(patch.changes)} changes']
+def _listed(args: Namespace, model: DriveModel) -> int:
+    """Print the parameters of a model in the target; return the exit code."""
+    entries, lacking = parameter_list(model, args.to)
+    print('\n'.join([*(f'{e.name:<48s}{e.value:>12.6g} {e.unit}' for e in entries),
+                     *(line for row in lacking
+                       for line in _wrapped(f'{row.id}: {row.kind}: {row.words}'))]))
+    return 1 if lacking else 0
+
+
+def _robot(args: Namespace, model: DriveModel) -> int:
+    """Patch a URDF or SDF file; return the exit code."""
+    if not args.joint:
+        raise InputError('--joint: missing, expected it with --into')
+    data = read_file(Path(args.into))
+    patch = patched_robot(data, Path(args.into), args.joint, model, args.to)
+    print('\n'.join([*described(patch, args.into), *_written(args, data, patch)]))
+    return 1 if refused(patch.exported) else 0
+
+
+def _written(args: Namespace, before: bytes, patch: Patch) -> list[str]:
+    """Write the patched file, or return the difference: lines of output."""
+    if args.out:
+        write_new(args.out, patch.data.decode('utf-8'))
+        return [f'written {args.out}']
+    return ['', *difference(args.into, before, patch.data)]
+
+
+def described(patch: Patch, path: str) -> list[str]:
+    """Return lines about what `patch` changed in the file `path`, and what it could not."""
+    lines = [f'{path}: {len(patch.changes)} changes']
     for change in patch.changes:
         before = f'{change.before} -> ' if change.before else ''
         lines.append(f'  {change.element}: '
@@ -167,9 +195,8 @@ def checked(drive: MjcfDrive, patch: Patch, model: DriveModel, args: Namespace) 
     return [*lines, *(f'note: {note}' for note in notes)]
 
 
-def difference(drive: MjcfDrive, patch: Patch) -> list[str]:
-    """Return the lines of a unified diff between the file of `drive` and its `patch`."""
-    before, after = (data.decode('utf-8').splitlines() for data in (
-        drive.document.data, patch.data))
-    name = Path(drive.path).name
-    return list(difflib.unified_diff(before, after, f'a/{name}', f'b/{name}', lineterm='', n=1))
+def difference(path: str, before: bytes, after: bytes) -> list[str]:
+    """Return the lines of a unified diff between the bytes of a file `path`."""
+    old, new = (data.decode('utf-8').splitlines() for data in (before, after))
+    name = Path(path).name
+    return list(difflib.unified_diff(old, new, f'a/{name}', f'b/{name}', lineterm='', n=1))

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Read a drive in an MJCF or URDF file: MuJoCo compiles it, with its defaults, classes and geoms.
+Read a drive in an MJCF, URDF or SDF file: MuJoCo compiles it, with defaults, classes and geoms.
 
 A drive is one joint (motor and arm are rigidly coupled, the motor is its armature), or two joints
 that hang on one parent: that of the motor, and that of the arm. A fixed tendon between the two is
@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.sdf_file import spring_of, urdf_of
 from gearbox_monitor.export.xml_edit import parse_xml, XmlDocument, XmlElement
 from gearbox_monitor.files.opening import read_bytes
 from gearbox_monitor.kernels.types import Array
@@ -172,12 +173,16 @@ def read_mjcf(path: str | Path, joint: str, arm_joint: str | None = None,
 
     """
     path = Path(path)
+    return drive_of(read_file(path), path, (joint, arm_joint), keyframe, actuator)
+
+
+def read_file(path: Path) -> bytes:
+    """Return the bytes of the simulator's file `path`. Raises InputError."""
     try:
-        data = read_bytes(path, MAX_XML)
+        return read_bytes(path, MAX_XML)
     except (OSError, ValueError) as error:
-        raise InputError(f'{path}: {getattr(error, "strerror", error)}, expected a readable MJCF '
-                         'file') from None
-    return drive_of(data, path, (joint, arm_joint), keyframe, actuator)
+        raise InputError(f'{path}: {getattr(error, "strerror", error)}, expected a readable MJCF, '
+                         'URDF or SDF file') from None
 
 
 def drive_of(data: bytes, path: Path, joints: tuple[str, str | None],
@@ -197,10 +202,14 @@ def drive_of(data: bytes, path: Path, joints: tuple[str, str | None],
 
     """
     mujoco = mujoco_module()
-    document = parse_xml(data, str(path))
+    document, spring = parse_xml(data, str(path)), 0.0
+    if document.root.tag == 'sdf':
+        spring = spring_of(document, joints[0])
+        data = urdf_of(document, joints[0]).encode()
+        document = parse_xml(data, str(path))
     if document.root.tag not in ('mujoco', 'robot'):
         raise InputError(f'{path}: line {document.root.line}: <{document.root.tag}>, expected '
-                         '<mujoco>, or <robot> of a URDF file')
+                         '<mujoco>, <robot> of a URDF file or <sdf>')
     m = compiled_model(data, path)
     state = mujoco.MjData(m)
     if keyframe is not None:
@@ -210,6 +219,8 @@ def drive_of(data: bytes, path: Path, joints: tuple[str, str | None],
         state.qpos[:] = m.key_qpos[k]
     mujoco.mj_forward(m, state)
     motor = _joint(document, m, state, joints[0])
+    if spring:
+        motor = replace(motor, stiffness=spring)
     arm = _joint(document, m, state, joints[1]) if joints[1] else None
     if arm is not None:
         parents = [m.body_parentid[m.jnt_bodyid[j.index]] for j in (motor, arm)]
@@ -339,7 +350,7 @@ def _transmission_of_urdf(document: XmlDocument, motor: MjcfJoint) -> MjcfActuat
             if reductions and any(joint.attributes.get('name') == motor.name
                                   for joint in element.all('joint')):
                 tag = reductions[0]
-                text = document.data[tag.head:tag.end].partition(b'<')[0].decode().strip()
+                text = document.text(tag)
                 try:
                     gear = float(text)
                 except ValueError:

@@ -142,8 +142,8 @@ def patched(drive: MjcfDrive, values: MjcfValues, exported: Sequence[Exported]) 
 
     """
     if drive.document.root.tag != 'mujoco':
-        raise InputError(f'{drive.path}: a URDF file, expected MJCF: URDF has no armature, '
-                         'transmission or delay')
+        raise InputError(f'{drive.path}: a URDF or SDF file, expected MJCF with --to '
+                         'mjcf')
     draft = _Draft(drive)
     if values.rigid and drive.arm is not None:
         raise InputError(f'{drive.path}: joints {drive.motor.name}, {drive.arm.name}: two, '

@@ -82,6 +82,10 @@ class XmlDocument:
         line = self.data[self.data.rfind(b'\n', 0, element.start) + 1:element.start]
         return '' if line.strip() else line.decode()
 
+    def text(self, element: XmlElement) -> str:
+        """Return what stands between the tags of `element`, without space around it."""
+        return self.data[element.head:element.end].partition(b'<')[0].decode().strip()
+
     def parent(self, element: XmlElement) -> XmlElement:
         """Return the element around `element`; the root of the root."""
         return next((e for e in self.root.walk() if element in e.children), self.root)
@@ -185,6 +189,24 @@ def with_child(document: XmlDocument, parent: XmlElement, text: str, first: bool
         place = parent.children[-1].end
         return Edit(place, place, text)
     return Edit(parent.head, parent.head, text if parent.children else f'{text}\n{own}')
+
+
+def with_text(document: XmlDocument, element: XmlElement, text: str) -> Edit:
+    """
+    Return the edit that gives an element without children another text.
+
+    Args:
+        document: the file.
+        element: of it.
+        text: its new text.
+
+    Returns:
+        The edit.
+    """
+    if element.end == element.head:  # <a/>
+        return Edit(element.head - 2, element.head, f'>{text}</{element.tag}>')
+    close = document.data.rfind(b'</', element.head, element.end)
+    return Edit(element.head, close, text)
 
 
 def behind(document: XmlDocument, element: XmlElement, text: str) -> Edit:

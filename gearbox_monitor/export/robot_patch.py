@@ -1,0 +1,270 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Write a drive into a URDF or SDF file: friction, limit and inertia of one joint, nothing else.
+
+Neither format has a rotor: the inertia of the motor goes into the link that the joint moves.
+"""
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.mjcf import CONSTRUCT, Exported, REFUSED
+from gearbox_monitor.export.mjcf_patch import number, Patch, Splice
+from gearbox_monitor.export.parameter_list import parameter_list
+from gearbox_monitor.export.sdf_file import child_of, sdf_joint, TENSOR, urdf_of
+from gearbox_monitor.export.xml_edit import (
+    Edit, edited, parse_xml, with_attributes, with_child, with_text, XmlDocument, XmlElement)
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import arm_side, motor_side
+from gearbox_monitor.robot.description import parse, turn
+from gearbox_monitor.robot.dynamics import arrays_of, move, torque_on
+
+SAME = 1e-6  # relative: what differs by less is not edited
+LEAST = 0.05  # of a tensor about the axis: what is taken from it leaves so much
+ROOTS = {'urdf': 'robot', 'sdf': 'sdf'}
+
+
+class _Draft:
+    """Edits of one file as they gather."""
+
+    def __init__(self, document: XmlDocument) -> None:
+        self.document = document
+        self.edits: list[Edit] = []
+        self.changes: list[Splice] = []
+
+    def attributes(self, element: XmlElement, title: str, values: Mapping[str, float]) -> None:
+        """Give an element those of the attributes `values` that differ."""
+        new = {k: number(v) for k, v in values.items()
+               if not _same(element.attributes.get(k, ''), v)}
+        self.edits += with_attributes(self.document, element, dict(new))
+        self.changes += [Splice(title, k, element.attributes.get(k, ''), v)
+                         for k, v in new.items()]
+
+    def texts(self, element: XmlElement, title: str, values: Mapping[str, float]) -> None:
+        """Give the children `values` of an element the texts that differ, or add them."""
+        added = ''
+        for tag, value in values.items():
+            child = child_of(element, tag)
+            before = self.document.text(child) if child is not None else ''
+            if _same(before, value):
+                continue
+            self.changes.append(Splice(title, tag, before, number(value)))
+            if child is None:
+                added += f'<{tag}>{number(value)}</{tag}>\n'
+            else:
+                self.edits.append(with_text(self.document, child, number(value)))
+        if added:
+            self.edits.append(with_child(self.document, element, added))
+
+    def child(self, parent: XmlElement, title: str, text: str) -> None:
+        """Add a child, its `text`, to an element."""
+        self.edits.append(with_child(self.document, parent, text))
+        self.changes.append(Splice(title, '', '', ' '.join(text.split())))
+
+
+def _same(text: str, value: float) -> bool:
+    try:
+        before = float(text or '0')
+    except ValueError:
+        return False
+    return abs(before - value) <= SAME * max(abs(before), abs(value))
+
+
+def patched_robot(data: bytes, path: Path, joint: str, model: DriveModel, target: str) -> Patch:
+    """
+    Return the Patch that gives a joint in a URDF or SDF file the values of a model.
+
+    Args:
+        data: bytes of the file.
+        path: of the file.
+        joint: its name.
+        model: of the drive.
+        target: urdf or sdf.
+
+    Returns:
+        The Patch; `exported` has what is not native there, with the reason.
+
+    Raises:
+        InputError: another format, or no such joint.
+    """
+    document = parse_xml(data, str(path))
+    if document.root.tag != ROOTS[target]:
+        raise InputError(f'{path}: line {document.root.line}: <{document.root.tag}>, expected '
+                         f'<{ROOTS[target]}> with --to {target}')
+    draft = _Draft(document)
+    entries, lacking = parameter_list(model, target)
+    values = {entry.name.rpartition(' ' if target == 'urdf' else '/')[2]: entry.value
+              for entry in entries if entry.name.startswith(('dynamics', 'limit', 'axis/'))}
+    exported = [row for row in lacking if row.id != motor_side.MOTOR_INERTIA.id]
+    if target == 'urdf':
+        element, text = _urdf_joint(document, joint), data.decode('utf-8')
+        exported += _joint_of_urdf(draft, element, values)
+    else:
+        element, text = sdf_joint(document, joint)[1], ''
+        _joint_of_sdf(draft, element, values)
+    try:
+        exported.append(_inertia(draft, element, joint, model, text or urdf_of(document, joint)))
+    except InputError as error:
+        exported.append(Exported('inertia', REFUSED, f'{error}; the joint moves '
+                                 f'{_inertia_of(model):.6g} in the model'))
+    weight = [e['G'] for e in model.effects if e['id'] == arm_side.GRAVITY.id]
+    if weight:
+        exported.append(Exported(arm_side.GRAVITY.id, REFUSED, 'mass and centre of links are not '
+                                 f'changed: mass times lever times 9.81 is {weight[0]:.6g} N m '
+                                 'in the model'))
+    patch = Patch(edited(document, draft.edits), tuple(draft.changes), tuple(exported),
+                  (joint, None))
+    parse_xml(patch.data, str(path))
+    return patch
+
+
+def _inertia_of(model: DriveModel) -> float:
+    folded = model.folded()
+    return folded.motor_inertia + folded.arm_inertia
+
+
+def _urdf_joint(document: XmlDocument, name: str) -> XmlElement:
+    for element in document.root.all('joint'):
+        if element.attributes.get('name') == name:
+            return element
+    raise InputError(f'{document.name}: joint: {name!r} is not in this file, expected one of '
+                     + ', '.join(e.attributes.get('name', '')
+                                 for e in document.root.all('joint')))
+
+
+def _joint_of_urdf(draft: _Draft, joint: XmlElement, values: Mapping[str, float]
+                   ) -> Sequence[Exported]:
+    title = f'joint "{joint.attributes["name"]}" '
+    dynamics, limit = child_of(joint, 'dynamics'), child_of(joint, 'limit')
+    own = {k: values[k] for k in ('damping', 'friction')}
+    if dynamics is not None:
+        draft.attributes(dynamics, title + 'dynamics', own)
+    elif any(own.values()):
+        words = ' '.join(f'{k}="{number(v)}"' for k, v in own.items())
+        draft.child(joint, title + 'dynamics', f'<dynamics {words}/>')
+    if 'effort' in values and limit is not None:
+        draft.attributes(limit, title + 'limit', {'effort': values['effort']})
+    elif 'effort' in values:
+        return [Exported('saturation', REFUSED, 'no <limit> in the joint, which needs a velocity: '
+                         f'add one with effort="{number(values["effort"])}"')]
+    return []
+
+
+def _joint_of_sdf(draft: _Draft, joint: XmlElement, values: Mapping[str, float]) -> None:
+    axis = child_of(joint, 'axis')
+    title = f'joint "{joint.attributes["name"]}" '
+    if axis is None:
+        raise InputError(f'{draft.document.name}: line {joint.line}: {title}: no <axis>, expected '
+                         'one')
+    for part, names in (('dynamics', ('damping', 'friction', 'spring_stiffness')),
+                        ('limit', ('effort',))):
+        own = {k: values[k] for k in names if k in values}
+        element = child_of(axis, part)
+        if element is not None:
+            draft.texts(element, title + part, own)
+        elif any(own.values()):
+            inner = '\n'.join(f'  <{k}>{number(v)}</{k}>' for k, v in own.items() if v)
+            draft.child(axis, title + part, f'<{part}>\n{inner}\n</{part}>')
+
+
+def _inertia(draft: _Draft, element: XmlElement, joint: str, model: DriveModel, urdf: str
+             ) -> Exported:
+    """
+    Give the link that a joint moves what its inertia lacks.
+
+    Args:
+        draft: gets the edits.
+        element: of the joint.
+        joint: its name.
+        model: of the drive.
+        urdf: text of the robot as URDF.
+
+    Returns:
+        The row for the list.
+
+    Raises:
+        InputError: the link has no inertial, or less than is to be taken from it.
+    """
+    robot = parse(urdf, draft.document.name)
+    if joint not in robot.joints:
+        raise InputError(f'joint {joint}: fixed or a mimic, expected one that moves by itself')
+    arrays = arrays_of(robot)
+    move(arrays, np.zeros((3, len(robot.joints))))
+    lacks = _inertia_of(model) - torque_on(arrays, robot.joints.index(joint))[2]
+    root = ElementTree.fromstring(urdf)
+    moved = next(e for e in root.findall('joint') if e.get('name') == joint)
+    link = moved.find('child').get('link', '')  # type: ignore[union-attr]
+    unit = 'kg' if moved.get('type') == 'prismatic' else 'kg m^2'
+    row = Exported(motor_side.MOTOR_INERTIA.id, CONSTRUCT,
+                   f'in the inertia of link {link}, as there is no armature: the joint moves '
+                   f'{_inertia_of(model):.6g} {unit} in the posture 0')
+    if abs(lacks) <= SAME * _inertia_of(model):
+        return row
+    inertial = next(e for e in root.findall('link') if e.get('name') == link).find('inertial')
+    own = child_of(_link(draft.document, element, link), 'inertial')
+    if inertial is None or own is None:
+        raise InputError(f'link {link}: no <inertial>, expected one that {lacks:+.6g} {unit} can '
+                         'be added to')
+    mass = _number(inertial, 'mass', 'value')
+    tensor = np.array([[_number(inertial, 'inertia', f'i{"".join(sorted(i + j))}') for j in 'xyz']
+                       for i in 'xyz'])
+    if unit == 'kg':
+        before, new = mass, tensor * (1.0 + lacks / mass)
+        mass += lacks
+    else:
+        axis = _vector(moved, 'axis', 'xyz', '1 0 0')
+        axis = turn(*_vector(inertial, 'origin', 'rpy', '0 0 0')).T @ axis / np.linalg.norm(axis)
+        before = float(axis @ tensor @ axis)
+        new = (tensor * (1.0 + lacks / before) if lacks < 0.0 else  # a disc about the axis
+               tensor + 0.5 * lacks * (np.eye(3) + np.outer(axis, axis)))
+    if before + lacks < LEAST * before:
+        raise InputError(f'link {link}: {before:.6g} {unit} itself, expected more than the '
+                         f'{-lacks:.6g} that the model has less')
+    title = f'link "{link}" '
+    values = {k: float(new['xyz'.index(k[1]), 'xyz'.index(k[2])]) for k in TENSOR}
+    if draft.document.root.tag == 'robot':
+        draft.attributes(own.all('mass')[0], title + 'mass', {'value': mass})
+        draft.attributes(own.all('inertia')[0], title + 'inertia', values)
+        return row
+    draft.texts(own, title + 'inertial', {'mass': mass})
+    inner = child_of(own, 'inertia')
+    if inner is None:
+        draft.child(own, title + 'inertia', '<inertia>' + ''.join(
+            f'<{k}>{number(v)}</{k}>' for k, v in values.items()) + '</inertia>')
+    else:
+        draft.texts(inner, title + 'inertia', values)
+    return row
+
+
+def _number(element: ElementTree.Element, tag: str, name: str) -> float:
+    child = element.find(tag)
+    return float('0' if child is None else child.get(name, '0'))
+
+
+def _vector(element: ElementTree.Element, tag: str, name: str, default: str) -> Array:
+    child = element.find(tag)
+    text = default if child is None else child.get(name, default)
+    return np.array([float(v) for v in text.split()])
+
+
+def _link(document: XmlDocument, joint: XmlElement, name: str) -> XmlElement:
+    """Return the link `name` beside a joint."""
+    around = document.parent(joint)
+    return next(e for e in around.all('link') if e.attributes.get('name') == name)
