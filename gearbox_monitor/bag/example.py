@@ -28,9 +28,11 @@ from gearbox_monitor.plant.simulate import Noise, Plant
 
 NOISE = Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3))
 
-
 VARIED = 'varied'
 MOTIONS = (VARIED, *(kind for kind in KINDS if kind != 'none'))
+SETPOINT = 'setpoint'  # its joint
+ANGLE = 0.1   # rad of a setpoint per N m of the torque of a motion
+ENCODERS = {'both': (0, 1), 'motor': (0,), 'arm': (1,)}  # columns of the readings
 SWING = 10.0  # s, period of the amplitude of VARIED
 
 
@@ -48,6 +50,11 @@ class ExampleMotion(NamedTuple):
     rest: float = 0.0
     kind: str = 'multisine'
 
+    def command(self, t: Array, model: DriveModel) -> Array:
+        """Return what moves `model` at `t` (s): a torque, N m, or a setpoint, rad."""
+        torque = self.torque(t)
+        return torque if model.controller is None else ANGLE * torque
+
     def torque(self, t: Array) -> Array:
         """Return the commanded torque (N m), of the shape of `t` (s)."""
         if self.kind != VARIED:
@@ -56,10 +63,13 @@ class ExampleMotion(NamedTuple):
 
 
 def write_example_bag(path: str | Path, model: DriveModel, motion: ExampleMotion, seed: int = 0,
-                      topic: str = '/joint_states', noise: Noise = NOISE, truth: bool = False
-                      ) -> None:
+                      topic: str = '/joint_states', noise: Noise = NOISE, truth: bool = False,
+                      encoders: str = 'both') -> None:
     """
     Simulate a drive and record it.
+
+    A controller of the model follows a setpoint, the position of a joint of its own, which is
+    recorded in place of the torque.
 
     Args:
         path: the new bag.
@@ -69,6 +79,7 @@ def write_example_bag(path: str | Path, model: DriveModel, motion: ExampleMotion
         topic: of the joint states.
         noise: of process and encoders; at standstill only that of the encoders acts.
         truth: whether to record true torque and twist as well.
+        encoders: of ENCODERS.
 
     Raises:
         InputError: the bag cannot be written.
@@ -77,15 +88,21 @@ def write_example_bag(path: str | Path, model: DriveModel, motion: ExampleMotion
     still = plant.run(np.zeros(round(motion.rest * motion.rate)), dt)
     plant.noise = noise
     t = np.arange(round(motion.seconds * motion.rate)) * dt
-    run = plant.run(motion.torque(t), dt, len(still.t) * dt)
+    run = plant.run(motion.command(t, model), dt, len(still.t) * dt)
     t, u, y, x, tau_k, load = (
         np.concatenate([getattr(part, name) for part in (still, run)])
         for name in ('t', 'u', 'y', 'x', 'tau_k', 'tau_arm'))
     stamps = motion.start * 1_000_000_000 + np.round(t * 1e9).astype(np.int64)
-    measured = load if model.arm_load == 'measured' else np.full(len(t), np.nan)
-    topics = {topic: encode_joint_states(  # the motor on its own side, as on the wire
-        stamps, [MOTOR, ARM], y * [model.gear_ratio, 1.0],
-        effort=np.column_stack([u / model.effort_scale, measured]))}
+    none = np.full(len(t), np.nan)
+    motor, arm = (y[:, i] if i in ENCODERS[encoders] else none for i in (0, 1))
+    torque, setpoint = (u / model.effort_scale, none) if model.controller is None else (none, u)
+    joints = {  # {name: (position, effort)}, the motor on its own side, as on the wire
+        MOTOR: (motor * model.gear_ratio, torque),
+        ARM: (arm, load if model.arm_load == 'measured' else none),
+        SETPOINT: (setpoint * model.gear_ratio, none)}
+    joints = {name: columns for name, columns in joints.items() if not np.isnan(columns).all()}
+    position, effort = np.stack(list(joints.values()), axis=2)
+    topics = {topic: encode_joint_states(stamps, list(joints), position, effort=effort)}
     if truth:
         topics['/' + PLANT_TRANSMISSION_STATE] = encode_joint_states(
             stamps, [TRANSMISSION], (x[:, 0] - x[:, 1])[:, None], (x[:, 2] - x[:, 3])[:, None],

@@ -152,8 +152,9 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
     data['gap_arcmin'] = math.degrees(data['gap_rad']) * 60.0
     data['gap_arcmin_std'] = math.degrees(data['gap_rad_std']) * 60.0
     data['separable'] = separable
-    data['width'] = float(np.mean([w.width for w in used]))
-    data['passive'] = 2 * sum(w.passive for w in used) > len(used)
+    if hysteresis:  # one encoder shows none
+        data['width'] = float(np.mean([w.width for w in used]))
+        data['passive'] = 2 * sum(w.passive for w in used) > len(used)
     data['crossings'] = float(np.mean([w.coverage for w in used]))
     met, missed, reasons = [], [], []
     if limits['max_gap'] is not None:
@@ -199,26 +200,29 @@ def write_model(path: str, model: DriveModel, data: Mapping[str, Any], bag: str)
         bag: that was measured.
 
     """
-    gap, stiffness, width = data['gap_rad'], data['stiffness'], data['width']
-    significant = abs(data['hysteresis']) > SIGNIFICANT * data['hysteresis_std']
+    gap, stiffness = data['gap_rad'], data['stiffness']
+    height = data.get('hysteresis', 0.0)
+    significant = abs(height) > SIGNIFICANT * data.get('hysteresis_std', 0.0)
     changes: dict[str, Any] = {
         'kind': 'dead_zone', 'stiffness': stiffness, 'half_gap': gap / 2.0,
         'hysteresis_width': 0.0, 'hysteresis_stiffness': 0.0}
-    if significant and data['hysteresis'] > 0.0:
-        width = data['hysteresis'] / (2.0 * stiffness)
+    if significant and height > 0.0:
+        width = height / (2.0 * stiffness)
         changes.update(kind='play', hysteresis_width=width,
                        half_gap=max(gap / 2.0 - width, 0.0))
     elif significant and data['passive']:
-        changes.update(kind='passive_play', hysteresis_width=width,
-                       hysteresis_stiffness=-data['hysteresis'] / (2.0 * width))
+        changes.update(kind='passive_play', hysteresis_width=data['width'],
+                       hysteresis_stiffness=-height / (2.0 * data['width']))
     changes = {name: v if isinstance(v, str) else float(f'{v:.6g}')
                for name, v in changes.items()}
     save_model(path, model.with_(**changes), [
         f'Transmission measured by "gearbox_monitor accept" in {Path(bag).name}, '
         f'{data["windows_used"]} windows:',
         on_axis(f'gap {gap:.5g} +- {data["gap_rad_std"]:.2g} rad, stiffness {stiffness:.5g} +- '
-                f'{data["stiffness_std"]:.2g} N m/rad, hysteresis {data["hysteresis"]:.3g} +- '
-                f'{data["hysteresis_std"]:.2g} N m.', model.axis), 'All other values as before.'])
+                f'{data["stiffness_std"]:.2g} N m/rad' + (
+                    f', hysteresis {height:.3g} +- {data["hysteresis_std"]:.2g} N m'
+                    if 'hysteresis' in data else '') + '.', model.axis),
+        'All other values as before.'])
 
 
 def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
@@ -231,8 +235,10 @@ def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
             results += [
                 f'gap          {data["gap_rad"]:.4g} +- {data["gap_rad_std"]:.2g} rad'
                 + _arcmin(data['gap_rad'], data['gap_rad_std'], axis),
-                f'stiffness    {data["stiffness"]:.4g} +- {data["stiffness_std"]:.2g} N m/rad',
-                f'hysteresis   {data["hysteresis"]:.3g} +- {data["hysteresis_std"]:.2g} N m']
+                f'stiffness    {data["stiffness"]:.4g} +- {data["stiffness_std"]:.2g} N m/rad']
+            if 'hysteresis' in data:
+                results.append(f'hysteresis   {data["hysteresis"]:.3g} +- '
+                               f'{data["hysteresis_std"]:.2g} N m')
         else:
             results.append('gap          not distinguished from compliance by this motion')
         if 'lost_motion_rad' in data:

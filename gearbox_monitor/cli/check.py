@@ -58,6 +58,9 @@ SUITS = {OK: 'yes', WARN: 'with care', BAD: 'no'}
 NEXT = {'estimation': 'gearbox_monitor tune BAG --model FILE --out params.yaml',
         'drift': 'gearbox_monitor accept BAG --model FILE --max-gap RAD',
         'diagnosis': 'gearbox_monitor diagnose BAG --model FILE'}
+WITHOUT_ARM = {'estimation': 'gearbox_monitor replay BAG --params FILE',
+               'drift': 'gearbox_monitor accept BAG --params FILE --max-gap RAD',
+               'diagnosis': "gearbox_monitor diagnose BAG --model FILE --arm-joint ''"}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -65,7 +68,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_estimator_arguments(parser)
     parser.add_argument('--motor-joint', metavar='NAME', help='name of the motor joint '
                         '(default: as --params, motor)')
-    parser.add_argument('--arm-joint', metavar='NAME', help='name of the arm joint '
+    parser.add_argument('--arm-joint', metavar='NAME', help="name of the arm joint, '' for none "
                         '(default: as --params, arm)')
     add_setpoint_argument(parser)
     parser.add_argument('--for', dest='purposes', nargs='+', choices=PURPOSES, metavar='PURPOSE',
@@ -121,7 +124,8 @@ def _model_and_parameters(args: Namespace, reader: BagReader,
         model = load_model(model_file)
     values = {**recorded, **options}
     for name in ('motor_joint', 'arm_joint'):
-        values[name] = getattr(args, name) or values.get(name, name.split('_')[0])
+        stated = getattr(args, name)
+        values[name] = values.get(name, name.split('_')[0]) if stated is None else stated
     values.pop('model', None)
     changed, parameters = resolve(model or DriveModel(), values, args.params or str(reader.path))
     return model and changed, parameters
@@ -152,9 +156,9 @@ def _examined(reader: BagReader, topic: str, model: DriveModel | None,
     if len(parts) > 1:
         notes.append(f'evaluated in {len(parts)} parts: each line shows the first of the worst '
                      'parts')
-    if arm not in decode.joints:  # it was never measured
+    if arm and arm not in decode.joints:  # it was never measured
         notes.append(f'{topic} has no joint {arm!r}, only {", ".join(decode.joints)}: name it '
-                     'with --arm-joint')
+                     "with --arm-joint, '' where there is no arm encoder")
     return joined(examined, parameters.drift_window), notes, list(decode.joints)
 
 
@@ -177,7 +181,8 @@ def text(data: Mapping[str, Any], colours: bool = False) -> str:
     joints = data['joints']
     lines = [*_wrapped(data['bag']), '', *_table(data['topics']), '',
              *_wrapped(f'evaluated: {data["topic"]}, motor joint {joints["motor"]}, arm joint '
-                       f'{joints["arm"]}, {"with" if data["model"] else "without"} a model file')]
+                       f'{joints["arm"] or "none"}, {"with" if data["model"] else "without"} a '
+                       'model file')]
     group = None
     for line in data['lines']:
         if line['group'] != group:
@@ -190,7 +195,8 @@ def text(data: Mapping[str, Any], colours: bool = False) -> str:
         lines += _entry(purpose, verdict, part['verdict'] + (
             f': {", ".join(part["because"])}' if part['because'] else ''), '', colours)
     lines += [part for note in data['notes'] for part in _wrapped(f'note: {note}')]
-    good = [NEXT[purpose].replace('BAG', shlex.quote(data['bag']))
+    commands = NEXT if joints['arm'] else WITHOUT_ARM
+    good = [commands[purpose].replace('BAG', shlex.quote(data['bag']))
             for purpose, part in data['suits'].items() if part['verdict'] != 'no']
     return '\n'.join([*lines, '', *(f'next: {command}' for command in good)]).rstrip()
 

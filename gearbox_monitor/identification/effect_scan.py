@@ -16,7 +16,8 @@
 Score test: the gain of each further effect in one linear step from a fit.
 
 The efficient score of Rao: the part that the fit's own coordinates can imitate is projected out.
-It needs no fit, only one sensitivity for each start of an effect.
+It needs no fit, only one sensitivity for each start of an effect. Values that may be far off have
+further starts, of which the likelihood itself is taken: behind a hidden arm it has local maxima.
 """
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -44,8 +45,9 @@ class Proposal:
     """
     A further effect: id, order (of a periodic one) and number of the start of its fit.
 
-    gain: in -2 log L of one linear step; infinite for an effect that is not off where its fits
-    begin, and has none. start: coordinates [P] of the effect after the step, None: as they begin.
+    gain: in -2 log L of one linear step, or of the start itself; infinite for an effect that is
+    not off where its fits begin, and has none. start: coordinates [P] of the effect after the step,
+    None: as they begin.
     """
 
     name: str
@@ -80,9 +82,13 @@ def scan(likelihood: InnovationLikelihood, starts: Starts, fit: InnovationFit,
     for name, order, number, candidate in trials:
         free = [c for c in candidate.coordinates if c.owner == 0]
         value = replaced_value(model, name)
+        if value is not None and number:
+            # All of its starts have one derivative; what they gain themselves is exact.
+            trial = with_effects(model, [{'id': name, free[0].name: free[0].start}])
+            gain = at.run.deviance - likelihood.run(trial, fit.torque).deviance
+            out.append(Proposal(name, order, number, gain))
+            continue
         if value is not None:
-            if number:
-                continue  # all of its starts have one derivative
             free = [replace(free[0], start=value)]  # where the fit has moved it to
         run = at.run
         if name in MEMORIES and free[0].start == 0.0:

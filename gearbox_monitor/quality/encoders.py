@@ -43,12 +43,23 @@ def noise_of(y: Array) -> tuple[float, float]:
     return white_noise_std(readings, quantum), quantum
 
 
-def measured(y: Array) -> list[Finding]:
-    """Return Lines about readings y [N, 2] that are missing."""
+def measured(y: Array, without_arm: bool = False) -> list[Finding]:
+    """
+    Return Lines about readings that are missing.
+
+    Args:
+        y: readings [N, 2], rad.
+        without_arm: whether the joint has no arm encoder.
+    """
     lines = []
     for name, values in zip(NAMES, y.T):
         share = float(np.isnan(values).mean())
         values = {'missing_share': share}
+        if share == 1.0 and name == 'arm' and without_arm:
+            lines.append(Finding(
+                name, 'readings', 'no arm encoder', 'expect torque, trust and backlash; no twist',
+                hurts(WARN, WARN), values))
+            continue
         if share == 1.0:
             lines.append(Finding(
                 name, 'readings', 'never measured',

@@ -75,7 +75,7 @@ def examine(samples: Samples, parameters: EstimatorParameters,
     rates = SETPOINT_RATES if servo else DIAGNOSIS_RATES
     lines = stamps.lines(samples.stamp_ns, clock, parameters.max_gap,
                          parameters.drift_window, rates)
-    lines += encoders.measured(y)
+    lines += encoders.measured(y, not parameters.arm_joint)
     lines += stamps.held(clock, y, rates)
     part = stretch.stretch(clock, u, y)
     if servo:

@@ -67,6 +67,16 @@ def test_verdicts(bag, capsys, limits, code, verdict):
     assert told['stiffness'] == pytest.approx(25.0, rel=0.1)
 
 
+def test_motor_encoder_alone(bag, tmp_path, capsys):
+    """No loop is seen behind a hidden arm: neither text nor model file state one."""
+    params, file = tmp_path / 'one.yaml', tmp_path / 'measured.yaml'
+    params.write_text("estimator: {ros__parameters: {arm_joint: ''}}")
+    assert main(['accept', bag, '--params', str(params), '--max-gap', '0.22',
+                 '--write-model', str(file)]) == 0
+    assert 'hysteresis' not in capsys.readouterr().out
+    assert 2.0 * load_model(str(file)).transmission.half_gap == pytest.approx(0.2, rel=0.05)
+
+
 def test_not_excited(tmp_path, capsys):
     still = write(tmp_path / 'still', DriveModel(), scale=0.0, seconds=6.0)
     assert main(['accept', still, '--max-gap', '1.0', '--json']) == 3

@@ -21,6 +21,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import textwrap
 from types import ModuleType
 
 import pytest
@@ -43,17 +44,22 @@ ELSEWHERE = {
     'fleet': 'test_fleet, and below', 'live': 'test_live'}
 # Pages whose commands go on with each other's files: each has a test of its own.
 WALKS = ('first_hour.md', 'current.md', 'closed_model.md', 'mujoco.md', 'simulator.md')
+ENTRANCES = ('Motor encoder alone', 'Only setpoints')  # of first_hour.md
 RATE = ['--rate', '200']  # five times as fast as what the pages make
 
 
-def blocks(page, language):
-    """Return the code blocks of `page` in one language."""
-    return re.findall(rf'```{language}\n(.*?)```', page.read_text(encoding='utf-8'), re.DOTALL)
+def blocks(page, language, heading=''):
+    """Return the code blocks of `page` in one language, of all or the section `heading`."""
+    text = page.read_text(encoding='utf-8')
+    if heading:
+        text = re.split(r'\n## ', text.split(f'\n## {heading}\n')[1])[0]
+    return [textwrap.dedent(block)
+            for block in re.findall(rf'```{language}\n(.*?)```', text, re.DOTALL)]
 
 
-def commands(page):
+def commands(page, heading=''):
     """Return the words of each command of ours in the shell blocks of `page`, in order."""
-    lines = '\n'.join(blocks(page, 'sh')).replace('\\\n', ' ').splitlines()
+    lines = '\n'.join(blocks(page, 'sh', heading)).replace('\\\n', ' ').splitlines()
     words = [shlex.split(line, comments=True) for line in lines]
     return [line[1:] for line in words if line[:1] == ['gearbox_monitor']]
 
@@ -65,7 +71,8 @@ def test_first_hour(tmp_path, monkeypatch, capsys):
     (tmp_path / 'start.yaml').write_text(blocks(page, 'yaml')[0])
     monkeypatch.chdir(tmp_path)
     codes, output = {}, {}
-    for words in commands(page):
+    others = [words for heading in ENTRANCES for words in commands(page, heading)]
+    for words in (words for words in commands(page) if words not in others):
         name = ' '.join(words[:2])
         codes[name] = main([*words, *(RATE if words[0] == 'example' else [])])
         output[name] = capsys.readouterr().out
@@ -78,6 +85,46 @@ def test_first_hour(tmp_path, monkeypatch, capsys):
     assert 'baseline_file: "joint3_healthy.yaml"' in (tmp_path / 'joint3.yaml').read_text()
     page = (tmp_path / 'fleet/fleet.html').read_text(encoding='utf-8')
     assert re.search(r'SN0815.*gap \+2[456]\.\d', page) and 'since 2026-01-15' in page
+
+
+def entered(heading, folder):
+    """Write the files of an entrance to the tutorial; return [command that may follow]."""
+    page = DOCS / 'first_hour.md'
+    text = (ROOT / 'config/drive.yaml').read_text(encoding='utf-8')
+    (folder / 'joint3_drive.yaml').write_text(text)
+    block = blocks(page, 'yaml', heading)[0]
+    (folder / 'one.yaml').write_text(block)
+    (folder / 'joint3_servo.yaml').write_text(
+        re.sub('^controller: null', block.strip() + '  #', text, flags=re.MULTILINE))
+    shorter = [*RATE, '--seconds', '32']
+    return [[*words, *(shorter if words[0] == 'example' and '--rate' not in words else [])]
+            for words in commands(page, heading)]
+
+
+@pytest.mark.parametrize('heading', [
+    pytest.param(ENTRANCES[0], marks=pytest.mark.system), ENTRANCES[1]])
+def test_entrances_without_arm_encoder(heading, tmp_path, monkeypatch, capsys):
+    words = [words for words in entered(heading, tmp_path) if words[0] != 'diagnose']
+    monkeypatch.chdir(tmp_path)
+    assert [main(command) for command in words] == [0] * len(words)
+    shown = capsys.readouterr().out
+    if heading == ENTRANCES[0]:
+        assert 'verdict      pass' in shown
+        assert re.search(r'SN0816: gap .* \+2[456]\.\d', shown)
+
+
+@pytest.mark.system
+@pytest.mark.parametrize('heading, half_gap', [*zip(ENTRANCES, (0.125, 0.13))])
+def test_causes_without_arm_encoder(heading, half_gap, tmp_path, monkeypatch):
+    words = entered(heading, tmp_path)
+    name = next(w[1] for w in words if w[0] == 'diagnose')
+    monkeypatch.chdir(tmp_path)
+    for command in words:
+        if command[:2] in (['example', name], ['diagnose', name]):
+            assert main(command) == int(command[0] == 'diagnose')
+    verdict = json.loads(next(tmp_path.glob('*/verdict.json')).read_text())
+    assert verdict['effect'] == 'backlash_gap'
+    assert verdict['params']['backlash_gap']['b'] == pytest.approx(half_gap, rel=0.01)
 
 
 def named(page):
