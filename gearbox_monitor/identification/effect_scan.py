@@ -46,8 +46,8 @@ class Proposal:
     A further effect: id, order (of a periodic one) and number of the start of its fit.
 
     gain: in -2 log L of one linear step, or of the start itself; infinite for an effect that is
-    not off where its fits begin, and has none. start: coordinates [P] of the effect after the step,
-    None: as they begin.
+    not off where its fits begin, and has none. start: coordinates [P] of the effect after the
+    step, None: as they begin.
     """
 
     name: str
