@@ -15,6 +15,7 @@
 """The package's files agree with each other, and an installed copy finds what it needs."""
 import ast
 from importlib import import_module
+import json
 import os
 from pathlib import Path
 import re
@@ -120,13 +121,28 @@ def test_entry_points_exist():
         assert callable(getattr(import_module(module), function))
 
 
-@pytest.mark.parametrize('command', COMMANDS)
-def test_every_command_explains_itself_with_examples(command):
-    result = subprocess.run([sys.executable, '-m', 'gearbox_monitor', command, '--help'],
-                            cwd=ROOT, capture_output=True, text=True)
+HELP_OF_ALL = """
+import contextlib, io, json
+from gearbox_monitor.cli.main import COMMANDS, main
+shown = {}
+for command in COMMANDS:
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.suppress(SystemExit):
+        main([command, '--help'])
+    shown[command] = out.getvalue()
+print(json.dumps(shown))
+"""
+
+
+def test_every_command_explains_itself_with_examples():
+    result = subprocess.run([sys.executable, '-c', HELP_OF_ALL], cwd=ROOT, capture_output=True,
+                            text=True)
     assert result.returncode == 0, result.stderr
-    assert f'  gearbox_monitor {command}' in result.stdout, 'no example'
-    assert '\nexit code: 0 ' in result.stdout
+    shown = json.loads(result.stdout)
+    assert list(shown) == list(COMMANDS)
+    for command, text in shown.items():
+        assert f'  gearbox_monitor {command}' in text, f'{command}: no example'
+        assert '\nexit code: 0 ' in text, command
 
 
 @pytest.fixture(scope='module')

@@ -260,6 +260,7 @@ def labelled(tmp_path_factory):
     return folder, labels, verdicts, read
 
 
+@pytest.mark.system
 @compiled
 def test_recordings_say_nothing_but_the_measured(labelled):
     folder, labels, _, _ = labelled

@@ -151,6 +151,7 @@ def test_current_instead_of_torque(tmp_path, monkeypatch, capsys):
     assert before > 1.0 and after < 0.3  # N m
 
 
+@pytest.mark.system
 def test_closed_model_in_the_estimator(tmp_path, monkeypatch, capsys):
     """Prediction errors become those of a right model, and the smoothed torque better."""
     page, said = DOCS / 'closed_model.md', []

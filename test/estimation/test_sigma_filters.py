@@ -79,7 +79,9 @@ def relative(got, expected, n):
 
 
 @pytest.mark.parametrize('rows', [(0, 1), (0,), (1,), ()])
-@pytest.mark.parametrize('kind', KINDS)
+@pytest.mark.parametrize('kind', [
+    pytest.param(kind, marks=[pytest.mark.system] if kind.endswith('ukf') else [])
+    for kind in KINDS])
 def test_linear_drive_equals_the_kalman_filter(kind, rows):
     _, n, dt, F, B, Q, u, _, y = linear(steps=700)
     module, options = KINDS[kind]

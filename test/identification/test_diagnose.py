@@ -145,6 +145,7 @@ def test_no_gap(folder, tmp_path, capsys):
     assert json.loads((out / 'verdict.json').read_text())['verdict'] == 'none'
 
 
+@pytest.mark.system
 def test_only_the_measurement_topic_counts(folder, tmp_path, capsys, monkeypatch):
     """Without truth, names and parameters in the bag, and with one thread, the same answer."""
     read = []
@@ -162,6 +163,7 @@ def test_only_the_measurement_topic_counts(folder, tmp_path, capsys, monkeypatch
     assert read == [['/joint_states'], ['/a/joint_states']]
 
 
+@pytest.mark.system
 def test_a_measured_load_is_no_gap(folder, tmp_path, capsys):
     t, u, y = record(({'id': 'load_torque', 'TL': 0.4},))
     loaded = write_csv(tmp_path / 'a.csv', t, u, y, np.full(len(t), 0.4),
@@ -174,6 +176,7 @@ def test_a_measured_load_is_no_gap(folder, tmp_path, capsys):
     assert 'no torque measured on the arm' in capsys.readouterr().err
 
 
+@pytest.mark.system
 def test_a_drive_with_one_encoder(tmp_path, capsys):
     rigid = replace(MODEL, transmission=Transmission('rigid'))
     (tmp_path / 'rigid.yaml').write_text(yaml.safe_dump(rigid.to_dict()))
@@ -197,7 +200,8 @@ def test_a_drive_with_one_encoder(tmp_path, capsys):
 
 
 @pytest.mark.parametrize('side, effect, key, value', [
-    (0, 'backlash_gap', 'b', 0.11), (1, 'stiffness', 'K', 27.0)])
+    (0, 'backlash_gap', 'b', 0.11),
+    pytest.param(1, 'stiffness', 'K', 27.0, marks=pytest.mark.system)])
 def test_one_encoder_shows_gap_and_stiffness(folder, tmp_path, capsys, side, effect, key, value):
     name, other = (('motor', 'arm'), ('arm', 'motor'))[side]
     t, u, y = record(({'id': effect, key: value},))
@@ -227,6 +231,7 @@ def test_what_needs_both_encoders_of_an_elastic_drive_says_so(folder, tmp_path, 
         assert 'arm: never measured, expected both encoders, or in other.yaml' in said
 
 
+@pytest.mark.system
 def test_gains_are_those_of_fits_that_compare(tmp_path, capsys):
     rigid = replace(MODEL, transmission=Transmission('rigid'), tolerance=0.01)
     (tmp_path / 'rigid.yaml').write_text(yaml.safe_dump(rigid.to_dict()))
@@ -245,6 +250,7 @@ def test_gains_are_those_of_fits_that_compare(tmp_path, capsys):
     assert 'gravity' in singles and len(singles) < len(ids)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize('follows', [False, True])
 def test_bursts_that_follow_the_torque_are_no_disturbance(folder, tmp_path, capsys, follows):
     """The same torque on the arm, at times of its own or whenever the command is near its peak."""
@@ -276,6 +282,7 @@ def test_an_unknown_effect_is_told_by_what_it_follows(folder, tmp_path, capsys):
     assert 0.0 < rest['size'] < 0.002 and rest['channel'] in ('motor', 'arm')
 
 
+@pytest.mark.system
 def test_an_unknown_encoder_zero_is_no_gap(folder, tmp_path, capsys):
     t, u, y = record()
     path = write_csv(tmp_path / 'shifted.csv', t, u, y + (0.0, 0.03))

@@ -259,6 +259,7 @@ def test_steps_above_the_noise_of_an_encoder_are_no_unknown_effect():
     assert data['verdict'] == 'unknown' and data['location'] == 'motor_sensor', data['warnings']
 
 
+@pytest.mark.system
 def test_an_effect_that_shows_in_held_out_windows_alone_is_found():
     u = record([], 8).u * np.where(np.arange(8000) < 6000, 1.0, 2.0)
     limit = 1.1 * np.abs(u[:6000]).max()
@@ -270,6 +271,7 @@ def test_an_effect_that_shows_in_held_out_windows_alone_is_found():
     assert 'only the held-out windows show the model error' in ' '.join(data['warnings'])
 
 
+@pytest.mark.system
 def test_what_training_windows_let_pass_is_judged_on_all():
     """A weight that none of the candidates is, hardly above the noise."""
     found = record([{'id': 'gravity', 'G': 0.0003}], seed=3)

@@ -100,6 +100,7 @@ def sampled():
         compared(model_from_dict(KERNELS[name], name), 0.05)[:, ::7])]
 
 
+@pytest.mark.system
 def test_interpreted_is_compiled():
     code = ('import sys; sys.path[:0] = sys.argv[1:]; import test_torque_domain as t; '
             'print(*t.sampled())')
@@ -134,9 +135,9 @@ def diagnosed(folder, recording, capsys, *words, model=SERVO):
 
 
 @pytest.mark.parametrize('effect', [
-    {'id': 'backlash_gap', 'b': 0.013},
-    {'id': 'mesh_error', 'A': 0.004, 'N': 7, 'phi': 0.4}, {'id': 'motor_coulomb', 'Cc': 0.03}],
-    ids=lambda effect: effect['id'])
+    *(pytest.param(effect, marks=pytest.mark.system) for effect in (
+        {'id': 'backlash_gap', 'b': 0.013}, {'id': 'mesh_error', 'A': 0.004, 'N': 7, 'phi': 0.4})),
+    {'id': 'motor_coulomb', 'Cc': 0.03}], ids=lambda effect: effect['id'])
 def test_an_effect_of_the_plant_is_found(tmp_path, capsys, effect):
     data = diagnosed(tmp_path, recorded(tmp_path / 'a.csv', effect), capsys)
     assert (data['verdict'], data['effect']) == ('effect', effect['id'])

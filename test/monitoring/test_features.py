@@ -318,6 +318,7 @@ def real_rows():
     return found
 
 
+@pytest.mark.system
 def test_lost_motion_of_a_real_drive(real_rows):
     found = real_rows[False]
     lost = np.degrees(column(found, 'lost_motion'))

@@ -83,7 +83,7 @@ def test_a_sound_recording_passes_in_every_line(sound):
     assert values['motion', 'gap traversals']['traversals'] == pytest.approx(reversals, abs=4)
 
 
-@pytest.mark.parametrize('delay', [-1, 0, 3, 12])
+@pytest.mark.parametrize('delay', [-1, 3])
 def test_effort_delay_is_measured_in_samples(sound, delay):
     """The torque is logged `delay` samples before it acts."""
     u = sound.u.copy()

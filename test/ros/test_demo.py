@@ -98,6 +98,7 @@ def run(demo, folder, *options):
     return data, output
 
 
+@pytest.mark.system
 def test_growing_backlash_raises_its_alarm(demo, tmp_path):
     data, output = run(demo, tmp_path / 'a 100%d')
     assert 'export ROS_DOMAIN_ID=' in output

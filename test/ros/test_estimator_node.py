@@ -358,6 +358,7 @@ def test_parameters_are_described_and_checked(graph):
     assert not other.successful and 'of a new start' in other.reason
 
 
+@pytest.mark.system
 def test_first_start_announces_that_it_compiles(graph, tmp_path, monkeypatch):
     """Of an estimator, which a signal ends meanwhile, and of a plant; not so the next start."""
     pytest.importorskip('numba')
