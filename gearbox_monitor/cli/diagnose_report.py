@@ -182,7 +182,12 @@ def _simulator(data: VerdictData) -> list[str]:
                         f'{number(part["gap_before"])} before, {number(part["gap_after"])} after, '
                         f'closed {closed}')
     ways = ', '.join(f'{name} as {way}' for name, way in theirs['passed'].items())
-    return lines + (_entry('', f'passed to it: {ways}') if ways else [])
+    fitted = ', '.join(f'{name} {key} = {number(value)} +- {deviation:.2g}'
+                       for name, values in theirs['values'].items()
+                       for key, (value, deviation) in values.items())
+    for words, row in (('passed to it', ways), ('values in it', fitted)):
+        lines += _entry('', f'{words}: {row}') if row else []
+    return lines
 
 
 def _validation(data: VerdictData, validated: str | None, unit: str) -> list[str]:

@@ -98,36 +98,32 @@ def parameter_list(model: DriveModel, target: str) -> tuple[list[Entry], list[Ex
 
 def _lacking(folded: DriveModel, model: DriveModel, target: str) -> list[Exported]:
     """Return what of a model `target` has no parameter for; `folded`: without replaced values."""
-    out = []
+    out: dict[str, str] = {}
     if folded.transmission.kind != 'rigid':
-        out.append(('transmission', 'a joint is rigid there: two joints with a spring between '
-                    'them, or a model with transmission.kind: rigid'))
+        out['transmission'] = ('a joint is rigid there: two joints with a spring between them, or '
+                               'a model with transmission.kind: rigid')
     if target in ('urdf', 'sdf'):
-        out.append(('motor_inertia', f'no armature: add {folded.motor_inertia:.6g} to the inertia '
-                    'about the axis of the body that the joint moves'))
+        out['motor_inertia'] = (f'no armature: add {folded.motor_inertia:.6g} to the inertia '
+                                'about the axis of the body that the joint moves')
     if target == 'drake' and folded.coulomb_friction:
-        out.append(('coulomb_friction', _NO_FRICTION))
+        out['coulomb_friction'] = _NO_FRICTION
     if folded.position_gain and target != 'sdf':
-        out.append(('position_gain', 'no spring to the ground: add it in your code'))
+        out['position_gain'] = 'no spring to the ground: add it in your code'
     if folded.torque_offset:
-        out.append(('torque_offset', 'add it to the commanded torque'))
+        out['torque_offset'] = 'add it to the commanded torque'
     if model.controller is not None:
-        out.append(('controller', 'set its gains in your code'))
+        out['controller'] = 'set its gains in your code'
     for effect in model.effects:
         name = effect['id']
         entry = EFFECTS.get(name)
-        if name in EXPRESSED[target] or (entry and name != 'motor_inertia' and (
-                entry.replaces or entry.adds_to) and entry.location == 'transmission'):
-            continue  # of the transmission: said above
-        if (name, target) == ('motor_inertia', 'urdf') or (name, target) == (
-                'motor_inertia', 'sdf'):
-            continue
+        if name in EXPRESSED[target] or name in out or (
+                entry and (entry.replaces or entry.adds_to)
+                and entry.location == 'transmission'):
+            continue  # said above
         where = entry.location if entry else ''
-        if target == 'bam' and where == 'arm_side':
-            out.append((name, 'BAM describes the actuator alone'))
-            continue
-        out.append((name, 'no sensor has it: change the reading in your code'
-                    if where.endswith('sensor') else _NO_FRICTION
-                    if target == 'drake' and name in _COULOMB
-                    else 'no parameter has its law: apply it in your code'))
-    return [Exported(name, REFUSED, reason) for name, reason in dict(out).items()]
+        out[name] = ('BAM describes the actuator alone' if (target, where) == ('bam', 'arm_side')
+                     else 'no sensor has it: change the reading in your code'
+                     if where.endswith('sensor') else _NO_FRICTION
+                     if target == 'drake' and name in _COULOMB
+                     else 'no parameter has its law: apply it in your code')
+    return [Exported(name, REFUSED, reason) for name, reason in out.items()]

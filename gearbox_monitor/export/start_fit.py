@@ -25,6 +25,23 @@ ITERATIONS = 8
 GAIN = 1e-3            # least relative gain of an iteration worth another
 
 
+def slopes(residual_of: Callable[[Array], Array], start: Array, steps: Array) -> Array:
+    """
+    Return the slopes of a residual over the start, by central differences.
+
+    Args:
+        residual_of: see fitted_start.
+        start: [n].
+        steps: differences [n].
+
+    Returns:
+        A column for each value of the start.
+    """
+    return np.column_stack([
+        (residual_of(start + step * e) - residual_of(start - step * e)) / (2.0 * step)
+        for step, e in zip(steps, np.eye(len(start)))])
+
+
 def fitted_start(residual_of: Callable[[Array], Array], start: Array, steps: Array
                  ) -> tuple[Array, Array]:
     """
@@ -40,13 +57,11 @@ def fitted_start(residual_of: Callable[[Array], Array], start: Array, steps: Arr
     """
     residual = residual_of(start)
     for _ in range(ITERATIONS):
-        slopes = np.column_stack([
-            (residual_of(start + step * e) - residual_of(start - step * e)) / (2.0 * step)
-            for step, e in zip(steps, np.eye(len(start)))])
-        size = np.sqrt(np.sum(slopes * slopes, axis=0))
+        columns = slopes(residual_of, start, steps)
+        size = np.sqrt(np.sum(columns * columns, axis=0))
         before = float(residual @ residual)
         for damping in DAMPINGS:
-            change = np.linalg.lstsq(np.vstack([slopes, np.diag(damping * size)]),
+            change = np.linalg.lstsq(np.vstack([columns, np.diag(damping * size)]),
                                      np.append(-residual, 0.0 * start), rcond=None)[0]
             trial = residual_of(start + change)
             if trial @ trial < float(residual @ residual):

@@ -22,7 +22,7 @@ the closed model has comes as torque: what the simulator lacks to move like it. 
 encoders are applied here; the simulator is the mechanics between them, with the nominal values
 where it takes none.
 """
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 import importlib
 import inspect
@@ -33,11 +33,11 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.start_fit import fitted_start, STEPS
+from gearbox_monitor.export.start_fit import fitted_start, slopes, STEPS
 from gearbox_monitor.identification.closed_model import closed_of, gap_of
 from gearbox_monitor.identification.model_overlay import ModelRun, Overlay, overlay
 from gearbox_monitor.identification.shooting import Simulator
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import arm_side, EFFECTS, library
 from gearbox_monitor.plant.equivalent_torque import equivalent_torque
@@ -50,6 +50,7 @@ VALUES = ('motor_inertia', 'arm_inertia', 'damping', 'viscous_friction', 'coulom
 EFFECT_VALUES = {effect.id: effect.parameters[0].name for effect in (
     arm_side.ARM_VISCOUS, arm_side.ARM_COULOMB, arm_side.GRAVITY)}
 PARAMETERS = (*VALUES, *EFFECT_VALUES)
+SHARE = 0.01     # by which a value is changed for a slope
 HUGE = 1e9      # residual of what is not finite
 AT_START = 1e-6  # rad: how far the first position may be off the start
 
@@ -224,7 +225,8 @@ def confirmation(simulator: UserSimulator, recording: UniformRecording,
 
     Returns:
         {'name', 'passed' {id: parameter, torque or reading}, 'gap_before', 'gap_after',
-        'closed_fraction', 'here' {the same three}}.
+        'closed_fraction', 'here' {the same three}, 'values' {id: {parameter: [value, standard
+        deviation]}} that fit in the user's simulator}.
 
     Raises:
         InputError: a model has an effect of a plug-in, or the simulator fails.
@@ -235,38 +237,86 @@ def confirmation(simulator: UserSimulator, recording: UniformRecording,
     laid = overlay(recording, dict(zip(('nominal', 'closed'), models)), sigma)
     held = np.flatnonzero(laid.validation)
     held = held if len(held) else np.arange(len(laid.windows))
-    gaps, ours = [], []
+    gaps, ours, size = [], [], laid.windows.length * len(laid.channels)
     for k, (run, model) in enumerate(zip(laid.runs, models)):
-        chi2 = []
+        fits = []
         for w in held:
-            chi2.append(_chi2(simulator, laid, int(w), run, (models[0], model)))
-            progress(k * len(held) + len(chi2), 2 * len(held))
-        size = laid.windows.length * len(laid.channels)
-        gaps.append(gap_of(np.array(chi2), size))
+            fits.append(_fitted(simulator, laid, int(w), run, (models[0], model)))
+            progress(k * len(held) + len(fits), 2 * len(held))
+        gaps.append(gap_of(np.array([r @ r for _, r in fits]), size))
         ours.append(gap_of(run.chi2[held], size))
     figures, here = ({'gap_before': g[0], 'gap_after': g[1], 'closed_fraction': closed_of(*g)}
                      for g in (gaps, ours))
     return {'name': simulator.name, 'passed': passed(*models, simulator.takes), **figures,
-            'here': here}
+            'here': here, 'values': _values(simulator, laid, held, models, fits)}
 
 
-def _chi2(simulator: UserSimulator, laid: Overlay, w: int, run: ModelRun,
-          models: tuple[DriveModel, DriveModel]) -> float:
-    """Return chi2 of window `w` in the user's simulator; models: nominal, and that of `run`."""
+def _values(simulator: UserSimulator, laid: Overlay, held: Integers,
+            models: tuple[DriveModel, DriveModel], fits: Sequence[tuple[Array, Array]]
+            ) -> dict[str, dict[str, list[float]]]:
+    """Return {id: {parameter: [value, standard deviation]}}: a Gauss-Newton step in theirs."""
+    nominal, closed = models
+    free = [(i, p.name) for i, e in enumerate(closed.effects) if e not in nominal.effects
+            for p in library()[e['id']].parameters
+            if not (p.whole or p.listed or p.choices) and e.get(p.name)]
+    normal, pull = np.zeros((len(free),) * 2), np.zeros(len(free))
+    for w, (start, r) in zip(held, fits):
+        run = laid.runs[1]
+        residual = _residual_of(simulator, laid, int(w), run, models)
+        span = np.linalg.qr(slopes(residual, start, np.repeat(STEPS, 2)))[0]
+        columns = np.column_stack([
+            _residual_of(simulator, laid, int(w), run, (nominal, _scaled(closed, i, name)))(start)
+            - r for i, name in free]) / SHARE if free else np.zeros((len(r), 0))
+        columns -= span @ (span.T @ columns)  # the start is free
+        normal, pull = normal + columns.T @ columns, pull + columns.T @ r
+    change = -np.linalg.pinv(normal) @ pull
+    chi2 = max(1.0, sum(float(r @ r) for _, r in fits) / sum(len(r) for _, r in fits))
+    deviation = np.sqrt(chi2 * np.diag(np.linalg.pinv(normal)))
+    values: dict[str, dict[str, list[float]]] = {}
+    for (i, name), x, d in zip(free, change, deviation):
+        effect = closed.effects[i]
+        values.setdefault(effect['id'], {})[name] = [
+            float(effect[name] * (1.0 + x)), float(abs(effect[name]) * d)]
+    return values
+
+
+def _scaled(model: DriveModel, index: int, name: str) -> DriveModel:
+    """Return `model` with a parameter of an effect a little larger."""
+    effects = list(model.effects)
+    effects[index] = {**effects[index], name: effects[index][name] * (1.0 + SHARE)}
+    return replace(model, effects=tuple(effects))
+
+
+def _states(laid: Overlay, run: ModelRun, w: int, model: DriveModel) -> Array:
+    """Return the state [4] where window `w` of a run begins."""
+    states: Array = run.begin.states[w]
+    return states[[0, 0, 2, 2]] if model.transmission.kind == 'rigid' else states
+
+
+def _fitted(simulator: UserSimulator, laid: Overlay, w: int, run: ModelRun,
+            models: tuple[DriveModel, DriveModel]) -> tuple[Array, Array]:
+    """Return start and residual of window `w` where it fits best in the user's simulator."""
+    residual = _residual_of(simulator, laid, w, run, models)
+    start = min((_states(laid, one, w, models[0]) for one in (laid.runs[0], run)),
+                key=lambda s: float(np.sum(residual(s) ** 2)))
+    return fitted_start(residual, start, np.repeat(STEPS, 2))
+
+
+def _residual_of(simulator: UserSimulator, laid: Overlay, w: int, run: ModelRun,
+                 models: tuple[DriveModel, DriveModel]) -> Callable[[Array], Array]:
+    """Return the function from a start of a window to its residual; models: nominal, of `run`."""
     nominal, model = models
     recording, windows = laid.recording, laid.windows
     span = slice(int(windows.begin[w]), int(windows.first[w]) + windows.length)
     ours = Simulator(recording, nominal)
     e = model.pack_effects()
-    states = laid.runs[0].begin.states[w], run.begin.states[w]
-    if nominal.transmission.kind == 'rigid':
-        states = states[0][[0, 0, 2, 2]], states[1][[0, 0, 2, 2]]
     theirs = expressed(nominal, model, simulator.takes)
     none = np.zeros(0)
     torque = equivalent_torque(
         Schedule(np.arange(span.start, span.stop) * recording.dt, ours.acting(e)[span],
                  ours.extra[span], recording.dt),
-        np.concatenate([states[1], run.begin.memory[w]]), PackedDrive(model.pack(), e, none),
+        np.concatenate([_states(laid, run, w, nominal), run.begin.memory[w]]),
+        PackedDrive(model.pack(), e, none),
         PackedDrive(theirs.pack(), theirs.pack_effects(), none))
     channels = list(laid.channels)
 
@@ -278,6 +328,4 @@ def _chi2(simulator: UserSimulator, laid: Overlay, w: int, run: ModelRun,
                  recording.dt, e, y)
         r: Array = ((laid.measured[w] - y) / laid.sigma)[:, channels].ravel()
         return np.nan_to_num(r, nan=HUGE, posinf=HUGE, neginf=-HUGE)
-    start = min(states, key=lambda s: float(np.sum(residual(s) ** 2)))
-    _, r = fitted_start(residual, start, np.repeat(STEPS, 2))
-    return float(r @ r)
+    return residual

@@ -82,6 +82,20 @@ def test_another_simulator_sees_the_same_gap_before_and_none_after(effect, way):
     assert ran['closed_fraction'] == pytest.approx(ran['here']['closed_fraction'], abs=0.05)
 
 
+@pytest.mark.parametrize('true, off', [
+    ({'id': 'arm_inertia', 'm2': 0.04}, {'m2': 0.041}),
+    ({'id': 'cogging', 'A': 0.3, 'N': 9, 'phi': 0.4}, {'A': 0.29, 'phi': 0.42})])
+def test_values_are_those_that_fit_in_the_other_simulator(true, off):
+    closed = NOMINAL.with_(effects=[{**true, **off}])
+    simulator = UserSimulator('mine', other_simulator, ('arm_inertia', 'coulomb_friction'))
+    ran = confirmation(simulator, recording_of(NOMINAL.with_(effects=[true])), (NOMINAL, closed),
+                       np.full(2, SIGMA), lambda *_: None)
+    values = ran['values'][true['id']]
+    assert set(values) == set(off)  # N is a whole number
+    for name, (value, deviation) in values.items():
+        assert abs(value - true[name]) < 3.0 * deviation < abs(off[name] - true[name])
+
+
 def test_ways_of_effects():
     closed = NOMINAL.with_(effects=[{'id': 'gravity', 'G': 1.0}, {'id': 'stribeck', 'Cs': 0.1,
                                                                  'vs': 0.2}])
@@ -138,7 +152,7 @@ def test_page(tmp_path, monkeypatch, capsys):
         assert main(words) == (words[0] == 'diagnose'), words
     out = capsys.readouterr().out
     expected, = re.findall(r'```text\n(.*?)```', PAGE, re.DOTALL)
-    figures = [list(map(float, re.findall(r'(\S+) (?:before|after|%)', part)))
+    figures = [list(map(float, re.findall(r'(\S+) (?:before|after|%|\+-)', part)))
                for part in (out[out.index('simulator'):], expected)]
     assert figures[0] == pytest.approx(figures[1], rel=0.02)
     assert 'passed to it: cogging as torque' in out
