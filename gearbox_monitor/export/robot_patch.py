@@ -225,20 +225,19 @@ def _inertia(draft: _Draft, element: XmlElement, joint: str, model: DriveModel, 
     mass = _number(inertial, 'mass', 'value')
     tensor = np.array([[_number(inertial, 'inertia', f'i{"".join(sorted(i + j))}') for j in 'xyz']
                        for i in 'xyz'])
-    if unit == 'kg':
-        before, new = mass, tensor * (1.0 + lacks / mass)
-        mass += lacks
-    else:
-        axis = _vector(moved, 'axis', 'xyz', '1 0 0')
-        axis = turn(*_vector(inertial, 'origin', 'rpy', '0 0 0')).T @ axis / np.linalg.norm(axis)
-        before = float(axis @ tensor @ axis)
-        new = (tensor * (1.0 + lacks / before) if lacks < 0.0 else  # a disc about the axis
-               tensor + 0.5 * lacks * (np.eye(3) + np.outer(axis, axis)))
-    if before + lacks < LEAST * before:
-        raise InputError(f'link {link}: {before:.6g} {unit} itself, expected more than the '
-                         f'{-lacks:.6g} that the model has less')
+    axis = _vector(moved, 'axis', 'xyz', '1 0 0')
+    axis = turn(*_vector(inertial, 'origin', 'rpy', '0 0 0')).T @ axis / np.linalg.norm(axis)
+    before = mass if unit == 'kg' else float(axis @ tensor @ axis)
+    if before <= 0.0 or before + lacks < LEAST * before:
+        raise InputError(f'link {link}: {before:.6g} {unit} itself, a change of {lacks:+.6g}'
+                         ', expected a sum above 0')
+    if unit == 'kg' or lacks < 0.0:
+        tensor = tensor * (1.0 + lacks / before)
+    else:  # a disc about the axis
+        tensor = tensor + 0.5 * lacks * (np.eye(3) + np.outer(axis, axis))
+    mass += lacks if unit == 'kg' else 0.0
     title = f'link "{link}" '
-    values = {k: float(new['xyz'.index(k[1]), 'xyz'.index(k[2])]) for k in TENSOR}
+    values = {k: float(tensor['xyz'.index(k[1]), 'xyz'.index(k[2])]) for k in TENSOR}
     if draft.document.root.tag == 'robot':
         draft.attributes(own.all('mass')[0], title + 'mass', {'value': mass})
         draft.attributes(own.all('inertia')[0], title + 'inertia', values)

@@ -131,6 +131,15 @@ def test_less_inertia_keeps_a_tensor_that_a_body_can_have(target):
     assert after.motor.inertia == pytest.approx(joint.inertia - 0.0049, rel=1e-6)
 
 
+def test_a_slide_takes_mass():
+    text = URDF.replace('revolute', 'prismatic')
+    patch = patch_of('urdf', model_from_dict({
+        'axis': 'prismatic', 'position_gain': 0.0, 'transmission': {'kind': 'rigid'},
+        'motor_inertia': 0.5, 'arm_inertia': 1.2}, 'test'), text)
+    assert drive_in('urdf', patch.data).motor.inertia == pytest.approx(1.7)
+    assert b'<mass   value="1.5"/>' in patch.data
+
+
 def test_both_formats_are_one_robot():
     models = [model_of(drive_in(target, text.encode()),
                        {'gear_ratio': 1.0, 'motor_inertia': 0.01, 'effects': [
@@ -152,7 +161,7 @@ def test_both_formats_are_one_robot():
     ('urdf', ('<limit lower="-2" upper="2" effort="10" velocity="3"/>', ''), {},
      'no <limit> in the joint, which needs a velocity: add one with effort="4"'),
     ('urdf', ('mass   value="1.0"', 'mass value="one"'), {}, "'one', expected a number"),
-    ('urdf', ('', ''), {'arm_inertia': 0.02}, 'that the model has less; the joint moves 0.026442'),
+    ('urdf', ('', ''), {'arm_inertia': 0.02}, 'expected a sum above 0; the joint moves 0.026442'),
     ('sdf', ('type="revolute">\n    <pose rel', 'type="ball">\n    <pose rel'), {},
      "type 'ball', expected one of"),
     ('sdf', ('relative_to="wrist"', 'relative_to="nobody"'), {}, "frame 'nobody'"),
