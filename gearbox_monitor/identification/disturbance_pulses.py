@@ -21,6 +21,7 @@ window, as far as BIC allows.
 from dataclasses import replace
 
 import numpy as np
+from scipy.stats import combine_pvalues
 
 from gearbox_monitor.identification import (
     basis_functions, input_estimation, likelihood, localisation)
@@ -33,6 +34,7 @@ ON_FLOOR = 1.12      # chi2 per reading of a window in which nothing is missing
 ELSEWHERE = 50.0     # chi2 by which a torque at another place may be better; true ones: up to 10
 QUIET_SHARE = 0.35   # of the windows have no burst, at least
 FORETOLD = 0.4       # share of bursts: they come at times of their own, not with speed or torque
+BY_CHANCE = 0.01     # probability that bursts which choose their times meet the ends of travel
 STEADY = 0.6         # share of bursts that a steady oscillation may explain; of true ones: 0.3
 
 
@@ -55,8 +57,9 @@ def disturbance_fit(search: Search) -> CandidateFit | None:
     worth, chi2 = _worth(search.long, none, free, runs, cost, price)
     use = runs.any(axis=1) & (worth > 0.0)
     if (not use.any() or (~use).mean() < QUIET_SHARE or motion_share(search, free) > FORETOLD
-            or sine_share(search,
-                          free) > STEADY or advantage_of_other_places(search, free) > ELSEWHERE):
+            or at_ends_of_travel(search, free, use[:, None] & runs) < BY_CHANCE
+            or sine_share(search, free) > STEADY
+            or advantage_of_other_places(search, free) > ELSEWHERE):
         return None
     shorter = search.on_shorter_steps()
     if shorter is not None:  # impacts in steps too long are little bursts
@@ -141,6 +144,31 @@ def motion_share(search: Search, free: input_estimation.InputEstimate) -> float:
     del moved['time']
     laws = localisation.laws(search, free, {name: value[at] for name, value in moved.items()})
     return max(law.explained for law in laws.values())
+
+
+def at_ends_of_travel(search: Search, free: input_estimation.InputEstimate, runs: Flags) -> float:
+    """
+    Return the probability that bursts at times of their own push the arm back where it turns.
+
+    What the arm cannot pass (a stop, a contact) acts where the travel ends. Of a burst at a time
+    of its own, the share of the samples that lie farther in the direction which it opposes is
+    uniform; those of all bursts are combined (Fisher's method).
+
+    Args:
+        search: fits of all candidates to one recording.
+        free: free-form input estimate.
+        runs: values in a burst [W, H].
+    """
+    recording, windows = search.recording, search.long.windows
+    none = search.fitted['']
+    arm = search.long.positions(none.candidate.model(none.point.z), none.point)[:, 1]
+    beyond = []
+    for w in np.flatnonzero(runs.any(axis=1)):
+        h = int(np.argmax(np.abs(free.signal[w]) * runs[w]))
+        at = int(windows.first[w]) + round(h * input_estimation.SPACING / recording.dt)
+        side = -np.sign(free.signal[w, h])
+        beyond.append(float(np.mean(side * arm >= side * arm[min(at, len(arm) - 1)])))
+    return float(combine_pvalues(np.maximum(beyond, 1.0 / len(arm))).pvalue)
 
 
 def sine_share(search: Search, free: input_estimation.InputEstimate) -> float:

@@ -14,6 +14,7 @@
 
 """Where the gap lies, how far it closes, and what a recording can separate."""
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,8 +22,10 @@ import pytest
 from gearbox_monitor.identification import (
     adequacy, closed_model, diagnose, gauss_newton, isolability, likelihood, localisation,
     selection, shooting, verdict, window_states)
-from gearbox_monitor.identification.disturbance_pulses import disturbance_fit
+from gearbox_monitor.identification.disturbance_pulses import (
+    at_ends_of_travel, disturbance_fit)
 from gearbox_monitor.identification.innovation_selection import InnovationEvidence
+from gearbox_monitor.identification.input_estimation import SPACING
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.residual_dependence import (
     ResidualDependence, strongest_dependence)
@@ -427,3 +430,23 @@ def test_what_is_left_decides_between_places_that_explain_as_much(law, left, res
     places = {'location': 'arm_side', 'places': {p: {'left': v} for p, v in left.items()}}
     law = law and ResidualDependence(law, 'speed', 100.0)
     assert verdict.unknown_place(places, law, rest) == expected
+
+
+@pytest.mark.parametrize('when, sign, low, high', [
+    ('end', -1.0, 0.0, 0.01),    # pushed back where the travel ends
+    ('end', 1.0, 0.9, 1.0),      # pushed on
+    ('middle', -1.0, 0.2, 0.9)])
+def test_bursts_at_the_ends_of_travel_are_no_disturbance(when, sign, low, high):
+    dt, count = 2e-3, round(SPACING / 2e-3)
+    t = np.arange(8 * 25 * count) * dt
+    arm = np.sin(np.arange(8 * 25 * count) * 2 * np.pi / (25 * count))  # a window: a period
+    signal, runs = np.zeros((8, 25)), np.zeros((8, 25), bool)
+    h = 6 if when == 'end' else 12
+    signal[2:4, h], runs[2:4, h] = sign, True
+    search = SimpleNamespace(
+        recording=SimpleNamespace(dt=dt), fitted={'': SimpleNamespace(
+            candidate=SimpleNamespace(model=lambda z: None), point=SimpleNamespace(z=None))},
+        long=SimpleNamespace(windows=SimpleNamespace(first=np.arange(8) * 25 * count),
+                             positions=lambda *_: np.column_stack([t, arm])))
+    p = at_ends_of_travel(search, SimpleNamespace(signal=signal), runs)
+    assert low <= p <= high
