@@ -226,6 +226,11 @@ class EstimatorParameters(ParameterSet):
     payload_link: str = row(
         '', '', 'robot_description: link that carries the payload; empty: the last one that '
         'moves', change=AT_ONCE)
+    effort_is: str = row(
+        'unknown', '', 'what the effort of the motor is: a torque; a current, converted by '
+        'torque_constant of the model file; gravity_compensated: a torque without the weight, '
+        'which robot_description adds; unknown: not stated, converted by torque_constant',
+        choices=('torque', 'current', 'gravity_compensated', 'unknown'))
     effort_delay: int = row(
         0, 'samples', 'effort stamped t_k acts on [t_k+d, t_k+d+1); -1: it acted on the previous '
         'sample', low=-1, high=50)

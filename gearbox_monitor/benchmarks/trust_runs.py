@@ -264,4 +264,4 @@ def _judged(rows: Array, monitor: Monitor, end: float) -> dict[str, Any]:
         **{name: np.array([bool(f[name]) for f in results], bool)
            for name in ('mean', 'whiteness', 'nis')},
         'observability': ~(np.asarray(share) <= observability.UNTRUSTED),
-        'std': np.median(rows[:, :, sample_loop.E_TAU_K_NOISE_STD], axis=1)}
+        'std': np.median(rows[:, :, sample_loop.E_MOTOR_SIDE_NOISE_STD], axis=1)}

@@ -34,7 +34,7 @@ from gearbox_monitor.estimation.estimates import (
     ARM_COLUMNS, Batch, Divergence, Estimate, Estimates, Sample, Samples, SMOOTHED_ARM_COLUMNS)
 from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, FilterKind, Scratch
 from gearbox_monitor.estimation.process_model import (
-    EIGENVALUE, learned_length, markers, pack, Q0, state_names, TAU_ARM)
+    EIGENVALUE, learned_length, markers, pack, Q0, state_names, TAU_ARM, TAU_K)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import (
     DescribedLoad, LoopSettings, LoopState, Output, SECOND, Stream)
@@ -51,6 +51,7 @@ from gearbox_monitor.robot.description import RobotDescription
 from gearbox_monitor.robot.dynamics import arrays_of, Payload
 
 RING = 2048  # step records at hand for the smoother
+COMPENSATED = 'gravity_compensated'  # of effort_is
 DESCRIBED_FILTERS = ('ekf', 'ukf')  # that take a load by a robot's description
 BATCH = 4096  # samples between two stops, at most
 
@@ -102,6 +103,7 @@ class Estimator:
         self.model, self.parameters = resolve(model, parameters)
         self.robot = robot
         self._arm_load = arm_load_of(robot, self.parameters)
+        expect_effort(self.model, self.parameters)
         self.divergences: deque[Divergence] = deque(maxlen=100)  # newest last
         self.counts = np.zeros(sample_loop.N_COUNTS, np.int64)
         self._gate = np.zeros(sample_loop.N_GATE, np.int64)
@@ -123,8 +125,8 @@ class Estimator:
         if self._arm_load is not None:
             self._acting = self.packed.copy()
             self.settings = self.settings._replace(described=DescribedLoad(
-                p.robot_error_time, self.packed[Q0 + TAU_ARM], self.packed[EIGENVALUE],
-                self.drive.arm_inertia))
+                p.robot_error_time, self.packed[Q0 + TAU_ARM], self.packed[Q0 + TAU_K],
+                self.packed[EIGENVALUE], self.drive.arm_inertia))
         self.states = markers(self.packed, len(self.names))
         self.warnings = [*self._kind.warnings(len(self.names), p), *_model_warnings(self.drive)]
         if self._arm_load is None and described(p):
@@ -177,13 +179,17 @@ class Estimator:
         new = self.parameters.replace(**changes)
         motion = None if self._arm_load is None else self._arm_load.motion
         arm_load = arm_load_of(self.robot, new, motion)
+        expect_effort(model, new)
         for values in (new, *model_bank.member_parameters(new)):
             pack(drive_of(model, values), values)  # raises before anything has changed
-        restart = model != self.model or any(
-            rows[name].change != AT_ONCE for name in changes
-            if getattr(new, name) != getattr(self.parameters, name))
+        changed = [name for name in changes
+                   if getattr(new, name) != getattr(self.parameters, name)]
+        restart = model != self.model or any(rows[name].change != AT_ONCE for name in changed)
         self.model, self.parameters, self._arm_load = model, new, arm_load
         if PAYLOAD.issuperset(changes) and not restart:
+            clock = self._state.clock
+            if clock[sample_loop.DESCRIBED] > 0.0 and changed:
+                clock[sample_loop.DESCRIBED] = sample_loop.NEW_PAYLOAD
             return False
         if restart:
             self.reset()
@@ -443,6 +449,8 @@ class Estimator:
         stream, output = self._one, self._output_one
         stream.stamps[0] = sample.stamp_ns
         stream.inputs[0], stream.outputs[0] = sample.u, sample.y
+        if self._arm_load is None and self.parameters.effort_is == COMPENSATED:
+            stream.inputs[0, 0] = np.nan  # without the description it is not known
         if self._arm_load is not None:
             stream = stream._replace(inputs=self._arm_load.inputs(
                 stream.stamps, stream.inputs, np.array([sample.joints])))
@@ -474,6 +482,8 @@ class Estimator:
                 raise InputError('samples without the positions of the robot, expected them with '
                                  'robot_description')
             u = self._arm_load.inputs(stamps, u, samples.joints)
+        elif self.parameters.effort_is == COMPENSATED:
+            u = np.where([True, False], np.nan, u)
         n, start, completed = len(stamps), 0, 0
         output = _output(n, n + RING if self.settings.lag else 0)
         codes, rows, stamps_s, smoothed = output
@@ -631,7 +641,22 @@ def arm_load_of(robot: RobotDescription | None, parameters: EstimatorParameters,
             raise InputError(f'{name}: {list(getattr(p, name))}, expected three numbers')
     arrays = arrays_of(robot, Payload(p.payload_mass, p.payload_tolerance, p.payload_position,
                                       p.payload_link), p.robot_tolerance, p.robot_gravity)
-    return ArmLoad(arrays, robot.joints.index(p.arm_joint), p.robot_acceleration_time, motion)
+    return ArmLoad(arrays, robot.joints.index(p.arm_joint), p.robot_acceleration_time, motion,
+                   p.effort_is == COMPENSATED)
+
+
+def expect_effort(model: DriveModel, parameters: EstimatorParameters) -> None:
+    """Raise InputError where `model` or `parameters` cannot convert what effort_is states."""
+    kind, constant = parameters.effort_is, model.torque_constant
+    if kind == 'current' and constant == 1.0:
+        raise InputError('effort_is: current, but torque_constant of the model file is 1, '
+                         'expected another number of N m/A')
+    if kind in ('torque', COMPENSATED) and constant != 1.0:
+        raise InputError(f'effort_is: {kind}, but torque_constant of the model file is '
+                         f'{constant:g}, expected 1')
+    if kind == COMPENSATED and not described(parameters):
+        raise InputError(f'effort_is: {kind}, expected arm_load model and a robot_description, '
+                         'which give the weight')
 
 
 def described(parameters: EstimatorParameters) -> bool:

@@ -31,12 +31,13 @@ import numpy as np
 
 from gearbox_monitor.estimation.filter_kind import filter_kind
 from gearbox_monitor.estimation.rts_smoother import (
-    N_SMOOTHED, S_TAU_K, S_TAU_K_NOISE_STD, S_TAU_K_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE,
-    S_TWIST_RATE_NOISE_STD, S_TWIST_RATE_STD, S_TWIST_STD, S_U, S_X2, S_X3, S_X4)
+    N_SMOOTHED, S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TAU_K_NOISE_STD, S_TAU_K_STD,
+    S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE, S_TWIST_RATE_NOISE_STD, S_TWIST_RATE_STD,
+    S_TWIST_STD, S_U, S_X2, S_X3, S_X4)
 from gearbox_monitor.estimation.sample_loop import (
     E_DOF, E_DT, E_ELASTIC_WEIGHT, E_HYSTERESIS_STD, E_INNOVATION_ARM, E_INNOVATION_COVARIANCE,
     E_INNOVATION_MOTOR, E_INNOVATION_STD_ARM, E_INNOVATION_STD_MOTOR, E_LEARNED_WEIGHT, E_LOAD,
-    E_LOGLIK, E_NIS, E_READING_MOTOR,
+    E_LOGLIK, E_MOTOR_SIDE_NOISE_STD, E_NIS, E_READING_MOTOR,
     E_STD, E_STIFFNESS, E_TAU_K, E_TAU_K_NOISE_STD, E_TWIST, E_TWIST_RATE,
     E_TWIST_RATE_STD, E_TWIST_STD, E_U, E_WHITE_1, E_WHITE_2, ESTIMATE, N_ESTIMATE, Output,
     SECOND, START, write_innovation)
@@ -59,11 +60,12 @@ KEPT = 8192  # weights at hand for the smoother: more than a chunk and its ring 
 WRITTEN, READ, BEGUN = range(3)
 # Columns of a mean and its deviation.
 MOMENTS = np.array([*((i, E_STD + i) for i in range(7)), (E_TWIST, E_TWIST_STD),
-                    (E_TWIST_RATE, E_TWIST_RATE_STD), (E_TAU_K, E_TAU_K_NOISE_STD)])
+                    (E_TWIST_RATE, E_TWIST_RATE_STD), (E_TAU_K, E_TAU_K_NOISE_STD),
+                    (E_TAU_K, E_MOTOR_SIDE_NOISE_STD)])
 SMOOTHED_MOMENTS = np.array([
     (S_TWIST, S_TWIST_STD), (S_TWIST_RATE, S_TWIST_RATE_STD), (S_TAU_K, S_TAU_K_STD),
     (S_TWIST, S_TWIST_NOISE_STD), (S_TWIST_RATE, S_TWIST_RATE_NOISE_STD),
-    (S_TAU_K, S_TAU_K_NOISE_STD)])
+    (S_TAU_K, S_TAU_K_NOISE_STD), (S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD)])
 
 
 class Mixture(NamedTuple):

@@ -288,6 +288,24 @@ def torque_of(states: States, z: Array, P: Array, p: Array) -> Pair:
 
 
 @jit_inline
+def motor_side(z: Array, P: Array, tau_k: Pair, p: Array) -> Pair:
+    """
+    Return tau_K + tau_e (N m) and its variance; those of tau_K where tau_e is no state.
+
+    Args:
+        z: mean [n].
+        P: covariance [n * n].
+        tau_k: torque_of.
+        p: pack.
+
+    """
+    (torque, variance), n, i = tau_k, z.shape[0], int(p[FRICTION_AT])
+    if i < 0:
+        return torque, variance
+    return torque + z[i], variance + P[i * n + i] + 2.0 * P[TAU_K * n + i]
+
+
+@jit_inline
 def torque_slopes(states: States, z: Array, p: Array) -> Slopes:
     """
     Return the slopes of the curve of tau_K at a state: over the twist, then over its own states.

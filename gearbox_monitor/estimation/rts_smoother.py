@@ -22,7 +22,8 @@ blocks can be chained backwards, from the belief at the seam.
 from typing import NamedTuple
 
 from gearbox_monitor.estimation.consider import variances_of
-from gearbox_monitor.estimation.process_model import TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4
+from gearbox_monitor.estimation.process_model import (
+    motor_side, TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4)
 from gearbox_monitor.estimation.step_record import places, sensitivities
 from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.linalg import multiply, solve_positive, transposed_multiply_symmetric
@@ -37,7 +38,10 @@ Q_RATIO = 0.2
  # ... arm position and speed, motor speed, and the motor torque over the step that led here.
  S_X2, S_X4, S_X3, S_U,
  # Standard deviations by noise alone: the smoother's own, with an exact model.
- S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD, S_TAU_K_NOISE_STD, N_SMOOTHED) = range(14)
+ S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD, S_TAU_K_NOISE_STD,
+ # tau_K and the friction's error together: what motor torque and motion show, in which the load
+ # on the arm has no part. Where that error is no state: tau_K.
+ S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, N_SMOOTHED) = range(16)
 
 
 class Span(NamedTuple):
@@ -149,5 +153,7 @@ def _write(states: States, z: Array, P: Array, p: Array, record: Array, row: Arr
     row[S_TWIST_RATE_NOISE_STD], row[S_TWIST_RATE_STD] = noise ** 0.5, (noise + of_rate) ** 0.5
     row[S_TAU_K_NOISE_STD] = max(variance, 0.0) ** 0.5
     row[S_TAU_K_STD] = (max(variance, 0.0) + of_torque + p[TAU_K_MODEL_STD] ** 2) ** 0.5
+    row[S_MOTOR_SIDE], variance = motor_side(z, P, (row[S_TAU_K], variance), p)
+    row[S_MOTOR_SIDE_NOISE_STD] = max(variance, 0.0) ** 0.5
     row[S_X2], row[S_X4], row[S_X3] = z[X2], z[X4], z[X3]
     row[S_U] = record[-1]

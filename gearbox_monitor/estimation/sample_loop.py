@@ -26,8 +26,8 @@ from gearbox_monitor.estimation.consider import (
     accompany, Companions, restart, variance_of, variances_of)
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.process_model import (
-    begin_curve, curve_count, EIGENVALUE, FRICTION_AT, learned_length, LOAD_AT, P0, Q0, R1, R2,
-    TAU_ARM, TAU_K, TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4)
+    begin_curve, curve_count, EIGENVALUE, FRICTION_AT, learned_length, LOAD_AT, motor_side, P0, Q0,
+    R1, R2, TAU_ARM, TAU_K, TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4)
 from gearbox_monitor.estimation.rts_smoother import smooth, Span
 from gearbox_monitor.estimation.step_record import places, record_size, sensitivities
 from gearbox_monitor.kernels.jit import bound, jit, jit_inline
@@ -56,9 +56,12 @@ REASONS = {
  STOP_AT, SMOOTH_NEXT, INPUTS, N_GATE) = range(12)
 # Numbers that a stream carries: usual distance of stamps (s), and how large the prediction errors
 # of motor and arm usually get (rad).
-# ... and whether the last load was described.
+# ... and of a load by a description of the robot: 0 before the first, NEW_PAYLOAD where the next
+# one has another payload, else 1 + the variance of what may not have been taken over yet.
 PERIOD, ERROR_MOTOR, ERROR_ARM, DESCRIBED, N_CLOCK = range(5)
 SECOND = 1_000_000_000
+NEW_PAYLOAD = -1.0  # at DESCRIBED
+TRANSFER = 0.05  # s in which a robot takes over a payload, or sets it down
 NEVER = -1  # at STOP_AT: no evaluation is due
 # A jump of the clock, or of a position, is believed when this many samples follow it consistently.
 CONFIRM = 3
@@ -85,8 +88,10 @@ E_TWIST = E_STD + 7
  E_STIFFNESS, E_HALF_GAP, E_HYSTERESIS, E_STIFFNESS_STD, E_HALF_GAP_STD, E_HYSTERESIS_STD,
  # Standard deviation of tau_K by noise alone: the filter's own, with an exact model.
  E_TAU_K_NOISE_STD, E_READING_MOTOR,
+ # ... of tau_K and the friction's error together, see rts_smoother.S_MOTOR_SIDE.
+ E_MOTOR_SIDE_NOISE_STD,
  # Probabilities of the models with a curve, where models are mixed (see model_bank).
- E_ELASTIC_WEIGHT, E_LEARNED_WEIGHT, N_ESTIMATE) = range(E_TWIST + 1, E_TWIST + 28)
+ E_ELASTIC_WEIGHT, E_LEARNED_WEIGHT, N_ESTIMATE) = range(E_TWIST + 1, E_TWIST + 29)
 
 
 class Stream(NamedTuple):
@@ -107,12 +112,14 @@ class DescribedLoad(NamedTuple):
     """
     What a load by a robot's description depends on.
 
-    time: correlation time of its errors, s; noise: spectral density of an unknown load, (N m)^2/s.
+    time: correlation time of its errors, s; noise: spectral density of an unknown load, (N m)^2/s,
+    torque_noise: that of tau_K.
     eigenvalue: of the drive with the arm's `inertia` (kg m^2) of its model, 1/s.
     """
 
     time: float
     noise: float
+    torque_noise: float
     eigenvalue: float
     inertia: float
 
@@ -225,7 +232,8 @@ def _described(described: DescribedLoad | None, measured: float, row: Array,
     The state tau_arm is what the load differs by, an Ornstein-Uhlenbeck process with the stated
     deviation; here it decays over the step, its noise comes with that of the others. Without a
     value, the last load goes on and the state is an unknown load; with the next value it takes
-    over what that differs by.
+    over what that differs by. With a new payload load and tau_K may move by as much: the robot
+    takes it over at some moment that is not stated.
 
     Args:
         described: None: there is no description; the load is `measured`.
@@ -245,19 +253,26 @@ def _described(described: DescribedLoad | None, measured: float, row: Array,
     load, deviation, inertia = row[2], row[3], row[4]
     if not math.isfinite(load):
         p[Q0 + TAU_ARM], clock[DESCRIBED] = described.noise, 0.0
+        p[Q0 + TAU_K] = described.torque_noise
         load = last
     else:
         if clock[DESCRIBED] == 0.0:
             belief.z[TAU_ARM] += last - load
-            clock[DESCRIBED] = 1.0
         elif states[1] is None:
             belief.z[TAU_K] += load - last
+        if clock[DESCRIBED] <= 0.0:
+            clock[DESCRIBED] = 1.0 + clock[DESCRIBED] * clock[DESCRIBED] * (load - last) ** 2
+        moving = (clock[DESCRIBED] - 1.0) / TRANSFER
+        clock[DESCRIBED] = 1.0 + math.exp(-dt / TRANSFER) * (clock[DESCRIBED] - 1.0)
         n, share = belief.z.shape[0], math.exp(-dt / described.time)
         belief.z[TAU_ARM] *= share
         for i in range(n):
             belief.P[i * n + TAU_ARM] *= share
             belief.P[TAU_ARM * n + i] *= share
-        p[Q0 + TAU_ARM] = min(described.noise, 2.0 * deviation * deviation / described.time)
+        p[Q0 + TAU_ARM] = moving + min(
+            described.noise, 2.0 * deviation * deviation / described.time)
+        if states[1] is None:
+            p[Q0 + TAU_K] = described.torque_noise + moving
         p[INVERSE_M2] = 1.0 / inertia
         p[EIGENVALUE] = described.eigenvalue * max(1.0, described.inertia / inertia)
     efforts[place, 1] = load
@@ -436,6 +451,8 @@ def _write_estimate(states: States, belief: Belief, record: Array, reading: Read
     of_twist, of_rate, of_torque = variances_of(states, z, record, at_s, p)
     row[E_TAU_K], variance = torque_of(states, z, P, p)
     row[E_TAU_K_NOISE_STD] = math.sqrt(variance)
+    row[E_MOTOR_SIDE_NOISE_STD] = math.sqrt(
+        max(motor_side(z, P, (row[E_TAU_K], variance), p)[1], 0.0))
     row[E_STD + TAU_K] = math.sqrt(variance + of_torque + p[TAU_K_MODEL_STD] ** 2)
     row[E_ELASTIC_WEIGHT] = row[E_LEARNED_WEIGHT] = math.nan
     for i in range(E_STIFFNESS, E_HYSTERESIS_STD + 1):

@@ -25,7 +25,8 @@ from gearbox_monitor.kernels.types import Array, Integers
 RUNS = (range(sample_loop.E_X1, sample_loop.E_TAU_E + 1),
         range(sample_loop.E_STD + TAU_K, sample_loop.E_STD + TAU_K + 1),
         range(sample_loop.E_INNOVATION_MOTOR, sample_loop.E_DT + 1),
-        range(sample_loop.E_TAU_K_NOISE_STD, sample_loop.E_TAU_K_NOISE_STD + 1))
+        *(range(column, column + 1) for column in (
+            sample_loop.E_TAU_K_NOISE_STD, sample_loop.E_MOTOR_SIDE_NOISE_STD)))
 PLACE = {column: place for place, column in enumerate(column for run in RUNS for column in run)}
 COLUMNS = np.array(list(PLACE))
 BLOCK = 512  # stamps compared at once

@@ -411,7 +411,7 @@ class Monitor:
 
     def _check_covariance(self, recent: Recent) -> Outcome:
         stated, std = (_median(recent[column]) for column in (
-            sample_loop.E_STD + TAU_K, sample_loop.E_TAU_K_NOISE_STD))
+            sample_loop.E_STD + TAU_K, sample_loop.E_MOTOR_SIDE_NOISE_STD))
         if self._reference is None:
             self._references.append(std)
             if len(self._references) >= covariance.REFERENCE_EVALUATIONS:

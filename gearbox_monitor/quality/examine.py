@@ -20,15 +20,17 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality import (
-    encoders, excitation_checks, input_checks as gap_check, stamps, stretch, torque)
+    effort, encoders, excitation_checks, input_checks as gap_check, stamps, stretch, torque)
 from gearbox_monitor.quality.admission import kind_of, ONE_ENCODER, takes_one_encoder
 from gearbox_monitor.quality.finding import (
     BAD, everything, Finding, Grade, hurts, OK, PURPOSES, WARN)
 from gearbox_monitor.quality.recording import (
     DIAGNOSIS_RATES, merged, prepare, REPEATED, SETPOINT_RATES)
+from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
 from gearbox_monitor.quality.stamps import StampClock
 from gearbox_monitor.quality.stretch import Segment
 
@@ -85,7 +87,7 @@ def examine(samples: Samples, parameters: EstimatorParameters,
                              'model without controller', hurts(BAD, BAD)))
     if any(part.measured):
         lines += _moved(samples, clock, part, parameters, model)
-    lines += _diagnosis(samples, model)
+    lines += _diagnosis(samples, model, parameters.effort_is)
     return examined(lines, float(samples.stamp_ns[clock.usable][0]) * 1e-9, clock.duration)
 
 
@@ -128,8 +130,8 @@ def _moved(samples: Samples, clock: StampClock, part: Segment, parameters: Estim
     return motion_lines + lines
 
 
-def _diagnosis(samples: Samples, model: DriveModel | None) -> list[Finding]:
-    """Return the Line about what diagnose itself says of the recording."""
+def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> list[Finding]:
+    """Return what diagnose itself says of the recording, and what the effort is."""
     if model is None:
         return [Finding('model', 'model file', 'none', 'use --model to check signs, units '
                         'and motion against it', hurts(OK, OK, WARN))]
@@ -158,6 +160,10 @@ def _diagnosis(samples: Samples, model: DriveModel | None) -> list[Finding]:
         hurts(diagnosis=BAD) if fatal else hurts(diagnosis=WARN) if problems else {}
     advice = '' if not problems else 'check model file, channels, signs and units' if \
         wired.get('estimation') else 'see above'
+    if model.controller is None and len(recording.channels) == 2 and not rigid and not any(
+            p.code in ('sign', 'swapped') for p in fatal):
+        smooth = SmoothedMotion(recording, noise_levels(recording.y)[0])
+        rigid = [effort.finding(smooth, model, effort_is)]
     word = 'refuses it: ' if fatal else 'takes it; ' if problems else ''
     return [*rigid,
             Finding('model', 'diagnose', word + '; '.join([

@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The physics: equations of motion, library of effects, simulator."""
+"""A whole robot: its description, dynamics, loads on its joints, and a simulated arm."""

@@ -94,7 +94,7 @@ def _follow(motion: JointMotion, stamp: int, positions: Array, time: float) -> b
 
 @jit
 def write_loads(robot: RobotArrays, motion: JointMotion, joint: int, time: float, stamps: Integers,
-                positions: Array, out: Array) -> None:
+                positions: Array, out: Array, weight: Array) -> None:
     """
     Write load, its standard deviation and the inertia of a joint for N samples.
 
@@ -109,6 +109,7 @@ def write_loads(robot: RobotArrays, motion: JointMotion, joint: int, time: float
         stamps: [N], ns.
         positions: of all joints [N, n], rad; NaN = not measured.
         out: [N, N_LOAD], N m, N m and kg m^2; NaN where the motion is not known (well enough).
+        weight: [N], the load at rest, N m, NaN likewise; [0]: it is not wanted.
 
     """
     joints, clock, acting = motion
@@ -119,7 +120,14 @@ def write_loads(robot: RobotArrays, motion: JointMotion, joint: int, time: float
             good = good and joints[UNSEEN, i] <= LONGEST
         if not good:
             out[k, LOAD] = out[k, DEVIATION] = out[k, INERTIA] = math.nan
+            if weight.shape[0] > 0:
+                weight[k] = math.nan
             continue
+        if weight.shape[0] > 0:
+            for i in range(joints.shape[1]):
+                acting[0, i], acting[1, i], acting[2, i] = joints[0, i], 0.0, 0.0
+            move(robot, acting)
+            weight[k] = torque_on(robot, joint)[0]
         for i in range(joints.shape[1]):
             acting[0, i], acting[1, i], acting[2, i] = joints[0, i], joints[1, i], joints[2, i]
         acting[2, joint] = 0.0
@@ -136,12 +144,14 @@ class ArmLoad:
     """
     The load on joint `joint` of the robot `arrays`, with its filter for accelerations of `time` s.
 
-    motion: where a restart goes on from; a new one by default.
+    motion: where a restart goes on from; a new one by default. compensated: whether torques lack
+    what holds the weight.
     """
 
     def __init__(self, arrays: RobotArrays, joint: int, time: float,
-                 motion: JointMotion | None = None) -> None:
+                 motion: JointMotion | None = None, compensated: bool = False) -> None:
         self._arrays, self._joint, self._time = arrays, joint, time
+        self._compensated = compensated
         self.motion = motion or motion_at_start(len(set(arrays.source.tolist())))
 
     def inputs(self, stamps: Integers, u: Array, positions: Array) -> Array:
@@ -155,7 +165,10 @@ class ArmLoad:
         """
         rows = np.empty((len(stamps), 2 + N_LOAD))
         loads = np.empty((len(stamps), N_LOAD))
+        weight = np.empty(len(stamps) if self._compensated else 0)
         write_loads(self._arrays, self.motion, self._joint, self._time, stamps,
-                    np.ascontiguousarray(positions, float), loads)
+                    np.ascontiguousarray(positions, float), loads, weight)
         rows[:, :2], rows[:, 2:] = u, loads
+        if self._compensated:
+            rows[:, 0] += weight
         return rows

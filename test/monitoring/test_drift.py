@@ -20,7 +20,8 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST
+from gearbox_monitor.estimation.rts_smoother import (
+    N_SMOOTHED, S_MOTOR_SIDE, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST)
 from gearbox_monitor.monitoring.backlash import features
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import Monitor
@@ -56,6 +57,7 @@ class Stream:
 def rows_of(twist, tau_k, tau_k_std=0.0):
     rows = np.zeros((len(twist), N_SMOOTHED))
     rows[:, S_TWIST], rows[:, S_TAU_K], rows[:, S_TAU_K_NOISE_STD] = twist, tau_k, tau_k_std
+    rows[:, S_MOTOR_SIDE] = tau_k
     return rows
 
 

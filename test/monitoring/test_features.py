@@ -25,7 +25,7 @@ from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.benchmarks import paper
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.rts_smoother import (
-    N_SMOOTHED, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_U, S_X3, S_X4)
+    N_SMOOTHED, S_MOTOR_SIDE, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_U, S_X3, S_X4)
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.monitoring.backlash import features
 from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
@@ -64,6 +64,7 @@ def curve(kind, stiffness, half_gap, width=0.0, hysteresis_stiffness=0.0, zero=0
     rows[:, S_TAU_K] += (friction[0] * rows[:, S_X3] - gain * rows[:, S_U] + friction[1]
                          * TWO_OVER_PI * np.arctan(100.0 * rows[:, S_X3]))
     rows[:, S_TWIST] += zero
+    rows[:, S_MOTOR_SIDE] = rows[:, S_TAU_K]
     return rows
 
 
@@ -133,6 +134,7 @@ def test_one_flank_and_one_crossing_are_not_enough():
         rows = np.zeros((len(t), N_SMOOTHED))
         rows[:, S_TWIST] = twist
         rows[:, S_TAU_K] = 7.0 * np.sign(twist) * np.maximum(np.abs(twist) - 0.3, 0.0)
+        rows[:, S_MOTOR_SIDE] = rows[:, S_TAU_K]
         rows[:, S_TAU_K_NOISE_STD] = 0.01
         assert reason in features.fit(rows, DriveModel(), 0).reason
 
@@ -145,7 +147,7 @@ def test_constant_torque_on_the_flanks_is_not_separable():
     rows = np.zeros((len(t), N_SMOOTHED))
     rows[:, S_X4] = rows[:, S_X3] = np.sin(2.0 * t)
     rows[:, S_TWIST] = 0.015 * side + 5e-4 * rng.standard_normal(len(t))
-    rows[:, S_TAU_K] = 0.06 * side + 2e-3 * rng.standard_normal(len(t))
+    rows[:, S_MOTOR_SIDE] = rows[:, S_TAU_K] = 0.06 * side + 2e-3 * rng.standard_normal(len(t))
     found = features.fit(rows, DriveModel().with_(coulomb_friction=0.0), 0)
     assert not found.separable
     assert found.lost_motion == pytest.approx(0.03, rel=0.01) and found.lost_motion_std < 1e-3

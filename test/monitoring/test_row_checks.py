@@ -20,9 +20,8 @@ import pytest
 
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.rts_smoother import (
-    N_SMOOTHED, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD,
-    S_U, S_X2, S_X3,
-    S_X4)
+    N_SMOOTHED, S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST,
+    S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD, S_U, S_X2, S_X3, S_X4)
 from gearbox_monitor.monitoring import monitor as monitor_module
 from gearbox_monitor.monitoring.checks import elastic_curve, innovation, twist_range
 from gearbox_monitor.monitoring.checks.outcome import Level
@@ -45,9 +44,11 @@ def rows_of(half_gap=0.1, stiffness=25.0, zero=0.3, gain=0.0, viscous=0.0, scale
     rows = np.zeros((len(T), N_SMOOTHED))
     rows[:, S_TWIST] = twist + zero + scale * x2 + delay * x4
     rows[:, S_X2], rows[:, S_X4], rows[:, S_X3], rows[:, S_U] = x2, x4, x4, u
-    rows[:, S_TAU_K] = torque + gain * u + viscous * x4
-    rows[:, [S_TAU_K_NOISE_STD, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD]] = 0.3, 0.004, 0.1
-    rows[:, S_TAU_K] += 0.05 * np.random.default_rng(0).standard_normal(len(T))
+    rows[:, [S_TAU_K_NOISE_STD, S_MOTOR_SIDE_NOISE_STD]] = 0.3
+    rows[:, [S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD]] = 0.004, 0.1
+    noise = 0.05 * np.random.default_rng(0).standard_normal(len(T))
+    rows[:, S_MOTOR_SIDE] = torque + gain * u + viscous * x4 + noise
+    rows[:, S_TAU_K] = rows[:, S_MOTOR_SIDE]
     return rows
 
 
@@ -63,6 +64,15 @@ def test_each_error_is_found_with_its_size(error, key, condition):
     assert values[key] == pytest.approx(next(iter(error.values())), rel=0.1)
 
 
+def test_an_estimated_friction_is_no_error_but_a_gain_and_an_encoder_are():
+    """tau_K is then what the twist says; friction, within reason, stands in the other state."""
+    for error, condition in (({'viscous': 0.3}, None), ({'gain': 0.5}, elastic_curve.OTHER_TORQUE),
+                             ({'delay': 0.02}, elastic_curve.OTHER_TWIST)):
+        rows = rows_of(**error)
+        rows[:, S_TAU_K] -= error.get('viscous', 0.0) * rows[:, S_X3] + 1e-3
+        assert list(elastic_curve.check(rows, MODEL)[0]) == [condition] * (condition is not None)
+
+
 def slow(arm=1.5, **errors):
     """Return rows_of in slow motion, where the arm's friction alone loads the flanks."""
     rows = rows_of(**errors)
@@ -73,7 +83,8 @@ def slow(arm=1.5, **errors):
     rows[:, S_U] = torque + 0.1 * x4 + 0.27 * np.tanh(20.0 * x4)
     rows[:, S_TWIST] = twist + errors.get('delay', 0.0) * x4
     noise = 0.05 * np.random.default_rng(1).standard_normal(len(T))
-    rows[:, S_TAU_K] = torque + errors.get('viscous', 0.0) * x4 + noise
+    rows[:, S_MOTOR_SIDE] = torque + errors.get('viscous', 0.0) * x4 + noise
+    rows[:, S_TAU_K] = rows[:, S_MOTOR_SIDE]
     return rows
 
 
@@ -94,14 +105,14 @@ def test_wear_and_another_zero_are_no_error(worn):
 
 def test_torque_without_a_curve():
     rows = rows_of()
-    rows[:, S_TAU_K] = 3.0 * np.sign(np.sin(29.0 * T))
+    rows[:, S_MOTOR_SIDE] = 3.0 * np.sign(np.sin(29.0 * T))
     assert elastic_curve.NO_CURVE in elastic_curve.check(rows, MODEL)[0]
 
 
 def test_without_contact_or_rows_the_curve_abstains():
     rows = rows_of()
     assert elastic_curve.check(rows[:3000:100], MODEL) is None
-    rows[:, S_TWIST], rows[:, S_TAU_K] = 0.02 * np.sin(T), 0.0
+    rows[:, S_TWIST], rows[:, S_MOTOR_SIDE] = 0.02 * np.sin(T), 0.0
     assert elastic_curve.check(rows, MODEL) is None
     hardening = {'id': 'hardening', 'K3': 100.0}
     assert elastic_curve.check(rows_of(), MODEL.with_(effects=[hardening])) is None

@@ -25,7 +25,8 @@ import math
 import numpy as np
 
 from gearbox_monitor.estimation.rts_smoother import (
-    S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_RATE_NOISE_STD, S_U, S_X2, S_X3, S_X4)
+    S_MOTOR_SIDE, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_RATE_NOISE_STD, S_U, S_X2, S_X3,
+    S_X4)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.monitoring.backlash.shape import (
     COULOMB, GAIN, HALF_GAP, HEIGHT, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
@@ -174,7 +175,7 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
     group = max(1, len(points) // GROUPS)
     count = len(points) // group
     friction = model.friction_side(points[:, S_X3])
-    data = np.column_stack([points[:, S_TWIST], points[:, S_TAU_K], points[:, S_X3], friction,
+    data = np.column_stack([points[:, S_TWIST], points[:, S_MOTOR_SIDE], points[:, S_X3], friction,
                             points[:, S_U]])
     weights = _weights(points, model)[:count * group].reshape(count, group).mean(axis=1)
     start, variance = _start(data)

@@ -26,6 +26,11 @@ wrong. g and the friction are errors of tau_K; scale s and delay d between the e
 of the twist; e is what no such error explains. Each counts where it is certain and exceeds the
 stated deviations.
 
+Where the filter estimates an error of the friction, that goes back into tau_K first: what motor
+torque and motion show, in which a load by a robot's description has no part. No friction is wrong
+then, so VISCOUS and COULOMB count as nothing; the motor's inertia may be off, too, and gain, scale
+and delay count beyond the tolerances of the model file.
+
 Some motions do not tell errors of tau_K from those of the twist: where inertia does not show, a
 late encoder is viscous friction. Where neither is certain, each is asked for once more with the
 other held to its tolerances in the model file: one of the two is wrong then.
@@ -37,8 +42,8 @@ from scipy.special import stdtrit
 
 from gearbox_monitor.estimation.process_model import UNIFORM
 from gearbox_monitor.estimation.rts_smoother import (
-    S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD, S_U, S_X2,
-    S_X3, S_X4)
+    S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE,
+    S_TWIST_RATE_NOISE_STD, S_U, S_X2, S_X3, S_X4)
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
 from gearbox_monitor.monitoring.checks.row_check import Result, RowCheck
@@ -56,10 +61,13 @@ OFTEN = float(stdtrit(BLOCKS - 1, 0.95))  # by Student's t: not in a block or tw
 HUBER, ITERATIONS, ENOUGH = 1.5, 12, 1e-3
 STANDSTILL = 3.0              # deviations of the speed below which friction is uncertain
 STANDSTILL_WEIGHT = 0.05
-(ZERO, STIFFNESS, HALF_GAP, SCALE, DELAY, VISCOUS, COULOMB, GAIN, N_SHAPE) = range(9)
+(ZERO, STIFFNESS, HALF_GAP, SCALE, DELAY, VISCOUS, COULOMB, GAIN, INERTIA,
+ N_SHAPE) = range(10)
 TORQUE, TWIST = [VISCOUS, COULOMB, GAIN], [SCALE, DELAY]
+CURVE = [ZERO, STIFFNESS, HALF_GAP, SCALE, DELAY]
 # Standard deviations that are expected before the window is seen: of stiffness and half gap
-# relative to the model's, by wear; of the friction, too; scale; delay (s); gain.
+# relative to the model's, by wear; of the friction, too; scale; delay (s); gain. That of the
+# motor's inertia is the model's tolerance.
 WORN, FRICTION, SCALES, DELAYS, GAINS = (0.1, 0.5), 1.0, 0.5, 0.05, 1.0
 LEAST = 1e-4  # standard deviation of what has no tolerance
 _WINDOW = f'{WINDOW:g} s'
@@ -118,7 +126,19 @@ def _curve(rows: Array, drive: DriveModel, theta: Array) -> tuple[Array, Array, 
     slopes[:, VISCOUS], slopes[:, GAIN] = rows[:, S_X3], rows[:, S_U]
     slopes[:, COULOMB] = drive.friction_side(rows[:, S_X3])
     torque = k * load + slopes[:, TORQUE] @ theta[TORQUE]
+    if _friction_estimated(rows):  # M1 x3', by the curve: tau_K itself would explain itself
+        accelerating = (
+            rows[:, S_U] - k * load - drive.damping * rows[:, S_TWIST_RATE]
+            - drive.viscous_friction * rows[:, S_X3] - drive.coulomb_friction * slopes[:, COULOMB])
+        slopes[:, CURVE] *= 1.0 - theta[INERTIA]
+        slopes[:, INERTIA] = accelerating
+        torque = torque + theta[INERTIA] * accelerating
     return torque, slopes, contact
+
+
+def _friction_estimated(rows: Array) -> bool:
+    """Return whether an error of the friction is a state of the filter."""
+    return bool((rows[:, S_MOTOR_SIDE] != rows[:, S_TAU_K]).any())
 
 
 def _prior(drive: DriveModel) -> Array:
@@ -131,6 +151,7 @@ def _prior(drive: DriveModel) -> Array:
     std[SCALE], std[DELAY], std[GAIN] = SCALES, DELAYS, GAINS
     std[VISCOUS] = max(FRICTION * abs(drive.viscous_friction), 1e-2)
     std[COULOMB] = max(FRICTION * drive.coulomb_friction, 1e-2)
+    std[INERTIA] = max(UNIFORM * drive.inertia_tolerance, LEAST)
     return 1.0 / std ** 2
 
 
@@ -148,18 +169,18 @@ def _within_tolerances(drive: DriveModel, at: list[int]) -> Array:
 
 def _fit(rows: Array, drive: DriveModel) -> _Fit:
     """Return the robust fit of the curve by Levenberg and Marquardt."""
-    stds, prior, theta = rows[:, S_TAU_K_NOISE_STD], _prior(drive), np.zeros(N_SHAPE)
+    stds, prior = rows[:, S_MOTOR_SIDE_NOISE_STD], _prior(drive)
     base = _weights(rows, drive)
 
     def errors(theta: Array) -> tuple[Array, Array, Flags, float]:
         """Return residuals and slopes in stated deviations, contact, and the cost at `theta`."""
         torque, slopes, contact = _curve(rows, drive, theta)
-        e = (rows[:, S_TAU_K] - torque) / stds
+        e = (rows[:, S_MOTOR_SIDE] - torque) / stds
         size = np.abs(e)
         cost = base @ np.where(size < HUBER, e * e, HUBER * (2.0 * size - HUBER))
         return e, slopes / stds[:, None], contact, float(cost + prior @ theta ** 2)
 
-    theta[ZERO] = _zero(rows, drive)
+    theta = _start(rows, drive, base, prior)
     e, a, contact, cost = errors(theta)
     damping = 1e-3
     for _ in range(ITERATIONS):
@@ -213,15 +234,36 @@ def _held(fit: _Fit, prior: Array) -> _Fit:
         fit.slopes, fit.weights, residuals, prior))
 
 
-def _zero(rows: Array, drive: DriveModel) -> float:
-    """Return the zero of the twist (rad) to start from: the best of a grid."""
-    shape, twist, torque = drive.transmission, rows[:, S_TWIST], rows[:, S_TAU_K]
-    middle = np.median(twist - torque / shape.stiffness)
-    zeros = np.concatenate([[0.0], middle + 1.5 * shape.half_gap * np.linspace(-1.0, 1.0, 13)])
-    free = twist - zeros[:, None]
-    load = free - np.clip(free, -shape.half_gap, shape.half_gap)
-    error = np.abs(torque - shape.stiffness * load) / rows[:, S_TAU_K_NOISE_STD]
-    return float(zeros[np.argmin(np.minimum(error, SIGMA).sum(axis=1))])
+def _start(rows: Array, drive: DriveModel, base: Array, prior: Array) -> Array:
+    """
+    Return parameters [N_SHAPE] to start from: zero of the twist by a grid, errors of torque.
+
+    Args:
+        rows: [N, N_SMOOTHED].
+        drive: of the filter.
+        base: weights [N].
+        prior: 1 / variance of the parameters [N_SHAPE].
+
+    """
+    shape, torque, stds = (drive.transmission, rows[:, S_MOTOR_SIDE],
+                           rows[:, S_MOTOR_SIDE_NOISE_STD])
+    middle = np.median(rows[:, S_TWIST] - torque / shape.stiffness)
+    best, least = np.zeros(N_SHAPE), np.inf
+    for zero in (0.0, *(middle + 1.5 * shape.half_gap * np.linspace(-1.0, 1.0, 13))):
+        theta = np.zeros(N_SHAPE)
+        theta[ZERO] = zero
+        curve, slopes, _ = _curve(rows, drive, theta)
+        columns, e = slopes[:, TORQUE] / stds[:, None], (torque - curve) / stds
+        for free in (False, True):
+            if free:
+                weighted = columns * (base / np.maximum(1.0, np.abs(e) / HUBER))[:, None]
+                theta[TORQUE] = np.linalg.solve(
+                    weighted.T @ columns + np.diag(prior[TORQUE]), weighted.T @ e)
+                e = e - columns @ theta[TORQUE]
+            cost = float(base @ np.minimum(np.abs(e), SIGMA) + prior @ theta ** 2)
+            if cost < least:
+                best, least = theta.copy(), cost
+    return best
 
 
 def _weights(rows: Array, drive: DriveModel) -> Array:
@@ -281,16 +323,21 @@ def check(rows: Array, drive: DriveModel) -> Result:
     fit = _fit(rows, drive)
     if fit.contact.mean() < CONTACT:
         return None
-    torque, twist = (rows[:, i] for i in (S_TAU_K_NOISE_STD, S_TWIST_NOISE_STD))
-    of_torque = fit.slopes[:, TORQUE] * torque[:, None]
+    torque, twist = (rows[:, i] for i in (S_MOTOR_SIDE_NOISE_STD, S_TWIST_NOISE_STD))
     of_twist = rows[:, [S_X2, S_X4]] - np.median(rows[:, [S_X2, S_X4]], axis=0)
+    wrong = TORQUE
+    if _friction_estimated(rows):
+        wrong, precision = [GAIN], _within_tolerances(drive, TORQUE + TWIST)
+        torque = np.sqrt(torque ** 2 + rows[:, S_U] ** 2 / precision[GAIN])
+        twist = np.sqrt(twist ** 2 + (of_twist ** 2) @ (1.0 / precision[TWIST]))
+    of_torque = fit.slopes[:, wrong] * rows[:, [S_MOTOR_SIDE_NOISE_STD]]
     shares = {
         'misfit': _lasting_share(np.abs(fit.residuals) > SIGMA),
-        'torque': _share_beyond(of_torque, torque, fit, TORQUE),
+        'torque': _share_beyond(of_torque, torque, fit, wrong),
         'twist': _share_beyond(of_twist, twist, fit, TWIST)}
     if not max(shares.values()) > SHARE:
         shares['torque'] = _share_beyond(
-            of_torque, torque, _held(fit, _within_tolerances(drive, TWIST)), TORQUE)
+            of_torque, torque, _held(fit, _within_tolerances(drive, TWIST)), wrong)
         shares['twist'] = _share_beyond(
             of_twist, twist, _held(fit, _within_tolerances(drive, TORQUE)), TWIST)
     values = {f'elastic_{name}_share': share for name, share in shares.items()}

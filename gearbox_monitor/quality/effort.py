@@ -1,0 +1,143 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What the effort is: a torque, a current, or a torque without that against the weight.
+
+Motor and twist give the torque a second time, in which the load on the arm has no part:
+
+    tau = M1 x1'' + Cv x1' + Cc (2/pi) atan(alpha x1') + K dz(x1 - x2, b) + D (x1' - x2') + u0
+
+with the values of the model within their tolerances. A torque equals it, a current is a constant
+multiple of it far from 1, and a torque that lacks the weight differs by a sine and a cosine of the
+arm's angle. Each is fitted (least squares with priors); its likelihood takes an error of a model
+for granted and counts only independent samples, as in wiring.
+"""
+from itertools import product
+import math
+
+import numpy as np
+
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.quality.finding import Finding, hurts, WARN
+from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
+from gearbox_monitor.quality.wiring import independent
+
+ROWS = 1000        # that are fitted
+GAPS = (0.5, 0.7, 1.0, 1.4, 2.0)  # parts of the model's half gap that are tried
+ACCURACY = 0.01    # share of the torque's power that models leave
+SAMPLES = 20.0     # independent ones at most: the error of a model does not average out
+SURE = 5.0         # log of the likelihood ratio from which on one counts as better
+NEAR = 1.5         # a factor nearer to 1 (either way) is an error of the model, no current
+FACTORS = 10.0 ** np.arange(-3.0, 3.01, 0.05)
+LEAST, STIFFNESS, FRICTION, OFFSET = 0.05, 0.2, 1.0, 0.1  # standard deviations, relative
+(TORQUE, CURRENT, COMPENSATED) = READINGS = ('torque', 'current', 'gravity_compensated')
+
+
+def likelihoods(smooth: SmoothedMotion, model: DriveModel) -> tuple[dict[str, float], float]:
+    """
+    Return the log-likelihood of each of READINGS, and the factor of the current.
+
+    Args:
+        smooth: smoothed motion, torque as converted by the model.
+        model: model of the drive.
+
+    """
+    rows = slice(None, None, max(1, len(smooth.u) // ROWS))
+    p, v, a, u = smooth.p[rows], smooth.v[rows], smooth.a[rows], smooth.u[rows]
+    shape, rms = model.transmission, math.sqrt(float(np.mean(u ** 2)))
+    twist, weight = p[:, 0] - p[:, 1], [np.sin(p[:, 1]), np.cos(p[:, 1])]
+    side = model.friction_side(v[:, 0])
+    low, high = np.percentile(twist, (2, 98))
+    gaps = [part * shape.half_gap for part in (GAPS if shape.half_gap > 0.0 else (1.0,))]
+    curves = [twist - zero - np.clip(twist - zero, -gap, gap)
+              for zero, gap in product((0.0, 0.5 * (low + high)), gaps)]
+    sizes = np.array([model.motor_inertia, model.viscous_friction, model.coulomb_friction,
+                      shape.stiffness])
+    stds = np.array([max(LEAST, model.inertia_tolerance), FRICTION, FRICTION, STIFFNESS]) * sizes
+    torque = model.position_gain * p[:, 0] + model.damping * (v[:, 0] - v[:, 1])
+
+    def best(factor: float, more: list[Array]) -> float:
+        """Return the log-likelihood of effort = `factor` tau less what `more` columns give."""
+        y, scale = u / factor - torque, rms / factor
+        std = np.concatenate([stds, [OFFSET * scale], [scale] * len(more)])
+        means = np.concatenate([sizes, np.zeros(1 + len(more))])
+        return max(_likelihood(np.column_stack(
+            [a[:, 0], v[:, 0], side, curve, np.ones(len(y)), *more]), y, (means, std), scale)
+            for curve in curves)
+
+    far = FACTORS[np.abs(np.log(FACTORS)) > math.log(NEAR)]
+    currents = [best(factor, []) for factor in far]
+    k = int(np.argmax(currents))
+    return {TORQUE: best(1.0, []), CURRENT: currents[k] - math.log(len(far)),
+            COMPENSATED: best(1.0, weight)}, float(far[k])
+
+
+def _likelihood(columns: Array, y: Array, prior: tuple[Array, Array], scale: float) -> float:
+    """
+    Return the log-likelihood of `y` [M] by its best fit, with what its parameters cost (Laplace).
+
+    Args:
+        columns: [M, P].
+        y: torque, N m.
+        prior: means and standard deviations of the parameters [P].
+        scale: rms of the torque as it would be, N m.
+
+    """
+    means, stds = prior
+    columns, y = columns * stds / scale, (y - columns @ means) / scale
+    count, floor, gram = SAMPLES, ACCURACY, columns.T @ columns / len(y)
+    for _ in range(3):
+        information = np.eye(len(stds)) + count / floor * gram
+        x = np.linalg.solve(information, count / floor * (columns.T @ y) / len(y))
+        residual = y - columns @ x
+        power = float(np.mean(residual ** 2))
+        count, floor = min(SAMPLES, max(independent(residual), 1.0)), ACCURACY + power
+    return float(-0.5 * (count * math.log(floor) + x @ x
+                         + np.linalg.slogdet(information)[1]))
+
+
+def finding(smooth: SmoothedMotion, model: DriveModel, stated: str) -> Finding:
+    """
+    Return what the effort reads like, against what is stated.
+
+    Args:
+        smooth: smoothed motion, torque as converted by the model.
+        model: model of the drive.
+        stated: parameter effort_is.
+
+    """
+    scores, factor = likelihoods(smooth, model)
+    first, second = sorted(READINGS, key=lambda name: -scores[name])[:2]
+    ratio = scores[first] - scores[second]
+    values: dict[str, float | str] = {
+        f'log_likelihood_{name}': score for name, score in scores.items()}
+    if ratio < SURE:
+        return Finding('torque', 'effort', f'{first} or {second}: not told apart (log of the '
+                       f'likelihood ratio {ratio:.1f}, {SURE:g} wanted)', values=values)
+    figure = f'reads like {first} (log of the likelihood ratio {ratio:.0f} over {second})'
+    values['effort_is'] = first
+    if first == CURRENT:
+        values['factor'] = factor
+        return Finding('torque', 'effort', f'{figure}: {factor:.2g} times the torque',
+                       f'set torque_constant: {model.torque_constant / factor:.2g} in the model '
+                       'file, and effort_is: current', hurts(WARN, WARN, WARN), values)
+    # Where the model converts a current, its torque is what is looked for.
+    same = {TORQUE: (TORQUE, 'unknown', CURRENT), COMPENSATED: (COMPENSATED,)}[first]
+    if stated in same:
+        return Finding('torque', 'effort', figure, values=values)
+    advice = ('set effort_is: gravity_compensated, with a robot_description'
+              if first == COMPENSATED else 'set effort_is: torque')
+    return Finding('torque', 'effort', figure, advice, hurts(WARN, WARN, WARN), values)
