@@ -146,11 +146,24 @@ def compiled_model(data: bytes, path: Path) -> Any:
     """
     mujoco = mujoco_module()
     try:
-        spec = mujoco.MjSpec.from_string(data.decode('utf-8'))
+        spec = mujoco.MjSpec.from_string(data.decode('utf-8'), include=_included(data, path))
         spec.modelfiledir = str(path.parent)
         return spec.compile()
     except (ValueError, RuntimeError, UnicodeDecodeError) as error:
         raise InputError(f'{path}: {error}, expected a file that MuJoCo compiles') from None
+
+
+def _included(data: bytes, path: Path) -> dict[str, bytes]:
+    """Return {name: bytes} of the files that an MJCF file includes, relative to its folder."""
+    files: dict[str, bytes] = {}
+    waiting = [data]
+    while waiting:
+        for element in parse_xml(waiting.pop(), str(path)).root.walk():
+            name = element.attributes.get('file', '') if element.tag == 'include' else ''
+            if name and name not in files and (path.parent / name).is_file():
+                files[name] = read_file(path.parent / name)
+                waiting.append(files[name])
+    return files
 
 
 def read_mjcf(path: str | Path, joint: str, arm_joint: str | None = None,
@@ -313,7 +326,7 @@ def _actuator(document: XmlDocument, m: Any, motor: MjcfJoint, name: str | None
     if document.root.tag == 'robot':
         return _transmission_of_urdf(document, motor)
     mujoco = mujoco_module()
-    own = [i for i in range(m.nu and len(m.actuator_trntype))
+    own = [i for i in range(len(m.actuator_trntype))
            if m.actuator_trntype[i] == int(mujoco.mjtTrn.mjTRN_JOINT)
            and m.actuator_trnid[i, 0] == motor.index and m.actuator_ctrlnum[i] == 1]
     names = [mujoco.mj_id2name(m, mujoco.mjtObj.mjOBJ_ACTUATOR, i) for i in own]
@@ -328,10 +341,14 @@ def _actuator(document: XmlDocument, m: Any, motor: MjcfJoint, name: str | None
     if not own:
         return None
     i = own[0]
-    element = next(e for part in document.root.all('actuator') for e in part.walk()
-                   if e.attributes.get('joint') == motor.name
-                   and e.attributes.get('input') != 'none'
-                   and (name is None or e.attributes.get('name') == name))
+    elements = [e for part in document.root.all('actuator') for e in part.walk()
+                if e.attributes.get('joint') == motor.name
+                and e.attributes.get('input') != 'none'
+                and (name is None or e.attributes.get('name') == name)]
+    if not elements:
+        raise InputError(f'{document.name}: the actuator of joint {motor.name} is not in this '
+                         'file itself, expected it here and not in one that it includes')
+    element = elements[0]
     fixed = m.actuator_gaintype[i] == int(mujoco.mjtGain.mjGAIN_FIXED)
     affine = m.actuator_biastype[i] == int(mujoco.mjtBias.mjBIAS_AFFINE)
     bias = tuple(map(float, m.actuator_biasprm[i, :3])) if affine else (0.0, 0.0, 0.0)

@@ -275,6 +275,8 @@ def _values(simulator: UserSimulator, laid: Overlay, held: Integers,
     values: dict[str, dict[str, list[float]]] = {}
     for (i, name), x, d in zip(free, change, deviation):
         effect = closed.effects[i]
+        if d == 0.0:  # it moves no reading, such as the step of an encoder
+            continue
         values.setdefault(effect['id'], {})[name] = [
             float(effect[name] * (1.0 + x)), float(abs(effect[name]) * d)]
     return values

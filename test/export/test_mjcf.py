@@ -253,6 +253,15 @@ def test_an_xml_model_needs_a_joint(capsys):
     assert 'expected --joint' in capsys.readouterr().err
 
 
+def test_included_files_lie_beside_the_file_and_are_not_edited(tmp_path):
+    text = ROBOT.read_text(encoding='utf-8')
+    begin, end = text.index('<actuator>'), text.index('</actuator>') + len('</actuator>')
+    (tmp_path / 'motors.xml').write_text(f'<mujocoinclude>{text[begin:end]}</mujocoinclude>')
+    (tmp_path / 'robot.xml').write_text(text[:begin] + '<include file="motors.xml"/>' + text[end:])
+    with pytest.raises(InputError, match='actuator of joint elbow is not in this file itself'):
+        read_mjcf(tmp_path / 'robot.xml', 'elbow')
+
+
 def test_what_overrules_an_edit_is_one_line():
     """A springdamper replaces damping; coefficients of higher order stay."""
     data = PAIR.read_bytes().replace(b'damping="0.1"', b'damping="0.1 0.02 0" springdamper="1 1"')
