@@ -295,6 +295,7 @@ def _keyframes(draft: _Draft, joint: MjcfJoint) -> None:
         for key in part.all('key'):
             row = key.attributes.get('qpos', '').split()
             if row:
+                row += ['0'] * (m.nq - len(row))  # as MuJoCo fills it up
                 draft.put(key, {'qpos': ' '.join([*row[:place], row[own], *row[place:]])})
             if key.attributes.get('qvel') or key.attributes.get('act'):
                 raise InputError(f'{drive.path}: line {key.line}: {_title(key)}: qvel or act, '

@@ -262,6 +262,14 @@ def test_included_files_lie_beside_the_file_and_are_not_edited(tmp_path):
         read_mjcf(tmp_path / 'robot.xml', 'elbow')
 
 
+def test_a_short_keyframe_is_filled_up():
+    data = LEG.read_bytes().replace(b'0 0 1 1 0 0 0 0.5 -1', b'0 0 1 1 0 0 0 0.5')
+    drive = drive_of(data, LEG, ('knee', None))
+    model = model_of(drive).with_(kind='dead_zone', stiffness=900.0, half_gap=0.005, damping=0.5)
+    patch = patched(drive, *values_of(model))
+    assert list(compiled_model(patch.data, LEG).key_qpos[0]) == [0, 0, 1, 1, 0, 0, 0, 0.5, 0, 0]
+
+
 def test_what_overrules_an_edit_is_one_line():
     """A springdamper replaces damping; coefficients of higher order stay."""
     data = PAIR.read_bytes().replace(b'damping="0.1"', b'damping="0.1 0.02 0" springdamper="1 1"')
