@@ -31,17 +31,23 @@ def levels_of(raws, up, down):
 
 def expected_levels(raws, up, down):
     """Two switches, one per level, each with its own runs: the rule in other words."""
-    on, run, result = [False, False], [[0, 0], [0, 0]], []
+    on, run, result = [True, False], [[0, 0], [0, 0]], []
+    first = decided_at(raws, up)
     for k, raw in enumerate(raws):
         for i in range(2):
             above = raw > i
             run[i] = [run[i][0] + 1, 0] if above else [0, run[i][1] + 1]
-            if run[i][0] >= up or (k == 0 and i == 0 and above):
+            if run[i][0] >= up:
                 on[i] = True
-            elif run[i][1] >= down:
+            elif run[i][1] >= down or k == first and not above:
                 on[i] = False
         result.append(2 if on[1] else int(on[0]))
     return result
+
+
+def decided_at(raws, up):
+    """Return the number of the first evaluation that finds nothing, or confirms a WARN."""
+    return next((k for k, raw in enumerate(raws) if not raw or k + 1 >= up), len(raws))
 
 
 def random_sequences(count, length):
@@ -66,10 +72,10 @@ def check_promises(raws, up, down):
                 assert alarmed[k]
             if k + 1 >= down and not any(above[k + 1 - down:k + 1]):
                 assert not alarmed[k]
-            # No change without so many that agree, but for the first look.
+            # No change without so many that agree, but for the one that decides the start.
             if k and alarmed[k] and not alarmed[k - 1]:
                 assert k + 1 >= up and all(above[k + 1 - up:k + 1])
-            if k and alarmed[k - 1] and not alarmed[k]:
+            if k > decided_at(raws, up) and alarmed[k - 1] and not alarmed[k]:
                 assert not any(above[max(0, k + 1 - down):k + 1])
         changes = [k for k in range(1, len(raws)) if alarmed[k] != alarmed[k - 1]]
         for a, b in zip(changes, changes[1:]):
@@ -94,6 +100,11 @@ def test_counters_are_clamped():
             start = [*before, *(before[-1:] * length)]
             assert levels_of([*start, 2, 2, 2], 3, 5)[-1] == 2
             assert levels_of([*start, 0, 0, 0, 0, 0], 3, 5)[-1] == 0
+
+
+def test_a_bad_first_look_is_neither_ok_nor_an_alarm_yet():
+    assert levels_of([1, 0], 3, 5) == [1, 0]
+    assert levels_of([1, 1, 1, 0], 3, 5) == [1, 1, 1, 1]
 
 
 def test_never_ok_before_data_nor_on_a_bad_first_look():

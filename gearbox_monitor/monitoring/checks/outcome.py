@@ -124,8 +124,9 @@ class Alarm:
 
     A level is raised after `up` consecutive evaluations at or above it and lowered after `down`
     consecutive ones below it, so the latency is at most `up` or `down` evaluations, whatever came
-    before: the counters are clamped. Before the first evaluation the level is WARN ("no data
-    yet"), never OK; the first one may clear it. judged: whether it has come.
+    before: the counters are clamped. At a start the level is WARN ("no data yet"), never OK, until
+    the first evaluation that finds nothing clears it, or `up` in a row confirm it. judged: whether
+    an evaluation has come.
     """
 
     def __init__(self, up: int = 3, down: int = 5) -> None:
@@ -135,6 +136,7 @@ class Alarm:
         self._above = [0, 0]  # evaluations in a row at or above WARN, ERROR
         self._below = [0, 0]
         self.judged = False
+        self._decided = False  # whether the start is over
         self._said: dict[Level, str] = {}  # level: what was found last at it
 
     def update(self, raw: int, stamp_ns: int) -> Level:
@@ -143,7 +145,7 @@ class Alarm:
             reached = raw >= at
             self._above[i] = min(self._above[i] + 1, self.up) if reached else 0
             self._below[i] = 0 if reached else min(self._below[i] + 1, self.down)
-        new = self.level if self.judged else min(Level(raw), Level.WARN)
+        new = self.level if self._decided else min(Level(raw), Level.WARN)
         for i, at in enumerate((Level.WARN, Level.ERROR)):
             if self._above[i] >= self.up:
                 new = max(new, at)
@@ -152,6 +154,7 @@ class Alarm:
                 break
         if new != self.level or self.since_ns is None:
             self.since_ns = stamp_ns
+        self._decided = self._decided or raw == Level.OK or self._above[0] >= self.up
         self.level, self.judged = new, True
         return new
 
@@ -159,6 +162,7 @@ class Alarm:
         """Take back the level OK: the next evaluation decides, as the first of all does."""
         if self.level == Level.OK:
             self.level, self.since_ns, self.judged = Level.WARN, None, False
+            self._decided = False
 
     def judge(self, outcome: Outcome, stamp_ns: int) -> Outcome:
         """
