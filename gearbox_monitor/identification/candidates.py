@@ -36,8 +36,8 @@ from gearbox_monitor.quality.recording import UniformRecording
 # Values of the model that scatter with its tolerance: name in a verdict -> field.
 NUISANCES = {'m1': 'motor_inertia', 'm2': 'arm_inertia', 'D': 'damping',
              'Cv': 'viscous_friction', 'Cc': 'coulomb_friction', 'K': 'stiffness', 'b': 'half_gap',
-             'kp': 'kp', 'kd': 'kd'}
-GAINS = ('kp', 'kd')  # of a servo, with a tolerance of its own
+             'kp': 'kp', 'kd': 'kd', 'ki': 'ki'}
+GAINS = ('kp', 'kd', 'ki')  # of a servo, with a tolerance of its own
 RIGID_HIDES = ('m2', 'D', 'K', 'b')  # of m1 and m2 only the sum shows
 ZERO = 'zero'  # offset of the motor's encoder against the arm's, where model.zero_tolerance > 0
 # Values that only an effect has: name -> (id, parameter). kt: factor on the torque.
@@ -281,7 +281,7 @@ class Starts:
             twist = max(twist, 0.5 * swing)
         measured = position - arm
         reach = float(np.ptp(measured) if model.zero_tolerance else np.abs(measured).max())
-        values = {where: model.value(where) for where in NUISANCES.values()}
+        values = {where: model.value(where) for where in (*NUISANCES.values(), 'delay')}
         self.scales = Scales(
             torque=torque, peak=max(float(np.abs(recording.torque).max()), 1e-9),
             friction=model.coulomb_friction or 0.1 * torque,

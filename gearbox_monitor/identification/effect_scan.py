@@ -33,10 +33,13 @@ from gearbox_monitor.identification.innovation_fit import (
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import MEMORIES
+from gearbox_monitor.plant.effects.controller import SERVO_DELAY, SERVO_INTEGRATOR
 
 # Of the scale of a coordinate: so little that a nominal value that scatters and the effect that
 # replaces it have the same column; less where a memory has to be there first; where a fit begins.
 A_LITTLE, TINY, BEGUN = 1e-4, 1e-6, 1e-3
+# Values of a servo that has a memory where they are not 0.
+REMEMBERED = (SERVO_INTEGRATOR.id, SERVO_DELAY.id)
 RIDGE = 1e-9      # of the power of a column
 
 
@@ -91,6 +94,9 @@ def scan(likelihood: InnovationLikelihood, starts: Starts, fit: InnovationFit,
         if value is not None:
             free = [replace(free[0], start=value)]  # where the fit has moved it to
         run = at.run
+        if value == 0.0 and name in REMEMBERED:
+            run = likelihood.run(with_effects(model, [
+                {'id': name, free[0].name: TINY * free[0].scale}]), fit.torque)
         if name in MEMORIES and free[0].start == 0.0:
             run = likelihood.run(with_effects(model, [
                 {'id': name, **_values(free, TINY)}]), fit.torque)

@@ -36,6 +36,7 @@ from gearbox_monitor.plant.batch import N_LANE_STATE
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
 from gearbox_monitor.plant.effects.composition import DELAY1, DELAY2
+from gearbox_monitor.plant.effects.registry import INTEGRAL, LATE_A, LATE_B
 from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, plugin_of
 from gearbox_monitor.quality.recording import UniformRecording
 
@@ -127,7 +128,7 @@ class InnovationLikelihood:
     def _start(self, model: DriveModel) -> FilterStart:
         places, moves = [0, 1, 2, 3], list(MOVES)
         variance = self._variance.tolist()
-        t = model.transmission
+        t, servo = model.transmission, model.folded().controller
         sizes = {LASTING: self._torque} if self.fade else {}
         for effect in model.effects:
             if effect['id'] in MEMORIES:
@@ -136,6 +137,10 @@ class InnovationLikelihood:
                     model.coulomb_friction / effect['sigma0'])
         if t.kind in ('play', 'passive_play') and t.hysteresis_width > 0.0:
             sizes[4] = t.hysteresis_width * (t.stiffness if t.kind == 'play' else 1.0)
+        if servo is not None:
+            late = servo.delay + (1.0 / servo.rate if servo.rate else 0.0)
+            sizes.update({4 + place: self._torque for place, value in (
+                (INTEGRAL, servo.ki), (LATE_A, late), (LATE_B, late)) if value})
         for place, size in list(sizes.items())[:MOST_STATES - 4]:  # no lane for more
             places.append(place)
             moves.append(MEMORY_MOVE * size)

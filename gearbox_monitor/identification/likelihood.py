@@ -33,6 +33,7 @@ from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows, S
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import MEMORIES
+from gearbox_monitor.plant.effects.controller import SERVO_DELAY, SERVO_INTEGRATOR
 from gearbox_monitor.quality.recording import UniformRecording
 
 
@@ -397,8 +398,10 @@ def uses_memory(candidate: CandidateModel) -> bool:
     Args:
         candidate: model to be fitted, with its coordinates.
     """
+    servo = candidate.nominal.controller
     return candidate.nominal.transmission.kind in ('play', 'passive_play') or any(
-        i in MEMORIES for i in candidate.ids)
+        i in (*MEMORIES, SERVO_INTEGRATOR.id, SERVO_DELAY.id) for i in candidate.ids) or (
+            servo is not None and bool(servo.ki or servo.delay or servo.rate))
 
 
 def fresh(data: WindowData, candidate: CandidateModel, states: Array | None = None) -> FitPoint:

@@ -62,6 +62,7 @@ def free_forms(search: Search, fitted: CandidateFit, jobs: int = 1,
     states = short.raw_states()
     if search.smooth is not None:
         states = search.smooth[short.windows.begin, :4].copy()
+        memory[:] = search.smooth[short.windows.begin, 4:]
     index = np.arange(len(short.windows))
     states, _ = window_states.solve_states(short, model, states, memory, index)
     start_point = likelihood.FitPoint(point.z, states, memory)

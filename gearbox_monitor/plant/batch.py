@@ -32,9 +32,10 @@ from gearbox_monitor.plant.drive import (
     ALPHA, arm_acceleration, ARM_ALPHA, CAC, CC, CV, G, gravity, HALF_GAP, INTEGRATOR, K_S,
     KIND, LAW, motor_acceleration, steady_arm_load, STIFFNESS, WIDTH)
 from gearbox_monitor.plant.effects.composition import (
-    reading, servo, STEP_PLACES, stored_memories, term_of)
+    advanced_servo, reading, servo, STEP_PLACES, stored_memories, term_of)
 from gearbox_monitor.plant.effects.effect import Effect, MotorFriction, Torques
-from gearbox_monitor.plant.effects.registry import in_slot, N_MEMORY, SERVO_KP
+from gearbox_monitor.plant.effects.registry import (
+    in_slot, INTEGRAL, N_MEMORY, SERVO_KI, SERVO_KP, SERVO_LATE)
 from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, RunSpans
 from gearbox_monitor.plant.friction_law import ATAN, RK4, side
 from gearbox_monitor.plant.runge_kutta import Four, integrator
@@ -86,7 +87,7 @@ def _derivative(t: float, x: Four, m: Any, inputs: Any) -> Four:
 
 
 @jit_inline
-def _no_memories(m: Any, x3: float, x4: float, h: float, inputs: Any) -> Any:
+def _no_memories(m: Any, x: Four, x3: float, x4: float, h: float, inputs: Any) -> Any:
     return m
 
 
@@ -203,7 +204,19 @@ _twist_loops = _loops('twist', _twist)
 _elastic_loops = _loops('elastic', _elastic)
 _motor_loops = _loops('motor_torque', _motor_torque)
 # Memories of a stage: h s after the begin of the step at the speeds s[x3], s[x4].
-_memory_loops = _loops('memory', _memory)
+_effect_memories = _loops('memory', _memory)
+IN_SERVO, OF_SERVO = YM + LANES * INTEGRAL, M + LANES * INTEGRAL  # rows in a stage, at its begin
+
+
+@jit_part
+def _memory_loops(s: Array, x3: int, x4: int, h: float, p: Array, e: Array) -> None:
+    _effect_memories(s, x3, x4, h, p, e)
+    if e[SERVO_KI] > 0.0 or e[SERVO_LATE] > 0.0:
+        for i in range(len(s) // PARTS):
+            (s[IN_SERVO + i], s[IN_SERVO + LANES + i],
+             s[IN_SERVO + 2 * LANES + i]) = advanced_servo(
+                (s[OF_SERVO + i], s[OF_SERVO + LANES + i], s[OF_SERVO + 2 * LANES + i]),
+                (s[U + i], s[X1 + i], s[X3 + i]), s[x3 + i], h, e)
 
 
 @jit
@@ -221,7 +234,9 @@ def _rates(s: Array, elapsed: float, p: Array, e: Array) -> None:
     _elastic_loops(s, p, e)
     if e[SERVO_KP] != 0.0:
         for i in range(lanes):
-            s[MOTOR + i] = servo(s[U + i], e, s[Y1 + i], s[Y3 + i])
+            s[MOTOR + i] = servo(s[U + i], e, s[Y1 + i], s[Y3 + i],
+                                 (s[IN_SERVO + i], s[IN_SERVO + LANES + i],
+                                  s[IN_SERVO + 2 * LANES + i]))
     _motor_loops(s, e)
     _friction_loops(s, elapsed, p, e)
     if p[CAC] != 0.0:
@@ -278,12 +293,13 @@ def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
                 s[Y4 + i] = s[X4 + i] + span * s[RATE4 + i]
     for i in range(lanes):
         s[SUM1 + i], s[SUM2 + i] = s[SUM1 + i] / 6.0, s[SUM2 + i] / 6.0
+    _memory_loops(s, SUM1, SUM2, h, p, e)
+    for i in range(lanes):
         s[X1 + i] += h * s[SUM1 + i]
         s[X2 + i] += h * s[SUM2 + i]
         s[X3 + i] += h / 6.0 * s[SUM3 + i]
         s[X4 + i] += h / 6.0 * s[SUM4 + i]
         s[T + i] += h
-    _memory_loops(s, SUM1, SUM2, h, p, e)
     for i in range(N_MEMORY * lanes):
         s[M + i] = s[YM + i]
 

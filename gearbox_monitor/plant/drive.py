@@ -44,7 +44,7 @@ from gearbox_monitor.kernels.types import Array, Packed, Values
 from gearbox_monitor.plant.effects import Effect, EFFECTS, pack as packed, Parameter, plugins
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.arm_side import ARM_VISCOUS
-from gearbox_monitor.plant.effects.effect import AtRest
+from gearbox_monitor.plant.effects.effect import AtRest, MAX_SERVO_DELAY
 from gearbox_monitor.plant.effects.motor_side import LUGRE
 from gearbox_monitor.plant.friction_law import (
     ATAN, FrictionLaw, holding, IMPLICITFAST, INTEGRATORS, LAWS, RK4, side, side_slope, TANH,
@@ -88,29 +88,37 @@ class Transmission:
 @dataclass(frozen=True)
 class Controller:
     """
-    Servo of the motor: u = kp (r - q) - kd q', of a setpoint r and the motor's position q (rad).
+    Servo of the motor: u = kp e + ki int e dt - kd q', e = r - q.
 
-    kp N m/rad and kd N m s/rad act on the arm side; torque_limit N m, None for none; tolerance of
-    kp and kd: relative standard deviation.
+    Of a setpoint r and the motor's position q (rad). kp N m/rad, ki N m/(rad s) and kd N m s/rad
+    act on the arm side; torque_limit N m of u and of its integral, None for none; delay s of u;
+    rate Hz at which u is computed and then held, which is a delay by half a period, None for a
+    continuous servo; tolerance of the gains: relative standard deviation.
     """
 
     kind: str = 'pd'
     kp: float = 1.0
     kd: float = 0.0
+    ki: float = 0.0
+    delay: float = 0.0
+    rate: float | None = None
     torque_limit: float | None = None
     tolerance: float = 0.0
 
-    def torque(self, setpoint: Array, position: Array, speed: Array) -> Array:
+    def torque(self, setpoint: Array, position: Array, speed: Array, dt: float) -> Array:
         """
-        Return the torque [N] (N m) that the servo commands.
+        Return the torque [N] (N m) that the servo commands, without its delay.
 
         Args:
             setpoint: [N], rad.
             position: of the motor [N], rad.
             speed: of the motor [N], rad/s.
+            dt: length of a sample, s.
         """
         limit = math.inf if self.torque_limit is None else self.torque_limit
-        u: Array = np.clip(self.kp * (setpoint - position) - self.kd * speed, -limit, limit)
+        error = setpoint - position
+        integral = np.clip(self.ki * np.cumsum(error) * dt, -limit, limit) if self.ki else 0.0
+        u: Array = np.clip(self.kp * error + integral - self.kd * speed, -limit, limit)
         return u
 
 
@@ -294,7 +302,8 @@ class DriveModel:
         if servo is None:
             return packed(self.effects)
         limit = math.inf if servo.torque_limit is None else servo.torque_limit
-        return packed(self.effects, (servo.kp, servo.kd, limit))
+        hold = 0.5 / servo.rate if servo.rate else 0.0
+        return packed(self.effects, (servo.kp, servo.kd, limit, servo.ki, servo.delay + hold))
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, as a model file holds them."""
@@ -323,7 +332,7 @@ class DriveModel:
 
 
 _OF_TRANSMISSION = {f.name for f in fields(Transmission)}
-_OF_CONTROLLER = {'kp', 'kd', 'torque_limit'}
+_OF_CONTROLLER = {'kp', 'kd', 'ki', 'delay', 'torque_limit'}
 _OF_LAW: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(LAWS, ()), 'mujoco': ('solref', 'solimp'), 'physx': ('static',)}
 
@@ -367,6 +376,9 @@ _RANGES = {
     'kp': ('N m/rad', 0.0, 1e9, True),
     'kd': ('N m s/rad', 0.0, 1e9, False),
     'torque_limit': ('N m', 0.0, 1e9, True),
+    'ki': ('N m/(rad s)', 0.0, 1e9, False),
+    'delay': ('s', 0.0, MAX_SERVO_DELAY, False),
+    'rate': ('Hz', 20.0, 1e6, False),
 }
 
 
@@ -508,14 +520,10 @@ def _transmission(block: Any, source: str, axis: str) -> Transmission:
 
 def _controller(block: Any, source: str, axis: str) -> Controller:
     allowed, problems = {f.name for f in fields(Controller)}, Problems()
-    unmodelled = ('delay', 'rate', 'ki', 'feedforward')
-    if isinstance(block, dict):
-        for name in (n for n in unmodelled if n in block):
-            problems.found.append(
-                f'{source}: controller.{name}: not modelled, expected only '
-                f'{", ".join(sorted(allowed))}: a continuous PD servo; a delay of its setpoint is '
-                'the effect setpoint_delay')
-        block = {k: v for k, v in block.items() if k not in unmodelled}
+    if isinstance(block, dict) and 'feedforward' in block:
+        problems.found.append(f'{source}: controller.feedforward: not modelled, expected only '
+                              f'{", ".join(sorted(allowed))}')
+        block = {k: v for k, v in block.items() if k != 'feedforward'}
     with problems:
         _mapping(block, 'controller', source, allowed)
     values = {k: v for k, v in block.items() if k in allowed} if isinstance(block, dict) else {}
@@ -524,7 +532,7 @@ def _controller(block: Any, source: str, axis: str) -> Controller:
     if 'kp' not in values:
         problems.found.append(f'{source}: controller.kp: missing, expected a number > 0 '
                               f'({on_axis("N m/rad", axis)})')
-    for name in ('kp', 'kd', 'torque_limit', 'tolerance'):
+    for name in ('kp', 'kd', 'ki', 'delay', 'rate', 'torque_limit', 'tolerance'):
         if values.get(name) is not None:
             with problems:
                 values[name] = _number(values[name], name, f'{source}: controller', axis)

@@ -46,6 +46,7 @@ from gearbox_monitor.plant.transmission import RIGID, transmission_torque
 X1, X3, A1, MOVES, SMOOTH_U = range(5)  # columns of the motor's motion; SMOOTH_U acts on it
 STEP_EIGENVALUE = 0.5         # step of time times the eigenfrequency of the arm on the spring
 MAX_STEPS = 8                 # per sample; beyond, the spring is stiff and damped by THETA
+NO_SETPOINT = (0.0, 0.0, 0.0)  # of a servo, which a motor whose motion is put in has not
 THETA = 0.55                  # weight of a step's end: a little above the trapezoidal rule
 DIFFERENCE = 1e-4             # rad/s, for the slope of the elastic torque
 ITERATIONS, CLOSE = 4, 1e-9   # of Newton's method for the arm's speed; rad/s
@@ -159,7 +160,8 @@ def advance_arm(state: Array, t: float, h: float, end_x1: float, end_x3: float, 
         residual = slope = 0.0
         for shift in (DIFFERENCE, 0.0):
             moved = v + shift
-            end = advanced_memories(m, 0.5 * (x3 + end_x3), 0.5 * (x4 + moved), h, base, e)
+            end = advanced_memories(m, NO_SETPOINT, 0.5 * (x3 + end_x3), 0.5 * (x4 + moved), h,
+                                    base, e)
             tau = elastic_torque(end_x1, x2 + 0.5 * h * (x4 + moved), end, p, e)
             slope = residual
             residual = inertia * (moved - x4) - h * (
@@ -173,7 +175,7 @@ def advance_arm(state: Array, t: float, h: float, end_x1: float, end_x3: float, 
     x2 += h * mean2
     _, w = transmission_torque(end_x1 - x2, m[0], int(p[KIND]), p[STIFFNESS], p[HALF_GAP],
                                p[WIDTH], p[K_S])
-    m = advanced_memories(m, mean1, mean2, h, base, e)
+    m = advanced_memories(m, NO_SETPOINT, mean1, mean2, h, base, e)
     state[0], state[1], state[2], state[3], state[4] = end_x1, x2, end_x3, v, w
     for i in range(1, N_STATE - 4):
         state[4 + i] = m[i]

@@ -147,7 +147,7 @@ def torques(t: float, x: Four, m: Any, u: float, drive: PackedDrive) -> Three:
     x1, x2, x3, x4 = x
     p, e = drive.p, drive.e
     tau_k = elastic_torque(x1, x2, m, p, e)
-    motor = motor_effects(u, e, x1, x3) - u - friction_effects(
+    motor = motor_effects(u, e, x1, x3, m) - u - friction_effects(
         0.0, e, t, x3, m, MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW]))
     tau_arm = arm_effects(arm_load(x2, x4, p), e, t, x2, x4, m)
     on_motor, on_arm, in_gearbox = plugged(t, x1, x2, x3, x4, u, tau_k, drive.theta)
@@ -201,10 +201,10 @@ def derivative(t: float, x: Four, m: Any, inputs: Inputs) -> Four:
 
 
 @jit_inline
-def _memories(m: Any, x3: float, x4: float, h: float, inputs: Inputs) -> Any:
+def _memories(m: Any, x: Four, x3: float, x4: float, h: float, inputs: Inputs) -> Any:
     p = inputs[2].p
-    return advanced_memories(m, x3, x4, h, MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW]),
-                             inputs[2].e)
+    return advanced_memories(m, (inputs[0], x[0], x[2]), x3, x4, h,
+                             MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW]), inputs[2].e)
 
 
 @jit_inline

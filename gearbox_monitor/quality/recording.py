@@ -96,7 +96,7 @@ class UniformRecording:
         width = 2 * max(2, round(SPEED_SPAN / self.dt)) + 1
         position = self.y[:, self.channels[0]]
         speed = savgol_filter(position, width, 2, deriv=1, delta=self.dt)
-        return replace(self, servo_torque=controller.torque(self.u, position, speed))
+        return replace(self, servo_torque=controller.torque(self.u, position, speed, self.dt))
 
     @property
     def positions(self) -> Array:

@@ -302,7 +302,8 @@ def test_servo_agrees_with_the_plant_of_the_package(name):
     setpoint = (1.5 * np.sin(2 * np.pi * 0.8 * t) + 0.4 * np.sin(2 * np.pi * 2.1 * t)
                 )[np.arange(n) // 10 * 10]
     values = {'servo_gain': {'kp': 4.5}, 'servo_limit': {'umax': 2.0},
-              'servo_deadband': {'d': 0.05}, 'setpoint_delay': {'T': 0.03},
+              'servo_deadband': {'d': 0.05}, 'servo_integrator': {'ki': 12.0},
+              'servo_delay': {'T': 0.012}, 'setpoint_delay': {'T': 0.03},
               'setpoint_lag': {'T': 0.02}, 'motor_encoder_eccentricity': {'A': 0.1, 'phi': 0.5}}
     motion = np.zeros(n), (0.0, 0.0, 0.0, 0), np.column_stack([setpoint, np.zeros(n)])
     nominal = {**plant.NOMINAL, 'kp': 6.0, 'kd': 0.15, 'limit': 5.0}
@@ -313,7 +314,7 @@ def test_servo_agrees_with_the_plant_of_the_package(name):
     model = model_from_dict({'controller': {'kp': 6.0, 'kd': 0.15, 'torque_limit': 5.0},
                              'effects': effects}, 'test')
     run = Plant(model).run(np.repeat(setpoint, 10), DT / 10)
-    assert np.abs(run.y[::10] - y).max() < 1.5e-3
+    assert np.abs(run.y[::10] - y).max() < 2.5e-3
 
 
 def test_recordings_of_a_setpoint(tmp_path):

@@ -37,25 +37,30 @@ STATED = {'kp': 6.3, 'kd': 0.145, 'torque_limit': 8.0, 'tolerance': 0.06}  # the
 MODEL = model_from_dict({'controller': STATED}, 'stated')
 
 
-def recorded(*effects, columns=(0, 1), noise=0.003):
-    """Return 10 s at 100 Hz of the true drive with `effects`, these encoders and `noise` (rad)."""
+def recorded(*effects, columns=(0, 1), noise=0.003, true=None, stated=MODEL):
+    """
+    Return 10 s at 100 Hz of the true drive with `effects`, these encoders and `noise` (rad).
+
+    true: its servo. stated: the model that is given.
+    """
     t = DT * np.arange(1000)
     setpoint = (1.5 * np.sin(2 * np.pi * 0.7 * t) + 0.4 * np.sin(2 * np.pi * 2.1 * t)
                 + np.repeat(np.random.default_rng(7).uniform(-0.6, 0.6, 20), 50))
-    true = model_from_dict({'controller': {**STATED, 'kp': 6.0, 'kd': 0.15},
-                            'effects': list(effects)}, 'true')
-    y = Plant(true).run(np.repeat(setpoint, 10), DT / 10).y[::10]
+    servo = true or {**STATED, 'kp': 6.0, 'kd': 0.15}
+    drive = model_from_dict({'controller': servo, 'effects': list(effects)}, 'true')
+    y = Plant(drive).run(np.repeat(setpoint, 10), DT / 10).y[::10]
     y += noise * np.random.default_rng(5).standard_normal(y.shape)
     y[:, [i for i in (0, 1) if i not in columns]] = np.nan
-    return admitted(t, setpoint, y, None, 'servo', None, MODEL, 'stated')[0]
+    return admitted(t, setpoint, y, None, 'servo', None, stated, 'stated')[0]
 
 
 @compiled
 @pytest.mark.parametrize('effect, columns', [
     ({'id': 'setpoint_delay', 'T': 0.025}, (0, 1)), ({'id': 'servo_gain', 'kp': 4.0}, (0,)),
+    ({'id': 'servo_delay', 'T': 0.01}, (0, 1)), ({'id': 'servo_integrator', 'ki': 8.0}, (0,)),
     ({'id': 'stiffness', 'K': 15.0}, (1,))])
 def test_effect_is_named_with_gains_in_doubt(effect, columns):
-    only = ['setpoint_delay', 'servo_gain', 'stiffness']
+    only = ['setpoint_delay', 'servo_delay', 'servo_integrator', 'servo_gain', 'stiffness']
     verdict = diagnose([recorded(effect, columns=columns)], MODEL, only=only).to_dict()
     assert (verdict['verdict'], verdict['effect']) == ('effect', effect['id'])
     assert verdict['location'] == EFFECTS[effect['id']].location
@@ -70,6 +75,19 @@ def test_right_model_with_gains_in_doubt_has_no_effect():
     verdict = diagnose([recorded()], MODEL, only=['motor_inertia', 'servo_deadband']).to_dict()
     assert verdict['verdict'] == 'none'
     assert verdict['nominal']['kp'] == pytest.approx(6.0, rel=0.01)
+
+
+@compiled
+@pytest.mark.system
+def test_unknown_gains_of_a_late_servo_are_fitted():
+    true = {'kp': 6.0, 'kd': 0.15, 'ki': 8.0, 'delay': 0.004, 'rate': 500.0, 'torque_limit': 8.0}
+    stated = model_from_dict(
+        {'controller': {**true, 'kp': 11.0, 'kd': 0.25, 'ki': 3.0, 'tolerance': 1.0}}, 'stated')
+    verdict = diagnose([recorded(true=true, stated=stated)], stated,
+                       only=['servo_deadband', 'motor_inertia']).to_dict()
+    assert verdict['verdict'] == 'none'
+    for name in ('kp', 'kd', 'ki'):
+        assert verdict['nominal'][name] == pytest.approx(true[name], rel=0.03)
 
 
 @compiled

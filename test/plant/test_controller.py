@@ -21,6 +21,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification.shooting import shooting_windows, Simulator
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import fastest_eigenvalue, model_from_dict
+from gearbox_monitor.plant.effects import N_MEMORY
 from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.quality.recording import UniformRecording
 
@@ -33,6 +34,8 @@ EFFECTS = {
     'none': [], 'gain': [{'id': 'servo_gain', 'kp': 4.5}],
     'limit': [{'id': 'servo_limit', 'umax': 2.0}],
     'deadband': [{'id': 'servo_deadband', 'd': 0.05}],
+    'integrator': [{'id': 'servo_integrator', 'ki': 12.0}],
+    'late': [{'id': 'servo_delay', 'T': 0.012}, {'id': 'servo_integrator', 'ki': 5.0}],
     'delay': [{'id': 'setpoint_delay', 'T': 0.03}], 'lag': [{'id': 'setpoint_lag', 'T': 0.02}],
     'behind': [{'id': 'torque_gain', 'g': -0.2}, {'id': 'torque_offset', 'u0': 0.2},
                {'id': 'cogging', 'A': 0.1, 'N': 5, 'phi': 0.3},
@@ -53,27 +56,32 @@ def closed_loop(effects, duration):
     limit = min(5.0, e.get('servo_limit', {}).get('umax', 9.0))
     kp = e.get('servo_gain', {}).get('kp', 6.0)
     d = e.get('servo_deadband', {}).get('d', 0.0)
+    ki, late = (e.get(name, {}).get(p, 0.0) for name, p in (
+        ('servo_integrator', 'ki'), ('servo_delay', 'T')))
     gain = 1.0 + e.get('torque_gain', {}).get('g', 0.0)
     u0 = e.get('torque_offset', {}).get('u0', 0.0)
     cog, ecc = ([e.get(name, {}).get(p, 0.0) for p in ('A', 'N', 'phi')] for name in
                 ('cogging', 'motor_encoder_eccentricity'))
 
     def rates(t, state):
-        x1, x2, x3, x4, r = state
+        x1, x2, x3, x4, r, integral, low, rate = state
         i = int(np.floor((t - delay) / DT + 1e-9))
         held = SETPOINT[i] if i >= 0 else 0.0
         q = x1 + ecc[0] * np.sin(x1 + ecc[2])
         v = x3 * (1.0 + ecc[0] * np.cos(x1 + ecc[2]))
         error = (r if lag else held) - q
         error = np.sign(error) * max(abs(error) - d, 0.0)
-        u = gain * np.clip(kp * error - 0.15 * v, -limit, limit) + u0
+        computed = np.clip(kp * error + integral - 0.15 * v, -limit, limit)
+        u = np.clip(computed - 12.0 * late * rate, -limit, limit) if late else computed
+        u = gain * u + u0
         u += cog[0] * np.sin(cog[1] * x1 + cog[2])
         twist = x1 - x2
         tau = k * np.sign(twist) * max(abs(twist) - b, 0.0) + damping * (x3 - x4)
         friction = cv * x3 + cc * 2.0 / np.pi * np.arctan(100.0 * x3)
         return [x3, x4, (u - tau - friction - kr * x1) / m1, tau / m2,
-                (held - r) / lag if lag else 0.0]
-    state, rows = np.zeros(5), []
+                (held - r) / lag if lag else 0.0, ki * error,
+                rate, (computed - 12.0 * low - 6.0 * late * rate) / late ** 2 if late else 0.0]
+    state, rows = np.zeros(8), []
     for t in T[:round(duration / DT)]:  # the setpoint is held: no step within an integration
         rows.append(state[:4])
         state = solve_ivp(rates, (t, t + DT), state, rtol=1e-9, atol=1e-10,
@@ -99,9 +107,33 @@ def test_closed_loop_agrees_with_scipy(name):
     window = shooting_windows(recording, n * DT)
     for count in (1, 3):
         y, _ = simulator.run(window.take(np.zeros(count, int)), model, np.zeros((count, 4)),
-                             np.zeros((count, 4)))
+                             np.zeros((count, N_MEMORY)))
         read = expected[:, 0] + (0.1 * np.sin(expected[:, 0] + 0.5) if name == 'behind' else 0.0)
         assert np.abs(y[0] - np.column_stack([read, expected[:, 1]])).max() < 3e-3
+
+
+@compiled
+@pytest.mark.parametrize('late, ki', [(0, 0.0), (3, 10.0)])
+def test_servo_that_computes_at_a_rate(late, ki):
+    """One that is computed by hand at 500 Hz, half a period after the setpoint, and acts later."""
+    period, n, integral = 2e-3, 140, 0.0
+    plant, computed = Plant(model_from_dict({}, 'torque')), [0.0] * (late + 1)
+    plant.run(np.zeros(5), period / 10)
+    expected = [np.zeros(2)]
+    for r in np.repeat(SETPOINT[:n], round(DT / period)):
+        x1, _, x3, _ = plant.state[:4]
+        computed.append(np.clip(6.0 * (r - x1) + integral - 0.15 * x3, -5.0, 5.0))
+        integral = np.clip(integral + period * ki * (r - x1), -5.0, 5.0)
+        held = np.full(5, computed[-1 - late])
+        plant.run(held, period / 10)
+        expected.append(plant.state[:2].copy())
+        plant.run(held, period / 10)
+
+    def error(**servo):
+        run = Plant(drive(**servo)).run(np.repeat(SETPOINT[:n], 50), DT / 50)
+        return np.abs(run.x[::50, :2] - expected[:-1:round(DT / period)]).max()
+    stated = error(ki=ki, delay=late * period, rate=1.0 / period)
+    assert stated < 4e-3 and stated < 0.5 * error(ki=ki, delay=late * period)
 
 
 def test_steps_follow_a_stiff_servo():
@@ -115,7 +147,8 @@ def test_steps_follow_a_stiff_servo():
 @pytest.mark.parametrize('data, message', [
     ({'controller': {'kd': 1.0}}, 'controller.kp: missing, expected a number > 0'),
     ({'controller': {'kp': -1.0}}, 'controller: kp: -1.0, expected a number > 0'),
-    ({'controller': {'kp': 1.0, 'delay': 0.01}}, 'controller.delay: not modelled'),
+    ({'controller': {'kp': 1.0, 'feedforward': 1.0}}, 'controller.feedforward: not modelled'),
+    ({'controller': {'kp': 1.0, 'ki': -1.0}}, 'controller: ki: -1.0, expected a number >= 0'),
     ({'controller': {'kp': 1.0, 'kind': 'pid'}}, "controller.kind: 'pid', expected one of pd"),
     ({'controller': {'kp': 1.0, 'gain': 2.0}}, 'controller.gain: unknown key'),
     ({'effects': [{'id': 'servo_gain', 'kp': 2.0}]}, 'servo_gain: acts on a servo, expected'),

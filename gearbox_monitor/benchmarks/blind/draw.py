@@ -75,6 +75,7 @@ SIZES = {
     'arm_encoder_quantisation': (0.7, 8.0), 'arm_encoder_delay': (0.0003, 0.018),
     'encoder_offset': (0.001, 0.15),
     'servo_gain': (0.02, 1.5), 'servo_limit': (0.05, 0.6), 'servo_deadband': (0.001, 0.2),
+    'servo_integrator': (0.1, 20.0), 'servo_delay': (0.001, 0.03),
     'setpoint_delay': (0.001, 0.08), 'setpoint_lag': (0.001, 0.08),
     'motor_quadratic': (0.0003, 0.02), 'motor_friction_angle': (0.05, 0.9),
     'arm_spring': (0.01, 1.5), 'arm_quadratic': (0.0001, 0.01), 'arm_fan': (0.01, 0.5),

@@ -26,7 +26,8 @@ command -> delay -> saturation -> lag -> gain -> ripple -> offset. Before t = 0 
 still with u = 0.
 
 A servo, if the recording has its setpoint, computes the command at each integration step, 10 kHz,
-from its own encoder: u = clip(kp dz(r - q, d) - kd q', limit).
+from its own encoder: u = clip(kp e + ki int e dt - kd q', limit), e = dz(r - q, d). The integral
+is within the limit, too; what is computed acts T later.
 """
 from collections.abc import Iterable, Mapping, Sequence
 import math
@@ -49,7 +50,10 @@ NOMINAL = {'m1': 0.006442, 'm2': 0.023454, 'D': 0.01, 'Cv': 0.1, 'Cc': 0.27, 'al
 ENCODERS = ('both', 'motor', 'arm')  # that a recording has
 INPUTS = ('torque', 'setpoint')      # that drives it
 GAINS = ('kp', 'kd', 'limit')        # of a servo, among the nominal values of its drive
-LOOP = 9        # place in the numbers of a controller: whether it is a servo in a loop of its own
+# Places in the numbers of a controller: whether it is a servo in a loop of its own, its ki, ticks
+# by which it is late, and the commands of the last ticks.
+LOOP, KI, TICKS, LINE = 9, 10, 11, 12
+TICK, LONGEST = 1e-4, 600  # s; ticks
 SUBSTEPS = 10   # per sample of 1 ms
 FASTEST = 0.4   # largest product of substep and rate of a memory
 
@@ -93,6 +97,8 @@ EFFECTS = {
     'servo_gain': ('controller', ('kp',)),
     'servo_limit': ('controller', ('umax',)),
     'servo_deadband': ('controller', ('d',)),
+    'servo_integrator': ('controller', ('ki',)),
+    'servo_delay': ('controller', ('T',)),
     'setpoint_delay': ('controller', ('T',)),
     'setpoint_lag': ('controller', ('T',)),
 }
@@ -346,12 +352,13 @@ def _delayed(command: Array, begin: float, end: float, dt: float, p: Array) -> f
 
 
 @jit
-def _servo(r: float, x1: float, x3: float, control: Array) -> float:
+def _servo(r: float, x1: float, x3: float, integral: float, control: Array
+           ) -> tuple[float, float]:
     """
-    Return the command of a servo with the setpoint r (rad) at position and speed of its motor.
+    Return command and error of a servo with the setpoint r (rad) at the motor's x1 and x3.
 
     control: kp, kd, limit, position that it follows (0 motor, 1 arm), deadband (rad), A, phi of
-    the first and of the second harmonic of its encoder, and whether it is a servo (LOOP).
+    the first and of the second harmonic of its encoder, then LOOP and what follows it.
     """
     q, v = x1, x3
     for i in range(2):
@@ -361,15 +368,15 @@ def _servo(r: float, x1: float, x3: float, control: Array) -> float:
     error = r - q
     if control[4] > 0.0:
         error = math.copysign(max(abs(error) - control[4], 0.0), error)
-    u = control[0] * error - control[1] * v
-    return min(max(u, -control[2]), control[2])
+    u = control[0] * error + integral - control[1] * v
+    return min(max(u, -control[2]), control[2]), error
 
 
 @jit
 def _advance(state: Array, lagged: float, k: int, command: Array, push: float,
              plant: PackedPlant, control: Array, reference: Array) -> float:
     """
-    Carry state [7] from sample k to k + 1, in place; returns the lagged torque (N m).
+    Carry state [8] from sample k to k + 1, in place; returns the lagged torque (N m).
 
     A servo that follows the setpoint in `reference` [N, 2] puts its last command into command[k].
     """
@@ -380,10 +387,16 @@ def _advance(state: Array, lagged: float, k: int, command: Array, push: float,
     decay = math.exp(-half / p[LAG]) if p[LAG] > 0.0 else 0.0
     x1, x2, x3, x4, z, w, s = (state[0], state[1], state[2], state[3], state[4], state[5],
                                state[6])
+    integral = state[7]
     for i in range(n):
         t = k * dt + i * h
         if control[LOOP] != 0.0 and k >= 0:
-            u = _servo(reference[k, 0], x1, x3, control)
+            u, error = _servo(reference[k, 0], x1, x3, integral, control)
+            integral = min(max(integral + h * control[KI] * error, -control[2]), control[2])
+            if control[TICKS] > 0.0:
+                tick = int(t / TICK + 1e-6)
+                control[LINE + tick % LONGEST] = u
+                u = control[LINE + (tick - int(control[TICKS])) % LONGEST]
             earlier = command[k] if i > 0 else command[max(k - 1, 0)]
             command[k] = _command(u, earlier, p, h)
             u = min(max(command[k], -p[UMAX]), p[UMAX])
@@ -416,7 +429,7 @@ def _advance(state: Array, lagged: float, k: int, command: Array, push: float,
         s += h / 6.0 * (as_ + 2.0 * bs + 2.0 * cs + ds)
         lagged = uc
     state[0], state[1], state[2], state[3] = x1, x2, x3, x4
-    state[4], state[5], state[6] = z, w, s
+    state[4], state[5], state[6], state[7] = z, w, s, integral
     return lagged
 
 
@@ -431,7 +444,8 @@ def servo_of(nominal: Nominal, effects: Effects, setpoint: Array, dt: float
         setpoint: recorded one [N], rad.
         dt: sample time, s.
     """
-    control = np.array([nominal['kp'], nominal['kd'], nominal['limit'], *np.zeros(6), 1.0])
+    control = np.zeros(LINE + LONGEST)
+    control[:3], control[LOOP] = [nominal[name] for name in GAINS], 1.0
     reference = np.array(setpoint, float)
     for effect in effects:
         name = effect['id']
@@ -441,6 +455,10 @@ def servo_of(nominal: Nominal, effects: Effects, setpoint: Array, dt: float
             control[2] = min(control[2], effect['umax'])
         elif name == 'servo_deadband':
             control[4] = effect['d']
+        elif name == 'servo_integrator':
+            control[KI] = effect['ki']
+        elif name == 'servo_delay':
+            control[TICKS] = round(effect['T'] / TICK)
         elif name in ('motor_encoder_eccentricity', 'motor_encoder_harmonic'):
             at = 5 if name == 'motor_encoder_eccentricity' else 7
             control[at:at + 2] = effect['A'], effect['phi']
@@ -485,14 +503,29 @@ def _run(u: Array, command: Array, push: Array, x: Array, state: Array, plant: P
 def _window(x: Array, state: Array, first: int, lagged: float, command: Array,
             plant: PackedPlant, control: Array, reference: Array) -> None:
     """
-    Fill x [n, 4] from `state` [7] at sample `first`, which may be negative.
+    Fill x [n, 4] from `state` [8] at sample `first`, which may be negative.
 
-    control, reference: see _advance.
+    control, reference: see _advance. What a late servo computed before is that of `state`.
     """
+    if control[TICKS] > 0.0:
+        control[LINE:], _ = _servo(reference[max(first, 0), 0], state[0], state[2], state[7],
+                                   control)
     for k in range(x.shape[0]):
         for i in range(4):
             x[k, i] = state[i]
         lagged = _advance(state, lagged, first + k, command, 0.0, plant, control, reference)
+
+
+@jit
+def _integrals(q: Array, dt: float, control: Array, reference: Array,
+               out: Array) -> None:
+    """Fill out [N] with a servo's integral by readings q [N]: their noise hardly shows in it."""
+    integral, limit = 0.0, control[2]
+    for k in range(len(out)):
+        out[k] = integral
+        error = reference[k, 0] - q[k]
+        error = math.copysign(max(abs(error) - control[4], 0.0), error)
+        integral = min(max(integral + dt * control[KI] * error, -limit), limit)
 
 
 @jit
@@ -528,8 +561,9 @@ def sensor_delays(effects: Effects) -> list[float]:
 
 
 def lead_of(effects: Effects, dt: float) -> int:
-    """Return how many samples of `dt` s before a window its run starts: `effects` may delay y."""
-    return int(math.ceil(max(sensor_delays(effects)) / dt - 1e-9))
+    """Return how many samples of `dt` s before a window its run starts: `effects` may delay."""
+    late = [effect['T'] for effect in effects if effect['id'] == 'servo_delay']
+    return int(math.ceil(max(*sensor_delays(effects), *late) / dt - 1e-9))
 
 
 def read_encoders(x: Array, effects: Effects, dt: float, lead: int = 0) -> Array:
@@ -621,11 +655,11 @@ def simulate_motion(nominal: Nominal, effects: Effects, motion: DriveMotion, dt:
         States x [N, 4], encoder readings y [N, 2] and commanded torque u [N].
     """
     u, gains, reference = motion
-    u, control = np.array(u, float), np.array([*gains, *np.zeros(LOOP - 3)])
+    u, control = np.array(u, float), np.array([*gains, *np.zeros(LINE + LONGEST - 4)])
     if 'kp' in nominal:
         control, reference = servo_of(nominal, effects, reference[:, 0], dt)
     n = len(u)
-    x, state = np.empty((n, 4)), np.zeros(7)
+    x, state = np.empty((n, 4)), np.zeros(8)
     state[:4] = tuple(x0)
     _run(u, np.zeros(n), np.zeros(n) if push is None else push, x, state,
          pack(nominal, effects, dt), control, np.ascontiguousarray(reference, float))
@@ -655,7 +689,7 @@ class WindowRuns:
         self.substeps = substeps
         # A delayed encoder sees samples before the window: start that much earlier.
         self.lead = max(lead, lead_of(effects, dt))
-        self.servo: tuple[Array, Array] = np.zeros(LOOP + 1), np.zeros((0, 2))
+        self.servo: tuple[Array, Array] = np.zeros(LINE + LONGEST), np.zeros((0, 2))
         if 'setpoint' in recording:
             self.servo = servo_of(nominal, effects, recording['setpoint'], dt)
         self.firsts = np.asarray(starts, int) - self.lead
@@ -664,7 +698,12 @@ class WindowRuns:
         self.lagged = np.zeros(len(u))
         if self.packed.p[LAG] > 0.0:
             _lagged(self.command, self.lagged, dt, self.packed.p)
-        self.memory = np.zeros((len(self.firsts), 3))
+        self.memory = np.zeros((len(self.firsts), 4))
+        if self.servo[0][KI] > 0.0:
+            integral = np.zeros(len(u))
+            control, reference = self.servo
+            _integrals(recording['y'][:, 0], dt, control, reference, integral)
+            self.memory[:, 3] = integral[np.maximum(self.firsts, 0)]
 
     def run(self, states: Array, chosen: Sequence[int] | Integers | None = None,
             keep: bool = False) -> Array:
@@ -681,7 +720,7 @@ class WindowRuns:
         """
         chosen = range(len(self.firsts)) if chosen is None else chosen
         y = np.empty((len(chosen), self.length, 2))
-        x, state = np.empty((self.lead + self.length, 4)), np.empty(7)
+        x, state = np.empty((self.lead + self.length, 4)), np.empty(8)
         for row, w in enumerate(chosen):
             state[:4], state[4:] = states[row], self.memory[w]
             first = int(self.firsts[w])

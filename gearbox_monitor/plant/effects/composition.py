@@ -26,6 +26,7 @@ from functools import reduce
 import math
 from typing import Any, NamedTuple
 
+from gearbox_monitor.kernels.elementary import exponential
 from gearbox_monitor.kernels.jit import jit, jit_part
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import HALF_GAP, K_S, KIND, STIFFNESS, WIDTH
@@ -35,7 +36,8 @@ from gearbox_monitor.plant.effects.controller import (
 from gearbox_monitor.plant.effects.effect import Coefficients, Effect, Three
 from gearbox_monitor.plant.effects.encoder import ARM_ENCODER_DELAY, MOTOR_ENCODER_DELAY
 from gearbox_monitor.plant.effects.registry import (
-    in_slot, MEMORIES, N_MEMORY, PLACES, SERVO_KD, SERVO_KP, SERVO_TORQUE)
+    in_slot, INTEGRAL, LATE_A, LATE_B, MEMORIES, N_MEMORY, PLACES, SERVO_KD, SERVO_KI, SERVO_KP,
+    SERVO_LATE, SERVO_TORQUE)
 from gearbox_monitor.plant.transmission import dead_zone, transmission_torque
 
 LAG, DELAY = PLACES[ACTUATOR_LAG.id], PLACES[ACTUATOR_DELAY.id]
@@ -49,6 +51,7 @@ COMMAND_PLACES = [PLACES[effect.id] for effect in (
 STEP_SLOTS = ('friction', 'arm_torque', 'twist', 'elastic', 'motor_torque')
 STEP_PLACES = (*sorted({PLACES[e.id] for slot in STEP_SLOTS for e in in_slot(slot)}), SERVO_KP)
 NO_ERROR = (0.0, 0.0, 0.0)
+ROOT3 = math.sqrt(3.0)
 Kernel = Callable[..., Any]
 
 
@@ -241,32 +244,87 @@ memories_of = chained([_stored(place) for place in range(1, N_MEMORY)])
 
 
 @jit_part
-def servo(r: float, e: Array, x1: float, x3: float) -> float:
+def _limited(u: float, e: Array) -> float:
+    limit = min(e[SERVO_TORQUE], e[LIMIT])
+    return min(max(u, -limit), limit)
+
+
+@jit_part
+def _control_law(r: float, e: Array, x1: float, x3: float, integral: float) -> float:
+    """Return the torque (N m) that the servo computes of setpoint and motion, see servo."""
+    error, slope, _ = motor_error(NO_ERROR, e, x1)
+    return _limited(e[SERVO_KP] * dead_zone(r - x1 - error, e[DEADBAND]) + integral
+                    - e[SERVO_KD] * x3 * (1.0 + slope), e)
+
+
+@jit_part
+def servo(r: float, e: Array, x1: float, x3: float, memory: Any) -> float:
     """
     Return the torque that a servo and the actuator behind it make of a setpoint.
 
-    The servo reads its own encoder, with its eccentricity, without noise.
+    The servo reads its own encoder, with its eccentricity, without noise. Its delay T is the
+    approximation of Pade of second order, 1 - 12 T s / (12 + 6 T s + (T s)^2), in its modal form
+    T w' = (-3 + i sqrt(3)) w + u.
 
     Args:
         r: setpoint, rad; without a servo a torque, which is returned.
         e: packed effects.
         x1: position of the motor, rad.
         x3: its speed, rad/s.
+        memory: torque of the integrator, real and imaginary part of w, N m.
 
     Returns:
         Torque, N m.
     """
     if e[SERVO_KP] == 0.0:
         return r
-    error, slope, _ = motor_error(NO_ERROR, e, x1)
-    u = (e[SERVO_KP] * dead_zone(r - x1 - error, e[DEADBAND])
-         - e[SERVO_KD] * x3 * (1.0 + slope))
-    limit = min(e[SERVO_TORQUE], e[LIMIT])
-    return command_effects(min(max(u, -limit), limit), e)
+    integral, a, b = memory
+    u = _control_law(r, e, x1, x3, integral)
+    if e[SERVO_LATE] > 0.0:
+        u = _limited(u - 12.0 * (a - ROOT3 * b), e)
+    return command_effects(u, e)
 
 
 @jit_part
-def motor_effects(u: float, e: Array, x1: float, x3: float) -> float:
+def advanced_servo(memory: Any, begin: Three, x3: float, h: float, e: Array) -> Any:
+    """
+    Return the memory of the servo after a step, exact for a torque that changes evenly.
+
+    Args:
+        memory: of the servo at the begin, see servo.
+        begin: setpoint, rad, position of the motor, rad, and its speed, rad/s, at the begin.
+        x3: mean speed of the motor, rad/s.
+        h: length of the step, s.
+        e: packed effects.
+
+    Returns:
+        The memory at the end.
+    """
+    integral, a, b = memory
+    r, x1, v = begin
+    if e[SERVO_KI] > 0.0:
+        middle = x1 + 0.5 * h * x3
+        error, _, _ = motor_error(NO_ERROR, e, middle)
+        integral = _limited(
+            integral + h * e[SERVO_KI] * dead_zone(r - middle - error, e[DEADBAND]), e)
+    if e[SERVO_LATE] > 0.0:
+        spans = h / e[SERVO_LATE]
+        first = _control_law(r, e, x1, v, memory[0])
+        last = _control_law(r, e, x1 + h * x3, 2.0 * x3 - v, integral)
+        # w = p + q t / T + (w(0) - p) exp((-3 + i sqrt(3)) t / T)
+        slope = (last - first) / spans
+        qa, qb = 0.25 * slope, ROOT3 / 12.0 * slope
+        pa = 0.25 * (first - qa) + ROOT3 / 12.0 * qb
+        pb = ROOT3 / 12.0 * (first - qa) - 0.25 * qb
+        fade = exponential(-3.0 * spans)
+        c, s = fade * math.cos(ROOT3 * spans), fade * math.sin(ROOT3 * spans)
+        a, b = (pa + qa * spans + (a - pa) * c - (b - pb) * s,
+                pb + qb * spans + (a - pa) * s + (b - pb) * c)
+    return integral, a, b
+
+
+@jit_part
+def motor_effects(u: float, e: Array, x1: float, x3: float, m: Any) -> float:
     """
     Return the torque that acts on the motor.
 
@@ -275,20 +333,23 @@ def motor_effects(u: float, e: Array, x1: float, x3: float) -> float:
         e: packed effects.
         x1: position of the motor, rad.
         x3: its speed, rad/s.
+        m: memories.
 
     Returns:
         Torque, N m.
     """
-    return torque_effects(servo(u, e, x1, x3), e, x1, x3)
+    return torque_effects(servo(u, e, x1, x3, (m[INTEGRAL], m[LATE_A], m[LATE_B])), e, x1, x3)
 
 
 @jit_part
-def advanced_memories(m: Any, x3: float, x4: float, h: float, base: Any, e: Array) -> Any:
+def advanced_memories(m: Any, begin: Three, x3: float, x4: float, h: float, base: Any,
+                      e: Array) -> Any:
     """
-    Return the memories of all effects after a step.
+    Return the memories of servo and effects after a step.
 
     Args:
         m: memories at the begin [N_MEMORY]; the first, of the transmission, stays.
+        begin: of advanced_servo.
         x3: speed of the motor, rad/s.
         x4: speed of the arm, rad/s.
         h: length of the step, s.
@@ -298,7 +359,8 @@ def advanced_memories(m: Any, x3: float, x4: float, h: float, base: Any, e: Arra
     Returns:
         The memories at the end.
     """
-    return _advanced((m[0],), e, m, x3, x4, h, base)
+    return _advanced((m[0],), e, m, x3, x4, h, base) + advanced_servo(
+        (m[INTEGRAL], m[LATE_A], m[LATE_B]), begin, x3, h, e)
 
 
 @jit_part

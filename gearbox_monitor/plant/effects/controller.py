@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Effects of the servo whose setpoint is recorded: its gain, limit, deadband, its setpoint.
+Effects of the servo whose setpoint is recorded: its gains, limit, deadband, delay, setpoint.
 
 composition.servo has the equation of the servo, composition.actuator that of what happens to its
 setpoint. Its damping kd has no effect of its own: it is viscous friction of the motor.
@@ -22,7 +22,8 @@ import math
 
 from gearbox_monitor.plant.effects.actuator import limits_below_peak
 from gearbox_monitor.plant.effects.effect import (
-    Effect, FreeParameter, MAX_SETPOINT_DELAY, of_model, Parameter, positive, Scales, Starts)
+    Effect, FreeParameter, MAX_SERVO_DELAY, MAX_SETPOINT_DELAY, of_model, Parameter, positive,
+    replaced, Scales, Starts)
 
 _KP = Parameter('kp', 'N m/rad', 1e-9)
 
@@ -47,6 +48,22 @@ def _deadband_starts(s: Scales) -> Starts:
 SERVO_DEADBAND = Effect(
     'servo_deadband', 'controller', "u = kp dz(r - q, d) - kd q'", (positive('d', 'rad'),),
     meaning='servo does not react to small errors of position', starts=_deadband_starts)
+
+_KI, _LATE = positive('ki', 'N m/(rad s)'), Parameter('T', 's', 0.0, MAX_SERVO_DELAY)
+
+SERVO_INTEGRATOR = Effect(
+    'servo_integrator', 'controller', 'ki replaced', (_KI,),
+    meaning='integral gain of the servo is not that of the model', replaces='ki',
+    starts=lambda s: [[replaced(_KI, ki, s.values['ki'] or s.values['kp'], s.values['ki'])]
+                      for ki in (s.values['ki'], s.values['kp'], 5.0 * s.values['kp'])],
+    separated_by={'motor_coulomb': 'standstill under load, of some seconds'})
+
+SERVO_DELAY = Effect(
+    'servo_delay', 'controller', 'delay replaced', (_LATE,),
+    meaning='torque of the servo comes later than the model says', replaces='delay',
+    starts=lambda s: [[FreeParameter('T', s.values['delay'] + late, 0.005, 0.0, MAX_SERVO_DELAY)]
+                      for late in (0.0, 0.004, 0.015)],
+    separated_by={'setpoint_delay': 'steps of the setpoint, after which the drive oscillates'})
 
 SETPOINT_DELAY = Effect(
     'setpoint_delay', 'controller', 'r(t) -> r(t - T)',

@@ -29,6 +29,7 @@ LOCATIONS = ('motor_side', 'arm_side', 'transmission', 'controller', 'actuator',
              'arm_sensor')
 MAX_DELAY = 0.02  # s: longest dead time of torque or encoder
 MAX_SETPOINT_DELAY = 0.1  # s
+MAX_SERVO_DELAY = 0.05    # s: longer ones are no approximation of Pade, and no servo
 # The parameters of an effect as a named tuple, c.A, c.phi ...; each effect has a type of its own.
 Coefficients: TypeAlias = Any
 Three: TypeAlias = tuple[float, float, float]

@@ -33,7 +33,7 @@ from gearbox_monitor.kernels.types import Array, Values
 import gearbox_monitor.plant.effects.actuator as actuator
 import gearbox_monitor.plant.effects.arm_side as arm_side
 import gearbox_monitor.plant.effects.controller as controller
-from gearbox_monitor.plant.effects.effect import Effect, LOCATIONS, Parameter, Three
+from gearbox_monitor.plant.effects.effect import Effect, LOCATIONS, Parameter
 import gearbox_monitor.plant.effects.encoder as encoder
 import gearbox_monitor.plant.effects.gearbox as gearbox
 import gearbox_monitor.plant.effects.motor_side as motor_side
@@ -69,9 +69,9 @@ def _places() -> tuple[dict[str, int], int]:
 
 
 PLACES, _END = _places()
-# Behind them stands the servo: kp (0 without one), kd and the limit of its torque.
-SERVO_KP, SERVO_KD, SERVO_TORQUE, N_EFFECTS = range(_END, _END + 4)
-NO_SERVO = (0.0, 0.0, math.inf)
+# Behind them stands the servo: kp (0 without one), kd, limit of its torque, ki, delay.
+SERVO_KP, SERVO_KD, SERVO_TORQUE, SERVO_KI, SERVO_LATE, N_EFFECTS = range(_END, _END + 6)
+NO_SERVO = (0.0, 0.0, math.inf, 0.0, 0.0)
 
 
 def in_slot(slot: str) -> list[Effect]:
@@ -80,21 +80,23 @@ def in_slot(slot: str) -> list[Effect]:
     return sorted(effects, key=lambda effect: effect.order)
 
 
-# Memories of a window or a state: that of the transmission itself, then those of effects.
+# Memories of a window or a state: that of the transmission itself, then those of effects, then
+# torque of the servo's integrator and the two filtered torques of a servo that is late, N m.
 MEMORIES = {effect.id: place for place, effect in enumerate(in_slot('memory'), 1)}
-N_MEMORY = 1 + len(MEMORIES)
+INTEGRAL, LATE_A, LATE_B, N_MEMORY = range(1 + len(MEMORIES), 5 + len(MEMORIES))
 
 
-def pack(effects: Sequence[Values], servo: Three = NO_SERVO) -> Array:
+def pack(effects: Sequence[Values], servo: Sequence[float] = NO_SERVO) -> Array:
     """
     Return effects as the float64 array [N_EFFECTS] of the kernels.
 
     Args:
         effects: dicts of a model.
-        servo: kp (N m/rad), kd (N m s/rad) and limit (N m) of the servo that takes a setpoint.
+        servo: kp (N m/rad), kd (N m s/rad), limit (N m), ki (N m/rad/s) and delay (s) of the servo
+            that takes a setpoint.
     """
     e = np.zeros(N_EFFECTS)
-    e[SERVO_KP], e[SERVO_KD], e[SERVO_TORQUE] = servo
+    e[SERVO_KP:N_EFFECTS] = servo
     for name, place in PLACES.items():
         e[place] = EFFECTS[name].off
     for values in effects:
