@@ -124,6 +124,12 @@ def _parameters(data: VerdictData, model: DriveModel) -> list[str]:
             first = not any(line.startswith('values') for line in lines)
             lines.append(f'{"values" if first else "":<{LABEL}s}{name} {parameter} = '
                          f'{value}{pm}{" " + unit if unit not in ("", "-") else ""}')
+    for name, ranges in (data.get('between_recordings') or {}).items():
+        for parameter, part in ranges.items():
+            lines += _entry('', f'{name} {parameter} in {len(part["recordings"])} recordings: '
+                            f'{number(part["mean"])}, 90 % range {number(part["low"])} to '
+                            f'{number(part["high"])}; it differs between them by '
+                            f'{part["between"]:.2g}')
     torque_map = torque_map_of(data)
     if torque_map is not None:
         words, rows = torque_map

@@ -14,6 +14,7 @@
 
 """The diagnosis: the effect that explains the sim-to-real gap, its place, what it closes."""
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from functools import cache
 
 from gearbox_monitor.errors import InputError
@@ -23,6 +24,7 @@ from gearbox_monitor.identification.innovation_selection import InnovationEviden
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import MOTION, noise_floor
 from gearbox_monitor.identification.position_search import PositionSearch
+from gearbox_monitor.identification.random_effects import between_recordings
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.selection import (
     decide, Evidence, finer, parts, PositionEvidence)
@@ -100,6 +102,14 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     refit_on_all = judged and recording.motor is None and inadequate(fitted)
     if refit_on_all:
         fitted, kind = decided_on_all(search)
+    same = None
+    if kind == 'unknown' and len(recordings) > 1 and recording.motor is None:
+        # One value for all may fit none: what each recording says alone.
+        names = {diagnose([r], model, only=only, exclude=exclude, seed=seed,
+                          jobs=jobs).data['effect'] for r in recordings}
+        same = search.fitted.get(names.pop() or '-') if len(names) == 1 else None
+    if same is not None:
+        fitted, kind = same, 'effect'
     closed = fitted
     if kind == 'unknown':
         fitted, closed = parts(evidence, fitted, with_map)
@@ -108,6 +118,15 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     steps = next((name for name in lattices if kind == 'none' and name in exclude), None)
     verdict = report(search, fitted, closed, 'unknown' if steps else kind,
                      [name for name in lattices if name in ids], quantum, validate, seed)
+    if same is not None:
+        verdict.data['warnings'].append(
+            'the effect differs between the recordings, each of which shows it alone: no single '
+            'value closes the gap in all')
+    if kind == 'effect' and len(recordings) > 1 and recording.motor is None:
+        verdict.data['between_recordings'] = {
+            name: {key: asdict(value) for key, value in values.items()}
+            for name, values in between_recordings(
+                recordings, fitted.candidate, fitted.point.z, search.long.sigma).items()}
     if steps:
         for part in (verdict.data, verdict.data['where'], verdict.data['remainder']):
             part['location'] = location_of(steps)

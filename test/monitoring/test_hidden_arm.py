@@ -19,7 +19,9 @@ import pytest
 from gearbox_monitor.benchmarks.wear import axis, model_of, watched, work
 from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.monitoring.backlash.change import GROSS
+from gearbox_monitor.monitoring.backlash.hidden_arm import HiddenArm
 from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.plant.drive import model_from_dict
 
 SEED = 3
 DT_NS = 1_000_000
@@ -72,6 +74,13 @@ def test_same_samples_same_windows(drawn):
                                tuple(samples.y[k])))
     assert len(at_once.windows) == 1 and at_once.snapshot() == one_by_one.snapshot()
     assert list(at_once.windows) == list(one_by_one.windows)
+
+
+def test_a_servo_of_the_model_is_left_out():
+    """Its torque is measured: a model that a setpoint has closed may have effects of it."""
+    model = model_from_dict({'controller': {'kp': 6.0}, 'effects': [
+        {'id': 'servo_delay', 'T': 0.004}, {'id': 'backlash_gap', 'b': 0.12}]}, 'closed')
+    assert HiddenArm(model).model.folded().transmission.half_gap == 0.12
 
 
 def test_what_the_motion_lacks_is_said(drawn):

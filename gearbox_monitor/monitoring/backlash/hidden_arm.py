@@ -35,6 +35,7 @@ from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.monitoring.backlash.features import Backlash, MIN_TRAVERSALS, NotExcited
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import TORQUE_OFFSET
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, GRAVITY, LOAD_TORQUE
 from gearbox_monitor.plant.effects.gearbox import BACKLASH_GAP
@@ -69,8 +70,11 @@ class HiddenArm:
     def __init__(self, model: DriveModel, state: Sequence[float] | None = None) -> None:
         shape = model.transmission
         play = shape.hysteresis_width if shape.kind == 'play' else 0.0
+        behind = [e for e in model.effects  # the servo, whose torque is measured
+                  if e['id'] not in EFFECTS or EFFECTS[e['id']].location != 'controller']
         self.model = model.with_(kind='dead_zone', half_gap=shape.half_gap + play,
-                                 hysteresis_width=0.0, controller=None, arm_load='none')
+                                 hysteresis_width=0.0, controller=None, arm_load='none',
+                                 effects=behind)
         self._state = None if state is None else np.array(state, float)
 
     def to_list(self) -> list[float] | None:

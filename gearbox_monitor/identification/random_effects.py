@@ -1,0 +1,122 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Random effects: one value of a drive from several recordings between which it differs.
+
+Load, temperature and wear change from run to run by more than the noise of a fit says. Each
+recording is fitted alone; its value scatters about that of the drive by both (DerSimonian and
+Laird, 1986; variance between recordings by Paule and Mandel, 1982; interval by Hartung and Knapp,
+2001, which holds for few recordings).
+"""
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.stats import t as student
+
+from gearbox_monitor.identification.candidates import CandidateModel
+from gearbox_monitor.identification.innovation_fit import (
+    coordinate_columns, COORDINATE_STEP, evaluated, fitted)
+from gearbox_monitor.identification.innovations import InnovationLikelihood
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.quality.recording import UniformRecording
+
+CONFIDENCE = 0.9
+EXACT = 1e-9   # relative error of a value that has none
+TORQUE = 0.05  # torque noise to begin with, of the standard deviation of the torque
+
+
+@dataclass(frozen=True)
+class RandomEffect:
+    """
+    A value of a drive: mean over recordings with its 90 % range `low` to `high`.
+
+    between: standard deviation from recording to recording. recordings, errors: value and standard
+    error of each alone.
+    """
+
+    mean: float
+    low: float
+    high: float
+    between: float
+    recordings: list[float]
+    errors: list[float]
+
+
+def pooled(values: Sequence[float], errors: Sequence[float]) -> RandomEffect:
+    """
+    Return the RandomEffect of a value that was measured several times.
+
+    Args:
+        values: of each recording [N], N >= 2.
+        errors: their standard errors [N].
+    """
+    y, variance = np.array(values, float), np.array(errors, float) ** 2
+    variance = np.maximum(variance, (EXACT * max(float(np.abs(y).max()), EXACT)) ** 2)
+    count = len(y)
+
+    def spread(between: float) -> tuple[float, float, float]:
+        """Return mean, its variance without scatter, and the scatter, 1 if `between` is right."""
+        weight = 1.0 / (variance + between)
+        mean = float(weight @ y / weight.sum())
+        return mean, 1.0 / float(weight.sum()), float(weight @ (y - mean) ** 2) / (count - 1)
+    most = float(np.var(y)) * count + 1e-300
+    between = 0.0 if spread(0.0)[2] <= 1.0 else float(
+        brentq(lambda v: spread(v)[2] - 1.0, 0.0, most))
+    mean, least, scatter = spread(between)
+    reach = float(student.ppf(0.5 + 0.5 * CONFIDENCE, count - 1)) * math.sqrt(least * scatter)
+    return RandomEffect(mean, mean - reach, mean + reach, math.sqrt(between), y.tolist(),
+                        [float(e) for e in errors])
+
+
+def _numbers(candidate: CandidateModel, z: Array) -> dict[tuple[str, str], float]:
+    """Return {(id, parameter): value} of the effects at z, without whole and listed ones."""
+    return {(name, key): value for name, values in zip(candidate.ids, candidate.values(z)[1])
+            for key, value in values.items() if isinstance(value, float)}
+
+
+def between_recordings(recordings: Sequence[UniformRecording], candidate: CandidateModel, z: Array,
+                       sigma: Array) -> dict[str, dict[str, RandomEffect]]:
+    """
+    Return {id: {parameter: RandomEffect}} of the effects of a candidate.
+
+    Args:
+        recordings: of one drive, which the torque or a setpoint drives; two or more.
+        candidate: model with its coordinates.
+        z: coordinates [P] of the fit to all recordings.
+        sigma: noise of the encoders [2], rad.
+    """
+    measured: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    for recording in recordings:
+        likelihood = InnovationLikelihood(recording, candidate.nominal, sigma, recording.segments)
+        torque = np.full(2, TORQUE * max(float(np.std(recording.torque)), 1e-3))
+        fit = fitted(likelihood, evaluated(likelihood, candidate, z, torque))
+        fit = evaluated(likelihood, candidate, fit.z, fit.torque)
+        columns = coordinate_columns(likelihood, fit)
+        covariance = np.linalg.pinv(
+            columns.T @ columns + np.diag(candidate.prior(fit.z)[1]), 1e-12, hermitian=True)
+        steps = COORDINATE_STEP * candidate.steps()
+        moved = [_numbers(candidate, fit.z + step) for step in np.diag(steps)]
+        for key, value in _numbers(candidate, fit.z).items():
+            slope = np.array([(other[key] - value) / step for other, step in zip(moved, steps)])
+            measured.setdefault(key, []).append(
+                (value, math.sqrt(max(float(slope @ covariance @ slope), 0.0))))
+    out: dict[str, dict[str, RandomEffect]] = {}
+    for (name, parameter), pairs in measured.items():
+        values, errors = zip(*pairs)
+        out.setdefault(name, {})[parameter] = pooled(values, errors)
+    return out
