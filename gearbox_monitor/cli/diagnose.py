@@ -123,9 +123,13 @@ def run(args: Namespace) -> int:
     closed = verdict.model
     if simulator is not None:
         sigma = np.array([1.0 if s is None else s for s in data['sigma']])
-        with percent_bar(simulator.name) as bar:
-            data['simulator'] = plain(confirmation(
-                simulator, concatenated(recordings), (model, closed), sigma, progress_of(bar)))
+        try:
+            with percent_bar(simulator.name) as bar:
+                data['simulator'] = plain(confirmation(
+                    simulator, concatenated(recordings), (model, closed), sigma,
+                    progress_of(bar)))
+        except InputError as error:  # the diagnosis stands without it
+            data['warnings'].append(str(error))
     # Motions of a torque are found, for model files.
     command = [] if args.joint or model.controller else suggestion(
         data, recordings, args.model, args.out)

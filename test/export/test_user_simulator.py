@@ -13,6 +13,7 @@
 # limitations under the License.
 
 
+import json
 from pathlib import Path
 import re
 import shlex
@@ -136,6 +137,21 @@ def test_models_that_take_no_torque_are_refused(tmp_path, monkeypatch, capsys):
     assert main(['example', 'run', '--seconds', '5']) == 0
     assert main(['diagnose', 'run', '--model', 'servo.yaml', '--simulator', 'a:b']) == 2
     assert main(['diagnose', 'run', '--model', 'servo.yaml', '--simulator', 'a']) == 2
+
+
+def test_a_simulator_that_fails_later_leaves_the_diagnosis(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'late.py').write_text(
+        'import numpy as np\ndef simulate(torque, start, dt):\n'
+        '    return np.tile(start[:2], (len(torque), 1)) if not start[2] else 1 / 0\n')
+    save_model(tmp_path / 'drive.yaml', NOMINAL, [])
+    assert main(['example', 'run', '--model', 'drive.yaml', '--seconds', '5', '--rate', '500',
+                 '--process-noise', '0']) == 0
+    assert main(['diagnose', 'run', '--model', 'drive.yaml', '--only', 'motor_viscous',
+                 '--simulator', 'late:simulate', '--json', 'verdict.json']) == 0
+    data = json.loads((tmp_path / 'verdict.json').read_text())
+    assert data['verdict'] == 'none' and 'simulator' not in data
+    assert any('ZeroDivisionError' in note for note in data['warnings'])
 
 
 def test_page(tmp_path, monkeypatch, capsys):
