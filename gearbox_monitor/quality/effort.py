@@ -125,7 +125,7 @@ def finding(smooth: SmoothedMotion, model: DriveModel, stated: str) -> Finding:
     values: dict[str, float | str] = {
         f'log_likelihood_{name}': score for name, score in scores.items()}
     if ratio < SURE:
-        return Finding('torque', 'effort', f'{first} or {second}: not told apart (log of the '
+        return Finding('torque', 'effort', f'{first} or {second}: undecided (log of the '
                        f'likelihood ratio {ratio:.1f}, {SURE:g} wanted)', values=values)
     figure = f'reads like {first} (log of the likelihood ratio {ratio:.0f} over {second})'
     values['effort_is'] = first

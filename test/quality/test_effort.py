@@ -58,4 +58,4 @@ def test_the_statement_is_compared_and_little_motion_tells_nothing():
     wrong = effort.finding(smooth, MODEL, effort.COMPENSATED)
     assert wrong.verdict() == WARN and 'effort_is: torque' in wrong.advice
     quiet = effort.finding(motion(lambda run: run.u, 0.02), MODEL, effort.TORQUE)
-    assert 'not told apart' in quiet.figure and quiet.verdict() == OK
+    assert 'undecided' in quiet.figure and quiet.verdict() == OK
