@@ -119,12 +119,14 @@ def finding(smooth: SmoothedMotion, model: DriveModel, stated: str) -> Finding:
         stated: parameter effort_is.
 
     """
+    if not (np.isfinite(smooth.u).all() and smooth.u.any()):
+        return Finding('torque', 'effort', 'no torque to compare')
     scores, factor = likelihoods(smooth, model)
     first, second = sorted(READINGS, key=lambda name: -scores[name])[:2]
     ratio = scores[first] - scores[second]
     values: dict[str, float | str] = {
         f'log_likelihood_{name}': score for name, score in scores.items()}
-    if ratio < SURE:
+    if not ratio >= SURE:  # NaN tells nothing, either
         return Finding('torque', 'effort', f'{first} or {second}: undecided (log of the '
                        f'likelihood ratio {ratio:.1f}, {SURE:g} wanted)', values=values)
     figure = f'reads like {first} (log of the likelihood ratio {ratio:.0f} over {second})'

@@ -59,3 +59,5 @@ def test_the_statement_is_compared_and_little_motion_tells_nothing():
     assert wrong.verdict() == WARN and 'effort_is: torque' in wrong.advice
     quiet = effort.finding(motion(lambda run: run.u, 0.02), MODEL, effort.TORQUE)
     assert 'undecided' in quiet.figure and quiet.verdict() == OK
+    nothing = effort.finding(motion(lambda run: 0.0 * run.u), MODEL, effort.TORQUE)
+    assert nothing.verdict() == OK and 'no torque' in nothing.figure
