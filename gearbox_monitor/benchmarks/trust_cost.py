@@ -59,7 +59,7 @@ def _trust_cost(model: DriveModel, parameters: Mapping[str, Any],
     """Return a function that runs a Monitor over `samples` and returns the CPU time of trust."""
     def run() -> float:
         monitor, spent = Monitor(model, parameters), [0.0]
-        replaced = {'_check_backlash': lambda outcomes: {},
+        replaced = {'_check_backlash': lambda *_: {},
                     **{name: _timed(getattr(monitor, name), spent)
                        for name in ('_remember', '_evaluate')}}
         for name, function in replaced.items():

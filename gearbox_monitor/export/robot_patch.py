@@ -32,7 +32,7 @@ from gearbox_monitor.export.xml_edit import (
     Edit, edited, parse_xml, with_attributes, with_child, with_text, XmlDocument, XmlElement)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects import arm_side, motor_side
+from gearbox_monitor.plant.effects import actuator, arm_side, motor_side
 from gearbox_monitor.robot.description import parse, turn
 from gearbox_monitor.robot.dynamics import arrays_of, move, torque_on
 
@@ -162,8 +162,8 @@ def _joint_of_urdf(draft: _Draft, joint: XmlElement, values: Mapping[str, float]
     if 'effort' in values and limit is not None:
         draft.attributes(limit, title + 'limit', {'effort': values['effort']})
     elif 'effort' in values:
-        return [Exported('saturation', REFUSED, 'no <limit> in the joint, which needs a velocity: '
-                         f'add one with effort="{number(values["effort"])}"')]
+        return [Exported(actuator.SATURATION.id, REFUSED, 'no <limit> in the joint, which needs a '
+                         f'velocity: add one with effort="{number(values["effort"])}"')]
     return []
 
 

@@ -30,8 +30,8 @@ from gearbox_monitor.plant.simulate import (
 
 
 @jit
-def lacking(t: float, state: Array, u: float, extra: Three, drives: tuple[PackedDrive, PackedDrive]
-            ) -> tuple[float, float]:
+def torque_difference(t: float, state: Array, u: float, extra: Three,
+                      drives: tuple[PackedDrive, PackedDrive]) -> tuple[float, float]:
     """
     Return the torque that drive E lacks at a state.
 
@@ -64,9 +64,9 @@ def _run(state: Array, schedule: Schedule, noise: ProcessNoise,
         torque[k, 0], torque[k, 1] = external[0], external[1]
         for i in range(n):
             at = t[k] + i * h
-            before = lacking(at, state, u[k, i], external, drives)
+            before = torque_difference(at, state, u[k, i], external, drives)
             advance(state, at, h, u[k, i:i + 1], external, noise, drives[0])
-            after = lacking(at + h, state, u[k, i], external, drives)
+            after = torque_difference(at + h, state, u[k, i], external, drives)
             torque[k, 0] += (u[k, i] + 0.5 * (before[0] + after[0])) / n
             torque[k, 1] += 0.5 * (before[1] + after[1]) / n
 

@@ -111,7 +111,7 @@ def _controlled(model, noise, seed, reference):
     run = Plant(replace(model, controller=SERVO), Noise(PROCESS, noise), seed).run(setpoint, DT)
     # What acted between two samples: the mean of both ends.
     mean = 0.5 * (run.x + np.vstack([run.x[1:], run.x[-1:]]))
-    return replace(run, u=SERVO.torque(setpoint, mean[:, 0], mean[:, 2]))
+    return replace(run, u=SERVO.torque(setpoint, mean[:, 0], mean[:, 2], DT))
 
 
 @lru_cache(maxsize=8)
