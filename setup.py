@@ -40,7 +40,6 @@ setup(
     # no such names; in a plain venv the extra "ros" brings them as wheels.
     install_requires=[
         'Jinja2>=3.1',
-        'matplotlib>=3.6',
         'mcap-ros2-support>=0.5',  # brings mcap; both spellings are the same rosdep key
         'mcap>=1.1',
         'numba>=0.59',
@@ -58,6 +57,8 @@ setup(
         'fleet': ['dask>=2024.1', 'distributed>=2024.1', *TABLES],
         # "export", and models read from MJCF files; no rosdep key
         'mujoco': ['mujoco>=4.0'],
+        # "demo", PNG files of "diagnose", "simulate", "compare"; the nodes do not need it
+        'pictures': ['matplotlib>=3.6'],
         # "import" of HDF5 and MATLAB 7.3 files
         'import': ['h5py>=3.10'],
         # "compare" with filters of filterpy
@@ -77,6 +78,7 @@ setup(
             'flake8-import-order>=0.18',
             'foxglove-sdk>=0.30',
             'h5py>=3.10',
+            'matplotlib>=3.6',
             'mujoco>=4.0',
             'mypy>=1.11,<3',
             'psutil>=5.9',

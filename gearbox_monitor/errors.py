@@ -15,6 +15,7 @@
 """The one exception that a user's input can raise, and how several become one."""
 from collections.abc import Iterable
 from difflib import get_close_matches
+from importlib.util import find_spec
 import re
 
 LONGEST = 800  # characters of one problem: a file may hold anything
@@ -42,6 +43,18 @@ class Undecided(InputError):
 
     Command lines end with exit code 3.
     """
+
+
+def has_matplotlib() -> bool:
+    """Return whether pictures can be drawn: matplotlib is an extra."""
+    return find_spec('matplotlib') is not None
+
+
+def expect_matplotlib(what: str) -> None:
+    """Raise InputError if `what`, which draws a picture, lacks matplotlib."""
+    if not has_matplotlib():
+        raise InputError(f'{what}: matplotlib is not installed, expected '
+                         "pip install 'gearbox_monitor[pictures]'")
 
 
 def _line(problem: object) -> str:

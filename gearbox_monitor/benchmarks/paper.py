@@ -26,9 +26,8 @@ usage examples:
 """
 import argparse
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
-from matplotlib.figure import Figure
 import numpy as np
 
 from gearbox_monitor.benchmarks import paper_adaptive, paper_curve
@@ -36,6 +35,7 @@ from gearbox_monitor.benchmarks.harness import (
     add_json_option, bar_lines, BarRow, BarTable, finish, progress_line, require_compiled,
     require_whole)
 from gearbox_monitor.benchmarks.steps import cpu_per_step, stepper
+from gearbox_monitor.errors import expect_matplotlib
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, smoother_parameters
@@ -47,7 +47,9 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate, Trajectory
-from gearbox_monitor.report import plots
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DT, SECONDS, BURN_IN = 1e-3, 20.0, 0.5
 T0 = 1_000_000_000
@@ -302,8 +304,11 @@ twist grows) the coupling supplies energy in case A, which no gearbox does; a
 real one absorbs it (transmission kind passive_play)."""
 
 
-def picture(data: Mapping[str, Any]) -> Figure:
+def picture(data: Mapping[str, Any]) -> 'Figure':
     """Return a Figure of torque over twist, true and estimated, of both cases in `data`."""
+    from matplotlib.figure import Figure
+
+    from gearbox_monitor.report import plots
     figure = Figure(figsize=(13, 10), layout='constrained')
     for row, case in enumerate(CASES):
         model, noise, u = drive(case)
@@ -331,6 +336,8 @@ def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
     require_compiled('benchmark paper')
     require_whole('--seeds', args.seeds)
+    if args.png:
+        expect_matplotlib('--png')
     for path in (args.json, args.png):
         expect_folder_of(path)
     progress = progress_line()

@@ -48,7 +48,7 @@ from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, expect_new, warn)
 from gearbox_monitor.cli.progress import count_bar
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import expect_matplotlib, InputError
 from gearbox_monitor.estimation import filterpy_reference, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
@@ -58,7 +58,6 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.report import compare_plot, plots
 
 WARM_UP = 200  # samples that a filter takes before it is timed: kernels are compiled by then
 REPEATS = 3    # runs of which the fastest counts
@@ -114,6 +113,8 @@ def run(args: Namespace) -> int:
     expect_new(args.png)
     if args.png and Path(args.png).suffix.lower() != '.png':
         raise InputError(f'{args.png}: expected a name that ends in .png')
+    if args.png:
+        expect_matplotlib('--png')
     with open_bag(args.bag) as reader:
         inputs = load_filter_inputs(args, reader)
         recorded = truth(reader, inputs.recording)
@@ -265,6 +266,7 @@ def _true_twist(reader: BagReader, recording: RecordedSamples) -> KnownTwist | N
 def _draw(args: Namespace, results: Sequence[FilterResult], torque: KnownTorque | None,
           twist: KnownTwist | None, axis: str) -> None:
     """Write the figure."""
+    from gearbox_monitor.report import compare_plot, plots
     origin = min(r.estimates.stamp_ns[0] for r in results)
     runs = []
     for r in results:

@@ -35,7 +35,7 @@ import sys
 import time
 from typing import Any
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import expect_matplotlib, InputError
 from gearbox_monitor.ros.child_processes import Child, ChildFailed, Interrupt
 from gearbox_monitor.ros.ros_domain import own_domain
 
@@ -107,6 +107,7 @@ class Demo:
     def __init__(self, args: Namespace, interrupt: Interrupt) -> None:
         """Check `args` and create the directory; `interrupt` ends early. Raises InputError."""
         from gearbox_monitor.parameters import FILTER_NAMES
+        expect_matplotlib('demo')
         if args.filter not in FILTER_NAMES:
             raise InputError(f'--filter: {args.filter!r} is unknown, expected one of '
                              f'{", ".join(FILTER_NAMES)}')

@@ -40,9 +40,8 @@ from collections.abc import Mapping, Sequence
 import os
 from pathlib import Path
 import sys
-from typing import Any, TypeAlias
+from typing import Any, TYPE_CHECKING, TypeAlias
 
-from matplotlib.figure import Figure
 import numpy as np
 
 from gearbox_monitor import __version__
@@ -51,7 +50,7 @@ from gearbox_monitor.cli.drive_recordings import (
     add_recording_arguments, load_drive, load_recording)
 from gearbox_monitor.cli.options import check_jobs, dump, expect_new, JSON_FILE_HELP, plain
 from gearbox_monitor.cli.progress import percent_bar, progress_of
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import has_matplotlib, InputError
 from gearbox_monitor.export.user_simulator import confirmation, user_simulator, UserSimulator
 from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
 from gearbox_monitor.identification.diagnose import diagnose
@@ -61,15 +60,17 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import concatenated, UniformRecording
-from gearbox_monitor.report import overlay_plot
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
 from gearbox_monitor.report.suggestion import suggestion
 from gearbox_monitor.report.words import headline
 from gearbox_monitor.ros.child_processes import cores
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 DRAWN = ('report.html', 'overlay.png', 'where.png', 'ranking.png')
-Drawn: TypeAlias = Mapping[str, str | Figure]  # {file of --out: HTML or picture}
+Drawn: TypeAlias = Mapping[str, 'str | Figure']  # {file of --out: HTML or picture}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -169,7 +170,7 @@ def _ids(option: str, words: Sequence[str]) -> tuple[str, ...]:
 
 def draw(verdict: DiagnosisVerdict, data: Mapping[str, Any],
          recordings: Sequence[UniformRecording], model: DriveModel, context: PageContext,
-         jobs: int) -> dict[str, str | Figure]:
+         jobs: int) -> 'dict[str, str | Figure]':
     """
     Return page and pictures of a diagnosis.
 
@@ -188,7 +189,13 @@ def draw(verdict: DiagnosisVerdict, data: Mapping[str, Any],
     evidence = gather(verdict, recordings, model, jobs)
     title = headline(data)
     drawn: dict[str, str | Figure] = {
-        'report.html': diagnosis_page(data, evidence, recordings, context),
+        'report.html': diagnosis_page(data, evidence, recordings, context)}
+    if not has_matplotlib():
+        print("diagnose: no pictures, matplotlib is not installed: pip install "
+              "'gearbox_monitor[pictures]'", file=sys.stderr)
+        return drawn
+    from gearbox_monitor.report import overlay_plot
+    drawn |= {
         'overlay.png': overlay_plot.windows_figure(evidence.overlay, evidence.windows, title,
                                                    on_axis('rad', model.axis)),
         'where.png': overlay_plot.maps_figure(evidence, title)}
@@ -250,10 +257,10 @@ def write(targets: Mapping[str, Path], data: Mapping[str, Any], closed: DriveMod
             item = drawn.get(content) or dump(data) + '\n'
             if content == 'model' and closed is not None:
                 save_model(part, closed, comment)
-            elif isinstance(item, Figure):
-                item.savefig(part, dpi=110, format='png')
-            else:
+            elif isinstance(item, str):
                 part.write_text(item, encoding='utf-8')
+            else:
+                item.savefig(part, dpi=110, format='png')
         for part, path in parts:
             os.replace(part, path)
         new_folder = None

@@ -38,13 +38,12 @@ import numpy as np
 from gearbox_monitor.cli.drive_recordings import (
     add_drive_arguments, load_drive, load_recording)
 from gearbox_monitor.cli.options import dump, expect_new, JSON_FILE_HELP, plain
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import expect_matplotlib, InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
 from gearbox_monitor.identification.closed_model import closed_of, rms
 from gearbox_monitor.identification.model_overlay import Overlay, overlay
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import UniformRecording
-from gearbox_monitor.report import overlay_plot
 from gearbox_monitor.report.diagnosis_evidence import notable_windows
 from gearbox_monitor.report.words import number, percent, unit_of
 
@@ -168,6 +167,8 @@ def _check_targets(args: Namespace) -> None:
     for path in (*paths, args.json):
         expect_new(path)
     expect_folder_of(args.out)
+    if args.out:
+        expect_matplotlib('--out')
     expect_folder_of(args.json)
     if args.out and Path(args.out).exists() and not Path(args.out).is_dir():
         raise InputError(f'{args.out}: is a file, expected a directory')
@@ -196,6 +197,7 @@ def write(laid: Overlay, data: Mapping[str, Any], args: Namespace,
             title = f'{Path(laid.recording.name).name}: gap {number(data["gap_before"])}'
             if data['gap_after'] is not None:
                 title += f', closed {number(data["gap_after"])}'
+            from gearbox_monitor.report import overlay_plot
             drawn = (overlay_plot.windows_figure(laid, notable_windows(laid, False), title, unit),
                      overlay_plot.free_figure(laid, title, unit))
             for name, figure in zip(PICTURES, drawn):
