@@ -87,8 +87,8 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='effects to leave out: a gap that only they explain is unknown')
     parser.add_argument('--only', metavar='ID', nargs='+', help='effects to try, and no others')
     parser.add_argument('--simulator', metavar='MODULE:FUNCTION',
-                        help='repeat nominal and closed model in your simulator, see '
-                        'docs/simulator.md')
+                        help='repeat nominal and closed model in your simulator, a function or '
+                        'FILE.fmu[:NAMES], see docs/simulator.md')
     parser.add_argument('--seed', metavar='N', type=int, default=0,
                         help='seed of the intervals (default: 0); same seed, same answer')
     parser.add_argument('--jobs', metavar='N', type=int, default=cores(),

@@ -26,6 +26,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 import importlib
 import inspect
+from pathlib import Path
 import sys
 import traceback
 from typing import Any
@@ -33,6 +34,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.fmu import open_fmu
 from gearbox_monitor.export.start_fit import fitted_start, slopes, STEPS
 from gearbox_monitor.identification.closed_model import closed_of, gap_of
 from gearbox_monitor.identification.model_overlay import ModelRun, Overlay, overlay
@@ -123,12 +125,17 @@ def user_simulator(name: str) -> UserSimulator:
     """
     Return the simulator module:function, the module from the working directory or installed.
 
+    FILE.fmu is a functional mock-up unit, FILE.fmu:NAMES one with other names of variables.
     Raises InputError.
     """
     module, _, function = name.partition(':')
     where = f'--simulator {name}'
+    if module.endswith('.fmu'):
+        unit = open_fmu(Path(module), function, PARAMETERS)
+        return UserSimulator(module, unit.run, unit.takes)
     if not module or not function:
-        raise InputError(f'{where}: expected module:function, such as my_arm:simulate')
+        raise InputError(f'{where}: expected module:function, such as my_arm:simulate, or a file '
+                         '*.fmu')
     if '' not in sys.path:
         sys.path.insert(0, '')
     try:
