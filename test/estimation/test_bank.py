@@ -64,8 +64,9 @@ def compared(monkeypatch, model, trials, samples):
     ([], DT, {'friction_linearisation': 'statistical'}),
     pytest.param([], DT, {'arm_load': 'measured', 'effort_delay': 2, 'tau_k_stiffness': 5.0},
                  marks=pytest.mark.system),
-    ([{'id': 'arm_viscous', 'Cav': 0.02}, {'id': 'load_torque', 'TL': 0.3}], 4.0 * DT,
-     {'arm_load': 'unknown'}),  # two steps of integration to a sample
+    pytest.param([{'id': 'arm_viscous', 'Cav': 0.02}, {'id': 'load_torque', 'TL': 0.3}], 4.0 * DT,
+                 {'arm_load': 'unknown'},  # two steps of integration to a sample
+                 marks=pytest.mark.system),
 ])
 def test_together_and_alone_are_the_same(effects, dt, parameters, monkeypatch):
     samples = recorded(dt=dt)

@@ -102,6 +102,7 @@ def test_noise_grows_with_speed():
     assert [noise(z, p, i) for i in range(n)] == pytest.approx([0.0, 0.0, 0.16, 0.16, 9.0])
 
 
+@pytest.mark.system
 @pytest.mark.parametrize('name', [n for n in FILTER_NAMES if n != 'aekf'])
 def test_every_filter_knows_every_process_model(name):
     """All filters agree on an almost linear drive, whatever the model of tau_K."""

@@ -151,7 +151,9 @@ def test_equals_filterpy_ukf(alpha, beta, kappa):
             np.testing.assert_allclose(P, stock.P, rtol=1e-8, atol=1e-8)
 
 
-@pytest.mark.parametrize('variant', VARIANTS)
+@pytest.mark.parametrize('variant', [
+    variant if variant == 'paper' else pytest.param(variant, marks=pytest.mark.system)
+    for variant in VARIANTS])
 def test_square_root_form_is_the_ukf(variant):
     p, _, n = setup(variant, **{k: v for k, v in TUNED.items() if k != 'arm_load'})
     out = data(1.0)

@@ -121,7 +121,8 @@ def test_learns_the_curve_from_wrong_starts():
         assert (np.abs(miss) < stated).mean() > 0.62 and np.median(stated) < walk.std() / 10
 
 
-@pytest.mark.parametrize('name', ['learned', 'mixed'])
+@pytest.mark.parametrize('name', [
+    'learned', pytest.param('mixed', marks=pytest.mark.system)])
 def test_snapshot_replay_and_smoother_go_on(name):
     model = DriveModel().with_(**SHAPES['play'])
     samples, tau_k = recorded(model, 3.0)
@@ -144,6 +145,7 @@ def test_snapshot_replay_and_smoother_go_on(name):
     assert (smoothed.rows[:, S_TAU_K] - tau_k)[500:].std() < filtered_error.std()
 
 
+@pytest.mark.system
 def test_mixture_is_that_of_its_filters():
     """Weights by Bayes' rule, mean and deviation of the mixture; the walk leads."""
     samples, tau_k = recorded(DriveModel(), 4.0)

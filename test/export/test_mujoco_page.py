@@ -24,6 +24,7 @@ mujoco = pytest.importorskip('mujoco')
 PAGE = (Path(__file__).parents[2] / 'docs/mujoco.md').read_text(encoding='utf-8')
 
 
+@pytest.mark.system
 def test_from_a_file_and_two_recordings_to_a_file_that_fits(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for text in re.findall(r'```(?:xml|yaml)\n(.*?)```', PAGE, re.DOTALL):

@@ -154,6 +154,7 @@ def test_a_simulator_that_fails_later_leaves_the_diagnosis(tmp_path, monkeypatch
     assert any('ZeroDivisionError' in note for note in data['warnings'])
 
 
+@pytest.mark.system
 def test_page(tmp_path, monkeypatch, capsys):
     pytest.importorskip('mujoco')
     monkeypatch.chdir(tmp_path)

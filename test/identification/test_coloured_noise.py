@@ -67,6 +67,7 @@ def test_what_motion_leaves_is_no_such_noise():
     assert measured(noise(PHI, 12, 200, 1), 5e-3) is None  # 100 Hz tell nothing
 
 
+@pytest.mark.system
 @pytest.mark.parametrize('effects', [(), (WEAK,)])
 def test_verdicts_as_with_white_noise(effects):
     model = DriveModel()

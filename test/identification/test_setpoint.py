@@ -56,9 +56,10 @@ def recorded(*effects, columns=(0, 1), noise=0.003, true=None, stated=MODEL):
 
 @compiled
 @pytest.mark.parametrize('effect, columns', [
-    ({'id': 'setpoint_delay', 'T': 0.025}, (0, 1)), ({'id': 'servo_gain', 'kp': 4.0}, (0,)),
-    ({'id': 'servo_delay', 'T': 0.01}, (0, 1)), ({'id': 'servo_integrator', 'ki': 8.0}, (0,)),
-    ({'id': 'stiffness', 'K': 15.0}, (1,))])
+    ({'id': 'setpoint_delay', 'T': 0.025}, (0, 1)),
+    *(pytest.param(effect, columns, marks=pytest.mark.system) for effect, columns in (
+        ({'id': 'servo_gain', 'kp': 4.0}, (0,)), ({'id': 'servo_delay', 'T': 0.01}, (0, 1)),
+        ({'id': 'servo_integrator', 'ki': 8.0}, (0,)), ({'id': 'stiffness', 'K': 15.0}, (1,))))])
 def test_effect_is_named_with_gains_in_doubt(effect, columns):
     only = ['setpoint_delay', 'servo_delay', 'servo_integrator', 'servo_gain', 'stiffness']
     verdict = diagnose([recorded(effect, columns=columns)], MODEL, only=only).to_dict()

@@ -417,6 +417,7 @@ def test_measured_arm_load():
     assert not len(monitor.run(samples).rows) and monitor.counts[sample_loop.NO_EFFORT] == 1000
 
 
+@pytest.mark.system
 def test_loads_that_the_model_has():
     """With its effects on the arm in the model the filter does as on a drive without them."""
     def scores(model, samples, out):
@@ -439,6 +440,7 @@ def test_loads_that_the_model_has():
             assert nis > 20.0 and smoothed > 1.5 * smoothed_reference, (name, nis, smoothed)
 
 
+@pytest.mark.system
 def test_the_arm_alone_tells_the_torque_where_the_load_is_known():
     def error(effects, known):
         model = MODEL.with_(effects=effects, arm_load='none')

@@ -337,6 +337,7 @@ def test_the_plugin_of_the_page(plugin_folder):
     assert values['S'] == pytest.approx(0.4, rel=0.02)
 
 
+@pytest.mark.system
 def test_two_plugins_in_one_model(plugin_folder):
     [module] = blocks('python')
     module += ('\n\ndef push(t, x1, x2, x3, x4, u, tau_k, theta):\n'

@@ -72,6 +72,7 @@ def section(title):
     return text[text.index(f'## {title}\n'):].split('\n## ')[0]
 
 
+@pytest.mark.system
 @pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 def test_the_effect_of_the_page_is_simulated_side_by_side_and_found(tmp_path):
     [block] = re.findall(r'```python\n(.*?)```', section('An effect'), re.DOTALL)

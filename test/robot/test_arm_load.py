@@ -72,6 +72,7 @@ def estimated(engine, payload, samples):
             for name in ('stamp_ns', 'tau_k', 'tau_k_std', 'tau_arm')]
 
 
+@pytest.mark.system
 def test_the_description_halves_the_error_of_the_torque():
     """With an unknown load the error of friction cannot be told from the torque: no such state."""
     powers = {'unknown': 0.0, 'model': 0.0}

@@ -122,6 +122,7 @@ def set_parameter(graph, name, value):
     return graph.call(SetParameters, '/elbow/estimator/set_parameters', request).results[0]
 
 
+@pytest.mark.system
 def test_one_gearbox_of_a_robot(graph, drive, tmp_path):
     """Motor and arm on two topics, remapped, in simulated time, through changes: as in replay."""
     file = tmp_path / 'robot.yaml'

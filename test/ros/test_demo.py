@@ -115,7 +115,8 @@ def test_sound_gearbox_raises_none(demo, tmp_path):
     assert data['alerts'] == []
 
 
-@pytest.mark.parametrize('moment', [0.7, 'recording', 'shut-down'])
+@pytest.mark.parametrize('moment', [
+    *(pytest.param(m, marks=pytest.mark.system) for m in (0.7, 'recording')), 'shut-down'])
 def test_interrupt(demo, tmp_path, moment):
     """Ctrl-C leaves no process, no traceback and, where recording had begun, a whole bag."""
     process = demo('--duration', '60', '--out', 'out')
