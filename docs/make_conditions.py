@@ -32,10 +32,12 @@ HEAD = """\
 explains the indicators, [parameters](parameters.md) the parameters in the texts,
 [messages](messages.md) the values.
 
-Conditions set a raw level once per second of stamps. The published level follows after the number
-of consecutive evaluations in the heading. If several conditions apply, the highest level wins, and
-the message names them all. Before the first evaluation a component is WARN (no data yet), never
-OK.
+Conditions set a raw level once per second of stamps. The published level rises after 3 evaluations
+in a row and falls after 5, unless the component states otherwise. If several conditions apply, the
+highest level wins, and the message names them all. Before the first evaluation a component is WARN
+(no data yet), never OK.
+
+Each entry: level, message (values), condition, window, *remedy*.
 """
 SIGNIFICANT = 'significant (false_alarm_interval) and '
 CHANGES = f"""
@@ -52,17 +54,16 @@ def evaluations(n: int) -> str:
     return 'one evaluation' if n == 1 else f'{n} evaluations in a row'
 
 
-def table(component: str, conditions: Sequence[Condition]) -> str:
-    """Return heading and Markdown table of the `conditions` of `component`."""
+def listed(component: str, conditions: Sequence[Condition]) -> str:
+    """Return heading and Markdown list of the `conditions` of `component`."""
     up, down = DEBOUNCE[component]
-    lines = [f'## {component}', '', f'Raised after {evaluations(up)}, lowered after '
-             f'{evaluations(down)}.', '',
-             '| level | message | when | window | what to do | value |',
-             '|---|---|---|---|---|---|']
+    lines = [f'## {component}', '']
+    if (up, down) != (3, 5):
+        lines += [f'Raised after {evaluations(up)}, lowered after {evaluations(down)}.', '']
     for c in conditions:
-        keys = ', '.join(f'`{key}`' for key in c.value)
-        cells = (c.level.name, c.says, c.when, c.window, c.advice, keys)
-        lines.append('| ' + ' | '.join(cell.replace('|', '\\|') for cell in cells) + ' |')
+        keys = f' ({", ".join(f"`{key}`" for key in c.value)})' if c.value else ''
+        window = '' if c.window == 'the evaluation' else f', over {c.window}'
+        lines.append(f'- {c.level.name} **{c.says}**{keys}: {c.when}{window}. *{c.advice}*')
     return '\n'.join(lines)
 
 
@@ -82,9 +83,9 @@ def changes() -> str:
 def page() -> str:
     """Return the text of the page."""
     rows = [*CONDITIONS, *(c for c in change_tests.CONDITIONS if not c.says.endswith('%'))]
-    tables = [table(component, [c for c in rows if c.component == component])
-              for component in DEBOUNCE if any(c.component == component for c in rows)]
-    return HEAD + '\n' + '\n\n'.join(tables) + '\n' + changes()
+    lists = [listed(component, [c for c in rows if c.component == component])
+             for component in DEBOUNCE if any(c.component == component for c in rows)]
+    return HEAD + '\n' + '\n\n'.join(lists) + '\n' + changes()
 
 
 if __name__ == '__main__':

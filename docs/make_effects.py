@@ -44,7 +44,7 @@ The plain model, everything on the arm side (SI units, N m, rad, s):
 
 `'` is the time derivative, t the time since the start of the recording. "replaced": the parameter
 replaces the value of the model file. N is the integer number of periods per turn of the motor (on
-the arm side).
+the arm side). Each entry: id, meaning, equation, parameters.
 """
 KNOWN = """\
 Simulator and diagnosis support all effects. Filters support those that replace a value of the
@@ -69,11 +69,10 @@ def bounds(parameter):
     return f', >= {low}' if low else f', <= {high}' if high else ''
 
 
-def row(effect):
-    """Return the line of the table for an Effect."""
+def entry(effect):
+    """Return the entry of the list for an Effect."""
     parameters = '; '.join(f'`{p.name}` ({p.unit}{bounds(p)})' for p in effect.parameters)
-    cells = (f'`{effect.id}`', effect.meaning, f'`{effect.equation}`', parameters)
-    return '| ' + ' | '.join(cell.replace('|', '\\|') for cell in cells) + ' |'
+    return f'- `{effect.id}`: {effect.meaning}. `{effect.equation}`. {parameters}'
 
 
 def page():
@@ -81,12 +80,10 @@ def page():
     names = ', '.join(f'`{name}`' for name, effect in EFFECTS.items() if effect.in_filters)
     lines = [HEAD.rstrip('\n'), '', textwrap.fill(KNOWN.format(names), 99)]
     for location in LOCATIONS:
-        lines += ['', f'## {location}', '', '| id | what it is | equation | parameters |',
-                  '|---|---|---|---|']
-        lines += [row(effect) for effect in EFFECTS.values() if effect.location == location]
-    lines += ['', '## What no law describes', '', TABLE_OF_TORQUE, '',
-              '| id | what it is | equation | parameters |', '|---|---|---|---|']
-    lines += [row(effect) for effect in EFFECTS.values() if not effect.location]
+        lines += ['', f'## {location}', '']
+        lines += [entry(effect) for effect in EFFECTS.values() if effect.location == location]
+    lines += ['', '## What no law describes', '', TABLE_OF_TORQUE, '']
+    lines += [entry(effect) for effect in EFFECTS.values() if not effect.location]
     return '\n'.join(lines) + '\n' + OWN
 
 

@@ -87,11 +87,11 @@ def topics() -> str:
 
 
 def table(component: str) -> str:
-    """Return heading and Markdown table of the values of `component`; deviations are implied."""
+    """Return heading and list of the values of `component`; deviations are implied."""
     rows = [row for row in DIAGNOSTIC_KEYS
             if row.component == component and row not in CHANGE_KEYS]
     by_key = {row.key: row for row in rows}
-    lines = [f'### {component}', '', '| key | what |', '|---|---|']
+    lines = [f'### {component}', '']
     for row in rows:
         owner = row.key.removesuffix('_threshold')
         if owner != row.key and owner in by_key:
@@ -101,7 +101,11 @@ def table(component: str) -> str:
         limit = by_key.get(f'{row.key}_threshold')
         words = f'; {limit.description} `{limit.key}`' if limit else ''
         unit = f' ({row.unit})' if row.unit not in ('', '-') else ''
-        lines.append(f'| `{row.key}`{unit} | {row.description}{words} |')
+        key, what = f'`{row.key}`{unit}', f': {row.description}{words}'
+        if lines[-1].endswith(what):  # one entry of all that are described alike
+            lines[-1] = f'{lines[-1].removesuffix(what)}, {key}{what}'
+        else:
+            lines.append(f'- {key}{what}')
     return '\n'.join(lines)
 
 

@@ -31,15 +31,16 @@ HEAD = """\
 
 `docs/make_parameters.py` generates this page. [config/](../config) contains commented files; at
 run time, `ros2 param describe /estimator NAME` shows unit and range. Values out of range are
-refused. "live" parameters can change while the node runs (`ros2 param set`), with *restart* the
+refused. *live* parameters can change while the node runs (`ros2 param set`), with *restart* the
 filter restarts; the bag records every change of the estimator, and replay repeats it.
 
-All values are SI. Values of the motor refer to the arm side (`gear_ratio` in the model file).
+Each entry: name = default, range. All values are SI. Values of the motor refer to the arm side
+(`gear_ratio` in the model file).
 Process noise is spectral, per sqrt(s): the sample rate can change without retuning.
 """
 VALUES = """\
-These parameters replace values of the model file. Their defaults are the values of that file; the
-table shows those of the packaged one.
+These parameters replace values of the model file. Their defaults are the values of that file, here
+of the packaged one.
 """
 MODEL_FILE = """
 ## Model file
@@ -62,22 +63,23 @@ def bounds(row: ParameterRow) -> str:
     return f'{row.low:g}..{row.high:g}' if row.low > -float('inf') else ''
 
 
-def table(rows: Table) -> str:
-    """Return a Markdown table of the parameters.ParameterRow `rows`."""
-    lines = ['| name | default | range | change | what |', '|---|---|---|---|---|']
+def listed(rows: Table) -> str:
+    """Return a Markdown list of the parameters.ParameterRow `rows`."""
+    lines = []
     for row in rows:
-        unit = '' if row.unit == '-' else f' {row.unit}'
-        cells = (f'`{row.name}`', f'`{shown(row.default)}`{unit}'.strip(), bounds(row),
-                 CHANGES.get(row.change, ''), row.description)
-        lines.append('| ' + ' | '.join(cell.replace('|', '\\|') for cell in cells) + ' |')
+        unit = '' if row.unit in ('', '-') else f' {row.unit}'
+        limits = f', {bounds(row)}' if bounds(row) else ''
+        change = f', *{CHANGES[row.change]}*' if row.change in CHANGES else ''
+        lines.append(f'- `{row.name}` = `{shown(row.default)}`{unit}{limits}{change}: '
+                     f'{row.description}')
     return '\n'.join(lines)
 
 
 def page() -> str:
     """Return the text of the page."""
-    return (f'{HEAD}\n## estimator\n\n{table(ROBOT + ESTIMATOR)}\n\n{VALUES}\n{table(MODEL)}\n\n'
-            f'## plant\n\n{table(PLANT)}\n\n'
-            f'## recorder\n\n{table(RECORDER)}\n{MODEL_FILE}')
+    return (f'{HEAD}\n## estimator\n\n{listed(ROBOT + ESTIMATOR)}\n\n{VALUES}\n{listed(MODEL)}\n\n'
+            f'## plant\n\n{listed(PLANT)}\n\n'
+            f'## recorder\n\n{listed(RECORDER)}\n{MODEL_FILE}')
 
 
 if __name__ == '__main__':

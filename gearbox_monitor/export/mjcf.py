@@ -191,7 +191,7 @@ def _zero(values: MjcfValues, e: Values) -> MjcfValues:
 
 
 _PHASE = 'no sensor has it; add it to the reading in your code: y = q + A sin(q + phi)'
-_SERVO = 'the exported actuator takes a torque: change the servo in your code'
+_SERVO = 'change the servo in your code'
 _LATTICE = 'no sensor has a resolution; round the reading in your code'
 EXPRESSIONS = {effect.id: expression for effect, expression in (
     (motor_side.MOTOR_VISCOUS, Expression(NATIVE, 'joint damping')),

@@ -44,7 +44,7 @@ FEATURES, BAGS, JOURNAL, PAGE = 'features', 'bags.parquet', 'bags.journal', 'fle
 LOCK, PARTS = '.lock', '.parts'
 STAMP = pa.timestamp('us', 'UTC')  # of ns, Python makes dates with pandas only
 NUMBER, COUNT, TEXT, FLAG = pa.float64(), pa.int64(), pa.string(), pa.bool_()
-# Columns of bags.parquet; see docs/fleet.md.
+# Columns of bags.parquet.
 COLUMNS = {
     'path': TEXT, 'status': TEXT, 'reason': TEXT, 'retry': FLAG, 'duplicate_of': TEXT,
     'gearbox': TEXT, 'date': TEXT, 'start': STAMP, 'duration_s': NUMBER, 'samples': COUNT,

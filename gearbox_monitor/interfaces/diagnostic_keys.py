@@ -169,9 +169,9 @@ DIAGNOSTIC_KEYS = (
          ('learned_hysteresis_rad', 'rad', 'half width of the loop over the twist, learned; '
           '< 0: the torque is higher while the twist grows'),
          ('learned_hysteresis_std_rad', 'rad', 'its standard deviation'),
-         *((f'undetected_{name}', 'N m', f'error of tau_K (rms) by {name} off by its tolerance: '
-            'the stated deviation contains it') for name in ERROR_NAMES),
-         *((f'probability_{name}', '-', f'of the law {name}, with `tau_k_model` mixed')
+         *((f'undetected_{name}', 'N m', 'error of tau_K (rms) if this value is off by its '
+            'tolerance, which the stated deviation contains') for name in ERROR_NAMES),
+         *((f'probability_{name}', '-', 'of this law, with `tau_k_model` mixed')
            for name in (RANDOM_WALK, *CURVES))),
     *_of('backlash',
          ('gap_rad', 'rad', 'gap of the newest window'), ('gap_std_rad', 'rad', 'its deviation'),
