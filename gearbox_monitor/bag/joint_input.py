@@ -61,6 +61,24 @@ def find_input(reader: BagReader, name: str = JOINT_STATES) -> JointInput:
     or an estimator, /NAMESPACE/NODE; with several gearboxes /NAMESPACE/NODE/GEARBOX. Raises
     InputError unless exactly one fits.
     """
+    inputs = recorded_inputs(reader, name)
+    if len(inputs) > 1:
+        nodes = sorted(inputs)
+        raise InputError(f'{reader.path}: topic {name}: taken by {", ".join(nodes)}, expected '
+                         f'one; choose it with --topic {nodes[0]}')
+    for one in inputs.values():
+        reader.require(one.topic, JOINT_STATE)
+        return one
+    topic = find_topic(reader, name)
+    namespace = topic.rsplit('/', 1)[0]
+    paired = f'{namespace}/{PAIRED_JOINT_STATES}'
+    if topic == f'{namespace}/{JOINT_STATES}' and reader.count(paired):
+        topic = paired
+    return JointInput(topic, namespace)
+
+
+def recorded_inputs(reader: BagReader, name: str = JOINT_STATES) -> dict[str, JointInput]:
+    """Return {estimator: JointInput} of the estimators in `reader` that took a topic `name`."""
     candidates: dict[str, JointInput] = {}  # by node
     for snapshots, content in _estimators(reader).items():
         names, gearbox = _recorded_names(content.get('topics', '{}')), content.get(GEARBOX)
@@ -71,19 +89,7 @@ def find_input(reader: BagReader, name: str = JOINT_STATES) -> JointInput:
         if any(_is_called(alias, name) for alias in (topic, original, node)):
             candidates[node] = JointInput(topic, namespace, snapshots, names,
                                           gearbox or TRANSMISSION)
-    if len(candidates) > 1:
-        nodes = sorted(candidates)
-        raise InputError(f'{reader.path}: topic {name}: taken by {", ".join(nodes)}, expected '
-                         f'one; choose it with --topic {nodes[0]}')
-    for candidate in candidates.values():
-        reader.require(candidate.topic, JOINT_STATE)
-        return candidate
-    topic = find_topic(reader, name)
-    namespace = topic.rsplit('/', 1)[0]
-    paired = f'{namespace}/{PAIRED_JOINT_STATES}'
-    if topic == f'{namespace}/{JOINT_STATES}' and reader.count(paired):
-        topic = paired
-    return JointInput(topic, namespace)
+    return candidates
 
 
 def _is_called(topic: str, name: str) -> bool:

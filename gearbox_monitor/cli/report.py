@@ -23,6 +23,9 @@ Estimates in the bag are shown as they were published; without any, or with --mo
 --filter or --replay, the estimator is run on the recorded samples. Signals over time are
 thinned to envelopes of lowest and highest value, so that an hour makes a page of some MB.
 
+A recording of several gearboxes gets a page of the robot, one row per joint, the worst first, and
+beside it the page of each joint. --topic GEARBOX writes that of one alone.
+
 usage examples:
   gearbox_monitor report gearbox_2026_11_21-10_00_00
   gearbox_monitor report BAG --model drive.yaml --params joint3.yaml --out joint3.html
@@ -30,9 +33,11 @@ usage examples:
   gearbox_monitor report BAG --json - | jq .gap_rad
 """
 from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-
+from gearbox_monitor.bag.joint_input import recorded_inputs
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, dump, estimator_options, expect_new, JSON_FILE_HELP,
@@ -42,7 +47,10 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.report.recording_page import figures, headline, recording_page
-from gearbox_monitor.report.timeline_source import EstimatorChoice, TimelineSource
+from gearbox_monitor.report.robot_page import robot_page
+from gearbox_monitor.report.timeline import Timeline
+from gearbox_monitor.report.timeline_source import (
+    EstimatorChoice, RecordingFacts, TimelineSource)
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -62,27 +70,66 @@ def run(args: Namespace) -> int:
     out = Path(args.out or f'{Path(args.bag).resolve().stem}.html')
     expect_new(out)
     expect_new(args.json)
-    parameters, model_file = estimator_options(args)
-    if args.filter:
-        parameters['filter'] = check_filter(args.filter)
-    model = load_model(model_file) if model_file else None
-    with open_bag(args.bag) as reader, percent_bar('report') as bar:
-        source = TimelineSource(
-            reader, args.topic, EstimatorChoice(model, parameters, args.replay),
-            lambda share: bar.update(100.0 * share - bar.n))
-        timeline, facts = source.run()
-    warn(args, facts.notes)
-    if not timeline.samples:
-        raise InputError(f'{args.bag}: topic {source.topic} holds no sample, expected some')
-    name = '/'.join(Path(args.bag).parts[-2:])
-    write_new(out, recording_page(timeline, facts, name))
-    data = plain({'bag': str(args.bag), 'page': str(out), 'headline': headline(timeline)[0],
-                  **figures(timeline, facts)})
+    with open_bag(args.bag) as reader:
+        estimators = sorted(recorded_inputs(reader, args.topic))
+    data, text = _robot(args, out, estimators) if len(estimators) > 1 else _single(args, out)
     if args.json == '-':
         print(dump(data))
         return 0
     if args.json:
         write_new(args.json, dump(data) + '\n')
-    print(f'{data["headline"]}\n{out}: {out.stat().st_size / 1e6:.1f} MB, {timeline.last:.1f} s, '
-          f'{timeline.samples} samples, {"live" if facts.live else "replayed"} estimates')
+    print(f'{data["headline"]}\n{out}: {out.stat().st_size / 1e6:.1f} MB, {text}')
     return 0
+
+
+def _single(args: Namespace, out: Path) -> tuple[dict[str, Any], str]:
+    """Write the page of one gearbox; return its figures and the size of the recording."""
+    timeline, facts = _recorded(args, args.topic, 'report')
+    write_new(out, recording_page(timeline, facts, _name(args)))
+    return plain({'bag': str(args.bag), 'page': str(out), 'headline': headline(timeline)[0],
+                  **figures(timeline, facts)}), (
+        f'{timeline.last:.1f} s, {timeline.samples} samples, '
+        f'{"live" if facts.live else "replayed"} estimates')
+
+
+def _robot(args: Namespace, out: Path, estimators: Sequence[str]
+           ) -> tuple[dict[str, Any], str]:
+    """Write the page of all `estimators`, and one of each beside it; return as _single."""
+    names = [node.rsplit('/', 1)[1] for node in estimators]
+    if len(set(names)) < len(names):
+        names = [node.strip('/').replace('/', '_') for node in estimators]
+    pages = {name: out.with_name(f'{out.stem}.{name}.html') for name in names}
+    for page in pages.values():
+        expect_new(page)
+    joints = {}
+    for name, node in zip(names, estimators):
+        joints[name] = _recorded(args, node, name)
+        write_new(pages[name], recording_page(*joints[name], f'{_name(args)}, {name}'))
+    overview = robot_page(joints, {name: path.name for name, path in pages.items()}, _name(args))
+    write_new(out, overview.html)
+    rows = {name: {'page': str(pages[name]), 'headline': headline(timeline)[0],
+                   **figures(timeline, facts)} for name, (timeline, facts) in joints.items()}
+    return plain({'bag': str(args.bag), 'page': str(out), 'headline': overview.headline,
+                  'joints': rows}), (
+        f'{len(joints)} joints, each with its page: {out.stem}.JOINT.html')
+
+
+def _name(args: Namespace) -> str:
+    return '/'.join(Path(args.bag).parts[-2:])
+
+
+def _recorded(args: Namespace, topic: str, task: str) -> tuple[Timeline, RecordingFacts]:
+    """Return what the recording shows of the estimator of `topic`; `task`: for the progress."""
+    parameters, model_file = estimator_options(args, topic)
+    if args.filter:
+        parameters['filter'] = check_filter(args.filter)
+    model = load_model(model_file) if model_file else None
+    with open_bag(args.bag) as reader, percent_bar(task) as bar:
+        source = TimelineSource(
+            reader, topic, EstimatorChoice(model, parameters, args.replay),
+            lambda share: bar.update(100.0 * share - bar.n))
+        timeline, facts = source.run()
+    warn(args, facts.notes)
+    if not timeline.samples:
+        raise InputError(f'{args.bag}: topic {source.topic} holds no sample, expected some')
+    return timeline, facts

@@ -28,6 +28,7 @@ from gearbox_monitor.report.figures import (
 from gearbox_monitor.report.live_history import (
     GearboxHistory, LEVEL_SECONDS, MOTION_SECONDS, SILENT_SECONDS)
 from gearbox_monitor.report.recording_page import backlash_panel, drawn_windows, ROLES
+from gearbox_monitor.report.robot_page import JointTable, live_row
 from gearbox_monitor.report.timeline import LEVELS
 from gearbox_monitor.report.words import width_and_std
 
@@ -63,7 +64,10 @@ class LivePage:
             time_s: now, by the clock of the histories.
 
         """
-        parts = {'summary': render_section(LiveSummary.of(gearboxes, source, time_s), 'rotary')}
+        axis = gearboxes[0].axis if gearboxes else 'rotary'
+        parts = {'summary': render_section(LiveSummary.of(gearboxes, source, time_s), axis),
+                 'joints': render_section(JointTable.of(
+                     [live_row(gearbox, title(gearbox)) for gearbox in gearboxes]), axis)}
         for k, gearbox in enumerate(gearboxes):
             changes, html = self._conditions.get(gearbox.name, (-1, ''))
             if changes != gearbox.changes:

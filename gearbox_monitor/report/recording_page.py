@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """The page of a recording: loop, backlash, prediction errors, trust, input, parameters."""
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 import json
 from typing import Any
@@ -123,7 +123,7 @@ def headline(timeline: Timeline) -> tuple[str, str]:
     if worn:
         message = max(worn)[1].split(' (for ')[0]
         return f'{message[0].upper()}{message[1:]}.', ROLES[max(worn)[0]]
-    share = trusted_share(timeline)
+    share = trusted_share(timeline.spans)
     if share is None:
         return ('Nothing was evaluated: the recording is too short, or contains no estimates.',
                 '')
@@ -149,7 +149,7 @@ def _longest_alarm(timeline: Timeline) -> tuple[int, str]:
 def next_steps(timeline: Timeline) -> list[str]:
     """Return advice about the recording of `timeline`."""
     _, kind = headline(timeline)
-    share = trusted_share(timeline)
+    share = trusted_share(timeline.spans)
     steps = []
     if share is None or share < TRUSTED or not timeline.windows:
         steps.append('See what the recording lacks: gearbox_monitor check BAG --model FILE')
@@ -164,9 +164,9 @@ def next_steps(timeline: Timeline) -> list[str]:
                      'DIR']
 
 
-def trusted_share(timeline: Timeline) -> float | None:
-    """Return the share of evaluated time of `timeline` without an alarm against trust, or None."""
-    spans = [timeline.spans[name] for name in TRUST if name in timeline.spans]
+def trusted_share(levels: Mapping[str, LevelSpans]) -> float | None:
+    """Return the share of evaluated time of `levels` without an alarm against trust, or None."""
+    spans = [levels[name] for name in TRUST if name in levels]
     edges = np.unique([t for s in spans for t in (*s.begins, s.end)])
     if len(edges) < 2:
         return None

@@ -172,7 +172,7 @@ def test_headline_names_what_is_most_wrong():
             'prediction error': (2 * (k > 4), 'far too large: check it (for 2 s)'),
             'model': (1, 'no data yet'), 'backlash': (1, 'backlash not measured yet')})
     line.finish()
-    assert recording_page.trusted_share(line) == pytest.approx(5.0 / 9.0)
+    assert recording_page.trusted_share(line.spans) == pytest.approx(5.0 / 9.0)
     assert recording_page.headline(line) == (
         'The estimates were trusted 56 % of the time: far too large.', 'error')
     line.add_outcomes(T0 + 9_000_000_000, {'backlash': (2, 'gap has grown: service it (for 1 s)')})

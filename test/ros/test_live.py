@@ -124,7 +124,8 @@ def test_events_of_a_robot(graph, tmp_path):
         # Slices of 2 s that have a line: more than one, so time has colours.
         read(lambda: all(page.get(f'motion{k}', '').count('class="mean" d="M') >= 2
                          and 'OK' in page[f'condition{k}'] for k in range(2)))
-        assert list(page) == ['summary', 'motion0', 'condition0', 'motion1', 'condition1']
+        assert list(page) == [
+            'summary', 'joints', 'motion0', 'condition0', 'motion1', 'condition1']
         assert {page[f'motion{k}'].split('\n')[0] for k in range(2)} == {
             f'<h2>{name}</h2>' for name in NAMES}
         for k in range(2):

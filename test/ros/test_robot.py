@@ -33,6 +33,7 @@ from std_srvs.srv import Trigger  # noqa: E402
 
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.bag.replay import replay  # noqa: E402
+from gearbox_monitor.cli.main import main  # noqa: E402
 from gearbox_monitor.errors import InputError  # noqa: E402
 from gearbox_monitor.estimation.estimates import Sample, Samples  # noqa: E402
 from gearbox_monitor.files.yaml_files import load_parameters  # noqa: E402
@@ -140,6 +141,7 @@ def test_each_gearbox_is_as_a_single_one_and_as_its_replay(graph, tmp_path):
     assert statuses['estimator/elbow: input'].hardware_id == 'G-2'
     assert statuses['estimator/base: input'].hardware_id == 'base'
     with open_bag(tmp_path / 'bag') as bag:
+        recorded = bag.topics['/joint_states'][1]
         with pytest.raises(InputError, match='taken by /estimator/base, .* --topic'):
             replay(bag)
         for name in NAMES:
@@ -160,6 +162,15 @@ def test_each_gearbox_is_as_a_single_one_and_as_its_replay(graph, tmp_path):
                 for field, expected in values.items():
                     np.testing.assert_array_equal(
                         getattr(live, field), expected[rows], f'{name} {signal.topic}')
+    page, figures = tmp_path / 'robot.html', tmp_path / 'robot.json'
+    assert main(['report', str(tmp_path / 'bag'), '--out', str(page), '--json',
+                 str(figures)]) == 0
+    joints = json.loads(figures.read_text())['joints']
+    assert {name: (joint['samples'], joint['live']) for name, joint in joints.items()} == {
+        name: (recorded, True) for name in NAMES}
+    for name in NAMES:
+        assert f'href="robot.{name}.html"' in page.read_text(encoding='utf-8')
+        assert (tmp_path / f'robot.{name}.html').exists()
 
 
 def contents(message):

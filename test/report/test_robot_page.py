@@ -1,0 +1,106 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The page of a robot: the worst joint first, its backlash as a line, in a browser."""
+import re
+
+import numpy as np
+from pages import overflowing
+import pytest
+from test_live_page import gearbox, judged
+
+from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.report.live_page import LivePage
+from gearbox_monitor.report.robot_page import robot_page
+from gearbox_monitor.report.timeline import Timeline, WindowBacklash
+from gearbox_monitor.report.timeline_source import RecordingFacts
+
+T0, SECOND = 1_700_000_000_000_000_000, 1_000_000_000
+GROWN = 'backlash has grown by 12 % (for 40 s)'
+
+
+def timeline(level=0, growth=0.0, windows=30, separable=True):
+    """Return what a recording of 300 s showed of a joint whose backlash grows by a share."""
+    joint, stamps = Timeline(60.0), T0 + np.arange(300) * SECOND
+    joint.add_inputs(stamps, np.zeros(300))
+    torque = 5.0 * np.sin(np.arange(300.0))
+    joint.add_torque(stamps, torque, np.full(300, 0.1))
+    for k in range(windows):
+        gap = 0.02 * (1.0 + growth * k / windows)
+        joint.add_window(T0 + 10 * k * SECOND, WindowBacklash(
+            0.0, gap, 1e-4, 1.5 * gap, separable))
+    if windows:
+        for t, now in ((0, 0), (250, level), (299, level)):
+            joint.add_outcomes(T0 + t * SECOND, {
+                'model': (0, 'fits'), 'backlash': (now, GROWN if now else 'no growth')})
+    joint.finish()
+    return joint, RecordingFacts(True, DriveModel(), EstimatorParameters(), notes=['a note'])
+
+
+def page(**joints):
+    return robot_page(joints, {name: f'r.{name}.html' for name in joints}, 'r')
+
+
+def rows(html):
+    """Return {joint: cells without tags} in the order of the page."""
+    table = html[html.index('<tbody>'):html.index('</tbody>')]
+    cells = [[re.sub(r'<[^>]+>', '', cell).strip() for cell in re.findall(r'<td.*?</td>', row)]
+             for row in table.split('<tr>')[1:]]
+    return {row[0]: row[1:] for row in cells}
+
+
+def test_the_worst_joint_comes_first():
+    html, headline = page(base=timeline(), elbow=timeline(2, 0.12), wrist=timeline(windows=0),
+                          hand=timeline(1, 0.05, separable=False))
+    assert headline == 'elbow: Backlash has grown by 12 %. (1 more)'
+    found = rows(html)
+    assert list(found) == ['elbow', 'hand', 'base', 'wrist']
+    assert found['elbow'][:3] == ['ERROR', '-5 to 5', '0.02232 ± 0.0002']
+    assert found['hand'][2] == '0.03145 (lost motion)' and found['base'][4] == '100 %'
+    assert found['wrist'][:1] + found['wrist'][2:5] == [
+        '-', 'not measured', '-', 'not evaluated']
+    assert html.count('a note') == 1 and 'href="r.elbow.html"' in html
+    # The line rises from the bottom to the top of its box; one that stays lies in the middle.
+    lines = [[tuple(map(float, point.split(','))) for point in line[1:].split('L')]
+             for line in re.findall(r'class="spark".*?d="([^"]+)"', html)]
+    grown, same = lines[0], lines[2]
+    assert grown[0] == (2.0, 22.0) and grown[-1] == (118.0, 2.0) and len(grown) == 30
+    assert {y for _, y in same} == {12.0}
+
+
+def test_where_nothing_is_raised():
+    assert page(base=timeline(), elbow=timeline())[1] == 'Nothing is raised.'
+    nothing = page(base=timeline(windows=0), elbow=timeline(windows=0))
+    assert nothing.headline.startswith('Nothing was evaluated') and 'badge' not in nothing.html[
+        nothing.html.index('<main>'):]
+
+
+def test_live_page_has_the_rows_of_several_joints():
+    base, elbow = gearbox('base'), judged(gearbox('elbow'), 1)
+    joints = LivePage().parts([base, elbow], '/estimator', 700.0)
+    assert list(joints)[:2] == ['summary', 'joints']
+    found = rows(joints['joints'])
+    assert list(found) == ['elbow', 'base'] and found['elbow'][0] == 'WARN'
+    assert found['elbow'][5] == 'model: so it is' and found['base'][0] == '-'
+    assert found['base'][1] == '-5 to 5' and 'class="spark"' in joints['joints']
+    assert not LivePage().parts([elbow], '/estimator', 700.0)['joints'].strip()
+
+
+@pytest.mark.parametrize('width', [1400, 390])
+def test_page_in_a_browser(browser, tmp_path, width):
+    file = tmp_path / 'r.html'
+    file.write_text(page(base=timeline(), shoulder_lift_joint=timeline(2, 0.12),
+                         wrist=timeline(windows=0)).html, encoding='utf-8')
+    assert not overflowing(browser, file.as_uri(), width)
