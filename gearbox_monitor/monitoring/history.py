@@ -12,13 +12,14 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The newest estimates, column by column: what trust reads of them, once per second."""
+"""The newest estimates and smoothed rows: what trust reads of them, once per second."""
 from collections.abc import Sequence
 
 import numpy as np
 
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.process_model import TAU_K
+from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.types import Array, Integers
 
 # The columns that are stored, in runs; checks read a column many times, so each lies in one piece.
@@ -29,7 +30,16 @@ RUNS = (range(sample_loop.E_X1, sample_loop.E_TAU_E + 1),
             sample_loop.E_TAU_K_NOISE_STD, sample_loop.E_MOTOR_SIDE_NOISE_STD)))
 PLACE = {column: place for place, column in enumerate(column for run in RUNS for column in run)}
 COLUMNS = np.array(list(PLACE))
-BLOCK = 512  # stamps compared at once
+BLOCK = 512  # rows of room, at least
+
+
+@jit
+def _in_time(stamps: Integers, first_ns: int, last_ns: int) -> int:
+    """Return how many of the last `stamps` [N] in a row are > `first_ns` and <= `last_ns`."""
+    count = 0
+    while count < len(stamps) and first_ns < stamps[len(stamps) - 1 - count] <= last_ns:
+        count += 1
+    return count
 
 
 class Recent:
@@ -83,22 +93,52 @@ class EstimateHistory:
 
     def recent(self, first_ns: int, last_ns: int) -> Recent:
         """Return the Recent newest estimates stamped `first_ns` < stamp <= `last_ns`."""
-        at, look = self._total % self.size, True
-        parts: list[slice] = []
-        # From the newest back, block by block, until one is out of this time.
-        for low, high in ((0, at), (at, self.size if self._total >= self.size else at)):
-            while look and high > low:
-                begin = max(low, high - BLOCK)
-                stamps = self._stamps[begin:high]
-                excluded = np.flatnonzero((stamps <= first_ns) | (stamps > last_ns))
-                if len(excluded):
-                    begin, look = begin + int(excluded[-1]) + 1, False
-                if parts and parts[0].start == high:
-                    high = parts.pop(0).stop
-                parts.insert(0, slice(begin, high))
-                high = begin
-        parts = [part for part in parts if part.start < part.stop] or [slice(0, 0)]
+        at = self._total % self.size
+        newest = _in_time(self._stamps[:at], first_ns, last_ns)
+        parts = [slice(at - newest, at)]
+        if newest == at and self._total >= self.size:
+            older = _in_time(self._stamps[at:], first_ns, last_ns)
+            if older:
+                parts.insert(0, slice(self.size - older, self.size))
         if len(parts) == 1:
             return Recent(self._stamps[parts[0]], self._columns[:, parts[0]])
         return Recent(np.concatenate([self._stamps[part] for part in parts]),
                       np.concatenate([self._columns[:, part] for part in parts], axis=1))
+
+
+class RowHistory:
+    """The rows of the last `span` ns, and at times older ones, in one piece."""
+
+    def __init__(self, span: int, width: int) -> None:
+        self.span = span
+        self._stamps, self._rows = np.empty(BLOCK, np.int64), np.empty((BLOCK, width))
+        self._end = 0
+
+    def __len__(self) -> int:
+        return self._end
+
+    def clear(self) -> None:
+        """Forget all rows."""
+        self._end = 0
+
+    def add(self, stamps: Integers, rows: Array) -> None:
+        """Add rows: `stamps` int64 [N > 0] ns and `rows` [N, width]."""
+        n = len(stamps)
+        if self._end + n > len(self._stamps):
+            kept = slice(int(np.searchsorted(
+                self._stamps[:self._end], stamps[-1] - self.span, 'right')), self._end)
+            count = kept.stop - kept.start
+            # Twice what is needed, so that rows move seldom.
+            size = max(2 * (count + n), BLOCK)
+            old = self._stamps[kept], self._rows[kept]
+            self._stamps, self._rows = np.empty(size, np.int64), np.empty((size, rows.shape[1]))
+            self._stamps[:count], self._rows[:count] = old
+            self._end = count
+        part = slice(self._end, self._end + n)
+        self._stamps[part], self._rows[part] = stamps, rows
+        self._end = part.stop
+
+    def after(self, stamp_ns: int) -> Array:
+        """Return the rows [N, width] stamped after `stamp_ns`, in order of time; not to keep."""
+        first = int(np.searchsorted(self._stamps[:self._end], stamp_ns, 'right'))
+        return self._rows[first:self._end]

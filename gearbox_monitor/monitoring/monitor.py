@@ -30,7 +30,7 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Batch, Estimate, Estimates, Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator, snapshot_errors
 from gearbox_monitor.estimation.process_model import P0, R1, R2, TAU_K
-from gearbox_monitor.estimation.rts_smoother import S_TWIST_NOISE_STD
+from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TWIST_NOISE_STD
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.monitoring.backlash import change, features
 from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
@@ -39,7 +39,8 @@ from gearbox_monitor.monitoring.checks import (
     twist_range, usability)
 from gearbox_monitor.monitoring.checks.outcome import (
     Alarm, Condition, DEBOUNCE, joined, Level, Outcome, outcome_of, with_more)
-from gearbox_monitor.monitoring.history import EstimateHistory, Recent
+from gearbox_monitor.monitoring.checks.row_check import middle, thinned
+from gearbox_monitor.monitoring.history import EstimateHistory, Recent, RowHistory
 from gearbox_monitor.parameters import EstimatorParameters, PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.robot.description import RobotDescription
@@ -173,8 +174,7 @@ class Monitor:
     def _forget(self) -> None:
         """Drop all windows: what they hold belongs to another belief."""
         self._history = EstimateHistory(HISTORY)
-        # Chunks (stamps, smoothed rows) of the last seconds.
-        self._smoothed_rows: deque[tuple[Integers, Array]] = deque()
+        self._smoothed_rows = RowHistory(round(ROWS_KEPT * SECOND), N_SMOOTHED)
         self._begin_window()
         self._common = PooledFeatures()  # what the windows have in common
         self._hidden_arm = self._hidden_arm_of({})
@@ -298,10 +298,7 @@ class Monitor:
             chunk = (batch.smoothed_stamps, batch.smoothed)
             if self._hidden_arm is None:
                 self._drift.append(chunk)
-            self._smoothed_rows.append(chunk)
-            first = batch.smoothed_stamps[-1] - round(ROWS_KEPT * SECOND)
-            while self._smoothed_rows[0][0][-1] <= first:
-                self._smoothed_rows.popleft()
+            self._smoothed_rows.add(*chunk)
 
     def _evaluate_if_due(self, stamp_ns: int, code: int) -> None:
         """Evaluate when a second of stamps has passed; `code`: of the sample at `stamp_ns`."""
@@ -368,7 +365,7 @@ class Monitor:
             recent.stack([STATE_COLUMNS.get(name, i) for i, name in enumerate(names)]))
         shares = observability.information_share(
             states, recent[sample_loop.E_DT], np.ascontiguousarray(measured), packed)
-        stated = float(np.median(recent[sample_loop.E_TAU_K_NOISE_STD])) / math.sqrt(
+        stated = middle(recent[sample_loop.E_TAU_K_NOISE_STD]) / math.sqrt(
             packed[P0 + TAU_K])
         return observability.check(dict(zip(names, shares.tolist())), stated,
                                    observability.paper(states[-1], measured[-1], packed))
@@ -390,15 +387,12 @@ class Monitor:
         """
         broken: list[Condition] = []
         values: dict[str, float] = {}
-        if not self._smoothed_rows or not self.parameters.arm_joint:
+        if not len(self._smoothed_rows) or not self.parameters.arm_joint:
             return broken, values
-        stamps, rows = (np.concatenate(column) for column in zip(*self._smoothed_rows))
-        certain = self._certain(rows)
-        stamps, rows = stamps[certain], rows[certain]
         for check, alarm, counts in zip(ROW_CHECKS, self._row_alarms, self._row_counts):
             begin = max(settled, stamp_ns - round(check.window * SECOND))
-            result = check.check(rows[np.searchsorted(stamps, begin, 'right'):],
-                                 self.estimator.drive)
+            rows = thinned(self._smoothed_rows.after(begin))
+            result = check.check(rows[self._certain(rows)], self.estimator.drive)
             counts[0] += 1
             if result is not None:
                 counts[1] += 1

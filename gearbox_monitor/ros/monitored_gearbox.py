@@ -382,5 +382,4 @@ def warm_up(model: DriveModel, parameters: EstimatorParameters,
     rest = tuple(0.0 for _ in monitor.estimator.robot_joints)
     for k in range(2200):  # 4.4 s: trust is judged from the third second on
         angle = 0.5 * math.sin(0.02 * k)
-        monitor.step(Sample(SECOND + k * 2_000_000, (0.0, 0.0), (angle, 0.8 * angle),
-                            rest))
+        monitor.step(Sample(SECOND + k * 2_000_000, (0.0, 0.0), (angle, -angle), rest))

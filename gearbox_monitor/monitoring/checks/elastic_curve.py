@@ -17,14 +17,15 @@ Whether tau_K, which comes from the motor's torque, is what the elastic curve sa
 
 Both encoders and the model's stiffness give the torque of the transmission a second time, and a
 load on the arm, known or not, has no part in it. Over a window the difference of the two is fitted
-with what may be wrong (linearised, Gauss-Newton with Huber weights and priors):
+with what may be wrong (linearised, Gauss-Newton with Huber weights and priors, see elastic_fit):
 
-    tau_K = K' dz(twist - o - s x2 - d x4, b') + g u + dCv x3 + dCc (2/pi) atan(alpha x3) + e
+    tau_K = K' dz(y, b') + k_s (z - w) + g u + dCv x3 + dCc (2/pi) atan(alpha x3) + e
+    z = twist - o - s x2 - d x4,  w = play of half width c' behind z
 
-K', b' and the zero o may differ from the model's: a gearbox wears, and that makes no estimate
-wrong. g and the friction are errors of tau_K; scale s and delay d between the encoders are errors
-of the twist; e is what no such error explains. Each counts where it is certain and exceeds the
-stated deviations.
+y is z, in a transmission of kind play w; c and k_s are 0 without hysteresis. K', b', c' and the
+zero o may differ from the model's: a gearbox wears, and that makes no estimate wrong. g and the
+friction are errors of tau_K; scale s and delay d between the encoders are errors of the twist; e
+is what no such error explains. Each counts where it is certain and exceeds the stated deviations.
 
 Where the filter estimates an error of the friction, that goes back into tau_K first: what motor
 torque and motion show, in which a load by a robot's description has no part. No friction is wrong
@@ -35,41 +36,36 @@ Some motions do not tell errors of tau_K from those of the twist: where inertia 
 late encoder is viscous friction. Where neither is certain, each is asked for once more with the
 other held to its tolerances in the model file: one of the two is wrong then.
 """
-from typing import NamedTuple
-
 import numpy as np
-from scipy.special import stdtrit
 
 from gearbox_monitor.estimation.process_model import UNIFORM
 from gearbox_monitor.estimation.rts_smoother import (
     S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE,
     S_TWIST_RATE_NOISE_STD, S_U, S_X2, S_X3, S_X4)
-from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.monitoring.checks import elastic_fit
+from gearbox_monitor.monitoring.checks.elastic_fit import (
+    COULOMB, D_FRICTION, D_U, D_X2, D_X3, D_X4, DELAY, GAIN, HALF_GAP, INERTIA, lasting_share,
+    N_SHAPE, SCALE, share_beyond, SIGMA, STIFFNESS, TORQUE, TWIST, VISCOUS, WIDTH, ZERO)
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
-from gearbox_monitor.monitoring.checks.row_check import Result, RowCheck
+from gearbox_monitor.monitoring.checks.row_check import MAX_ROWS, middle, Result, RowCheck
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 
 WINDOW, SHORTEST = 10.0, 4.0  # s; shares of it that must be there
-MAX_ROWS = 500                # looked at
-BLOCKS = 20                   # parts of a window that count as independent
 CONTACT = 0.05                # share of the rows that a flank must hold
-SIGMA = 3.0                   # stated standard deviations
-SIGNIFICANCE = 1e-3           # of an error of torque or twist, by Student's t over its blocks
 SHARE = 0.01                  # of the rows that may be beyond
-OFTEN = float(stdtrit(BLOCKS - 1, 0.95))  # by Student's t: not in a block or two alone
-HUBER, ITERATIONS, ENOUGH = 1.5, 12, 1e-3
 STANDSTILL = 3.0              # deviations of the speed below which friction is uncertain
 STANDSTILL_WEIGHT = 0.05
-(ZERO, STIFFNESS, HALF_GAP, SCALE, DELAY, VISCOUS, COULOMB, GAIN, INERTIA,
- N_SHAPE) = range(10)
-TORQUE, TWIST = [VISCOUS, COULOMB, GAIN], [SCALE, DELAY]
-CURVE = [ZERO, STIFFNESS, HALF_GAP, SCALE, DELAY]
-# Standard deviations that are expected before the window is seen: of stiffness and half gap
-# relative to the model's, by wear; of the friction, too; scale; delay (s); gain. That of the
+# Standard deviations that are expected before the window is seen: of stiffness and of half gap and
+# play relative to the model's, by wear; of the friction, too; scale; delay (s); gain. That of the
 # motor's inertia is the model's tolerance.
 WORN, FRICTION, SCALES, DELAYS, GAINS = (0.1, 0.5), 1.0, 0.5, 0.05, 1.0
 LEAST = 1e-4  # standard deviation of what has no tolerance
+# Columns of the smoothed rows in the order of elastic_fit.D_*, but for D_FRICTION.
+COLUMNS = (S_TWIST, S_TWIST_RATE, S_X2, S_X4, S_X3, S_X3, S_U, S_MOTOR_SIDE,
+           S_MOTOR_SIDE_NOISE_STD)
+COLUMN_OF = {VISCOUS: D_X3, COULOMB: D_FRICTION, GAIN: D_U}  # what errors of torque multiply
 _WINDOW = f'{WINDOW:g} s'
 
 NO_CURVE = Condition(
@@ -96,46 +92,6 @@ OTHER_TWIST = Condition(
 CONDITIONS = (NO_CURVE, OTHER_TORQUE, OTHER_TWIST)
 
 
-class _Fit(NamedTuple):
-    """
-    Parameters [N_SHAPE] and covariance, rows in contact, and the linear problem at its optimum.
-
-    slopes: over theta, in stated deviations [N, N_SHAPE]; weights [N]; residuals [N].
-    """
-
-    theta: Array
-    covariance: Array
-    contact: Flags
-    slopes: Array
-    weights: Array
-    residuals: Array
-
-
-def _curve(rows: Array, drive: DriveModel, theta: Array) -> tuple[Array, Array, Flags]:
-    """Return tau_K by the curve [N], its slopes [N, N_SHAPE] over `theta`, rows in contact."""
-    shape = drive.transmission
-    k, b = shape.stiffness + theta[STIFFNESS], shape.half_gap + theta[HALF_GAP]
-    twist = (rows[:, S_TWIST] - theta[ZERO] - theta[SCALE] * rows[:, S_X2]
-             - theta[DELAY] * rows[:, S_X4])
-    load = np.sign(twist) * np.maximum(np.abs(twist) - b, 0.0)
-    contact = load != 0.0
-    slopes = np.zeros((len(rows), N_SHAPE))
-    slopes[:, ZERO] = -k * contact
-    slopes[:, SCALE], slopes[:, DELAY] = (slopes[:, ZERO] * rows[:, i] for i in (S_X2, S_X4))
-    slopes[:, STIFFNESS], slopes[:, HALF_GAP] = load, slopes[:, ZERO] * np.sign(twist)
-    slopes[:, VISCOUS], slopes[:, GAIN] = rows[:, S_X3], rows[:, S_U]
-    slopes[:, COULOMB] = drive.friction_side(rows[:, S_X3])
-    torque = k * load + slopes[:, TORQUE] @ theta[TORQUE]
-    if _friction_estimated(rows):  # M1 x3', by the curve: tau_K itself would explain itself
-        accelerating = (
-            rows[:, S_U] - k * load - drive.damping * rows[:, S_TWIST_RATE]
-            - drive.viscous_friction * rows[:, S_X3] - drive.coulomb_friction * slopes[:, COULOMB])
-        slopes[:, CURVE] *= 1.0 - theta[INERTIA]
-        slopes[:, INERTIA] = accelerating
-        torque = torque + theta[INERTIA] * accelerating
-    return torque, slopes, contact
-
-
 def _friction_estimated(rows: Array) -> bool:
     """Return whether an error of the friction is a state of the filter."""
     return bool((rows[:, S_MOTOR_SIDE] != rows[:, S_TAU_K]).any())
@@ -148,6 +104,7 @@ def _prior(drive: DriveModel) -> Array:
     std[ZERO] = np.inf
     std[STIFFNESS] = np.hypot(WORN[0], tolerance) * shape.stiffness
     std[HALF_GAP] = max(WORN[1] * shape.half_gap, 1e-3)
+    std[WIDTH] = max(WORN[1] * shape.hysteresis_width, LEAST)
     std[SCALE], std[DELAY], std[GAIN] = SCALES, DELAYS, GAINS
     std[VISCOUS] = max(FRICTION * abs(drive.viscous_friction), 1e-2)
     std[COULOMB] = max(FRICTION * drive.coulomb_friction, 1e-2)
@@ -167,145 +124,28 @@ def _within_tolerances(drive: DriveModel, at: list[int]) -> Array:
     return result
 
 
-def _fit(rows: Array, drive: DriveModel) -> _Fit:
-    """Return the robust fit of the curve by Levenberg and Marquardt."""
-    stds, prior = rows[:, S_MOTOR_SIDE_NOISE_STD], _prior(drive)
-    base = _weights(rows, drive)
-
-    def errors(theta: Array) -> tuple[Array, Array, Flags, float]:
-        """Return residuals and slopes in stated deviations, contact, and the cost at `theta`."""
-        torque, slopes, contact = _curve(rows, drive, theta)
-        e = (rows[:, S_MOTOR_SIDE] - torque) / stds
-        size = np.abs(e)
-        cost = base @ np.where(size < HUBER, e * e, HUBER * (2.0 * size - HUBER))
-        return e, slopes / stds[:, None], contact, float(cost + prior @ theta ** 2)
-
-    theta = _start(rows, drive, base, prior)
-    e, a, contact, cost = errors(theta)
-    damping = 1e-3
-    for _ in range(ITERATIONS):
-        weighted = a * (base / np.maximum(1.0, np.abs(e) / HUBER))[:, None]
-        normal = weighted.T @ a + np.diag(prior)
-        damped = normal + np.diag(damping * np.diag(normal) + 1e-12)
-        step = theta + np.linalg.solve(damped, weighted.T @ e - prior * theta)
-        shape = drive.transmission
-        if shape.stiffness + step[STIFFNESS] > 0.0 and shape.half_gap + step[HALF_GAP] >= 0.0:
-            e_new, a_new, contact_new, cost_new = errors(step)
-            if cost_new < cost:
-                done = cost - cost_new < ENOUGH * cost
-                theta, e, a, contact, cost = step, e_new, a_new, contact_new, cost_new
-                damping *= 0.1
-                if done:
-                    break
-                continue
-        damping *= 10.0
-    weights = base / np.maximum(1.0, np.abs(e) / HUBER)
-    return _Fit(theta, _covariance(a, weights, e, prior), contact, a, weights, e)
+def data_of(rows: Array, drive: DriveModel) -> Array:
+    """Return the data [N, N_DATA] that elastic_fit takes of `rows` of a `drive`."""
+    data: Array = rows[:, COLUMNS]
+    data[:, D_FRICTION] = drive.friction_side(rows[:, S_X3])
+    return data
 
 
-def _covariance(slopes: Array, weights: Array, residuals: Array, prior: Array) -> Array:
-    """
-    Return the covariance of a weighted fit, blocks of rows taken as independent (sandwich).
-
-    Args:
-        slopes: [N, N_SHAPE].
-        weights: [N].
-        residuals: [N].
-        prior: 1 / variance of the parameters [N_SHAPE].
-
-    """
-    weighted = slopes * weights[:, None]
-    inverse = np.linalg.pinv(weighted.T @ slopes + np.diag(prior), 1e-12)
-    length = max(1, len(residuals) // BLOCKS)  # neighbours err alike
-    scores = (weighted * residuals[:, None])[:length * BLOCKS].reshape(
-        BLOCKS, length, -1).sum(axis=1)
-    covariance: Array = inverse @ (scores.T @ scores + np.diag(prior)) @ inverse
-    return covariance
-
-
-def _held(fit: _Fit, prior: Array) -> _Fit:
-    """Return `fit` with another `prior` [N_SHAPE], by its linear problem."""
-    weighted = fit.slopes * fit.weights[:, None]
-    normal = weighted.T @ fit.slopes
-    right = weighted.T @ fit.residuals + normal @ fit.theta
-    theta = np.linalg.pinv(normal + np.diag(prior), 1e-12) @ right
-    residuals = fit.residuals + fit.slopes @ (fit.theta - theta)
-    return fit._replace(theta=theta, residuals=residuals, covariance=_covariance(
-        fit.slopes, fit.weights, residuals, prior))
-
-
-def _start(rows: Array, drive: DriveModel, base: Array, prior: Array) -> Array:
-    """
-    Return parameters [N_SHAPE] to start from: zero of the twist by a grid, errors of torque.
-
-    Args:
-        rows: [N, N_SMOOTHED].
-        drive: of the filter.
-        base: weights [N].
-        prior: 1 / variance of the parameters [N_SHAPE].
-
-    """
-    shape, torque, stds = (drive.transmission, rows[:, S_MOTOR_SIDE],
-                           rows[:, S_MOTOR_SIDE_NOISE_STD])
-    middle = np.median(rows[:, S_TWIST] - torque / shape.stiffness)
-    best, least = np.zeros(N_SHAPE), np.inf
-    for zero in (0.0, *(middle + 1.5 * shape.half_gap * np.linspace(-1.0, 1.0, 13))):
-        theta = np.zeros(N_SHAPE)
-        theta[ZERO] = zero
-        curve, slopes, _ = _curve(rows, drive, theta)
-        columns, e = slopes[:, TORQUE] / stds[:, None], (torque - curve) / stds
-        for free in (False, True):
-            if free:
-                weighted = columns * (base / np.maximum(1.0, np.abs(e) / HUBER))[:, None]
-                theta[TORQUE] = np.linalg.solve(
-                    weighted.T @ columns + np.diag(prior[TORQUE]), weighted.T @ e)
-                e = e - columns @ theta[TORQUE]
-            cost = float(base @ np.minimum(np.abs(e), SIGMA) + prior @ theta ** 2)
-            if cost < least:
-                best, least = theta.copy(), cost
-    return best
+def _remembered(twist: Array, drive: DriveModel) -> tuple[int, float]:
+    """Return the first row of `twist` [N] at which the play is known, N if none, and its end."""
+    high, low = np.maximum.accumulate(twist), np.minimum.accumulate(twist)
+    carried = high - low >= 2.0 * elastic_fit.play_width(drive)
+    first = int(np.argmax(carried)) if carried[-1] else len(twist)
+    return first, 1.0 if first == len(twist) or twist[first] == high[first] else -1.0
 
 
 def _weights(rows: Array, drive: DriveModel) -> Array:
     """Return weights [N] that fall where the speed may be 0, and friction anything."""
     if drive.coulomb_friction == 0.0:
         return np.ones(len(rows))
-    doubt = STANDSTILL * float(np.median(rows[:, S_TWIST_RATE_NOISE_STD]))
+    doubt = STANDSTILL * middle(rows[:, S_TWIST_RATE_NOISE_STD])
     ratio = (rows[:, S_X3] / max(doubt, 1e-12)) ** 2
     return STANDSTILL_WEIGHT + ratio / (1.0 + ratio)
-
-
-def _share_beyond(columns: Array, stds: Array, fit: _Fit, at: list[int]) -> float:
-    """
-    Return the share of the rows at which an error is beyond SIGMA stated deviations, and certain.
-
-    Args:
-        columns: [N, A] what the parameters `at` multiply.
-        stds: stated standard deviations [N].
-        fit: of the window.
-        at: places of the A parameters.
-
-    """
-    error = np.abs(columns @ fit.theta[at])
-    variance = ((columns @ fit.covariance[np.ix_(at, at)]) * columns).sum(axis=1)
-    certain = float(-stdtrit(_moving_blocks(columns), SIGNIFICANCE / 2))
-    return float(np.mean((error > SIGMA * stds) & (error ** 2 > certain ** 2 * variance)))
-
-
-def _moving_blocks(columns: Array) -> float:
-    """Return how many blocks count, by how `columns` [N, A] vary in them: a rest tells nothing."""
-    length = len(columns) // BLOCKS
-    blocks = (columns / np.maximum(columns.std(axis=0), 1e-300))[:length * BLOCKS].reshape(
-        BLOCKS, length, -1)
-    moved = blocks.var(axis=1).sum(axis=1)
-    return float(max(moved.sum() ** 2 / max((moved ** 2).sum(), 1e-300), 1.0))
-
-
-def _lasting_share(beyond: Flags) -> float:
-    """Return the lower confidence bound of the share of rows `beyond` [N], from its blocks."""
-    length = len(beyond) // BLOCKS
-    shares = beyond[:length * BLOCKS].reshape(BLOCKS, length).mean(axis=1)
-    return float(max(shares.mean() - OFTEN * shares.std(ddof=1) / BLOCKS ** 0.5, 0.0))
 
 
 def check(rows: Array, drive: DriveModel) -> Result:
@@ -315,31 +155,36 @@ def check(rows: Array, drive: DriveModel) -> Result:
     None where no flank is in contact, or where the curve has effects that the filter leaves out.
     """
     drive = drive.folded()
-    rows = rows[::max(1, len(rows) // MAX_ROWS)]
     if len(rows) < MAX_ROWS * SHORTEST / WINDOW or not np.isfinite(rows).all() or any(
             EFFECTS[e['id']].location == 'transmission' for e in drive.effects
             if e['id'] in EFFECTS):
         return None
-    fit = _fit(rows, drive)
-    if fit.contact.mean() < CONTACT:
+    first, side = _remembered(rows[:, S_TWIST], drive)
+    rows = rows[first:]
+    if len(rows) < MAX_ROWS * SHORTEST / WINDOW:
         return None
-    torque, twist = (rows[:, i] for i in (S_MOTOR_SIDE_NOISE_STD, S_TWIST_NOISE_STD))
-    of_twist = rows[:, [S_X2, S_X4]] - np.median(rows[:, [S_X2, S_X4]], axis=0)
+    friction_estimated = _friction_estimated(rows)
+    data = data_of(rows, drive)
+    fit = elastic_fit.fit(data, elastic_fit.law_of(drive, side, friction_estimated),
+                          _weights(rows, drive), _prior(drive))
+    if fit.contact < CONTACT:
+        return None
+    torque, twist = (np.ascontiguousarray(rows[:, i]) for i in (
+        S_MOTOR_SIDE_NOISE_STD, S_TWIST_NOISE_STD))
+    of_twist = np.stack([data[:, i] - middle(data[:, i]) for i in (D_X2, D_X4)])
     wrong = TORQUE
-    if _friction_estimated(rows):
+    if friction_estimated:
         wrong, precision = [GAIN], _within_tolerances(drive, TORQUE + TWIST)
         torque = np.sqrt(torque ** 2 + rows[:, S_U] ** 2 / precision[GAIN])
-        twist = np.sqrt(twist ** 2 + (of_twist ** 2) @ (1.0 / precision[TWIST]))
-    of_torque = fit.slopes[:, wrong] * rows[:, [S_MOTOR_SIDE_NOISE_STD]]
-    shares = {
-        'misfit': _lasting_share(np.abs(fit.residuals) > SIGMA),
-        'torque': _share_beyond(of_torque, torque, fit, wrong),
-        'twist': _share_beyond(of_twist, twist, fit, TWIST)}
+        twist = np.sqrt(twist ** 2 + (1.0 / precision[TWIST]) @ of_twist ** 2)
+    of_torque = np.ascontiguousarray(data[:, [COLUMN_OF[i] for i in wrong]].T)
+    shares = {'misfit': lasting_share(fit.residuals),
+              'torque': share_beyond(of_torque, torque, fit, wrong),
+              'twist': share_beyond(of_twist, twist, fit, TWIST)}
+    by_tolerance = [elastic_fit.held(fit, _within_tolerances(drive, at)) for at in (TWIST, TORQUE)]
     if not max(shares.values()) > SHARE:
-        shares['torque'] = _share_beyond(
-            of_torque, torque, _held(fit, _within_tolerances(drive, TWIST)), wrong)
-        shares['twist'] = _share_beyond(
-            of_twist, twist, _held(fit, _within_tolerances(drive, TORQUE)), TWIST)
+        shares['torque'] = share_beyond(of_torque, torque, by_tolerance[0], wrong)
+        shares['twist'] = share_beyond(of_twist, twist, by_tolerance[1], TWIST)
     values = {f'elastic_{name}_share': share for name, share in shares.items()}
     values |= {f'elastic_{name}_share_threshold': SHARE for name in shares}
     values |= {'elastic_gain': float(fit.theta[GAIN]), 'elastic_scale': float(fit.theta[SCALE]),

@@ -24,12 +24,11 @@ from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD, S_X3, S_X4)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
-from gearbox_monitor.monitoring.checks.row_check import Result, RowCheck
+from gearbox_monitor.monitoring.checks.row_check import middle, Result, RowCheck
 from gearbox_monitor.plant.drive import DriveModel
 
 WINDOW = 2.0  # s
 MIN_ROWS = 50
-MAX_ROWS = 500  # looked at: neighbours are alike
 SIGNIFICANT = 3.0  # stated standard deviations that torque, twist and its rate must move by
 CORRELATION, POWER = -0.15, -0.5
 
@@ -47,14 +46,13 @@ CONDITIONS = (AGAINST,)
 
 def check(rows: Array, _: DriveModel) -> Result:
     """Return the Result of `rows` [N, N_SMOOTHED]; None where the motion does not show it."""
-    rows = rows[::max(1, len(rows) // MAX_ROWS)]
     if len(rows) < MIN_ROWS:
         return None
     torque, twist, rate = rows[:, S_TAU_K], rows[:, S_TWIST], rows[:, S_X3] - rows[:, S_X4]
-    rms, noise = float(np.sqrt(np.mean(rate ** 2))), np.median(rows, axis=0)
+    rms = float(np.sqrt(np.mean(rate ** 2)))
     moved = torque.std(), twist.std(), rms
-    stated = noise[[S_TAU_K_NOISE_STD, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD]]
-    if not (np.array(moved) > SIGNIFICANT * stated).all():
+    stds = S_TAU_K_NOISE_STD, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD
+    if not all(size > SIGNIFICANT * middle(rows[:, std]) for size, std in zip(moved, stds)):
         return None
     correlation = float(np.mean((torque - torque.mean()) * (twist - twist.mean()))
                         / (moved[0] * moved[1]))

@@ -18,12 +18,11 @@ import numpy as np
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
-from gearbox_monitor.monitoring.checks.row_check import Result, RowCheck
+from gearbox_monitor.monitoring.checks.row_check import middle, Result, RowCheck
 from gearbox_monitor.plant.drive import DriveModel
 
 WINDOW = 10.0  # s
 MIN_ROWS = 50
-MAX_ROWS = 500  # looked at: neighbours are alike
 # Of the twist that the model allows. A drive that has worn, or a stiffness that was guessed, may
 # twist so much more; two encoders that do not read the same shaft twist by turns.
 ROOM = 4.0
@@ -44,11 +43,10 @@ def check(rows: Array, drive: DriveModel) -> Result:
 
     The zero of the encoders against each other does not matter: only the range of the twist does.
     """
-    rows = rows[::max(1, len(rows) // MAX_ROWS)]
     if len(rows) < MIN_ROWS:
         return None
     shape = drive.folded().transmission
-    torque = float(np.ptp(rows[:, S_TAU_K]) + 2.0 * SURE * np.median(rows[:, S_TAU_K_NOISE_STD]))
+    torque = float(np.ptp(rows[:, S_TAU_K]) + 2.0 * SURE * middle(rows[:, S_TAU_K_NOISE_STD]))
     allowed = ROOM * (2.0 * (shape.half_gap + shape.hysteresis_width) + torque / shape.stiffness)
     twist = float(np.ptp(rows[:, S_TWIST]))
     return ([BEYOND] if not twist <= allowed else [],

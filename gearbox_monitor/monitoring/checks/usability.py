@@ -15,6 +15,7 @@
 """Whether the samples that came in could be used."""
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 import re
 
 from gearbox_monitor.kernels.types import Values
@@ -41,6 +42,7 @@ OTHERS = Condition(
     ('messages_of_other_publishers', 'other_publishers'))
 
 
+@cache
 def key_of(counter: str) -> str:
     """Return the key on /diagnostics of a `counter`, one of sample_loop.REASONS."""
     return re.sub(r'\W+', '_', counter).strip('_')
