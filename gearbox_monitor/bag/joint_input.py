@@ -58,8 +58,8 @@ def find_input(reader: BagReader, name: str = JOINT_STATES) -> JointInput:
     Return the JointInput called `name` in the bag `reader`, in whatever namespace.
 
     `name` is a topic, as recorded or as the estimator called it before it was remapped or paired,
-    or an estimator, /NAMESPACE/NODE; with several gearboxes /NAMESPACE/NODE/GEARBOX. Raises
-    InputError unless exactly one fits.
+    or an estimator, /NAMESPACE/NODE; of several gearboxes TOPIC/GEARBOX or
+    /NAMESPACE/NODE/GEARBOX. Raises InputError unless exactly one fits.
     """
     inputs = recorded_inputs(reader, name)
     if len(inputs) > 1:
@@ -69,6 +69,9 @@ def find_input(reader: BagReader, name: str = JOINT_STATES) -> JointInput:
     for one in inputs.values():
         reader.require(one.topic, JOINT_STATE)
         return one
+    of_robot = name.rpartition('/')[0]  # where no estimator was recorded: TOPIC/GEARBOX
+    if of_robot and not topics_called(reader, name) and topics_called(reader, of_robot):
+        name = of_robot
     topic = find_topic(reader, name)
     namespace = topic.rsplit('/', 1)[0]
     paired = f'{namespace}/{PAIRED_JOINT_STATES}'
@@ -86,7 +89,10 @@ def recorded_inputs(reader: BagReader, name: str = JOINT_STATES) -> dict[str, Jo
         namespace = node.rsplit('/', 2 if gearbox else 1)[0]
         original = f'{namespace}/{JOINT_STATES}'
         topic = names.get(JOINT_STATES, original)
-        if any(_is_called(alias, name) for alias in (topic, original, node)):
+        aliases = [topic, original, node]
+        if gearbox:
+            aliases += [f'{topic}/{gearbox}', f'{original}/{gearbox}']
+        if any(_is_called(alias, name) for alias in aliases):
             candidates[node] = JointInput(topic, namespace, snapshots, names,
                                           gearbox or TRANSMISSION)
     return candidates
@@ -97,13 +103,18 @@ def _is_called(topic: str, name: str) -> bool:
     return topic == name or not name.startswith('/') and topic.endswith('/' + name)
 
 
+def topics_called(reader: BagReader, name: str) -> list[str]:
+    """Return the topics of joint states in `reader` that are called `name`, in any namespace."""
+    return [topic for topic, (kind, _) in reader.topics.items()
+            if kind == JOINT_STATE and _is_called(topic, name)]
+
+
 def find_topic(reader: BagReader, name: str) -> str:
     """Return the topic of joint states called `name` in `reader`. Raises InputError."""
     if name.startswith('/'):
         reader.require(name, JOINT_STATE)
         return name
-    topics = [topic for topic, (kind, _) in reader.topics.items()
-              if kind == JOINT_STATE and _is_called(topic, name)]
+    topics = topics_called(reader, name)
     if len(topics) > 1:
         raise InputError(f'{reader.path}: topic {name}: {", ".join(sorted(topics))}, expected '
                          'one; choose it with --topic')

@@ -37,14 +37,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from gearbox_monitor.bag.joint_input import recorded_inputs
+from gearbox_monitor.bag.joint_input import recorded_inputs, topics_called
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, dump, estimator_options, expect_new, JSON_FILE_HELP,
     plain, warn, write_new)
 from gearbox_monitor.cli.progress import percent_bar
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.files.yaml_files import gearboxes_of, load_model
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.report.recording_page import figures, headline, recording_page
 from gearbox_monitor.report.robot_page import robot_page
@@ -72,6 +72,9 @@ def run(args: Namespace) -> int:
     expect_new(args.json)
     with open_bag(args.bag) as reader:
         estimators = sorted(recorded_inputs(reader, args.topic))
+        if args.params and not estimators and topics_called(reader, args.topic):
+            estimators = [f'{args.topic}/{gearbox}'
+                          for gearbox in gearboxes_of(args.params, 'estimator')]
     data, text = _robot(args, out, estimators) if len(estimators) > 1 else _single(args, out)
     if args.json == '-':
         print(dump(data))

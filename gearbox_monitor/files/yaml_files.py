@@ -226,6 +226,16 @@ def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> 
     return values
 
 
+def gearboxes_of(path: str | Path, node: str) -> list[str]:
+    """Return the gearboxes that a ROS parameter file gives to a `node`; [] for a single one."""
+    data = load_yaml(path).content
+    blocks = [block.get('ros__parameters') for name, block in data.items()
+              if str(name).rsplit('/', 1)[-1] in ('**', node) and isinstance(block, dict)
+              ] if isinstance(data, dict) else []
+    return [str(gearbox) for block in blocks if isinstance(block, dict)
+            for gearbox in block.get('gearboxes') or () if gearbox]
+
+
 def _of_gearbox(block: Mapping[Any, Any], of: str, source: str) -> dict[Any, Any]:
     """
     Return the parameters of one gearbox of a node.
@@ -250,7 +260,7 @@ def _of_gearbox(block: Mapping[Any, Any], of: str, source: str) -> dict[Any, Any
     name = of.rpartition('/')[2]
     if name not in gearboxes:
         raise InputError(f'{source}: gearboxes: {", ".join(map(str, gearboxes))}, expected to '
-                         f'know which: choose it with --topic {gearboxes[0]}')
+                         f'know which: choose it with --topic joint_states/{gearboxes[0]}')
     own = block.get(name) or {}
     if not isinstance(own, dict):
         raise InputError(f'{source}: {name}: {str(own)[:40]!r}, expected a block of parameters')

@@ -39,7 +39,7 @@ from gearbox_monitor.kernels.types import Flags, Integers, Values
 from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.checks.usability import key_of
 from gearbox_monitor.monitoring.monitor import Monitor
-from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.parameters import EstimatorParameters, resolve
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.timeline import (
     gap_limits, PublishedWindows, Timeline, WindowBacklash)
@@ -111,10 +111,11 @@ class TimelineSource:
         recorded_model, recorded = DriveModel(), dict[str, Any]()
         if snapshots:
             recorded_model, recorded = snapshots[0].settings(str(reader.path))
-        values = EstimatorParameters.from_mapping({**recorded, **choice.parameters})
+        model, values = resolve(choice.model or recorded_model,
+                                {**recorded, **choice.parameters})
         estimated = all(self._count(name) for name in (STATE, ERRORS, ERRORS_STD))
         live = estimated and choice.model is None and not choice.parameters and not choice.replay
-        self.facts = RecordingFacts(live, choice.model or recorded_model, values,
+        self.facts = RecordingFacts(live, model, values,
                                     self._versions(snapshots))
         if choice.model is None and not snapshots:
             self.facts.notes.append(NO_MODEL)

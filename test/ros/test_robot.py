@@ -31,11 +31,14 @@ from rclpy.serialization import deserialize_message  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
+from gearbox_monitor.bag.cdr import encode_joint_states  # noqa: E402
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.bag.replay import replay  # noqa: E402
+from gearbox_monitor.bag.write import BagWriter  # noqa: E402
 from gearbox_monitor.cli.main import main  # noqa: E402
 from gearbox_monitor.errors import InputError  # noqa: E402
 from gearbox_monitor.estimation.estimates import Sample, Samples  # noqa: E402
+from gearbox_monitor.files.resources import config_path  # noqa: E402
 from gearbox_monitor.files.yaml_files import load_parameters  # noqa: E402
 from gearbox_monitor.interfaces.signals import signal_values, SIGNALS  # noqa: E402
 from gearbox_monitor.monitoring.monitor import Monitor  # noqa: E402
@@ -44,7 +47,7 @@ from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
 from gearbox_monitor.ros.convert import (  # noqa: E402
-    GearboxNames, serialised, to_joint_states, to_time)
+    GearboxNames, serialised, stamp_of, to_joint_states, to_time)
 
 pytestmark = pytest.mark.ros
 T0 = 1_700_000_000_000_000_000
@@ -113,21 +116,19 @@ def test_each_gearbox_is_as_a_single_one_and_as_its_replay(graph, tmp_path):
         topics=str(['joint_states', *(signal.topic for signal in SIGNALS), *snapshots]))
     estimator = graph.start('estimator_node', '--params-file', str(file))
     publisher = graph.node.create_publisher(JointState, 'joint_states', DEEP)
-    statuses, begun = {}, set()
+    statuses, begun, stamps = {}, set(), [0]
     graph.node.create_subscription(DiagnosticArray, '/diagnostics', lambda message: [
         statuses.update({s.name: s}) for s in message.status], 50)
 
-    def taken(name):
-        values = statuses[f'estimator/{name}: input'].values
-        return int(next((v.value for v in values if v.key == 'samples'), 0))
+    graph.node.create_subscription(
+        JointState, 'transmission_state', lambda message: stamps.append(stamp_of(message)), DEEP)
     for topic in snapshots:
         graph.node.create_subscription(
             DiagnosticArray, topic, lambda m, topic=topic: begun.add(topic), LATCHED)
     graph.until(lambda: len(begun) == 3 and publisher.get_subscription_count() == 2
                 and graph.node.count_subscribers('/innovations'), 'matching')
     sent(graph, publisher, samples)
-    # Counted with the last evaluation, so not to the last one.
-    graph.until(lambda: all(taken(name) > N - 500 for name in NAMES), 'all samples')
+    graph.until(lambda: stamps[-1] == T0 + (N - 1) * DT, 'all samples')
     graph.spin(1.0)
     answer = graph.call(Trigger, 'estimator/elbow/reset', Trigger.Request())
     assert answer.success and answer.message == 'elbow: filter restarts with the next sample'
@@ -147,7 +148,7 @@ def test_each_gearbox_is_as_a_single_one_and_as_its_replay(graph, tmp_path):
         for name in NAMES:
             comparison = replay(bag, topic=name).comparison
             assert comparison.verdict == 'yes' and not comparison.explained, (name, comparison)
-            assert comparison.lost_inputs == 0 and comparison.compared > 5 * 2000
+            assert comparison.compared > 5 * 2000
             single = Monitor(*resolve(DriveModel(), load_parameters(
                 file, 'estimator', SETTINGS, f'/estimator/{name}')))
             estimates = single.run(samples[name])
@@ -155,9 +156,9 @@ def test_each_gearbox_is_as_a_single_one_and_as_its_replay(graph, tmp_path):
             for signal in SIGNALS:
                 live = bag.joint_states(f'/{signal.topic}', [joints[j] for j in signal.joints])
                 live = live.of_named()
-                stamps, values = signal_values(signal, estimates, 1.0)
-                rows = np.searchsorted(stamps, live.stamp_ns)
-                np.testing.assert_array_equal(live.stamp_ns, stamps[rows])
+                expected_ns, values = signal_values(signal, estimates, 1.0)
+                rows = np.searchsorted(expected_ns, live.stamp_ns)
+                np.testing.assert_array_equal(live.stamp_ns, expected_ns[rows])
                 assert len(rows) > 2000
                 for field, expected in values.items():
                     np.testing.assert_array_equal(
@@ -171,6 +172,35 @@ def test_each_gearbox_is_as_a_single_one_and_as_its_replay(graph, tmp_path):
     for name in NAMES:
         assert f'href="robot.{name}.html"' in page.read_text(encoding='utf-8')
         assert (tmp_path / f'robot.{name}.html').exists()
+
+
+def test_a_bag_of_joint_states_alone_is_evaluated_with_the_parameters_of_the_robot(
+        tmp_path, capsys):
+    """As ros2 bag records it: a gearbox is TOPIC/GEARBOX, and the page has a row for each."""
+    file, samples = written(tmp_path), robot()
+    raws = encode_joint_states(
+        samples['base'].stamp_ns,
+        [f'{name}_{joint}' for name in NAMES for joint in ('motor', 'arm')],
+        np.hstack([samples[name].y for name in NAMES]),
+        effort=np.hstack([samples[name].u for name in NAMES]))
+    with BagWriter(tmp_path / 'bag') as bag:
+        bag.add_topic('/arm/joint_states', 'sensor_msgs/msg/JointState')
+        for stamp, raw in zip(samples['base'].stamp_ns.tolist(), raws):
+            bag.write('/arm/joint_states', stamp, raw)
+    words = [str(tmp_path / 'bag'), '--params', str(file),
+             '--model', str(config_path('drive.yaml'))]
+    assert main(['replay', *words]) == 2
+    assert 'choose it with --topic joint_states/base' in capsys.readouterr().err
+    assert main(['replay', *words, '--topic', 'joint_states/wrist', '--json']) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert (data['samples'], data['filter']) == (N, 'ukf')
+    assert main(['report', *words, '--out', str(tmp_path / 'r.html'), '--json', '-']) == 0
+    joints = json.loads(capsys.readouterr().out)['joints']
+    assert {name: joint['filter'] for name, joint in joints.items()} == {
+        'base': 'ekf', 'elbow': 'ekf', 'wrist': 'ukf'}
+    assert (tmp_path / 'r.wrist.html').exists()
+    assert main(['report', *words, '--topic', 'joint_states/hand']) == 2
+    assert 'gearboxes: base, elbow, wrist' in capsys.readouterr().err
 
 
 def contents(message):
