@@ -62,7 +62,7 @@ def listed(component: str, conditions: Sequence[Condition]) -> str:
         lines += [f'Raised after {evaluations(up)}, lowered after {evaluations(down)}.', '']
     for c in conditions:
         keys = f' ({", ".join(f"`{key}`" for key in c.value)})' if c.value else ''
-        window = '' if c.window == 'the evaluation' else f', over {c.window}'
+        window = '' if c.window == 'the evaluation' else f', window: {c.window}'
         lines.append(f'- {c.level.name} **{c.says}**{keys}: {c.when}{window}. *{c.advice}*')
     return '\n'.join(lines)
 

@@ -43,7 +43,7 @@ from scipy.stats import norm
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import Replay, replay
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, estimator_options, expect_new, warn)
+    add_estimator_arguments, estimator_options, expect_new_file, warn)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model, save_model
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
@@ -84,7 +84,7 @@ def run(args: Namespace) -> int:
         raise InputError(f'--confidence: {args.confidence:g}, expected a number >= 0.5 and < 1')
     if all(v is None for v in limits.values()) and not args.write_model:
         raise InputError('no limit, expected --max-gap or --min-stiffness (or --write-model)')
-    expect_new(args.write_model)
+    expect_new_file(args.write_model)
     parameters, model_file = estimator_options(args)
     with open_bag(args.bag) as reader:
         result = replay(reader, load_model(model_file) if model_file else None, parameters,

@@ -40,7 +40,7 @@ from gearbox_monitor.bag.recorded_samples import sample_parts
 from gearbox_monitor.bag.recorded_snapshots import read_snapshots
 from gearbox_monitor.cli.drive_recordings import add_setpoint_argument
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, dump, estimator_options, expect_new, write_new)
+    add_estimator_arguments, dump, estimator_options, expect_new_file, write_new)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
@@ -80,7 +80,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    expect_new(args.json)
+    expect_new_file(args.json)
     with open_bag(args.bag) as reader:
         source = find_input(reader, args.topic)
         topic = source.topic

@@ -46,7 +46,7 @@ from gearbox_monitor.bag.recorded_samples import RecordedSamples
 from gearbox_monitor.bag.replay import truth
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new, warn)
+    add_estimator_arguments, check_filter, expect_new_file, warn)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_matplotlib, InputError
 from gearbox_monitor.estimation import filterpy_reference, sample_loop
@@ -110,7 +110,7 @@ def run(args: Namespace) -> int:
     if args.filterpy_samples < SHORTEST:
         raise InputError(f'--filterpy-samples: {args.filterpy_samples}, expected at least '
                          f'{SHORTEST}')
-    expect_new(args.png)
+    expect_new_file(args.png)
     if args.png and Path(args.png).suffix.lower() != '.png':
         raise InputError(f'{args.png}: expected a name that ends in .png')
     if args.png:

@@ -20,6 +20,7 @@ from functools import partial
 import importlib
 import os
 import sys
+from typing import NoReturn
 
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.exit_codes import (
@@ -52,6 +53,14 @@ COMMANDS = {
 
 
 LIVE = ('demo', 'live', 'play', 'benchmark')  # print on their own what they do
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """A parser whose errors are one line, as those of bad input."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print `message` and end with exit code 2."""
+        self.exit(BAD_INPUT, f'{self.prog}: {message}; see {self.prog} --help\n')
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -95,7 +104,7 @@ def _announced_compilation() -> contextlib.AbstractContextManager[None]:
 
 def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:
     """Return the parsed `argv`; only the module of `command` is imported."""
-    parser = argparse.ArgumentParser(
+    parser = OneLineParser(
         prog='gearbox_monitor', description='Condition monitor for robot joint gearboxes.',
         epilog='exit code: 0 done, 1 a finding that asks for action, 2 bad usage or input, '
                '3 undecided, 130 ended by Ctrl-C')

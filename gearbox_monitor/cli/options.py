@@ -25,7 +25,7 @@ import numpy as np
 
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_parameters
+from gearbox_monitor.files.yaml_files import expect_folder_of, load_parameters
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
 
 BAG_HELP = 'bag directory or .mcap file, complete or truncated'
@@ -72,6 +72,13 @@ def expect_new(path: str | Path | None) -> None:
     """Raise InputError if the file `path` exists; None and '-' (standard output) never do."""
     if path and path != '-' and Path(path).exists():
         raise InputError(f'{path}: exists, expected a new file')
+
+
+def expect_new_file(path: str | Path | None) -> None:
+    """Raise InputError if the file `path` exists or its folder does not; None and '-' never do."""
+    expect_new(path)
+    if path:
+        expect_folder_of(path)
 
 
 def write_new(path: str | Path, text: str) -> None:

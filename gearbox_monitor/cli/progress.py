@@ -96,9 +96,12 @@ class ElapsedTime:
         self._begin, self._shown, self._lock = time.monotonic(), False, threading.Lock()
 
     def show(self) -> None:
-        """Write the time, unless there is a bar."""
+        """Write the time, or refresh that of the bars: a step may take long."""
+        bars = list(getattr(tqdm, '_instances', ()))
+        for bar in bars:  # not under the lock: a bar has its own, and clears this line
+            bar.refresh()
         with self._lock:
-            self._shown = not getattr(tqdm, '_instances', ())
+            self._shown = not bars
             if self._shown:
                 seconds = round(time.monotonic() - self._begin)
                 self._terminal.write(f'\r{self._command}: running for {seconds} s')

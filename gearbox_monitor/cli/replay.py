@@ -45,7 +45,7 @@ from gearbox_monitor.bag.replay import interval_error, ReplayCollector, smoothed
 from gearbox_monitor.bag.replay_output import BagOutput
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, estimator_options, expect_new, warn)
+    add_estimator_arguments, estimator_options, expect_new_file, warn)
 from gearbox_monitor.cli.progress import count_bar, Progress
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import FILTER_NAMES
@@ -75,7 +75,7 @@ def run(args: Namespace) -> int:
     if args.filter:
         parameters['filter'] = args.filter
     for path in (args.out, args.csv):
-        expect_new(path)
+        expect_new_file(path)
     with open_bag(args.bag) as reader:
         model = load_model(model_file) if model_file else None
         kind = EstimatePlayer if args.estimates_only else Player

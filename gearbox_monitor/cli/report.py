@@ -40,8 +40,8 @@ from typing import Any
 from gearbox_monitor.bag.joint_input import recorded_inputs, topics_called
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, dump, estimator_options, expect_new, JSON_FILE_HELP,
-    plain, warn, write_new)
+    add_estimator_arguments, check_filter, dump, estimator_options, expect_new_file,
+    JSON_FILE_HELP, plain, warn, write_new)
 from gearbox_monitor.cli.progress import percent_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import gearboxes_of, load_model
@@ -68,8 +68,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     out = Path(args.out or f'{Path(args.bag).resolve().stem}.html')
-    expect_new(out)
-    expect_new(args.json)
+    expect_new_file(out)
+    expect_new_file(args.json)
     with open_bag(args.bag) as reader:
         estimators = sorted(recorded_inputs(reader, args.topic))
         if args.params and not estimators and topics_called(reader, args.topic):

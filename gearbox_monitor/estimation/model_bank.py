@@ -51,7 +51,7 @@ M = len(MEMBERS)
 # is their share of every estimate, so it is far longer than the tenths of a second that telling
 # two models apart takes.
 SWITCHING_TIME = 100.0
-# The learned curve has lost its way where the probability of the random walk, averaged over so
+# The learned curve has diverged where the probability of the random walk, averaged over so
 # long (s), is this high: a gap wider than the twist, say, feels nothing that would narrow it. It
 # then begins once more.
 LOST_AFTER, LOST = 3.0, 0.9

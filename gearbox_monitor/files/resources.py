@@ -29,7 +29,7 @@ def config_path(name: str) -> Path:
     package = Path(__file__).resolve().parents[1]
     checkout = package.parent
     roots = [checkout / 'config'] if (checkout / 'package.xml').is_file() else []
-    # The prefix this very package is installed in comes first: another may hold another version.
+    # The prefix that this package is installed in comes first: another may hold another version.
     prefixes: list[str | Path] = [
         *package.parents, *os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix]
     shares = [Path(p) / 'share/gearbox_monitor/config' for p in prefixes if p]

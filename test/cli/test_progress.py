@@ -80,6 +80,13 @@ def test_bar_takes_the_place_of_the_time(monkeypatch):
     assert 'running for' not in shown and 'tune  50 %' in shown and 'left' in shown
 
 
+def test_time_of_a_bar_goes_on_without_steps(monkeypatch):
+    stream = terminal(monkeypatch)
+    with progress.shown_time('fit'), progress.percent_bar('fit'):
+        time.sleep(1.3)
+    assert '00:01' in stream.getvalue()
+
+
 def test_a_terminal_of_unknown_size_shows_the_bar():
     """Such as a serial console, or one that a program opens."""
     code = 'from gearbox_monitor.cli import progress; progress.percent_bar("tune").close()'

@@ -16,7 +16,7 @@
 Square-root unscented Kalman filter: the factor L of P = L L' is carried, P is never factored.
 
 Time and measurement update are in array form (QR by Householder reflections), without Cholesky
-downdates: what those subtract is where float32, or a very small R, breaks a filter. It estimates
+downdates: what those subtract is where float32, or a tiny R, breaks a filter. It estimates
 exactly what the UKF does. `srukf_precision: float32` keeps mean, sigma points and factor in single
 precision, as a small controller would.
 """

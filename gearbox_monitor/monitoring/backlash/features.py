@@ -69,7 +69,7 @@ class Backlash:
 
     gap: width of the twists at which no torque may pass (rad): 2 b, of a play 2 (b + c).
     stiffness in contact (N m/rad). hysteresis: height of the loop (N m), > 0 with the lower branch
-    while the twist grows, < 0 the other way round. zero of the twist (rad). flank: share of
+    while the twist grows, < 0 the reverse. zero of the twist (rad). flank: share of
     samples on the less visited flank. coverage: how often the gap was crossed. viscous (N m
     s/rad), coulomb (N m): change of the motor's friction against the model; gain: relative change
     of its torque gain; NaN = not identifiable. lost_motion (rad): see lost_motion_of. separable:

@@ -23,7 +23,7 @@ Torque over twist with friction errors beside it, and its least squares.
     passive        y = z, h free        a loop of height 2 h everywhere, in the gap, too
 
 K, b, c, t0, dCv, dCc, dg, h are fitted together: what friction or a torque gain that have changed
-do to tau_K cannot pass for a gap then, nor the other way round. Torque and model are averaged
+do to tau_K cannot pass for a gap then, nor the reverse. Torque and model are averaged
 over pairs of neighbouring groups of samples before they are compared: the noise of a smoothed
 torque is high-frequency. Each group belongs to two pairs, so that nothing is lost between them.
 """

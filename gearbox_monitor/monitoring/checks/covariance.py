@@ -26,7 +26,7 @@ _WINDOW = 'median over 2 s, against its reference'
 BELOW = Condition(
     'covariance', Level.WARN, 'uncertainty of tau_K below its usual range',
     f'median standard deviation of tau_K by noise < {LOWER:g} of the reference', _WINDOW,
-    'the filter may be deaf to its measurements; check Q and R, or what adapts them',
+    'the filter hardly uses its measurements; check Q and R, or what adapts them',
     ('tau_k_noise_std',), ('lower_bound',))
 ABOVE = Condition(
     'covariance', Level.WARN, 'uncertainty of tau_K above its usual range',
