@@ -103,7 +103,7 @@ def _robot(args: Namespace, out: Path, estimators: Sequence[str]
         names = [node.strip('/').replace('/', '_') for node in estimators]
     pages = {name: out.with_name(f'{out.stem}.{name}.html') for name in names}
     for page in pages.values():
-        expect_new(page)
+        expect_new_file(page)
     joints = {}
     for name, node in zip(names, estimators):
         joints[name] = _recorded(args, node, name)

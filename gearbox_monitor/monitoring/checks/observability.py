@@ -208,8 +208,8 @@ def check(shares: Mapping[str, float], stated: float, eq6: Values) -> Outcome:
     Return the Outcome for the information shares {state: share} and the indicators of eq. (6).
 
     eq6: see paper. shares: 'tau_k' decides; 'x3' (motor speed) and, where it is
-    estimated, 'tau_arm' are reported. stated: standard deviation of tau_K that the filter states, over
-    its prior one.
+    estimated, 'tau_arm' are reported. stated: standard deviation of tau_K that the filter states,
+    over its prior one.
     """
     values = {
         'information_share_tau_k': shares['tau_k'], 'information_share_threshold': UNTRUSTED,
