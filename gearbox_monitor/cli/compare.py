@@ -62,8 +62,6 @@ from gearbox_monitor.plant.units import on_axis
 WARM_UP = 200  # samples that a filter takes before it is timed: kernels are compiled by then
 REPEATS = 3    # runs of which the fastest counts
 SHORTEST = 1000
-# As users write them -> as results call them.
-OF_FILTERPY = {name.replace('_', '-'): name for name in filterpy_reference.NAMES}
 
 
 @dataclass(frozen=True)
@@ -96,7 +94,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_estimator_arguments(parser)
     parser.add_argument('--filters', default=','.join(FILTER_NAMES), metavar='A,B,...',
                         help='filters, separated by commas: '
-                        + ', '.join((*FILTER_NAMES, *OF_FILTERPY)))
+                        + ', '.join((*FILTER_NAMES, *filterpy_reference.NAMES)))
     parser.add_argument('--png', metavar='FILE', help='write the figure')
     parser.add_argument('--filterpy-samples', type=int, default=20000, metavar='N',
                         help='with a filter of filterpy, use only the first N samples '
@@ -151,10 +149,9 @@ def run(args: Namespace) -> int:
 
 def _filter(word: str) -> str:
     """Return the name of the filter that `word` of the user names. Raises InputError."""
-    plain_word = word.replace('_', '-')
-    if plain_word in OF_FILTERPY:
-        return OF_FILTERPY[plain_word]
-    return check_filter(word, tuple(OF_FILTERPY))
+    if word in filterpy_reference.NAMES:
+        return word
+    return check_filter(word, filterpy_reference.NAMES)
 
 
 def run_filter(name: str, model: DriveModel, parameters: EstimatorParameters,

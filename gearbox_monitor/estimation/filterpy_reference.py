@@ -35,7 +35,7 @@ from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, substeps
 
-NAMES = ('filterpy_ekf', 'filterpy_ukf')
+NAMES = ('filterpy-ekf', 'filterpy-ukf')
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ def run(name: str, model: DriveModel, parameters: EstimatorParameters | Mapping[
 
     z0 = np.zeros(n)
     z0[:2] = samples.y[0]
-    if name == 'filterpy_ekf':
+    if name == 'filterpy-ekf':
         kf = ExtendedKalmanFilter(n, 2)
     else:
         points = MerweScaledSigmaPoints(n, parameters.ukf_alpha, parameters.ukf_beta,
@@ -137,7 +137,7 @@ def run(name: str, model: DriveModel, parameters: EstimatorParameters | Mapping[
         dt = (samples.stamp_ns[k + 1] - samples.stamp_ns[k]) * 1e-9
         u, load_k, y = samples.u[k, 0], load[k], samples.y[k + 1]
         half = np.diag([0.5 * dt * noise(kf.x, p, i) for i in range(n)])
-        if name == 'filterpy_ekf':
+        if name == 'filterpy-ekf':
             z, phi = np.array(kf.x), np.empty((n, n))
             propagate(states, z, phi.reshape(-1), (u, load_k), dt,
                       substeps(dt, p[EIGENVALUE]), p)

@@ -251,10 +251,12 @@ class GearboxTable(Section):
                 f'{100 * gearbox["per_year"]:+.1f} ± {100 * gearbox["per_year_std"]:.1f}'
             feature = 'lost motion ' if gearbox['measured'] and gearbox['feature'] != 'gap' else ''
             days = f'{day(gearbox["first"])} to {day(gearbox["last"])}'.replace('-', '\u2011')
-            rows.append([_unbroken(text) for text in (
-                gearbox['gearbox'], feature + width_text(gearbox), growth_text(gearbox),
-                gearbox['trust'], gearbox['model_level'],
-                f'{gearbox["measured"]} of {gearbox["bags"]}', limit_text(gearbox), pace, days)])
+            rows.append([
+                gearbox['gearbox'], feature + _unbroken(width_text(gearbox)),
+                *(_unbroken(text) for text in (
+                    growth_text(gearbox), gearbox['trust'], gearbox['model_level'],
+                    f'{gearbox["measured"]} of {gearbox["bags"]}', limit_text(gearbox), pace)),
+                days])
         return cls(
             PageTable(('gearbox', 'newest gap', 'growth', 'trust', 'model', 'measured in bags',
                        'limit', '% per year', 'recorded'), rows),

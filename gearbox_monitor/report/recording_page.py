@@ -314,6 +314,9 @@ def backlash_panel(windows: Sequence[WindowBacklash], lost_motion: bool, scale: 
         traces.append(Trace(t, value, 'backlash, ± 2 sigma', 'closed', dots=True,
                             band=(value - 2.0 * std, value + 2.0 * std)))
     curves = np.concatenate([value, *(trace.y for trace in traces[:-1])])
+    if not lost_motion and np.isfinite(std).any():  # a first, uncertain window hides no other
+        curves = np.concatenate([curves, value - 2.0 * np.nanmedian(std),
+                                 value + 2.0 * np.nanmedian(std)])
     curves = curves[np.isfinite(curves)]
     low, high = (float(curves.min()), float(curves.max())) if len(curves) else (0.0, 1.0)
     room = 0.15 * (high - low) or 0.5 * abs(high) or 1.0

@@ -101,7 +101,7 @@ def width_and_std(width: float, std: float, unit: str) -> str:
         Width and standard deviation.
 
     """
-    return f'{width:.4g} ± {math.hypot(std, GAP_ERROR * width):.1g} {unit}'
+    return f'{width:.4g} ± {math.hypot(std, GAP_ERROR * width):.2g} {unit}'
 
 
 def gain_text(gains: Mapping[str, float], name: str) -> str:

@@ -36,7 +36,7 @@ PHRASES = {
     r'is no (number|file|solution|topic|text)': 'is not a',
     r'far (larger|smaller|fewer) than': 'much larger than',
     r'the other way round': 'the reverse',
-    r'deaf|los[te]s? its way': 'insensitive, diverged',
+    r'deaf|(lost|loses) its way': 'insensitive, diverged',
     r'very|simply|basically|actually|obviously|of course|easily|a lot|please': 'leave it out',
     r'in order to|utili[sz]\w+|as well as': 'to, use, and',
 }

@@ -52,14 +52,14 @@ def test_without_filterpy_one_line(monkeypatch):
     from gearbox_monitor.estimation import filterpy_reference
     monkeypatch.setitem(sys.modules, 'filterpy.kalman', None)
     with pytest.raises(InputError, match='filterpy is not installed'):
-        filterpy_reference.run('filterpy_ekf', DRIVE, TUNED, samples_of(simulated(4, 100)))
+        filterpy_reference.run('filterpy-ekf', DRIVE, TUNED, samples_of(simulated(4, 100)))
 
 
 def test_table_and_figure(bag, tmp_path, capsys):
     pytest.importorskip('filterpy')
     picture = tmp_path / 'c.png'
     arguments = ['compare', str(bag), '--params', params(tmp_path / 'p.yaml', **TUNED)]
-    names = (*FILTER_NAMES, 'filterpy_ekf')
+    names = (*FILTER_NAMES, 'filterpy-ekf')
     assert main([*arguments, '--filters', ','.join(names), '--png', str(picture),
                  '--filterpy-samples', '3000']) == 0
     lines = capsys.readouterr().out.splitlines()

@@ -51,7 +51,7 @@ def test_one_bag_is_no_verdict():
     assert 'No gearbox was measured twice' in html and 'class="badge"' not in html
 
 
-@pytest.mark.parametrize('width', [1400, 390])
+@pytest.mark.parametrize('width', [1400, 700, 390])
 def test_nothing_is_cut_off(browser, tmp_path, width):
     file = tmp_path / 'fleet.html'
     name = 'line_7_cell_12_robot_3_joint_5_gearbox_SN0815_of_2019'

@@ -192,7 +192,7 @@ def test_bad_input(bags, pages, tmp_path, capsys):
         assert says in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('width', [1400, 390])
+@pytest.mark.parametrize('width', [1400, 700, 390])
 def test_nothing_is_cut_off(bags, pages, browser, width):
     assert overflowing(browser, (bags / 'live <b>.html').as_uri(), width) == []
 
