@@ -40,7 +40,7 @@ def test_filterpy_agrees(name):
     samples = samples_of(simulated(4, 1000))
     parameters = {**TUNED, 'arm_load': 'unknown', 'filter': name}
     drive = DRIVE.exact()  # filterpy knows no tolerances
-    theirs = filterpy_reference.run('filterpy_' + name, drive, parameters, samples)
+    theirs = filterpy_reference.run(f'filterpy-{name}', drive, parameters, samples)
     ours = Estimator(drive, parameters).run(samples)
     assert theirs.stamp_ns.tolist() == ours.stamp_ns.tolist()
     for column in ('tau_k', 'tau_k_std', 'loglik', 'nis', 'white_2', 'innovation_arm', 'twist'):

@@ -185,7 +185,7 @@ def test_headline_names_what_is_most_wrong():
 def test_bad_input(bags, pages, tmp_path, capsys):
     for options, says in (
             (['--out', str(bags / 'inputs.html')], 'exists, expected a new file'),
-            (['--out', str(tmp_path / 'no/page.html')], 'expected a new, writable file'),
+            (['--out', str(tmp_path / 'no/page.html')], 'no such folder, expected a new name'),
             (['--filter', 'kalman'], "filter: 'kalman'"),
             (['--topic', '/nothing'], 'no topic /nothing')):
         assert main(['report', str(bags / 'inputs'), *options]) == 2
