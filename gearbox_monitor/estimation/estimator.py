@@ -40,7 +40,7 @@ from gearbox_monitor.estimation.sample_loop import (
     DescribedLoad, LoopSettings, LoopState, Output, SECOND, Stream)
 from gearbox_monitor.estimation.step_record import predicted, record_size, sensitivities
 from gearbox_monitor.estimation.torque_model import LEARNT
-from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.kernels.types import Array, Integers, Values
 from gearbox_monitor.parameters import (
     AT_ONCE, ESTIMATOR, EstimatorParameters, PAYLOAD, resolve, with_model_values)
 from gearbox_monitor.plant.drive import (
@@ -54,6 +54,7 @@ RING = 2048  # step records at hand for the smoother
 COMPENSATED = 'gravity_compensated'  # of effort_is
 DESCRIBED_FILTERS = ('ekf', 'ukf')  # that take a load by a robot's description
 BATCH = 4096  # samples between two stops, at most
+PENDING = 256  # the same, sample by sample
 
 Observer = Callable[[Batch], None]
 
@@ -90,7 +91,8 @@ class Estimator:
     `smoother_lag` 0 leaves the smoother out. robot: what the parameter robot_description holds;
     it gives the load on the arm if arm_load is "model". The observer that `step` and `run` take is
     called with a Batch at every stop of the sample loop: after each start, each dropout that was
-    bridged, each divergence, BATCH samples, and after the first sample that `stop_at` asks for.
+    bridged, each divergence, at most BATCH samples, and after the first sample that `stop_at` asks
+    for.
     With tau_k_model "mixed" this is the random walk, members are the filters beside it, and
     estimates are the mixed ones (see model_bank); Batches, names, packed and the belief are the
     random walk's own.
@@ -109,12 +111,18 @@ class Estimator:
         self._gate = np.zeros(sample_loop.N_GATE, np.int64)
         self._one = Stream(np.zeros(1, np.int64), np.zeros((1, 2)), np.zeros((1, 2)))
         self._output_one = _output(1, 1 + RING)
+        # What the next Batch of `step` holds: estimates, and chunks of smoothed rows.
+        self._pending = np.empty(PENDING, np.int64), np.empty((PENDING, sample_loop.N_ESTIMATE))
+        self._n_pending = 0
+        self._pending_smoothed: list[tuple[Integers, Array]] = []
         self._setup()
 
     # ------------------------------------------------------------------ set-up and state
 
     def _setup(self) -> None:
         p = self.parameters
+        self._n_pending = 0
+        self._pending_smoothed.clear()
         self.drive = drive_of(self.model, p)
         self.names = state_names(self.drive, p)
         self.packed = pack(self.drive, p)
@@ -460,9 +468,7 @@ class Estimator:
         code = int(output.codes[0])
         good = code == sample_loop.ESTIMATE
         if observe is not None:
-            new, own = slice(1 if good else 0), self._own_output(output)
-            observe(Batch(int(sample.stamp_ns), code, stream.stamps[new].copy(),
-                          own.estimates[new].copy(), stamps_s.copy(), own.smoothed[:n].copy()))
+            self._collect(int(sample.stamp_ns), code, n, observe)
         if not good:
             return None
         z, P, row = self._belief.z.copy(), self._belief.P.copy(), output.estimates[0].copy()
@@ -472,8 +478,42 @@ class Estimator:
                 values[SMOOTHED_ARM_COLUMNS] = np.nan
         return Estimate(int(sample.stamp_ns), z, P.reshape(len(z), -1), row, completed)
 
+    def _collect(self, stamp_ns: int, code: int, n_smoothed: int, observe: Observer) -> None:
+        """
+        Add what one step gave to the next Batch, and hand that to `observe` where `run` stops.
+
+        Args:
+            stamp_ns: of the sample.
+            code: what became of it.
+            n_smoothed: number of rows that it completed.
+            observe: see Estimator.
+
+        """
+        output, at = self._own_output(self._output_one), self._n_pending
+        good = code == sample_loop.ESTIMATE
+        if good:
+            self._pending[0][at], self._pending[1][at] = stamp_ns, output.estimates[0]
+            self._n_pending = at + 1
+        if n_smoothed:
+            self._pending_smoothed.append((self._output_one.smoothed_stamps[:n_smoothed].copy(),
+                                           output.smoothed[:n_smoothed].copy()))
+        stop_ns = int(self._gate[sample_loop.STOP_AT])
+        if not good or self._n_pending == PENDING or not stop_ns or not (
+                stop_ns - SECOND <= stamp_ns < stop_ns) or self.accurate_since_ns == stamp_ns:
+            self._hand_over(stamp_ns, code, observe)
+
+    def _hand_over(self, stamp_ns: int, code: int, observe: Observer) -> None:
+        """Give `observe` what was collected up to the sample at `stamp_ns` of this `code`."""
+        (stamps, rows), n = self._pending, self._n_pending
+        smoothed = self._pending_smoothed or [(stamps[:0], np.empty((0, N_SMOOTHED)))]
+        self._n_pending, self._pending_smoothed = 0, []
+        observe(Batch(stamp_ns, code, stamps[:n].copy(), rows[:n].copy(),
+                      *(np.concatenate(column) for column in zip(*smoothed))))
+
     def run(self, samples: Samples, observe: Observer | None = None) -> Estimates:
         """Take `samples`; return their Estimates, the same bits as by step; observe: see step."""
+        if observe is not None and (self._n_pending or self._pending_smoothed):
+            self._hand_over(self.stamp_ns, sample_loop.ESTIMATE, observe)
         stamps = np.ascontiguousarray(samples.stamp_ns, np.int64)
         u = np.ascontiguousarray(samples.u, float)
         y = np.ascontiguousarray(samples.y, float)

@@ -17,7 +17,7 @@ from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 import math
-from typing import Any
+from typing import Any, TypeAlias
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -33,6 +33,8 @@ from gearbox_monitor.monitoring.checks.outcome import Outcome
 from gearbox_monitor.plant.drive import DriveModel
 
 NAN = math.nan
+# Position of motor and arm, effort of motor and arm, as received.
+RawSample: TypeAlias = tuple[float, float, float, float]
 LEVELS = (DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR)
 
 
@@ -96,8 +98,12 @@ class SampleReader:
         self._names: list[str] | None = None
         self._motor = self._arm = -1
 
-    def sample(self, message: JointState) -> Sample | None:
-        """Return the Sample of the JointState `message`; None if it names neither joint."""
+    def sample(self, message: JointState, stamp_ns: int) -> tuple[Sample, RawSample] | None:
+        """
+        Return the Sample of a message, and what it is made of; None if it names neither joint.
+
+        message: the JointState; stamp_ns: its stamp.
+        """
         if message.name != self._names:
             self._names = names = list(message.name)
             self._motor, self._arm = (
@@ -108,17 +114,12 @@ class SampleReader:
         motor, arm = self._motor, self._arm
         if motor < 0 and arm < 0:
             return None
-        return Sample(
-            stamp_of(message),
-            (_at(message.effort, motor) * self._effort_scale, _at(message.effort, arm)),
-            (_at(message.position, motor) / self._gear_ratio, _at(message.position, arm)),
-            tuple([_at(message.position, k) for k in self._robot]))
-
-    def raw(self, message: JointState) -> tuple[float, float, float, float]:
-        """Return position of motor and arm, effort of motor and arm in `message` of sample()."""
-        motor, arm = self._motor, self._arm
-        return (_at(message.position, motor), _at(message.position, arm),
-                _at(message.effort, motor), _at(message.effort, arm))
+        position, effort = message.position, message.effort
+        x1, x2, u, load = (_at(position, motor), _at(position, arm), _at(effort, motor),
+                           _at(effort, arm))
+        return (Sample(stamp_ns, (u * self._effort_scale, load), (x1 / self._gear_ratio, x2),
+                       tuple([_at(position, k) for k in self._robot])),
+                (x1, x2, u, load))
 
 
 @dataclass(frozen=True)

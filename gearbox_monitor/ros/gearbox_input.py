@@ -26,7 +26,8 @@ from gearbox_monitor.interfaces.joiner import Joiner
 from gearbox_monitor.interfaces.signals import JOINT_STATES, PAIRED_JOINT_STATES
 from gearbox_monitor.parameters import ACCEPT, EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.ros.convert import joint_values_of, SampleReader, stamp_of, to_paired
+from gearbox_monitor.ros.convert import (
+    joint_values_of, RawSample, SampleReader, stamp_of, to_paired)
 from gearbox_monitor.ros.message_loss import MessageLossCounter
 from gearbox_monitor.ros.publishers import Publishers
 from gearbox_monitor.ros.qos import advertise
@@ -34,7 +35,6 @@ from gearbox_monitor.ros.qos import advertise
 SECOND = 1_000_000_000
 OUTPUT_DEPTH = 2000
 MAX_LISTED = 16  # arrangements of joints that are reported; names that are listed
-RawSample: TypeAlias = tuple[float, float, float, float]  # see SampleReader.raw
 TakenSample: TypeAlias = tuple[Sample, RawSample]
 Info: TypeAlias = dict[str, Any]  # of a message, by rclpy
 
@@ -96,17 +96,18 @@ class GearboxInput:
         if message.name != self._names:
             self._names = message.name
             self._check_joints(message)
+        stamp_ns = stamp_of(message)
         if self.joiner is None:
-            sample = self._reader.sample(message)
-            if sample is None:
+            taken = self._reader.sample(message, stamp_ns)
+            if taken is None:
                 self._count_foreign(message, 0, info)
-            elif self._admitted(0, info, message):
-                yield sample, self._reader.raw(message)
+            elif self._admitted(0, info, stamp_ns):
+                yield taken
             return
         motor, arm = self.joints
         values = joint_values_of(message, motor)
-        if values is not None and self._admitted(0, info, message):
-            yield from self._joined(self.joiner.motor(stamp_of(message), values))
+        if values is not None and self._admitted(0, info, stamp_ns):
+            yield from self._joined(self.joiner.motor(stamp_ns, values))
         if not self.separate_arm and arm in message.name:
             if values is None:
                 self._losses[0].add(info, False)
@@ -121,20 +122,20 @@ class GearboxInput:
         values = joint_values_of(message, self.joints[1])
         if values is None:
             self._count_foreign(message, 1, info)
-        elif self._admitted(1, info, message):
-            yield from self._joined(self.joiner.arm(stamp_of(message), values))
+        elif self._admitted(1, info, stamp_ns := stamp_of(message)):
+            yield from self._joined(self.joiner.arm(stamp_ns, values))
 
     def count_unreadable(self) -> None:
         """Count a message that is too long, or no joint states at all."""
         self._unreadable += 1
 
-    def _admitted(self, joint: int, info: Info, message: JointState) -> bool:
-        """Return whether to take `message` of motor (0) or arm (1), by who published it."""
+    def _admitted(self, joint: int, info: Info, stamp_ns: int) -> bool:
+        """Return whether to take a message of motor (0) or arm (1), by who published it."""
         publishers = self.publishers[joint]
         disputes = publishers.disputes
         admitted = publishers.admit(info['publication_sequence_number'],
                                     info['received_timestamp'] or time.time_ns(),
-                                    stamp_of(message))
+                                    stamp_ns)
         if publishers.disputes != disputes:
             self.clear()
             self._losses[joint].forget()
@@ -147,8 +148,8 @@ class GearboxInput:
         for stamp_ns, motor, arm in pairs:
             message = to_paired(stamp_ns, self.joints, motor, arm)
             self._paired.publish(message)
-            if (sample := self._reader.sample(message)) is not None:
-                yield sample, self._reader.raw(message)
+            if (taken := self._reader.sample(message, stamp_ns)) is not None:
+                yield taken
 
     def _count_foreign(self, message: JointState, joint: int, info: Info) -> None:
         self._losses[joint].add(info, False)

@@ -42,8 +42,9 @@ from gearbox_monitor.parameters import EstimatorParameters, PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.robot.description import RobotDescription
 from gearbox_monitor.ros.black_box import BlackBox, KEEP
-from gearbox_monitor.ros.convert import GearboxNames, to_diagnostics, to_snapshot, to_status
-from gearbox_monitor.ros.gearbox_input import GearboxInput, RawSample
+from gearbox_monitor.ros.convert import (
+    GearboxNames, RawSample, to_diagnostics, to_snapshot, to_status)
+from gearbox_monitor.ros.gearbox_input import GearboxInput
 from gearbox_monitor.ros.gearbox_settings import GearboxSettings
 from gearbox_monitor.ros.node_parameters import TableNode
 from gearbox_monitor.ros.qos import advertise, best_effort, latched, subscribe
