@@ -180,7 +180,7 @@ def test_a_snapshot_of_another_version_is_told_and_replayed(bag, options, tmp_pa
     (['--model', 'DIR/drive_typo.yaml'],
      "line 1: arm_inertai: unknown key, did you mean 'arm_inertia'?"),
     (['--out', 'DIR'], 'exists, expected a new file'),
-    (['--csv', 'DIR/no/where.csv'], 'where.csv: No such file or directory'),
+    (['--csv', 'DIR/no/where.csv'], 'where.csv: no such folder'),
 ])
 def test_bad_input_is_one_line(bag, options, tmp_path, capsys, extra, told):
     for name, content in {
