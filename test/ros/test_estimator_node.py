@@ -134,7 +134,6 @@ def test_live_equals_replay_bit_for_bit(graph, drive, tmp_path):
     assert comparison.different == comparison.explained == 0
     # The recorder may find the estimator's topics a moment after its first estimates.
     assert comparison.compared == comparison.identical > 6 * 1000
-    assert comparison.lost_inputs == 0
     refused = result.summary['refused']
     assert refused['starts'] >= 1 and refused['repeated stamps'] == 5
     whole = result.estimates
