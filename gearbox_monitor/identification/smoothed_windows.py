@@ -29,6 +29,7 @@ from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import CandidateFit, FitPoint, WindowData
+from gearbox_monitor.identification.noise_model import white_level
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.kernels.types import Array
 
@@ -119,7 +120,11 @@ def on_windows(search: Search, fit: InnovationFit, filter_: InnovationLikelihood
         search.smooth = smooth
     if search.noisy:
         at = data.windows.first[:, None] + np.arange(data.windows.length) - 1
-        white = run.residual[np.maximum(at, 0)][:, :, data.channels].reshape(len(at), -1)
+        white = run.residual[np.maximum(at, 0)][:, :, data.channels]
+        if data.colour is not None:  # the filter takes it for white noise of its power at rest
+            level = white_level(data.sigma, data.colour) / data.sigma
+            white = data.white(white * level[data.channels], data.channels)
+        white = white.reshape(len(at), -1)
         if search.model.process_torque_time > 0.0:  # few are read
             white = point.residual
         return CandidateFit(candidate, point, score, float(fit.torque[0]), white)
