@@ -189,6 +189,8 @@ def files(tmp_path_factory):
     for name in ('drive.yaml', 'joint3_drive.yaml', 'found/drive.closed.yaml'):
         (folder / name).write_text(text)
     (folder / 'joint3.yaml').write_text('estimator: {ros__parameters: {arm_load: none}}')
+    (folder / 'robot.yaml').write_text(
+        'estimator: {ros__parameters: {gearboxes: [shoulder, elbow], arm_load: none}}')
     return folder
 
 
