@@ -66,9 +66,10 @@ def find_input(reader: BagReader, name: str = JOINT_STATES) -> JointInput:
         nodes = sorted(inputs)
         raise InputError(f'{reader.path}: topic {name}: taken by {", ".join(nodes)}, expected '
                          f'one; choose it with --topic {nodes[0]}')
-    for one in inputs.values():
-        reader.require(one.topic, JOINT_STATE)
-        return one
+    if inputs:
+        (recorded,) = inputs.values()
+        reader.require(recorded.topic, JOINT_STATE)
+        return recorded
     of_robot = name.rpartition('/')[0]  # where no estimator was recorded: TOPIC/GEARBOX
     if of_robot and not topics_called(reader, name) and topics_called(reader, of_robot):
         name = of_robot

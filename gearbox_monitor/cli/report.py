@@ -24,7 +24,8 @@ Estimates in the bag are shown as they were published; without any, or with --mo
 thinned to envelopes of lowest and highest value, so that an hour makes a page of some MB.
 
 A recording of several gearboxes gets a page of the robot, one row per joint, the worst first, and
-beside it the page of each joint. --topic GEARBOX writes that of one alone.
+beside it the page of each joint. --topic GEARBOX writes the page of one joint alone; of a bag
+without estimates that is --topic joint_states/GEARBOX.
 
 usage examples:
   gearbox_monitor report gearbox_2026_11_21-10_00_00
@@ -118,6 +119,7 @@ def _robot(args: Namespace, out: Path, estimators: Sequence[str]
 
 
 def _name(args: Namespace) -> str:
+    """Return what pages call the recording."""
     return '/'.join(Path(args.bag).parts[-2:])
 
 

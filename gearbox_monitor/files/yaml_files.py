@@ -227,13 +227,14 @@ def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> 
 
 
 def gearboxes_of(path: str | Path, node: str) -> list[str]:
-    """Return the gearboxes that a ROS parameter file gives to a `node`; [] for a single one."""
-    data = load_yaml(path).content
-    blocks = [block.get('ros__parameters') for name, block in data.items()
-              if str(name).rsplit('/', 1)[-1] in ('**', node) and isinstance(block, dict)
-              ] if isinstance(data, dict) else []
-    return [str(gearbox) for block in blocks if isinstance(block, dict)
-            for gearbox in block.get('gearboxes') or () if gearbox]
+    """Return the gearboxes that a ROS parameter file lists for a `node`; [] if it lists none."""
+    data, names = load_yaml(path).content, dict[str, None]()
+    for block, content in data.items() if isinstance(data, dict) else ():
+        own = content.get('ros__parameters') if isinstance(content, dict) else None
+        if str(block).rsplit('/', 1)[-1] in ('**', node) and isinstance(own, dict):
+            listed = own.get('gearboxes')  # load_parameters refuses what is no list
+            names.update(dict.fromkeys(map(str, listed)) if isinstance(listed, list) else {})
+    return [name for name in names if name]
 
 
 def _of_gearbox(block: Mapping[Any, Any], of: str, source: str) -> dict[Any, Any]:

@@ -37,7 +37,7 @@ class JointRow:
     """
     A joint in the table.
 
-    kind: of ROLES, '' where nothing was evaluated; message: why; torque: lowest and highest (N m);
+    kind: of ROLES, '' where nothing can be said; message: why; torque: lowest and highest (N m);
     windows: measurements of its backlash; trusted: share of the time, None: not evaluated; link:
     its page.
     """
@@ -52,7 +52,7 @@ class JointRow:
 
     @property
     def level(self) -> int:
-        """Number of the level, -1 where nothing was evaluated."""
+        """Number of the level, -1 where nothing can be said."""
         return ROLES.index(self.kind) if self.kind else -1
 
     @property

@@ -239,6 +239,29 @@ def test_parameters_while_running():
     assert len(monitor.run(cut(samples, 2000, 3000)).rows) == 999
 
 
+@pytest.mark.parametrize('arm_joint', ['arm', ''])
+def test_a_change_between_two_evaluations_is_the_same_step_by_step(arm_joint):
+    """What the monitor has not taken yet belongs to the time before the change."""
+    samples, _ = drive(24.0)
+    if not arm_joint:
+        samples.y[:, 1] = np.nan
+    single, whole = (Monitor(MODEL, {'drift_window': 5.0, 'arm_joint': arm_joint})
+                     for _ in range(2))
+    for begin, end, changes in ((0, 8345, {'q_std_tau_k': 20.0}), (8345, 17432, None),
+                                (17432, 24000, {})):
+        for k in range(begin, end):
+            single.step(one(samples, k))
+        whole.run(cut(samples, begin, end))
+        assert repr(single.outcomes) == repr(whole.outcomes) and whole.windows
+        assert repr(single.windows) == repr(whole.windows)
+        for monitor in (single, whole):
+            if changes is None:
+                monitor.reset()
+            elif changes:
+                monitor.set_parameters(changes)
+    assert single.snapshot() == whole.snapshot()
+
+
 @pytest.mark.parametrize('change', [
     {'z': '["nonsense"]'}, {'P': '[]'}, {'gate': '[1]'}, {'model': '{"motor_inertia": 0}'},
     {'parameters': '{"a": 1}'}, {'clock': None}])

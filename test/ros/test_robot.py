@@ -201,6 +201,9 @@ def test_a_bag_of_joint_states_alone_is_evaluated_with_the_parameters_of_the_rob
     assert (tmp_path / 'r.wrist.html').exists()
     assert main(['report', *words, '--topic', 'joint_states/hand']) == 2
     assert 'gearboxes: base, elbow, wrist' in capsys.readouterr().err
+    written(tmp_path, gearboxes=5)
+    assert main(['report', *words, '--out', str(tmp_path / 'q.html')]) == 2
+    assert 'gearboxes: 5, expected a list of names' in capsys.readouterr().err
 
 
 def contents(message):
