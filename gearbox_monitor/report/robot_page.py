@@ -22,9 +22,10 @@ import numpy as np
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.backlash.forecast import when
+from gearbox_monitor.report.advice import NextSteps
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.live_history import GearboxHistory, MOTION_ROWS
-from gearbox_monitor.report.recording_page import headline, ROLES, trusted_share
+from gearbox_monitor.report.recording_page import headline, next_steps, ROLES, trusted_share
 from gearbox_monitor.report.timeline import LEVELS, Timeline, WindowBacklash
 from gearbox_monitor.report.timeline_source import RecordingFacts
 from gearbox_monitor.report.words import width_and_std
@@ -195,6 +196,8 @@ def robot_page(joints: Mapping[str, tuple[Timeline, RecordingFacts]], links: Map
     table = JointTable.of([recorded_row(timeline, joint, links[joint])
                            for joint, (timeline, _) in joints.items()])
     summary = RobotSummary.of(joints, table.rows)
-    axis = next(iter(joints.values()))[1].model.axis
-    return RobotPage(render_page(Page(f'Robot {name}', summary, (table,), axis)),
-                     summary.headline)
+    worst = table.rows[0].name
+    timeline, facts = joints[worst]
+    steps = NextSteps([f'{worst}: {step}' for step in next_steps(timeline)])
+    return RobotPage(render_page(Page(
+        f'Robot {name}', summary, (steps, table), facts.model.axis)), summary.headline)
