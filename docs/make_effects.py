@@ -39,7 +39,8 @@ The plain model, everything on the arm side (SI units, N m, rad, s):
     m2 x4' = D (x3 - x4) + tau_K - tau_arm,                 tau_arm = 0
     tau_f = Cv x3 + Cc s(x3),       s(v) = (2/pi) atan(alpha v)
     tau_K = K dz(delta, b),         delta = x1 - x2, dz the dead zone of half gap b
-    u = clip(kp (r - q) - kd q', torque_limit)  of a controller with the setpoint r, q its encoder
+    u = clip(kp (r - q) - kd q' + kff r', torque_limit)  of a controller with the setpoint r, q its
+                                                encoder
     y1 = x1 + noise,  y2 = x2 + noise           encoders
 
 `'` is the time derivative, t the time since the start of the recording. "replaced": the parameter

@@ -240,8 +240,8 @@ EXPRESSIONS = {effect.id: expression for effect, expression in (
         REFUSED, 'no gain depends on an angle: multiply ctrl in your code')),
     *((effect, Expression(REFUSED, _SERVO)) for effect in (
         controller.SERVO_GAIN, controller.SERVO_LIMIT, controller.SERVO_DEADBAND,
-        controller.SERVO_INTEGRATOR, controller.SERVO_DELAY, controller.SETPOINT_DELAY,
-        controller.SETPOINT_LAG)),
+        controller.SERVO_INTEGRATOR, controller.SERVO_FEEDFORWARD, controller.SERVO_DELAY,
+        controller.SETPOINT_DELAY, controller.SETPOINT_LAG)),
     (encoder.MOTOR_ENCODER_ECCENTRICITY, Expression(REFUSED, _PHASE)),
     (encoder.MOTOR_ENCODER_QUANTISATION, Expression(REFUSED, _LATTICE)),
     (encoder.MOTOR_ENCODER_DELAY, Expression(

@@ -36,8 +36,9 @@ from gearbox_monitor.quality.recording import UniformRecording
 # Values of the model that scatter with its tolerance: name in a verdict -> field.
 NUISANCES = {'m1': 'motor_inertia', 'm2': 'arm_inertia', 'D': 'damping',
              'Cv': 'viscous_friction', 'Cc': 'coulomb_friction', 'K': 'stiffness', 'b': 'half_gap',
-             'kp': 'kp', 'kd': 'kd', 'ki': 'ki'}
-GAINS = ('kp', 'kd', 'ki')  # of a servo, with a tolerance of its own
+             'kp': 'kp', 'kd': 'kd', 'ki': 'ki', 'kff': 'feedforward',
+             'kaff': 'feedforward_inertia'}
+GAINS = ('kp', 'kd', 'ki', 'kff', 'kaff')  # of a servo, with a tolerance of its own
 RIGID_HIDES = ('m2', 'D', 'K', 'b')  # of m1 and m2 only the sum shows
 ZERO = 'zero'  # offset of the motor's encoder against the arm's, where model.zero_tolerance > 0
 # Values that only an effect has: name -> (id, parameter). kt: factor on the torque.
@@ -257,7 +258,8 @@ def nuisances_of(model: DriveModel) -> dict[str, float]:
         spread = {name: model.tolerance for name, where in NUISANCES.items()
                   if name not in (*hidden, *GAINS) and model.value(where)}
     if model.controller is not None and model.controller.tolerance > 0.0:
-        spread.update((name, model.controller.tolerance) for name in GAINS if model.value(name))
+        spread.update((name, model.controller.tolerance) for name in GAINS
+                      if model.value(NUISANCES[name]))
     if model.zero_tolerance > 0.0:
         spread[ZERO] = model.zero_tolerance
     return spread

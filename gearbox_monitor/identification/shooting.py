@@ -29,7 +29,8 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue, steps_of
 from gearbox_monitor.plant.effects import MAX_DELAY, MAX_SETPOINT_DELAY
-from gearbox_monitor.plant.effects.composition import actuator, COMMAND_PLACES, steady_command
+from gearbox_monitor.plant.effects.composition import (
+    actuator, COMMAND_PLACES, lead, steady_command)
 from gearbox_monitor.plant.free_runs import Begin, Driving, free_runs, RunResult, RunSpans
 from gearbox_monitor.plant.simulate import (
     N_STATE, PackedDrive, plugin_of, ProcessNoise, with_plugin)
@@ -116,6 +117,7 @@ class Simulator:
             self.extra[:, 1] = -recording.arm_torque
         self._keep = math.ceil(MAX_SETPOINT_DELAY / self.dt) + 2
         self._padded = np.concatenate([np.full(self._keep, self.u[0]), self.u])
+        self._joints = [self._keep + cut for cut in recording.cuts[1:]]
         self._acting: dict[Any, Array] = {}
         self._kernels: dict[str | None, Any] = {None: free_runs}
         self._noise = ProcessNoise(np.zeros((self.n, 4)), np.zeros(4))
@@ -127,7 +129,10 @@ class Simulator:
         torque = self._acting.get(key)
         if torque is None:
             torque = np.empty((len(self.u), self.n))
-            actuator(self._padded, self._keep, steady_command(self.u[0], e), self.dt, e, torque)
+            u = self._padded.copy()
+            for part in np.split(u, self._joints):  # from one recording to the next nothing moves
+                lead(part, np.array([part[0], part[0], 0.0]), self.dt, e)
+            actuator(u, self._keep, steady_command(self.u[0], e), self.dt, e, torque)
             if len(self._acting) > 4:
                 self._acting.clear()
             self._acting[key] = torque

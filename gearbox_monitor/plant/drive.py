@@ -88,18 +88,21 @@ class Transmission:
 @dataclass(frozen=True)
 class Controller:
     """
-    Servo of the motor: u = kp e + ki int e dt - kd q', e = r - q.
+    Servo of the motor: u = kp e + ki int e dt - kd q' + kff r' + kaff r'', e = r - q.
 
-    Of a setpoint r and the motor's position q (rad). kp N m/rad, ki N m/(rad s) and kd N m s/rad
-    act on the arm side; torque_limit N m of u and of its integral, None for none; delay s of u;
-    rate Hz at which u is computed and then held, which is a delay by half a period, None for a
-    continuous servo; tolerance of the gains: relative standard deviation.
+    Of a setpoint r and the motor's position q (rad). kp N m/rad, ki N m/(rad s), kd and
+    feedforward kff N m s/rad, feedforward_inertia kaff kg m^2 act on the arm side; torque_limit
+    N m of u and of its integral, None for none; delay s of u; rate Hz at which u is computed and
+    then held, which is a delay by half a period, None for a continuous servo; tolerance of the
+    gains: relative standard deviation. Slopes of r are differences of the recorded setpoints.
     """
 
     kind: str = 'pd'
     kp: float = 1.0
     kd: float = 0.0
     ki: float = 0.0
+    feedforward: float = 0.0
+    feedforward_inertia: float = 0.0
     delay: float = 0.0
     rate: float | None = None
     torque_limit: float | None = None
@@ -117,8 +120,11 @@ class Controller:
         """
         limit = math.inf if self.torque_limit is None else self.torque_limit
         error = setpoint - position
+        slope = np.diff(setpoint, prepend=setpoint[0]) / dt
+        ahead = (self.feedforward * slope
+                 + self.feedforward_inertia * np.diff(slope, prepend=slope[0]) / dt)
         integral = np.clip(self.ki * np.cumsum(error) * dt, -limit, limit) if self.ki else 0.0
-        u: Array = np.clip(self.kp * error + integral - self.kd * speed, -limit, limit)
+        u: Array = np.clip(self.kp * error + integral - self.kd * speed + ahead, -limit, limit)
         return u
 
 
@@ -303,7 +309,8 @@ class DriveModel:
             return packed(self.effects)
         limit = math.inf if servo.torque_limit is None else servo.torque_limit
         hold = 0.5 / servo.rate if servo.rate else 0.0
-        return packed(self.effects, (servo.kp, servo.kd, limit, servo.ki, servo.delay + hold))
+        return packed(self.effects, (servo.kp, servo.kd, limit, servo.ki, servo.delay + hold,
+                                     servo.feedforward, servo.feedforward_inertia))
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, as a model file holds them."""
@@ -332,7 +339,7 @@ class DriveModel:
 
 
 _OF_TRANSMISSION = {f.name for f in fields(Transmission)}
-_OF_CONTROLLER = {'kp', 'kd', 'ki', 'delay', 'torque_limit'}
+_OF_CONTROLLER = {'kp', 'kd', 'ki', 'feedforward', 'feedforward_inertia', 'delay', 'torque_limit'}
 _OF_LAW: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(LAWS, ()), 'mujoco': ('solref', 'solimp'), 'physx': ('static',)}
 
@@ -377,6 +384,8 @@ _RANGES = {
     'kd': ('N m s/rad', 0.0, 1e9, False),
     'torque_limit': ('N m', 0.0, 1e9, True),
     'ki': ('N m/(rad s)', 0.0, 1e9, False),
+    'feedforward': ('N m s/rad', 0.0, 1e9, False),
+    'feedforward_inertia': ('kg m^2', 0.0, 1e9, False),
     'delay': ('s', 0.0, MAX_SERVO_DELAY, False),
     'rate': ('Hz', 20.0, 1e6, False),
 }
@@ -520,10 +529,6 @@ def _transmission(block: Any, source: str, axis: str) -> Transmission:
 
 def _controller(block: Any, source: str, axis: str) -> Controller:
     allowed, problems = {f.name for f in fields(Controller)}, Problems()
-    if isinstance(block, dict) and 'feedforward' in block:
-        problems.found.append(f'{source}: controller.feedforward: not modelled, expected only '
-                              f'{", ".join(sorted(allowed))}')
-        block = {k: v for k, v in block.items() if k != 'feedforward'}
     with problems:
         _mapping(block, 'controller', source, allowed)
     values = {k: v for k, v in block.items() if k in allowed} if isinstance(block, dict) else {}
@@ -532,7 +537,7 @@ def _controller(block: Any, source: str, axis: str) -> Controller:
     if 'kp' not in values:
         problems.found.append(f'{source}: controller.kp: missing, expected a number > 0 '
                               f'({on_axis("N m/rad", axis)})')
-    for name in ('kp', 'kd', 'ki', 'delay', 'rate', 'torque_limit', 'tolerance'):
+    for name in sorted(allowed - {'kind'}):
         if values.get(name) is not None:
             with problems:
                 values[name] = _number(values[name], name, f'{source}: controller', axis)

@@ -32,8 +32,8 @@ from gearbox_monitor.plant.drive import (
 from gearbox_monitor.plant.effects import (
     arm_profile, Effect, MAX_SETPOINT_DELAY, quantised, Three, Torques)
 from gearbox_monitor.plant.effects.composition import (
-    actuator, advanced_memories, arm_effects, elastic_torque, friction_effects, motor_effects,
-    reading, stored_memories)
+    actuator, advanced_memories, arm_effects, elastic_torque, friction_effects, lead,
+    motor_effects, reading, stored_memories)
 from gearbox_monitor.plant.effects.effect import MotorFriction
 from gearbox_monitor.plant.effects.registry import SERVO_KD
 from gearbox_monitor.plant.friction_law import TANH
@@ -342,7 +342,7 @@ class Plant:
         if state is not None:
             self.state[:len(state)] = state
         self._past_u, self._past_x = np.zeros(0), np.zeros((0, 4))
-        self._lagged = 0.0
+        self._lagged, self._setpoints = 0.0, np.zeros(0)
         self.model = model
 
     @property
@@ -385,7 +385,9 @@ class Plant:
         keep = math.ceil(MAX_SETPOINT_DELAY / dt) + 2
         if len(self._past_u) != keep:
             self._past_u = np.zeros(keep)  # before the start there was no torque
+            self._setpoints = np.array([u[0], u[0], 0.0])
         commanded = np.concatenate([self._past_u, u])
+        lead(commanded[keep:], self._setpoints, dt, self._drive.e)
         self._lagged = actuator(commanded, keep, self._lagged, dt, self._drive.e, acting)
         self._past_u = commanded[-keep:]
         extra = np.zeros((len(u), 3))

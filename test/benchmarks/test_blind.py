@@ -303,7 +303,8 @@ def test_servo_agrees_with_the_plant_of_the_package(name):
                 )[np.arange(n) // 10 * 10]
     values = {'servo_gain': {'kp': 4.5}, 'servo_limit': {'umax': 2.0},
               'servo_deadband': {'d': 0.05}, 'servo_integrator': {'ki': 12.0},
-              'servo_delay': {'T': 0.012}, 'setpoint_delay': {'T': 0.03},
+              'servo_delay': {'T': 0.012}, 'servo_feedforward': {'kff': 0.1},
+              'setpoint_delay': {'T': 0.03},
               'setpoint_lag': {'T': 0.02}, 'motor_encoder_eccentricity': {'A': 0.1, 'phi': 0.5}}
     motion = np.zeros(n), (0.0, 0.0, 0.0, 0), np.column_stack([setpoint, np.zeros(n)])
     nominal = {**plant.NOMINAL, 'kp': 6.0, 'kd': 0.15, 'limit': 5.0}
@@ -313,8 +314,8 @@ def test_servo_agrees_with_the_plant_of_the_package(name):
     assert np.abs(u).max() <= 5.0 and (not name or np.abs(y - without).max() > 0.05)
     model = model_from_dict({'controller': {'kp': 6.0, 'kd': 0.15, 'torque_limit': 5.0},
                              'effects': effects}, 'test')
-    run = Plant(model).run(np.repeat(setpoint, 10), DT / 10)
-    assert np.abs(run.y[::10] - y).max() < 2.5e-3
+    run = Plant(model).run(setpoint[::10], 10 * DT)  # at the rate of the setpoints
+    assert np.abs(run.y - y[::10]).max() < 2.5e-3
 
 
 def test_recordings_of_a_setpoint(tmp_path):

@@ -48,7 +48,7 @@ def recorded(*effects, columns=(0, 1), noise=0.003, true=None, stated=MODEL):
                 + np.repeat(np.random.default_rng(7).uniform(-0.6, 0.6, 20), 50))
     servo = true or {**STATED, 'kp': 6.0, 'kd': 0.15}
     drive = model_from_dict({'controller': servo, 'effects': list(effects)}, 'true')
-    y = Plant(drive).run(np.repeat(setpoint, 10), DT / 10).y[::10]
+    y = Plant(drive).run(setpoint, DT).y
     y += noise * np.random.default_rng(5).standard_normal(y.shape)
     y[:, [i for i in (0, 1) if i not in columns]] = np.nan
     return admitted(t, setpoint, y, None, 'servo', None, stated, 'stated')[0]
@@ -59,9 +59,12 @@ def recorded(*effects, columns=(0, 1), noise=0.003, true=None, stated=MODEL):
     ({'id': 'setpoint_delay', 'T': 0.025}, (0, 1)),
     *(pytest.param(effect, columns, marks=pytest.mark.system) for effect, columns in (
         ({'id': 'servo_gain', 'kp': 4.0}, (0,)), ({'id': 'servo_delay', 'T': 0.01}, (0, 1)),
-        ({'id': 'servo_integrator', 'ki': 8.0}, (0,)), ({'id': 'stiffness', 'K': 15.0}, (1,))))])
+        ({'id': 'servo_integrator', 'ki': 8.0}, (0,)),
+        ({'id': 'servo_feedforward', 'kff': 0.12}, (0,)),
+        ({'id': 'stiffness', 'K': 15.0}, (1,))))])
 def test_effect_is_named_with_gains_in_doubt(effect, columns):
-    only = ['setpoint_delay', 'servo_delay', 'servo_integrator', 'servo_gain', 'stiffness']
+    only = ['setpoint_delay', 'servo_delay', 'servo_integrator', 'servo_gain',
+            'servo_feedforward', 'motor_viscous', 'stiffness']
     verdict = diagnose([recorded(effect, columns=columns)], MODEL, only=only).to_dict()
     assert (verdict['verdict'], verdict['effect']) == ('effect', effect['id'])
     assert verdict['location'] == EFFECTS[effect['id']].location
@@ -81,14 +84,16 @@ def test_right_model_with_gains_in_doubt_has_no_effect():
 @compiled
 @pytest.mark.system
 def test_unknown_gains_of_a_late_servo_are_fitted():
-    true = {'kp': 6.0, 'kd': 0.15, 'ki': 8.0, 'delay': 0.004, 'rate': 500.0, 'torque_limit': 8.0}
+    true = {'kp': 6.0, 'kd': 0.15, 'ki': 8.0, 'feedforward': 0.1, 'delay': 0.004, 'rate': 500.0,
+            'torque_limit': 8.0}
     stated = model_from_dict(
-        {'controller': {**true, 'kp': 11.0, 'kd': 0.25, 'ki': 3.0, 'tolerance': 1.0}}, 'stated')
+        {'controller': {**true, 'kp': 11.0, 'kd': 0.25, 'ki': 3.0, 'feedforward': 0.2,
+                        'tolerance': 1.0}}, 'stated')
     verdict = diagnose([recorded(true=true, stated=stated)], stated,
                        only=['servo_deadband', 'motor_inertia']).to_dict()
     assert verdict['verdict'] == 'none'
-    for name in ('kp', 'kd', 'ki'):
-        assert verdict['nominal'][name] == pytest.approx(true[name], rel=0.03)
+    for name, key in (('kp', 'kp'), ('kd', 'kd'), ('ki', 'ki'), ('kff', 'feedforward')):
+        assert verdict['nominal'][name] == pytest.approx(true[key], rel=0.03)
 
 
 @compiled

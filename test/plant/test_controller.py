@@ -47,17 +47,19 @@ def drive(effects=(), **controller):
     return model_from_dict({'controller': {**SERVO, **controller}, 'effects': list(effects)}, 'm')
 
 
-def closed_loop(effects, duration):
+def closed_loop(effects, duration, limit=5.0):
     """Return positions and speeds [N, 4] of the closed loop, by scipy."""
     e = {effect['id']: effect for effect in effects}
     m1, m2, damping, cv, cc, k, b, kr = (
         0.006442, 0.023454, 0.01, 0.1, 0.27, 25.0, 0.1, 0.01)
     delay, lag = (e.get(f'setpoint_{name}', {}).get('T', 0.0) for name in ('delay', 'lag'))
-    limit = min(5.0, e.get('servo_limit', {}).get('umax', 9.0))
+    limit = min(limit, e.get('servo_limit', {}).get('umax', 99.0))
     kp = e.get('servo_gain', {}).get('kp', 6.0)
     d = e.get('servo_deadband', {}).get('d', 0.0)
     ki, late = (e.get(name, {}).get(p, 0.0) for name, p in (
         ('servo_integrator', 'ki'), ('servo_delay', 'T')))
+    kff, kaff = (e.get(name, {}).get(p, 0.0) for name, p in (
+        ('servo_feedforward', 'kff'), ('inertia', 'kaff')))
     gain = 1.0 + e.get('torque_gain', {}).get('g', 0.0)
     u0 = e.get('torque_offset', {}).get('u0', 0.0)
     cog, ecc = ([e.get(name, {}).get(p, 0.0) for p in ('A', 'N', 'phi')] for name in
@@ -71,7 +73,9 @@ def closed_loop(effects, duration):
         v = x3 * (1.0 + ecc[0] * np.cos(x1 + ecc[2]))
         error = (r if lag else held) - q
         error = np.sign(error) * max(abs(error) - d, 0.0)
-        computed = np.clip(kp * error + integral - 0.15 * v, -limit, limit)
+        before, slope = np.diff([0.0, 0.0, *SETPOINT][i:i + 3]) / DT
+        ahead = kff * slope + kaff * (slope - before) / DT
+        computed = np.clip(kp * error + integral - 0.15 * v + ahead, -limit, limit)
         u = np.clip(computed - 12.0 * late * rate, -limit, limit) if late else computed
         u = gain * u + u0
         u += cog[0] * np.sin(cog[1] * x1 + cog[2])
@@ -113,6 +117,33 @@ def test_closed_loop_agrees_with_scipy(name):
 
 
 @compiled
+@pytest.mark.parametrize('ki, limit', [(0.0, 5.0), (12.0, 5.0), (12.0, 50.0)])
+def test_feedforward_agrees_with_scipy(ki, limit):
+    """Its slopes are differences over a sample of the setpoint: so the plant runs at that rate."""
+    ahead = [{'id': 'servo_feedforward', 'kff': 0.2}, {'id': 'servo_integrator', 'ki': ki}]
+    model = drive(ahead, torque_limit=limit, feedforward_inertia=0.004)
+    expected = closed_loop([*ahead, {'id': 'inertia', 'kaff': 0.004}], 0.7, limit)
+    n = len(expected)
+    whole = Plant(model).run(SETPOINT[:n], DT)
+    assert np.abs(whole.x - expected)[:, :2].max() < 2e-3
+    assert np.abs(Plant(drive(ahead[1:], torque_limit=limit)).run(SETPOINT[:n], DT).x
+                  - expected).max() > 0.1
+    parts = Plant(model)
+    cut = [parts.run(SETPOINT[a:b], DT).x for a, b in ((0, 11), (11, 12), (12, n))]
+    np.testing.assert_array_equal(np.concatenate(cut), whole.x)
+
+
+def test_feedforward_of_joined_recordings():
+    """The setpoint jumps from one to the next, and no torque is made of that."""
+    model = drive(feedforward=0.2, ki=3.0)
+    alone, joined = (Simulator(UniformRecording(
+        DT * np.arange(len(r)), r, np.zeros((len(r), 2)), DT, cuts=cuts), model).acting(
+            model.pack_effects()) for r, cuts in ((2.0 + SETPOINT, (0,)),
+            (np.concatenate([SETPOINT, 2.0 + SETPOINT]), (0, len(SETPOINT)))))
+    np.testing.assert_array_equal(joined[len(SETPOINT):], alone)
+
+
+@compiled
 @pytest.mark.parametrize('late, ki', [(0, 0.0), (3, 10.0)])
 def test_servo_that_computes_at_a_rate(late, ki):
     """One that is computed by hand at 500 Hz, half a period after the setpoint, and acts later."""
@@ -147,7 +178,7 @@ def test_steps_follow_a_stiff_servo():
 @pytest.mark.parametrize('data, message', [
     ({'controller': {'kd': 1.0}}, 'controller.kp: missing, expected a number > 0'),
     ({'controller': {'kp': -1.0}}, 'controller: kp: -1.0, expected a number > 0'),
-    ({'controller': {'kp': 1.0, 'feedforward': 1.0}}, 'controller.feedforward: not modelled'),
+    ({'controller': {'kp': 1.0, 'feedforward': -1.0}}, 'controller: feedforward: -1.0, expected'),
     ({'controller': {'kp': 1.0, 'ki': -1.0}}, 'controller: ki: -1.0, expected a number >= 0'),
     ({'controller': {'kp': 1.0, 'kind': 'pid'}}, "controller.kind: 'pid', expected one of pd"),
     ({'controller': {'kp': 1.0, 'gain': 2.0}}, 'controller.gain: unknown key'),

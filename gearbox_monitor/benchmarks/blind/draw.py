@@ -30,7 +30,10 @@ SCATTERED = ('m1', 'm2', 'D', 'Cv', 'Cc', 'K', 'b')
 # Not both at once: they act on the same number, are the same torque, or have no evidence.
 CONFLICTS = [{'motor_viscous', 'viscous_drift'}, {'lugre', 'stribeck'},
              {'lugre', 'motor_coulomb'}, {'torque_offset', 'coulomb_asymmetry'},
-             {'servo_gain', 'torque_gain'}, {'setpoint_delay', 'setpoint_lag'}]
+             {'servo_gain', 'torque_gain'}, {'setpoint_delay', 'setpoint_lag'},
+             {'servo_feedforward', 'servo_deadband'}]  # what the deadband acts on is a convention
+# A delay hides compliance in other tools: of setpoints each is drawn more often.
+DELAYS, COMPLIANCES = ('setpoint_delay', 'servo_delay'), ('stiffness', 'backlash_gap')
 NEVER_IN_PAIRS = {'disturbance', *QUANTISATION}
 
 
@@ -76,6 +79,7 @@ SIZES = {
     'encoder_offset': (0.001, 0.15),
     'servo_gain': (0.02, 1.5), 'servo_limit': (0.05, 0.6), 'servo_deadband': (0.001, 0.2),
     'servo_integrator': (0.1, 20.0), 'servo_delay': (0.001, 0.03),
+    'servo_feedforward': (0.002, 0.4),
     'setpoint_delay': (0.001, 0.08), 'setpoint_lag': (0.001, 0.08),
     'motor_quadratic': (0.0003, 0.02), 'motor_friction_angle': (0.05, 0.9),
     'arm_spring': (0.01, 1.5), 'arm_quadratic': (0.0001, 0.01), 'arm_fan': (0.01, 0.5),

@@ -84,7 +84,10 @@ def plan(counts: Mapping[str, int], random: np.random.Generator,
             else:
                 ids = [i for i in inside if kind != 'small'
                        or i not in ('disturbance', *draw.QUANTISATION)]
-                chosen = [[i] for i in cycle(ids, count)]
+                rivals = count // 3 if kind == 'single' and driver == 'setpoint' else 0
+                chosen = [[i] for i in (
+                    *cycle((*draw.DELAYS, *draw.COMPLIANCES), rivals),
+                    *cycle(ids, count - rivals))]
             specs += [{'set': name, 'class': kind, 'ids': ids, 'options': options}
                       for ids in chosen]
     return [specs[i] for i in random.permutation(len(specs))]

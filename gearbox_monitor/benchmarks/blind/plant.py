@@ -26,8 +26,9 @@ command -> delay -> saturation -> lag -> gain -> ripple -> offset. Before t = 0 
 still with u = 0.
 
 A servo, if the recording has its setpoint, computes the command at each integration step, 10 kHz,
-from its own encoder: u = clip(kp e + ki int e dt - kd q', limit), e = dz(r - q, d). The integral
-is within the limit, too; what is computed acts T later.
+from its own encoder: u = clip(kp e + ki int e dt - kd q' + kff r', limit), e = dz(r - q, d). The
+integral is within the limit, too; what is computed acts T later. r' is the difference of two
+setpoints, HELD after each other.
 """
 from collections.abc import Iterable, Mapping, Sequence
 import math
@@ -54,6 +55,7 @@ GAINS = ('kp', 'kd', 'limit')        # of a servo, among the nominal values of i
 # by which it is late, and the commands of the last ticks.
 LOOP, KI, TICKS, LINE = 9, 10, 11, 12
 TICK, LONGEST = 1e-4, 600  # s; ticks
+HELD = 0.01     # s from setpoint to setpoint
 SUBSTEPS = 10   # per sample of 1 ms
 FASTEST = 0.4   # largest product of substep and rate of a memory
 
@@ -99,6 +101,7 @@ EFFECTS = {
     'servo_deadband': ('controller', ('d',)),
     'servo_integrator': ('controller', ('ki',)),
     'servo_delay': ('controller', ('T',)),
+    'servo_feedforward': ('controller', ('kff',)),
     'setpoint_delay': ('controller', ('T',)),
     'setpoint_lag': ('controller', ('T',)),
 }
@@ -352,11 +355,12 @@ def _delayed(command: Array, begin: float, end: float, dt: float, p: Array) -> f
 
 
 @jit
-def _servo(r: float, x1: float, x3: float, integral: float, control: Array
+def _servo(reference: Array, x1: float, x3: float, integral: float, control: Array
            ) -> tuple[float, float]:
     """
-    Return command and error of a servo with the setpoint r (rad) at the motor's x1 and x3.
+    Return command and error of a servo with the `reference` [2] at the motor's x1 and x3.
 
+    reference: setpoint, rad, and torque that goes ahead, N m.
     control: kp, kd, limit, position that it follows (0 motor, 1 arm), deadband (rad), A, phi of
     the first and of the second harmonic of its encoder, then LOOP and what follows it.
     """
@@ -365,10 +369,10 @@ def _servo(r: float, x1: float, x3: float, integral: float, control: Array
         a, phi, n = control[5 + 2 * i], control[6 + 2 * i], 1.0 + i
         q += a * math.sin(n * x1 + phi)
         v += a * n * math.cos(n * x1 + phi) * x3
-    error = r - q
+    error = reference[0] - q
     if control[4] > 0.0:
         error = math.copysign(max(abs(error) - control[4], 0.0), error)
-    u = control[0] * error + integral - control[1] * v
+    u = control[0] * error + integral - control[1] * v + reference[1]
     return min(max(u, -control[2]), control[2]), error
 
 
@@ -378,7 +382,7 @@ def _advance(state: Array, lagged: float, k: int, command: Array, push: float,
     """
     Carry state [8] from sample k to k + 1, in place; returns the lagged torque (N m).
 
-    A servo that follows the setpoint in `reference` [N, 2] puts its last command into command[k].
+    A servo that follows `reference` [N, 2], see _servo, puts its last command into command[k].
     """
     p, bursts, dt = plant.p, plant.bursts, plant.dt
     n = _substeps(state[2], state[3], plant)
@@ -391,7 +395,7 @@ def _advance(state: Array, lagged: float, k: int, command: Array, push: float,
     for i in range(n):
         t = k * dt + i * h
         if control[LOOP] != 0.0 and k >= 0:
-            u, error = _servo(reference[k, 0], x1, x3, integral, control)
+            u, error = _servo(reference[k], x1, x3, integral, control)
             integral = min(max(integral + h * control[KI] * error, -control[2]), control[2])
             if control[TICKS] > 0.0:
                 tick = int(t / TICK + 1e-6)
@@ -436,7 +440,7 @@ def _advance(state: Array, lagged: float, k: int, command: Array, push: float,
 def servo_of(nominal: Nominal, effects: Effects, setpoint: Array, dt: float
              ) -> tuple[Array, Array]:
     """
-    Return (control, see _servo, reference [N, 2]) of the servo of a drive.
+    Return (control, reference [N, 2]) of the servo of a drive, see _servo.
 
     Args:
         nominal: values with GAINS.
@@ -446,7 +450,7 @@ def servo_of(nominal: Nominal, effects: Effects, setpoint: Array, dt: float
     """
     control = np.zeros(LINE + LONGEST)
     control[:3], control[LOOP] = [nominal[name] for name in GAINS], 1.0
-    reference = np.array(setpoint, float)
+    reference, kff = np.array(setpoint, float), 0.0
     for effect in effects:
         name = effect['id']
         if name == 'servo_gain':
@@ -459,6 +463,8 @@ def servo_of(nominal: Nominal, effects: Effects, setpoint: Array, dt: float
             control[KI] = effect['ki']
         elif name == 'servo_delay':
             control[TICKS] = round(effect['T'] / TICK)
+        elif name == 'servo_feedforward':
+            kff = effect['kff']
         elif name in ('motor_encoder_eccentricity', 'motor_encoder_harmonic'):
             at = 5 if name == 'motor_encoder_eccentricity' else 7
             control[at:at + 2] = effect['A'], effect['phi']
@@ -470,7 +476,9 @@ def servo_of(nominal: Nominal, effects: Effects, setpoint: Array, dt: float
             for k, wish in enumerate(reference):
                 reference[k] = wish + (filtered - wish) * math.sqrt(keep)  # in its middle
                 filtered = wish + (filtered - wish) * keep
-    return control, np.column_stack([reference, np.zeros(len(reference))])
+    past = round(HELD / dt)
+    earlier = np.concatenate([np.full(past, reference[0]), reference[:-past]])
+    return control, np.column_stack([reference, kff * (reference - earlier) / HELD])
 
 
 @jit
@@ -508,7 +516,7 @@ def _window(x: Array, state: Array, first: int, lagged: float, command: Array,
     control, reference: see _advance. What a late servo computed before is that of `state`.
     """
     if control[TICKS] > 0.0:
-        control[LINE:], _ = _servo(reference[max(first, 0), 0], state[0], state[2], state[7],
+        control[LINE:], _ = _servo(reference[max(first, 0)], state[0], state[2], state[7],
                                    control)
     for k in range(x.shape[0]):
         for i in range(4):

@@ -23,7 +23,7 @@ from gearbox_monitor.benchmarks.blind.plant import DriveMotion, Effects
 from gearbox_monitor.kernels.types import Array
 
 DT = 1e-3
-PERIOD = 10         # samples from setpoint to setpoint, and from reading to reading beside it
+PERIOD = round(plant.HELD / DT)  # samples, from setpoint to setpoint and from reading to reading
 GAIN_SPREAD = 0.1   # by which the gains of a servo that the diagnosis is given are off at most
 MAX_TRAVEL = 60.0  # rad
 

@@ -296,9 +296,9 @@ def _partial_bars(bars: BarTable, rows: Sequence[ScoredRow]) -> None:
                    [r['parameter'][0] <= accuracy for r in judged], 1.0)
     bars.share(f'{what}: value within {COVERED:g} standard errors',
                [r['parameter'][1] <= COVERED for r in rows if r['parameter'] is not None], 0.9)
-    rivals = ({'setpoint_delay', 'servo_delay'}, {'stiffness', 'backlash_gap'})
+    rivals = ({*draw.DELAYS}, {*draw.COMPLIANCES})
     bars.share(f'{what}: delay against compliance', [
-        not {*r['named'].split('+')} & other for r in singles
+        r['located'] and not {*r['named'].split('+')} & other for r in singles
         for own, other in (rivals, rivals[::-1]) if {*r['ids']} <= own], 0.95)
 
 

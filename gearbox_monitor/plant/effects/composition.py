@@ -36,8 +36,8 @@ from gearbox_monitor.plant.effects.controller import (
 from gearbox_monitor.plant.effects.effect import Coefficients, Effect, Three
 from gearbox_monitor.plant.effects.encoder import ARM_ENCODER_DELAY, MOTOR_ENCODER_DELAY
 from gearbox_monitor.plant.effects.registry import (
-    in_slot, INTEGRAL, LATE_A, LATE_B, MEMORIES, N_MEMORY, PLACES, SERVO_KD, SERVO_KI, SERVO_KP,
-    SERVO_LATE, SERVO_TORQUE)
+    in_slot, INTEGRAL, LATE_A, LATE_B, MEMORIES, N_MEMORY, PLACES, SERVO_ACCELERATION, SERVO_KD,
+    SERVO_KI, SERVO_KP, SERVO_LATE, SERVO_SPEED, SERVO_TORQUE)
 from gearbox_monitor.plant.transmission import dead_zone, transmission_torque
 
 LAG, DELAY = PLACES[ACTUATOR_LAG.id], PLACES[ACTUATOR_DELAY.id]
@@ -45,8 +45,9 @@ SERVO_LAG, SERVO_DELAY = PLACES[SETPOINT_LAG.id], PLACES[SETPOINT_DELAY.id]
 DEADBAND, LIMIT = PLACES[SERVO_DEADBAND.id], PLACES[SERVO_LIMIT.id]
 DELAY1, DELAY2 = PLACES[MOTOR_ENCODER_DELAY.id], PLACES[ARM_ENCODER_DELAY.id]
 # What happens between command and actuator, or setpoint and servo, depends on these alone.
-COMMAND_PLACES = [PLACES[effect.id] for effect in (
-    *in_slot('command'), ACTUATOR_LAG, ACTUATOR_DELAY, SETPOINT_LAG, SETPOINT_DELAY)]
+COMMAND_PLACES = [*(PLACES[effect.id] for effect in (
+    *in_slot('command'), ACTUATOR_LAG, ACTUATOR_DELAY, SETPOINT_LAG, SETPOINT_DELAY)),
+    SERVO_KP, SERVO_KI, SERVO_SPEED, SERVO_ACCELERATION]
 # Where an effect with an equation in each step switches on.
 STEP_SLOTS = ('friction', 'arm_torque', 'twist', 'elastic', 'motor_torque')
 STEP_PLACES = (*sorted({PLACES[e.id] for slot in STEP_SLOTS for e in in_slot(slot)}), SERVO_KP)
@@ -394,6 +395,33 @@ def elastic_torque(x1: float, x2: float, m: Any, p: Array, e: Array) -> float:
 def steady_command(u: float, e: Array) -> float:
     """Return the torque (N m) of an actuator at rest under the command `u`, `e` packed effects."""
     return u if e[SERVO_KP] != 0.0 else command_effects(u, e)
+
+
+@jit
+def lead(r: Array, past: Array, dt: float, e: Array) -> None:
+    """
+    Move setpoints ahead so that a servo without feedforward does what one with it does.
+
+    By h, with kp h + ki int h dt = kff r' + kaff r''. The slopes r' and r'' are differences of the
+    last setpoints.
+
+    Args:
+        r: setpoints [N], rad, moved in place; without a servo torques, which stay.
+        past: setpoint before the first one, that before it, rad, and int h dt, rad s [3]; carried
+            on to the next one.
+        dt: length of a sample, s.
+        e: packed effects.
+    """
+    if e[SERVO_SPEED] == 0.0 and e[SERVO_ACCELERATION] == 0.0:
+        return
+    kp, ki = e[SERVO_KP], e[SERVO_KI]
+    for k in range(len(r)):
+        slope, before = (r[k] - past[0]) / dt, (past[0] - past[1]) / dt
+        torque = e[SERVO_SPEED] * slope + e[SERVO_ACCELERATION] * (slope - before) / dt
+        past[1], past[0] = past[0], r[k]
+        ahead = (torque - ki * past[2]) / (kp + 0.5 * ki * dt)
+        past[2] += ahead * dt
+        r[k] += ahead
 
 
 @jit

@@ -58,6 +58,14 @@ SERVO_INTEGRATOR = Effect(
                       for ki in (s.values['ki'], s.values['kp'], 5.0 * s.values['kp'])],
     separated_by={'motor_coulomb': 'standstill under load, of some seconds'})
 
+_KFF = positive('kff', 'N m s/rad')
+
+SERVO_FEEDFORWARD = Effect(
+    'servo_feedforward', 'controller', 'feedforward replaced', (_KFF,),
+    meaning="servo adds another torque in proportion to the setpoint's speed than the model says",
+    replaces='feedforward', starts=of_model(_KFF, 'feedforward', (1.0,), lambda s: max(
+        s.values['kd'], s.values['viscous_friction'])))
+
 SERVO_DELAY = Effect(
     'servo_delay', 'controller', 'delay replaced', (_LATE,),
     meaning='torque of the servo comes later than the model says', replaces='delay',

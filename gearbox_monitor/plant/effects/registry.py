@@ -69,9 +69,11 @@ def _places() -> tuple[dict[str, int], int]:
 
 
 PLACES, _END = _places()
-# Behind them stands the servo: kp (0 without one), kd, limit of its torque, ki, delay.
-SERVO_KP, SERVO_KD, SERVO_TORQUE, SERVO_KI, SERVO_LATE, N_EFFECTS = range(_END, _END + 6)
-NO_SERVO = (0.0, 0.0, math.inf, 0.0, 0.0)
+# Behind them stands the servo: kp (0 without one), kd, limit of its torque, ki, delay, and its
+# feedforward of speed and acceleration.
+(SERVO_KP, SERVO_KD, SERVO_TORQUE, SERVO_KI, SERVO_LATE, SERVO_SPEED, SERVO_ACCELERATION,
+ N_EFFECTS) = range(_END, _END + 8)
+NO_SERVO = (0.0, 0.0, math.inf, 0.0, 0.0, 0.0, 0.0)
 
 
 def in_slot(slot: str) -> list[Effect]:
@@ -92,8 +94,8 @@ def pack(effects: Sequence[Values], servo: Sequence[float] = NO_SERVO) -> Array:
 
     Args:
         effects: dicts of a model.
-        servo: kp (N m/rad), kd (N m s/rad), limit (N m), ki (N m/rad/s) and delay (s) of the servo
-            that takes a setpoint.
+        servo: kp (N m/rad), kd (N m s/rad), limit (N m), ki (N m/rad/s), delay (s) and
+            feedforward (N m s/rad, kg m^2) of the servo that takes a setpoint.
     """
     e = np.zeros(N_EFFECTS)
     e[SERVO_KP:N_EFFECTS] = servo
