@@ -352,8 +352,9 @@ def test_bars_of_one_encoder_judge_values_and_forgive_what_is_admitted():
     assert missed(params={'stiffness': {'K': 23.0}}) == {
         'K within 10 %', 'value within 3 standard errors'}
     wrong = {'effect': 'gravity', 'location': 'arm_side'}
-    assert missed(**wrong) == {'location', 'top-1 of distinguishable effects'}
-    assert missed(**wrong, confusable=['stiffness']) == {'location'}
+    assert missed(**wrong) == {'location', 'top-1 of distinguishable effects',
+                               'delay against compliance'}
+    assert missed(**wrong, confusable=['stiffness']) == {'location', 'delay against compliance'}
 
 
 @compiled
