@@ -203,6 +203,8 @@ EXPRESSIONS = {effect.id: expression for effect, expression in (
         NATIVE, 'passive dcmotor: lugre, in place of frictionloss', _lugre)),
     (motor_side.COULOMB_ASYMMETRY, Expression(
         CONSTRUCT, 'actuator biasprm, its twin: they differ only near standstill', _asymmetry)),
+    (motor_side.VISCOUS_ASYMMETRY, Expression(
+        REFUSED, 'no damping depends on the direction: set dof_damping from your code')),
     (motor_side.LOAD_FRICTION, Expression(
         REFUSED, 'no friction of a joint depends on a load: a callback')),
     (motor_side.MOTOR_INERTIA, Expression(NATIVE, 'joint armature')),

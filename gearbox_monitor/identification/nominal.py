@@ -21,6 +21,7 @@ leads, whichever fits better. One that leaves more than the model file on window
 fitted is not a solution.
 """
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 import math
 from typing import Any
@@ -134,15 +135,15 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
     orders = {i: int(own[name]['N']) for i, name in enumerate(ids) if name in PERIODIC}
     candidate = CandidateModel(plain, ids, tuple(coordinates), orders)
     report = progress or (lambda *_: None)
-    fitted = _settled(search, candidate, report)
+    fitted, smooth = _settled(search, candidate, report)
     data = search.long
     if seconds:
         whole = min(seconds, min(np.diff([*recording.cuts, len(recording.u)])) * recording.dt)
         squares = data.weighing and replace(data.weighing, robust=False)
-        data = likelihood.WindowData(recording, search.simulator,
+        data = likelihood.WindowData(recording, copy(search.simulator),
                                      shooting_windows(recording, whole), sigma, weighing=squares)
         report(0.9, 1.0, f'windows of {seconds:g} s')
-        fitted = _longer(data, fitted)
+        fitted = _longer(data, fitted, smooth)
     _require_improvement(search, data, fitted)
     fitted_model = candidate.model(fitted.point.z)
     values, correlated = _known(data, fitted, plain)
@@ -268,8 +269,8 @@ def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
 
 
 def _settled(search: Search, candidate: CandidateModel,
-             report: Callable[..., object]) -> CandidateFit:
-    """Return the CandidateFit `candidate` on windows of 1 s."""
+             report: Callable[..., object]) -> tuple[CandidateFit, Array | None]:
+    """Return the CandidateFit `candidate` on windows of 1 s, and smoothed states [N, N_STATE]."""
     starts = [candidate.start(), regressed_start(search.recording, candidate)]
     if not isinstance(search, PositionSearch):
         report(0, 2, 'fit')
@@ -277,7 +278,8 @@ def _settled(search: Search, candidate: CandidateModel,
         report(1, 2, 'fit, windows of 1 s')
         whole = InnovationLikelihood(search.recording, candidate.nominal, search.long.sigma,
                                      search.recording.segments)
-        return on_windows(search, fit, whole, fit.deviance)
+        smooth = whole.smoothed(whole.run(candidate.model(fit.z), fit.torque))
+        return on_windows(search, fit, whole, fit.deviance), smooth
     report(0, 1, 'fit, windows of 1 s')
     point = min((_at(search.long, candidate, z) for z in starts),
                 key=lambda p: float(p.chi2.sum()))
@@ -286,7 +288,7 @@ def _settled(search: Search, candidate: CandidateModel,
     search.fitted[''] = search.as_fitted(candidate, point)
     search.settle([''])
     search.weigh_by_error([''])
-    return search.fitted['']
+    return search.fitted[''], None
 
 
 def _at(data: likelihood.WindowData, candidate: CandidateModel, z: Array) -> likelihood.FitPoint:
@@ -298,14 +300,19 @@ def _at(data: likelihood.WindowData, candidate: CandidateModel, z: Array) -> lik
     return data.evaluate(candidate, point)
 
 
-def _longer(data: likelihood.WindowData, fitted: CandidateFit) -> CandidateFit:
-    """Return `fitted` on the longer windows of `data`."""
+def _longer(data: likelihood.WindowData, fitted: CandidateFit, smooth: Array | None
+            ) -> CandidateFit:
+    """
+    Return `fitted` on the longer windows of `data`, which keep the smoothed states they begin in.
+
+    Free ones would move by many deviations to hide what the model leaves later in a window.
+    """
     candidate = fitted.candidate
     point = likelihood.fresh(data, candidate)
     point.z = fitted.point.z.copy()
-    index = np.arange(len(data.windows))
-    point.states, _ = window_states.solve_states(
-        data, candidate.model(point.z), point.states, point.memory, index, 20)
+    if smooth is not None:
+        point.states, point.memory = np.split(smooth[data.windows.begin], [4], axis=1)
+        data.simulator.begins_known = True
     data.evaluate(candidate, point)
     gauss_newton.fit(data, candidate, point, 40, refresh=range(40))
     return CandidateFit(candidate, point)

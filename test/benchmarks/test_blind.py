@@ -131,6 +131,7 @@ STEADY = {
     'lugre': ({'sigma0': 100.0, 'sigma1': 0.1, 'Cs': 0.2, 'vs': 8.0},
               lambda v: (0.27 + 0.2 * np.exp(-(v / 8) ** 2)) * np.sign(v) - 0.27 * sign(v)),
     'coulomb_asymmetry': ({'Ca': 0.1}, lambda v: 0.1 * abs(sign(v))),
+    'viscous_asymmetry': ({'Cva': 0.02}, lambda v: 0.02 * abs(v)),
     'viscous_drift': ({'r': 0.5, 'T': 0.2}, lambda v: 0.05 * v),
     'arm_viscous': ({'Cav': 0.02}, lambda v: 0.02 * v),
     'arm_coulomb': ({'Cac': 0.2}, lambda v: 0.2 * sign(v)),

@@ -64,12 +64,13 @@ def nominal(random: np.random.Generator) -> dict[str, float]:
 # id -> (lowest, highest size); what a size means: see effect().
 SIZES = {
     'motor_viscous': (0.02, 1.0), 'motor_coulomb': (0.02, 0.8), 'stribeck': (0.01, 0.4),
-    'lugre': (0.01, 0.3), 'coulomb_asymmetry': (0.005, 0.2), 'load_friction': (0.01, 0.4),
-    'motor_inertia': (0.01, 0.7), 'viscous_drift': (0.05, 1.0), 'cogging': (0.01, 0.5),
-    'arm_viscous': (0.0005, 0.1), 'arm_coulomb': (0.002, 0.3), 'gravity': (0.01, 1.5),
-    'load_torque': (0.005, 0.5), 'arm_inertia': (0.01, 1.5), 'disturbance': (0.1, 3.0),
-    'backlash_gap': (0.01, 0.8), 'stiffness': (0.02, 0.8), 'hardening': (0.02, 2.0),
-    'hysteresis_bouc_wen': (0.01, 0.5), 'hysteresis_branch': (0.01, 0.8),
+    'lugre': (0.01, 0.3), 'coulomb_asymmetry': (0.005, 0.2), 'viscous_asymmetry': (0.005, 0.3),
+    'load_friction': (0.01, 0.4), 'motor_inertia': (0.01, 0.7), 'viscous_drift': (0.05, 1.0),
+    'cogging': (0.01, 0.5), 'arm_viscous': (0.0005, 0.1), 'arm_coulomb': (0.002, 0.3),
+    'gravity': (0.01, 1.5), 'load_torque': (0.005, 0.5), 'arm_inertia': (0.01, 1.5),
+    'disturbance': (0.1, 3.0), 'backlash_gap': (0.01, 0.8), 'stiffness': (0.02, 0.8),
+    'hardening': (0.02, 2.0), 'hysteresis_bouc_wen': (0.01, 0.5),
+    'hysteresis_branch': (0.01, 0.8),
     'transmission_damping': (0.1, 10.0), 'mesh_error': (0.0005, 0.05),
     'torque_gain': (0.005, 0.4), 'torque_offset': (0.005, 0.3), 'actuator_lag': (0.0005, 0.03),
     'actuator_delay': (0.0005, 0.018), 'saturation': (0.05, 0.6), 'torque_ripple': (0.01, 0.5),
@@ -152,8 +153,8 @@ def effect(name: str, size: float, form: Mapping[str, Any], values: Nominal,
             out['f'] = form['f']
     elif name == 'torque_rate':
         out['rate'] = scene['peak'] / (0.2 * size)
-    elif name in ('coulomb_asymmetry', 'load_torque', 'torque_offset', 'encoder_offset',
-                  'torque_gain', 'stiffness_sides'):
+    elif name in ('coulomb_asymmetry', 'viscous_asymmetry', 'load_torque', 'torque_offset',
+                  'encoder_offset', 'torque_gain', 'stiffness_sides'):
         key, = {**EFFECTS, **OUTSIDE}[name][1]
         down = name in ('torque_gain', 'stiffness_sides') and sign < 0
         out[key] = -size / (1.0 + size) if down else sign * size

@@ -44,6 +44,7 @@ _PROBES: dict[str, list[list[Row]]] = {
                ('Cs', 0.05, 2e-3, 0.0, 2.0), ('vs', 0.8, 0.02, 0.02, 20.0)]
               for s in (40.0, 150.0, 500.0)],
     'coulomb_asymmetry': [[('Ca', 0.01, _SMALL, -1.0, 1.0)]],
+    'viscous_asymmetry': [[('Cva', 0.01, _SMALL, -1.0, 1.0)]],
     'load_friction': [[('Cl', 0.03, _SMALL, -0.3, 2.0)]],
     'viscous_drift': [[('r', 0.1, 2e-3, -0.95, 5.0), ('T', t, 0.1, 0.5, 60.0)]
                       for t in (3.0, 10.0)],

@@ -66,6 +66,7 @@ EFFECTS = {
     'stribeck': ('motor_side', ('Cs', 'vs')),
     'lugre': ('motor_side', ('sigma0', 'sigma1', 'Cs', 'vs')),
     'coulomb_asymmetry': ('motor_side', ('Ca',)),
+    'viscous_asymmetry': ('motor_side', ('Cva',)),
     'load_friction': ('motor_side', ('Cl',)),
     'motor_inertia': ('motor_side', ('m1',)),
     'viscous_drift': ('motor_side', ('r', 'T')),
@@ -127,11 +128,11 @@ PLACES = ('motor_side', 'arm_side', 'transmission', 'controller', 'actuator', 'm
 
 # Places in the packed parameters: the kernel's numbers first, then those of the sensors.
 _NAMES = (
-    'm1 m2 D Cv Cc alpha Kr K b Cs vs lugre sigma0 sigma1 Lcs Lvs Ca Cl drift drift_T '
+    'm1 m2 D Cv Cc alpha Kr K b Cs vs lugre sigma0 sigma1 Lcs Lvs Ca Cva Cl drift drift_T '
     'cog_A cog_N cog_phi Cav Cac G TL K3 Th dh h ds mesh_A mesh_N mesh_phi '
     'gain u0 lag delay umax rip_A rip_N rip_phi '
     'C2 cca ccphi spring aC2 fan_A fan_f fan_phi ka kphi ba bphi side Dc cubic rate').split()
-(M1, M2, D, CV, CC, ALPHA, KR, K, B, CS, VS, LUGRE, SIGMA0, SIGMA1, LCS, LVS, CA, CL, DRIFT,
+(M1, M2, D, CV, CC, ALPHA, KR, K, B, CS, VS, LUGRE, SIGMA0, SIGMA1, LCS, LVS, CA, CVA, CL, DRIFT,
  DRIFT_T, COG_A, COG_N, COG_PHI, CAV, CAC, G, TL, K3, TH, DH, H, DS, MESH_A, MESH_N, MESH_PHI,
  GAIN, U0, LAG, DELAY, UMAX, RIP_A, RIP_N, RIP_PHI, C2, CCA, CCPHI, SPRING, AC2, FAN_A, FAN_F,
  FAN_PHI, KA, KPHI, BA, BPHI, SIDE, DC, CUBIC, RATE) = range(len(_NAMES))
@@ -142,6 +143,7 @@ _SET = {
     ('motor_viscous', 'Cv'): 'Cv', ('motor_coulomb', 'Cc'): 'Cc', ('stribeck', 'Cs'): 'Cs',
     ('stribeck', 'vs'): 'vs', ('lugre', 'sigma0'): 'sigma0', ('lugre', 'sigma1'): 'sigma1',
     ('lugre', 'Cs'): 'Lcs', ('lugre', 'vs'): 'Lvs', ('coulomb_asymmetry', 'Ca'): 'Ca',
+    ('viscous_asymmetry', 'Cva'): 'Cva',
     ('load_friction', 'Cl'): 'Cl', ('motor_inertia', 'm1'): 'm1',
     ('viscous_drift', 'r'): 'drift', ('viscous_drift', 'T'): 'drift_T',
     ('cogging', 'A'): 'cog_A', ('cogging', 'N'): 'cog_N', ('cogging', 'phi'): 'cog_phi',
@@ -282,7 +284,8 @@ def _rates(state: tuple[float, float, float, float, float, float, float], t: flo
     cv = p[CV]
     if p[DRIFT] != 0.0:
         cv *= 1.0 + p[DRIFT] * (1.0 - math.exp(-max(t, 0.0) / p[DRIFT_T]))
-    friction = cv * x3 + p[CA] * abs(sign) + p[CL] * abs(tau_k) * sign + p[C2] * x3 * abs(x3)
+    friction = (cv * x3 + p[CA] * abs(sign) + p[CVA] * abs(x3) + p[CL] * abs(tau_k) * sign
+                + p[C2] * x3 * abs(x3))
     cc = p[CC]
     if p[CCA] != 0.0:
         cc *= 1.0 + p[CCA] * math.sin(x1 + p[CCPHI])

@@ -213,6 +213,34 @@ COULOMB_ASYMMETRY = Effect(
     starts=lambda s: [[FreeParameter('Ca', 0.0, s.friction)]],
     at_rest=lambda effect, sharpness: AtRest(TWO_OVER_PI * sharpness * abs(effect['Ca'])))
 
+
+@jit_part
+def viscous_asymmetry_torque(c: Coefficients, t: float, x3: float, z: float,
+                             base: MotorFriction) -> float:
+    """
+    Return the torque (N m) by which viscous friction differs between the directions.
+
+    Args:
+        c: parameter Cva.
+        t: time, s; not used.
+        x3: speed of the motor, rad/s.
+        z: not used.
+        base: not used.
+
+    Returns:
+        Cva |x3|.
+    """
+    return c.Cva * abs(x3)
+
+
+VISCOUS_ASYMMETRY = Effect(
+    'viscous_asymmetry', 'motor_side', 'tau_f += Cva |x3|', (Parameter('Cva', 'N m s/rad'),),
+    meaning='viscous friction of the motor differs between the directions',
+    friction=viscous_asymmetry_torque,
+    starts=lambda s: [[FreeParameter('Cva', 0.0, 0.3 * s.torque / s.speed)]],
+    at_rest=lambda effect, sharpness: AtRest(abs(effect['Cva'])),
+    separated_by={'coulomb_asymmetry': _SEVERAL_SPEEDS, 'torque_offset': _SEVERAL_SPEEDS})
+
 LOAD_FRICTION = Effect(
     'load_friction', 'motor_side', 'tau_f += Cl |tau_K| s(x3)',
     (positive('Cl', 'N m per N m', 1.0),),
