@@ -24,7 +24,7 @@ BAG is a bag, or a CSV file with the columns t,u,motor,arm[,arm_torque] (s, N m,
 the arm side; u may be a current, see torque_constant in the model file). Several recordings of one
 drive are diagnosed together. arm_torque, or effort[arm] in the bag, is the known load if the model
 file has arm_load: measured. One of motor and arm is enough: leave the other column out. With a
-controller in the model file, setpoint (rad) takes the place of u, at 50 Hz or more.
+controller in the model file, setpoint (rad) takes the place of u, at 40 Hz or more.
 
 usage examples:
   gearbox_monitor diagnose BAG --model drive.yaml
@@ -58,6 +58,7 @@ from gearbox_monitor.identification.verdict import DiagnosisVerdict
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
+from gearbox_monitor.quality.recording import at_one_rate
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import concatenated, UniformRecording
 from gearbox_monitor.report.diagnosis_evidence import gather
@@ -115,6 +116,7 @@ def run(args: Namespace) -> int:
     if not COMPILED:
         print('diagnose: without numba this takes about a hundred times longer', file=sys.stderr)
     validate = recordings.pop() if args.validate else None
+    recordings = at_one_rate(recordings)
     simulator = _simulator(args.simulator, recordings, model) if args.simulator else None
     with percent_bar('diagnose') as bar:
         verdict = diagnose(recordings, model, validate=validate, only=only, exclude=exclude,

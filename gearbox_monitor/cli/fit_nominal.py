@@ -45,6 +45,7 @@ from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
 from gearbox_monitor.identification.nominal import fit_nominal
+from gearbox_monitor.quality.recording import at_one_rate
 from gearbox_monitor.ros.child_processes import cores
 
 SECONDS = 1.0
@@ -84,6 +85,7 @@ def run(args: Namespace) -> int:
     loaded = [load_recording(path, model, args) for path in paths]
     recordings = [recording for recording, _ in loaded]
     validate = recordings.pop() if args.validate else None
+    recordings = at_one_rate(recordings)
     with percent_bar('fit') as bar, time_limit(args.time_limit, '--time-limit'):
         result = fit_nominal(
             recordings, model, args.free, validate=validate, jobs=args.jobs,

@@ -31,7 +31,7 @@ import numpy as np
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.identification import closed_model, gauss_newton, likelihood, window_states
 from gearbox_monitor.identification.candidates import (
-    BY_EFFECT, CandidateModel, Coordinate, NOT_FITTED, NUISANCES, offered, PERIODIC, PHASED,
+    BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered, PERIODIC, PHASED,
     Starts, ZERO)
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import CandidateFit
@@ -106,9 +106,6 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
     Raises:
         InputError: names that this drive does not have; Undecided: the fit is not a solution.
     """
-    if model.controller is not None:
-        raise InputError('controller: with a setpoint and no torque only ratios of values show, '
-                         'expected a recorded torque and a model without controller')
     recording, model = concatenated([driven(r, model) for r in recordings]), model.folded()
     if len(recording.channels) == 1 and model.transmission.kind != 'rigid':
         raise InputError(f'{recording.name}: one encoder, expected both, or a model file with '
@@ -127,7 +124,8 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         recording, plain if recording.motor is None else model, sigma)
     gap_before = _gap(windowed_search.long, none, point)
     scales = {'u0': search.starts.scales.torque, ZERO: max(search.starts.scales.twist, 1e-6)}
-    free = free or [name for name in names if name != 'kt']
+    held = ('kt', *(GAINS if model.controller and not model.controller.tolerance else ()))
+    free = free or [name for name in names if name not in held]
     ids = tuple(name for name in free if name in own)
     coordinates = [_coordinate(name, scales.get(name)) for name in free if name not in own]
     for i, name in enumerate(ids):
@@ -271,7 +269,9 @@ def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
 def _settled(search: Search, candidate: CandidateModel,
              report: Callable[..., object]) -> tuple[CandidateFit, Array | None]:
     """Return the CandidateFit `candidate` on windows of 1 s, and smoothed states [N, N_STATE]."""
-    starts = [candidate.start(), regressed_start(search.recording, candidate)]
+    starts = [candidate.start()]
+    if candidate.nominal.controller is None:
+        starts.append(regressed_start(search.recording, candidate))
     if not isinstance(search, PositionSearch):
         report(0, 2, 'fit')
         fit = likeliest(search, candidate, starts, ITERATIONS)
@@ -391,4 +391,5 @@ def start_values(model: DriveModel) -> dict[str, float]:
 
 
 UNITS = {'m1': 'kg m^2', 'm2': 'kg m^2', 'D': 'N m s/rad', 'Cv': 'N m s/rad', 'Cc': 'N m',
-         'K': 'N m/rad', 'b': 'rad', 'kt': 'N m/A', 'u0': 'N m', ZERO: 'rad'}
+         'K': 'N m/rad', 'b': 'rad', 'kp': 'N m/rad', 'kd': 'N m s/rad', 'ki': 'N m/(rad s)',
+         'kt': 'N m/A', 'u0': 'N m', ZERO: 'rad'}

@@ -20,12 +20,14 @@ harmless and reported, and refused otherwise.
 """
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+import math
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.signal import savgol_filter
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.sensor_noise import quantisation_step
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import Controller
 from gearbox_monitor.plant.units import on_axis
@@ -33,9 +35,11 @@ from gearbox_monitor.plant.units import on_axis
 MIN_DURATION = 4.0     # s: four windows of the gap metric
 SHORT = 8.0            # s: below it, few windows are left for validation
 DIAGNOSIS_RATES = (200.0, 4000.0)  # Hz
-SETPOINT_RATES = (50.0, 4000.0)  # Hz: a servo's own loop is faster than its log
-MAX_REPAIRED = 0.01    # share of samples that may be interpolated
+SETPOINT_RATES = (40.0, 4000.0)  # Hz: a servo's own loop is faster than its log
+MAX_REPAIRED = 0.02    # share of samples that may be interpolated
+RATES_ALIKE = 0.1      # relative difference of rates up to which recordings are brought to one
 MAX_RUN = 3            # samples in a row that may be interpolated: below the drive's own periods
+WANDER_SPAN = 0.2      # s over which stamps are averaged: longer than what makes single ones late
 QUIET_JITTER = 0.01    # of a sample time, rms: stamps rounded by a computer, not worth a word
 REPEATED = ('first', 'average', 'drop')  # what is used of samples with one stamp
 SPIKE = 12.0           # robust standard deviations off its neighbours
@@ -65,7 +69,8 @@ class UniformRecording:
     t [N] s from 0; u [N] N m, or setpoint of a servo, rad, held from t_k to t_k+1; y [N, 2] rad,
     motor and arm as measured; arm_torque [N] N m or None where not measured; name: what messages
     call it; cuts: first samples of the recordings that were joined to this one; channels: columns
-    of y that were measured, the other one is a copy; servo_torque [N] N m: what a servo commands,
+    of y that were measured, the other one is a copy; quantum: steps of the encoders as read, rad,
+    which interpolation hides; servo_torque [N] N m: what a servo commands,
     None without.
 
     If the motor's motion drives the model (torque_domain), motor [N, 5] holds it: position, speed,
@@ -81,6 +86,7 @@ class UniformRecording:
     name: str = ''
     cuts: tuple[int, ...] = (0,)
     channels: tuple[int, ...] = (0, 1)
+    quantum: tuple[float, float] = (0.0, 0.0)
     motor: Array | None = None
     servo_torque: Array | None = None
 
@@ -185,7 +191,12 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
                          f'({100 * missing / n:.1f} %), expected at most {100 * MAX_REPAIRED:g} %')
     if missing:
         notices.append(f'{missing} of {n} samples lost by their stamps, interpolated')
-    rms = float(np.sqrt(np.mean(jitter ** 2)))
+    wander = _wander(jitter, dt)
+    if wander.any():
+        notices.append(f'the sample time wanders, stamps by {rms_of(wander) * 1e3:.3g} ms rms: '
+                       'samples are interpolated onto a uniform grid')
+        jitter = jitter - wander
+    rms = rms_of(jitter)
     sampled_then = False
     if rms > QUIET_JITTER * dt:
         sampled_then = _follows_stamps(values, index, jitter, dt)
@@ -194,9 +205,13 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
                'positions do not follow the stamps, samples are taken as evenly spaced')
         notices.append(f'stamps jitter by {rms * 1e3:.3g} ms rms '
                        f'({100 * rms / dt:.0f} % of the sample time): {how}')
-    times = index * dt + (jitter if sampled_then else 0.0)
+    times = index * dt + wander + (jitter if sampled_then else 0.0)
+    if wander.any():  # the line through the stamps may begin and end beyond them
+        times = times - times[0]
+        n = int(times[-1] / dt) + 1
     grid = np.arange(n) * dt
-    if sampled_then or missing:
+    quantum = quantisation_step(values['motor']), quantisation_step(values['arm'])
+    if sampled_then or missing or wander.any():
         index_held = np.clip(np.searchsorted(times, grid + 0.5 * dt, side='right') - 1, 0, None)
         values = {field: value[index_held] if field in HELD else _cubic(times, value, grid)
                   for field, value in values.items()}
@@ -206,7 +221,7 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
             notices.append(f'{count} single wild readings of {field} are interpolated')
     y = np.column_stack([values['motor'], values['arm']])
     return UniformRecording(grid, values[driving], y, dt, values.get('arm_torque'), name,
-                            channels=channels), tuple(notices)
+                            channels=channels, quantum=quantum), tuple(notices)
 
 
 def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, Array, str]:
@@ -356,6 +371,32 @@ def _cubic(times: Array, value: Array, at: Array) -> Array:
     return result
 
 
+def rms_of(values: Array) -> float:
+    """Return the root mean square of `values` [N]."""
+    return float(np.sqrt(np.mean(values ** 2)))
+
+
+def _wander(jitter: Array, dt: float) -> Array:
+    """
+    Return the part (s) [N] of the jitter of stamps that lasts: the sample time itself varies.
+
+    A late stamp is late alone, so that a mean over n of them shrinks by the root of n. A mean that
+    stays far beyond that is no lateness: a loop without a clock of its own takes what time it
+    needs, and its samples lie where the stamps say.
+
+    Args:
+        jitter: stamps less even ones, s.
+        dt: sample time, s.
+    """
+    half = max(1, round(0.5 * WANDER_SPAN / dt))
+    n = 2 * half + 1
+    if len(jitter) < n:
+        return np.zeros(len(jitter))
+    slow = np.convolve(np.pad(jitter, half, 'edge'), np.ones(n) / n, 'valid')
+    alone = max(QUIET_JITTER * dt, 4.0 * rms_of(jitter - slow) / math.sqrt(n))
+    return slow if rms_of(slow) > alone else np.zeros(len(jitter))
+
+
 def _follows_stamps(values: Mapping[str, Array], index: Integers, jitter: Array,
                     dt: float) -> bool:
     """
@@ -373,7 +414,11 @@ def _follows_stamps(values: Mapping[str, Array], index: Integers, jitter: Array,
         shift = np.gradient(np.convolve(value, np.ones(2 * width + 1) / (2 * width + 1), 'same'),
                             dt) * jitter
         rough, expected = np.diff(value, 4)[whole], np.diff(shift, 4)[whole]
-        weight = 1.0 / max(np.median(np.abs(rough)), 1e-300) ** 2
+        # Of a coarse encoder, most differences are 0; of one that is missing, all.
+        level = np.median(np.abs(rough)) or np.mean(np.abs(rough))
+        if not level > 0.0:
+            continue
+        weight = 1.0 / level ** 2
         inner = slice(width, -width)  # the mean is none at the ends
         numerator += weight * float(rough[inner] @ expected[inner])
         denominator += weight * float(expected[inner] @ expected[inner])
@@ -403,6 +448,32 @@ def _mend_spikes(value: Array) -> int:
             value[k] = fit[-1]
             count += 1
     return count
+
+
+def at_one_rate(recordings: Sequence[UniformRecording]) -> list[UniformRecording]:
+    """
+    Return recordings of one drive at the lowest of their rates.
+
+    The rate of a logger that has no clock of its own differs by percents between recordings.
+    Readings are interpolated by local cubics; what is held keeps the value in force. Rates that
+    differ by more than RATES_ALIKE remain as they are.
+
+    Args:
+        recordings: recordings of one drive, as prepared.
+    """
+    dt = max(r.dt for r in recordings)
+    aligned = []
+    for r in recordings:
+        if 1e-3 < dt / r.dt - 1.0 <= RATES_ALIKE:
+            t = np.arange(int((len(r.t) - 1) * r.dt / dt) + 1) * dt
+            held = np.minimum((t / r.dt + 1e-6).astype(int), len(r.u) - 1)
+            at = np.arange(len(r.t)) * r.dt
+            r = replace(
+                r, t=t, dt=dt, u=r.u[held],
+                y=np.column_stack([_cubic(at, column, t) for column in r.y.T]),
+                arm_torque=None if r.arm_torque is None else r.arm_torque[held])
+        aligned.append(r)
+    return aligned
 
 
 def concatenated(recordings: Sequence[UniformRecording]) -> UniformRecording:

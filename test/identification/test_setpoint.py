@@ -18,7 +18,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification.candidates import nuisances_of, Starts
 from gearbox_monitor.identification.closed_model import validate
 from gearbox_monitor.identification.diagnose import diagnose, visible
@@ -30,6 +29,7 @@ from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.quality.admission import admitted
+from gearbox_monitor.quality.recording import UniformRecording
 
 compiled = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 DT = 0.01
@@ -131,5 +131,22 @@ def test_effects_fit_what_is_recorded():
             effect.location != 'controller')
     scales = Starts(MODEL, recording).scales
     assert 0.5 < scales.torque < 8.0 and scales.values['kp'] == 6.3
-    with pytest.raises(InputError, match='controller: with a setpoint and no torque only ratios'):
-        fit_nominal([recording], MODEL)
+
+
+@compiled
+def test_fit_nominal_finds_the_gain_of_a_servo_that_swings_a_weight_it_knows():
+    effects = [{'id': 'gravity', 'G': 1.0}, {'id': 'load_friction', 'Cl': 0.3}]
+    truth = model_from_dict({'transmission': {'kind': 'rigid'}, 'effects': effects,
+                             'controller': {'kp': 6.0, 'torque_limit': 3.0}}, 'true')
+    t = np.arange(800) * 0.01
+    setpoint = 0.9 * np.sin(2.0 * t) + 0.4 * np.sin(7.0 * t)
+    run = Plant(truth).run(setpoint, 0.01)
+    y = run.y + 1e-3 * np.random.default_rng(1).standard_normal((len(t), 2))
+    recording = UniformRecording(t, setpoint, y, 0.01).with_servo(truth.controller)
+    stated = model_from_dict({
+        'transmission': {'kind': 'rigid'}, 'viscous_friction': 0.2, 'coulomb_friction': 0.1,
+        'effects': [effects[0], {'id': 'load_friction', 'Cl': 0.1}],
+        'controller': {'kp': 4.5, 'torque_limit': 3.0, 'tolerance': 1.0}}, 'stated')
+    fit = fit_nominal([recording], stated, ['m1', 'Cv', 'Cc', 'kp', 'load_friction'], seconds=9.0)
+    assert fit.model.controller.kp == pytest.approx(6.0, rel=0.02)
+    assert fit.model.effects[1]['Cl'] == pytest.approx(0.3, rel=0.1)
