@@ -58,9 +58,8 @@ from gearbox_monitor.identification.verdict import DiagnosisVerdict
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
-from gearbox_monitor.quality.recording import at_one_rate
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.recording import concatenated, UniformRecording
+from gearbox_monitor.quality.recording import at_one_rate, concatenated, UniformRecording
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
 from gearbox_monitor.report.suggestion import suggestion
