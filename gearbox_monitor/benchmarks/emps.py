@@ -34,8 +34,7 @@ import numpy as np
 
 from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, progress_line, require_compiled)
-from gearbox_monitor.cli.options import check_jobs
+    add_json_option, bar_lines, BarTable, finish, progress_line, require_compiled, require_whole)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.identification.nominal import fit_nominal
@@ -137,7 +136,7 @@ def table(data: dict[str, Any]) -> str:
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
     require_compiled('benchmark emps')
-    check_jobs(args.jobs)
+    require_whole('--jobs', args.jobs)
     paths = [Path(args.data) / name for name in FILES]
     for path in paths:
         if not path.is_file():
