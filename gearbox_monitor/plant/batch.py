@@ -32,7 +32,7 @@ from gearbox_monitor.plant.drive import (
     ALPHA, arm_acceleration, ARM_ALPHA, CAC, CC, CV, G, gravity, HALF_GAP, INTEGRATOR, K_S,
     KIND, LAW, motor_acceleration, steady_arm_load, STIFFNESS, WIDTH)
 from gearbox_monitor.plant.effects.composition import (
-    advanced_servo, reading, servo, STEP_PLACES, stored_memories, term_of)
+    advanced_servo, late_fade, reading, servo, STEP_PLACES, stored_memories, term_of)
 from gearbox_monitor.plant.effects.effect import Effect, MotorFriction, Torques
 from gearbox_monitor.plant.effects.registry import (
     in_slot, INTEGRAL, N_MEMORY, SERVO_KI, SERVO_KP, SERVO_LATE)
@@ -212,11 +212,12 @@ IN_SERVO, OF_SERVO = YM + LANES * INTEGRAL, M + LANES * INTEGRAL  # rows in a st
 def _memory_loops(s: Array, x3: int, x4: int, h: float, p: Array, e: Array) -> None:
     _effect_memories(s, x3, x4, h, p, e)
     if e[SERVO_KI] > 0.0 or e[SERVO_LATE] > 0.0:
+        late = late_fade(h, e)
         for i in range(len(s) // PARTS):
             (s[IN_SERVO + i], s[IN_SERVO + LANES + i],
              s[IN_SERVO + 2 * LANES + i]) = advanced_servo(
                 (s[OF_SERVO + i], s[OF_SERVO + LANES + i], s[OF_SERVO + 2 * LANES + i]),
-                (s[U + i], s[X1 + i], s[X3 + i]), s[x3 + i], h, e)
+                (s[U + i], s[X1 + i], s[X3 + i]), s[x3 + i], h, late, e)
 
 
 @jit

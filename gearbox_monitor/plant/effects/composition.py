@@ -287,7 +287,17 @@ def servo(r: float, e: Array, x1: float, x3: float, memory: Any) -> float:
 
 
 @jit_part
-def advanced_servo(memory: Any, begin: Three, x3: float, h: float, e: Array) -> Any:
+def late_fade(h: float, e: Array) -> Three:
+    """Return (h / T, real, imaginary part of exp((-3 + i sqrt(3)) h / T)) of the servo's delay."""
+    if e[SERVO_LATE] == 0.0:
+        return 0.0, 0.0, 0.0
+    spans = h / e[SERVO_LATE]
+    fade = exponential(-3.0 * spans)
+    return spans, fade * math.cos(ROOT3 * spans), fade * math.sin(ROOT3 * spans)
+
+
+@jit_part
+def advanced_servo(memory: Any, begin: Three, x3: float, h: float, late: Three, e: Array) -> Any:
     """
     Return the memory of the servo after a step, exact for a torque that changes evenly.
 
@@ -296,6 +306,7 @@ def advanced_servo(memory: Any, begin: Three, x3: float, h: float, e: Array) -> 
         begin: setpoint, rad, position of the motor, rad, and its speed, rad/s, at the begin.
         x3: mean speed of the motor, rad/s.
         h: length of the step, s.
+        late: late_fade of it.
         e: packed effects.
 
     Returns:
@@ -309,7 +320,7 @@ def advanced_servo(memory: Any, begin: Three, x3: float, h: float, e: Array) -> 
         integral = _limited(
             integral + h * e[SERVO_KI] * dead_zone(r - middle - error, e[DEADBAND]), e)
     if e[SERVO_LATE] > 0.0:
-        spans = h / e[SERVO_LATE]
+        spans, c, s = late
         first = _control_law(r, e, x1, v, memory[0])
         last = _control_law(r, e, x1 + h * x3, 2.0 * x3 - v, integral)
         # w = p + q t / T + (w(0) - p) exp((-3 + i sqrt(3)) t / T)
@@ -317,8 +328,6 @@ def advanced_servo(memory: Any, begin: Three, x3: float, h: float, e: Array) -> 
         qa, qb = 0.25 * slope, ROOT3 / 12.0 * slope
         pa = 0.25 * (first - qa) + ROOT3 / 12.0 * qb
         pb = ROOT3 / 12.0 * (first - qa) - 0.25 * qb
-        fade = exponential(-3.0 * spans)
-        c, s = fade * math.cos(ROOT3 * spans), fade * math.sin(ROOT3 * spans)
         a, b = (pa + qa * spans + (a - pa) * c - (b - pb) * s,
                 pb + qb * spans + (a - pa) * s + (b - pb) * c)
     return integral, a, b
@@ -361,7 +370,7 @@ def advanced_memories(m: Any, begin: Three, x3: float, x4: float, h: float, base
         The memories at the end.
     """
     return _advanced((m[0],), e, m, x3, x4, h, base) + advanced_servo(
-        (m[INTEGRAL], m[LATE_A], m[LATE_B]), begin, x3, h, e)
+        (m[INTEGRAL], m[LATE_A], m[LATE_B]), begin, x3, h, late_fade(h, e), e)
 
 
 @jit_part
