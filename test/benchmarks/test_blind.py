@@ -284,6 +284,10 @@ def test_recordings_of_one_encoder_hold_and_draw_nothing_of_the_other(tmp_path, 
     drawn = {i for spec in specs for i in spec['ids']}
     assert not {i for i in drawn if i.startswith(f'{other}_encoder') or i == 'encoder_offset'}
     assert drawn > {f'{encoders}_encoder_delay', f'{encoders}_encoder_harmonic', 'backlash_gap'}
+    few = ['stiffness', 'backlash_gap']
+    specs = runner.plans('main', 4, np.random.default_rng(1),
+                         {'encoders': encoders, 'effects': few})
+    assert sorted(spec['ids'] for spec in specs) == sorted([[i] for i in few] * 2)
     y = np.arange(20.0).reshape(10, 2)
     read = [0] if encoders == 'motor' else [1]
     generate.write(tmp_path / 'x', {'t': np.arange(10) * DT, 'u': np.ones(10), 'y': y,
@@ -351,7 +355,7 @@ def test_bars_of_one_encoder_judge_values_and_forgive_what_is_admitted():
                 if row['met'] is False}
     assert not missed()
     assert missed(params={'stiffness': {'K': 23.0}}) == {
-        'K within 10 %', 'value within 3 standard errors'}
+        'K within 10 %', 'value within 2 standard errors'}
     wrong = {'effect': 'gravity', 'location': 'arm_side'}
     assert missed(**wrong) == {'location', 'top-1 of distinguishable effects',
                                'delay against compliance'}

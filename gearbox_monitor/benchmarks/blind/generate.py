@@ -51,7 +51,7 @@ def plan(counts: Mapping[str, int], random: np.random.Generator,
             (d < 250) and loo.
         random: source of random numbers.
         sets: main, stress or both.
-        options: of the stress set, see make().
+        options: of the stress set, see make(); effects: ids, to which single effects are limited.
     """
     specs: list[Spec] = []
     chosen: list[list[str]]
@@ -66,6 +66,7 @@ def plan(counts: Mapping[str, int], random: np.random.Generator,
     options = dict(options or {})
     encoders = options.get('encoders', 'both')
     driver = options.get('input', 'torque')
+    limited = options.pop('effects', None)
     inside, outside = (plant.shown(ids, encoders, driver)
                        for ids in (plant.EFFECTS, plant.OUTSIDE))
     for name in sets:
@@ -84,7 +85,9 @@ def plan(counts: Mapping[str, int], random: np.random.Generator,
             else:
                 ids = [i for i in inside if kind != 'small'
                        or i not in ('disturbance', *draw.QUANTISATION)]
-                rivals = count // 3 if kind == 'single' and driver == 'setpoint' else 0
+                ids = [i for i in ids if not limited or i in limited]
+                rivals = (count // 3 if kind == 'single' and driver == 'setpoint' and not limited
+                          else 0)
                 chosen = [[i] for i in (
                     *cycle((*draw.DELAYS, *draw.COMPLIANCES), rivals),
                     *cycle(ids, count - rivals))]

@@ -26,6 +26,7 @@ usage examples:
   gearbox_monitor benchmark blind --set stress --json stress.json
   gearbox_monitor benchmark blind --encoders motor --n 24
   gearbox_monitor benchmark blind --input setpoint --n 24
+  gearbox_monitor benchmark blind --encoders motor --effects stiffness backlash_gap --n 24
   gearbox_monitor benchmark blind --plant mujoco --n 24
 """
 import argparse
@@ -67,6 +68,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--input', choices=plant.INPUTS, default='torque',
                         help='what drives the recordings of the main set: a torque at 1 kHz, or '
                         'the setpoint of a servo at 100 Hz (default: %(default)s)')
+    parser.add_argument('--effects', nargs='+', metavar='ID', help='the main set has single '
+                        'effects alone, and only these (default: all, and other classes)')
     parser.add_argument('--plant', choices=('own', 'mujoco'), default='own',
                         help='simulator of the main set; mujoco: 500 Hz, the nominal model is an '
                         'MJCF file, with baselines (default: %(default)s)')
@@ -81,7 +84,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plans(set_name: str, n: int, random: np.random.Generator,
-          options: Mapping[str, str] | None = None) -> list[generate.Spec]:
+          options: Mapping[str, Any] | None = None) -> list[generate.Spec]:
     """
     Return the specifications of a set, in random order.
 
@@ -89,11 +92,13 @@ def plans(set_name: str, n: int, random: np.random.Generator,
         set_name: one of SETS.
         n: size of the main set, on which those of the others depend.
         random: source of random numbers.
-        options: of the main set: encoders, one of plant.ENCODERS, and input, one of plant.INPUTS.
+        options: of the main set: encoders, one of plant.ENCODERS, input, one of plant.INPUTS, and
+            effects, ids of single effects to which it is limited.
     """
     specs: list[generate.Spec] = []
     if set_name in ('main', 'all'):
-        specs += generate.plan(generate.counts_for(n), random, options=options)
+        counts = {'single': n} if (options or {}).get('effects') else generate.counts_for(n)
+        specs += generate.plan(counts, random, options=options)
     if set_name in ('stress', 'all'):
         third = max(n // 3, 4)
         specs += generate.plan({'single': third // 2, 'none': third // 2 - third // 6,
@@ -185,7 +190,7 @@ def diagnose_all(recordings: Path, orders: Sequence[dict[str, Any]], jobs: int,
 def evaluate(n: int, set_name: str, seed: int, jobs: int, keep: str | Path | None = None,
              progress: Callable[[str, int, int], object] = lambda stage, done, total: None,
              command: Sequence[str] | None = None,
-             options: Mapping[str, str] | None = None) -> dict[str, Any]:
+             options: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """
     Generate, diagnose and score a set.
 
@@ -250,16 +255,21 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f'{args.json}: its directory does not exist, expected one that does')
     if args.keep and Path(args.keep).exists():
         raise InputError(f'{args.keep}: exists, expected a new directory')
-    options = {name: getattr(args, name) for name, usual in (('encoders', 'both'),
-                                                             ('input', 'torque'))
-               if getattr(args, name) != usual}
+    options = {name: getattr(args, name) for name, usual in (
+        ('encoders', 'both'), ('input', 'torque'), ('effects', None))
+        if getattr(args, name) != usual}
+    shown = plant.shown(plant.EFFECTS, args.encoders, args.input)
+    for name in args.effects or ():
+        if name not in shown:
+            raise InputError(f'--effects {name}: expected one of {", ".join(shown)}')
     if options and args.set != 'main':
         name, value = next(iter(options.items()))
         raise InputError(f'--{name} {value}: --set {args.set}, expected --set main')
     show = progress_line()
     if args.plant == 'mujoco':
         if options or args.set != 'main':
-            raise InputError('--plant mujoco: expected neither --set, --encoders nor --input')
+            raise InputError('--plant mujoco: expected neither --set, --encoders, --input nor '
+                             '--effects')
         data = mujoco_set.evaluate(
             args.n, args.seed, lambda folder, orders, progress: diagnose_all(
                 folder, orders, args.jobs, progress), args.keep,

@@ -44,7 +44,7 @@ CLEAR_MISFIT = 1.03        # of the true misfit: above, a verdict must state a c
 FRESH_WINDOWS = 24      # of a new motion, on which an interval is checked
 IMITABLE = 40.0         # left by the best imitator, in units of 2 log likelihood
 ACCURACY = {'stiffness': ('K', 0.10), 'backlash_gap': ('b', 0.20)}  # of what one encoder shows
-COVERED = 3.0           # standard errors within which a value lies
+COVERED = 2.0           # standard errors within which a value lies
 BINS = (8.0, 60.0, 250.0, 1e3, 1e4, 1e5, np.inf)
 MAX_SECONDS = 60.0
 
@@ -294,8 +294,13 @@ def _partial_bars(bars: BarTable, rows: Sequence[ScoredRow]) -> None:
         judged = [r for r in singles if r['ids'] == [name] and r['parameter'] is not None]
         bars.share(f'{what}: {key} within {100 * accuracy:.0f} %',
                    [r['parameter'][0] <= accuracy for r in judged], 1.0)
+        if judged:
+            bars.judge(f'{what}: {key}, median error in %', 100.0 * float(np.median(
+                [r['parameter'][0] for r in judged])), count=str(len(judged)))
+    deviations = [r['parameter'][1] for r in rows if r['parameter'] is not None]
+    bars.share(f'{what}: value within a standard error', [d <= 1.0 for d in deviations])
     bars.share(f'{what}: value within {COVERED:g} standard errors',
-               [r['parameter'][1] <= COVERED for r in rows if r['parameter'] is not None], 0.9)
+               [d <= COVERED for d in deviations], 0.9)
     rivals = ({*draw.DELAYS}, {*draw.COMPLIANCES})
     bars.share(f'{what}: delay against compliance', [
         r['located'] and not {*r['named'].split('+')} & other for r in singles
