@@ -205,8 +205,10 @@ def test_page_in_a_browser(browser, server, width):
     histories = [judged(gearbox(name), 2), gearbox('wrist')]
     server.publish(page.parts(histories, '/estimator', 700.0))
 
-    def texts(selector):
-        return [e.text for e in browser.find_elements('css selector', selector)]
+    def texts(selector):  # in one script: the page may redraw between two commands
+        return browser.execute_script(
+            'return Array.from(document.querySelectorAll(arguments[0]), e => e.innerText)',
+            selector)
     wait(lambda: texts('#live h2') == [name, 'wrist'], 'drawing')
     assert browser.execute_script(OVERFLOW) == []
     histories[1].add_motion(np.array([T0 + 30_000 * MS]), np.array([[0.0, 1.25]]))
