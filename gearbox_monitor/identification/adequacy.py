@@ -44,6 +44,7 @@ BANDS = (0.0, 3.0, 8.0, 20.0, noise_model.MOTION)  # Hz
 REMAINDER = 30.0     # gain in chi2 of a free function of the motion; by chance: 29 at most of 300
 REMAINDER_RELATIVE = 1e-4  # of what the fit gains: integration is not more accurate
 MAX_SHARPENING = 0.15  # correction of sigma that is believed
+MAX_NOISE = 0.1      # of the torque: no actuator has more noise, but filters take errors for it
 LOOSE = 0.2          # of the torque: more that lasts and is not explained is an unknown effect
 
 
@@ -156,6 +157,9 @@ def leaves_more_than_noise(search: Search, fitted: CandidateFit, rough: bool = F
         if fitted.persistent is not None:
             return bool((fitted.persistent > LOOSE * model_error.scales(search.recording)).any())
         return bool(fitted.s > LOOSE * np.std(search.recording.torque))
+    if search.noisy and fitted.s > max(MAX_NOISE * np.std(search.recording.torque),
+                                       search.model.process_torque or 0.0):
+        return True
     # A hard burst throws the arm to where a free signal does not find it.
     excess, structure = misfit(search, fitted, int(DISTURBANCE.id in fitted.candidate.ids))
     null_excess, _ = misfit(search, search.fitted[''])

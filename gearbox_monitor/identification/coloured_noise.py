@@ -72,14 +72,18 @@ def measured(residual: Array, dt: float,
 def measure(search: Search, fitted: CandidateFit,
             lowest: float = MOTION) -> tuple[Array, Array] | None:
     """
-    Return (sigma [2] rad, phi [2]) from what `best` leaves, None where the noise is white.
+    Return (sigma [2] rad, phi [2]) from what `fitted` leaves, None where the noise is white.
+
+    From what none leaves where that is less: noise of the torque may have hidden a wrong fit.
 
     Args:
         search: fits of all candidates to one recording.
         fitted: fit on the long windows.
         lowest: lowest frequency that counts, Hz.
     """
-    plain, point = search.long.uncoloured(), fitted.point
+    plain = search.long.uncoloured()
+    fitted = min(fitted, search.fitted[''], key=lambda f: np.median(f.point.chi2))
+    point = fitted.point
     r, _ = plain.residual(fitted.candidate.model(point.z), point.states, point.memory)
     noise = measured(plain.parted(r), search.recording.dt, lowest)
     if noise is None:
