@@ -59,6 +59,11 @@ OWN = """
 """
 
 
+def default(parameter):
+    """Return the default of a parameter that an effect need not state."""
+    return '' if parameter.default is None else f', default {parameter.default:g}'
+
+
 def bounds(parameter):
     """Return the bounds of a Parameter as words, '' for none."""
     if parameter.choices:
@@ -72,7 +77,7 @@ def bounds(parameter):
 
 def entry(effect):
     """Return the entry of the list for an Effect."""
-    parameters = '; '.join(f'`{p.name}` ({p.unit}{bounds(p)})' for p in effect.parameters)
+    parameters = '; '.join(f'`{p.name}` ({p.unit}{bounds(p)}{default(p)})' for p in effect.parameters)
     return f'- `{effect.id}`: {effect.meaning}. `{effect.equation}`. {parameters}'
 
 

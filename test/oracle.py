@@ -43,7 +43,8 @@ def derivative(z, u, load, c):
     c: dict of constants; c['load_at'], c['friction_at'] are indices or None.
     """
     x1, x2, x3, x4, tau = z[:5]
-    load = (load + c.get('TL', 0.0) + c.get('Cav', 0.0) * x4 + c.get('G', 0.0) * sine(x2)
+    load = (load + c.get('TL', 0.0) + c.get('Cav', 0.0) * x4 + c.get('G', 0.0) * sine(
+                x2 + c.get('phi', 0.0))
             + c.get('Cac', 0.0) * 2.0 / math.pi * arctangent(c['alpha'] * x4))
     friction = c['Cv'] * x3 + c['Cc'] * 2.0 / math.pi * arctangent(c['alpha'] * x3)
     out = np.zeros_like(z)

@@ -524,7 +524,7 @@ def advance_beside(states: States, z: Array, torques: Pair, dt: float, n_substep
     # Of numbers the compiler knows that writing a state does not change them.
     drive = (p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12],
              p[13], p[14], p[15], p[16], p[17], p[18], p[19], p[20], p[21], p[22], p[23],
-             p[24], p[K_P], p[FRICTION_TIME], p[LOAD_AT], p[FRICTION_AT])
+             p[24], p[25], p[K_P], p[FRICTION_TIME], p[LOAD_AT], p[FRICTION_AT])
     for _ in range(n_substeps):
         for i in range(BESIDE if COMPILED else 2 * len(states) + 1):
             _advance_one(states, z, BESIDE, i, torques, h, drive)
@@ -550,13 +550,14 @@ def advance_drives(states: States, z: Array, factors: Array, torques: Triple, dt
     u, load, rate = torques
     h = dt / n_substeps
     p_k, time, load_at, friction_at = p[K_P], p[FRICTION_TIME], p[LOAD_AT], p[FRICTION_AT]
-    law = p[19], p[20], p[21], p[22], p[23], p[24]
+    law = p[20], p[21], p[22], p[23], p[24], p[25]
     for _ in range(n_substeps):
         for i in range(BESIDE):
             drive = (p[0] * factors[0, i], p[1] * factors[1, i], p[2] * factors[2, i],
                      p[3] * factors[3, i], p[4] * factors[4, i], p[5], p[6], p[7], p[8], p[9],
                      p[10], p[11], p[12], p[13] * factors[5, i], p[14] * factors[6, i], p[15],
-                     p[16], p[17], p[18] * factors[7, i], *law, p_k, time, load_at, friction_at)
+                     p[16], p[17], p[18], p[19] * factors[7, i], *law, p_k, time, load_at,
+                     friction_at)
             own = factors[FACTOR_GAIN, i] * u - factors[FACTOR_DELAY, i] * rate
             _advance_one(states, z, BESIDE, i, (own, load), h, drive)
 

@@ -18,13 +18,14 @@ What each effect becomes in an MJCF file: one row per id, for MuJoCo 4.0.
 An effect is native where MJCF has an attribute or an element with its law, a construct where other
 elements come close to it, and refused where nothing in a file does what it does.
 """
+import cmath
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 import math
 from typing import NamedTuple
 
 from gearbox_monitor.kernels.types import Values
-from gearbox_monitor.plant.drive import CAV, DriveModel, G, OFFSET
+from gearbox_monitor.plant.drive import CAV, DriveModel, G, OFFSET, PHI
 from gearbox_monitor.plant.effects import (
     actuator, arm_side, controller, EFFECTS, encoder, gearbox, motor_side, torque_map)
 from gearbox_monitor.plant.friction_law import FrictionLaw
@@ -53,7 +54,8 @@ class MjcfValues:
 
     motor_inertia, arm_inertia: kg m^2. motor_damping, arm_damping: N m s/rad. motor_friction,
     arm_friction: N m, of a `law` and of `sharpness` (s/rad, of motor and arm). motor_stiffness:
-    N m/rad, to the ground. weight: G of G sin(x2), N m; None leaves that of the file. rigid:
+    N m/rad, to the ground. weight: G e^(j phi), N m; None leaves that
+    of the file. rigid:
     without transmission; stiffness (N m/rad), cubic (N m/rad^3), half_gap (rad), damping of the
     transmission; yielding: stiffness and yield (rad) of an elasto-plastic spring beside it.
     gain (1), offset, limit (N m), lag, delay (s) of the actuator, limit before the lag.
@@ -69,7 +71,7 @@ class MjcfValues:
     sharpness: tuple[float, float]
     law: FrictionLaw
     motor_stiffness: float
-    weight: float | None
+    weight: complex | None
     rigid: bool
     stiffness: float
     half_gap: float
@@ -271,7 +273,8 @@ def values_of(model: DriveModel) -> tuple[MjcfValues, list[Exported]]:
         folded.motor_inertia, folded.arm_inertia, folded.viscous_friction, float(p[CAV]),
         folded.coulomb_friction, arm_coulomb,
         (folded.friction_sharpness, folded.arm_sharpness), folded.friction_law,
-        folded.position_gain, float(p[G]) if arm_side.GRAVITY.id in listed else None, rigid,
+        folded.position_gain,
+        cmath.rect(p[G], p[PHI]) if arm_side.GRAVITY.id in listed else None, rigid,
         shape.stiffness, shape.half_gap, folded.damping, offset=float(p[OFFSET]))
     exported = []
     if shape.kind == 'passive_play':

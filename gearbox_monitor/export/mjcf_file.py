@@ -19,6 +19,7 @@ A drive is one joint (motor and arm are rigidly coupled, the motor is its armatu
 that hang on one parent: that of the motor, and that of the arm. A fixed tendon between the two is
 the transmission.
 """
+import cmath
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 import math
@@ -378,16 +379,16 @@ def _transmission_of_urdf(document: XmlDocument, motor: MjcfJoint) -> MjcfActuat
     return None
 
 
-def weight(drive: MjcfDrive) -> tuple[float, float]:
+def weight(drive: MjcfDrive) -> complex:
     """
-    Return the weight on the arm's joint of `drive` as a load A sin(x2) + B cos(x2): A, B in N m.
+    Return the weight on the arm's joint of `drive`, a load G sin(x2 + phi), as G e^(j phi), N m.
 
     x2 is the position that the joint reads.
     """
     mujoco = mujoco_module()
     m, joint = drive.compiled, drive.arm_joint
     if joint.slide:
-        return 0.0, 0.0
+        return 0j
     state = mujoco.MjData(m)
     loads = []
     for angle in (0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi):
@@ -395,7 +396,7 @@ def weight(drive: MjcfDrive) -> tuple[float, float]:
         state.qpos[m.jnt_qposadr[joint.index]] = angle
         mujoco.mj_forward(m, state)
         loads.append(float(state.qfrc_bias[m.jnt_dofadr[joint.index]]))
-    return 0.5 * (loads[1] - loads[3]), 0.5 * (loads[0] - loads[2])
+    return complex(loads[1] - loads[3], loads[0] - loads[2]) / 2.0
 
 
 def model_of(drive: MjcfDrive, given: Mapping[str, Any] | None = None) -> DriveModel:
@@ -450,13 +451,11 @@ def model_of(drive: MjcfDrive, given: Mapping[str, Any] | None = None) -> DriveM
             effects.append({'id': gearbox.HARDENING.id, 'K3': drive.tendon.stiffness[2]})
     replaced = given.get('effects') or []
     own = {e.get('id') for e in replaced if isinstance(e, dict)}
-    sine, cosine = weight(drive)
-    if arm_side.GRAVITY.id not in own and abs(cosine) > 1e-3 * max(abs(sine), 1e-3):
-        raise InputError(f'{drive.path}: joint {drive.arm_joint.name}: its weight is '
-                         f'{sine:.4g} sin(x) + {cosine:.4g} cos(x) N m, expected no cos: angle 0 '
-                         'where the arm hangs (attribute ref), or gravity in a file of --values')
-    if abs(sine) > 1e-9:
-        effects.append({'id': arm_side.GRAVITY.id, 'G': sine})
+    load = weight(drive)
+    if abs(load.imag) > 1e-6 * abs(load.real) + 1e-9:
+        effects.append({'id': arm_side.GRAVITY.id, 'G': abs(load), 'phi': cmath.phase(load)})
+    elif abs(load.real) > 1e-9:
+        effects.append({'id': arm_side.GRAVITY.id, 'G': load.real})
     effects = [*(e for e in effects if e['id'] not in own), *replaced]
     return model_from_dict({**values, **given, 'effects': effects}, str(drive.path))
 

@@ -19,6 +19,7 @@ Two joints in the file take the model as it is. One joint takes a rigid model; f
 transmission it becomes the joint of the arm, and a body without shape, the rotor, gets that of the
 motor: the actuator moves there, and a tendon holds both together.
 """
+import cmath
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 import math
@@ -121,7 +122,7 @@ def number(*values: float) -> str:
     return ' '.join(f'{value + 0.0:.9g}' for value in values)
 
 
-def _same(a: float, b: float) -> bool:
+def _same(a: complex, b: complex) -> bool:
     return abs(a - b) <= SAME * max(abs(a), abs(b))
 
 
@@ -319,7 +320,7 @@ def _inertial(draft: _Draft, values: MjcfValues) -> None:
     # What the joint's own armature adds stays with it, unless it was that of the motor.
     own = joint.armature if drive.arm is not None else 0.0
     heavier = values.arm_inertia - own - joint.inertia
-    moved = values.weight is not None and not _same(values.weight, weight(drive)[0])
+    moved = values.weight is not None and not _same(values.weight, weight(drive))
     if abs(heavier) <= SAME * values.arm_inertia and not moved:
         return
     mujoco, m = mujoco_module(), drive.compiled
@@ -335,35 +336,58 @@ def _inertial(draft: _Draft, values: MjcfValues) -> None:
         factor = mass / float(m.body_mass[body])
         tensor = tensor * factor
     else:
-        lever = _across(centre - anchor, axis)
+        lever = across(centre - anchor, axis)
         wanted = float(axis @ tensor @ axis) + mass * float(lever @ lever) + heavier
         if wanted <= 0.0:
             raise InputError(f'{drive.path}: joint {joint.name}: inertia: what the body carries '
                              f'has more than the {values.arm_inertia:.4g} kg m^2 of the model')
+        moment = None
         if moved and values.weight is not None:
             moment = mass * lever + _added_moment(drive, values.weight)
-            # A light body far out would have more inertia than the model: heavier, and nearer.
-            mass = max(mass, float(moment @ moment) / (HEAVY * wanted))
-            centre = centre - lever + moment / mass
-            lever = moment / mass
-        about = wanted - mass * float(lever @ lever)
-        before = float(axis @ tensor @ axis)
-        if about < 0.05 * wanted:
-            factor = wanted / (before + mass * float(lever @ lever))
-            mass, tensor = mass * factor, tensor * factor
-        elif about < before:
-            tensor = tensor * (about / before)
-        else:  # a disc about the axis
-            tensor = tensor + (about - before) * 0.5 * (np.eye(3) + np.outer(axis, axis))
+        mass, moved_by, tensor = balanced((mass, lever, tensor), axis, wanted, moment)
+        centre = centre + moved_by
     _write_inertial(draft, mass, centre, tensor)
 
 
-def _across(vector: Array, axis: Array) -> Array:
+def across(vector: Array, axis: Array) -> Array:
     """Return the part of `vector` across the unit vector `axis`."""
     return vector - axis * float(axis @ vector)
 
 
-def _added_moment(drive: MjcfDrive, wanted: float) -> Array:
+def balanced(body: tuple[float, Array, Array], axis: Array, wanted: float,
+             moment: Array | None = None) -> tuple[float, Array, Array]:
+    """
+    Return a body with another inertia about the axis of a joint, and another moment.
+
+    Args:
+        body: mass (kg), lever [3] of its centre from the axis (m), tensor [3, 3] about its centre
+            (kg m^2).
+        axis: [3], of length 1.
+        wanted: inertia about the axis, kg m^2, above 0.
+        moment: mass times lever [3] that it gets (kg m), None for its own.
+
+    Returns:
+        Mass, how far its centre moves [3] and tensor.
+    """
+    mass, own, tensor = body
+    lever = own
+    if moment is not None:
+        # A light body far out would have more inertia than the model: heavier, and nearer.
+        mass = max(mass, float(moment @ moment) / (HEAVY * wanted))
+        lever = moment / mass
+    about = wanted - mass * float(lever @ lever)
+    before = float(axis @ tensor @ axis)
+    if about < 0.05 * wanted:
+        factor = wanted / (before + mass * float(lever @ lever))
+        mass, tensor = mass * factor, tensor * factor
+    elif about < before:
+        tensor = tensor * (about / before)
+    else:  # a disc about the axis
+        tensor = tensor + (about - before) * 0.5 * (np.eye(3) + np.outer(axis, axis))
+    return mass, lever - own, tensor
+
+
+def _added_moment(drive: MjcfDrive, wanted: complex) -> Array:
     """Return mass times lever (kg m) that the body lacks for the weight `wanted` (N m)."""
     mujoco, m, joint = mujoco_module(), drive.compiled, drive.arm_joint
     state = mujoco.MjData(m)
@@ -374,14 +398,14 @@ def _added_moment(drive: MjcfDrive, wanted: float) -> Array:
     turn = state.xmat[body].reshape(3, 3)
     down = turn.T @ m.opt.gravity
     axis = m.jnt_axis[joint.index]
-    down = _across(down, axis)
+    down = across(down, axis)
     size = float(np.linalg.norm(down))
     if size < 1e-6:
         raise InputError(f'{drive.path}: joint {joint.name}: gravity acts along its axis or is '
                          'off, expected one that the weight of the model can come from')
     com = turn.T @ (state.subtree_com[body] - state.xanchor[joint.index])
-    present = float(m.body_subtreemass[body]) * _across(com, axis)
-    return wanted / size * (down / size) - present
+    present = float(m.body_subtreemass[body]) * across(com, axis)
+    return (wanted.real * down + wanted.imag * np.cross(axis, down)) / size ** 2 - present
 
 
 def _write_inertial(draft: _Draft, mass: float, centre: Array, tensor: Array) -> None:
@@ -545,11 +569,11 @@ def _verify(patch: Patch, drive: MjcfDrive, values: MjcfValues) -> None:
     """Raise InputError unless MuJoCo compiles a patch to `values`, in the posture of `drive`."""
     again = drive_of(patch.data, drive.path, patch.joints, drive.keyframe,
                      drive.actuator.name or None if drive.actuator else None)
-    present = {'inertia': again.arm_joint.inertia + (again.arm.armature if again.arm else 0.0)}
-    wanted = {'inertia': values.arm_inertia}
+    present: dict[str, complex] = {
+        'inertia': again.arm_joint.inertia + (again.arm.armature if again.arm else 0.0)}
+    wanted: dict[str, complex] = {'inertia': values.arm_inertia}
     if values.weight is not None:
-        sine, cosine = weight(again)
-        present['weight'] = sine * math.cos(values.zero) - cosine * math.sin(values.zero)
+        present['weight'] = weight(again) * cmath.rect(1.0, values.zero)
         wanted['weight'] = values.weight
     sides = [('motor', again.motor, values.motor_damping, values.motor_friction)]
     if again.arm is None:
@@ -561,7 +585,7 @@ def _verify(patch: Patch, drive: MjcfDrive, values: MjcfValues) -> None:
         present |= {f'{side} damping': joint.damping, f'{side} friction': joint.frictionloss}
         wanted |= {f'{side} damping': damping, f'{side} friction': friction}
     for name, right in wanted.items():
-        if not math.isclose(present[name], right, rel_tol=1e-5, abs_tol=1e-9):
+        if not cmath.isclose(present[name], right, rel_tol=1e-5, abs_tol=1e-9):
             raise InputError(
                 f'{drive.path}: {name}: MuJoCo makes {present[name]:.6g} of {right:.6g}, expected '
                 'a file where the attributes of joint and inertial count (no springdamper, '

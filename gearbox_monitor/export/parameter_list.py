@@ -21,7 +21,7 @@ listed with the reason. Drake's rotor inertia alone is that of the motor itself.
 from typing import NamedTuple
 
 from gearbox_monitor.export.mjcf import Exported, REFUSED
-from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.drive import DriveModel, weight_of
 from gearbox_monitor.plant.effects import actuator, arm_side, EFFECTS, motor_side
 
 TARGETS = ('urdf', 'sdf', 'isaac', 'drake', 'bam')
@@ -59,9 +59,10 @@ def parameter_list(model: DriveModel, target: str) -> tuple[list[Entry], list[Ex
     slide = folded.axis == 'prismatic'
     torque, damping, inertia = ('N', 'N s/m', 'kg') if slide else (
         'N m', 'N m s/rad', 'kg m^2')
-    weight = [of[name]['G'] for name in {arm_side.GRAVITY.id} & set(of)]
+    weight, phase = weight_of(model.effects)
     body = [Entry('inertia of all that it moves, about the joint', folded.arm_inertia, inertia),
-            *(Entry('mass times lever of it times 9.81', g, torque) for g in weight)]
+            *([Entry('mass times lever of it times 9.81', weight, torque)] if weight else []),
+            *([Entry('angle at which it hangs', -phase, 'rad')] if phase else [])]
     static = folded.friction_law.static if folded.friction_law.kind == 'physx' else 1.0
     rows = {
         'urdf': [Entry('dynamics damping', viscous, damping),

@@ -17,6 +17,7 @@ Write a drive into a URDF or SDF file: friction, limit and inertia of one joint,
 
 Neither format has a rotor: the inertia of the motor goes into the link that the joint moves.
 """
+import cmath
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.etree import ElementTree
@@ -24,18 +25,19 @@ from xml.etree import ElementTree
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.mjcf import CONSTRUCT, Exported, REFUSED
-from gearbox_monitor.export.mjcf_patch import number, Patch, Splice
+from gearbox_monitor.export.mjcf import CONSTRUCT, Exported, NATIVE, REFUSED
+from gearbox_monitor.export.mjcf_patch import across, balanced, number, Patch, Splice
 from gearbox_monitor.export.parameter_list import parameter_list
 from gearbox_monitor.export.sdf_file import child_of, sdf_joint, TENSOR, urdf_of
 from gearbox_monitor.export.xml_edit import (
     Edit, edited, parse_xml, with_attributes, with_child, with_text, XmlDocument, XmlElement)
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.drive import DriveModel, weight_of
 from gearbox_monitor.plant.effects import actuator, arm_side, motor_side
-from gearbox_monitor.robot.description import parse, turn
-from gearbox_monitor.robot.dynamics import arrays_of, move, torque_on
+from gearbox_monitor.robot.description import parse, RobotDescription, turn
+from gearbox_monitor.robot.dynamics import arrays_of, move, NO_PAYLOAD, Payload, torque_on
 
+GRAVITY = (0.0, 0.0, -9.81)  # m/s^2: of MuJoCo, Isaac and Bullet
 SAME = 1e-6  # relative: what differs by less is not edited
 LEAST = 0.05  # of a tensor about the axis: what is taken from it leaves so much
 ROOTS = {'urdf': 'robot', 'sdf': 'sdf'}
@@ -120,15 +122,10 @@ def patched_robot(data: bytes, path: Path, joint: str, model: DriveModel, target
         element, text = sdf_joint(document, joint)[1], ''
         _joint_of_sdf(draft, element, values)
     try:
-        exported.append(_inertia(draft, element, joint, model, text or urdf_of(document, joint)))
+        exported += _inertial(draft, element, joint, model, text or urdf_of(document, joint))
     except InputError as error:
         exported.append(Exported('inertia', REFUSED, f'{error}; the joint moves '
                                  f'{_inertia_of(model):.6g} in the model'))
-    weight = [e['G'] for e in model.effects if e['id'] == arm_side.GRAVITY.id]
-    if weight:
-        exported.append(Exported(arm_side.GRAVITY.id, REFUSED, 'mass and centre of links are not '
-                                 f'changed: mass times lever times 9.81 is {weight[0]:.6g} N m '
-                                 'in the model'))
     patch = Patch(edited(document, draft.edits), tuple(draft.changes), tuple(exported),
                   (joint, None))
     parse_xml(patch.data, str(path))
@@ -184,10 +181,10 @@ def _joint_of_sdf(draft: _Draft, joint: XmlElement, values: Mapping[str, float])
             draft.child(axis, title + part, f'<{part}>\n{inner}\n</{part}>')
 
 
-def _inertia(draft: _Draft, element: XmlElement, joint: str, model: DriveModel, urdf: str
-             ) -> Exported:
+def _inertial(draft: _Draft, element: XmlElement, joint: str, model: DriveModel, urdf: str
+              ) -> list[Exported]:
     """
-    Give the link that a joint moves what its inertia lacks.
+    Give the link that a joint moves what its inertia, and its weight, lack in the posture 0.
 
     Args:
         draft: gets the edits.
@@ -197,7 +194,7 @@ def _inertia(draft: _Draft, element: XmlElement, joint: str, model: DriveModel, 
         urdf: text of the robot as URDF.
 
     Returns:
-        The row for the list.
+        The rows for the list.
 
     Raises:
         InputError: the link has no inertial, or less than is to be taken from it.
@@ -205,43 +202,60 @@ def _inertia(draft: _Draft, element: XmlElement, joint: str, model: DriveModel, 
     robot = parse(urdf, draft.document.name)
     if joint not in robot.joints:
         raise InputError(f'joint {joint}: fixed or a mimic, expected one that moves by itself')
-    arrays = arrays_of(robot)
-    move(arrays, np.zeros((3, len(robot.joints))))
-    lacks = _inertia_of(model) - torque_on(arrays, robot.joints.index(joint))[2]
     root = ElementTree.fromstring(urdf)
     moved = next(e for e in root.findall('joint') if e.get('name') == joint)
     link = moved.find('child').get('link', '')  # type: ignore[union-attr]
-    unit = 'kg' if moved.get('type') == 'prismatic' else 'kg m^2'
-    row = Exported(motor_side.MOTOR_INERTIA.id, CONSTRUCT,
-                   f'in the inertia of link {link}, as there is no armature: the joint moves '
-                   f'{_inertia_of(model):.6g} {unit} in the posture 0')
-    if abs(lacks) <= SAME * _inertia_of(model):
-        return row
+    slide = moved.get('type') == 'prismatic'
+    unit = 'kg' if slide else 'kg m^2'
+    rows = [Exported(motor_side.MOTOR_INERTIA.id, CONSTRUCT,
+                     f'in the inertia of link {link}, as there is no armature: the joint moves '
+                     f'{_inertia_of(model):.6g} {unit} in the posture 0')]
+    weight, lacks = _Weight(robot, joint, link), _inertia_of(model) - _load(robot, joint)[1]
+    heavier = 0j
+    if any(e['id'] == arm_side.GRAVITY.id for e in model.effects):
+        heavier = cmath.rect(*weight_of(model.effects)) - weight.present
+        rows.append(Exported(arm_side.GRAVITY.id, NATIVE, f'mass and centre of link {link}: the '
+                             'weight on the joint at 9.81 m/s^2, the other joints at 0'))
+    if abs(heavier) <= SAME * max(abs(weight.present), abs(weight.present + heavier)):
+        heavier = 0j
+    if abs(lacks) <= SAME * _inertia_of(model) and not heavier:
+        return rows
     inertial = next(e for e in root.findall('link') if e.get('name') == link).find('inertial')
     own = child_of(_link(draft.document, element, link), 'inertial')
     if inertial is None or own is None:
         raise InputError(f'link {link}: no <inertial>, expected one that {lacks:+.6g} {unit} can '
                          'be added to')
+    # In the frame of the inertial, which both formats have.
+    frame = turn(*_vector(inertial, 'origin', 'rpy', '0 0 0'))
+    axis = _vector(moved, 'axis', 'xyz', '1 0 0')
+    axis = frame.T @ axis / np.linalg.norm(axis)
     mass = _number(inertial, 'mass', 'value')
     tensor = np.array([[_number(inertial, 'inertia', f'i{"".join(sorted(i + j))}') for j in 'xyz']
                        for i in 'xyz'])
-    axis = _vector(moved, 'axis', 'xyz', '1 0 0')
-    axis = turn(*_vector(inertial, 'origin', 'rpy', '0 0 0')).T @ axis / np.linalg.norm(axis)
-    before = mass if unit == 'kg' else float(axis @ tensor @ axis)
-    if before <= 0.0 or before + lacks < LEAST * before:
-        raise InputError(f'link {link}: {before:.6g} {unit} itself, a change of {lacks:+.6g}'
-                         ', expected a sum above 0')
-    if unit == 'kg' or lacks < 0.0:
-        tensor = tensor * (1.0 + lacks / before)
-    else:  # a disc about the axis
-        tensor = tensor + 0.5 * lacks * (np.eye(3) + np.outer(axis, axis))
-    mass += lacks if unit == 'kg' else 0.0
+    moved_by = np.zeros(3)
+    if slide:
+        if mass <= 0.0 or mass + lacks < LEAST * mass:
+            raise InputError(f'link {link}: {mass:.6g} kg itself, a change of {lacks:+.6g}, '
+                             'expected a sum above 0')
+        mass, tensor = mass + lacks, tensor * (1.0 + lacks / mass)
+    else:
+        lever = across(frame.T @ _vector(inertial, 'origin', 'xyz', '0 0 0'), axis)
+        before = float(axis @ tensor @ axis)
+        wanted = before + mass * float(lever @ lever) + lacks
+        if before <= 0.0 or mass <= 0.0 or wanted < LEAST * before or (
+                not heavier and before + lacks < LEAST * before):
+            raise InputError(f'link {link}: {before:.6g} {unit} itself, a change of {lacks:+.6g}'
+                             ', expected a sum above 0')
+        moment = mass * lever + frame.T @ weight.moment(heavier) if heavier else None
+        mass, moved_by, tensor = balanced((mass, lever, tensor), axis, wanted, moment)
     title = f'link "{link}" '
+    if moved_by.any():
+        _move_centre(draft, own, title, moved_by)
     values = {k: float(tensor['xyz'.index(k[1]), 'xyz'.index(k[2])]) for k in TENSOR}
     if draft.document.root.tag == 'robot':
         draft.attributes(own.all('mass')[0], title + 'mass', {'value': mass})
         draft.attributes(own.all('inertia')[0], title + 'inertia', values)
-        return row
+        return rows
     draft.texts(own, title + 'inertial', {'mass': mass})
     inner = child_of(own, 'inertia')
     if inner is None:
@@ -249,7 +263,66 @@ def _inertia(draft: _Draft, element: XmlElement, joint: str, model: DriveModel, 
             f'<{k}>{number(v)}</{k}>' for k, v in values.items()) + '</inertia>')
     else:
         draft.texts(inner, title + 'inertia', values)
-    return row
+    return rows
+
+
+def _load(robot: RobotDescription, joint: str, angle: float = 0.0,
+          payload: Payload = NO_PAYLOAD) -> tuple[float, float]:
+    """Return weight (N m) and inertia (kg m^2) on a joint at `angle` (rad), the others at 0."""
+    arrays, place = arrays_of(robot, payload, gravity=GRAVITY), robot.joints.index(joint)
+    motion = np.zeros((3, len(robot.joints)))
+    motion[0, place] = angle
+    move(arrays, motion)
+    torque, _, inertia = torque_on(arrays, place)
+    return torque, inertia
+
+
+class _Weight:
+    """The weight G sin(x2 + phi) on a joint, as G e^(j phi), and what a link adds to it."""
+
+    def __init__(self, robot: RobotDescription, joint: str, link: str) -> None:
+        self._robot, self._joint, self._link = robot, joint, link
+        self.present = self._of(NO_PAYLOAD)
+
+    def _of(self, payload: Payload) -> complex:
+        return complex(*(_load(self._robot, self._joint, angle, payload)[0]
+                         for angle in (0.5 * np.pi, 0.0)))
+
+    def moment(self, added: complex) -> Array:
+        """Return mass times lever [3] (kg m), in the link's frame, that adds a weight `added`."""
+        parts = [self._of(Payload(1.0, 0.0, tuple(axis), self._link)) - self.present
+                 for axis in np.eye(3)]
+        columns = np.array([np.real(parts), np.imag(parts)])
+        if np.abs(columns).max() < 1e-6:
+            raise InputError(f'joint {self._joint}: gravity acts along its axis, expected one '
+                             'that the weight of the model can come from')
+        solution: Array = np.linalg.lstsq(columns, [added.real, added.imag], None)[0]
+        return solution
+
+
+def _move_centre(draft: _Draft, inertial: XmlElement, title: str, by: Array) -> None:
+    """Move the centre of mass of an `inertial` by [3] m in its own frame."""
+    tag = 'origin' if draft.document.root.tag == 'robot' else 'pose'
+    place = child_of(inertial, tag)
+    words, angles = ['0'] * 3, np.zeros(3)
+    if place is not None and tag == 'origin':
+        words = place.attributes.get('xyz', '0 0 0').split()
+        angles = np.array(place.attributes.get('rpy', '0 0 0').split(), float)
+    elif place is not None:
+        words = draft.document.text(place).split() or ['0'] * 6
+        unit = np.pi / 180.0 if place.attributes.get('degrees') in ('true', '1') else 1.0
+        angles = unit * np.array(words[3:], float)
+    centre = number(*(np.array(words[:3], float) + turn(*angles) @ by))
+    if tag == 'pose':
+        centre = ' '.join([centre, *(words[3:] or ['0'] * 3)])
+    draft.changes.append(Splice(title + tag, '', ' '.join(words), centre))
+    if place is None:
+        draft.edits.append(with_child(draft.document, inertial, (
+            f'<origin xyz="{centre}"/>' if tag == 'origin' else f'<pose>{centre}</pose>')))
+    elif tag == 'origin':
+        draft.edits += with_attributes(draft.document, place, {'xyz': centre})
+    else:
+        draft.edits.append(with_text(draft.document, place, centre))
 
 
 def _number(element: ElementTree.Element, tag: str, name: str) -> float:

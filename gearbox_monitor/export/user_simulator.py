@@ -167,7 +167,8 @@ def value_of(model: DriveModel, name: str) -> float:
     """Return one of PARAMETERS of a folded `model`."""
     if name in VALUES:
         return model.value(name)
-    return float(sum(e[EFFECT_VALUES[name]] for e in model.effects if e['id'] == name))
+    return float(sum(e[EFFECT_VALUES[name]] for e in model.effects
+                     if e['id'] == name and not e.get('phi')))
 
 
 def expressed(nominal: DriveModel, closed: DriveModel, takes: tuple[str, ...]) -> DriveModel:
@@ -211,7 +212,7 @@ def passed(nominal: DriveModel, closed: DriveModel, takes: tuple[str, ...]) -> d
             continue
         value = entry.replaces or name
         ways[name] = ('reading' if entry.location.endswith('sensor') else
-                      'parameter' if value in takes else 'torque')
+                      'parameter' if value in takes and not effect.get('phi') else 'torque')
     return ways
 
 

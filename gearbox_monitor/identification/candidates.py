@@ -170,11 +170,10 @@ class CandidateModel:
         for i, (name, values) in enumerate(zip(self.ids, parameters)):
             if name in PHASED:
                 sine, cosine = values.pop('As'), values.pop('Ac')
+                values.update({amplitude(name): math.hypot(sine, cosine),
+                               'phi': math.atan2(cosine, sine)})
                 if name in PERIODIC:
-                    values.update(A=math.hypot(sine, cosine), N=self.orders[i],
-                                  phi=math.atan2(cosine, sine))
-                else:
-                    values.update(A=math.hypot(sine, cosine), phi=math.atan2(cosine, sine))
+                    values['N'] = self.orders[i]
         for i, table in self.tables.items():
             torque = list(parameters[i].values())
             parameters[i] = {**table, 'values': torque, 'deviations': [0.0] * len(torque)}
@@ -185,6 +184,17 @@ class CandidateModel:
         nuisances, parameters = self.values(z)
         return with_effects(scaled(self.nominal, nuisances),
                             [{'id': name, **values} for name, values in zip(self.ids, parameters)])
+
+
+def amplitude(name: str) -> str:
+    """Return the name of the amplitude of the wave `name`, one of PHASED."""
+    return EFFECTS[name].parameters[0].name
+
+
+def sine_and_cosine(name: str, values: Mapping[str, Any]) -> dict[str, float]:
+    """Return {As, Ac}: the coordinates of the wave `name` with the parameters `values`."""
+    size, phi = values[amplitude(name)], values.get('phi', 0.0)
+    return {'As': size * math.cos(phi), 'Ac': size * math.sin(phi)}
 
 
 def scaled(model: DriveModel, nuisances: Mapping[str, float]) -> DriveModel:

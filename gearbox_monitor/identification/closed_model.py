@@ -27,7 +27,7 @@ import numpy as np
 
 from gearbox_monitor.identification import gauss_newton, likelihood, window_states
 from gearbox_monitor.identification.candidates import (
-    CandidateModel, NOT_FITTED, PERIODIC, PHASED, ZERO)
+    amplitude, CandidateModel, NOT_FITTED, PERIODIC, PHASED, ZERO)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.localisation import labels
 from gearbox_monitor.identification.noise_model import spectrum
@@ -293,7 +293,7 @@ def standard_errors(search: Search,
             a = point.z[own]
             size = max(float(np.hypot(*a)), 1e-300)
             along, across = a / size, np.array([-a[1], a[0]]) / size
-            out[name] = {'A': _root(along @ part @ along),
+            out[name] = {amplitude(name): _root(along @ part @ along),
                          'phi': _root(across @ part @ across) / size}
             if name in PERIODIC:
                 out[name]['N'] = 0.0  # a whole number, found by search

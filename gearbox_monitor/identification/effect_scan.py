@@ -26,8 +26,8 @@ import math
 import numpy as np
 
 from gearbox_monitor.identification.candidates import (
-    CandidateModel, Coordinate, NOT_FITTED, ORDERS, PERIODIC, PHASED, replaced_value, Starts,
-    with_effects)
+    amplitude, CandidateModel, Coordinate, NOT_FITTED, ORDERS, PERIODIC, PHASED,
+    replaced_value, Starts, with_effects)
 from gearbox_monitor.identification.innovation_fit import (
     coordinate_columns, evaluated, InnovationFit)
 from gearbox_monitor.identification.innovations import InnovationLikelihood
@@ -122,7 +122,8 @@ def _probes(name: str, order: int | None, free: Sequence[Coordinate],
     if name in PHASED:
         size = A_LITTLE * free[0].scale
         fixed = {'N': float(order)} if order is not None else {}
-        return [({'A': size, 'phi': phi, **fixed}, size) for phi in (0.0, 0.5 * math.pi)]
+        return [({amplitude(name): size, 'phi': phi, **fixed}, size)
+                for phi in (0.0, 0.5 * math.pi)]
     if value is not None:
         size = A_LITTLE * free[0].scale
         return [({free[0].name: value + size}, size)]

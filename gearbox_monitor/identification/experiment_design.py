@@ -29,7 +29,8 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import isolability, likelihood
-from gearbox_monitor.identification.candidates import CandidateModel, NOT_FITTED, PERIODIC, PHASED
+from gearbox_monitor.identification.candidates import (
+    CandidateModel, NOT_FITTED, PERIODIC, PHASED, sine_and_cosine)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.kernels.types import Array, Values
@@ -108,7 +109,7 @@ def sized(search: Search, name: str, values: Values | None = None) -> CandidateM
     own = dict(values or {})
     replaces = name in EFFECTS and EFFECTS[name].replaces
     if name in PHASED and own:
-        own.update(As=own['A'] * math.cos(own['phi']), Ac=own['A'] * math.sin(own['phi']))
+        own.update(sine_and_cosine(name, own))
     coordinates = []
     for c in candidate.coordinates:
         if c.owner == 0:

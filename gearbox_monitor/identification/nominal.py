@@ -31,8 +31,8 @@ import numpy as np
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.identification import closed_model, gauss_newton, likelihood, window_states
 from gearbox_monitor.identification.candidates import (
-    BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered, PERIODIC, PHASED,
-    Starts, ZERO)
+    amplitude, BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered,
+    PERIODIC, PHASED, sine_and_cosine, Starts, ZERO)
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import noise_floor
@@ -44,7 +44,7 @@ from gearbox_monitor.identification.smoothed_windows import likeliest, on_window
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array, Values
-from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.drive import DriveModel, weight_of
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.arm_side import GRAVITY
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
@@ -181,6 +181,9 @@ def _require_improvement(search: Search, data: likelihood.WindowData,
                         'check), or fewer values to fit (--free)')
 
 
+_ABSOLUTE = ('u0', 'As', 'Ac')  # coordinates in N m, those of others are factors
+
+
 def regressed_start(recording: UniformRecording, candidate: CandidateModel) -> Array:
     """
     Return coordinates [P] where a linear regression of the torque leads, else the start.
@@ -205,22 +208,27 @@ def regressed_start(recording: UniformRecording, candidate: CandidateModel) -> A
     names = {c.name for c in candidate.coordinates}
     motor, arm = model.motor_inertia * a[:, column], model.arm_inertia * a[:, -1]
     together = model.transmission.kind == 'rigid' or 'm2' in names or 'm1' not in names
-    gravity = sum(e['G'] for e in model.effects if e['id'] == GRAVITY.id)
+    weight, phase = weight_of(model.effects)
+    sine, cosine = np.sin(p[:, -1]), np.cos(p[:, -1])
     columns = {'m1': motor + arm if together else motor,
                'Cv': model.viscous_friction * v[:, column],
                'Cc': model.coulomb_friction * model.friction_side(v[:, column]),
-               'G': gravity * np.sin(p[:, -1]), 'u0': -np.ones(len(u))}
-    places = {c.name: i for i, c in enumerate(candidate.coordinates) if c.name in columns}
+               'As': sine, 'Ac': cosine, 'u0': -np.ones(len(u))}
+    places = {c.name: i for i, c in enumerate(candidate.coordinates) if c.name in columns
+              and (c.owner < 0 or candidate.ids[c.owner] == GRAVITY.id)}
     rest = u - model.position_gain * p[:, column] - sum(
-        (columns[name] for name in ('m1', 'Cv', 'Cc', 'G') if name not in places),
+        (columns[name] for name in ('m1', 'Cv', 'Cc') if name not in places),
         0.0 * u if together else arm)
-    free = [columns[name] for name in places] + ([np.cos(p[:, -1])] if 'G' in places else [])
-    if not free or any(np.ptp(columns[name]) == 0.0 for name in places if name != 'u0'):
+    if 'As' not in places:
+        rest -= weight * np.sin(p[:, -1] + phase)
+    free = [columns[name] for name in places]
+    if not free or any(
+            np.ptp(columns[name]) == 0.0 for name in places if name not in _ABSOLUTE):
         return z
     solution = np.linalg.lstsq(np.column_stack(free), rest, rcond=None)[0]
     for (name, i), value in zip(places.items(), solution):
         coordinate = candidate.coordinates[i]
-        if name == 'u0':
+        if name in _ABSOLUTE:
             z[i] = value
         elif not coordinate.log:
             z[i] *= value
@@ -259,8 +267,7 @@ def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
     """Return the Coordinates of `effect` of the model, from its values there."""
     name, values = effect['id'], dict(effect)
     if name in PHASED:
-        values['As'] = values['A'] * math.cos(values['phi'])
-        values['Ac'] = values['A'] * math.sin(values['phi'])
+        values |= sine_and_cosine(name, values)
     own = starts.candidates(name, values.get('N'))[0].coordinates
     return [replace(c, owner=owner, start=values[c.name], prior=WEAK * (1.0 if c.log else max(
         c.scale, abs(values[c.name])))) for c in own if c.owner == 0]
@@ -357,9 +364,9 @@ def _known(data: likelihood.WindowData, fitted: CandidateFit,
 
 
 def _unit(effect: str, coordinate: Coordinate) -> str:
-    """Return the unit of a Coordinate of an effect; As and Ac are the sine and cosine of A."""
+    """Return the unit of a Coordinate of an effect; As and Ac have that of the amplitude."""
     units = {p.name: p.unit for p in library()[effect].parameters}
-    return units.get(coordinate.name) or units['A']
+    return units.get(coordinate.name) or units[amplitude(effect)]
 
 
 def _central(data: likelihood.WindowData, candidate: CandidateModel,

@@ -28,7 +28,8 @@ import numpy as np
 
 from gearbox_monitor.identification import gauss_newton, likelihood, model_error, window_states
 from gearbox_monitor.identification.candidates import (
-    CandidateModel, NOT_FITTED, ORDERS, PERIODIC, PHASED, replaced_value, Starts, with_effects)
+    amplitude, CandidateModel, NOT_FITTED, ORDERS, PERIODIC, PHASED, replaced_value, Starts,
+    with_effects)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.shooting import shooting_windows, ShootingWindows, Simulator
 from gearbox_monitor.identification.torque_domain import simulator
@@ -229,7 +230,8 @@ class Search:
             if name in PHASED:
                 size = (a_little or 0.1) * group[0].scale
                 fixed = {'N': order} if name in PERIODIC else {}
-                out.append([{'A': size, 'phi': p, **fixed} for p in (0.0, 0.5 * math.pi)])
+                out.append([{amplitude(name): size, 'phi': p, **fixed}
+                            for p in (0.0, 0.5 * math.pi)])
             else:
                 out.append([z])
         return out

@@ -30,7 +30,8 @@ Kernels take p, the model's parameters as DriveModel.pack lays them out, and tau
 
 The paper has no torque on the arm (tau_arm = 0) and no friction that depends on the load (Cl = 0).
 """
-from collections.abc import Collection, Sequence
+import cmath
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 import math
 from typing import Any
@@ -43,7 +44,7 @@ from gearbox_monitor.kernels.jit import jit, jit_inline
 from gearbox_monitor.kernels.types import Array, Packed, Values
 from gearbox_monitor.plant.effects import Effect, EFFECTS, pack as packed, Parameter, plugins
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
-from gearbox_monitor.plant.effects.arm_side import ARM_VISCOUS
+from gearbox_monitor.plant.effects.arm_side import ARM_VISCOUS, GRAVITY
 from gearbox_monitor.plant.effects.effect import AtRest, MAX_SERVO_DELAY
 from gearbox_monitor.plant.effects.motor_side import LUGRE
 from gearbox_monitor.plant.friction_law import (
@@ -60,11 +61,11 @@ MAX_SUBSTEPS = 100_000
 
 # Places in the packed parameter array; of the inertias stand the inverses, kernels need no other.
 (INVERSE_M1, INVERSE_M2, D, CV, CC, ALPHA, KR, OFFSET, KIND, STIFFNESS, HALF_GAP, WIDTH, K_S,
- CAV, CAC, ARM_ALPHA, G, TL, CL, LAW, SOFTNESS, RATE, STATIC, LEVEL, INTEGRATOR,
- N_PARAMETERS) = range(26)
+ CAV, CAC, ARM_ALPHA, G, PHI, TL, CL, LAW, SOFTNESS, RATE, STATIC, LEVEL, INTEGRATOR,
+ N_PARAMETERS) = range(27)
 
 # Parameters of effects that equations (1) have in the filters, too.
-COEFFICIENTS = {'Cav': CAV, 'Cac': CAC, 'G': G, 'TL': TL, 'Cl': CL}
+COEFFICIENTS = {'Cav': CAV, 'Cac': CAC, 'TL': TL, 'Cl': CL}
 
 UNSEEN_TIME = 0.1  # s in which an arm that is not measured would come to rest
 ARM_LOAD_MODES = ('none', 'unknown', 'measured')
@@ -265,6 +266,7 @@ class DriveModel:
             if effect['id'] in EFFECTS and EFFECTS[effect['id']].in_filters:
                 for name, place in COEFFICIENTS.items():
                     p[place] += effect.get(name, 0.0)
+        p[G], p[PHI] = weight_of(self.effects)
         p[LAW], p[STATIC] = self.friction_law.code, self.friction_law.static
         p[INTEGRATOR] = INTEGRATORS.index(self.integrator)
         if self.friction_law.constraint:
@@ -583,7 +585,7 @@ def _effect(item: Any, effect: Effect, source: str, axis: str) -> Values:
         _mapping(item, f'effects.{name}', source, {'id', *(p.name for p in effect.parameters)})
     for parameter in effect.parameters:
         with problems:
-            _check_effect_value(item.get(parameter.name), parameter,
+            _check_effect_value(item.get(parameter.name, parameter.default), parameter,
                                 f'{source}: effects.{name}.{parameter.name}', axis)
     problems.raise_all()
     if effect.problem and (problem := effect.problem(item)):
@@ -626,6 +628,13 @@ def loads_arm(name: str) -> bool:
     """Return whether the effect `name` is a load on the arm that the filters' equations have."""
     effect = EFFECTS.get(name)
     return effect is not None and effect.in_filters and effect.location == 'arm_side'
+
+
+def weight_of(effects: Iterable[Values]) -> tuple[float, float]:
+    """Return G (N m) and phi (rad) of the weight G sin(x2 + phi) that `effects` sum up to."""
+    total = sum((e['G'] * cmath.exp(1j * e.get('phi', 0.0)) for e in effects
+                 if e['id'] == GRAVITY.id), 0j)
+    return (abs(total), cmath.phase(total)) if total.imag else (total.real, 0.0)
 
 
 def _at_rest(effect: Values, sharpness: float) -> AtRest:
@@ -970,7 +979,7 @@ def arm_friction(x4: float, p: Packed) -> float:
 @jit_inline
 def gravity(x2: float, p: Packed) -> float:
     """Return the load (N m) of the weight of the arm of `p` at `x2` (rad)."""
-    return p[G] * sine(x2)
+    return p[G] * sine(x2 + p[PHI])
 
 
 @jit
@@ -991,7 +1000,7 @@ def arm_load_slopes(x2: float, x4: float, p: Array) -> tuple[float, float]:
     else:
         held = p[CAC] * p[ARM_ALPHA] * side_slope(p[ARM_ALPHA] * x4, p[LAW])
     on_speed = p[CAV] + held
-    return p[G] * math.cos(x2) if p[G] != 0.0 else 0.0, on_speed
+    return p[G] * math.cos(x2 + p[PHI]) if p[G] != 0.0 else 0.0, on_speed
 
 
 @jit

@@ -69,7 +69,7 @@ def settled(estimator, out, seconds, y=None):
 
 
 # model's load, further parameters, dt, effects
-LOADS = ({'id': 'load_friction', 'Cl': 0.05}, {'id': 'gravity', 'G': 20.0},
+LOADS = ({'id': 'load_friction', 'Cl': 0.05}, {'id': 'gravity', 'G': 20.0, 'phi': 0.4},
          {'id': 'arm_coulomb', 'Cac': 0.9}, {'id': 'arm_viscous', 'Cav': 0.1},
          {'id': 'load_torque', 'TL': 0.4})
 SETUPS = {

@@ -40,8 +40,8 @@ from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 
-LOADS = {'gravity': {'G': 1.2}, 'arm_coulomb': {'Cac': 0.9}, 'arm_viscous': {'Cav': 0.1},
-         'load_torque': {'TL': 0.4}}
+LOADS = {'gravity': {'G': 1.2, 'phi': 0.5}, 'arm_coulomb': {'Cac': 0.9},
+         'arm_viscous': {'Cav': 0.1}, 'load_torque': {'TL': 0.4}}
 # Load on the arm, parameters of the filter, effects of the model.
 VARIANTS = {
     'paper': ('none', {}, {}),

@@ -12,6 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """A model in an MJCF file moves in MuJoCo as it does in our simulator."""
+import cmath
 from pathlib import Path
 
 import numpy as np
@@ -156,8 +157,20 @@ def test_weight_of_a_light_arm_keeps_its_inertia():
     rms, patch = compared(model)
     assert rms.max() < BOUND
     drive = drive_of(patch.data, PAIR, patch.joints)
-    assert weight(drive)[0] == pytest.approx(6.0, rel=1e-6)
+    assert weight(drive) == pytest.approx(6.0, rel=1e-6)
     assert drive.arm.inertia == pytest.approx(model.arm_inertia, rel=1e-6)
+
+
+def test_weight_with_a_phase_is_patched_and_read():
+    """The arm does not hang at angle 0; the free run in MuJoCo is the oracle of the equation."""
+    model = nominal(effects=[{'id': 'gravity', 'G': 2.0, 'phi': 0.7}])
+    rms, patch = compared(model)
+    assert rms.max() < BOUND
+    assert weight(drive_of(patch.data, PAIR, patch.joints)) == pytest.approx(
+        cmath.rect(2.0, 0.7), rel=1e-6)
+    load, = (e for e in model_of(drive_of(patch.data, PAIR, patch.joints), {}).effects
+             if e['id'] == 'gravity')
+    assert (load['G'], load['phi']) == pytest.approx((2.0, 0.7), rel=1e-6)
 
 
 def test_setpoints_are_neither_late_nor_slow():

@@ -14,6 +14,8 @@
 
 
 """A drive in URDF and SDF files: written into them, and read; MuJoCo is the oracle."""
+import cmath
+import math
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +23,7 @@ import pytest
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.mjcf_file import drive_of, model_of
+from gearbox_monitor.export.mjcf_file import drive_of, model_of, weight
 from gearbox_monitor.export.robot_patch import patched_robot
 from gearbox_monitor.export.sdf_file import urdf_of
 from gearbox_monitor.export.xml_edit import parse_xml
@@ -131,6 +133,21 @@ def test_less_inertia_keeps_a_tensor_that_a_body_can_have(target):
     assert after.motor.inertia == pytest.approx(joint.inertia - 0.0049, rel=1e-6)
 
 
+@pytest.mark.parametrize('target', FILES)
+@pytest.mark.parametrize('size, phase, inertia', [
+    (1.5, 0.0, 0.06), (2.5, -2.0, 0.03), (0.2, 1.0, 0.06)])
+def test_the_weight_of_the_model_is_that_of_the_link(target, size, phase, inertia):
+    model = MODEL.with_(arm_inertia=inertia, effects=[
+        {'id': 'gravity', 'G': size, 'phi': phase}])
+    patch = patch_of(target, model)
+    drive = drive_in(target, patch.data)
+    assert weight(drive) == pytest.approx(cmath.rect(size, phase), rel=1e-5)
+    assert drive.motor.inertia == pytest.approx(inertia + MODEL.motor_inertia, rel=1e-5)
+    assert {row.id: row.kind for row in patch.exported}['gravity'] == 'native'
+    again = patch_of(target, model, patch.data.decode())
+    assert not [change for change in again.changes if 'link' in change.element]
+
+
 def test_a_slide_takes_mass():
     text = URDF.replace('revolute', 'prismatic')
     patch = patch_of('urdf', model_from_dict({
@@ -155,6 +172,11 @@ def test_both_formats_are_one_robot():
     assert model_of(drive_in('sdf', spring.encode()), {
         'gear_ratio': 1.0, 'motor_inertia': 0.01,
         'effects': [{'id': 'gravity', 'G': 1.0}]}).position_gain == 2.0
+    # Centres of mass: 0.07 kg m ahead of the joint and 0.16 kg m below it.
+    load, = (e for e in model_of(drive_in('urdf', URDF.encode()), {
+        'gear_ratio': 1.0, 'motor_inertia': 0.01}).effects if e['id'] == 'gravity')
+    assert (load['G'], load['phi']) == pytest.approx(
+        (9.81 * math.hypot(0.07, 0.16), math.atan2(-0.07, 0.16)), rel=1e-6)
 
 
 @pytest.mark.parametrize('target, change, model, row', [
@@ -165,8 +187,8 @@ def test_both_formats_are_one_robot():
     ('sdf', ('type="revolute">\n    <pose rel', 'type="ball">\n    <pose rel'), {},
      "type 'ball', expected one of"),
     ('sdf', ('relative_to="wrist"', 'relative_to="nobody"'), {}, "frame 'nobody'"),
-    ('sdf', ('', ''), {'effects': [{'id': 'gravity', 'G': 1.5}]},
-     'mass times lever times 9.81 is 1.5 N m in the model'),
+    ('urdf', ('<axis xyz="0 2 0"/>', '<axis xyz="0 0 1"/>'),
+     {'effects': [{'id': 'gravity', 'G': 1.5}]}, 'gravity acts along its axis'),
     ('sdf', ('', ''), {'transmission': {'kind': 'dead_zone'}}, 'a joint is rigid there')])
 def test_what_a_file_cannot_express_is_listed(target, change, model, row):
     data = {**MODEL.to_dict(), **model}

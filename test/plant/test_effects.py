@@ -53,7 +53,7 @@ VALUES = {
     'coulomb_asymmetry': {'Ca': 0.1}, 'viscous_asymmetry': {'Cva': 0.05},
     'load_friction': {'Cl': 0.1}, 'motor_inertia': {'m1': 0.008},
     'viscous_drift': {'r': 0.5, 'T': 1.0}, 'cogging': {'A': 0.3, 'N': 7, 'phi': 0.4},
-    'arm_viscous': {'Cav': 0.05}, 'arm_coulomb': {'Cac': 0.1}, 'gravity': {'G': 0.5},
+    'arm_viscous': {'Cav': 0.05}, 'arm_coulomb': {'Cac': 0.1}, 'gravity': {'G': 0.5, 'phi': 0.6},
     'load_torque': {'TL': 0.3}, 'arm_inertia': {'m2': 0.03}, 'disturbance': BURST,
     'backlash_gap': {'b': 0.12}, 'stiffness': {'K': 32.0}, 'hardening': {'K3': 60.0},
     'hysteresis_bouc_wen': {'Th': 0.5, 'dh': 0.03}, 'hysteresis_branch': {'h': 0.03, 'ds': 0.04},

@@ -130,6 +130,8 @@ def effect(name: str, size: float, form: Mapping[str, Any], values: Nominal,
         out.update(r=size if sign > 0 else -size / (1.0 + size), T=form['T'])
     elif name in ('cogging', 'mesh_error', 'torque_ripple'):
         out.update(A=size, N=form['N'], phi=phi)
+    elif name == 'gravity':
+        out.update(G=size, phi=phi)
     elif name == 'disturbance':
         out['bursts'] = [{'t0': b['t0'], 'duration': b['duration'],
                           'amplitude': size * b['share']} for b in form['bursts']]

@@ -50,7 +50,6 @@ _PROBES: dict[str, list[list[Row]]] = {
                       for t in (3.0, 10.0)],
     'arm_viscous': [[('Cav', 0.003, _SMALL, -0.05, 2.0)]],
     'arm_coulomb': [[('Cac', 0.01, _SMALL, -0.2, 2.0)]],
-    'gravity': [[('G', 0.03, _SMALL, -2.0, 5.0)]],
     'load_torque': [[('TL', 0.01, _SMALL, -3.0, 3.0)]],
     'hysteresis_bouc_wen': [[('Th', 0.03, _SMALL, -0.3, 5.0), ('dh', d, 1e-4, 1e-3, 0.5)]
                             for d in (0.006, 0.02, 0.06)],
@@ -64,7 +63,7 @@ _PROBES: dict[str, list[list[Row]]] = {
     'motor_encoder_delay': [[('T', 0.002, 1e-4, 0.0, 0.028)]],
     'arm_encoder_delay': [[('T', 0.002, 1e-4, 0.0, 0.028)]],
 }
-_WAVES = {'cogging': 0.02, 'torque_ripple': 0.03, 'mesh_error': 0.001,
+_WAVES = {'gravity': 0.02, 'cogging': 0.02, 'torque_ripple': 0.03, 'mesh_error': 0.001,
           'motor_encoder_eccentricity': 0.004, 'arm_encoder_eccentricity': 0.004}
 
 
@@ -103,11 +102,12 @@ def wave_effect(name: str, sine: float, cosine: float, n: int | None) -> dict[st
         name: its id.
         sine: amplitude of the sine.
         cosine: amplitude of the cosine.
-        n: number of the harmonic; encoder eccentricity has none.
+        n: number of the harmonic, None for a wave of one turn.
     """
-    out: dict[str, Any] = {'id': name, 'A': float(np.hypot(sine, cosine)),
-                           'phi': float(np.arctan2(cosine, sine))}
-    return out if 'eccentricity' in name else {**out, 'N': n}
+    out: dict[str, Any] = {
+        'id': name, draw.EFFECTS[name][1][0]: float(np.hypot(sine, cosine)),
+        'phi': float(np.arctan2(cosine, sine))}
+    return out if n is None else {**out, 'N': n}
 
 
 class ImitatorCandidate:
@@ -166,7 +166,7 @@ def candidates(names: Sequence[str], nominal: Nominal,
             wave: list[Row] = [('sine', size, 0.1 * size, -2.0, 2.0),
                                ('cosine', size, 0.1 * size, -2.0, 2.0)]
             out += [ImitatorCandidate([(name, wave, n)], nominal)
-                    for n in ([1] if 'eccentricity' in name else range(1, 41))]
+                    for n in (range(1, 41) if 'N' in draw.EFFECTS[name][1] else [None])]
             continue
         out += [ImitatorCandidate([(name, table, None)], nominal)
                 for table in probes(name, nominal, recording)]

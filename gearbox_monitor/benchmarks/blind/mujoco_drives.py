@@ -72,8 +72,8 @@ def drawn_nominal(random: np.random.Generator) -> dict[str, Any]:
                'b': log_uniform(random, 0.02, 0.4),
                'G': log_uniform(random, 0.2, 1.0) if random.uniform() < 0.5 else 0.0}
     rounded: dict[str, Any] = {k: float(f'{v:.4g}') for k, v in values.items()}
-    return {**rounded, 'Cav': 0.0, 'Cac': 0.0, 'gain': 1.0, 'limit': math.inf, 'lag': 0.0,
-            'delay': 0.0, 'timestep': float(random.choice([1e-3, 2e-3])),
+    return {**rounded, 'Cav': 0.0, 'Cac': 0.0, 'phi': 0.0, 'gain': 1.0, 'limit': math.inf,
+            'lag': 0.0, 'delay': 0.0, 'timestep': float(random.choice([1e-3, 2e-3])),
             'integrator': str(random.choice(INTEGRATORS)), 'outside': None}
 
 
@@ -81,6 +81,7 @@ def xml_of(v: Values) -> str:
     """Return the MJCF file of a drive with the values `v`, friction by MuJoCo's defaults."""
     centre = v['G'] / (MASS * G)
     own = v['m2'] - MASS * centre * centre
+    ahead, below = centre * math.sin(v['phi']), centre * math.cos(v['phi'])
     body, limits, wall = '', '', ''
     name, size = v['outside'] or ('', 0.0)
     if name == 'payload':
@@ -113,7 +114,8 @@ def xml_of(v: Values) -> str:
     <body name="link">
       <joint name="arm" axis="0 1 0" damping="{v['Cav']:.9g}"
              frictionloss="{v['Cac']:.9g}"{limits}/>
-      <inertial pos="0 0 {-centre:.9g}" mass="{MASS}" diaginertia="{own:.9g} {own:.9g} {own:.9g}"/>
+      <inertial pos="{-ahead:.9g} 0 {-below:.9g}" mass="{MASS}"
+                diaginertia="{own:.9g} {own:.9g} {own:.9g}"/>
       {body}
     </body>
   </worldbody>

@@ -38,10 +38,12 @@ def diagnosed_values(nominal: Values, verdict: Mapping[str, Any]) -> dict[str, A
     """Return `nominal` values with the effects of a `verdict`, None if MuJoCo lacks one."""
     values = dict(nominal)
     for name in str(verdict.get('effect') or '').split('+'):
-        numbers = list((verdict.get('params') or {}).get(name, {}).values())
+        numbers = dict((verdict.get('params') or {}).get(name, {}))
+        if name == 'gravity' and 'phi' in numbers:
+            values['phi'] = numbers.pop('phi')
         if name not in INSIDE or len(numbers) != 1:
             return None
-        values[INSIDE[name][0]] = IN_MUJOCO.get(name, float)(numbers[0])
+        values[INSIDE[name][0]] = IN_MUJOCO.get(name, float)(*numbers.values())
     return values
 
 

@@ -73,7 +73,7 @@ EFFECTS = {
     'cogging': ('motor_side', ('A', 'N', 'phi')),
     'arm_viscous': ('arm_side', ('Cav',)),
     'arm_coulomb': ('arm_side', ('Cac',)),
-    'gravity': ('arm_side', ('G',)),
+    'gravity': ('arm_side', ('G', 'phi')),
     'load_torque': ('arm_side', ('TL',)),
     'arm_inertia': ('arm_side', ('m2',)),
     'disturbance': ('arm_side', ()),
@@ -129,13 +129,13 @@ PLACES = ('motor_side', 'arm_side', 'transmission', 'controller', 'actuator', 'm
 # Places in the packed parameters: the kernel's numbers first, then those of the sensors.
 _NAMES = (
     'm1 m2 D Cv Cc alpha Kr K b Cs vs lugre sigma0 sigma1 Lcs Lvs Ca Cva Cl drift drift_T '
-    'cog_A cog_N cog_phi Cav Cac G TL K3 Th dh h ds mesh_A mesh_N mesh_phi '
+    'cog_A cog_N cog_phi Cav Cac G G_phi TL K3 Th dh h ds mesh_A mesh_N mesh_phi '
     'gain u0 lag delay umax rip_A rip_N rip_phi '
     'C2 cca ccphi spring aC2 fan_A fan_f fan_phi ka kphi ba bphi side Dc cubic rate').split()
 (M1, M2, D, CV, CC, ALPHA, KR, K, B, CS, VS, LUGRE, SIGMA0, SIGMA1, LCS, LVS, CA, CVA, CL, DRIFT,
- DRIFT_T, COG_A, COG_N, COG_PHI, CAV, CAC, G, TL, K3, TH, DH, H, DS, MESH_A, MESH_N, MESH_PHI,
- GAIN, U0, LAG, DELAY, UMAX, RIP_A, RIP_N, RIP_PHI, C2, CCA, CCPHI, SPRING, AC2, FAN_A, FAN_F,
- FAN_PHI, KA, KPHI, BA, BPHI, SIDE, DC, CUBIC, RATE) = range(len(_NAMES))
+ DRIFT_T, COG_A, COG_N, COG_PHI, CAV, CAC, G, G_PHI, TL, K3, TH, DH, H, DS, MESH_A, MESH_N,
+ MESH_PHI, GAIN, U0, LAG, DELAY, UMAX, RIP_A, RIP_N, RIP_PHI, C2, CCA, CCPHI, SPRING, AC2, FAN_A,
+ FAN_F, FAN_PHI, KA, KPHI, BA, BPHI, SIDE, DC, CUBIC, RATE) = range(len(_NAMES))
 _PLACE = {name: i for i, name in enumerate(_NAMES)}
 
 # (id, parameter) -> name in the packed parameters.
@@ -148,6 +148,7 @@ _SET = {
     ('viscous_drift', 'r'): 'drift', ('viscous_drift', 'T'): 'drift_T',
     ('cogging', 'A'): 'cog_A', ('cogging', 'N'): 'cog_N', ('cogging', 'phi'): 'cog_phi',
     ('arm_viscous', 'Cav'): 'Cav', ('arm_coulomb', 'Cac'): 'Cac', ('gravity', 'G'): 'G',
+    ('gravity', 'phi'): 'G_phi',
     ('load_torque', 'TL'): 'TL', ('arm_inertia', 'm2'): 'm2', ('backlash_gap', 'b'): 'b',
     ('stiffness', 'K'): 'K', ('hardening', 'K3'): 'K3', ('hysteresis_bouc_wen', 'Th'): 'Th',
     ('hysteresis_bouc_wen', 'dh'): 'dh', ('hysteresis_branch', 'h'): 'h',
@@ -303,7 +304,7 @@ def _rates(state: tuple[float, float, float, float, float, float, float], t: flo
     if p[CAC] != 0.0:
         load += p[CAC] * _sign(x4, p[ALPHA])
     if p[G] != 0.0:
-        load += p[G] * math.sin(x2)
+        load += p[G] * math.sin(x2 + p[G_PHI])
     if p[FAN_A] != 0.0:
         load += p[FAN_A] * math.sin(2.0 * math.pi * p[FAN_F] * t + p[FAN_PHI])
     for i in range(bursts.shape[0]):  # half a sine each

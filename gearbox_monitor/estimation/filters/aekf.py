@@ -53,7 +53,7 @@ from gearbox_monitor.kernels.jit import fma, jit, jit_inline
 from gearbox_monitor.kernels.linalg import multiply, multiply_symmetric
 from gearbox_monitor.kernels.types import Array, Pair, States, Values
 from gearbox_monitor.plant.drive import (
-    ALPHA, ARM_ALPHA, CAV, CC, CL, CV, G, INVERSE_M1, INVERSE_M2, substeps)
+    ALPHA, ARM_ALPHA, CAV, CC, CL, CV, G, INVERSE_M1, INVERSE_M2, PHI, substeps)
 from gearbox_monitor.plant.friction_law import TWO_OVER_PI
 
 MAX_THETA = 6
@@ -374,7 +374,8 @@ def _look(loaded: bool | None, with_atan: bool, current: Array, vectors: Array) 
             v = current[ARM_ALPHA] * vectors[TRACE_X4, q]
             coulomb = vectors[TRACE_ON_SPEED, q] - current[CAV]
             vectors[_ON_SPEED, q] = -2.0 * coulomb * current[ARM_ALPHA] * v / (1.0 + v * v)
-            vectors[_ON_POSITION, q] = -current[G] * math.sin(vectors[TRACE_X2, q])
+            vectors[_ON_POSITION, q] = -current[G] * math.sin(
+                vectors[TRACE_X2, q] + current[PHI])
 
 
 @jit_inline

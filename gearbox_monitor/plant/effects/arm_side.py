@@ -17,7 +17,7 @@ import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.effects.effect import (
-    Effect, FreeParameter, of_model, Parameter, positive, Scales, Starts)
+    Effect, FreeParameter, of_model, Parameter, positive, Scales, Starts, wave)
 
 _M2 = Parameter('m2', 'kg m^2', 1e-9)
 
@@ -40,9 +40,10 @@ ARM_COULOMB = Effect(
     counterpart='motor_coulomb', merges_if_rigid=True, starts=_coulomb_starts)
 
 GRAVITY = Effect(
-    'gravity', 'arm_side', 'tau_arm += G sin(x2)', (Parameter('G', 'N m'),),
+    'gravity', 'arm_side', 'tau_arm += G sin(x2 + phi)',
+    (Parameter('G', 'N m'), Parameter('phi', 'rad', default=0.0)),
     meaning='weight of the arm', in_filters=True, additive=True, rotary_only=True,
-    starts=lambda s: [[FreeParameter('G', 0.0, 0.1 * s.torque)]],
+    starts=wave(lambda s: 0.1 * s.torque),
     separated_by={'cogging': 'a wide range of angles'})
 
 LOAD_TORQUE = Effect(

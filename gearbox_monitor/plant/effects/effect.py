@@ -63,7 +63,8 @@ class Parameter:
     """
     A parameter of an effect: physical bounds `low` and `high` in `unit`.
 
-    whole: an integer. of_command: counts in the unit of the commanded torque, and is scaled with
+    whole: an integer. default: its value where an effect states none; without one, every effect
+    states it. of_command: counts in the unit of the commanded torque, and is scaled with
     it. off_at_infinity: the effect vanishes as the parameter grows. choices: it is one of these
     words. listed: a list of such numbers.
     """
@@ -73,6 +74,7 @@ class Parameter:
     low: float = -math.inf
     high: float = math.inf
     whole: bool = False
+    default: float | None = None
     of_command: bool = False
     off_at_infinity: bool = False
     choices: tuple[str, ...] = ()
@@ -84,7 +86,7 @@ class FreeParameter(NamedTuple):
     One coordinate of a fit: where it starts, the size of a change that matters, its bounds.
 
     log: it moves on a logarithmic scale. A wave A sin(x + phi) has the coordinates As and Ac of
-    As sin(x) + Ac cos(x).
+    As sin(x) + Ac cos(x), whatever the name of its amplitude.
     """
 
     name: str
@@ -210,8 +212,8 @@ class Effect:
 
     @property
     def phased(self) -> bool:
-        """Whether it is a wave with an amplitude A and a phase phi over an angle."""
-        return {'A', 'phi'} <= {p.name for p in self.parameters}
+        """Whether it is a wave over an angle: an amplitude, its first parameter, and phi."""
+        return any(p.name == 'phi' for p in self.parameters)
 
     @property
     def periodic(self) -> bool:
