@@ -328,7 +328,7 @@ def _inertial(draft: _Draft, values: MjcfValues) -> None:
     flat = np.zeros(9)
     mujoco.mju_quat2Mat(flat, m.body_iquat[body])
     turn = flat.reshape(3, 3)
-    tensor = turn @ np.diag(m.body_inertia[body]) @ turn.T
+    tensor: Array = turn @ np.diag(m.body_inertia[body]) @ turn.T
     mass, centre = float(m.body_mass[body]), m.body_ipos[body].copy()
     axis, anchor = m.jnt_axis[joint.index], m.jnt_pos[joint.index]
     if joint.slide:
@@ -345,7 +345,7 @@ def _inertial(draft: _Draft, values: MjcfValues) -> None:
         if moved and values.weight is not None:
             moment = mass * lever + _added_moment(drive, values.weight)
         mass, moved_by, tensor = balanced((mass, lever, tensor), axis, wanted, moment)
-        centre = centre + moved_by
+        centre += moved_by
     _write_inertial(draft, mass, centre, tensor)
 
 

@@ -230,9 +230,10 @@ def _inertial(draft: _Draft, element: XmlElement, joint: str, model: DriveModel,
     axis = _vector(moved, 'axis', 'xyz', '1 0 0')
     axis = frame.T @ axis / np.linalg.norm(axis)
     mass = _number(inertial, 'mass', 'value')
-    tensor = np.array([[_number(inertial, 'inertia', f'i{"".join(sorted(i + j))}') for j in 'xyz']
-                       for i in 'xyz'])
-    moved_by = np.zeros(3)
+    tensor: Array = np.array([
+        [_number(inertial, 'inertia', f'i{"".join(sorted(i + j))}') for j in 'xyz']
+        for i in 'xyz'])
+    moved_by: Array = np.zeros(3)
     if slide:
         if mass <= 0.0 or mass + lacks < LEAST * mass:
             raise InputError(f'link {link}: {mass:.6g} kg itself, a change of {lacks:+.6g}, '

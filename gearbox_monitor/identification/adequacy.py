@@ -157,8 +157,9 @@ def leaves_more_than_noise(search: Search, fitted: CandidateFit, rough: bool = F
         if fitted.persistent is not None:
             return bool((fitted.persistent > LOOSE * model_error.scales(search.recording)).any())
         return bool(fitted.s > LOOSE * np.std(search.recording.torque))
-    if search.noisy and fitted.s > max(MAX_NOISE * np.std(search.recording.torque),
-                                       search.model.process_torque or 0.0):
+    noise = max(MAX_NOISE * float(np.std(search.recording.torque)),
+                search.model.process_torque or 0.0)
+    if search.noisy and fitted.s > noise:
         return True
     # A hard burst throws the arm to where a free signal does not find it.
     excess, structure = misfit(search, fitted, int(DISTURBANCE.id in fitted.candidate.ids))

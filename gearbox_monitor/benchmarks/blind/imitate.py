@@ -105,7 +105,7 @@ def wave_effect(name: str, sine: float, cosine: float, n: int | None) -> dict[st
         n: number of the harmonic, None for a wave of one turn.
     """
     out: dict[str, Any] = {
-        'id': name, draw.EFFECTS[name][1][0]: float(np.hypot(sine, cosine)),
+        'id': name, plant.EFFECTS[name][1][0]: float(np.hypot(sine, cosine)),
         'phi': float(np.arctan2(cosine, sine))}
     return out if n is None else {**out, 'N': n}
 
@@ -166,7 +166,7 @@ def candidates(names: Sequence[str], nominal: Nominal,
             wave: list[Row] = [('sine', size, 0.1 * size, -2.0, 2.0),
                                ('cosine', size, 0.1 * size, -2.0, 2.0)]
             out += [ImitatorCandidate([(name, wave, n)], nominal)
-                    for n in (range(1, 41) if 'N' in draw.EFFECTS[name][1] else [None])]
+                    for n in (range(1, 41) if 'N' in plant.EFFECTS[name][1] else [None])]
             continue
         out += [ImitatorCandidate([(name, table, None)], nominal)
                 for table in probes(name, nominal, recording)]
