@@ -77,7 +77,8 @@ def bounds(parameter):
 
 def entry(effect):
     """Return the entry of the list for an Effect."""
-    parameters = '; '.join(f'`{p.name}` ({p.unit}{bounds(p)}{default(p)})' for p in effect.parameters)
+    parameters = '; '.join(f'`{p.name}` ({p.unit}{bounds(p)}{default(p)})'
+                           for p in effect.parameters)
     return f'- `{effect.id}`: {effect.meaning}. `{effect.equation}`. {parameters}'
 
 

@@ -325,7 +325,7 @@ def test_the_order_of_a_small_periodic_effect_is_found():
     ('stribeck', {'Cs': 0.003, 'vs': 0.5}, 'motor_side', 'speed of the motor'),
     ('torque_gain', {'g': 0.002}, 'actuator', 'torque'),
     ('arm_coulomb', {'Cac': 0.0005}, 'arm_side', 'speed of the arm'),
-    ('gravity', {'G': 0.002, 'phi': 0.3}, 'arm_side', 'angle of the arm in its turn'),
+    ('gravity', {'G': 0.002, 'phi': 0.0}, 'arm_side', 'angle of the arm in its turn'),
     ('backlash_gap', {'b': 0.1005}, 'transmission', 'twist'),
     ('arm_encoder_eccentricity', {'A': 0.001, 'phi': 0.7}, 'arm_sensor',
      'angle of the arm in its turn')])
