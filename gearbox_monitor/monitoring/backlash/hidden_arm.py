@@ -27,7 +27,8 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
-from gearbox_monitor.identification.candidates import CandidateModel, Coordinate, NUISANCES
+from gearbox_monitor.identification.candidates import (
+    CandidateModel, Coordinate, NUISANCES, sine_and_cosine)
 from gearbox_monitor.identification.innovation_fit import (
     coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit)
 from gearbox_monitor.identification.innovations import InnovationLikelihood
@@ -51,9 +52,9 @@ SMALLEST = 1e-3     # of the twist by the load: a gap below is none
 SHIFT = (-0.9, 10.0)  # relative, of values of the model
 # Relative standard deviations of values of the model file.
 SPREAD = {'m1': 0.1, 'm2': 0.3, 'D': 0.5, 'Cv': 0.5, 'Cc': 0.5, 'K': 0.5}
-# Effects that are fitted beside: (parameter, scale, prior), both in the rms of the torque.
-LOADS = {GRAVITY.id: ('G', 0.1, 1.0), LOAD_TORQUE.id: ('TL', 0.1, 1.0),
-         ARM_COULOMB.id: ('Cac', 0.1, 0.3), TORQUE_OFFSET.id: ('u0', 0.05, 0.1)}
+# Effects that are fitted beside: (coordinates, scale, prior), both in the rms of the torque.
+LOADS = {GRAVITY.id: (('As', 'Ac'), 0.1, 1.0), LOAD_TORQUE.id: (('TL',), 0.1, 1.0),
+         ARM_COULOMB.id: (('Cac',), 0.1, 0.3), TORQUE_OFFSET.id: (('u0',), 0.05, 0.1)}
 NOISE = 0.05        # of the torque's rms: torque noise at the start of the first fit
 # What is kept of estimates: torque until then, reading of the motor.
 COLUMNS = (sample_loop.E_U, sample_loop.E_READING_MOTOR)
@@ -192,11 +193,12 @@ def _candidate(model: DriveModel, torque: float) -> CandidateModel:
     coordinates = [Coordinate(-1, name, 0.0, spread, *SHIFT, prior=spread)
                    for name, spread in SPREAD.items() if model.value(NUISANCES[name])]
     for i, name in enumerate(ids):
-        parameter, scale, prior = LOADS[name]
-        start = sum(e[parameter] for e in model.effects if e['id'] == name)
+        parameters, scale, prior = LOADS[name]
+        own = [sine_and_cosine(name, e) if name == GRAVITY.id else e
+               for e in model.effects if e['id'] == name]
         low = 0.0 if name == ARM_COULOMB.id else -math.inf
-        coordinates.append(Coordinate(i, parameter, start, scale * torque, low,
-                                      prior=prior * torque))
+        coordinates += [Coordinate(i, parameter, sum(e[parameter] for e in own), scale * torque,
+                                   low, prior=prior * torque) for parameter in parameters]
     shape = model.transmission
     least = SMALLEST * torque / shape.stiffness
     start = max(shape.half_gap, 100.0 * least)
