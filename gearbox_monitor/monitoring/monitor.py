@@ -103,7 +103,8 @@ class Monitor:
     model, parameters, robot: as of Estimator. drift: state or baselines of a change.Tracker, or
     None (then the first windows are healthy). estimator: the Estimator that it judges; outcomes
     {component: Outcome} in force; windows: Backlash of each window, newest last; temperature: of
-    the gearbox (deg C), None = not known, set it when it changes.
+    the gearbox (deg C), None = not known, set it when it changes; phase_ns: evaluations come with
+    the first sample of each second of stamps from there on, so that many gearboxes take turns.
     Raises InputError as Estimator does, and what Tracker raises.
     """
 
@@ -121,6 +122,7 @@ class Monitor:
         if self.tracker.stamp_ns:
             self.outcomes.update(self.tracker.outcomes())
         self.temperature: float | None = None
+        self.phase_ns = 0
         self._set_reference: float | None = None
         self._forget()
 
@@ -242,6 +244,7 @@ class Monitor:
             'drift': json.dumps(self.tracker.to_dict()),
             'temperature': json.dumps(self.temperature),
             'window_start': json.dumps(self._window_start),
+            'phase': json.dumps(self.phase_ns),
             'known': json.dumps(self._common.to_list()),
             **({} if self._hidden_arm is None else {
                 'hidden_arm': json.dumps(self._hidden_arm.to_list())})}
@@ -254,6 +257,7 @@ class Monitor:
             monitor._begin(Estimator.restore(snapshot, source), json.loads(snapshot['drift']))
             monitor.temperature = json.loads(snapshot['temperature'])
             monitor._window_start = json.loads(snapshot['window_start'])
+            monitor.phase_ns = json.loads(snapshot.get('phase', '0'))
             monitor._window_whole = monitor._window_start is None
             monitor._common = _common_of(snapshot)
             monitor._hidden_arm = monitor._hidden_arm_of(snapshot)
@@ -301,7 +305,7 @@ class Monitor:
             self._smoothed_rows.add(*chunk)
 
     def _evaluate_if_due(self, stamp_ns: int, code: int) -> None:
-        """Evaluate when a second of stamps has passed; `code`: of the sample at `stamp_ns`."""
+        """Evaluate when the next second of stamps begins; `code`: of the sample at `stamp_ns`."""
         if code == sample_loop.START:
             self._begin_window()  # positions may count from elsewhere now
         if code not in IN_TIME:
@@ -311,7 +315,8 @@ class Monitor:
         due_ns = self._due_ns
         if due_ns and due_ns - SECOND <= stamp_ns < due_ns:
             return
-        self._evaluate_at(stamp_ns + SECOND)
+        elapsed = (stamp_ns - self.phase_ns) % SECOND if due_ns else 0
+        self._evaluate_at(stamp_ns + SECOND - elapsed)
         if due_ns and stamp_ns >= due_ns:
             self._evaluate(stamp_ns)
 

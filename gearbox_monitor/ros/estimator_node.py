@@ -72,9 +72,10 @@ class EstimatorNode(TableNode):
         self._diagnostics = advertise(self, DiagnosticArray, DIAGNOSTICS, 10)
         alerts = advertise(self, DiagnosticArray, DRIFT_ALERTS, latched())
         self._gearboxes: list[MonitoredGearbox] = []
-        for gearbox in settings:
+        for k, gearbox in enumerate(settings):
             with located(gearbox.name):
-                self._gearboxes.append(MonitoredGearbox(self, gearbox, alerts))
+                self._gearboxes.append(MonitoredGearbox(
+                    self, gearbox, alerts, k * SECOND // len(settings)))
         # Its callbacks come only once the node spins.
         self._inputs = JointSubscriptions(self, [g.input for g in self._gearboxes], self._take)
         for shell in self._gearboxes:  # replay needs the names for bags with remapped topics

@@ -32,6 +32,7 @@ from gearbox_monitor.files.baselines import (
     Damaged, load_baseline, load_state, save_baseline, save_state, set_aside)
 from gearbox_monitor.interfaces.signals import ARM, MOTOR, SNAPSHOT, TRANSMISSION
 from gearbox_monitor.kernels.jit import COMPILED, KERNELS
+from gearbox_monitor.monitoring.backlash import shape
 from gearbox_monitor.monitoring.backlash.change import Tracker
 from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, TESTS
 from gearbox_monitor.monitoring.checks import usability
@@ -56,17 +57,20 @@ class MonitoredGearbox:
     """
     Shell around the Monitor of one gearbox of `node`; its name precedes what is its own.
 
-    settings: of the gearbox; alerts: where all gearboxes publish theirs.
+    settings: of the gearbox; alerts: where all gearboxes publish theirs; phase_ns: of its
+    evaluations, see Monitor.
 
     input: takes its samples from messages. names: what messages call it.
     """
 
-    def __init__(self, node: TableNode, settings: GearboxSettings, alerts: Publisher) -> None:
+    def __init__(self, node: TableNode, settings: GearboxSettings, alerts: Publisher,
+                 phase_ns: int = 0) -> None:
         self._node, self.name, self._alert_output = node, settings.name, alerts
         self._says = f'{self.name}: ' if self.name else ''  # in front of what is logged
         values, model = settings.parameters, settings.model
         drift, adaptation = self._state_at_start(values)
         self.monitor = Monitor(model, values, drift, settings.robot)
+        self.monitor.phase_ns = phase_ns
         self._recall(adaptation)
         for test in TESTS:  # computed once, and not while a sample waits
             self.monitor.tracker.settings.threshold(test)
@@ -381,6 +385,8 @@ def warm_up(model: DriveModel, parameters: EstimatorParameters,
     window = 0.5 if parameters.arm_joint else 4.0  # the shortest that is fitted
     monitor = Monitor(model, parameters.replace(drift_window=window), robot=robot)
     rest = tuple(0.0 for _ in monitor.estimator.robot_joints)
+    if parameters.arm_joint:  # the fit of a window, which this motion does not excite
+        shape.warm_up()
     for k in range(2200):  # 4.4 s: trust is judged from the third second on
         angle = 0.5 * math.sin(0.02 * k)
         monitor.step(Sample(SECOND + k * 2_000_000, (0.0, 0.0), (angle, -angle), rest))

@@ -234,3 +234,9 @@ class Regression:
         result = np.zeros((N_SHAPE, N_SHAPE))
         result[np.ix_(at, at)] = inverse @ middle @ inverse
         return result
+
+
+def warm_up() -> None:
+    """Compile normal_equations, or load it."""
+    every, zeros = np.ones(N_SHAPE, bool), np.zeros(N_SHAPE)
+    Regression(np.zeros((2, 5)), 1, np.ones(2), 1, zeros, 1.0).evaluate(zeros, every, False)
