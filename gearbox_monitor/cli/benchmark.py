@@ -33,6 +33,7 @@ BENCHMARKS = {
     'trust': ('trust', 'false alarms of trust and drift, and how soon faults are detected'),
     'real': ('real', 'torque of a real drive against static current compensation'),
     'emps': ('emps', 'free run over a public test recording, beside published figures'),
+    'bam': ('bam', 'servos by their setpoints, beside Better Actuator Models'),
     'wear': ('wear', 'backlash and its growth from the motor encoder alone'),
     'blind': ('blind.runner', 'diagnosis of recordings whose effect only the scorer knows'),
 }

@@ -78,7 +78,7 @@ def noise_floor(recording: UniformRecording, model: DriveModel) -> tuple[Array, 
         model: model of the drive.
     """
     sigma, quantum = noise_levels(recording.y)
-    sigma = np.maximum(sigma, np.array(recording.quantum) / np.sqrt(12.0))
+    sigma = np.maximum(sigma, recording.floor)
     if model.process_torque_time > 0.0:
         sigma = np.maximum(sigma, FINEST * np.ptp(recording.y, axis=0))
     return sigma, quantum

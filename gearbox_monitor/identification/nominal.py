@@ -150,8 +150,8 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
     if validate is not None:
         base = plain if recording.motor is None else replace(model, tolerance=0.0)
         validation = closed_model.validate(validate, base, fitted_model, sigma)
-    # Filters have a torque constant, but no gain.
-    fitted_model = fitted_model.with_torque_constant(start_values(fitted_model)['kt'])
+    if model.controller is None:  # filters have a torque constant, but no gain
+        fitted_model = fitted_model.with_torque_constant(start_values(fitted_model)['kt'])
     fitted_model = replace(fitted_model.folded(), tolerance=model.tolerance,
                            zero_tolerance=model.zero_tolerance)
     return NominalFit(fitted_model, values, correlated, None if seconds else gap_before, gap_after,

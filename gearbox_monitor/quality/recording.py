@@ -27,7 +27,7 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.sensor_noise import quantisation_step
+from gearbox_monitor.kernels.sensor_noise import DIFFERENCE_GAIN, quantisation_step
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import Controller
 from gearbox_monitor.plant.units import on_axis
@@ -69,9 +69,9 @@ class UniformRecording:
     t [N] s from 0; u [N] N m, or setpoint of a servo, rad, held from t_k to t_k+1; y [N, 2] rad,
     motor and arm as measured; arm_torque [N] N m or None where not measured; name: what messages
     call it; cuts: first samples of the recordings that were joined to this one; channels: columns
-    of y that were measured, the other one is a copy; quantum: steps of the encoders as read, rad,
-    which interpolation hides; servo_torque [N] N m: what a servo commands,
-    None without.
+    of y that were measured, the other one is a copy; floor: rad, below which the noise of the
+    encoders is not, whatever interpolated readings look like; servo_torque [N] N m: what a servo
+    commands, None without.
 
     If the motor's motion drives the model (torque_domain), motor [N, 5] holds it: position, speed,
     acceleration, whether it moves, and u without its noise. In y then stands u in place of the
@@ -86,7 +86,7 @@ class UniformRecording:
     name: str = ''
     cuts: tuple[int, ...] = (0,)
     channels: tuple[int, ...] = (0, 1)
-    quantum: tuple[float, float] = (0.0, 0.0)
+    floor: tuple[float, float] = (0.0, 0.0)
     motor: Array | None = None
     servo_torque: Array | None = None
 
@@ -210,7 +210,7 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
         times = times - times[0]
         n = int(times[-1] / dt) + 1
     grid = np.arange(n) * dt
-    quantum = quantisation_step(values['motor']), quantisation_step(values['arm'])
+    floor = [quantisation_step(values[field]) / math.sqrt(12.0) for field in ('motor', 'arm')]
     if sampled_then or missing or wander.any():
         index_held = np.clip(np.searchsorted(times, grid + 0.5 * dt, side='right') - 1, 0, None)
         values = {field: value[index_held] if field in HELD else _cubic(times, value, grid)
@@ -220,8 +220,10 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
         if count:
             notices.append(f'{count} single wild readings of {field} are interpolated')
     y = np.column_stack([values['motor'], values['arm']])
+    if sampled_then or wander.any():
+        floor = [max(pair) for pair in zip(floor, map(_noise_at_speed, y.T))]
     return UniformRecording(grid, values[driving], y, dt, values.get('arm_torque'), name,
-                            channels=channels, quantum=quantum), tuple(notices)
+                            channels=channels, floor=(floor[0], floor[1])), tuple(notices)
 
 
 def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, Array, str]:
@@ -376,6 +378,16 @@ def rms_of(values: Array) -> float:
     return float(np.sqrt(np.mean(values ** 2)))
 
 
+def _noise_at_speed(value: Array) -> float:
+    """
+    Return the noise of readings (rad) `value` [N] in the half of the samples that moves most.
+
+    Stamps that stray by r put readings off by r times the speed; at rest nothing shows of it.
+    """
+    rough, speed = np.diff(value, 4), np.abs(value[3:-1] - value[1:-3])
+    return rms_of(rough[speed >= np.median(speed)]) / DIFFERENCE_GAIN
+
+
 def _wander(jitter: Array, dt: float) -> Array:
     """
     Return the part (s) [N] of the jitter of stamps that lasts: the sample time itself varies.
@@ -471,7 +483,8 @@ def at_one_rate(recordings: Sequence[UniformRecording]) -> list[UniformRecording
             r = replace(
                 r, t=t, dt=dt, u=r.u[held],
                 y=np.column_stack([_cubic(at, column, t) for column in r.y.T]),
-                arm_torque=None if r.arm_torque is None else r.arm_torque[held])
+                arm_torque=None if r.arm_torque is None else r.arm_torque[held],
+                servo_torque=None if r.servo_torque is None else r.servo_torque[held])
         aligned.append(r)
     return aligned
 

@@ -346,9 +346,8 @@ def test_a_loop_without_a_clock_is_sampled_where_its_stamps_say():
     off = recording.y[:, 1] - np.sin(3.0 * recording.t)
     assert np.sqrt(np.mean(off ** 2)) < step / 3.0
     # Interpolated readings look finer than they are.
-    assert recording.quantum[1] == pytest.approx(step)
     sigma, _ = noise_floor(recording, DriveModel())
-    assert sigma[1] == pytest.approx(step / np.sqrt(12.0), rel=1e-6)
+    assert step / np.sqrt(12.0) <= sigma[1] < 0.5 * step
 
 
 def test_recordings_of_nearly_one_rate_are_brought_to_the_lower():
