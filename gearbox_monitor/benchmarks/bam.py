@@ -88,11 +88,16 @@ SERVOS = {
 
 @dataclass(frozen=True)
 class ServoLog:
-    """A recording on BAM's grid [N]: setpoint and position, rad; `raw` as stored, without rows."""
+    """
+    A recording on BAM's grid [N], rad; `raw` as stored, without rows.
+
+    setpoint: in force, as the servo holds it; interpolated: between setpoints, as BAM takes it.
+    """
 
     path: Path
     raw: dict[str, Any]
     setpoint: Array
+    interpolated: Array
     position: Array
     speed: float
 
@@ -121,9 +126,11 @@ def read_logs(folder: Path) -> list[ServoLog]:
             continue
         t = np.array([row['timestamp'] for row in rows])
         grid = np.arange(0.0, t[-1], DT)
-        setpoint, position = (np.interp(grid, t, [row[name] for row in rows])
-                              for name in ('goal_position', 'position'))
-        logs.append(ServoLog(path, raw, setpoint, position, float(rows[0].get('speed', 0.0))))
+        goal = np.array([row['goal_position'] for row in rows])
+        held = goal[np.maximum(np.searchsorted(t, grid, side='right') - 1, 0)]
+        position = np.interp(grid, t, [row['position'] for row in rows])
+        logs.append(ServoLog(path, raw, held, np.interp(grid, t, goal), position,
+                             float(rows[0].get('speed', 0.0))))
     return logs
 
 
@@ -226,7 +233,7 @@ def errors_of_m6(servo: Servo, train: list[ServoLog], test: list[ServoLog]) -> d
     def batch(logs: list[ServoLog], members: int) -> dict[str, Any]:
         """Return `logs` side by side as BAM takes them, for `members`; longer ones end early."""
         n = min(len(log.position) for log in logs)
-        rows = [{'goal_position': np.array([log.setpoint[k] for log in logs]),
+        rows = [{'goal_position': np.array([log.interpolated[k] for log in logs]),
                  'torque_enable': True} for k in range(n)]
         rows[0].update(position=np.tile([log.position[0] for log in logs], (members, 1)),
                        speed=np.tile([log.speed for log in logs], (members, 1)))
