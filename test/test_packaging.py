@@ -36,6 +36,7 @@ THIRD_PARTY = {
     'distributed': (None, 'distributed'),  # optional; it and the next have no rosdep key
     'fsspec': (None, 'fsspec'),
     'filterpy': (None, 'filterpy'),  # optional: a reference to compare with
+    'bam': (None, 'better-actuator-models'),  # optional: runs beside ours; no rosdep key
     'fmpy': (None, 'fmpy'),  # optional: runs functional mock-up units; no rosdep key
     'foxglove': (None, 'foxglove-sdk'),  # optional: serves its viewer; no rosdep key
     'rerun': (None, 'rerun-sdk'),  # optional: sends to its viewer; no rosdep key

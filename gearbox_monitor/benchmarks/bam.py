@@ -44,7 +44,7 @@ from scipy.optimize import differential_evolution
 from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, progress_line, require_compiled, require_whole)
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.identification.nominal import fit_nominal
 from gearbox_monitor.kernels.types import Array
@@ -58,6 +58,7 @@ DT = 5e-3                    # s, BAM's time grid
 WHOLE = 1000.0               # s: longer than the recordings
 TRAINED = ('sin_sin', 'sin_time_square')  # motions that are fitted
 FITTED = ('m1', 'Cv', 'Cc', 'kt', 'u0')
+GIVEN = ('gravity', 'torque_gain', 'torque_offset')  # effects that are known, or in FITTED
 GENERATIONS, POPULATION = 150, 8  # of the evolution that fits M6
 
 
@@ -187,26 +188,32 @@ def measure(name: str, logs: list[ServoLog], jobs: int) -> dict[str, Any]:
     model = stated_model(servo, train[0])
     recordings = at_one_rate([recording_of(log, model) for log in train])
     show(f'{name}: diagnose')
-    verdict = diagnose(recordings, model, jobs=jobs)
-    # The firmware's gain and limit are exact: what they are multiplied by is the motor's, kt.
-    closed = replace(verdict.model.folded(), controller=model.controller)
-    effects = [e['id'] for e in closed.effects if e['id'] not in ('gravity', 'torque_gain',
-                                                                  'torque_offset', 'torque_map')]
+    try:
+        verdict = diagnose(recordings, model, jobs=jobs)
+        kind, effect, confusable = (verdict.data[key] for key in (
+            'verdict', 'effect', 'confusable'))
+    except Undecided:
+        kind, effect, confusable = 'undecided', None, []
     show(f'{name}: fit-nominal')
-    fitted = {'stated model, fitted': (model, ()), 'diagnosed model, fitted': (closed, effects)}
+    starts = {'stated model, fitted': (model, ())}
+    if effect:
+        # The firmware's gain and limit are exact: what they are multiplied by is the motor's, kt.
+        closed = replace(verdict.model.folded(), controller=model.controller)
+        starts[f'with {effect}, fitted'] = (closed, tuple(
+            e['id'] for e in closed.effects if e['id'] not in GIVEN))
     models = {label: fit_nominal(recordings, start, (*FITTED, *ids), seconds=WHOLE,
                                  jobs=jobs).model
-              for label, (start, ids) in fitted.items()}
-    errors = {label: {'fitted': [run_error(log, m, servo) for log in train],
+              for label, (start, ids) in starts.items()}
+    label = list(models)[-1]
+    errors = {key: {'fitted': [run_error(log, m, servo) for log in train],
                       'held out': [run_error(log, m, servo) for log in test]}
-              for label, m in models.items()}
+              for key, m in models.items()}
     if find_spec('bam'):
         show(f'{name}: M6')
         errors.update(errors_of_m6(servo, train, test))
     show('')
-    return {'servo': name, 'verdict': verdict.data['verdict'], 'effect': verdict.data['effect'],
-            'confusable': verdict.data['confusable'], 'effects': models[
-                'diagnosed model, fitted'].effects,
+    return {'servo': name, 'verdict': kind, 'effect': effect, 'confusable': confusable,
+            'effects': models[label].effects, 'judged': label,
             'held out': [log.path.name for log in test], 'errors': errors}
 
 
@@ -298,7 +305,7 @@ def run(args: argparse.Namespace) -> int:
                              'expected recordings of Better Actuator Models')
         data = measure(name, logs, args.jobs)
         results.append(data)
-        own = 1e3 * float(np.mean(data['errors']['diagnosed model, fitted']['held out']))
+        own = 1e3 * float(np.mean(data['errors'][data['judged']]['held out']))
         bars.check(f'{name}: an effect is named', data['effect'] or data['verdict'], 'effect',
                    data['verdict'] == 'effect')
         of_m6 = {k: v for k, v in data['errors'].items() if k.startswith('M6')}
