@@ -192,14 +192,15 @@ def measure(name: str, logs: list[ServoLog], jobs: int) -> dict[str, Any]:
         verdict = diagnose(recordings, model, jobs=jobs)
         kind, effect, confusable = (verdict.data[key] for key in (
             'verdict', 'effect', 'confusable'))
+        parts = [part['effect'] for part in verdict.data['identified']]
     except Undecided:
-        kind, effect, confusable = 'undecided', None, []
+        kind, effect, confusable, parts = 'undecided', None, [], []
     show(f'{name}: fit-nominal')
     starts = {'stated model, fitted': (model, ())}
-    if effect:
+    if parts:  # what the diagnosis closes its model with, named or nearest
         # The firmware's gain and limit are exact: what they are multiplied by is the motor's, kt.
         closed = replace(verdict.model.folded(), controller=model.controller)
-        starts[f'with {effect}, fitted'] = (closed, tuple(
+        starts[f'with {"+".join(parts)}, fitted'] = (closed, tuple(
             e['id'] for e in closed.effects if e['id'] not in GIVEN))
     models = {label: fit_nominal(recordings, start, (*FITTED, *ids), seconds=WHOLE,
                                  jobs=jobs).model
@@ -213,6 +214,7 @@ def measure(name: str, logs: list[ServoLog], jobs: int) -> dict[str, Any]:
         errors.update(errors_of_m6(servo, train, test))
     show('')
     return {'servo': name, 'verdict': kind, 'effect': effect, 'confusable': confusable,
+            'identified': list(parts),
             'effects': models[label].effects, 'judged': label,
             'held out': [log.path.name for log in test], 'errors': errors}
 
@@ -282,7 +284,9 @@ def table(results: list[dict[str, Any]]) -> list[str]:
     """Return the `results` of measure() as lines."""
     lines = []
     for data in results:
-        named = ' or '.join([data['effect'] or data['verdict'], *data['confusable']])
+        nearest = f', nearest {"+".join(data["identified"])}' if data['identified'] else ''
+        named = ' or '.join([data['effect'], *data['confusable']]) if data['effect'] else (
+            data['verdict'] + nearest)
         lines += [f'{data["servo"]}: {named}', '',
                   f'{"mean absolute error, mrad":<28}{"fitted":>9}{"held out":>10}  each']
         for label, parts in data['errors'].items():

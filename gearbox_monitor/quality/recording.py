@@ -515,4 +515,5 @@ def concatenated(recordings: Sequence[UniformRecording]) -> UniformRecording:
         motor=None if first.motor is None else np.concatenate([r.motor for r in recordings]),
         servo_torque=None if first.servo_torque is None else np.concatenate(
             [r.torque for r in recordings]),
+        floor=(max(r.floor[0] for r in recordings), max(r.floor[1] for r in recordings)),
         name=', '.join(r.name for r in recordings), cuts=tuple(np.cumsum([0, *sizes[:-1]])))

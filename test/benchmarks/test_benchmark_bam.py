@@ -62,8 +62,8 @@ def test_a_folder_without_recordings_is_one_line(tmp_path, capsys):
 
 @pytest.mark.system
 @pytest.mark.skipif(not DATA.is_dir(), reason='no recordings of BAM beside the repository')
-def test_load_friction_is_named_and_the_other_gain_predicted(tmp_path):
+def test_load_friction_is_identified_and_the_other_gain_predicted(tmp_path):
     main(['benchmark', 'bam', str(DATA), '--servo', 'xl330', '--json', str(tmp_path / 'bam.json')])
     data, = json.loads((tmp_path / 'bam.json').read_text())['servos']
-    assert data['effect'] == 'load_friction'
+    assert data['identified'] == ['load_friction']
     assert np.mean(data['errors'][data['judged']]['held out']) < 0.04
