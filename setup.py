@@ -62,7 +62,7 @@ setup(
         # "import" of HDF5 and MATLAB 7.3 files
         'import': ['h5py>=3.10'],
         # "benchmark bam", Python 3.12; no rosdep key
-        'bam': ["better-actuator-models>=1.0; python_version>='3.12'"],
+        'bam': ['better-actuator-models>=1.0; python_version>="3.12"'],
         # "compare" with filters of filterpy
         'compare': ['filterpy>=1.4'],
         # "diagnose --simulator FILE.fmu"; no rosdep key

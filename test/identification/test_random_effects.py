@@ -17,8 +17,9 @@
 import numpy as np
 import pytest
 
+from gearbox_monitor.identification.candidates import Starts
 from gearbox_monitor.identification.diagnose import diagnose
-from gearbox_monitor.identification.random_effects import pooled
+from gearbox_monitor.identification.random_effects import between_recordings, pooled
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -41,6 +42,28 @@ def test_range_covers_the_mean_at_its_odds(count, between):
         result = pooled(values, errors)
         covered.append(result.low <= 3.0 <= result.high)
     assert 0.85 <= np.mean(covered) <= 0.95
+
+
+@pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
+@pytest.mark.system
+@pytest.mark.parametrize('effect, key, field, value, between', [
+    ('backlash_gap', 'b', 'half_gap', 0.12, 0.03),
+    ('motor_coulomb', 'Cc', 'coulomb_friction', 0.3, 0.1)])
+def test_range_covers_the_mean_of_simulated_runs(effect, key, field, value, between):
+    """100 sets of three runs of 4 s, between which the value differs: 90 % within chance."""
+    random, covered = np.random.default_rng(7), []
+    t = np.arange(2000) * 2e-3
+    torque = (0.3 + 0.7 * np.sin(np.pi * t / 4.0) ** 2) * Excitation().torque(t)
+    for _ in range(100):
+        runs = []
+        for true in value * (1.0 + between * random.standard_normal(3)):
+            run = simulate(MODEL.with_(**{field: float(true)}), torque, 2e-3,
+                           Noise(measurement=(5e-3, 5e-3)), int(random.integers(1 << 30)))
+            runs.append(admitted(run.t, run.u, run.y, None, 'run', None, MODEL, 'model')[0])
+        candidate = Starts(MODEL, runs[0]).candidates(effect)[0]
+        result = between_recordings(runs, candidate, candidate.start(), np.full(2, 5e-3))
+        covered.append(result[effect][key].low <= value <= result[effect][key].high)
+    assert 0.83 <= np.mean(covered) <= 0.97
 
 
 def test_recordings_without_scatter_have_a_range():
