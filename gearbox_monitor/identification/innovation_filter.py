@@ -18,8 +18,8 @@ Kernels of the grey-box likelihood: an EKF of the whole drive, and what its inno
 The state is that of a simulation: positions and speeds, and the memories of the transmission and
 of effects. Steps are those of plant.batch, composed of the same equations: in LANES, beside the
 estimate, runs one copy of it for each state, a little moved: their differences are the tangent of
-the step. A recording is filtered in GROUPS parts at once, side by side. An encoder that reads late
-is taken into account at the time of which it reads: steps end there.
+the step. Up to GROUPS parts of a recording are filtered at once, side by side. An encoder that
+reads late is taken into account at the time of which it reads: steps end there.
 
 White torque on motor and arm is the process noise (Kristensen, Madsen and Jorgensen, 2004). On
 real drives, torque on the motor that lasts is a state, an Ornstein-Uhlenbeck process.
@@ -41,9 +41,10 @@ from gearbox_monitor.plant.effects.effect import Torques
 from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, rebuilt
 from gearbox_monitor.plant.transmission import RIGID
 
-GROUPS = 2                   # parts of a recording that are filtered side by side
-WIDTH = LANES // GROUPS      # lanes of one: the estimate, and a moved one for each state
-MOST_STATES = WIDTH - 1
+# Parts of a recording that are filtered side by side where the lanes suffice: each needs one for
+# the estimate, and a moved one for each state.
+GROUPS = 2
+MOST_STATES = LANES - 1
 FARTHEST = 1e6               # rad, beyond which a filter has diverged
 NO_ERROR = (0.0, 0.0, 0.0)
 LASTING = N_STATE            # place of the torque on the motor that lasts
@@ -205,7 +206,7 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
         data: FilterInput.
         start: FilterStart.
         s: workspace [N_LANE_STATE].
-        room: workspace [GROUPS + 1, A + N_FILTER, A], the first rows covariances,
+        room: workspace [G + 1, A + N_FILTER, A] for G groups, the first rows covariances,
             the last one of each group the state.
         trace: is filled in.
 
@@ -215,13 +216,14 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
     """
     e = drive.e
     places, moves = start.places, start.moves
-    n, last = len(places), len(data.begin) - 1
+    n, last, groups = len(places), len(data.begin) - 1, len(room) - 1
+    width = LANES // groups
     form = step_form(drive)
     result = 0.0
-    product = room[GROUPS, :n, :n]
-    for pair in range(0, last + 1, GROUPS):
+    product = room[groups, :n, :n]
+    for pair in range(0, last + 1, groups):
         steps = 0
-        for g in range(GROUPS):
+        for g in range(groups):
             c = min(pair + g, last)
             steps = max(steps, data.end[c] - data.begin[c] - 1)
             for i in range(N_FILTER):
@@ -230,7 +232,7 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                 for j in range(n):
                     room[g, i, j] = start.covariance[i, j]
         for k in range(steps + 1):
-            for g in range(GROUPS):
+            for g in range(groups):
                 c = min(pair + g, last)
                 at = min(data.begin[c] + k, data.end[c] - 1)
                 if data.begin[c] + k < data.end[c] and pair + g <= last:
@@ -239,29 +241,29 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                     for i in range(n):
                         for j in range(n):
                             trace.covariance[at, i, j] = room[g, i, j]
-                for i in range(WIDTH * g, WIDTH * (g + 1)):
+                for i in range(width * g, width * (g + 1)):
                     s[T + i] = at * data.dt
                     for j in range(3):
                         s[ON_MOTOR + LANES * j + i] = data.extra[at, j]
-                _spread(g, room, start, s)
+                _spread(g, width, room, start, s)
             if k == steps:
                 break
             for q in range(len(schedule.length)):
-                for g in range(GROUPS):
+                for g in range(groups):
                     c = min(pair + g, last)
                     at = min(data.begin[c] + k, data.end[c] - 1)
-                    for i in range(WIDTH * g, WIDTH * (g + 1)):
+                    for i in range(width * g, width * (g + 1)):
                         s[U + i] = data.u[at, schedule.part[q]]
                 step_lanes(s, schedule.length[q], form, drive)
                 m = schedule.ends[q]
                 if m < 0:
                     continue
-                for g in range(GROUPS):
+                for g in range(groups):
                     c = min(pair + g, last)
                     at = data.begin[c] + k
                     if at >= data.end[c] - 1 or pair + g > last:
                         continue
-                    base = WIDTH * g
+                    base = width * g
                     F = trace.tangent[at, m]
                     for i in range(n):
                         if places[i] == LASTING:
@@ -304,17 +306,17 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                     if m < len(schedule.span) - 1:
                         for i in range(N_FILTER):
                             trace.begin[at, m + 1, i] = room[g, n + i, 0]
-                        _spread(g, room, start, s)
+                        _spread(g, width, room, start, s)
     return result if math.isfinite(result) else math.inf
 
 
 @jit_inline
-def _spread(g: int, room: Array, start: FilterStart, s: Array) -> None:
-    """Put the state of the group `g` into its lanes, one of them moved for each state."""
+def _spread(g: int, width: int, room: Array, start: FilterStart, s: Array) -> None:
+    """Put the state of the group `g` into its `width` lanes, one of them moved for each state."""
     n = len(start.places)
     for i in range(N_FILTER):
-        row = (ON_MOTOR if i == LASTING else LANES * i) + WIDTH * g
-        for j in range(WIDTH):
+        row = (ON_MOTOR if i == LASTING else LANES * i) + width * g
+        for j in range(width):
             s[row + j] = room[g, n + i, 0]
         for j in range(n):
             if start.places[j] == i:

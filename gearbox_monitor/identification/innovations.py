@@ -32,11 +32,11 @@ from gearbox_monitor.identification.innovation_filter import (
     FilterInput, FilterStart, FilterTrace, LASTING, MOST_STATES, N_FILTER, SampleSchedule)
 from gearbox_monitor.identification.shooting import Simulator
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.batch import N_LANE_STATE
+from gearbox_monitor.plant.batch import LANES, N_LANE_STATE
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
 from gearbox_monitor.plant.effects.composition import DELAY1, DELAY2
-from gearbox_monitor.plant.effects.registry import INTEGRAL, LATE_A, LATE_B
+from gearbox_monitor.plant.effects.registry import INTEGRAL, LATE_A, LATE_B, LATE_C
 from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, plugin_of
 from gearbox_monitor.quality.recording import UniformRecording
 
@@ -140,7 +140,7 @@ class InnovationLikelihood:
         if servo is not None:
             late = servo.delay + (1.0 / servo.rate if servo.rate else 0.0)
             sizes.update({4 + place: self._torque for place, value in (
-                (INTEGRAL, servo.ki), (LATE_A, late), (LATE_B, late)) if value})
+                (INTEGRAL, servo.ki), (LATE_A, late), (LATE_B, late), (LATE_C, late)) if value})
         for place, size in list(sizes.items())[:MOST_STATES - 4]:  # no lane for more
             places.append(place)
             moves.append(MEMORY_MOVE * size)
@@ -170,7 +170,8 @@ class InnovationLikelihood:
             np.empty((n, segments, states, states)), np.empty((n, states, states)),
             np.zeros((n, 2)), np.ones((n, 2)), np.zeros((n, 2, states)), np.zeros((n, 2)),
             np.zeros((n, 2)), np.zeros((n, 2)))
-        room = np.zeros((kernels.GROUPS + 1, states + N_FILTER, states))
+        groups = min(kernels.GROUPS, LANES // (states + 1))
+        room = np.zeros((groups + 1, states + N_FILTER, states))
         deviance = filtered(drive, parts, data, start, self._lanes.copy(), room, trace)
         return Filtered(model, drive, parts, data, start, trace, deviance)
 

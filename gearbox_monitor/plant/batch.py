@@ -214,9 +214,10 @@ def _memory_loops(s: Array, x3: int, x4: int, h: float, p: Array, e: Array) -> N
     if e[SERVO_KI] > 0.0 or e[SERVO_LATE] > 0.0:
         late = late_fade(h, e)
         for i in range(len(s) // PARTS):
-            (s[IN_SERVO + i], s[IN_SERVO + LANES + i],
-             s[IN_SERVO + 2 * LANES + i]) = advanced_servo(
-                (s[OF_SERVO + i], s[OF_SERVO + LANES + i], s[OF_SERVO + 2 * LANES + i]),
+            (s[IN_SERVO + i], s[IN_SERVO + LANES + i], s[IN_SERVO + 2 * LANES + i],
+             s[IN_SERVO + 3 * LANES + i]) = advanced_servo(
+                (s[OF_SERVO + i], s[OF_SERVO + LANES + i], s[OF_SERVO + 2 * LANES + i],
+                 s[OF_SERVO + 3 * LANES + i]),
                 (s[U + i], s[X1 + i], s[X3 + i]), s[x3 + i], h, late, e)
 
 
@@ -237,7 +238,7 @@ def _rates(s: Array, elapsed: float, p: Array, e: Array) -> None:
         for i in range(lanes):
             s[MOTOR + i] = servo(s[U + i], e, s[Y1 + i], s[Y3 + i],
                                  (s[IN_SERVO + i], s[IN_SERVO + LANES + i],
-                                  s[IN_SERVO + 2 * LANES + i]))
+                                  s[IN_SERVO + 2 * LANES + i], s[IN_SERVO + 3 * LANES + i]))
     _motor_loops(s, e)
     _friction_loops(s, elapsed, p, e)
     if p[CAC] != 0.0:

@@ -66,7 +66,7 @@ def closed_loop(effects, duration, limit=5.0):
                 ('cogging', 'motor_encoder_eccentricity'))
 
     def rates(t, state):
-        x1, x2, x3, x4, r, integral, low, rate = state
+        x1, x2, x3, x4, r, integral, low, rate, bent = state
         i = int(np.floor((t - delay) / DT + 1e-9))
         held = SETPOINT[i] if i >= 0 else 0.0
         q = x1 + ecc[0] * np.sin(x1 + ecc[2])
@@ -76,7 +76,8 @@ def closed_loop(effects, duration, limit=5.0):
         before, slope = np.diff([*np.zeros(9), *SETPOINT][i + 7:i + 10]) / DT
         ahead = kff * slope + kaff * (slope - before) / DT
         computed = np.clip(kp * error + integral - 0.15 * v + ahead, -limit, limit)
-        u = np.clip(computed - 12.0 * late * rate, -limit, limit) if late else computed
+        u = np.clip(240.0 * low + 24.0 * late ** 2 * bent - computed,
+                    -limit, limit) if late else computed
         u = gain * u + u0
         u += cog[0] * np.sin(cog[1] * x1 + cog[2])
         twist = x1 - x2
@@ -84,8 +85,9 @@ def closed_loop(effects, duration, limit=5.0):
         friction = cv * x3 + cc * 2.0 / np.pi * np.arctan(100.0 * x3)
         return [x3, x4, (u - tau - friction - kr * x1) / m1, tau / m2,
                 (held - r) / lag if lag else 0.0, ki * error,
-                rate, (computed - 12.0 * low - 6.0 * late * rate) / late ** 2 if late else 0.0]
-    state, rows = np.zeros(8), []
+                rate, bent, (computed - 120.0 * low - 60.0 * late * rate
+                             - 12.0 * late ** 2 * bent) / late ** 3 if late else 0.0]
+    state, rows = np.zeros(9), []
     for t in T[:round(duration / DT)]:  # the setpoint is held: no step within an integration
         rows.append(state[:4])
         state = solve_ivp(rates, (t, t + DT), state, rtol=1e-9, atol=1e-10,

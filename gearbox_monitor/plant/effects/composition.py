@@ -36,8 +36,8 @@ from gearbox_monitor.plant.effects.controller import (
 from gearbox_monitor.plant.effects.effect import Coefficients, Effect, Three
 from gearbox_monitor.plant.effects.encoder import ARM_ENCODER_DELAY, MOTOR_ENCODER_DELAY
 from gearbox_monitor.plant.effects.registry import (
-    in_slot, INTEGRAL, LATE_A, LATE_B, MEMORIES, N_MEMORY, PLACES, SERVO_ACCELERATION, SERVO_KD,
-    SERVO_KI, SERVO_KP, SERVO_LATE, SERVO_SPEED, SERVO_TORQUE)
+    in_slot, INTEGRAL, LATE_A, LATE_B, LATE_C, MEMORIES, N_MEMORY, PLACES, SERVO_ACCELERATION,
+    SERVO_KD, SERVO_KI, SERVO_KP, SERVO_LATE, SERVO_SPEED, SERVO_TORQUE)
 from gearbox_monitor.plant.transmission import dead_zone, transmission_torque
 
 LAG, DELAY = PLACES[ACTUATOR_LAG.id], PLACES[ACTUATOR_DELAY.id]
@@ -52,7 +52,15 @@ COMMAND_PLACES = [*(PLACES[effect.id] for effect in (
 STEP_SLOTS = ('friction', 'arm_torque', 'twist', 'elastic', 'motor_torque')
 STEP_PLACES = (*sorted({PLACES[e.id] for slot in STEP_SLOTS for e in in_slot(slot)}), SERVO_KP)
 NO_ERROR = (0.0, 0.0, 0.0)
-ROOT3 = math.sqrt(3.0)
+# Approximation of Pade of exp(-s), third order: -1 + (240 + 24 s^2) / (120 + 60 s + 12 s^2 + s^3),
+# by its poles, a real one and a complex pair, and their residues.
+LATE_POLE = -4.644370709252172
+LATE_REAL, LATE_IMAGINARY = -3.6778146453739153, 3.5087619195674447
+_SHARES = [(240.0 + 24.0 * p ** 2) / (60.0 + 24.0 * p + 3.0 * p ** 2)
+           for p in (complex(LATE_POLE), complex(LATE_REAL, LATE_IMAGINARY))]
+LATE_SHARE, SHARE_REAL, SHARE_IMAGINARY = _SHARES[0].real, _SHARES[1].real, _SHARES[1].imag
+INVERSE_REAL, INVERSE_IMAGINARY = (
+    part / (LATE_REAL ** 2 + LATE_IMAGINARY ** 2) for part in (LATE_REAL, -LATE_IMAGINARY))
 Kernel = Callable[..., Any]
 
 
@@ -263,41 +271,42 @@ def servo(r: float, e: Array, x1: float, x3: float, memory: Any) -> float:
     """
     Return the torque that a servo and the actuator behind it make of a setpoint.
 
-    The servo reads its own encoder, with its eccentricity, without noise. Its delay T is the
-    approximation of Pade of second order, 1 - 12 T s / (12 + 6 T s + (T s)^2), in its modal form
-    T w' = (-3 + i sqrt(3)) w + u.
+    The servo reads its own encoder, with its eccentricity, without noise. Its delay T is an
+    approximation of Pade in its modal form T w' = p w + u, p the poles.
 
     Args:
         r: setpoint, rad; without a servo a torque, which is returned.
         e: packed effects.
         x1: position of the motor, rad.
         x3: its speed, rad/s.
-        memory: torque of the integrator, real and imaginary part of w, N m.
+        memory: torque of the integrator, real and imaginary part of w of the complex pole, w of
+            the real one, N m.
 
     Returns:
         Torque, N m.
     """
     if e[SERVO_KP] == 0.0:
         return r
-    integral, a, b = memory
+    integral, a, b, c = memory
     u = _control_law(r, e, x1, x3, integral)
     if e[SERVO_LATE] > 0.0:
-        u = _limited(u - 12.0 * (a - ROOT3 * b), e)
+        u = _limited(LATE_SHARE * c + 2.0 * (SHARE_REAL * a - SHARE_IMAGINARY * b) - u, e)
     return command_effects(u, e)
 
 
 @jit_part
-def late_fade(h: float, e: Array) -> Three:
-    """Return (h / T, real, imaginary part of exp((-3 + i sqrt(3)) h / T)) of the servo's delay."""
+def late_fade(h: float, e: Array) -> Any:
+    """Return h / T of the servo's delay T, and exp(p h / T): real, imaginary part; real pole."""
     if e[SERVO_LATE] == 0.0:
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0
     spans = h / e[SERVO_LATE]
-    fade = exponential(-3.0 * spans)
-    return spans, fade * math.cos(ROOT3 * spans), fade * math.sin(ROOT3 * spans)
+    fade = exponential(LATE_REAL * spans)
+    return (spans, fade * math.cos(LATE_IMAGINARY * spans),
+            fade * math.sin(LATE_IMAGINARY * spans), exponential(LATE_POLE * spans))
 
 
 @jit_part
-def advanced_servo(memory: Any, begin: Three, x3: float, h: float, late: Three, e: Array) -> Any:
+def advanced_servo(memory: Any, begin: Three, x3: float, h: float, late: Any, e: Array) -> Any:
     """
     Return the memory of the servo after a step, exact for a torque that changes evenly.
 
@@ -312,7 +321,7 @@ def advanced_servo(memory: Any, begin: Three, x3: float, h: float, late: Three, 
     Returns:
         The memory at the end.
     """
-    integral, a, b = memory
+    integral, a, b, c = memory
     r, x1, v = begin
     if e[SERVO_KI] > 0.0:
         middle = x1 + 0.5 * h * x3
@@ -320,17 +329,20 @@ def advanced_servo(memory: Any, begin: Three, x3: float, h: float, late: Three, 
         integral = _limited(
             integral + h * e[SERVO_KI] * dead_zone(r - middle - error, e[DEADBAND]), e)
     if e[SERVO_LATE] > 0.0:
-        spans, c, s = late
+        spans, cosine, sine, fade = late
         first = _control_law(r, e, x1, v, memory[0])
         last = _control_law(r, e, x1 + h * x3, 2.0 * x3 - v, integral)
-        # w = p + q t / T + (w(0) - p) exp((-3 + i sqrt(3)) t / T)
+        # w = f + g t / T + (w(0) - f) exp(p t / T), g = -u' T / p, f = (g - u(0)) / p
         slope = (last - first) / spans
-        qa, qb = 0.25 * slope, ROOT3 / 12.0 * slope
-        pa = 0.25 * (first - qa) + ROOT3 / 12.0 * qb
-        pb = ROOT3 / 12.0 * (first - qa) - 0.25 * qb
-        a, b = (pa + qa * spans + (a - pa) * c - (b - pb) * s,
-                pb + qb * spans + (a - pa) * s + (b - pb) * c)
-    return integral, a, b
+        ga, gb = -slope * INVERSE_REAL, -slope * INVERSE_IMAGINARY
+        fa = (ga - first) * INVERSE_REAL - gb * INVERSE_IMAGINARY
+        fb = (ga - first) * INVERSE_IMAGINARY + gb * INVERSE_REAL
+        gc = -slope / LATE_POLE
+        fc = (gc - first) / LATE_POLE
+        a, b = (fa + ga * spans + (a - fa) * cosine - (b - fb) * sine,
+                fb + gb * spans + (a - fa) * sine + (b - fb) * cosine)
+        c = fc + gc * spans + (c - fc) * fade
+    return integral, a, b, c
 
 
 @jit_part
@@ -348,7 +360,8 @@ def motor_effects(u: float, e: Array, x1: float, x3: float, m: Any) -> float:
     Returns:
         Torque, N m.
     """
-    return torque_effects(servo(u, e, x1, x3, (m[INTEGRAL], m[LATE_A], m[LATE_B])), e, x1, x3)
+    return torque_effects(servo(
+        u, e, x1, x3, (m[INTEGRAL], m[LATE_A], m[LATE_B], m[LATE_C])), e, x1, x3)
 
 
 @jit_part
@@ -370,7 +383,7 @@ def advanced_memories(m: Any, begin: Three, x3: float, x4: float, h: float, base
         The memories at the end.
     """
     return _advanced((m[0],), e, m, x3, x4, h, base) + advanced_servo(
-        (m[INTEGRAL], m[LATE_A], m[LATE_B]), begin, x3, h, late_fade(h, e), e)
+        (m[INTEGRAL], m[LATE_A], m[LATE_B], m[LATE_C]), begin, x3, h, late_fade(h, e), e)
 
 
 @jit_part

@@ -83,9 +83,9 @@ def in_slot(slot: str) -> list[Effect]:
 
 
 # Memories of a window or a state: that of the transmission itself, then those of effects, then
-# torque of the servo's integrator and the two filtered torques of a servo that is late, N m.
+# torque of the servo's integrator and the three filtered torques of a servo that is late, N m.
 MEMORIES = {effect.id: place for place, effect in enumerate(in_slot('memory'), 1)}
-INTEGRAL, LATE_A, LATE_B, N_MEMORY = range(1 + len(MEMORIES), 5 + len(MEMORIES))
+INTEGRAL, LATE_A, LATE_B, LATE_C, N_MEMORY = range(1 + len(MEMORIES), 6 + len(MEMORIES))
 
 
 def pack(effects: Sequence[Values], servo: Sequence[float] = NO_SERVO) -> Array:
