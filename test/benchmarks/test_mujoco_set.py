@@ -82,6 +82,15 @@ def test_baselines_and_scores(monkeypatch):
     assert rows[0]['diagnose'] == pytest.approx(rows[0]['true']) and rows[1]['diagnose'] < 0.9
 
 
+@pytest.mark.parametrize('name', ['actuator_lag', 'actuator_delay'])
+def test_true_values_close_everything_in_windows_too(name):
+    """What acts late in a window was commanded before it."""
+    truth = mujoco_drives.changed(NOMINAL, name, 0.01, 1.0, 1.0)
+    q, _ = mujoco_drives.simulated(truth, U)
+    y = q + 1e-4 * np.random.default_rng(1).standard_normal(q.shape)
+    assert mujoco_baselines.closed_of(NOMINAL, truth, U, y) > 0.99
+
+
 def test_other_options_are_refused(capsys):
     assert main(['benchmark', 'blind', '--plant', 'mujoco', '--input', 'setpoint']) == 2
     assert 'expected neither' in capsys.readouterr().err

@@ -46,7 +46,7 @@ Torque = Callable[[Array], float]  # of the features of a state, N m
 
 
 class Windows(NamedTuple):
-    """Parts of a recording: u [W, L], y [W, L, 2], starts [W, 4], noise [2]."""
+    """Parts of a recording: u [W, GAP + L] from before, y [W, L, 2], starts [W, 4], noise [2]."""
 
     u: Array
     y: Array
@@ -61,21 +61,9 @@ def windows_of(u: Array, y: Array) -> Windows:
     # Of a cubic over SMOOTH samples, the residual keeps this share of white noise.
     keep = 1.0 - savgol_filter(np.eye(SMOOTH), SMOOTH, 3, axis=0)[SMOOTH // 2, SMOOTH // 2]
     sigma = (y - smooth)[SMOOTH:-SMOOTH].std(axis=0) / math.sqrt(keep)
-    first = np.arange(SMOOTH, len(u) - LENGTH - SMOOTH, LENGTH + GAP)
-    index = first[:, None] + np.arange(LENGTH)
-    return Windows(u[index], y[index], np.hstack([smooth[first], speed[first]]), sigma)
-
-
-def commanded(v: Values, u: Array) -> Array:
-    """Return the torque [W, L] that the actuator of `v` makes of `u`, which began as it is."""
-    k, n = np.arange(u.shape[1]) - v['delay'] / DT, u.shape[1]
-    late = np.array([np.interp(k, np.arange(n), row) for row in u]) if v['delay'] else u
-    out = np.clip(v['gain'] * late, -v['limit'], v['limit'])
-    if v['lag']:
-        fade = math.exp(-DT / v['lag'])
-        for j in range(1, n):
-            out[:, j] = fade * out[:, j - 1] + (1.0 - fade) * out[:, j]
-    return out
+    first = np.arange(max(SMOOTH, GAP), len(u) - LENGTH - SMOOTH, LENGTH + GAP)
+    index = first[:, None] + np.arange(-GAP, LENGTH)
+    return Windows(u[index], y[index[:, GAP:]], np.hstack([smooth[first], speed[first]]), sigma)
 
 
 def free_runs(v: Values, u: Array, starts: Array, lacking: Torque | None = None) -> Array:
@@ -84,19 +72,21 @@ def free_runs(v: Values, u: Array, starts: Array, lacking: Torque | None = None)
 
     Args:
         v: values of the drive.
-        u: torque [W, L], N m.
+        u: torque [W, GAP + L], N m, from before the windows: a lag and a dead time have a past.
         starts: states where windows begin [W, 4].
         lacking: further torque on the motor.
     """
     mujoco = mujoco_module()
-    plain = {**v, 'gain': 1.0, 'limit': math.inf, 'lag': 0.0, 'delay': 0.0}
-    m = mujoco.MjModel.from_xml_string(xml_of(plain))
-    data, n, y = mujoco.MjData(m), round(DT / m.opt.timestep), np.empty((*u.shape, 2))
-    for w, torques in enumerate(commanded(v, u)):
+    m = mujoco.MjModel.from_xml_string(xml_of(v))
+    data, n = mujoco.MjData(m), round(DT / m.opt.timestep)
+    y = np.empty((len(u), u.shape[1] - GAP, 2))
+    for w, torques in enumerate(u):
         mujoco.mj_resetData(m, data)
-        data.qpos[:], data.qvel[:] = starts[w, :2], starts[w, 2:]
-        for k, torque in enumerate(torques):
-            y[w, k] = data.qpos
+        for k, torque in enumerate(torques, -GAP):
+            if k <= 0:
+                data.qpos[:], data.qvel[:] = starts[w, :2], starts[w, 2:]
+            if k >= 0:
+                y[w, k] = data.qpos
             data.ctrl[0] = torque
             if lacking is not None:
                 data.qfrc_applied[0] = lacking(np.array([*data.qpos, *data.qvel, torque]))
