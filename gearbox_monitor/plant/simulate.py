@@ -383,7 +383,7 @@ class Plant:
         t = (first + np.arange(len(u))) * dt
         x, tau, acting = np.empty((len(u), 4)), np.empty((len(u), 2)), np.empty((len(u), n))
         keep = math.ceil(MAX_SETPOINT_DELAY / dt) + 2
-        if len(self._past_u) != keep:
+        if len(self._past_u) != keep and len(u):
             self._past_u = np.zeros(keep)  # before the start there was no torque
             self._setpoints = np.array([u[0], u[0], 0.0])
         commanded = np.concatenate([self._past_u, u])
