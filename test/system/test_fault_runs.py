@@ -81,7 +81,7 @@ def test_nothing_is_ok_until_it_is_judged_again():
     judged = ('observability', 'prediction error', 'covariance', 'model')
     monitor.run(Samples(base.stamp_ns[:10000], base.u[:10000], base.y[:10000]))
     assert not any(monitor.outcomes[name].level for name in judged)
-    for k in range(10300, 14000):  # 0.3 s are missing
+    for k in range(10300, 14400):  # 0.3 s are missing
         monitor.step(Sample(int(base.stamp_ns[k]), tuple(base.u[k]), tuple(base.y[k])))
         started = monitor.counts[sample_loop.START] > 1
         young = base.stamp_ns[k] < base.stamp_ns[10302] + 3 * sample_loop.SECOND
