@@ -35,8 +35,8 @@ from gearbox_monitor.plant.units import on_axis
 MIN_DURATION = 4.0     # s: four windows of the gap metric
 SHORT = 8.0            # s: below it, few windows are left for validation
 DIAGNOSIS_RATES = (200.0, 4000.0)  # Hz
-SETPOINT_RATES = (40.0, 4000.0)  # Hz: a servo's own loop is faster than its log
-MAX_REPAIRED = 0.02    # share of samples that may be interpolated
+SETPOINT_RATES = (50.0, 4000.0)  # Hz: a servo's own loop is faster than its log
+MAX_REPAIRED = 0.01    # share of samples that may be interpolated
 RATES_ALIKE = 0.1      # relative difference of rates up to which recordings are brought to one
 MAX_RUN = 3            # samples in a row that may be interpolated: below the drive's own periods
 WANDER_SPAN = 0.2      # s over which stamps are averaged: longer than what makes single ones late

@@ -158,7 +158,7 @@ def one_way(s):
     (lambda s: stamped(s, repeat=100), ('stamps', 'order'), '309 repeated', WARN, ()),
     (lambda s: stamped(s, repeat=10), ('stamps', 'order'), 'repeated', BAD, PURPOSES),
     (lambda s: stamped(s, jitter=0.2), ('stamps', 'jitter'), '20 % of the period', WARN, ()),
-    (lambda s: stamped(s, lose=0.03), ('stamps', 'gaps'), 'samples (', BAD, ('diagnosis',)),
+    (lambda s: stamped(s, lose=0.02), ('stamps', 'gaps'), 'samples (', BAD, ('diagnosis',)),
     (lambda s: stamped(s, hole=300), ('stamps', 'gaps'), '1 restart', WARN, ()),
     (one_way, ('motion', 'gap traversals'), '0 % of the windows', BAD, ('drift',)),
     (lambda s: changed(s, stamp_ns=T0 + 20 * (s.stamp_ns - T0)), ('stamps', 'rate'), '50 Hz', BAD,

@@ -378,7 +378,7 @@ def test_single_lost_samples_are_interpolated_many_are_refused(sound):
     assert np.abs(recording.y - y).max() < 8 * SIGMA.max()
     assert not check(recording, MODEL)
     keep[rng.choice(len(t), 500, replace=False)] = False
-    with pytest.raises(InputError, match=r'samples lost by their stamps.*expected at most 2 %'):
+    with pytest.raises(InputError, match=r'samples lost by their stamps.*expected at most 1 %'):
         prepare(t[keep], u[keep], y[keep])
 
 
