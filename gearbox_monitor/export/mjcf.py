@@ -54,9 +54,8 @@ class MjcfValues:
 
     motor_inertia, arm_inertia: kg m^2. motor_damping, arm_damping: N m s/rad. motor_friction,
     arm_friction: N m, of a `law` and of `sharpness` (s/rad, of motor and arm). motor_stiffness:
-    N m/rad, to the ground. weight: G e^(j phi), N m; None leaves that
-    of the file. rigid:
-    without transmission; stiffness (N m/rad), cubic (N m/rad^3), half_gap (rad), damping of the
+    N m/rad, to the ground. weight: G e^(j phi), N m; None leaves that of the file. rigid: without
+    transmission; stiffness (N m/rad), cubic (N m/rad^3), half_gap (rad), damping of the
     transmission; yielding: stiffness and yield (rad) of an elasto-plastic spring beside it.
     gain (1), offset, limit (N m), lag, delay (s) of the actuator, limit before the lag.
     late: delay of the readings of motor and arm, s; zero: offset of that of the arm, rad.

@@ -37,7 +37,7 @@ from gearbox_monitor.plant.effects import actuator, arm_side, motor_side
 from gearbox_monitor.robot.description import parse, RobotDescription, turn
 from gearbox_monitor.robot.dynamics import arrays_of, move, NO_PAYLOAD, Payload, torque_on
 
-GRAVITY = (0.0, 0.0, -9.81)  # m/s^2: of MuJoCo, Isaac and Bullet
+SIMULATED_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2: default of MuJoCo, Isaac and Bullet
 SAME = 1e-6  # relative: what differs by less is not edited
 LEAST = 0.05  # of a tensor about the axis: what is taken from it leaves so much
 ROOTS = {'urdf': 'robot', 'sdf': 'sdf'}
@@ -184,7 +184,7 @@ def _joint_of_sdf(draft: _Draft, joint: XmlElement, values: Mapping[str, float])
 def _inertial(draft: _Draft, element: XmlElement, joint: str, model: DriveModel, urdf: str
               ) -> list[Exported]:
     """
-    Give the link that a joint moves what its inertia, and its weight, lack in the posture 0.
+    Change the link that a joint moves until inertia and weight at posture 0 are the model's.
 
     Args:
         draft: gets the edits.
@@ -270,7 +270,7 @@ def _inertial(draft: _Draft, element: XmlElement, joint: str, model: DriveModel,
 def _load(robot: RobotDescription, joint: str, angle: float = 0.0,
           payload: Payload = NO_PAYLOAD) -> tuple[float, float]:
     """Return weight (N m) and inertia (kg m^2) on a joint at `angle` (rad), the others at 0."""
-    arrays, place = arrays_of(robot, payload, gravity=GRAVITY), robot.joints.index(joint)
+    arrays, place = arrays_of(robot, payload, gravity=SIMULATED_GRAVITY), robot.joints.index(joint)
     motion = np.zeros((3, len(robot.joints)))
     motion[0, place] = angle
     move(arrays, motion)
@@ -279,7 +279,7 @@ def _load(robot: RobotDescription, joint: str, angle: float = 0.0,
 
 
 class _Weight:
-    """The weight G sin(x2 + phi) on a joint, as G e^(j phi), and what a link adds to it."""
+    """The weight G sin(x2 + phi) on a joint, as the phasor G e^(j phi), and moments for more."""
 
     def __init__(self, robot: RobotDescription, joint: str, link: str) -> None:
         self._robot, self._joint, self._link = robot, joint, link
@@ -290,7 +290,7 @@ class _Weight:
                          for angle in (0.5 * np.pi, 0.0)))
 
     def moment(self, added: complex) -> Array:
-        """Return mass times lever [3] (kg m), in the link's frame, that adds a weight `added`."""
+        """Return the mass times lever [3] (kg m, link's frame) that adds the weight `added`."""
         parts = [self._of(Payload(1.0, 0.0, tuple(axis), self._link)) - self.present
                  for axis in np.eye(3)]
         columns = np.array([np.real(parts), np.imag(parts)])

@@ -44,7 +44,7 @@ BANDS = (0.0, 3.0, 8.0, 20.0, noise_model.MOTION)  # Hz
 REMAINDER = 30.0     # gain in chi2 of a free function of the motion; by chance: 29 at most of 300
 REMAINDER_RELATIVE = 1e-4  # of what the fit gains: integration is not more accurate
 MAX_SHARPENING = 0.15  # correction of sigma that is believed
-MAX_NOISE = 0.1      # of the torque: no actuator has more noise, but filters take errors for it
+MAX_NOISE = 0.1      # of the torque's deviation: more is an error of the model, not of an actuator
 LOOSE = 0.2          # of the torque: more that lasts and is not explained is an unknown effect
 
 

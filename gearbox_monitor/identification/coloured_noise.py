@@ -74,7 +74,7 @@ def measure(search: Search, fitted: CandidateFit,
     """
     Return (sigma [2] rad, phi [2]) from what `fitted` leaves, None where the noise is white.
 
-    From what none leaves where that is less: noise of the torque may have hidden a wrong fit.
+    The model without effects takes its place where it leaves less: torque noise hides wrong fits.
 
     Args:
         search: fits of all candidates to one recording.

@@ -103,17 +103,18 @@ class Monitor:
     model, parameters, robot: as of Estimator. drift: state or baselines of a change.Tracker, or
     None (then the first windows are healthy). estimator: the Estimator that it judges; outcomes
     {component: Outcome} in force; windows: Backlash of each window, newest last; temperature: of
-    the gearbox (deg C), None = not known, set it when it changes; phase_ns: evaluations come with
-    the first sample of each second of stamps from there on, so that many gearboxes take turns.
+    the gearbox (deg C), None = not known, set it when it changes. phase_ns: evaluations come with
+    the first sample after each whole second of the stamps plus this offset.
     Raises InputError as Estimator does, and what Tracker raises.
     """
 
     def __init__(self, model: DriveModel,
                  parameters: EstimatorParameters | Values | None = None,
-                 drift: Any = None, robot: RobotDescription | None = None) -> None:
-        self._begin(Estimator(model, parameters, robot), drift)
+                 drift: Any = None, robot: RobotDescription | None = None,
+                 phase_ns: int = 0) -> None:
+        self._begin(Estimator(model, parameters, robot), drift, phase_ns)
 
-    def _begin(self, estimator: Estimator, drift: Any) -> None:
+    def _begin(self, estimator: Estimator, drift: Any, phase_ns: int) -> None:
         self.estimator = estimator
         self.outcomes: Outcomes = dict.fromkeys(COMPONENTS, NO_DATA)
         self.windows: deque[features.Backlash] = deque(maxlen=1000)
@@ -122,7 +123,7 @@ class Monitor:
         if self.tracker.stamp_ns:
             self.outcomes.update(self.tracker.outcomes())
         self.temperature: float | None = None
-        self.phase_ns = 0
+        self._phase_ns = phase_ns
         self._set_reference: float | None = None
         self._forget()
 
@@ -244,7 +245,7 @@ class Monitor:
             'drift': json.dumps(self.tracker.to_dict()),
             'temperature': json.dumps(self.temperature),
             'window_start': json.dumps(self._window_start),
-            'phase': json.dumps(self.phase_ns),
+            'phase': json.dumps(self._phase_ns),
             'known': json.dumps(self._common.to_list()),
             **({} if self._hidden_arm is None else {
                 'hidden_arm': json.dumps(self._hidden_arm.to_list())})}
@@ -254,10 +255,10 @@ class Monitor:
         """Return the Monitor that goes on from `snapshot` of `source`. Raises InputError."""
         monitor = cls.__new__(cls)
         with snapshot_errors(source):
-            monitor._begin(Estimator.restore(snapshot, source), json.loads(snapshot['drift']))
+            monitor._begin(Estimator.restore(snapshot, source), json.loads(snapshot['drift']),
+                           json.loads(snapshot.get('phase', '0')))
             monitor.temperature = json.loads(snapshot['temperature'])
             monitor._window_start = json.loads(snapshot['window_start'])
-            monitor.phase_ns = json.loads(snapshot.get('phase', '0'))
             monitor._window_whole = monitor._window_start is None
             monitor._common = _common_of(snapshot)
             monitor._hidden_arm = monitor._hidden_arm_of(snapshot)
@@ -315,7 +316,7 @@ class Monitor:
         due_ns = self._due_ns
         if due_ns and due_ns - SECOND <= stamp_ns < due_ns:
             return
-        elapsed = (stamp_ns - self.phase_ns) % SECOND if due_ns else 0
+        elapsed = (stamp_ns - self._phase_ns) % SECOND if due_ns else 0
         self._evaluate_at(stamp_ns + SECOND - elapsed)
         if due_ns and stamp_ns >= due_ns:
             self._evaluate(stamp_ns)

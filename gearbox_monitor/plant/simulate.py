@@ -321,7 +321,7 @@ def plugin_of(model: DriveModel) -> tuple[Effect | None, Array]:
         else:
             joined = replace(joined, id=f'{joined.id}+{effect.id}',
                              torques=_sum(joined.torques, effect.torques, len(theta)))
-        theta += [float(values[p.name]) for p in effect.parameters]
+        theta += [float(values.get(p.name, p.default)) for p in effect.parameters]
     return joined, np.array(theta, float)
 
 

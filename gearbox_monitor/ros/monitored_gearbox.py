@@ -69,8 +69,7 @@ class MonitoredGearbox:
         self._says = f'{self.name}: ' if self.name else ''  # in front of what is logged
         values, model = settings.parameters, settings.model
         drift, adaptation = self._state_at_start(values)
-        self.monitor = Monitor(model, values, drift, settings.robot)
-        self.monitor.phase_ns = phase_ns
+        self.monitor = Monitor(model, values, drift, settings.robot, phase_ns)
         self._recall(adaptation)
         for test in TESTS:  # computed once, and not while a sample waits
             self.monitor.tracker.settings.threshold(test)

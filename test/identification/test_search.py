@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Where the gap lies, how far it closes, and what a recording can separate."""
+from dataclasses import replace
 import json
 from types import SimpleNamespace
 
@@ -336,6 +337,19 @@ def test_what_is_left_is_a_function_of_the_motion(name, values, place, over):
     found = strongest_dependence(search, none)
     assert (found.place, found.over) == (place, over) and found.gain > 3.0 * adequacy.REMAINDER
     assert strongest_dependence(search, fitted_from(search, name, values)).gain < 30.0
+
+
+def test_noise_above_a_tenth_of_the_torque_is_no_noise():
+    """A filter takes any error of the model for it; the model file may state more."""
+    recording = record([])
+    limit = 0.1 * np.std(recording.u)
+    for stated in (0.0, 2.0 * limit):
+        model = DriveModel(tolerance=0.015, process_torque=stated)
+        search = Search(recording, model, SIGMA, [])
+        none = fit_none(search)
+        assert not adequacy.leaves_more_than_noise(search, replace(none, s=0.9 * limit))
+        noisier = replace(none, s=1.1 * limit)
+        assert adequacy.leaves_more_than_noise(search, noisier) != bool(stated)
 
 
 def test_noise_of_the_readings_is_no_law():

@@ -239,6 +239,23 @@ def test_parameters_while_running():
     assert len(monitor.run(cut(samples, 2000, 3000)).rows) == 999
 
 
+@pytest.mark.parametrize('phase, expected', [
+    (0, [1137, 2000, 4000, 6000]), (300, [1137, 1300, 2300, 4000, 4300, 6000, 6300])])
+def test_evaluations_come_at_their_phase_of_the_second(phase, expected, monkeypatch):
+    """The first one a second after a start; a snapshot carries the phase, a reset keeps it."""
+    samples, _ = drive(7.0)
+    evaluated, evaluate = [], Monitor._evaluate
+    monkeypatch.setattr(Monitor, '_evaluate', lambda self, stamp_ns: (
+        evaluated.append((stamp_ns - int(samples.stamp_ns[0])) // MS), evaluate(self, stamp_ns)))
+    monitor = Monitor(MODEL, phase_ns=phase * MS)
+    monitor.run(cut(samples, 137, 3000))
+    restored = Monitor.restore(monitor.snapshot())
+    restored.run(cut(samples, 3000, 5000))
+    restored.reset()
+    restored.run(cut(samples, 5000, 7000))
+    assert evaluated == expected
+
+
 @pytest.mark.parametrize('arm_joint', ['arm', ''])
 def test_a_change_between_two_evaluations_is_the_same_step_by_step(arm_joint):
     """What the monitor has not taken yet belongs to the time before the change."""

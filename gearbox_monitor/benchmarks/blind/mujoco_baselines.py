@@ -46,7 +46,11 @@ Torque = Callable[[Array], float]  # of the features of a state, N m
 
 
 class Windows(NamedTuple):
-    """Parts of a recording: u [W, GAP + L] from before, y [W, L, 2], starts [W, 4], noise [2]."""
+    """
+    Parts of a recording: u [W, GAP + L] from GAP samples earlier, y [W, L, 2].
+
+    starts [W, 4]: states where y begins; sigma [2]: noise of the encoders.
+    """
 
     u: Array
     y: Array
@@ -72,7 +76,7 @@ def free_runs(v: Values, u: Array, starts: Array, lacking: Torque | None = None)
 
     Args:
         v: values of the drive.
-        u: torque [W, GAP + L], N m, from before the windows: a lag and a dead time have a past.
+        u: torque [W, GAP + L], N m; in the first GAP samples only the actuator moves.
         starts: states where windows begin [W, 4].
         lacking: further torque on the motor.
     """

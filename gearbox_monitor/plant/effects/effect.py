@@ -63,10 +63,10 @@ class Parameter:
     """
     A parameter of an effect: physical bounds `low` and `high` in `unit`.
 
-    whole: an integer. default: its value where an effect states none; without one, every effect
-    states it. of_command: counts in the unit of the commanded torque, and is scaled with
-    it. off_at_infinity: the effect vanishes as the parameter grows. choices: it is one of these
-    words. listed: a list of such numbers.
+    whole: an integer. default: its value if an effect omits it; None: an effect must state it.
+    of_command: counts in the unit of the commanded torque, and is scaled with it. off_at_infinity:
+    the effect vanishes as the parameter grows. choices: it is one of these words. listed: a list
+    of such numbers.
     """
 
     name: str

@@ -105,7 +105,8 @@ def pack(effects: Sequence[Values], servo: Sequence[float] = NO_SERVO) -> Array:
         if values['id'] in PLACES:
             place, effect = PLACES[values['id']], EFFECTS[values['id']]
             numbers = (effect.packed(values) if effect.packed else
-                       [values[parameter.name] for parameter in effect.parameters])
+                       [values.get(parameter.name, parameter.default)
+                        for parameter in effect.parameters])
             e[place:place + len(numbers)] = numbers
     return e
 
