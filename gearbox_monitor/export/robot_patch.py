@@ -313,7 +313,9 @@ def _move_centre(draft: _Draft, inertial: XmlElement, title: str, by: Array) -> 
         words = draft.document.text(place).split() or ['0'] * 6
         unit = np.pi / 180.0 if place.attributes.get('degrees') in ('true', '1') else 1.0
         angles = unit * np.array(words[3:], float)
-    centre = number(*(np.array(words[:3], float) + turn(*angles) @ by))
+    moved = np.array(words[:3], float) + turn(*angles) @ by
+    moved[np.abs(moved) < SAME * np.abs(moved).max()] = 0.0
+    centre = number(*moved)
     if tag == 'pose':
         centre = ' '.join([centre, *(words[3:] or ['0'] * 3)])
     draft.changes.append(Splice(title + tag, '', ' '.join(words), centre))
