@@ -60,7 +60,7 @@ OWN = """
 
 
 def default(parameter):
-    """Return the default of a parameter that an effect need not state."""
+    """Return the default of a parameter that an effect may omit, as words."""
     return '' if parameter.default is None else f', default {parameter.default:g}'
 
 
