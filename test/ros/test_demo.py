@@ -26,6 +26,7 @@ import pytest
 pytest.importorskip('rclpy')
 psutil = pytest.importorskip('psutil')
 
+from gearbox_monitor.cli.demo import READY_SECONDS
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.ros.ros_domain import own_domain  # noqa: E402
 
@@ -67,7 +68,8 @@ def children(process):
     return found
 
 
-def wait_for(condition, what, seconds=60):
+def wait_for(condition, what, seconds=2.0 * READY_SECONDS):
+    """Wait for a condition; as long as the demo itself waits for nodes that compile."""
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end, f'{what} did not happen'
