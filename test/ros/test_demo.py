@@ -26,8 +26,8 @@ import pytest
 pytest.importorskip('rclpy')
 psutil = pytest.importorskip('psutil')
 
-from gearbox_monitor.cli.demo import READY_SECONDS
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
+from gearbox_monitor.cli.demo import READY_SECONDS  # noqa: E402
 from gearbox_monitor.ros.ros_domain import own_domain  # noqa: E402
 
 pytestmark = pytest.mark.ros
