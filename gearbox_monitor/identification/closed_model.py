@@ -33,7 +33,7 @@ from gearbox_monitor.identification.localisation import labels
 from gearbox_monitor.identification.noise_model import spectrum
 from gearbox_monitor.identification.position_search import PositionSearch
 from gearbox_monitor.identification.process_noise import noise_weighted_residual
-from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.search import Search, SETTLING
 from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows
 from gearbox_monitor.identification.smoothed_windows import fit_none
 from gearbox_monitor.identification.torque_domain import driven
@@ -316,7 +316,7 @@ def validate(recording: UniformRecording, nominal: DriveModel, closed: DriveMode
     Return how two DriveModels do on a Recording that was used for nothing else.
 
     {'gap_before', 'gap_after', 'closed_fraction', 'windows', 'free_run': {'seconds', 'before',
-    'after': {'motor' or 'torque', 'arm': rms over the whole recording}}}; None: the run diverges.
+    'after': {'motor' or 'torque', 'arm': rms from the first window on}}}; None: the run diverges.
 
     Args:
         recording: recording of the drive.
@@ -339,7 +339,8 @@ def validate(recording: UniformRecording, nominal: DriveModel, closed: DriveMode
                          'after': runs[1]}}
 
 
-def windowed(recording: UniformRecording, model: DriveModel, sigma: Array) -> Windowed:
+def windowed(recording: UniformRecording, model: DriveModel, sigma: Array,
+             settling: float = SETTLING) -> Windowed:
     """
     Return (Search, Candidate, FitPoint) of `model` on all windows, only their states fitted.
 
@@ -347,6 +348,7 @@ def windowed(recording: UniformRecording, model: DriveModel, sigma: Array) -> Wi
         recording: recording of the drive.
         model: model of the drive.
         sigma: noise of the encoders [2], rad.
+        settling: s at the beginning that no window reads where the torque drives the model.
     """
     plain = replace(model, tolerance=0.0, process_torque_time=0.0,
                     controller=model.controller and replace(model.controller, tolerance=0.0))
@@ -354,7 +356,7 @@ def windowed(recording: UniformRecording, model: DriveModel, sigma: Array) -> Wi
         by_position = PositionSearch(recording, plain, sigma, [])
         none = by_position.none()
         return by_position, none.candidate, none.point
-    search = Search(recording, plain, sigma, [])
+    search = Search(recording, plain, sigma, [], settling=settling)
     none = fit_none(search)
     return search, none.candidate, none.point
 
@@ -381,22 +383,23 @@ def cross(fits: Sequence[Windowed]) -> None:
 
 def free_run(search: Search, model: DriveModel, point: likelihood.FitPoint) -> Array:
     """
-    Return the readings [N, 2] of one run of `model` from the states of the first window.
+    Return the readings [N, 2] of one run of `model` from the first window on, NaN before it.
 
     Args:
         search: fits of all candidates to one recording.
         model: model of the drive.
         point: where the fit stands: coordinates, window states and memories.
     """
-    n = len(search.recording.u)
-    whole = ShootingWindows(np.zeros(1, int), n, np.zeros(1, int), np.full(1, n))
+    n, begin = len(search.recording.u), search.long.windows.begin[:1]
+    whole = ShootingWindows(begin, n - int(begin[0]), begin, np.full(1, n))
     y, _ = search.simulator.run(whole, model, point.states[:1], np.zeros((1, N_MEMORY)))
-    return y[0]
+    return np.concatenate([np.full((int(begin[0]), 2), np.nan), y[0]])
 
 
 def rms(recording: UniformRecording, y: Array) -> Array:
-    """Return [2] rad, rms of the recording against y [N, 2]; NaN: diverges, or no such encoder."""
+    """Return [2] rad, rms of the recording against a free run; NaN: diverges, or not read."""
+    begin = int(np.isfinite(y).any(axis=1).argmax())
     with np.errstate(over='ignore', invalid='ignore'):
-        deviation = np.sqrt(np.mean((recording.y - y) ** 2, axis=0))
+        deviation = np.sqrt(np.mean((recording.y[begin:] - y[begin:]) ** 2, axis=0))
     deviation[[i for i in (0, 1) if i not in recording.channels]] = np.nan
     return np.where(np.isfinite(deviation), deviation, np.nan)

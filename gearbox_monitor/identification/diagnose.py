@@ -25,7 +25,7 @@ from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import MOTION, noise_floor
 from gearbox_monitor.identification.position_search import PositionSearch
 from gearbox_monitor.identification.random_effects import between_recordings
-from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.search import Search, SETTLING
 from gearbox_monitor.identification.selection import (
     decide, Evidence, finer, parts, PositionEvidence)
 from gearbox_monitor.identification.torque_domain import driven
@@ -78,7 +78,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         evidence: Evidence = PositionEvidence(by_position, rough)
         fitted, kind = decide(evidence)
     else:
-        search = Search(recording, model, sigma, ids, jobs, progress)
+        search = Search(recording, model, sigma, ids, jobs, progress, settling=SETTLING)
         evidence = InnovationEvidence(search, rough)
         fitted, kind = decide(evidence)
         if (kind == 'unknown' and (quantum <= QUANTISED * sigma).all() and leaves_more_than_noise(
@@ -88,7 +88,8 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
                 if noise is None:
                     break
                 sigma = noise[0]
-                search = Search(recording, model, sigma, ids, jobs, progress, noise[1])
+                search = Search(recording, model, sigma, ids, jobs, progress, noise[1],
+                                settling=SETTLING)
                 evidence = InnovationEvidence(search, rough)
                 fitted, kind = decide(evidence)
 

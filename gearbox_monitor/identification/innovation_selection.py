@@ -60,7 +60,7 @@ class InnovationEvidence(Evidence):
         spans = training_spans(search)
         self.coarse = InnovationLikelihood(recording, model, sigma, spans, coarse=True)
         self.fine = InnovationLikelihood(recording, model, sigma, spans)
-        self.whole = InnovationLikelihood(recording, model, sigma, recording.segments)
+        self.whole = InnovationLikelihood(recording, model, sigma, search.spans)
         self.unseen = InnovationLikelihood(
             recording, model, sigma, unseen) if (unseen := unseen_spans(search)) else None
         self.effects = EffectSearch(self.coarse, search.starts, search.ids, search.jobs,

@@ -29,7 +29,7 @@ from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
 
 SPACING = 0.04      # s between the peaks of the triangles
-SHORT = 0.25        # s
+QUARTERS = 4        # short windows in a long one
 ITERATIONS = 4
 TORQUES = ('motor_side', 'arm_side', 'transmission')   # in the order of Simulator.run's extra
 SENSORS = ('motor_sensor', 'arm_sensor')

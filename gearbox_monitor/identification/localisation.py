@@ -27,11 +27,11 @@ from scipy.signal import savgol_filter
 
 from gearbox_monitor.identification import basis_functions, likelihood, window_states
 from gearbox_monitor.identification.input_estimation import (
-    better_of, InputEstimate, InputEstimator, PLACES, reduced_chi2, SENSORS, SHORT, SPACING,
+    better_of, InputEstimate, InputEstimator, PLACES, QUARTERS, reduced_chi2, SENSORS, SPACING,
     take_over, TORQUES, triangles)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.search import Search
-from gearbox_monitor.identification.shooting import N_MEMORY, shooting_windows
+from gearbox_monitor.identification.shooting import N_MEMORY
 from gearbox_monitor.kernels.types import Array, Integers
 
 COMMANDED = 0.1     # share of a free torque that the command explains, at least, to be its cause
@@ -45,7 +45,7 @@ def free_forms(search: Search, fitted: CandidateFit, jobs: int = 1,
     """
     Return {place: InputEstimate} on the long windows, on top of `fitted`.
 
-    Windows of 0.25 s first: in them a wrong contact of the gap does not hold the fit.
+    Quarters of the windows first: in them a wrong contact of the gap does not hold the fit.
 
     Args:
         search: fits of all candidates to one recording.
@@ -56,7 +56,7 @@ def free_forms(search: Search, fitted: CandidateFit, jobs: int = 1,
     long, point = search.long, fitted.point
     model = fitted.candidate.model(point.z)
     short = likelihood.WindowData(search.recording, search.simulator,
-                                  shooting_windows(search.recording, SHORT), long.sigma,
+                                  long.windows.parted(QUARTERS), long.sigma,
                                   colour=long.colour)
     memory = np.zeros((len(short.windows), N_MEMORY))
     states = short.raw_states()

@@ -121,7 +121,7 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         search = PositionSearch(recording, plain, sigma, [], jobs, progress)
     # No state of a window holds the zero where the motion of the motor drives the model.
     windowed_search, none, point = closed_model.windowed(
-        recording, plain if recording.motor is None else model, sigma)
+        recording, plain if recording.motor is None else model, sigma, settling=0.0)
     gap_before = _gap(windowed_search.long, none, point)
     scales = {'u0': search.starts.scales.torque, ZERO: max(search.starts.scales.twist, 1e-6)}
     held = ('kt', *(GAINS if model.controller and not model.controller.tolerance else ()))
@@ -284,7 +284,7 @@ def _settled(search: Search, candidate: CandidateModel,
         fit = likeliest(search, candidate, starts, ITERATIONS)
         report(1, 2, 'fit, windows of 1 s')
         whole = InnovationLikelihood(search.recording, candidate.nominal, search.long.sigma,
-                                     search.recording.segments)
+                                     search.spans)
         smooth = whole.smoothed(whole.run(candidate.model(fit.z), fit.torque))
         return on_windows(search, fit, whole, fit.deviance), smooth
     report(0, 1, 'fit, windows of 1 s')

@@ -35,10 +35,11 @@ from gearbox_monitor.identification.shooting import shooting_windows, ShootingWi
 from gearbox_monitor.identification.torque_domain import simulator
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.effects import EFFECTS, MAX_SETPOINT_DELAY
 from gearbox_monitor.quality.recording import UniformRecording
 
 LONG = 1.0  # s
+SETTLING = MAX_SETPOINT_DELAY  # s, after which what was commanded before a recording has acted
 HELD_OUT = 0.3
 KEEP_REFINED = 4
 JAGGED_PROBE = 0.3  # of the scale, where what is made small is jagged (multiscale)
@@ -72,17 +73,21 @@ class Search:
     All fits of one Recording under one DriveModel.
 
     sigma [2] rad; only, exclude: ids; jobs: threads; progress(done, total, text) is called as it
-    goes on; colour [2]: see coloured_noise. smooth [N, N_STATE]: smoothed states of the model
-    without effects, None before it is fitted by innovations.
+    goes on; colour [2]: see coloured_noise. settling: s at the beginning of each joined recording
+    that are no evidence, because commands from before the recording may still act. spans: parts
+    of the recording that are evidence. smooth [N, N_STATE]: smoothed states of the model without
+    effects, None before it is fitted by innovations.
     """
 
     def __init__(self, recording: UniformRecording, model: DriveModel, sigma: Array,
                  ids: Iterable[str], jobs: int = 1, progress: Callable[..., object] | None = None,
-                 colour: Array | None = None) -> None:
+                 colour: Array | None = None, settling: float = 0.0) -> None:
         self.recording, self.model, self.ids = recording, model, list(ids)
         self.simulator = simulator(recording, model)
         self.starts = Starts(model, recording)
-        windows = shooting_windows(recording, LONG)
+        windows = shooting_windows(recording, LONG, settling)
+        skipped = int(windows.begin[0])
+        self.spans = [slice(part.start + skipped, part.stop) for part in recording.segments]
         train, self.last = held_out(recording, windows)
         self.long = likelihood.WindowData(recording, self.simulator, windows, sigma, train,
                                           model_error.weighing(recording, model, sigma), colour)

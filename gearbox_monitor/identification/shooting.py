@@ -18,7 +18,6 @@ Free runs of the drive over the windows of a recording: what every part of the d
 Each window starts from states of its own (motor and arm position and speed); memories (hysteresis,
 bristle) go over from window to window.
 """
-from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 from typing import Any
@@ -64,27 +63,37 @@ class ShootingWindows:
         return ShootingWindows(self.first[index], self.length, self.begin[index],
                                self.carry_at[index])
 
+    def parted(self, parts: int) -> 'ShootingWindows':
+        """Return the windows that split each of these into so many equal `parts`."""
+        length = self.length // parts
+        lead = (self.first + self.length - self.carry_at)[:, None]
+        first = self.first[:, None] + np.arange(parts) * length
+        begin = np.maximum(self.begin[:, None], first - lead)
+        return ShootingWindows(first.ravel(), length, begin.ravel(),
+                               (first + length - lead).ravel())
+
 
 def shooting_windows(recording: UniformRecording, seconds: float,
-                     last: Sequence[int] | None = None) -> ShootingWindows:
+                     settling: float = 0.0) -> ShootingWindows:
     """
     Return the windows of a recording; none lies across recordings that were joined.
 
     Args:
         recording: recording of the drive.
-        seconds: length of a window, s.
-        last: usable samples of each joined recording [len(cuts)], None for all.
+        seconds: length of a window, s; a little less where that makes room for `settling`.
+        settling: s at the beginning of each joined recording that no window reads.
     """
     dt = recording.dt
-    length, lead = round(seconds / dt), math.ceil(MAX_DELAY / dt)
+    length, lead, skip = round(seconds / dt), math.ceil(MAX_DELAY / dt), math.ceil(settling / dt)
+    sizes = np.diff([*recording.cuts, len(recording.u)])
+    counts = sizes // length
+    whole = counts > 0
+    if whole.any():
+        length = min(length, int(((sizes - skip)[whole] // counts[whole]).min()))
     first, begin = [], []
-    ends = (*recording.cuts[1:], len(recording.u))
-    for i, (start, end) in enumerate(zip(recording.cuts, ends)):
-        if last is not None:
-            end = min(end, start + last[i])
-        starts = start + np.arange((end - start) // length) * length
-        first.append(starts)
-        begin.append(np.maximum(start, starts - lead))
+    for start, count in zip(recording.cuts, counts):
+        first.append(start + skip + np.arange(count) * length)
+        begin.append(np.maximum(start, first[-1] - lead))
     at = np.concatenate(first)
     return ShootingWindows(at, length, np.concatenate(begin), np.maximum(0, at + length - lead))
 

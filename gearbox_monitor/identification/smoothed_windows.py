@@ -84,10 +84,10 @@ def likeliest(search: Search, candidate: CandidateModel, starts: Sequence[Array]
 
 def training_spans(search: Search) -> list[slice]:
     """Return the parts of the recording before the windows that are held out."""
-    recording = search.recording
     if search.long.train.all():
-        return recording.segments
-    return [slice(cut, cut + n) for cut, n in zip(recording.cuts, search.last) if n]
+        return search.spans
+    return [slice(span.start, cut + n) for cut, n, span in zip(
+        search.recording.cuts, search.last, search.spans) if n]
 
 
 def unseen_spans(search: Search) -> list[slice]:
@@ -144,7 +144,7 @@ def fit_none(search: Search) -> CandidateFit:
     """Fit the model without effects to a recording driven by the torque; it joins the fits."""
     candidate = search.starts.none()
     whole = InnovationLikelihood(search.recording, search.model, search.long.sigma,
-                                 search.recording.segments)
+                                 search.spans)
     fit = likeliest(search, candidate, [candidate.start()])
     search.fitted[''] = on_windows(search, fit, whole, fit.deviance)
     return search.fitted['']

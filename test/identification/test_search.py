@@ -464,3 +464,31 @@ def test_bursts_at_the_ends_of_travel_are_no_disturbance(when, sign, low, high):
                              positions=lambda *_: np.column_stack([t, arm])))
     p = at_ends_of_travel(search, SimpleNamespace(signal=signal), runs)
     assert low <= p <= high
+
+
+def test_a_command_from_before_the_recording_is_no_evidence():
+    t = np.arange(9000) * DT
+    sines = sum(a * np.sin(2 * np.pi * f * t)
+                for a, f in ((1.2, 0.5), (0.6, 1.3), (0.3, 3.2)))
+    u = sines + np.where((1.3 * t) % 1.0 < 0.5, 2.0, -2.0)  # jumps
+    lag, late = 0.02, 1157                                  # samples: 3 ms after a jump
+    whole = record([{'id': 'actuator_lag', 'T': lag}], u=u, seconds=9, std=(2e-4, 2e-4))
+    kept = UniformRecording(t[:-late], u[late:], whole.y[late:], DT)
+    data = diagnose.diagnose([kept], DriveModel(), only=['actuator_lag', 'actuator_delay',
+                                                         'motor_inertia']).data
+    assert (data['verdict'], data['effect']) == ('effect', 'actuator_lag')
+    assert data['params']['actuator_lag']['T'] == pytest.approx(lag, rel=0.01)
+
+
+@pytest.mark.parametrize('seconds, settling, count, length', [
+    ((4.0, 6.5), 0.0, 10, 1000), ((4.0, 6.5), 0.1, 10, 975), ((4.95,), 0.1, 4, 1000)])
+def test_windows_after_settling_are_as_many(seconds, settling, count, length):
+    ends = np.cumsum([round(s / DT) for s in seconds])
+    n, cuts = int(ends[-1]), (0, *ends[:-1].tolist())
+    recording = UniformRecording(np.arange(n) * DT, np.zeros(n), np.zeros((n, 2)), DT, cuts=cuts)
+    windows = shooting.shooting_windows(recording, 1.0, settling)
+    assert (len(windows), windows.length) == (count, length)
+    assert np.isin(np.add(cuts, round(settling / DT)), windows.first).all()
+    parts = windows.parted(4)
+    assert (parts.first[::4] == windows.first).all() and (parts.begin[::4] == windows.begin).all()
+    assert (np.diff(parts.first.reshape(-1, 4), axis=1) == length // 4).all()
