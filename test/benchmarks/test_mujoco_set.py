@@ -59,6 +59,16 @@ def test_labels_are_sealed(tmp_path):
         assert (place / 'robot.xml').read_text() == mujoco_drives.xml_of(label['nominal'])
 
 
+@pytest.mark.parametrize('law', ['M1', 'M3'])
+def test_friction_models_fit_friction(monkeypatch, law):
+    monkeypatch.setattr(mujoco_baselines, 'LAWS', {law: mujoco_baselines.LAWS[law]})
+    truth = mujoco_drives.changed(NOMINAL, 'motor_coulomb', 0.5, 1.0, 1.0)
+    q, _ = mujoco_drives.simulated(truth, U)
+    y = q + 0.003 * np.random.default_rng(0).standard_normal(q.shape)
+    fit = mujoco_baselines.friction_models(NOMINAL, U, y)
+    assert fit['named'] is None and fit['law'] == law and fit['closed'] > 0.97
+
+
 def test_baselines_and_scores(monkeypatch):
     truth = mujoco_drives.changed(NOMINAL, 'arm_inertia', 0.5, 1.0, 1.0)
     q, _ = mujoco_drives.simulated(truth, U)

@@ -17,9 +17,11 @@ Baselines beside the diagnosis on recordings by MuJoCo: what fits, and what name
 
 least squares: each effect fitted in MuJoCo itself, one parameter at a time, ranked by the
 Bayesian information criterion (Schwarz, 1978), as a user of a system identification toolbox would
-do it. black box: the torque that the nominal model lacks, regressed on positions, speeds and
-torque (ridge regression); it names nothing. Both begin windows in smoothed readings, whose errors
-are taken out to first order.
+do it. friction models: the laws M1 to M6 of Better Actuator Models (Duclusaud et al., arXiv
+2410.08650) as friction of the motor in MuJoCo, all parameters of a law fitted at once, ranked by
+the same criterion; whatever the gap is, they call it friction. black box: the torque that the
+nominal model lacks, regressed on positions, speeds and torque (ridge regression); it names
+nothing. All begin windows in smoothed readings, whose errors are taken out to first order.
 """
 from collections.abc import Callable, Mapping, Sequence
 import math
@@ -42,7 +44,17 @@ STARTS = (0.15, -0.15)  # relative, or in SCALES
 SCALES = {'Cav': 0.05, 'Cac': 0.1, 'G': 0.5, 'lag': 0.01, 'delay': 0.01}
 EVALUATIONS = 12
 RIDGE = 1e-4
-Torque = Callable[[Array], float]  # of the features of a state, N m
+# Friction of the motor by the laws of Better Actuator Models -> start: N m, N m s/rad, N m, shares
+# of torques (of motor and load), 1/(N m), rad/s, -.
+FRICTION = {'base': 0.0, 'viscous': 0.0, 'stribeck': 0.05, 'motor': 0.05, 'load': 0.05,
+            'motor_stribeck': 0.05, 'load_stribeck': 0.05, 'motor_square': 1e-3,
+            'load_square': 1e-3, 'speed': 0.2, 'curvature': 1.35}
+STRIBECK = ('base', 'viscous', 'stribeck', 'speed', 'curvature')
+DIRECTIONAL = (*STRIBECK, 'motor', 'load', 'motor_stribeck', 'load_stribeck')
+LAWS = {'M1': ('base', 'viscous'), 'M2': STRIBECK, 'M3': ('base', 'viscous', 'motor'),
+        'M4': (*STRIBECK, 'motor', 'motor_stribeck'), 'M5': DIRECTIONAL,
+        'M6': (*DIRECTIONAL, 'motor_square', 'load_square')}
+Acting = Callable[[Any, Any], None]  # changes MjModel and MjData before a step
 
 
 class Windows(NamedTuple):
@@ -70,7 +82,7 @@ def windows_of(u: Array, y: Array) -> Windows:
     return Windows(u[index], y[index[:, GAP:]], np.hstack([smooth[first], speed[first]]), sigma)
 
 
-def free_runs(v: Values, u: Array, starts: Array, lacking: Torque | None = None) -> Array:
+def free_runs(v: Values, u: Array, starts: Array, acting: Acting | None = None) -> Array:
     """
     Return positions [W, L, 2] of free runs in MuJoCo.
 
@@ -78,7 +90,7 @@ def free_runs(v: Values, u: Array, starts: Array, lacking: Torque | None = None)
         v: values of the drive.
         u: torque [W, GAP + L], N m; in the first GAP samples only the actuator moves.
         starts: states where windows begin [W, 4].
-        lacking: further torque on the motor.
+        acting: called before each step, after the torque of the actuator is set.
     """
     mujoco = mujoco_module()
     m = mujoco.MjModel.from_xml_string(xml_of(v))
@@ -92,14 +104,14 @@ def free_runs(v: Values, u: Array, starts: Array, lacking: Torque | None = None)
             if k >= 0:
                 y[w, k] = data.qpos
             data.ctrl[0] = torque
-            if lacking is not None:
-                data.qfrc_applied[0] = lacking(np.array([*data.qpos, *data.qvel, torque]))
+            if acting is not None:
+                acting(m, data)
             mujoco.mj_step(m, data, nstep=n)
     return y
 
 
-def _residual(v: Values, part: Windows, lacking: Torque | None = None) -> Array:
-    y = free_runs(v, part.u, part.starts, lacking)
+def _residual(v: Values, part: Windows, acting: Acting | None = None) -> Array:
+    y = free_runs(v, part.u, part.starts, acting)
     r: Array = np.nan_to_num((part.y - y) / part.sigma, nan=1e6, posinf=1e6, neginf=-1e6)
     return r.reshape(len(y), -1)
 
@@ -223,10 +235,70 @@ def black_box(v: Values, u: Array, y: Array) -> dict[str, Any]:
     _, test = _split(windows_of(u, y))
     spans = _spans(v, test)
     most = float(np.abs(lacks).max())  # no torque beyond what was seen
-    held = [_misfit(_without(_residual(v, test, lacking), spans)) for lacking in (
-        None, lambda state: float(np.clip(_features(state) @ weights, -most, most)))]
+
+    def lacking(m: Any, data: Any) -> None:
+        state = np.array([*data.qpos, *data.qvel, data.ctrl[0]])
+        data.qfrc_applied[0] = float(np.clip(_features(state) @ weights, -most, most))
+    held = [_misfit(_without(_residual(v, test, acting), spans)) for acting in (None, lacking)]
     return {'named': None, 'closed': window_fit.closed(*held)}
 
 
+def friction_by_law(v: Values, law: str, parameters: Array) -> Acting:
+    """
+    Return what sets the friction of the motor by one of LAWS before each step.
+
+    Args:
+        v: values of the drive.
+        law: name in LAWS.
+        parameters: values of its parameters.
+    """
+    p = {**dict.fromkeys(FRICTION, 0.0), 'speed': 1.0, 'curvature': 1.0,
+         **dict(zip(LAWS[law], parameters.tolist()))}
+    if law in ('M3', 'M4'):  # motor and load count alike
+        p |= {'load': p['motor'], 'load_stribeck': p['motor_stribeck']}
+
+    def acting(m: Any, data: Any) -> None:
+        twist, motor = data.qpos[0] - data.qpos[1], data.ctrl[0] * v['gain']
+        load = v['K'] * (twist - min(max(twist, -v['b']), v['b']))
+        slow = math.exp(-(abs(data.qvel[0]) / p['speed']) ** p['curvature'])
+        friction = (p['base'] + abs(p['motor'] * motor - p['load'] * load) + slow * (
+            p['stribeck'] + abs(p['motor_stribeck'] * motor - p['load_stribeck'] * load)))
+        if motor * load < 0.0:
+            friction += slow * (p['load_square'] * load ** 2 if abs(motor) > abs(load)
+                                else p['motor_square'] * motor ** 2)
+        m.dof_frictionloss[0], m.dof_damping[0] = friction, p['viscous']
+    return acting
+
+
+def friction_models(v: Values, u: Array, y: Array) -> dict[str, Any]:
+    """
+    Return what the friction law with the best criterion closes; it names nothing.
+
+    Args:
+        v: values of the nominal drive.
+        u: torque [N], N m.
+        y: readings [N, 2], rad.
+    """
+    train, test = _split(windows_of(u, y))
+    spans, n = _spans(v, train), train.y.size
+    start = {**FRICTION, 'base': v['Cc'], 'viscous': v['Cv']}
+    best: tuple[float, str, Array] | None = None
+    for law, names in LAWS.items():
+        def lack(x: Array, law: str = law) -> Array:
+            return _without(_residual(v, train, friction_by_law(v, law, x)), spans).ravel()
+        x = np.array([start[name] for name in names])
+        fit = least_squares(lack, x, diff_step=1e-2, max_nfev=EVALUATIONS, x_scale=np.abs(x),
+                            bounds=(0.0, np.inf))
+        score = n * math.log(2.0 * fit.cost / n) + len(x) * math.log(n)
+        if best is None or score < best[0]:
+            best = score, law, fit.x
+    assert best is not None
+    spans = _spans(v, test)
+    held = [_misfit(_without(_residual(v, test, acting), spans))
+            for acting in (None, friction_by_law(v, *best[1:]))]
+    return {'named': None, 'law': best[1], 'closed': window_fit.closed(*held)}
+
+
 BASELINES: Mapping[str, Callable[[Values, Array, Array], dict[str, Any]]] = {
-    'least squares, BIC': least_squares_by_bic, 'black box': black_box}
+    'least squares, BIC': least_squares_by_bic, 'friction M1 to M6': friction_models,
+    'black box': black_box}
