@@ -90,6 +90,7 @@ setup(
             'pytest>=7.4',
             'pytest-timeout>=2.2',
             'pythonfmu>=0.6',
+            'pythonfmu3>=0.3',
             'pytest-cov>=5',
             'pytest-xdist>=3.3',
             'ruff>=0.6,<1',

@@ -30,6 +30,7 @@ from gearbox_monitor.quality.recording import UniformRecording
 
 pytest.importorskip('fmpy')
 pytest.importorskip('pythonfmu')
+pytest.importorskip('pythonfmu3')
 SLAVE = '''
 import math
 from pythonfmu import Fmi2Causality, Fmi2Slave, Real
@@ -65,6 +66,15 @@ class Drive(Fmi2Slave):
             self.q_m, self.q_a = self.q_m + h * self.v_m, self.q_a + h * self.v_a
         return True
 '''
+# The same as a unit of FMI 3.
+SLAVE3 = SLAVE.replace(
+    'pythonfmu ', 'pythonfmu3 ').replace(
+    'Slave, Real', 'Slave, Fmi3Variability, Float64').replace('Real(', 'Float64(').replace(
+    'Fmi2', 'Fmi3').replace('(**kwargs)\n', """(**kwargs)
+        self.time = 0.0
+        self.register_variable(Float64('time', causality=Fmi3Causality.independent,
+                                       variability=Fmi3Variability.continuous))
+""")
 NAMES = """motor_torque: u_m
 arm_torque: u_a
 motor_position: q_m
@@ -79,9 +89,12 @@ arm_speed_start: v_a0
 @pytest.fixture(scope='module')
 def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp('fmu')
-    (path / 'drive.py').write_text(SLAVE)
-    subprocess.run([sys.executable, '-m', 'pythonfmu', 'build', '-f', 'drive.py'], cwd=path,
-                   check=True, capture_output=True)
+    # Units of one process share its modules: each has a name of its own.
+    for builder, source, name in (('pythonfmu3', SLAVE3, 'drive3'), ('pythonfmu', SLAVE, 'drive')):
+        (path / f'{name}.py').write_text(source)
+        subprocess.run([sys.executable, '-m', builder, 'build', '-f', f'{name}.py'], cwd=path,
+                       check=True, capture_output=True)
+        (path / 'Drive.fmu').rename(path / f'{name}.fmu')
     (path / 'names.yaml').write_text(NAMES)
     return path
 
@@ -91,16 +104,17 @@ def beside_it(folder, monkeypatch):
     monkeypatch.chdir(folder)
 
 
-def test_a_unit_confirms_what_was_found():
+@pytest.mark.parametrize('unit', ['drive.fmu', 'drive3.fmu'])
+def test_a_unit_confirms_what_was_found(unit):
     """The arm's inertia reaches it as a parameter; each run has its own start."""
     nominal = DriveModel(friction_sharpness=20.0)
     closed = nominal.with_(effects=[{'id': 'arm_inertia', 'm2': 0.04}])
     u = Excitation().torque(np.arange(2000) * 2e-3)
     run = simulate(closed, u, 2e-3, Noise(measurement=(2e-3, 2e-3)), seed=3)
-    ran = confirmation(user_simulator('Drive.fmu:names.yaml'),
+    ran = confirmation(user_simulator(f'{unit}:names.yaml'),
                        UniformRecording(run.t, run.u, run.y, 2e-3), (nominal, closed),
                        np.full(2, 2e-3), lambda *_: None)
-    assert (ran['name'], ran['passed']) == ('Drive.fmu', {'arm_inertia': 'parameter'})
+    assert (ran['name'], ran['passed']) == (unit, {'arm_inertia': 'parameter'})
     assert ran['gap_before'] > 5.0 and ran['closed_fraction'] == pytest.approx(1.0, abs=0.02)
     value, deviation = ran['values']['arm_inertia']['m2']
     assert abs(value - 0.04) < 4.0 * deviation < 0.004
@@ -108,10 +122,10 @@ def test_a_unit_confirms_what_was_found():
 
 @pytest.mark.parametrize('name, text', [
     ('other.fmu', 'no such file'), ('drive.py.fmu', 'expected a functional mock-up unit'),
-    ('Drive.fmu', "motor_torque: no variable 'motor_torque' of real numbers"),
-    ('Drive.fmu:wrong.yaml', "half_gab: did you mean 'half_gap'?"),
-    ('Drive.fmu:number.yaml', 'half_gap: 1, expected the name of a variable'),
-    ('Drive.fmu:missing.yaml', "half_gap: no variable 'b' of real numbers")])
+    ('drive.fmu', "motor_torque: no variable 'motor_torque' of real numbers"),
+    ('drive.fmu:wrong.yaml', "half_gab: did you mean 'half_gap'?"),
+    ('drive.fmu:number.yaml', 'half_gap: 1, expected the name of a variable'),
+    ('drive.fmu:missing.yaml', "half_gap: no variable 'b' of real numbers")])
 def test_what_is_wrong_is_one_line(name, text):
     shutil.copy('drive.py', 'drive.py.fmu')
     for file, line in (('wrong', 'half_gab: b'), ('number', 'half_gap: 1'),
