@@ -23,7 +23,6 @@ from test_tune import DRIVE, params, samples_of, simulated, write
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimator import Estimator
-from gearbox_monitor.parameters import FILTER_NAMES
 
 TUNED = {'r_std_motor': 0.0658, 'r_std_arm': 0.0833, 'q_std_tau_k': 9.2}
 
@@ -59,7 +58,7 @@ def test_table_and_figure(bag, tmp_path, capsys):
     pytest.importorskip('filterpy')
     picture = tmp_path / 'c.png'
     arguments = ['compare', str(bag), '--params', params(tmp_path / 'p.yaml', **TUNED)]
-    names = (*FILTER_NAMES, 'filterpy-ekf')
+    names = ('ekf', 'aekf', 'filterpy-ekf')
     assert main([*arguments, '--filters', ','.join(names), '--png', str(picture),
                  '--filterpy-samples', '3000']) == 0
     lines = capsys.readouterr().out.splitlines()

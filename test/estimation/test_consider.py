@@ -22,7 +22,6 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_NOISE_STD, S_TAU_K_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_STD)
-from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel, TOLERANCES
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -114,13 +113,14 @@ def test_cross_covariances_are_those_of_the_state_with_the_errors_added():
                                atol=1e-3 * np.abs(expected).max(axis=0).min())
 
 
-@pytest.mark.parametrize('name', FILTER_NAMES)
-def test_an_error_of_the_torque_shifts_the_estimates_by_what_is_stated(name):
+@pytest.mark.parametrize('name, load', [
+    ('ekf', 'unknown'), ('ukf', 'unknown'), ('srukf', 'unknown'), ('aekf', 'none')])
+def test_an_error_of_the_torque_shifts_the_estimates_by_what_is_stated(name, load):
     # Without Coulomb friction the filters are linear, and their gain depends on no torque.
     tolerance = 0.2
     model = DriveModel().exact().with_(coulomb_friction=0.0, torque_gain_tolerance=tolerance)
     run = recorded(model)
-    parameters = {'filter': name, 'adapt': ['']}
+    parameters = {'filter': name, 'arm_load': load, 'adapt': ['']}
     first, second = (Estimator(model, parameters).run(samples_of(gain * run.u, run.y))
                      for gain in (1.0, 1.0 + UNIFORM * tolerance))
     for estimate, std, noise in (('tau_k', 'tau_k_std', 'tau_k_noise_std'),):

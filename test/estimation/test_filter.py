@@ -107,8 +107,8 @@ def prior(p, n):
 
 
 @pytest.mark.parametrize('variant', VARIANTS)
-@pytest.mark.parametrize('x3', [0.0, 1e-3, -0.02, 3.0])
-@pytest.mark.parametrize('dt', [5e-4, 1e-3, 7e-3])
+@pytest.mark.parametrize('x3', [0.0, -0.02, 3.0])
+@pytest.mark.parametrize('dt', [1e-3, 7e-3])
 def test_tangent_is_that_of_the_rk4_step(variant, x3, dt):
     p, constants, n = setup(variant)
     z = np.array([0.3, -0.2, x3, 0.5 * x3, 0.02, -0.1, 0.03])[:n]
@@ -133,7 +133,7 @@ def test_substeps_cover_what_the_process_model_adds():
 @pytest.mark.parametrize('variant', VARIANTS)
 def test_equals_the_oracle(variant):
     p, constants, n = setup(variant, **{k: v for k, v in TUNED.items() if k != 'arm_load'})
-    out = data(3.0)
+    out = data(1.0)
     rng = np.random.default_rng(0)
     y = out.y.copy()
     y[rng.random(y.shape) < 0.1] = np.nan
@@ -155,7 +155,7 @@ def test_equals_the_oracle(variant):
 
 def test_equals_filterpy_ekf():
     p, constants, n = setup('paper', **{k: v for k, v in TUNED.items() if k != 'arm_load'})
-    out = data(2.0)
+    out = data(0.5)
     stock = ExtendedKalmanFilter(dim_x=n, dim_z=2)
     stock.x, stock.P = prior(p, n)
     stock.R = np.diag([TUNED['r_std_motor'] ** 2, TUNED['r_std_arm'] ** 2])
@@ -355,7 +355,7 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 assert not COMPILED
 data = np.load(sys.argv[1])
-estimator = Estimator(DriveModel(), {'friction_error_std': 0.1})
+estimator = Estimator(DriveModel(), {'friction_error_std': 0.1, 'arm_load': 'none'})
 estimates = estimator.run(Samples(data['stamps'], data['u'], data['y']))
 np.savez(sys.argv[2], rows=estimates.rows, smoothed=estimates.smoothed, codes=estimates.codes,
          smoothed_stamps=estimates.smoothed_stamp_ns, counts=estimator.counts)
@@ -380,7 +380,7 @@ def test_interpreted_equals_compiled(tmp_path):
         env={**os.environ, 'GEARBOX_MONITOR_JIT': '0',
              'PYTHONPATH': str(Path(__file__).parents[2])})
     other = np.load(tmp_path / 'out.npz')
-    estimator = Estimator(DriveModel(), {'friction_error_std': 0.1})
+    estimator = Estimator(DriveModel(), {'friction_error_std': 0.1, 'arm_load': 'none'})
     estimates = estimator.run(Samples(stamps, u, y))
     np.testing.assert_array_equal(estimates.codes, other['codes'])
     np.testing.assert_array_equal(estimator.counts, other['counts'])

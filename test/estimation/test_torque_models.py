@@ -73,13 +73,13 @@ def test_negative_hysteresis_is_the_upper_branch_while_the_twist_grows():
 
 
 @pytest.mark.parametrize('name, shape, load', [
-    ('elastic', 'dead zone', 'none'), ('learned', 'play', 'none'),
+    ('elastic', 'dead zone', 'none'), ('learned', 'play', 'unknown'),
     ('learned', 'passive play', 'unknown')])
 def test_tangent_is_that_of_the_map(name, shape, load):
     effects = [{'id': 'gravity', 'G': 1.0}] if load == 'unknown' else []
     model = DriveModel().with_(arm_load=load, effects=effects, **SHAPES[shape])
     parameters = EstimatorParameters(
-        tau_k_model=name, arm_load=load, friction_error_std=0.1 if shape == 'play' else 0.0)
+        tau_k_model=name, arm_load=load, friction_error_std=0.1 if effects else 0.0)
     p, n = pack(model, parameters), len(state_names(model, parameters))
     states, rng = markers(p, n), np.random.default_rng(4)
     at = n - curve_count(states[1])
