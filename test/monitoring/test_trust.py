@@ -68,7 +68,7 @@ def share(rows, packed, seen, n=5):
     states = np.zeros((len(rows), n))
     states[:, :5] = rows[:, :5]
     return observability.information_share(
-        states, rows[:, sample_loop.E_DT], np.tile(seen, (len(rows), 1)), packed)
+        states, rows[:, sample_loop.E_DT].copy(), np.tile(seen, (len(rows), 1)), packed)
 
 
 # Published medians while moving, for windows of so many milliseconds.
@@ -105,7 +105,7 @@ def test_gramian_against_the_exact_tangent(moving, effects):
     """The cheap linearised steps agree with the filter's own map, at rest and moving."""
     rows, _ = moving
     packed = Monitor(CASE_B.with_(effects=effects), REFERENCE).estimator.packed
-    for states in (rows[2000:2100, :5], np.zeros((100, 5))):
+    for states in (rows[2000:2100, :5].copy(), np.zeros((100, 5))):
         phi, z, product, gramian = np.empty((5, 5)), np.empty(5), np.eye(5), np.zeros((5, 5))
         for state in states:
             information = np.diag(1.0 / packed[[process_model.R1, process_model.R2]])
