@@ -254,10 +254,10 @@ def _judged(rows: Array, monitor: Monitor, end: float) -> dict[str, Any]:
     columns = [{'tau_arm': sample_loop.E_TAU_ARM, 'tau_e': sample_loop.E_TAU_E}.get(name, i)
                for i, name in enumerate(names)]
     last = rows[:, -round(observability.WINDOW / DT):]
+    innovations = [sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_ARM]
     share = [observability.information_share(
-        *map(np.ascontiguousarray, (w[:, columns], w[:, sample_loop.E_DT], np.isfinite(
-            w[:, [sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_ARM]]))),
-        packed)[TAU_K]
+        np.ascontiguousarray(w[:, columns]), np.ascontiguousarray(w[:, sample_loop.E_DT]),
+        np.ascontiguousarray(np.isfinite(w[:, innovations])), packed)[TAU_K]
         for w in last]
     return {
         'began': end - np.arange(count, 0, -1) * WINDOW * DT,

@@ -22,7 +22,7 @@ from filterpy.kalman import KalmanFilter, MerweScaledSigmaPoints, UnscentedKalma
 import numpy as np
 import oracle
 import pytest
-from test_filter import CASE_B, data, linear, monitored, prior, rms, setup, TUNED, VARIANTS
+from test_filter import data, linear, monitored, prior, rms, setup, TUNED, VARIANTS
 
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
