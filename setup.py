@@ -120,6 +120,7 @@ setup(
         'console_scripts': [
             'gearbox_monitor = gearbox_monitor.cli.main:main',
             'plant_node = gearbox_monitor.ros.plant_node:main',
+            'arm_plant_node = gearbox_monitor.ros.arm_plant_node:main',
             'estimator_node = gearbox_monitor.ros.estimator_node:main',
             'recorder_node = gearbox_monitor.ros.recorder_node:main',
         ],

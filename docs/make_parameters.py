@@ -22,7 +22,8 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.parameters import (  # noqa: E402
-    AT_ONCE, ESTIMATOR, MODEL, ParameterRow, PLANT, RECORDER, RESTART, ROBOT, Table)
+    ARM_PLANT, AT_ONCE, ESTIMATOR, MODEL, ParameterRow, PLANT, RECORDER, RESTART, ROBOT,
+    Table)
 
 PAGE = ROOT / 'docs/parameters.md'
 CHANGES = {AT_ONCE: 'live', RESTART: 'live, restart'}
@@ -79,6 +80,7 @@ def page() -> str:
     """Return the text of the page."""
     return (f'{HEAD}\n## estimator\n\n{listed(ROBOT + ESTIMATOR)}\n\n{VALUES}\n{listed(MODEL)}\n\n'
             f'## plant\n\n{listed(PLANT)}\n\n'
+            f'## arm_plant\n\n{listed(ARM_PLANT)}\n\n'
             f'## recorder\n\n{listed(RECORDER)}\n{MODEL_FILE}')
 
 

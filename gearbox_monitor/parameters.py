@@ -552,6 +552,27 @@ class PlantParameters(ParameterSet):
 
 
 @dataclass(frozen=True)
+class ArmPlantParameters(ParameterSet):
+    """Parameters of the simulated arm."""
+
+    rate: float = row(1000.0, 'Hz', 'samples per second', low=100.0, high=2000.0)
+    duration: float = row(
+        0.0, 's', 'time after which the arm ends; 0: never', low=0.0, high=1e7)
+    wait_for_subscribers: int = row(
+        0, '', 'start once joint_states and the truth have this many subscribers together, and '
+        'they have acknowledged the first sample', low=0, high=100)
+    seed: int = row(1, '', 'seed of the tolerances of the arm and of the noise', low=0,
+                    high=2**31 - 1)
+    faulty_joint: int = row(
+        1, '', 'number of the joint whose gap grows', low=1, high=6)
+    gap_growth_rate: float = row(
+        0.0, '1/s', 'the gap of that joint is its gap at the start times (1 + rate (t - start)); '
+        '0: no fault', low=0.0, high=1e3)
+    gap_growth_start: float = row(
+        0.0, 's', 'time at which the gap begins to grow', low=0.0, high=1e7)
+
+
+@dataclass(frozen=True)
 class RecorderParameters(ParameterSet):
     """Parameters of the recorder."""
 
@@ -592,6 +613,7 @@ ESTIMATOR, MODEL = table_of(EstimatorParameters), table_of(ModelParameters)
 # All that a parameter file may give to the estimator.
 SETTINGS = ESTIMATOR + MODEL
 PLANT, RECORDER = table_of(PlantParameters), table_of(RecorderParameters)
+ARM_PLANT = table_of(ArmPlantParameters)
 # The parameters of the plant that replace values of its model file.
 PLANT_MODEL = ('stiffness', 'half_gap', 'viscous_friction', 'coulomb_friction')
 

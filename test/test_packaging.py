@@ -116,7 +116,7 @@ def test_dependencies_are_declared():
 def test_entry_points_exist():
     scripts = re.findall(r"'(\w+) = ([\w.]+):(\w+)'", SETUP)
     assert {name for name, _, _ in scripts} == {
-        'gearbox_monitor', 'plant_node', 'estimator_node', 'recorder_node'}
+        'gearbox_monitor', 'plant_node', 'arm_plant_node', 'estimator_node', 'recorder_node'}
     for _, module, function in scripts:
         if '.nodes.' in module:
             pytest.importorskip('rclpy')

@@ -21,6 +21,7 @@ import numpy as np
 from gearbox_monitor.bag.cdr import Decoder, JointStates
 from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.interfaces.signals import TRANSMISSION
 from gearbox_monitor.kernels.types import AnyArray, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -32,12 +33,14 @@ class RecordedSamples:
     """
     The inputs of a bag, on the arm side.
 
-    samples: Samples [N]; log_ns: their log times [N]; topic: of the joint states.
+    samples: Samples [N]; log_ns: their log times [N]; topic: of the joint states; transmission:
+    its name in the estimates.
     """
 
     samples: Samples
     log_ns: Integers
     topic: str
+    transmission: str = TRANSMISSION
 
     @property
     def namespace(self) -> str:
@@ -46,7 +49,7 @@ class RecordedSamples:
 
 
 def read_samples(reader: BagReader, motor_joint: str, arm_joint: str, model: DriveModel,
-                 topic: str) -> RecordedSamples:
+                 topic: str, transmission: str = TRANSMISSION) -> RecordedSamples:
     """
     Read all samples of a topic.
 
@@ -56,6 +59,7 @@ def read_samples(reader: BagReader, motor_joint: str, arm_joint: str, model: Dri
         arm_joint: name of the arm, '' if there is no arm encoder.
         model: see samples_of.
         topic: topic of the joint states.
+        transmission: its name in the estimates.
 
     Returns:
         The RecordedSamples.
@@ -65,7 +69,7 @@ def read_samples(reader: BagReader, motor_joint: str, arm_joint: str, model: Dri
     """
     states = reader.joint_states(topic, (motor_joint, arm_joint))
     samples, log_ns = samples_of(states, model)
-    return RecordedSamples(samples, log_ns, topic)
+    return RecordedSamples(samples, log_ns, topic, transmission)
 
 
 def sample_parts(reader: BagReader, topic: str, decode: Decoder, model: DriveModel, size: int,

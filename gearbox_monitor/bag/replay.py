@@ -23,7 +23,7 @@ from gearbox_monitor.bag.comparison import Comparer, Comparison
 from gearbox_monitor.bag.player import EstimatePlayer, joined_estimates, Player, ReplayPart
 from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.bag.recorded_samples import joined_samples, NO_SAMPLES, RecordedSamples
-from gearbox_monitor.bag.replay_summary import BURN_IN, ReplaySummary, truth_topic
+from gearbox_monitor.bag.replay_summary import BURN_IN, ReplaySummary, truth_of
 from gearbox_monitor.bag.stamp_matching import match_stamps
 from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.estimation.estimator import Estimator
@@ -100,7 +100,7 @@ class ReplayCollector:
         """Return the Replay with its `comparison` and `summary`."""
         player = self._player
         recording = RecordedSamples(joined_samples(self._samples), np.concatenate(self._log_ns),
-                                    player.topic)
+                                    player.topic, player.input.transmission)
         estimates = joined_estimates(self._estimates or [player.estimator.run(NO_SAMPLES)])
         return Replay(recording, estimates, player.estimator, player.monitor, comparison, summary)
 
@@ -109,12 +109,12 @@ def truth(reader: BagReader, recording: RecordedSamples) -> tuple[Integers, Arra
     """
     Return (stamp_ns, tau_k) of the true or reference torque beside `recording`, or None.
 
-    `reader`: the bag; see replay_summary.truth_topic.
+    `reader`: the bag; see replay_summary.truth_of.
     """
-    topic = truth_topic(reader, recording.namespace)
-    if topic is None:
+    source = truth_of(reader, recording.namespace, recording.transmission)
+    if source is None:
         return None
-    states = reader.joint_states(topic, ('transmission',))
+    states = reader.joint_states(source.topic, (source.joint,))
     return states.stamp_ns, states.effort[:, 0]
 
 

@@ -14,17 +14,18 @@
 
 """Figures of a replay for people and machines."""
 from dataclasses import asdict
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gearbox_monitor.bag.comparison import Comparison
 from gearbox_monitor.bag.player import EstimatePlayer, ReplayPart
-from gearbox_monitor.bag.read import BagReader
+from gearbox_monitor.bag.read import BagReader, JOINT_STATE
 from gearbox_monitor.bag.stamp_matching import StampMatcher
 from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
 from gearbox_monitor.estimation.sample_loop import REASONS
+from gearbox_monitor.interfaces.signals import PLANT_TRANSMISSION_STATE, TRANSMISSION
 from gearbox_monitor.kernels.types import Flags, Integers
 
 BURN_IN = 1_000_000_000  # ns at the start that do not count
@@ -39,10 +40,11 @@ class ReplaySummary:
 
     def __init__(self, player: EstimatePlayer) -> None:
         self._player = player
-        self._truth = truth_topic(player.reader, player.topic.rsplit('/', 1)[0])
-        self.topics = (self._truth,) if self._truth else ()
+        self._truth = truth_of(player.reader, player.topic.rsplit('/', 1)[0],
+                               player.input.transmission)
+        self.topics = (self._truth.topic,) if self._truth else ()
         if self._truth:
-            self._decode = player.reader.decoder(self._truth, ('transmission',))
+            self._decode = player.reader.decoder(self._truth.topic, (self._truth.joint,))
         self._samples = self._estimates = 0
         self._span: list[int] = []  # lowest and highest stamp
         self._burnt_in: int | None = None  # stamp from which on estimates count
@@ -72,7 +74,7 @@ class ReplaySummary:
             if self._first_counted is None:
                 self._first_counted = int(counted[0])
         if self._truth:
-            self._compare(part, self._truth, estimates, counted, rows)
+            self._compare(part, self._truth.topic, estimates, counted, rows)
 
     def _compare(self, part: ReplayPart, topic: str, estimates: Estimates, counted: Integers,
                  rows: slice | Flags) -> None:
@@ -97,7 +99,7 @@ class ReplaySummary:
     def finish(self) -> None:
         """Raise InputError if the topic of the true torque has no transmission."""
         if self._truth:
-            self._player.reader.require_joints(self._truth, ('transmission',),
+            self._player.reader.require_joints(self._truth.topic, (self._truth.joint,),
                                                self._decode.joints)
 
     def data(self, comparison: Comparison | None = None) -> dict[str, Any]:
@@ -134,17 +136,32 @@ class ReplaySummary:
         return data
 
 
-def truth_topic(reader: BagReader, namespace: str) -> str | None:
+class TrueTorque(NamedTuple):
+    """Where a bag holds the true or reference torque: `joint` of `topic`."""
+
+    topic: str
+    joint: str
+
+
+def truth_of(reader: BagReader, namespace: str, transmission: str) -> TrueTorque | None:
     """
-    Return the topic of the true or reference torque of `namespace` in `reader`, or None.
+    Return where the true or reference torque is, or None.
 
     A simulated plant publishes plant/transmission_state, an imported recording with a torque
     sensor reference/transmission_state.
+
+    Args:
+        reader: the bag.
+        namespace: of the joint states.
+        transmission: name in the estimates; a plant of several gearboxes has the same names.
+
     """
-    for name in ('plant/transmission_state', 'reference/transmission_state'):
+    for name in (PLANT_TRANSMISSION_STATE, 'reference/transmission_state'):
         topic = f'{namespace}/{name}'
         if reader.count(topic):
-            return topic
+            _, _, _, raw = next(reader.messages([topic]))
+            names = reader.decode(JOINT_STATE, raw).name
+            return TrueTorque(topic, transmission if transmission in names else TRANSMISSION)
     return None
 
 

@@ -44,6 +44,7 @@ import numpy as np
 from gearbox_monitor.bag.read import BagReader, open_bag
 from gearbox_monitor.bag.recorded_samples import RecordedSamples
 from gearbox_monitor.bag.replay import truth
+from gearbox_monitor.bag.replay_summary import truth_of
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, expect_new_file, warn)
@@ -54,6 +55,7 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.score import (
     reference_at, score, settled, torque_errors, WHITE_LIMIT)
+from gearbox_monitor.interfaces.signals import PLANT_TRANSMISSION_STATE
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel
@@ -253,10 +255,10 @@ def _show(value: float | None, form: str) -> str:
 
 def _true_twist(reader: BagReader, recording: RecordedSamples) -> KnownTwist | None:
     """Return the true twist in the bag, or None if it contains a torque only."""
-    topic = f'{recording.namespace}/plant/transmission_state'
-    if topic not in reader.topics or not reader.topics[topic][1]:
+    source = truth_of(reader, recording.namespace, recording.transmission)
+    if source is None or not source.topic.endswith(PLANT_TRANSMISSION_STATE):
         return None
-    states = reader.joint_states(topic, ('transmission',))
+    states = reader.joint_states(source.topic, (source.joint,))
     return KnownTwist(states.stamp_ns, states.position[:, 0])
 
 

@@ -20,8 +20,13 @@ compared, and DIR holds: bag/ (for gearbox_monitor replay, ros2 bag, mcap), demo
 and the log of each node. Ctrl-C ends early and leaves a readable bag.
 If samples are lost at 1000 Hz, the run is repeated at 500 Hz, then at 250 Hz.
 
+With --robot the plant is an arm of six joints that repeats a program. One estimator watches all
+of its gearboxes, and the backlash of one joint grows. DIR then holds robot.yaml and a model file
+of each joint instead of demo.png.
+
 usage examples:
   gearbox_monitor demo
+  gearbox_monitor demo --robot
   gearbox_monitor demo --no-fault --duration 60 --out healthy
   gearbox_monitor demo --json > summary.json
 """
@@ -52,8 +57,9 @@ SUBSCRIBERS = 3        # estimator and recorder of the samples, recorder of the 
 # motion: one operating point, and a false alarm a day.
 DRIFT = {'false_alarm_interval': 86400.0, 'angle_bin': 0.0, 'speed_bin': 1.0, 'load_bin': 1.0}
 MIN_DURATION = 16.0    # s, for windows of two seconds
+ROBOT_MIN_DURATION = 45.0  # s, for as many windows of a program of the arm
 READY_SECONDS = 240.0  # the first start compiles
-STOP_SECONDS = {'plant': 10.0, 'estimator': 15.0, 'recorder': 30.0}
+STOP_SECONDS = {'estimator': 15.0, 'recorder': 30.0}  # 10 of others
 STALL_SECONDS = 30.0
 # Shows the plant that the estimator listens.
 RELIABLE = {'qos_overrides./joint_states.subscription.reliability': 'reliable'}
@@ -67,8 +73,11 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     parser.add_argument('--out', metavar='DIR',
                         help='directory to create (default: gearbox_demo_ and the time)')
-    parser.add_argument('--duration', metavar='S', type=float, default=30.0,
-                        help=f'simulated time in s, at least {MIN_DURATION:g} (default: 30)')
+    parser.add_argument('--robot', action='store_true',
+                        help='an arm of six joints instead of one gearbox')
+    parser.add_argument('--duration', metavar='S', type=float,
+                        help=f'simulated time in s, at least {MIN_DURATION:g} (default: 30); '
+                        f'with --robot {ROBOT_MIN_DURATION:g} (60)')
     parser.add_argument('--filter', metavar='F', default='ekf',
                         help='filter of the estimator (default: ekf)')
     parser.add_argument('--no-fault', action='store_true', help='keep the backlash constant')
@@ -83,7 +92,7 @@ def run(args: Namespace) -> int:
     with contextlib.redirect_stdout(sys.stderr if args.json else output), \
             Interrupt() as interrupt:
         try:
-            demo = Demo(args, interrupt)
+            demo = _demo(args, interrupt)
             with own_domain() as domain:
                 demo.live_at_best_rate(domain)
             interrupt.at_once()
@@ -101,23 +110,32 @@ def run(args: Namespace) -> int:
             return int(error.code)
 
 
+def _demo(args: Namespace, interrupt: Interrupt) -> 'Demo':
+    """Return the demo that the options `args` choose; `interrupt` ends it early."""
+    if not args.robot:
+        return Demo(args, interrupt)
+    from gearbox_monitor.cli.robot_demo import RobotDemo
+    return RobotDemo(args, interrupt)
+
+
 class Demo:
     """One run of the demo: `live`, then `evaluate`."""
 
+    durations = MIN_DURATION, 30.0  # the shortest and the default, s
+    plant = 'plant'                 # name of its node
+    gearboxes: tuple[str, ...] = ('',)
+    task = 'the gap grows'
+
     def __init__(self, args: Namespace, interrupt: Interrupt) -> None:
         """Check `args` and create the directory; `interrupt` ends early. Raises InputError."""
-        from gearbox_monitor.parameters import FILTER_NAMES
-        expect_matplotlib('demo')
-        if args.filter not in FILTER_NAMES:
-            raise InputError(f'--filter: {args.filter!r} is unknown, expected one of '
-                             f'{", ".join(FILTER_NAMES)}')
-        if not MIN_DURATION <= args.duration <= 86400.0:
-            raise InputError(f'--duration: {args.duration:g}, expected {MIN_DURATION:g} to 86400 '
-                             's (the gap is measured in windows of two seconds or more)')
-        self.filter, self.duration, self.fault = args.filter, args.duration, not args.no_fault
-        self.window = float(args.duration // WINDOWS)
-        self.growth_start = GROWTH_AFTER * self.window
-        self.growth_rate = GROWTH / (args.duration - self.growth_start) if self.fault else 0.0
+        shortest, usual = self.durations
+        self.duration = usual if args.duration is None else args.duration
+        self.check_filter(args.filter)
+        if not shortest <= self.duration <= 86400.0:
+            raise InputError(f'--duration: {self.duration:g}, expected {shortest:g} to 86400 s '
+                             f'(the gap is measured in windows of {shortest / WINDOWS:.2g} s or '
+                             'more)')
+        self.filter, self.fault = args.filter, not args.no_fault
         self.interrupt = interrupt
         self.rate, self.starved = RATES[0], False
         self.out = Path(args.out or time.strftime('gearbox_demo_%Y_%m_%d-%H_%M_%S'))
@@ -132,6 +150,29 @@ class Demo:
         except OSError as error:
             raise InputError(f'{self.out}: {error.strerror}, expected a directory that can be '
                              'created') from None
+
+    def check_filter(self, name: str) -> None:
+        """Raise InputError if the demo cannot run with the filter `name`."""
+        from gearbox_monitor.parameters import FILTER_NAMES
+        expect_matplotlib('demo')
+        if name not in FILTER_NAMES:
+            raise InputError(f'--filter: {name!r} is unknown, expected one of '
+                             f'{", ".join(FILTER_NAMES)}')
+
+    @property
+    def window(self) -> float:
+        """Length of the windows of the gap, s."""
+        return float(self.duration // WINDOWS)
+
+    @property
+    def growth_start(self) -> float:
+        """Time at which the gap begins to grow, s."""
+        return GROWTH_AFTER * self.window
+
+    @property
+    def growth_rate(self) -> float:
+        """Rate at which the gap grows, 1/s."""
+        return GROWTH / (self.duration - self.growth_start) if self.fault else 0.0
 
     def check_interrupt(self) -> None:
         """Raise Interrupted if the user wants to end."""
@@ -168,12 +209,12 @@ class Demo:
         return 1.0 - (min(counts) + 1) / (self.duration * self.rate)
 
     def live(self, domain: int) -> None:
-        """Run the three nodes in ROS domain `domain` until the plant ends."""
+        """Run the nodes in ROS domain `domain` until the plant ends."""
         for name in ('ROS_LOCALHOST_ONLY', 'ROS_STATIC_PEERS'):
             os.environ.pop(name, None)  # they would override the range
         os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
         print(f'{self.out}: {self.duration:g} s at {self.rate:g} Hz, filter {self.filter}, '
-              + ('the gap grows' if self.fault else 'no fault')
+              + (self.task if self.fault else 'no fault')
               + '. To look in with ros2 tools:\n  export '
               f'ROS_DOMAIN_ID={domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST\n'
               'starting recorder, estimator and plant (the first start compiles for about 30 s) '
@@ -182,15 +223,12 @@ class Demo:
         try:
             with contextlib.ExitStack() as stack:
                 stack.callback(self.stop)
-                # The output is a pattern of strftime.
-                self.start('recorder', 'recorder_node', output=str(self.bag).replace('%', '%%'))
-                self.start('estimator', 'estimator_node', filter=self.filter, arm_load='model',
-                           drift_window=self.window, **DRIFT, **RELIABLE)
+                self.start_monitoring()
                 watcher = self.watcher(domain)
                 stack.callback(watcher.close)
                 self.wait_ready(watcher)
                 began = True
-                self.start('plant', 'plant_node', rate=self.rate, duration=self.duration,
+                self.start(self.plant, rate=self.rate, duration=self.duration,
                            wait_for_subscribers=SUBSCRIBERS,
                            gap_growth_rate=self.growth_rate, gap_growth_start=self.growth_start)
                 self.follow(watcher)
@@ -204,25 +242,38 @@ class Demo:
             for note in self.notes:
                 print(f'note: {note}', file=sys.stderr)
 
-    def start(self, name: str, module: str, **parameters: Any) -> None:
+    def start_monitoring(self) -> None:
+        """Start recorder and estimator."""
+        self.start_recorder()
+        self.start('estimator', filter=self.filter, arm_load='model', drift_window=self.window,
+                   **DRIFT, **RELIABLE)
+
+    def start_recorder(self, **parameters: Any) -> None:
+        """Start the recorder with further `parameters`."""
+        # The output is a pattern of strftime.
+        self.start('recorder', output=str(self.bag).replace('%', '%%'), **parameters)
+
+    def start(self, name: str, *files: Path, **parameters: Any) -> None:
         """
         Start a node.
 
         Args:
             name: of the node and its log.
-            module: of gearbox_monitor.ros.
+            files: with parameters.
             parameters: of the node.
 
         """
         self.check_interrupt()
-        self.children.append(Child(name, f'gearbox_monitor.ros.{module}', parameters,
-                                   self.out / f'{name}.log', os.environ))
+        arguments = [word for file in files
+                     for word in ('--ros-args', '--params-file', str(file), '--')]
+        self.children.append(Child(name, f'gearbox_monitor.ros.{name}_node', parameters,
+                                   self.out / f'{name}.log', os.environ, arguments))
 
     def stop(self) -> None:
         """Stop all nodes: senders first, the recorder last."""
-        order = list(STOP_SECONDS)
-        for child in sorted(self.children, key=lambda c: order.index(c.name)):
-            self.notes += filter(None, [child.stop(STOP_SECONDS[child.name])])
+        names = [self.plant, 'estimator', 'recorder']
+        for child in sorted(self.children, key=lambda c: names.index(c.name)):
+            self.notes += filter(None, [child.stop(STOP_SECONDS.get(child.name, 10.0))])
 
     def watcher(self, domain: int) -> Any:
         """Return a node that watches the others in `domain`. Raises InputError."""
@@ -232,14 +283,14 @@ class Demo:
             raise InputError(f'rclpy: {error}; expected a sourced ROS 2 or an installation with '
                              "pip install 'gearbox_monitor[ros]'") from None
         self.check_interrupt()
-        return Watcher('demo', domain)
+        return Watcher('demo', domain, self.gearboxes)
 
     def spin(self, watcher: Any, seconds: float = 0.1) -> None:
         """Let `watcher` receive for so many `seconds`; check the nodes and Ctrl-C."""
         watcher.spin(seconds)
         for child in self.children:
             child.check()
-            if child.name != 'plant' and not child.running:
+            if child.name != self.plant and not child.running:
                 raise ChildFailed(f'{child.name} ended too early:\n{child.tail()}')
         self.check_interrupt()
 
@@ -253,9 +304,13 @@ class Demo:
                     f'estimator and recorder were not ready within {READY_SECONDS:g} s:\n'
                     + '\n'.join(child.tail() for child in self.children))
 
+    def status(self) -> 'DemoStatus':
+        """Return what shows the progress."""
+        return DemoStatus(self.duration, self.rate)
+
     def follow(self, watcher: Any) -> None:
         """Show what `watcher` sees until the estimator has all samples of the plant."""
-        plant, status = self.children[-1], DemoStatus(self.duration, self.rate)
+        plant, status = self.children[-1], self.status()
         previous, changed = None, time.monotonic()
         try:
             while plant.running:
@@ -282,17 +337,19 @@ class Demo:
         """Replay the bag, write JSON and PNG; return ({name: value}, the summary in words)."""
         print('replaying ...', flush=True)
         from gearbox_monitor.bag.read import open_bag
-        from gearbox_monitor.cli import demo_report
+        report = self.report()
         with open_bag(self.bag) as reader:
-            data, figure = demo_report.evaluate(reader, self)
-        png = self.out / 'demo.png'
-        figure.savefig(png, dpi=110)
-        data['picture'] = str(png)
+            data = report.evaluate(reader, self)
         data['notes'] = [*data['notes'], *self.notes]
-        data['problems'] = demo_report.problems(data, self.fault, self.starved)
+        data['problems'] = report.problems(data, self.fault, self.starved)
         (self.out / 'summary.json').write_text(json.dumps(data, indent=2) + '\n',
                                                encoding='utf-8')
-        return data, demo_report.text(data)
+        return data, report.text(data)
+
+    def report(self) -> Any:
+        """Return the module that evaluates the bag."""
+        from gearbox_monitor.cli import demo_report
+        return demo_report
 
 
 class DemoStatus:
@@ -320,7 +377,7 @@ class DemoStatus:
         self._updates = watcher.updates
         if not self.samples(watcher):
             return
-        line = self._line(watcher)
+        line = self.line(watcher)
         if self._terminal:
             width = shutil.get_terminal_size().columns - 1
             print('\r\x1b[K' + line[:width], end='', flush=True)
@@ -335,19 +392,25 @@ class DemoStatus:
     def _print(self, text: str) -> None:
         print(('\r\x1b[K' if self._terminal else '') + text, flush=True)
 
-    def _line(self, watcher: Any) -> str:
+    def line(self, watcher: Any) -> str:
+        """Return the state that `watcher` sees in one line."""
         values = watcher.outcomes['input'].values
         line = (f'{self.samples(watcher) / self.rate:5.1f}/{self.duration:g} s  '
-                f'{float(values.get("rate_hz", "nan")):4.0f} Hz  ')
-        backlash = watcher.outcomes['backlash'].values
-        if 'gap_rad' in backlash:
-            line += f'gap {float(backlash["gap_rad"]):.3f} rad'
-            if 'growth' in backlash:
-                line += f' {100 * float(backlash["growth"]):+.0f} %'
-            line += '  '
-        levels = ', '.join(f'{name} {outcome.level.name}'
-                           for name, outcome in watcher.outcomes.items()
-                           if outcome.level) or 'all OK'
+                f'{float(values.get("rate_hz", "nan")):4.0f} Hz  {self.gap(watcher)}')
+        levels = ', '.join(self.raised(watcher)) or 'all OK'
         if watcher.recorder is not None and watcher.recorder.level:
             levels += f', recorder {watcher.recorder.message}'
         return line + levels
+
+    def raised(self, watcher: Any) -> list[str]:
+        """Return the components beyond OK that `watcher` sees, with their levels."""
+        return [f'{name} {outcome.level.name}' for name, outcome in watcher.outcomes.items()
+                if outcome.level]
+
+    def gap(self, watcher: Any) -> str:
+        """Return the gap that `watcher` sees, '' where none was measured yet."""
+        backlash = watcher.outcomes['backlash'].values
+        if 'gap_rad' not in backlash:
+            return ''
+        growth = f' {100 * float(backlash["growth"]):+.0f} %' if 'growth' in backlash else ''
+        return f'gap {float(backlash["gap_rad"]):.3f} rad{growth}  '

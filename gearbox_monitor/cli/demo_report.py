@@ -16,78 +16,35 @@
 from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
-from matplotlib.figure import Figure
 import numpy as np
 
-from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY
 from gearbox_monitor.bag.read import BagReader
-from gearbox_monitor.bag.recorded_samples import RecordedSamples
 from gearbox_monitor.bag.replay import Replay, replay
+from gearbox_monitor.cli.demo_alarms import diagnostics
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
-from gearbox_monitor.interfaces.signals import DIAGNOSTICS, DRIFT_ALERTS, PLANT_TRANSMISSION_STATE
+from gearbox_monitor.interfaces.signals import PLANT_TRANSMISSION_STATE
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.report import plots
 
 SECOND = 1e9
-Alarms: TypeAlias = list[dict[str, Any]]
 Seconds: TypeAlias = Callable[[Any], Array]  # stamps (ns) to s from the first sample
 
 
-def evaluate(reader: BagReader, demo: Any) -> tuple[dict[str, Any], Figure]:
-    """Replay the bag `reader` of `demo` (cli.demo.Demo); return ({name: value}, the picture)."""
+def evaluate(reader: BagReader, demo: Any) -> dict[str, Any]:
+    """Replay the bag `reader` of `demo` (cli.demo.Demo), draw it; return {name: value}."""
     result = replay(reader)
     data = dict(result.summary or {})
     stamps = result.recording.samples.stamp_ns
-    alarms, alerts, losses = _diagnostics(reader, result.recording)
+    alarms, alerts, losses = diagnostics(reader, result.recording)
     expected = round(demo.duration * demo.rate)
     data.update(
         samples_expected=expected, samples_missing=expected - len(np.unique(stamps)),
-        estimates_missing=expected - 1 - _live_count(reader),
+        estimates_missing=expected - 1 - reader.count('/transmission_state'),
         recorder_losses=losses, alarms=alarms, alerts=alerts, fault=demo.fault,
-        duration_s=float(demo.duration))
-    return data, plots.overview(_run(reader, result, data, demo))
-
-
-def _live_count(reader: BagReader) -> int:
-    count: int = reader.topics.get('/transmission_state', ('', 0))[1]
-    return count
-
-
-def _diagnostics(reader: BagReader, recording: RecordedSamples) -> tuple[Alarms, Alarms, int]:
-    """
-    Return (alarms, alerts, messages that the recorder lost) of the recording.
-
-    An alarm is a change of a component of the estimator to a worse level while samples come,
-    after it was OK for the first time.
-    """
-    stamps, last = recording.samples.stamp_ns, recording.log_ns.max(initial=0)
-    # After the first sample the plant may have waited for its subscribers.
-    first = last - (np.ptp(stamps) if len(stamps) else 0)
-    alarms: Alarms = []
-    alerts: Alarms = []
-    losses = 0
-    levels: dict[str, Level] = {}
-    for topic, log_ns, _, raw in reader.messages([DIAGNOSTICS, '/' + DRIFT_ALERTS]):
-        at = round((log_ns - first) / SECOND, 3)
-        for status in reader.decode(DIAGNOSTIC_ARRAY, raw).status:
-            node, _, component = status.name.partition(': ')
-            level = Level(min(int(status.level), Level.ERROR))
-            if topic != DIAGNOSTICS:
-                alerts.append({'t': at, 'level': level.name, 'message': status.message})
-            elif node == 'recorder':
-                losses = max(losses, *(int(v.value) for v in status.values
-                                       if v.key in ('lost', 'not_written')))
-            elif node == 'estimator' and log_ns <= last:
-                previous = levels.get(component)
-                if previous is None and level != Level.OK:
-                    continue  # not evaluated yet
-                if previous is not None and level > previous:
-                    alarms.append({'t': at, 'component': component, 'level': level.name,
-                                   'message': status.message})
-                levels[component] = level
-    return alarms, alerts, losses
+        duration_s=float(demo.duration), picture=str(demo.out / 'demo.png'))
+    plots.overview(_run(reader, result, data, demo)).savefig(data['picture'], dpi=110)
+    return data
 
 
 def problems(data: Mapping[str, Any], fault: bool, starved: bool) -> list[str]:

@@ -84,7 +84,7 @@ def load_filter_inputs(args: Namespace, reader: BagReader,
         values['filter'] = check_filter(filter_name)
     model, parameters = resolve(model, values, args.params or str(reader.path))
     recording = read_samples(reader, parameters.motor_joint, parameters.arm_joint, model,
-                             source.topic)
+                             source.topic, source.transmission)
     notes = [] if snapshots or model_file else [NO_MODEL]
     notes += [reader.notice] if reader.notice else []
     changed = {row.name: options[row.name] for row in MODEL if row.name in options}

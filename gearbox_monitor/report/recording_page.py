@@ -115,11 +115,16 @@ def figures(timeline: Timeline, facts: RecordingFacts) -> dict[str, Any]:
         'counts': facts.counts, 'notes': facts.notes}
 
 
-def headline(timeline: Timeline) -> tuple[str, str]:
-    """Return (sentence, 'good', 'warn', 'error' or '') about the recording of `timeline`."""
-    worn = [(s.levels[-1], s.messages[-1]) for name, s in timeline.spans.items()
+def wear(timeline: Timeline) -> list[tuple[int, str]]:
+    """Return [(level, message)] of the wear that `timeline` shows at its end."""
+    return [(s.levels[-1], s.messages[-1]) for name, s in timeline.spans.items()
             if name in WEAR and s.levels[-1] and not s.messages[-1].startswith(NO_DATA)
             and 'not measured' not in s.messages[-1]]
+
+
+def headline(timeline: Timeline) -> tuple[str, str]:
+    """Return (sentence, 'good', 'warn', 'error' or '') about the recording of `timeline`."""
+    worn = wear(timeline)
     if worn:
         message = max(worn)[1].split(' (for ')[0]
         return f'{message[0].upper()}{message[1:]}.', ROLES[max(worn)[0]]

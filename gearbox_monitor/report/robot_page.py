@@ -25,7 +25,8 @@ from gearbox_monitor.monitoring.backlash.forecast import when
 from gearbox_monitor.report.advice import NextSteps
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.live_history import GearboxHistory, MOTION_ROWS
-from gearbox_monitor.report.recording_page import headline, next_steps, ROLES, trusted_share
+from gearbox_monitor.report.recording_page import (
+    headline, next_steps, ROLES, trusted_share, wear)
 from gearbox_monitor.report.timeline import LEVELS, Timeline, WindowBacklash
 from gearbox_monitor.report.timeline_source import RecordingFacts
 from gearbox_monitor.report.words import width_and_std
@@ -40,7 +41,7 @@ class JointRow:
 
     kind: of ROLES, '' where nothing can be said; message: why; torque: lowest and highest (N m);
     windows: measurements of its backlash; trusted: share of the time, None: not evaluated; link:
-    its page.
+    its page; worn: whether the message is about wear.
     """
 
     name: str
@@ -50,6 +51,7 @@ class JointRow:
     windows: Sequence[WindowBacklash]
     trusted: float | None
     link: str = ''
+    worn: bool = False
 
     @property
     def level(self) -> int:
@@ -110,9 +112,10 @@ class JointTable(Section):
 
     @classmethod
     def of(cls, rows: Sequence[JointRow]) -> 'JointTable':
-        """Return the table of `rows`."""
-        return cls(sorted(rows, key=lambda row: (-row.level, 1.0 if row.trusted is None
-                                                 else row.trusted)) if len(rows) > 1 else ())
+        """Return the table of `rows`; of the same level, wear comes before a lack of trust."""
+        return cls(sorted(rows, key=lambda row: (
+            -row.level, not row.worn, 1.0 if row.trusted is None else row.trusted))
+            if len(rows) > 1 else ())
 
 
 def live_row(gearbox: GearboxHistory, name: str) -> JointRow:
@@ -141,7 +144,7 @@ def recorded_row(timeline: Timeline, name: str, link: str) -> JointRow:
     span = (float(np.nanmin(low)), float(np.nanmax(high))) if np.isfinite(low).any() else (
         math.nan, math.nan)
     return JointRow(name, kind, words, span, timeline.windows, trusted_share(timeline.spans),
-                    link)
+                    link, bool(wear(timeline)))
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ over a sample.
 """
 from collections.abc import Sequence
 from dataclasses import dataclass
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -30,7 +31,7 @@ from gearbox_monitor.plant.drive import D, DriveModel, HALF_GAP, motor_accelerat
 from gearbox_monitor.plant.transmission import dead_zone
 from gearbox_monitor.robot.dynamics import coupled_inertia, move, RobotArrays, torque_on
 
-SUBSTEPS = 2  # of a sample, by default
+LONGEST_STEP = 5e-4  # s: a light link on a stiff joint swings at some hundred Hz
 
 
 class Servo(NamedTuple):
@@ -102,7 +103,8 @@ def _slopes(robot: RobotArrays, p: Array, x: Array, u: Array, scratch: ArmScratc
 def _run(robot: RobotArrays, p: Array, servo: Servo, references: Array, payload: Array, x: Array,
          dt: float, scratch: ArmScratch, out: Array) -> None:
     """Run the arm; references [N, 2, n], payload [N], x [4 n] changed, out [N, 4, n]."""
-    n, slopes, h = p.shape[0], scratch.slopes, dt / SUBSTEPS
+    substeps = math.ceil(dt / LONGEST_STEP)
+    n, slopes, h = p.shape[0], scratch.slopes, dt / substeps
     u = slopes[4, :n]
     for k in range(references.shape[0]):
         robot.amounts[-1] = payload[k]
@@ -111,7 +113,7 @@ def _run(robot: RobotArrays, p: Array, servo: Servo, references: Array, payload:
                     + servo.kd[i] * (references[k, 1, i] - x[2 * n + i]))
             out[k, 0, i], out[k, 1, i], out[k, 2, i] = u[i], x[i], x[n + i]
             out[k, 3, i] = p[i, STIFFNESS] * dead_zone(x[i] - x[n + i], p[i, HALF_GAP])
-        for _ in range(SUBSTEPS):
+        for _ in range(substeps):
             stage = scratch.slopes[5]
             for q in range(4):
                 a = 0.0 if q == 0 else (h if q == 3 else 0.5 * h)

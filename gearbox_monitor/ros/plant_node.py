@@ -28,10 +28,6 @@ import time
 from typing import Any
 
 import numpy as np
-from rclpy.clock import Clock, ClockType
-from rclpy.duration import Duration
-from rclpy.executors import ExternalShutdownException
-from rclpy.logging import get_logger
 from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -48,18 +44,13 @@ from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, GRAVITY, LOAD_TO
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.faults import EncoderFault, Faults, FaultyPlant, JOINTS
 from gearbox_monitor.plant.simulate import Noise, Plant
-from gearbox_monitor.ros.node_parameters import declare, on_change, TableNode
+from gearbox_monitor.ros.node_parameters import declare, on_change
+from gearbox_monitor.ros.paced_node import PacedNode, QUEUE, stamp
 from gearbox_monitor.ros.qos import advertise, subscribe
 from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup, spin_node
 
 EFFORT_COMMAND = 'effort_command'
-SECOND = 1_000_000_000
-BLOCK_TIME = 0.01     # s between two checks for services: the wait for a changed parameter
-FREE_RUN_BLOCK = 50   # samples, when there is no pace
 DISCOVERY_TIME = 3.5  # s; a participant announces itself every 3 s
-REPORT_PERIOD = 10.0  # s between two reports of overruns
-ACKNOWLEDGED = Duration(seconds=5)
-QUEUE = 1000          # messages kept for a slow subscriber
 MAX_SUBSTEPS = 500    # integration steps per sample: 0.2 ms of computing time
 LONGEST = 1e7         # s: a plant runs no longer
 # Field of drive.faults.EncoderFault, Faults -> parameter.
@@ -71,7 +62,7 @@ DRIVE_FAULTS = {
     **{name: name for name in ('gap_growth_rate', 'gap_growth_start', 'gap_growth_max')}}
 
 
-class PlantNode(TableNode):
+class PlantNode(PacedNode):
     """A drive in real time, or `speed` times as fast with /clock."""
 
     def __init__(self) -> None:
@@ -85,14 +76,7 @@ class PlantNode(TableNode):
             if row.name in PLANT_MODEL])
         self.values = PlantParameters.from_mapping(values)
         v = self.values
-        self.dt_ns = round(SECOND / v.rate)
-        self.dt = self.dt_ns / SECOND
-        self.block = FREE_RUN_BLOCK if v.speed == 0 else max(
-            1, round(BLOCK_TIME * v.rate * v.speed))
-        self.count = 0           # samples published
-        self.overruns = 0        # samples published more than one period late
-        self.max_delay = 0.0     # s
-        self._reported, self._report_at = 0, 0.0
+        self.set_pace(v.rate, v.duration, v.wait_for_subscribers, v.speed)
         self._command, self._refused = 0.0, 0
         self._command_at: int | None = None
         self._use(v)
@@ -101,10 +85,7 @@ class PlantNode(TableNode):
             Plant(self._model, Noise(process=(1.0,) * 4)).run(np.zeros(2), self.dt)
         on_change(self, PLANT, self._change)
         self._open()
-        # A node timer would follow /clock, which is this node's own.
-        self._clock_of_timer = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = self.create_timer(1e-3, self._work, clock=self._clock_of_timer)
-        self._start: int | None = None
+        self.begin((self._states_out, self._truth_out))
         self.warn_of_unknown()
         self.get_logger().info(
             f'{path}: {v.rate:g} Hz, torque from '
@@ -188,34 +169,19 @@ class PlantNode(TableNode):
 
     # ------------------------------------------------------------------ running
 
-    def _work(self) -> None:
-        """Simulate and publish one block of samples, each at its time."""
-        if self._start is None:
-            if self._subscribers() < self.values.wait_for_subscribers:
-                return
-            self._start = time.monotonic_ns()
-            self.t0_ns = time.time_ns()
+    def begin_block(self) -> None:
+        """Publish the time."""
         if self._clock_out:
-            _stamp(self._clock_message.clock, self.t0_ns + self.count * self.dt_ns)
+            stamp(self._clock_message.clock, self.stamp_ns)
             self._clock_out.publish(self._clock_message)
-        remaining, end = self.block, round(self.values.duration / self.dt)
-        if end > 0:
-            remaining = min(remaining, end - self.count)
-        while remaining > 0:
-            # A torque from outside is taken at the sample's time, so its samples come one by one.
-            n = remaining if self._commands is None else 1
-            if self._commands:
-                self._wait()
-            for row in self._simulate(n):
-                self._wait()
-                self._publish(*row)
-                self.count += 1
-            remaining -= n
-        self._report()
-        if 0 < end <= self.count:
-            self._finish()
 
-    def _simulate(self, n: int) -> Iterator[tuple[float, ...]]:
+    def most_at_once(self, n: int) -> int:
+        """Return how many of `n` samples to simulate: with a torque from outside, one by one."""
+        if self._commands:
+            self.wait()  # it is taken at the sample's time
+        return n if self._commands is None else 1
+
+    def simulate(self, n: int) -> Iterator[tuple[float, ...]]:
         """Return n rows (u, y1, y2, twist, twist rate, tau_k, tau_arm) in arm-side values."""
         t = (self.count + np.arange(n)) * self.dt
         u = self._excitation.torque(t) if self._commands is None else np.array(self._commanded())
@@ -243,24 +209,12 @@ class PlantNode(TableNode):
             self.get_logger().warning(f'{EFFORT_COMMAND}: none for {timeout:g} s, torque is 0')
         return [self._command]
 
-    def _wait(self) -> None:
-        """Sleep until the time of the next sample, counted from the start: no drift."""
-        if self.values.speed == 0:
-            return
-        assert self._start is not None
-        deadline = self._start + int(self.count * self.dt_ns / self.values.speed)
-        wait = (deadline - time.monotonic_ns()) / SECOND
-        if wait > 0:
-            time.sleep(wait)
-        elif -wait > self.dt / self.values.speed:
-            self.overruns += 1
-            self.max_delay = max(self.max_delay, -wait)
-
-    def _publish(self, u: float, y1: float, y2: float, twist: float, rate: float, tau_k: float,
-                 tau_arm: float) -> None:
+    def send(self, row: tuple[float, ...]) -> None:
+        """Publish a `row` of `simulate`."""
+        u, y1, y2, twist, rate, tau_k, tau_arm = row
         ratio = self.drive.gear_ratio
         states, truth = self._states, self._truth
-        _stamp(states.header.stamp, self.t0_ns + self.count * self.dt_ns)
+        stamp(states.header.stamp, self.stamp_ns)
         truth.header.stamp = states.header.stamp
         states.position = array('d', (y1 * ratio, y2))
         states.effort = array('d', (
@@ -270,39 +224,6 @@ class PlantNode(TableNode):
         truth.effort = array('d', (tau_k,))
         self._states_out.publish(states)
         self._truth_out.publish(truth)
-        if self.count == 0 and self.values.wait_for_subscribers:
-            # A publisher knows its subscribers up to 3 s before these know it.
-            for publisher in (self._states_out, self._truth_out):
-                publisher.wait_for_all_acked(ACKNOWLEDGED)
-            self._start = time.monotonic_ns()
-
-    def _subscribers(self) -> int:
-        return sum(publisher.get_subscription_count()
-                   for publisher in (self._states_out, self._truth_out))
-
-    def _report(self) -> None:
-        time_s = time.monotonic()
-        if self.overruns > self._reported and time_s > self._report_at:
-            self.get_logger().warning(self._overrun_text())
-            self._reported, self._report_at = self.overruns, time_s + REPORT_PERIOD
-
-    def _overrun_text(self) -> str:
-        return (f'{self.overruns} of {self.count} samples were more than a period late, at worst '
-                f'{1e3 * self.max_delay:.1f} ms (stamps are not affected)')
-
-    def _finish(self) -> None:
-        """End the process, after all messages have arrived."""
-        self._timer.cancel()
-        for publisher in (self._states_out, self._truth_out):
-            publisher.wait_for_all_acked(Duration(seconds=2))
-        raise ExternalShutdownException
-
-    def close(self) -> None:
-        """Report how many samples were published."""
-        text = f'published {self.count} samples'
-        # A logger without /rosout, which is gone when a signal has ended the context.
-        get_logger('plant_node').info(
-            f'{text}; {self._overrun_text()}' if self.overruns else text)
 
 
 def _effect(text: str) -> dict[str, str | float]:
@@ -325,10 +246,6 @@ def _effect(text: str) -> dict[str, str | float]:
 
 def _value(model: DriveModel, name: str) -> Any:
     return getattr(model, name) if hasattr(model, name) else getattr(model.transmission, name)
-
-
-def _stamp(time_message: Any, ns: int) -> None:
-    time_message.sec, time_message.nanosec = divmod(ns, SECOND)
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """A node that follows an estimator in another process: its state and its diagnostics."""
+from collections.abc import Sequence
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -33,14 +34,17 @@ class Watcher:
     """
     Node `name` in ROS domain `domain`, in its own context; it installs no signal handlers.
 
-    outcomes: {component: Outcome} of the estimator's newest diagnostics, values as texts;
-    recorder: the recorder's Outcome or None; alerts: texts of the drift alerts, oldest first;
-    updates: number of diagnostics of the estimator; snapshots: those of the estimator,
-    {name: text}, oldest first: the first one holds the state at its start.
+    gearboxes: of the estimator, ('',) for a single one without a name.
+
+    joints: {gearbox: {component: Outcome}} of the estimator's newest diagnostics, values as texts;
+    outcomes: those of the first gearbox; recorder: the recorder's Outcome or None; alerts: texts
+    of the drift alerts, oldest first; updates: number of diagnostics of the estimator; snapshots:
+    those of the estimator, {name: text}, oldest first: the first one holds the state at its start.
     """
 
-    def __init__(self, name: str, domain: int) -> None:
-        self.outcomes: dict[str, Outcome] = {}
+    def __init__(self, name: str, domain: int, gearboxes: Sequence[str] = ('',)) -> None:
+        self.joints: dict[str, dict[str, Outcome]] = {gearbox: {} for gearbox in gearboxes}
+        self.outcomes = self.joints[gearboxes[0]]
         self.recorder: Outcome | None = None
         self.alerts: list[str] = []
         self.updates = 0
@@ -55,7 +59,9 @@ class Watcher:
         subscribe = self._node.create_subscription
         subscribe(DiagnosticArray, DIAGNOSTICS, self._on_diagnostics, 20)
         subscribe(DiagnosticArray, DRIFT_ALERTS, self._on_alert, LATCHED)
-        subscribe(DiagnosticArray, f'estimator/{SNAPSHOT}', self._on_snapshot, LATCHED)
+        for gearbox in gearboxes:
+            subscribe(DiagnosticArray, f'estimator/{gearbox}/{SNAPSHOT}'.replace('//', '/'),
+                      self._on_snapshot, LATCHED)
 
     def spin(self, seconds: float) -> None:
         """Receive messages for `seconds`."""
@@ -65,7 +71,8 @@ class Watcher:
 
     def ready(self) -> bool:
         """Return whether estimator and recorder subscribe to the topics of a plant."""
-        return (bool(self.snapshots) and self._node.count_subscribers(JOINT_STATES) >= 2
+        return (len(self.snapshots) >= len(self.joints)
+                and self._node.count_subscribers(JOINT_STATES) >= 2
                 and self._node.count_subscribers(PLANT_TRANSMISSION_STATE) >= 1)
 
     def close(self) -> None:
@@ -79,18 +86,27 @@ class Watcher:
                            for status in message.status]
 
     def _on_alert(self, message: DiagnosticArray) -> None:
-        self.alerts += [f'{level_of(s).name}: {s.message}' for s in message.status]
+        for status in message.status:
+            gearbox = _gearbox(status)
+            self.alerts.append(f'{level_of(status).name}: ' + (f'{gearbox}: ' if gearbox else '')
+                               + status.message)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             node, _, component = status.name.partition(': ')
             outcome = Outcome(level_of(status), status.message,
                               {value.key: value.value for value in status.values})
-            if node == 'estimator':
-                self.outcomes[component] = outcome
+            if node.partition('/')[0] == 'estimator':
+                self.joints.setdefault(_gearbox(status), {})[component] = outcome
             elif node == 'recorder':
                 self.recorder = outcome
-        self.updates += message.status[0].name.startswith('estimator: ') if message.status else 0
+        self.updates += (message.status[0].name.startswith(('estimator: ', 'estimator/'))
+                         if message.status else 0)
+
+
+def _gearbox(status: DiagnosticStatus) -> str:
+    """Return the gearbox that a `status` of the estimator is about, '' for a single one."""
+    return str(status.name.partition(': ')[0].partition('/')[2])
 
 
 def level_of(status: DiagnosticStatus) -> Level:

@@ -14,6 +14,7 @@
 
 """Replay of bags through the command line, no ROS needed."""
 import csv
+from dataclasses import replace
 import json
 
 import numpy as np
@@ -22,7 +23,8 @@ import yaml
 
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import replay
+from gearbox_monitor.bag.recorded_samples import NO_SAMPLES, RecordedSamples
+from gearbox_monitor.bag.replay import replay, truth
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.estimation.estimates import Samples
@@ -73,6 +75,24 @@ def options(tmp_path):
     params.write_text(yaml.safe_dump({'/**': {'ros__parameters': {'rate': 3.0}}, 'estimator': {
         'ros__parameters': {'motor_joint': 'm', 'arm_joint': 'a', 'arm_load': 'model'}}}))
     return ['--model', str(model), '--params', str(params)]
+
+
+def test_the_true_torque_of_a_gearbox_is_under_its_name(tmp_path):
+    stamps = T0 + np.arange(3)
+    with BagWriter(tmp_path / 'bag') as writer:
+        for namespace, names in (('', ['base', 'elbow']), ('/left', ['transmission'])):
+            topic = f'{namespace}/plant/transmission_state'
+            writer.add_topic(topic, JOINT_STATE)
+            values = np.tile(np.arange(len(names), dtype=float), (3, 1))
+            for stamp, message in zip(stamps, encode_joint_states(stamps, names, values,
+                                                                  effort=values)):
+                writer.write(topic, int(stamp), message)
+    recording = RecordedSamples(NO_SAMPLES, np.empty(0, np.int64), '/joint_states', 'elbow')
+    with open_bag(tmp_path / 'bag') as reader:
+        assert truth(reader, recording)[1].tolist() == [1.0] * 3
+        recording = replace(recording, topic='/left/joint_states')
+        assert truth(reader, recording)[1].tolist() == [0.0] * 3  # a plant of a single drive
+        assert truth(reader, replace(recording, topic='/right/joint_states')) is None
 
 
 def test_csv_and_json_hold_what_the_monitor_says(bag, options, drive, tmp_path, capsys):

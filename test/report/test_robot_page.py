@@ -81,6 +81,17 @@ def test_the_worst_joint_comes_first():
     assert {y for _, y in same} == {12.0}
 
 
+def test_wear_comes_before_a_lack_of_trust_of_the_same_level():
+    doubtful = timeline()
+    doubtful[0].add_outcomes(T0 + 300 * SECOND, {'model': (2, 'misses something')})
+    doubtful[0].add_outcomes(T0 + 900 * SECOND, {'model': (2, 'misses something')})
+    doubtful[0].finish()
+    html, headline = page(base=doubtful, elbow=timeline(2, 0.12))
+    found = rows(html)
+    assert [row[0] for row in found.values()] == ['ERROR', 'ERROR']
+    assert list(found) == ['elbow', 'base'] and headline.startswith('elbow: Backlash has grown')
+
+
 def test_where_nothing_is_raised():
     assert page(base=timeline(), elbow=timeline())[1] == 'Nothing is raised.'
     nothing = page(base=timeline(windows=0), elbow=timeline(windows=0))

@@ -16,6 +16,7 @@
 import json
 import os
 from pathlib import Path
+import re
 import signal
 import subprocess
 import sys
@@ -27,6 +28,7 @@ pytest.importorskip('rclpy')
 psutil = pytest.importorskip('psutil')
 
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
+from gearbox_monitor.bag.replay import replay  # noqa: E402
 from gearbox_monitor.cli.demo import READY_SECONDS  # noqa: E402
 from gearbox_monitor.ros.ros_domain import own_domain  # noqa: E402
 
@@ -117,6 +119,49 @@ def test_sound_gearbox_raises_none(demo, tmp_path):
     assert data['alerts'] == []
 
 
+@pytest.mark.system
+def test_robot_names_the_joint_of_the_fault(demo, tmp_path):
+    process = demo('--robot', '--out', 'arm')
+    output, errors = process.communicate(timeout=800)
+    assert process.returncode == 0 and not children(process), output + errors
+    data = json.loads((tmp_path / 'arm' / 'summary.json').read_text())
+    joints = {f'joint{k + 1}' for k in range(6)}
+    assert set(data['joints']) == joints and data['problems'] == []
+    starved = any(note.startswith('at 250 Hz') for note in data['notes'])
+    assert data['planted'] == 'joint1' and (data['seen'] == ['joint1'] or starved)
+    for joint in data['joints'].values():
+        assert joint['replay_identical'] == 'yes' and joint['comparison']['identical'] > 10_000
+        assert joint['tau_k_error'] < 0.4 * joint['tau_k_rms']
+    first, last = (data['joints']['joint1']['gap_rad'][k] for k in (0, -1))
+    assert first == pytest.approx(0.4e-3, rel=0.1) and (last > 1.2 * first or starved)
+    for command in re.findall(r'gearbox_monitor ((?:report|replay) .*)', output):
+        subprocess.run([sys.executable, '-m', 'gearbox_monitor', *command.split()], check=True,
+                       cwd=tmp_path, env={**os.environ, 'PYTHONPATH': str(ROOT)}, timeout=300)
+    assert 'joint1: Gap has grown by' in (tmp_path / 'bag.html').read_text() or starved
+    assert len(list(tmp_path.glob('bag.joint*.html'))) == 6
+
+
+def test_interrupted_robot_leaves_a_bag_of_all_joints(demo, tmp_path):
+    process = demo('--robot', '--out', 'arm')
+    bag = tmp_path / 'arm' / 'bag'
+
+    def estimates():
+        if not (tmp_path / 'arm' / 'arm_plant.log').exists():
+            return 0
+        with open_bag(bag) as reader:
+            return reader.count('/transmission_state')
+
+    wait_for(lambda: estimates() > 500, 'recording')
+    os.killpg(process.pid, signal.SIGINT)
+    output, errors = process.communicate(timeout=60)
+    assert process.returncode == 130 and not errors and not children(process), errors
+    with open_bag(bag) as reader:
+        assert not reader.truncated
+        for k in range(6):
+            comparison = replay(reader, topic=f'joint{k + 1}').comparison
+            assert comparison.verdict == 'yes' and comparison.compared, comparison
+
+
 @pytest.mark.parametrize('moment', [
     *(pytest.param(m, marks=pytest.mark.system) for m in (0.7, 'recording')), 'shut-down'])
 def test_interrupt(demo, tmp_path, moment):
@@ -170,6 +215,8 @@ def test_dead_node_is_told(demo, tmp_path):
     (['--filter', 'magic'], "--filter: 'magic' is unknown, expected one of aekf"),
     (['--duration', '3'], '--duration: 3, expected 16 to 86400'),
     (['--duration', 'nan'], '--duration: nan, expected'),
+    (['--robot', '--duration', '30'], '--duration: 30, expected 45 to 86400'),
+    (['--robot', '--filter', 'aekf'], "--filter: 'aekf', expected one of ekf, ukf with --robot"),
 ])
 def test_bad_input_is_one_line(demo, options, text):
     process = demo(*options)

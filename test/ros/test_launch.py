@@ -99,6 +99,10 @@ def test_robot_starts_one_estimator_for_all_gearboxes(tmp_path):
             '/joint_states'} <= set(topics)
     assert topics.count('/diagnostics') == 1
     assert set(_nodes(module, params_file=config)) == {'estimator_node', 'recorder_node'}
+    arm = tmp_path / 'arm.yaml'
+    arm.write_text('{estimator: {}, arm_plant: {}}')
+    assert set(_nodes(module, params_file=str(arm))) == {
+        'arm_plant_node', 'estimator_node', 'recorder_node'}
     empty = tmp_path / 'empty.yaml'
     empty.write_text('estimators: {}')
     with pytest.raises(RuntimeError, match='no block estimator or /NAMESPACE/estimator'):

@@ -17,8 +17,9 @@ Monitor the gearboxes of a robot, all from one parameter file.
 
 The file is an ordinary ROS parameter file. Its block `estimator` starts one node for all gearboxes
 that its parameter `gearboxes` names. Each further block /NAMESPACE/estimator starts a node in that
-namespace, each block /NAMESPACE/plant a simulated drive. One recorder in the root namespace
-records all of them into one bag. See config/robot.yaml.
+namespace, each block /NAMESPACE/plant a simulated drive, each block /NAMESPACE/arm_plant a
+simulated arm. One recorder in the root namespace records all of them into one bag. See
+config/robot.yaml.
 
   ros2 launch gearbox_monitor robot.launch.py params_file:=robot.yaml joint_states:=/joint_states
 """
@@ -66,7 +67,7 @@ def generate_launch_description() -> LaunchDescription:
 
 
 class Block(NamedTuple):
-    """A node of the file: its `namespace`, 'estimator' or 'plant', its gearboxes with a name."""
+    """A `node` of the file, in its `namespace`; the gearboxes that it names."""
 
     namespace: str
     node: str
@@ -80,7 +81,7 @@ def node_blocks(path: str) -> list[Block]:
     except InputError as error:
         raise RuntimeError(str(error)) from None
     blocks = [(match[1], match[2]) for name in (data if isinstance(data, dict) else ())
-              if (match := re.fullmatch(r'(|/|/[\w/]*\w/)(estimator|plant)', str(name)))]
+              if (match := re.fullmatch(r'(|/|/[\w/]*\w/)(estimator|plant|arm_plant)', str(name)))]
     if not any(node == 'estimator' for _, node in blocks):
         raise RuntimeError(f'{path}: no block estimator or /NAMESPACE/estimator, expected one')
     return [Block(namespace.rstrip('/') or '/', node, _names(data[namespace + node]))

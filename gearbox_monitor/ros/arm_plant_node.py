@@ -1,0 +1,92 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Simulate an arm of six joints and publish the readings of its sensors: the node ``arm_plant``.
+
+Publishes joint_states (measured positions of motors and arms, and the torques in force from that
+stamp on) and plant/transmission_state (the truth, same stamps). The arm is that of
+config/arm6.urdf; it repeats a program while the gap of one joint may grow. Parameters are those of
+parameters.ARM_PLANT.
+"""
+from array import array
+from collections.abc import Iterator, Sequence
+import math
+import sys
+from typing import Any
+
+import numpy as np
+from sensor_msgs.msg import JointState
+
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.robot_files import load_robot
+from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE
+from gearbox_monitor.kernels.compilation import announced_compilation
+from gearbox_monitor.parameters import ARM_PLANT, ArmPlantParameters
+from gearbox_monitor.robot.working_arm import GapGrowth, WorkingArm
+from gearbox_monitor.ros.node_parameters import declare
+from gearbox_monitor.ros.paced_node import PacedNode, QUEUE, stamp
+from gearbox_monitor.ros.qos import advertise
+from gearbox_monitor.ros.runtime import spin_node
+
+
+class ArmPlantNode(PacedNode):
+    """An arm in real time."""
+
+    def __init__(self) -> None:
+        super().__init__('arm_plant')
+        v = ArmPlantParameters.from_mapping(declare(self, ARM_PLANT))
+        self.set_pace(v.rate, v.duration, v.wait_for_subscribers)
+        robot = load_robot(str(config_path('arm6.urdf')))
+        growth = GapGrowth(v.faulty_joint - 1, v.gap_growth_rate, v.gap_growth_start)
+        with announced_compilation(self.get_logger().info):  # the first sample must not be late
+            WorkingArm(robot, self.dt, v.seed).run(2)
+        self._arm = WorkingArm(robot, self.dt, v.seed, growth)
+        self._states = JointState(name=[
+            *(f'motor{k + 1}' for k in range(len(robot.joints))), *robot.joints])
+        self._no_load = [math.nan] * len(robot.joints)
+        self._truth = JointState(name=list(robot.joints))
+        self._states_out = advertise(self, JointState, JOINT_STATES, QUEUE)
+        self._truth_out = advertise(self, JointState, PLANT_TRANSMISSION_STATE, QUEUE)
+        self.begin((self._states_out, self._truth_out))
+        self.warn_of_unknown()
+        self.get_logger().info(f'{v.rate:g} Hz, {len(robot.joints)} joints, seed {v.seed}')
+
+    def simulate(self, n: int) -> Iterator[tuple[Any, ...]]:
+        """Return n rows (position, effort, twist, tau_k), lists with a value for each joint."""
+        run = self._arm.run(n)
+        return zip(np.hstack([run.motor, run.arm]).tolist(), run.true.u.tolist(),
+                   (run.true.motor - run.true.arm).tolist(), run.true.tau_k.tolist())
+
+    def send(self, row: tuple[Any, ...]) -> None:
+        """Publish a `row` of `simulate`."""
+        position, effort, twist, tau_k = row
+        states, truth = self._states, self._truth
+        stamp(states.header.stamp, self.stamp_ns)
+        truth.header.stamp = states.header.stamp
+        states.position = array('d', position)
+        states.effort = array('d', effort + self._no_load)
+        truth.position = array('d', twist)
+        truth.effort = array('d', tau_k)
+        self._states_out.publish(states)
+        self._truth_out.publish(truth)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node with the command line `args`; return the exit code."""
+    return spin_node(ArmPlantNode, args, __doc__)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

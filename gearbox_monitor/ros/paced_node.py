@@ -1,0 +1,168 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A node that simulates samples and publishes each at its time: start, pace, end and reports."""
+from collections.abc import Iterator, Sequence
+import time
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
+from rclpy.executors import ExternalShutdownException
+from rclpy.logging import get_logger
+from rclpy.publisher import Publisher
+
+from gearbox_monitor.ros.node_parameters import TableNode
+
+SECOND = 1_000_000_000
+BLOCK_TIME = 0.01     # s between two checks for services: the wait for a changed parameter
+FREE_RUN_BLOCK = 50   # samples, when there is no pace
+REPORT_PERIOD = 10.0  # s between two reports of overruns
+ACKNOWLEDGED = Duration(seconds=5)
+QUEUE = 1000          # messages kept for a slow subscriber
+
+
+class PacedNode(TableNode):
+    """
+    Base of the simulated plants: calls `simulate` and `send` at the pace of `set_pace`.
+
+    count: samples published; t0_ns: stamp of the first; dt, dt_ns: between two.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.count = self.t0_ns = 0
+        self.overruns = 0        # samples published more than one period late
+        self.max_delay = 0.0     # s
+        self._reported, self._report_at = 0, 0.0
+        self._start: int | None = None
+
+    def set_pace(self, rate: float, duration: float, subscribers: int, speed: float = 1.0) -> None:
+        """
+        Set when samples are due.
+
+        Args:
+            rate: samples per simulated second.
+            duration: simulated time after which the process ends, s; 0: never.
+            subscribers: start once the outputs have so many together; 0: at once.
+            speed: simulated seconds per second; 0: as fast as possible.
+
+        """
+        self.dt_ns = round(SECOND / rate)
+        self.dt = self.dt_ns / SECOND
+        self._speed, self._expected, self._awaited = speed, round(duration / self.dt), subscribers
+        self.block = FREE_RUN_BLOCK if speed == 0 else max(1, round(BLOCK_TIME * rate * speed))
+
+    def begin(self, outputs: Sequence[Publisher]) -> None:
+        """Start to work; samples go to `outputs`."""
+        self._outputs = outputs
+        # A node timer would follow /clock, which may be this node's own.
+        self._clock_of_timer = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer = self.create_timer(1e-3, self._work, clock=self._clock_of_timer)
+
+    def simulate(self, n: int) -> Iterator[tuple[Any, ...]]:
+        """Return the next `n` samples."""
+        raise NotImplementedError
+
+    def send(self, row: tuple[Any, ...]) -> None:
+        """Publish a `row` of `simulate`, stamped `stamp_ns`."""
+        raise NotImplementedError
+
+    def begin_block(self) -> None:
+        """Do what comes before a block of samples."""
+
+    def most_at_once(self, n: int) -> int:
+        """Return how many of `n` samples may be simulated ahead of their time."""
+        return n
+
+    @property
+    def stamp_ns(self) -> int:
+        """Stamp of the next sample."""
+        return self.t0_ns + self.count * self.dt_ns
+
+    def _work(self) -> None:
+        """Simulate and publish one block of samples, each at its time."""
+        if self._start is None:
+            if self._subscribers() < self._awaited:
+                return
+            self._start = time.monotonic_ns()
+            self.t0_ns = time.time_ns()
+        self.begin_block()
+        remaining, end = self.block, self._expected
+        if end > 0:
+            remaining = min(remaining, end - self.count)
+        while remaining > 0:
+            n = self.most_at_once(remaining)
+            for row in self.simulate(n):
+                self.wait()
+                self.send(row)
+                if self.count == 0 and self._awaited:
+                    self._await_first()
+                self.count += 1
+            remaining -= n
+        self._report()
+        if 0 < end <= self.count:
+            self._finish()
+
+    def wait(self) -> None:
+        """Sleep until the time of the next sample, counted from the start: no drift."""
+        if self._speed == 0:
+            return
+        assert self._start is not None
+        deadline = self._start + int(self.count * self.dt_ns / self._speed)
+        wait = (deadline - time.monotonic_ns()) / SECOND
+        if wait > 0:
+            time.sleep(wait)
+        elif -wait > self.dt / self._speed:
+            self.overruns += 1
+            self.max_delay = max(self.max_delay, -wait)
+
+    def _await_first(self) -> None:
+        """Wait until all have the first sample: a publisher knows them up to 3 s before."""
+        for publisher in self._outputs:
+            publisher.wait_for_all_acked(ACKNOWLEDGED)
+        self._start = time.monotonic_ns()
+
+    def _subscribers(self) -> int:
+        return sum(publisher.get_subscription_count() for publisher in self._outputs)
+
+    def _report(self) -> None:
+        time_s = time.monotonic()
+        if self.overruns > self._reported and time_s > self._report_at:
+            self.get_logger().warning(self._overrun_text())
+            self._reported, self._report_at = self.overruns, time_s + REPORT_PERIOD
+
+    def _overrun_text(self) -> str:
+        return (f'{self.overruns} of {self.count} samples were more than a period late, at worst '
+                f'{1e3 * self.max_delay:.1f} ms (stamps are not affected)')
+
+    def _finish(self) -> None:
+        """End the process, after all messages have arrived."""
+        self._timer.cancel()
+        for publisher in self._outputs:
+            publisher.wait_for_all_acked(Duration(seconds=2))
+        raise ExternalShutdownException
+
+    def close(self) -> None:
+        """Report how many samples were published."""
+        text = f'published {self.count} samples'
+        # A logger without /rosout, which is gone when a signal has ended the context.
+        get_logger(f'{self.get_name()}_node').info(
+            f'{text}; {self._overrun_text()}' if self.overruns else text)
+
+
+def stamp(time_message: Time, ns: int) -> None:
+    """Set `time_message` to `ns`."""
+    time_message.sec, time_message.nanosec = divmod(ns, SECOND)

@@ -1,0 +1,59 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The working arm: it repeats its program at any rate, and one gap grows."""
+import numpy as np
+import pytest
+
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.robot_files import load_robot
+from gearbox_monitor.robot import example_arm
+from gearbox_monitor.robot.working_arm import GapGrowth, program, WorkingArm
+
+ROBOT = load_robot(str(config_path('arm6.urdf')))
+
+
+@pytest.mark.parametrize('rate', [250, 1000])
+def test_it_repeats_its_program(rate):
+    dt = 1.0 / rate
+    period = len(program(dt))
+    arm = WorkingArm(ROBOT, dt, seed=1)
+    run = arm.run(3 * period)
+    assert run.true.arm.shape == (3 * period, 6)
+    second, third = (run.true.arm[k * period:(k + 1) * period] for k in (1, 2))
+    assert np.abs(third - second).max() < 1e-3 < 0.5 < np.ptp(second, axis=0).min()
+    # Light links on stiff joints do not swing by themselves, however long a sample is.
+    assert np.abs(run.true.tau_k).max() < 200.0
+    noise = run.motor - run.true.motor
+    assert np.std(noise) == pytest.approx(example_arm.ENCODER, rel=0.05)
+
+
+def test_only_the_gap_of_the_faulty_joint_grows():
+    def twist(growth):
+        arm = WorkingArm(ROBOT, 1e-3, 1, growth)
+        arm.run(100)
+        return [arm.run(100) for _ in range(20)][-1]
+
+    healthy, faulty = twist(GapGrowth()), twist(GapGrowth(joint=3, rate=2.0, start=0.1))
+    gaps = [abs(run.true.motor - run.true.arm) - abs(run.true.tau_k) / [
+        drive.transmission.stiffness for drive in example_arm.nominal_drives(ROBOT)]
+        for run in (healthy, faulty)]
+    half = np.array([drive.transmission.half_gap for drive in example_arm.nominal_drives(ROBOT)])
+    widths = [(gap * (run.true.tau_k != 0.0)).max(axis=0) / half
+              for gap, run in zip(gaps, (healthy, faulty))]
+    loaded = (healthy.true.tau_k != 0.0).any(axis=0) & (faulty.true.tau_k != 0.0).any(axis=0)
+    assert loaded[[0, 3]].all()
+    expected = np.where(np.arange(6) == 3, 1.0 + 2.0 * 1.9, 1.0)
+    np.testing.assert_allclose(widths[0][loaded], 1.0)
+    np.testing.assert_allclose(widths[1][loaded], expected[loaded])
