@@ -27,7 +27,7 @@ import numpy as np
 
 from gearbox_monitor.identification import gauss_newton, likelihood, window_states
 from gearbox_monitor.identification.candidates import (
-    amplitude, CandidateModel, NOT_FITTED, PERIODIC, PHASED, ZERO)
+    amplitude, CandidateModel, NOT_FITTED, PERIODIC, PHASED, wave_of, ZERO)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.localisation import labels
 from gearbox_monitor.identification.noise_model import spectrum
@@ -290,11 +290,9 @@ def standard_errors(search: Search,
         own = [k for k, c in enumerate(candidate.coordinates) if c.owner == i]
         part = covariance[np.ix_(own, own)]
         if name in PHASED:
-            a = point.z[own]
-            size = max(float(np.hypot(*a)), 1e-300)
-            along, across = a / size, np.array([-a[1], a[0]]) / size
-            out[name] = {amplitude(name): _root(along @ part @ along),
-                         'phi': _root(across @ part @ across) / size}
+            _, jacobian = wave_of(point.z[own])
+            errors = np.sqrt(np.diag(jacobian @ part @ jacobian.T))
+            out[name] = dict(zip((amplitude(name), 'phi'), errors.tolist()))
             if name in PERIODIC:
                 out[name]['N'] = 0.0  # a whole number, found by search
             continue
@@ -302,12 +300,8 @@ def standard_errors(search: Search,
         for k, variance in zip(own, np.diag(part)):
             c = candidate.coordinates[k]
             factor = math.exp(point.z[k]) if c.log else 1.0
-            out[name][c.name] = factor * _root(variance)
+            out[name][c.name] = factor * math.sqrt(max(variance, 0.0))
     return out, condition
-
-
-def _root(variance: Any) -> float:
-    return float(math.sqrt(max(variance, 0.0)))
 
 
 def validate(recording: UniformRecording, nominal: DriveModel, closed: DriveModel,

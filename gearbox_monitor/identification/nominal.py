@@ -32,7 +32,7 @@ from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.identification import closed_model, gauss_newton, likelihood, window_states
 from gearbox_monitor.identification.candidates import (
     amplitude, BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered,
-    PERIODIC, PHASED, sine_and_cosine, Starts, ZERO)
+    PERIODIC, PHASED, sine_and_cosine, Starts, wave_of, ZERO)
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import noise_floor
@@ -339,34 +339,43 @@ def _known(data: likelihood.WindowData, fitted: CandidateFit,
         misfit *= data.windows.length
     prior = candidate.prior(point.z)[1]
     covariance = np.linalg.inv(S / misfit + np.diag(prior))
+    waves: dict[int, tuple[str, float, float]] = {}
+    jacobian = np.eye(len(point.z))
+    for i, wave_id in enumerate(candidate.ids):
+        if wave_id in PHASED:  # by size and phase, not by As and Ac
+            own = [k for k, c in enumerate(candidate.coordinates) if c.owner == i]
+            wave, jacobian[np.ix_(own, own)] = wave_of(point.z[own])
+            before, _ = wave_of(candidate.start()[own])
+            names = amplitude(wave_id), 'phi'
+            waves.update(zip(own, zip(names, before.tolist(), wave.tolist())))
+    covariance = jacobian @ covariance @ jacobian.T
     errors = np.sqrt(np.diag(covariance))
     starts = start_values(model)
     fitted_values = start_values(candidate.model(point.z))
-    values, names = [], []
+    values: list[FittedValue] = []
     for c, error, z in zip(candidate.coordinates, errors, point.z):
         inside = not c.log or math.log(c.low) + 1e-6 < z < math.log(c.high) - 1e-6
-        determined = inside and error < DETERMINED * (1.0 if c.log else c.scale)
+        scale = 1.0 if c.log else c.scale
         if c.owner < 0:
             name, unit, start, value = c.name, UNITS[c.name], starts[c.name], (
                 fitted_values[c.name])
             if name == 'kt' and model.torque_constant == 1.0:
                 unit = ''  # a factor on efforts that are torques
         else:
-            name, unit = f'{candidate.ids[c.owner]}.{c.name}', _unit(candidate.ids[c.owner], c)
-            start, value = c.start, math.exp(z) if c.log else float(z)
-        names.append(name)
+            name, start, value = c.name, c.start, math.exp(z) if c.log else float(z)
+            if len(values) in waves:
+                name, start, value = waves[len(values)]
+                scale = 1.0 if name == 'phi' else scale
+            effect = library()[candidate.ids[c.owner]]
+            unit = next(p.unit for p in effect.parameters if p.name == name)
+            name = f'{effect.id}.{name}'
+        determined = inside and error < DETERMINED * scale
         values.append(FittedValue(name, on_axis(unit, model.axis), start, value,
                                   float(error * abs(value) if c.log else error), bool(determined)))
     r = covariance / np.outer(errors, errors)
-    correlated = [(names[i], names[j], float(r[i, j])) for i in range(len(names))
+    correlated = [(values[i].name, values[j].name, float(r[i, j])) for i in range(len(values))
                   for j in range(i) if abs(r[i, j]) > 0.95]
     return values, correlated
-
-
-def _unit(effect: str, coordinate: Coordinate) -> str:
-    """Return the unit of a Coordinate of an effect; As and Ac have that of the amplitude."""
-    units = {p.name: p.unit for p in library()[effect].parameters}
-    return units.get(coordinate.name) or units[amplitude(effect)]
 
 
 def _central(data: likelihood.WindowData, candidate: CandidateModel,

@@ -96,6 +96,34 @@ def find_pairs(search: PositionSearch, firsts: Sequence[str]) -> list[str]:
     return chosen
 
 
+def with_third(search: PositionSearch, pair: CandidateFit) -> CandidateFit | None:
+    """
+    Return the best fit of `pair` with one more effect on whole windows, None if none is left.
+
+    From where the pair stands; it joins search.fitted.
+
+    Args:
+        search: fits of all candidates to one recording.
+        pair: fit of two effects.
+    """
+    gains = _gains(search, search.long, pair.candidate, pair.point)
+    names = sorted(gains, key=lambda n: -gains[n][0][0])[:TOP_FORWARD]
+    thirds = [third for name in names for _, order in gains[name][:TOP_ORDERS]
+              for third in search.starts.candidates(name, order)]
+
+    def joined(third: CandidateModel) -> CandidateFit:
+        """Return the fit of the pair and `third`."""
+        joint = search.starts.joint([(pair.candidate, pair.point.z), (third, third.start())])
+        point = likelihood.copied(pair.point, _with_nuisances(search, joint, pair.point))
+        return search.polish(search.as_fitted(joint, search.long.evaluate(joint, point)))
+    fits = search.map(joined, thirds, 'three effects')
+    if not fits:
+        return None
+    best = min(fits, key=lambda f: f.score)
+    search.fitted[best.name] = best
+    return best
+
+
 def _raced(search: PositionSearch, racing: list[Started]) -> list[str]:
     """
     Run pairs [(Candidate, FitPoint at its start on the beginnings)] against each other.

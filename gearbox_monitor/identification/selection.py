@@ -28,7 +28,8 @@ from gearbox_monitor.identification.adequacy import incomplete
 from gearbox_monitor.identification.candidates import nuisances_of, ZERO
 from gearbox_monitor.identification.disturbance_pulses import disturbance_fit
 from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.pair_search import find_pairs, forward_gains
+from gearbox_monitor.identification.pair_search import (
+    find_pairs, forward_gains, with_third)
 from gearbox_monitor.identification.position_search import PositionSearch
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.plant.effects import EFFECTS
@@ -113,7 +114,7 @@ class Evidence(ABC):
 
     @abstractmethod
     def pair_beyond(self, fit: CandidateFit) -> CandidateFit:
-        """Return the best fit of two effects that is worth more than `fit`, else `fit`."""
+        """Return the best fit of more effects that is worth more than `fit`, else `fit`."""
 
     @abstractmethod
     def shaped(self, fit: CandidateFit) -> CandidateFit | None:
@@ -203,7 +204,7 @@ class PositionEvidence(Evidence):
         return max(gains, default=0.0) > PAIR_HINT
 
     def pair_beyond(self, fit: CandidateFit) -> CandidateFit:
-        """Return the best fit of two effects that is worth more than `fit`, else `fit`."""
+        """Return the best fit of two or three effects that is worth more than `fit`, else it."""
         search = self.windows
         if not fit.candidate.ids:
             return fit
@@ -215,7 +216,13 @@ class PositionEvidence(Evidence):
         pair = next((p for p in pairs if worth(search, single, p)), None)
         if pair is None or self.inadequate(pair) and not self.inadequate(single):
             return single
-        return pair
+        third = with_third(search, pair)
+        if third is None or not worth(search, pair, third):
+            return pair
+        search.settle([pair.name, third.name])
+        search.weigh_by_error([pair.name, third.name])
+        pair, third = search.fitted[pair.name], search.fitted[third.name]
+        return third if worth(search, pair, third) and self.holds(third, pair) else pair
 
     def shaped(self, fit: CandidateFit) -> CandidateFit | None:
         """Return None: where the motor stands, which shows the shape, its torque tells nothing."""
@@ -256,12 +263,12 @@ def explained_by_pulses(search: Search, rough: bool,
 
 def worth(search: Search, single: CandidateFit, pair: CandidateFit) -> bool:
     """
-    Return whether `pair` beats `best` (one effect) by the price of its second one.
+    Return whether `pair` beats `single` by the price of the effect that it adds.
 
     Args:
         search: fits of all candidates to one recording.
-        single: fit of one effect.
-        pair: fit of two effects.
+        single: fit of one effect, or of two.
+        pair: fit of one effect more.
     """
     added = [i for i in pair.candidate.ids if i not in single.candidate.ids]
     own = len(added) == 1 and scatters(search, added[0])

@@ -135,7 +135,7 @@ def report(search: Search, best_fit: CandidateFit, closed_fit: CandidateFit, kin
             weighed, weighed_fit)
     if kind == 'effect' and any(i in UNREPEATABLE for i in ids):
         closure.update(closed_fraction=None, closed_fraction_ci=None)
-    ranked = weighed.ranked() + weighed.ranked(2)
+    ranked = [name for size in (1, 2, 3) for name in weighed.ranked(size)]
     ranked = sorted(ranked, key=lambda n: weighed.fitted[n].score)
     order = list(dict.fromkeys([*effects, *(i for n in ranked for i in n.split('+'))]))
     times = noise_times(search, phi)

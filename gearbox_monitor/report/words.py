@@ -72,8 +72,9 @@ def headline(data: Mapping[str, Any]) -> str:
         return f'There is a gap, and no known effect explains it. {at}'
     ids = ids_of(data)
     if len(ids) > 1 and len(names) == len(ids):
-        return 'Two effects: ' + ' and '.join(
-            f'{name} ({place})' for name, place in zip(ids, names)) + '.'
+        *others, last = (f'{name} ({place})' for name, place in zip(ids, names))
+        return (f'{"Two" if len(ids) == 2 else "Three"} effects: '
+                f'{", ".join(others)} and {last}.')
     return f'Effect: {"+".join(ids)} ({" and ".join(names)}).'
 
 

@@ -66,6 +66,22 @@ def test_values_are_found_again(tmp_path, capsys):
     assert fitted.torque_offset == pytest.approx(0.1, rel=0.05)
 
 
+def test_a_weight_has_a_size_and_a_phase(tmp_path, capsys):
+    rigid = replace(TRUE, torque_offset=0.0, transmission=Transmission('rigid'))
+    bag = record(tmp_path / 'a.csv', replace(
+        rigid, effects=({'id': 'gravity', 'G': 0.4, 'phi': 0.7},)), zero=0.0)
+    stated = replace(rigid, effects=({'id': 'gravity', 'G': 0.3, 'phi': 0.4},))
+    assert main(['fit-nominal', bag, '--model', model_file(tmp_path / 'd.yaml', stated),
+                 '--free', 'Cv', 'gravity', '--json', '-']) == 0
+    values = json.loads(capsys.readouterr()[0])['values']
+    assert set(values) == {'Cv', 'gravity.G', 'gravity.phi'}
+    for name, unit, start, true in (('G', 'N m', 0.3, 0.4), ('phi', 'rad', 0.4, 0.7)):
+        fitted = values[f'gravity.{name}']
+        assert fitted['determined'] and fitted['unit'] == unit
+        assert fitted['start'] == pytest.approx(start)
+        assert abs(fitted['value'] - true) < 4.0 * fitted['error'] < 0.1 * true
+
+
 def test_what_the_data_do_not_determine_is_told(tmp_path, capsys):
     rigid = replace(TRUE, torque_offset=0.0, transmission=Transmission('rigid'))
     bag = record(tmp_path / 'a.csv', rigid, zero=0.0)
