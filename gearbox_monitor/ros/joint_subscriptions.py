@@ -25,12 +25,14 @@ from sensor_msgs.msg import JointState
 from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.ros.gearbox_input import GearboxInput, Info, TakenSample
 from gearbox_monitor.ros.qos import best_effort, subscribe
-from gearbox_monitor.ros.runtime import drain, RMWError
+from gearbox_monitor.ros.runtime import alone, Arrivals, drain, RMWError
 
 # Two seconds at 1 kHz: a pause of this process must not cost samples.
 DEPTH = 2000
 # s after which queued messages wait for the next turn: services and signals want answers.
 TURN = 0.2
+# s for which a callback awaits further messages, if no other node waits meanwhile.
+STAY = 0.02
 # Longer messages are not unpacked; one of this length has 3000 joints and takes a few ms.
 MAX_BYTES = 1 << 18
 TakenSamples: TypeAlias = list[tuple[int, TakenSample]]
@@ -52,6 +54,8 @@ class JointSubscriptions:
         arm_topic = inputs[0].separate_arm  # only a single gearbox may have one
         self._arm = subscribe(node, JointState, arm_topic, self._on_arm, best_effort(DEPTH),
                               raw=True) if arm_topic else None
+        self._node = node
+        self._arrivals = Arrivals([self._main, *([self._arm] if self._arm else [])], node.context)
 
     def _on_message(self, raw: bytes, info: Info) -> None:
         self._take_message(raw, info)
@@ -62,8 +66,15 @@ class JointSubscriptions:
         self._take_queued()
 
     def _take_queued(self) -> None:
-        """Take all messages that wait: waking the executor costs more than a step."""
-        end = time.monotonic() + TURN
+        """Take what waits and what comes soon: waking the executor costs more than a step."""
+        begin = time.monotonic()
+        self._take_waiting(begin + TURN)
+        while (alone(self._node) and (rest := begin + STAY - time.monotonic()) > 0.0
+               and self._arrivals.wait(rest)):
+            self._take_waiting(begin + TURN)
+
+    def _take_waiting(self, end: float) -> None:
+        """Take the messages that wait, until the time `end`."""
         if self._arm is None:
             for raw, info in drain(self._main, DEPTH):
                 self._take_message(raw, info)

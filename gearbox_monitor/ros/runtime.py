@@ -15,6 +15,7 @@
 """Clean start and stop of a node's process, and polled subscriptions."""
 import argparse
 from collections.abc import Callable, Iterator, Sequence
+import contextlib
 import ctypes
 import gc
 import os
@@ -26,6 +27,7 @@ from typing import Any
 
 import rclpy
 from rclpy.callback_groups import CallbackGroup
+from rclpy.context import Context
 from rclpy.exceptions import ParameterException
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -90,6 +92,38 @@ def drain(subscription: Subscription,
             if message_and_info is None:
                 return
             yield message_and_info
+
+
+class Arrivals:
+    """
+    Waits for messages of a few `subscriptions` in `context`, instead of the executor.
+
+    A wake-up of the executor goes through all entities of the node, services and events included:
+    0.4 ms with seven gearboxes. This one takes 0.02 ms.
+    """
+
+    def __init__(self, subscriptions: Sequence[Subscription], context: Context) -> None:
+        self._handles, self._context = [s.handle for s in subscriptions], context
+        self._wait_set = rclpy_implementation.WaitSet(
+            len(self._handles), 0, 0, 0, 0, 0, context.handle)
+
+    def wait(self, seconds: float) -> bool:
+        """Wait at most `seconds` for a message; return whether there may be one."""
+        with contextlib.ExitStack() as stack:
+            for handle in self._handles:
+                stack.enter_context(handle)
+            self._wait_set.clear_entities()
+            for handle in self._handles:
+                self._wait_set.add_subscription(handle)
+            self._wait_set.wait(round(1e9 * seconds))
+            return self._context.ok() and bool(
+                self._wait_set.get_ready_entities('subscription'))
+
+
+def alone(node: Node) -> bool:
+    """Return whether nothing but the `node` itself waits while one of its callbacks runs."""
+    executor = node.executor
+    return isinstance(executor, SingleThreadedExecutor) and len(executor.get_nodes()) == 1
 
 
 def spin_node(factory: Callable[[], Node | list[Node]], args: Sequence[str] | None = None,
