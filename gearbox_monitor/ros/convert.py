@@ -16,6 +16,7 @@
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 import math
 from typing import Any, TypeAlias
 
@@ -29,6 +30,7 @@ from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.estimation.estimates import Estimate, Sample
 from gearbox_monitor.interfaces.diagnostic_keys import published
 from gearbox_monitor.interfaces.signals import joint_values, MOTOR, Signal, TRANSMISSION
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.checks.outcome import Outcome
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -122,9 +124,13 @@ class SampleReader:
                 (x1, x2, u, load))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GearboxNames:
-    """Names `joints` {TRANSMISSION, MOTOR, ARM: name} of a gearbox in messages; gear_ratio."""
+    """
+    Names `joints` {TRANSMISSION, MOTOR, ARM: name} of a gearbox in messages; gear_ratio.
+
+    Equal only to itself, so that it can be a key.
+    """
 
     joints: Mapping[str, str]
     gear_ratio: float
@@ -180,13 +186,19 @@ def serialised(signal: Signal, estimates: Sequence[tuple[GearboxNames, Estimate]
     position = rows[..., signal.position]
     if TRANSMISSION not in signal.joints and np.isnan(position).any():
         return to_joint_states(signal, estimates)
-    scale = np.array([[(abs(names.gear_ratio) if signal.deviation else names.gear_ratio)
-                       if joint == MOTOR else 1.0 for joint in signal.joints]
-                      for names, _ in estimates])
+    joints, scale = _joints(signal, *[names for names, _ in estimates])
     return encode_joint_states(
-        stamps, [names.joints[joint] for names, _ in estimates for joint in signal.joints],
-        position * scale, rows[..., signal.velocity] * scale if signal.velocity else None,
+        stamps, joints, position * scale,
+        rows[..., signal.velocity] * scale if signal.velocity else None,
         rows[..., signal.effort] if signal.effort else None)
+
+
+@lru_cache(maxsize=256)
+def _joints(signal: Signal, *gearboxes: GearboxNames) -> tuple[tuple[str, ...], Array]:
+    """Return the joints of `gearboxes` in a message of `signal`, and the scale of each."""
+    return tuple(names.joints[joint] for names in gearboxes for joint in signal.joints), np.array([
+        [(abs(names.gear_ratio) if signal.deviation else names.gear_ratio)
+         if joint == MOTOR else 1.0 for joint in signal.joints] for names in gearboxes])
 
 
 def key_values(component: str, values: Mapping[str, Any]) -> list[KeyValue]:
