@@ -32,6 +32,8 @@ def pytest_configure(config):
         signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     os.environ.setdefault('MPLBACKEND', 'Agg')
+    # As the command line does: threads of BLAS would spin for cores that other tests work on.
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     if 'ROS_LOG_DIR' not in os.environ:  # rclpy fails where there is neither this nor a HOME
         logs = tempfile.mkdtemp(prefix='gearbox_monitor_logs_')
         os.environ['ROS_LOG_DIR'] = logs

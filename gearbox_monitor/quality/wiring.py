@@ -35,6 +35,7 @@ from itertools import groupby, product
 from typing import NamedTuple
 
 import numpy as np
+from scipy.fft import next_fast_len
 from scipy.optimize import nnls
 
 from gearbox_monitor.kernels.types import Array
@@ -236,8 +237,8 @@ def evidence(recorded: ReadingFit, other: ReadingFit) -> Array:
 
 def independent(residual: Array) -> float:
     """Return how many independent samples a residual [M] counts for: M over its correlation."""
-    spectrum = np.abs(np.fft.rfft(residual, 2 * len(residual))) ** 2
-    r = np.fft.irfft(spectrum)[:len(residual)]
+    length = next_fast_len(2 * len(residual), real=True)
+    r = np.fft.irfft(np.abs(np.fft.rfft(residual, length)) ** 2, length)[:len(residual)]
     r = r / max(r[0], 1e-300)
     end = int(np.argmax(r <= 0.0)) or len(r)
     return len(residual) / (1.0 + 2.0 * float(r[1:end].sum()))

@@ -13,8 +13,11 @@
 # limitations under the License.
 
 """The command ``diagnose``: what goes in, what comes out. How good verdicts are: test_blind."""
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
+import io
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -93,10 +96,25 @@ def call(folder, *words, model='drive.yaml'):
     return main(['diagnose', *words, '--model', str(folder / model)])
 
 
-def test_verdict_as_json(folder, capsys):
-    assert call(folder, str(folder / 'worn.csv'), *FEW, '--json', '-') == 1
-    out, err = capsys.readouterr()
-    data = json.loads(out)
+@pytest.fixture(scope='module')
+def worn(folder, tmp_path_factory):
+    """Return what one run of the command has written and shown, and its Verdict."""
+    out, verdicts = tmp_path_factory.mktemp('worn') / 'out', []
+    words = [str(folder / 'worn.csv'), *FEW, '--out', str(out), '--validate',
+             str(folder / 'worn2.csv')]
+    original = command.diagnose
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as shown:
+        patch.setattr(command, 'diagnose', lambda *args, **options: (
+            verdicts.append(original(*args, **options)), verdicts[0])[1])
+        with redirect_stderr(io.StringIO()) as errors:
+            assert call(folder, *words) == 1
+    return SimpleNamespace(out=out, words=words, shown=shown.getvalue(),
+                           errors=errors.getvalue(), verdict=verdicts[0],
+                           data=json.loads((out / 'verdict.json').read_text()))
+
+
+def test_verdict_as_json(worn):
+    data = worn.data
     assert KEYS <= set(data)
     assert (data['verdict'], data['effect'], data['location']) == (
         'effect', 'arm_coulomb', 'arm_side')
@@ -112,27 +130,22 @@ def test_verdict_as_json(folder, capsys):
     assert data['remainder'] is None
     assert data['sigma'] == pytest.approx([0.002, 0.002], rel=0.05)
     assert any('few windows' in warning for warning in data['warnings'])
-    assert '\r' not in err and '%|' not in err  # no bar in a pipe
+    assert '\r' not in worn.errors and '%|' not in worn.errors  # no bar in a pipe
 
 
-def test_text_files_and_a_second_recording(folder, tmp_path, capsys):
-    out = tmp_path / 'out'
-    words = [str(folder / 'worn.csv'), *FEW, '--out', str(out), '--validate',
-             str(folder / 'worn2.csv')]
-    assert call(folder, *words) == 1
-    shown = capsys.readouterr().out
+def test_text_files_and_a_second_recording(folder, worn, capsys):
+    out, shown, data = worn.out, worn.shown, worn.data
     assert 'Effect: arm_coulomb (arm side).' in shown
     assert 'Cac = 0.0' in shown and ' N m' in shown and 'validation' in shown
-    text = shown.replace(str(folder), '').replace(str(tmp_path), '')
+    text = shown.replace(str(folder), '').replace(str(out.parent), '')
     assert max(map(len, text.splitlines())) <= 80
     assert {p.name for p in out.iterdir()} >= {'drive.closed.yaml', 'verdict.json', 'report.html'}
-    data = json.loads((out / 'verdict.json').read_text())
     assert data['validation']
     model = load_model(out / 'drive.closed.yaml')
     (effect,) = model.effects
     assert effect == {'id': 'arm_coulomb', **data['params']['arm_coulomb']}
     assert replace(model, effects=()) == MODEL
-    assert call(folder, *words) == 2
+    assert call(folder, *worn.words) == 2
     assert 'exists, expected a new file' in capsys.readouterr().err
 
 
@@ -334,7 +347,7 @@ def test_bad_usage(folder, capsys, monkeypatch, words, says):
     assert says in capsys.readouterr().err
 
 
-def test_interrupted_it_leaves_nothing(folder, tmp_path, monkeypatch):
+def test_interrupted_it_leaves_nothing(folder, worn, tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
     words = [str(folder / 'worn.csv'), *FEW, '--out', str(tmp_path / 'out'),
@@ -343,6 +356,7 @@ def test_interrupted_it_leaves_nothing(folder, tmp_path, monkeypatch):
         context.setattr(command, 'diagnose', interrupted)
         assert call(folder, *words) == 130
     assert not list(tmp_path.iterdir())
+    monkeypatch.setattr(command, 'diagnose', lambda *_, **__: worn.verdict)
     monkeypatch.setattr(command, 'save_model', interrupted)  # between the two files
     assert call(folder, *words) == 130
     assert not list(tmp_path.iterdir())

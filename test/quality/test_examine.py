@@ -34,10 +34,10 @@ from gearbox_monitor.quality.examine import examine
 from gearbox_monitor.quality.finding import BAD, OK, PURPOSES, WARN
 
 MODEL = DriveModel()
-PARAMETERS = EstimatorParameters(drift_window=5.0)
+PARAMETERS = EstimatorParameters(drift_window=2.5, max_gap=0.1)
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 T0 = 1_700_000_000_000_000_000
-N = 31000
+N = 16000
 DT = 1e-3
 
 
@@ -79,34 +79,32 @@ def test_a_sound_recording_passes_in_every_line(sound):
         1.0 / MODEL.motor_inertia, rel=0.1)
     # Two reversals per period of the stronger torque, and the gap is crossed in each.
     reversals = values['motion', 'reversals']['reversals']
-    assert reversals == pytest.approx(2 * 0.9 * 30, rel=0.05)
+    assert reversals == pytest.approx(2 * 0.9 * 15, rel=0.05)
     assert values['motion', 'gap traversals']['traversals'] == pytest.approx(reversals, abs=4)
 
 
-@pytest.mark.parametrize('delay', [-1, 3])
-def test_effort_delay_is_measured_in_samples(sound, delay):
+def test_effort_delay_is_measured_in_samples(sound):
     """The torque is logged `delay` samples before it acts."""
-    u = sound.u.copy()
+    u, delay = sound.u.copy(), 3
     u[:, 0] = np.roll(u[:, 0], -delay)
     lines, _ = judged(changed(sound, u=u), effort_delay=delay)
     line = lines['torque', 'effort delay']
     std = line.values['delay_std_samples']
     assert line.verdict() == OK and std < 0.5
     assert abs(line.values['delay_samples'] - delay) < min(2.0 * std, 0.5)
-    if delay == 3:
-        line = judged(changed(sound, u=u))[0]['torque', 'effort delay']
-        assert line.verdict() == WARN and 'effort_delay: 3' in line.advice
+    line = judged(changed(sound, u=u))[0]['torque', 'effort delay']
+    assert line.verdict() == WARN and 'effort_delay: 3' in line.advice
 
 
 def test_no_delay_is_claimed_from_a_slow_motion():
-    u = Excitation('triangle', (2.0,), (0.2,)).torque(DT * np.arange(20000))
-    line = judged(recorded(u, 1e-3, n=20000))[0]['torque', 'effort delay']
+    u = Excitation('triangle', (2.0,), (0.2,)).torque(DT * np.arange(N))
+    line = judged(recorded(u, 1e-3))[0]['torque', 'effort delay']
     assert line.verdict() == WARN and line.figure.startswith('not determined')
 
 
 def frozen(s):
     y = s.y.copy()
-    y[20000:21000, 1] = y[20000, 1]
+    y[10000:11000, 1] = y[10000, 1]
     return changed(s, y=y)
 
 
@@ -115,7 +113,8 @@ def clipped(s):
 
 
 def wrapped(s):
-    return changed(s, y=np.column_stack([s.y[:, 0], np.mod(s.y[:, 1], 2 * np.pi)]))
+    y = s.y[:, 1] - s.y[:, 1].mean()
+    return changed(s, y=np.column_stack([s.y[:, 0], np.mod(y, 2 * np.pi)]))
 
 
 def scaled(s, u=1.0, motor=1.0, arm=1.0):
@@ -128,7 +127,7 @@ def stamped(s, seed=0, jitter=0.0, repeat=0, lose=0.0, hole=0):
     if repeat:
         stamp[repeat::repeat] = stamp[repeat - 1:-1:repeat]
     keep = random.random(len(stamp)) >= lose
-    keep[15000:15000 + hole] = False
+    keep[8000:8000 + hole] = False
     return Samples(stamp[keep], s.u[keep], s.y[keep])
 
 
@@ -148,18 +147,17 @@ def one_way(s):
     (lambda s: scaled(s, motor=35.0), ('signs', 'motor and arm'), 'arm moves 0.03', BAD, PURPOSES),
     (lambda s: scaled(s, 1.0, 180 / np.pi, 180 / np.pi), ('model', 'diagnose'), 'in degrees', BAD,
      PURPOSES),
-    (lambda s: scaled(s, arm=1e-5), ('signs', 'motor and arm'), 'arm moves', BAD, PURPOSES),
     (frozen, ('arm', 'sticks'), 'frozen', BAD, PURPOSES),
     (clipped, ('motor', 'sticks'), 'clipped', BAD, PURPOSES),
     (wrapped, ('arm', 'wraps'), 'jumps of one turn', BAD, PURPOSES),
     (without_torque, ('torque', 'readings'), 'none', BAD, PURPOSES),
     (lambda s: changed(s, u=0.0 * s.u + (1.0, 0.0)), ('torque', 'readings'), 'throughout', BAD,
      PURPOSES),
-    (lambda s: stamped(s, repeat=100), ('stamps', 'order'), '309 repeated', WARN, ()),
+    (lambda s: stamped(s, repeat=100), ('stamps', 'order'), '159 repeated', WARN, ()),
     (lambda s: stamped(s, repeat=10), ('stamps', 'order'), 'repeated', BAD, PURPOSES),
     (lambda s: stamped(s, jitter=0.2), ('stamps', 'jitter'), '20 % of the period', WARN, ()),
     (lambda s: stamped(s, lose=0.02), ('stamps', 'gaps'), 'samples (', BAD, ('diagnosis',)),
-    (lambda s: stamped(s, hole=300), ('stamps', 'gaps'), '1 restart', WARN, ()),
+    (lambda s: stamped(s, hole=150), ('stamps', 'gaps'), '1 restart', WARN, ()),
     (one_way, ('motion', 'gap traversals'), '0 % of the windows', BAD, ('drift',)),
     (lambda s: changed(s, stamp_ns=T0 + 20 * (s.stamp_ns - T0)), ('stamps', 'rate'), '50 Hz', BAD,
      ('diagnosis',)),
@@ -199,7 +197,7 @@ def test_values_that_are_held_tell_their_true_rate(sound):
         assert stamps.held_rows(step * np.rint(sound.y[:, 0] / step)) == 1
 
 
-@pytest.mark.parametrize('late', [0, 20, 150])
+@pytest.mark.parametrize('late', [0, 150])
 def test_a_setpoint_is_no_torque(sound, late):
     u = np.column_stack([np.roll(sound.y[:, 0], -late), sound.u[:, 1]])
     line = judged(changed(sound, u=u), None)[0]['torque', 'setpoint']
@@ -249,14 +247,14 @@ def test_a_fault_in_any_part_counts_and_a_part_at_rest_spoils_nothing(sound):
         y[2000:3000, 1] = y[2000, 1]
         return changed(s, y=y)
 
-    good = [part(0, 11000), part(11000, 21000, at_rest)]
+    good = [part(0, 6000), part(6000, 10000, at_rest)]
     assert good[1].suits['estimation'][0] == BAD
-    found = parts.joined(good, 5.0)
+    found = parts.joined(good, 2.5)
     assert found.suits['estimation'][0] == good[0].suits['estimation'][0] == OK
-    assert found.seconds == pytest.approx(20.999)
-    bad = parts.joined([*good, part(21000, 31000, stuck)], 5.0)
+    assert found.seconds == pytest.approx(9.999)
+    bad = parts.joined([*good, part(10000, 16000, stuck)], 2.5)
     line = next(line for line in bad.lines if line.name == 'sticks')
-    assert line.verdict() == BAD and '(part from 21 s on)' in line.figure
+    assert line.verdict() == BAD and '(part from 10 s on)' in line.figure
 
 
 # ---------------------------------------------------------------------- command line
