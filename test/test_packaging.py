@@ -118,7 +118,7 @@ def test_entry_points_exist():
     assert {name for name, _, _ in scripts} == {
         'gearbox_monitor', 'plant_node', 'arm_plant_node', 'estimator_node', 'recorder_node'}
     for _, module, function in scripts:
-        if '.nodes.' in module:
+        if '.ros.' in module:
             pytest.importorskip('rclpy')
         assert callable(getattr(import_module(module), function))
 

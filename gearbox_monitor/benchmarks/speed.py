@@ -60,6 +60,7 @@ FILTERS: dict[str, dict[str, Any]] = {
     'AEKF, 1 theta': {'filter': 'aekf', 'adapt': ['q_std_tau_k']},
     'AEKF, 3 theta': {'filter': 'aekf', 'adapt': ['q_std_tau_k', 'r_std_motor', 'r_std_arm']},
 }
+LAWS = {'estimates, EKF': 'random_walk', 'estimates, mixed': 'mixed'}
 # bar: (value from {name: s per step, or of a start}, lowest, highest)
 BARS: dict[str, tuple[Callable[[Mapping[str, float]], float], float, float]] = {
     'EKF elastic / EKF': (lambda t: t['EKF, elastic'] / t['EKF'], 0.0, 1.3),
@@ -131,7 +132,7 @@ def evaluate(rounds: int, eigen: str | None = None) -> dict[str, Any]:
             rows.update(filterpy_rows)
         except InputError as error:
             skipped['filterpy'] = str(error)
-        for name, law in (('estimates, EKF', 'random_walk'), ('estimates, mixed', 'mixed')):
+        for name, law in LAWS.items():
             rows[name] = estimator(model, {**FIXED, 'tau_k_model': law}, run.u, y, DT)
             counts[name] = SAMPLES
         rows['EKF, a call per sample'] = caller(model, {**FIXED, 'filter': 'ekf'}, run.u, y, DT)

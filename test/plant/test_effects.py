@@ -472,12 +472,3 @@ def test_effects_of_a_plant_that_runs(graph):
     assert np.abs(y[:, 0] - y[:, 1] - twist).max() < 0.05
     assert len(np.unique(y)) > 150
     graph.stop(process)
-
-
-@pytest.mark.ros
-def test_texts_of_bad_effects_end_the_node(graph):
-    process = graph.start('plant_node', effects="['gravity G=1', 'wobble']")
-    _, errors = process.communicate(timeout=60)
-    assert process.returncode == 2
-    assert len(errors.strip().splitlines()) == 1, errors
-    assert 'wobble' in errors

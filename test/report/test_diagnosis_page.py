@@ -295,11 +295,12 @@ def test_simulate(folder, tmp_path, capsys):
 
 def test_simulate_with_bad_usage(folder, tmp_path, capsys):
     words = ['simulate', '--model', str(folder / 'drive.yaml')]
+    (tmp_path / 'no_model.csv').write_text('t,u,motor,arm\n')
     for more, says in (
             (['--against', str(folder / 'nothing.csv')], 'no such file'),
             (['--against', str(folder / 'good.csv'), '--out', str(tmp_path / 'a/b')],
              'no such folder'),
-            (['--against', str(folder / 'good.csv'), '--closed', str(folder / 'good.csv')],
-             'good.csv')):
+            (['--against', str(folder / 'good.csv'), '--closed', str(tmp_path / 'no_model.csv')],
+             'no_model.csv')):
         assert main([*words, *more]) == 2
         assert says in capsys.readouterr().err

@@ -30,6 +30,7 @@ psutil = pytest.importorskip('psutil')
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.bag.replay import replay  # noqa: E402
 from gearbox_monitor.cli.demo import READY_SECONDS  # noqa: E402
+from gearbox_monitor.cli.main import main  # noqa: E402
 from gearbox_monitor.ros.ros_domain import own_domain  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -218,10 +219,11 @@ def test_dead_node_is_told(demo, tmp_path):
     (['--robot', '--duration', '30'], '--duration: 30, expected 45 to 86400'),
     (['--robot', '--filter', 'aekf'], "--filter: 'aekf', expected one of ekf, ukf with --robot"),
 ])
-def test_bad_input_is_one_line(demo, options, text):
-    process = demo(*options)
-    _, errors = process.communicate(timeout=30)
-    assert process.returncode == 2 and text in errors and len(errors.splitlines()) == 1, errors
+def test_bad_input_is_one_line(options, text, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(['demo', *options]) == 2
+    errors = capsys.readouterr().err
+    assert text in errors and errors.count('\n') == 1, errors
 
 
 def test_domains_are_not_shared():

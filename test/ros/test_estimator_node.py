@@ -16,11 +16,8 @@
 from array import array
 import json
 import math
-import os
 import re
 import signal
-import subprocess
-import sys
 import time
 
 import numpy as np
@@ -29,7 +26,8 @@ import yaml
 
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
-from harness import Graph, RELIABLE, ROOT  # noqa: E402
+from harness import Graph, RELIABLE  # noqa: E402
+from processes import refusals  # noqa: E402
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
 from rcl_interfaces.srv import DescribeParameters, SetParameters  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
@@ -374,19 +372,13 @@ def test_first_start_announces_that_it_compiles(graph, tmp_path, monkeypatch):
     assert 'published 10 samples' in errors and 'compil' not in errors
 
 
-@pytest.mark.parametrize('parameters, told', [
-    (['filter:=kalman9'], "filter: 'kalman9', expected one of aekf, ekf"),
-    (['q_std_tau_k:=-3.0'], 'q_std_tau_k: -3.0, expected a number >= 0'),
-    (['q_std_tau_k:=fast'], "q_std_tau_k: 'fast', expected a number"),
-    (['model:=nowhere.yaml'], 'nowhere.yaml: No such file'),
-    (['baseline_file:=/'], '/: Is a directory'),
-])
-def test_bad_parameters_end_with_one_line(tmp_path, parameters, told):
-    command = [sys.executable, '-m', 'gearbox_monitor.ros.estimator_node', '--ros-args']
-    for parameter in parameters:
-        command += ['-p', parameter]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True,
-                          env={**os.environ, 'PYTHONPATH': str(ROOT)})
-    assert done.returncode == 2
-    lines = [line for line in done.stderr.splitlines() if line]
-    assert len(lines) == 1 and told in lines[0], lines
+def test_bad_parameters_end_with_one_line(tmp_path):
+    said = {
+        'filter:=kalman9': "filter: 'kalman9', expected one of aekf, ekf",
+        'q_std_tau_k:=-3.0': 'q_std_tau_k: -3.0, expected a number >= 0',
+        'q_std_tau_k:=fast': "q_std_tau_k: 'fast', expected a number",
+        'model:=nowhere.yaml': 'nowhere.yaml: No such file',
+        'baseline_file:=/': '/: Is a directory'}
+    runs = refusals('estimator_node', [['-p', parameter] for parameter in said], tmp_path)
+    for (code, lines), words in zip(runs, said.values()):
+        assert code == 2 and len(lines) == 1 and words in lines[0], lines

@@ -28,7 +28,7 @@ import pytest
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402, I100, I202
 from geometry_msgs.msg import PolygonStamped  # noqa: E402
-from processes import put_down  # noqa: E402
+from processes import put_down, refusals  # noqa: E402
 from rclpy.duration import Duration  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores  # noqa: E402
@@ -227,19 +227,18 @@ def test_full_disk_is_told_and_survived(node, recorder, tmp_path):
         np.testing.assert_array_equal(stamps, np.arange(len(stamps)))
 
 
-def test_bad_input_is_one_line(recorder, tmp_path):
+def test_bad_input_is_one_line(tmp_path):
     (tmp_path / 'bag').mkdir()
-    cases = [
-        (dict(), 'bag: exists already'),
-        (dict(output=tmp_path / 'new', parameters={'compression': 'rar'}), "'rar', expected one"),
-        (dict(output=tmp_path / 'new', topics=['a b']), "'a b' not a topic name"),
-        (dict(output=tmp_path / 'new', parameters={'queue_depth': 0}), 'queue_depth'),
-    ]
-    running = [(recorder(**kwargs), text) for kwargs, text in cases]
-    for process, text in running:
-        _, errors = process.communicate(timeout=120)
-        lines = [line for line in errors.splitlines() if line]
-        assert process.returncode == 2 and len(lines) == 1 and text in lines[0], errors
+    new = f'output:={tmp_path / "new"}'
+    said = {
+        (f'output:={tmp_path / "bag"}',): 'bag: exists already',
+        (new, 'compression:=rar'): "'rar', expected one",
+        (new, 'topics:=[a b]'): "'a b' not a topic name", (new, 'queue_depth:=0'): 'queue_depth'}
+    runs = refusals('recorder_node', [
+        [word for parameter in parameters for word in ('-p', parameter)] for parameters in said],
+        tmp_path)
+    for (code, lines), words in zip(runs, said.values()):
+        assert code == 2 and len(lines) == 1 and words in lines[0], lines
     assert not (tmp_path / 'new').exists()
 
 
