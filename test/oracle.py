@@ -22,9 +22,6 @@ import math
 
 import numpy as np
 
-PAPER = {'m1': 0.006442, 'm2': 0.023454, 'D': 0.01, 'Cv': 0.1, 'Cc': 0.27, 'alpha': 100.0,
-         'Kr': 0.01}
-
 
 def arctangent(v):
     """Arctangent of a complex number near the real axis, to first order in its imaginary part."""

@@ -24,8 +24,7 @@ from gearbox_monitor.kernels.jit import COMPILED, jit, jit_inline
 from gearbox_monitor.kernels.types import Integers
 
 MESSAGE = 5  # opcode
-RECORD_HEAD = 9  # opcode, length
-MESSAGE_HEAD = 31  # ... channel, sequence, log time, publish time
+MESSAGE_HEAD = 31  # opcode, length, channel, sequence, log time, publish time
 CHANNELS = 1 << 16
 U8, U9, U15, U23, U31 = (np.uint64(k) for k in (8, 9, 15, 23, 31))
 Bytes: TypeAlias = npt.NDArray[np.uint8]

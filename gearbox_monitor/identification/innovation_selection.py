@@ -42,9 +42,6 @@ from gearbox_monitor.identification.smoothed_windows import (
 
 NEAR = 60.0        # -2 log L by which windows, which weigh more, may turn a ranking round
 COMPARED = 4       # single effects on windows at most
-# Evidence of free runs over that of innovations, at most: some 20 were measured. Where free runs
-# tell less than so many margins, an effect may stay hidden from innovations.
-COMPRESSED = 100.0
 SHAPED = 2         # best single effects that are tried with friction of another shape
 PAIRS = 3          # pairs on windows at most
 BEHIND = 100.0     # score by which fits that were not on windows stand behind those that were

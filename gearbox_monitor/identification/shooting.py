@@ -130,7 +130,6 @@ class Simulator:
         self._acting: dict[Any, Array] = {}
         self._kernels: dict[str | None, Any] = {None: free_runs}
         self._noise = ProcessNoise(np.zeros((self.n, 4)), np.zeros(4))
-        self.passes = 0.0
 
     def acting(self, e: Array) -> Array:
         """Return the torque of the actuator [N, n] for packed effects `e`."""
@@ -171,7 +170,6 @@ class Simulator:
         w = len(windows)
         y, carry = np.empty((w, windows.length, 2)), np.empty((w, N_STATE))
         p, extra = model.pack(), self.extra if extra is None else extra
-        self.passes += w * windows.length / max(1, len(self.u))
         spans = RunSpans(windows.begin, windows.first, windows.length, windows.carry_at)
         start, driving = Begin(states, memory), Driving(self.acting(e), extra, self.dt)
         drive, result = PackedDrive(p, e, theta), RunResult(y, carry)

@@ -159,7 +159,6 @@ class DrivenSimulator(Simulator):
             Driving(self.acting(e), self.extra if extra is None else extra, self.dt),
             kernels.MotorMotion(self._logged, self.motor), PackedDrive(model.pack(), e, theta),
             rows, RunResult(y, carry))
-        self.passes += w * windows.length / max(1, len(self.u))
         return y, carry
 
     def _begun(self, begin: Integers, e: Array) -> Array:

@@ -149,15 +149,6 @@ def test_text_files_and_a_second_recording(folder, worn, capsys):
     assert 'exists, expected a new file' in capsys.readouterr().err
 
 
-def test_no_gap(folder, tmp_path, capsys):
-    out = tmp_path / 'out'
-    assert call(folder, str(folder / 'good.csv'), *FEW, '--out', str(out)) == 0
-    shown = capsys.readouterr().out
-    assert 'No gap' in shown and 'arm encoder' not in shown
-    assert load_model(out / 'drive.closed.yaml') == load_model(folder / 'drive.yaml')
-    assert json.loads((out / 'verdict.json').read_text())['verdict'] == 'none'
-
-
 @pytest.mark.system
 def test_only_the_measurement_topic_counts(folder, tmp_path, capsys, monkeypatch):
     """Without truth, names and parameters in the bag, and with one thread, the same answer."""

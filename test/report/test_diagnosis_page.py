@@ -25,6 +25,7 @@ import pytest
 import yaml
 
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.identification import basis_functions
 from gearbox_monitor.identification.localisation import triangles
 from gearbox_monitor.identification.model_overlay import clipped_to_range, smoothed
@@ -81,10 +82,14 @@ def test_all_of_it_is_written(folder):
         assert word not in html.replace('http://www.w3.org', '')
 
 
-def test_no_gap_has_a_page_too(folder, tmp_path):
+def test_no_gap_has_a_page_too(folder, tmp_path, capsys):
     out = tmp_path / 'out'
     assert main(['diagnose', str(folder / 'good.csv'), '--model', str(folder / 'drive.yaml'),
                  '--out', str(out), '--only', 'arm_coulomb', '--jobs', '1']) == 0
+    shown = capsys.readouterr().out
+    assert 'No gap' in shown and 'arm encoder' not in shown
+    assert load_model(out / 'drive.closed.yaml') == load_model(folder / 'drive.yaml')
+    assert json.loads((out / 'verdict.json').read_text())['verdict'] == 'none'
     html = (out / 'report.html').read_text(encoding='utf-8')
     assert 'No gap: the model explains' in html and 'Missing torque' not in html
 

@@ -120,13 +120,12 @@ def test_a_publisher_that_was_held_up_is_recognised():
     assert len(taken['a']) == 10_000 and publishers.refused == len(numbers)
 
 
-@pytest.mark.parametrize('loss', [0.0, 0.05])
-@pytest.mark.parametrize('step', [0.2, 1.0, 2.0])
-@pytest.mark.parametrize('ahead', [-200, -1, 0, 1, 3, 40, 101, 4000])
-def test_numbers_near_those_of_the_first_stop_nothing(ahead, step, loss):
+@pytest.mark.parametrize('step', [0.2, 2.0])
+@pytest.mark.parametrize('ahead', [-200, 0, 1, 101])
+def test_numbers_near_those_of_the_first_stop_nothing(ahead, step):
     """Equal numbers, numbers that overtake, numbers that look like losses: the stamps tell."""
-    _, times, numbers = stream('a', 0, 30_000, first=5, loss=loss)
-    _, other, foreign = stream('b', 15_000.5, 30_000, step=step, first=7505 + ahead, loss=loss)
+    _, times, numbers = stream('a', 0, 30_000, first=5, loss=0.05)
+    _, other, foreign = stream('b', 15_000.5, 30_000, step=step, first=7505 + ahead, loss=0.05)
     random, publishers = np.random.default_rng(1), Publishers('follow_first')
     stamps = times + random.uniform(-0.05, 0.05, len(times)), other + 0.3
     events = sorted([*zip(times, numbers, stamps[0], np.zeros(len(times))),

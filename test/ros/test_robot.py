@@ -57,7 +57,7 @@ LATCHED = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 NAMES = ('base', 'elbow', 'wrist')
 SILENT = slice(1000, 1400)  # the elbow says nothing: longer than max_gap
 PARAMETERS = {
-    'gearboxes': list(NAMES), 'arm_load': 'none', 'snapshot_period': 1.5,
+    'gearboxes': list(NAMES), 'snapshot_period': 1.5,
     **{name: {'motor_joint': f'{name}_motor', 'arm_joint': f'{name}_arm'} for name in NAMES},
     'qos_overrides': {'/joint_states': {'subscription': {
         key.rpartition('.')[2]: value for key, value in RELIABLE.items()}}}}

@@ -35,6 +35,7 @@ ONE_OF_EACH = (
     'motor wraps at 2 pi', 'new zero of the arm', 'sign of the motor', 'torque missing',
     'sign of the torque', 'none, 200 Hz', 'new zero of the motor, 4000 Hz')
 BY_NAME = {case.name: case for case in CASES}
+ADAPTIVE = {'filter': 'aekf', 'arm_load': 'none'}
 
 
 @pytest.mark.parametrize('name', [name for name in ONE_OF_EACH if name in BY_NAME])
@@ -53,7 +54,7 @@ def test_step_by_step_equals_run_when_positions_jump():
     base, _ = healthy(seconds=20.0)
     messages = wrapped(MOTOR)(base, None).take(base.at > 14.0)
     samples = Samples(messages.stamp_ns, messages.u, messages.y)
-    whole, single = (Monitor(DriveModel(), {'filter': 'aekf'}) for _ in range(2))
+    whole, single = (Monitor(DriveModel(), ADAPTIVE) for _ in range(2))
     rows = whole.run(samples).rows
     stepped = [single.step(Sample(int(s), tuple(u), tuple(y)))
                for s, u, y in zip(samples.stamp_ns, samples.u, samples.y)]
@@ -92,7 +93,7 @@ def test_nothing_is_ok_until_it_is_judged_again():
 
 def test_a_snapshot_of_another_layout_is_refused():
     """Memory of the adaptive filter, gate and clock of a version that carried less."""
-    monitor = Monitor(DriveModel(), {'filter': 'aekf'})
+    monitor = Monitor(DriveModel(), ADAPTIVE)
     base, _ = healthy(seconds=0.5)
     monitor.run(Samples(base.stamp_ns, base.u, base.y))
     snapshot = monitor.snapshot()

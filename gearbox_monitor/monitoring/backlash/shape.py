@@ -146,7 +146,6 @@ class Regression:
         self.theta: Array = np.zeros(N_SHAPE)
         self.free: Flags = np.zeros(N_SHAPE, bool)
         self.normal: Array = np.zeros((N_SHAPE, N_SHAPE))
-        self.passes = 0
 
     def evaluate(self, theta: Array, free: Flags, passive: bool) -> tuple[float, Array, Array]:
         """
@@ -165,7 +164,6 @@ class Regression:
         cost = normal_equations(
             theta, free, passive, self.data, self.group, self.weights, self.block, normal, right,
             self.scores, self.residuals)
-        self.passes += 1
         prior = np.where(free, self.prior, 0.0)
         normal[np.arange(N_SHAPE), np.arange(N_SHAPE)] += prior
         return cost + float(prior @ theta ** 2), normal, right - prior * theta
