@@ -217,12 +217,15 @@ class PositionEvidence(Evidence):
         if pair is None or self.inadequate(pair) and not self.inadequate(single):
             return single
         third = with_third(search, pair)
-        if third is None or not worth(search, pair, third):
+        if third is None or third.score > pair.score:
             return pair
-        search.settle([pair.name, third.name])
+        # As a diagnosis of the drive with the pair would judge it.
         search.weigh_by_error([pair.name, third.name])
         pair, third = search.fitted[pair.name], search.fitted[third.name]
-        return third if worth(search, pair, third) and self.holds(third, pair) else pair
+        if worth(search, pair, third, MARGIN) and self.holds(third, pair):
+            return third
+        search.weigh_by_error([pair.name])
+        return search.fitted[pair.name]
 
     def shaped(self, fit: CandidateFit) -> CandidateFit | None:
         """Return None: where the motor stands, which shows the shape, its torque tells nothing."""
@@ -261,7 +264,8 @@ def explained_by_pulses(search: Search, rough: bool,
     return pulses
 
 
-def worth(search: Search, single: CandidateFit, pair: CandidateFit) -> bool:
+def worth(search: Search, single: CandidateFit, pair: CandidateFit,
+          margin: float = PAIR_MARGIN) -> bool:
     """
     Return whether `pair` beats `single` by the price of the effect that it adds.
 
@@ -269,10 +273,11 @@ def worth(search: Search, single: CandidateFit, pair: CandidateFit) -> bool:
         search: fits of all candidates to one recording.
         single: fit of one effect, or of two.
         pair: fit of one effect more.
+        margin: that price; values that may scatter have their own.
     """
     added = [i for i in pair.candidate.ids if i not in single.candidate.ids]
     own = len(added) == 1 and scatters(search, added[0])
-    return single.score - pair.score > (own_margin(search) if own else PAIR_MARGIN)
+    return single.score - pair.score > (own_margin(search) if own else margin)
 
 
 def finer(search: Search, best_fit: CandidateFit,

@@ -167,6 +167,18 @@ def test_values_and_parameters_of_effects_are_fitted(tmp_path, capsys):
     assert mesh['phi'] == pytest.approx(0.4, abs=0.05)
 
 
+def test_three_effects_from_one_command(tmp_path, capsys):
+    effects = [{'id': 'backlash_gap', 'b': 0.013}, {'id': 'motor_coulomb', 'Cc': 0.03},
+               {'id': 'mesh_error', 'A': 0.004, 'N': 7, 'phi': 0.4}]
+    bag = recorded(tmp_path / 'a.csv', *effects, seconds=10.0)
+    data = diagnosed(tmp_path, bag, capsys)
+    assert data['verdict'] == 'effect'
+    assert sorted(data['effect'].split('+')) == sorted(e['id'] for e in effects)
+    assert data['params']['mesh_error']['N'] == 7
+    assert data['params']['mesh_error']['A'] == pytest.approx(0.004, rel=0.08)
+    assert {e['effect'] for e in data['identified']} == {e['id'] for e in effects}
+
+
 def test_nothing_is_found_where_nothing_is(tmp_path, capsys):
     data = diagnosed(tmp_path, recorded(tmp_path / 'a.csv'), capsys)
     assert data['verdict'] == 'none' and data['effect'] is None
