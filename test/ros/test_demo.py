@@ -35,6 +35,7 @@ from gearbox_monitor.ros.ros_domain import own_domain  # noqa: E402
 
 pytestmark = pytest.mark.ros
 ROOT = Path(__file__).parents[2]
+PATIENCE = 2.0 * READY_SECONDS  # as long as the demo itself waits for nodes that compile
 
 
 @pytest.fixture
@@ -71,8 +72,8 @@ def children(process):
     return found
 
 
-def wait_for(condition, what, seconds=2.0 * READY_SECONDS):
-    """Wait for a condition; as long as the demo itself waits for nodes that compile."""
+def wait_for(condition, what, seconds=PATIENCE):
+    """Wait for a condition."""
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end, f'{what} did not happen'
@@ -154,7 +155,7 @@ def test_interrupted_robot_leaves_a_bag_of_all_joints(demo, tmp_path):
 
     wait_for(lambda: estimates() > 500, 'recording')
     os.killpg(process.pid, signal.SIGINT)
-    output, errors = process.communicate(timeout=60)
+    output, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130 and not errors and not children(process), errors
     with open_bag(bag) as reader:
         assert not reader.truncated
@@ -179,7 +180,7 @@ def test_interrupt(demo, tmp_path, moment):
     if moment == 'shut-down':
         time.sleep(0.3)
         process.send_signal(signal.SIGINT)
-    output, errors = process.communicate(timeout=60)
+    output, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130, errors
     assert 'Traceback' not in output + errors and not errors, errors
     assert not children(process)
@@ -206,7 +207,7 @@ def test_dead_node_is_told(demo, tmp_path):
     wait_for(lambda: (tmp_path / 'out' / 'estimator.log').exists(), 'start')
     wait_for(lambda: len(children(process)) >= 2, 'nodes')
     next(c for c in children(process) if 'estimator_node' in ' '.join(c.cmdline())).kill()
-    _, errors = process.communicate(timeout=60)
+    _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 1 and 'estimator was ended by signal 9' in errors
     assert not children(process)
 
