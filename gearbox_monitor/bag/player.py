@@ -130,7 +130,7 @@ class EstimatePlayer:
         if snapshots:
             recorded_model, recorded = snapshots[0].settings(str(reader.path))
         settings = {**recorded, **(parameters or {})}
-        self._robot = _robot_of(settings, recorded, snapshots)
+        self._robot = recorded_robot(settings, recorded, snapshots)
         self._engine = self._started(model or recorded_model, settings)
         self._names = (self.estimator.parameters.motor_joint,
                        self.estimator.parameters.arm_joint, *self.estimator.robot_joints)
@@ -314,12 +314,22 @@ class Player(EstimatePlayer):
         return Monitor.restore(snapshot.content, f'{self.reader.path}: snapshot')
 
 
-def _robot_of(settings: Mapping[str, Any], recorded: Mapping[str, Any],
-              snapshots: Sequence[RecordedSnapshot]) -> RobotDescription | None:
+def recorded_robot(settings: Mapping[str, Any], recorded: Mapping[str, Any],
+                   snapshots: Sequence[RecordedSnapshot]) -> RobotDescription | None:
     """
-    Return the robot of a replay with `settings`: the one of the snapshots, else that of a file.
+    Return the robot that an estimator is run with: that of the snapshots, else that of a file.
 
-    settings, recorded: parameters {name: value} of the estimator now, and when it was recorded.
+    Args:
+        settings: parameters {name: value} of the estimator now.
+        recorded: those in the bag.
+        snapshots: of the bag.
+
+    Returns:
+        Its description, None without one.
+
+    Raises:
+        InputError: the file is no URDF.
+
     """
     path = settings.get('robot_description', '')
     if path and path == recorded.get('robot_description') and 'robot' in snapshots[0].content:

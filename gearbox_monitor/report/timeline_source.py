@@ -26,7 +26,8 @@ import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY, find_input
-from gearbox_monitor.bag.recorded_samples import samples_of
+from gearbox_monitor.bag.player import recorded_robot
+from gearbox_monitor.bag.recorded_samples import samples_of, sliced
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, read_snapshots
 from gearbox_monitor.bag.stamp_matching import StampMatcher
 from gearbox_monitor.estimation.estimates import Estimates, Samples
@@ -111,8 +112,8 @@ class TimelineSource:
         recorded_model, recorded = DriveModel(), dict[str, Any]()
         if snapshots:
             recorded_model, recorded = snapshots[0].settings(str(reader.path))
-        model, values = resolve(choice.model or recorded_model,
-                                {**recorded, **choice.parameters})
+        settings = {**recorded, **choice.parameters}
+        model, values = resolve(choice.model or recorded_model, settings)
         estimated = all(self._count(name) for name in (STATE, ERRORS, ERRORS_STD))
         live = estimated and choice.model is None and not choice.parameters and not choice.replay
         self.facts = RecordingFacts(live, model, values,
@@ -124,6 +125,7 @@ class TimelineSource:
             MINUTE * math.ceil(seconds / MINUTE / MAX_LOOPS)
         self.timeline = Timeline(slice_seconds)
         self._joints = (values.motor_joint, values.arm_joint)
+        self._robot = None if live else recorded_robot(settings, recorded, snapshots)
 
     def run(self) -> tuple[Timeline, RecordingFacts]:
         """Return the filled Timeline and the facts beside it."""
@@ -162,15 +164,18 @@ class TimelineSource:
     # ------------------------------------------------------------------ replayed
 
     def _replayed(self) -> None:
-        monitor, timeline = Monitor(self.facts.model, self.facts.parameters), self.timeline
-        decode = self.reader.decoder(self.topic, self._joints)
+        monitor, timeline = Monitor(
+            self.facts.model, self.facts.parameters, robot=self._robot), self.timeline
+        joints = (*self._joints, *monitor.estimator.robot_joints)
+        decode = self.reader.decoder(self.topic, joints)
         follower = MonitorFollower(monitor, timeline)
         for block in self._blocks([self.topic]):
-            samples, _ = samples_of(decode(block), self.facts.model)
+            samples, _ = samples_of(decode(block), self.facts.model,
+                                    bool(monitor.estimator.robot_joints))
             timeline.add_inputs(samples.stamp_ns, samples.u[:, 0])
             for part in _seconds(samples):
                 follower.take(monitor.run(part))
-        self.reader.require_joints(self.topic, self._joints, decode.joints)
+        self.reader.require_joints(self.topic, joints, decode.joints)
         self.facts.counts = {text: int(monitor.counts[code]) for code, text in REASONS.items()}
         self.facts.notes += monitor.estimator.warnings + monitor.estimator.divergence_notes()
         self.facts.versions.append(('kernels', KERNELS))
@@ -238,10 +243,9 @@ def _seconds(samples: Samples) -> Iterator[Samples]:
     stamps = samples.stamp_ns
     if not len(stamps):
         return
-    edges = np.flatnonzero(np.diff(stamps // SECOND)) + 1
-    for part in np.split(np.arange(len(stamps)), edges):
-        index = slice(part[0], part[-1] + 1)
-        yield Samples(stamps[index], samples.u[index], samples.y[index])
+    edges = (np.flatnonzero(np.diff(stamps // SECOND)) + 1).tolist()
+    for begin, end in zip([0, *edges], [*edges, len(stamps)]):
+        yield sliced(samples, begin, end)
 
 
 class MonitorFollower:

@@ -20,12 +20,22 @@ from pages import overflowing
 import pytest
 from test_live_page import gearbox, judged
 
+from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.robot_files import load_robot
+from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.live_page import LivePage
 from gearbox_monitor.report.robot_page import robot_page
 from gearbox_monitor.report.timeline import Timeline, WindowBacklash
-from gearbox_monitor.report.timeline_source import RecordingFacts
+from gearbox_monitor.report.timeline_source import (
+    EstimatorChoice, RecordingFacts, TimelineSource)
+from gearbox_monitor.robot import example_arm
+from gearbox_monitor.robot.working_arm import WorkingArm
 
 T0, SECOND = 1_700_000_000_000_000_000, 1_000_000_000
 GROWN = 'backlash has grown by 12 % (for 40 s)'
@@ -108,6 +118,31 @@ def test_live_page_has_the_rows_of_several_joints():
     assert found['elbow'][5] == 'model: so it is' and found['base'][0] == '-'
     assert found['base'][1] == '-5 to 5' and 'class="spark"' in joints['joints']
     assert not LivePage().parts([elbow], '/estimator', 700.0)['joints'].strip()
+
+
+def test_a_replayed_page_has_the_load_by_the_description(tmp_path):
+    file = str(config_path('arm6.urdf'))
+    robot = load_robot(file)
+    arm = WorkingArm(robot, 2e-3, 1)
+    run = arm.run(1000)
+    stamps = T0 + np.round(run.true.t * SECOND).astype(np.int64)
+    names = [*(f'motor{k + 1}' for k in range(6)), *robot.joints]
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/joint_states', 'sensor_msgs/msg/JointState')
+        for stamp, message in zip(stamps, encode_joint_states(
+                stamps, names, np.hstack([run.motor, run.arm]),
+                effort=np.hstack([run.true.u, np.full((1000, 6), np.nan)]))):
+            writer.write('/joint_states', int(stamp), message)
+    parameters = {**example_arm.parameters_of(2), 'robot_description': file}
+    with open_bag(tmp_path / 'bag') as reader:
+        source = TimelineSource(reader, choice=EstimatorChoice(arm.drives[2], parameters))
+        timeline, facts = source.run()
+    assert facts.notes == [] and timeline.samples == 1000
+    low, high, _ = timeline.torque.of(0)
+    monitor = Monitor(arm.drives[2], parameters, robot=robot)
+    tau_k = monitor.run(Samples(stamps, np.column_stack([run.true.u[:, 2], np.full(1000, np.nan)]),
+                                np.column_stack([run.motor[:, 2], run.arm[:, 2]]), run.arm)).tau_k
+    assert (np.nanmin(low), np.nanmax(high)) == (tau_k.min(), tau_k.max())
 
 
 @pytest.mark.parametrize('width', [1400, 390])
