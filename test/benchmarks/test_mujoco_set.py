@@ -92,6 +92,14 @@ def test_baselines_and_scores(monkeypatch):
     assert rows[0]['diagnose'] == pytest.approx(rows[0]['true']) and rows[1]['diagnose'] < 0.9
 
 
+def test_runs_that_diverge_leave_no_trace(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    with mujoco_set.unwarned():
+        q, _ = mujoco_drives.simulated({**NOMINAL, 'K': 1e9}, U[:100])
+    assert np.abs(q).max() > 1e3
+    assert not list(tmp_path.iterdir()) and capfd.readouterr() == ('', '')
+
+
 @pytest.mark.parametrize('name', ['actuator_lag', 'actuator_delay'])
 def test_true_values_close_everything_in_windows_too(name):
     """What acts late in a window was commanded before it."""

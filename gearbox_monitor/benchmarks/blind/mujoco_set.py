@@ -13,7 +13,8 @@
 # limitations under the License.
 
 """The blind benchmark on recordings by MuJoCo: diagnosis and baselines, scored side by side."""
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 import json
 from pathlib import Path
 import shutil
@@ -25,6 +26,7 @@ import numpy as np
 from gearbox_monitor.benchmarks.blind import mujoco_baselines, mujoco_drives, plant, scorer
 from gearbox_monitor.benchmarks.blind.mujoco_drives import INSIDE, OUTSIDE, Values
 from gearbox_monitor.benchmarks.harness import bar_lines, BarTable
+from gearbox_monitor.export.mjcf_file import mujoco_module
 from gearbox_monitor.kernels.types import Array
 
 MODEL = ('robot.xml', '--joint', 'motor', '--model-arm-joint', 'arm')  # of each recording
@@ -106,6 +108,18 @@ def table(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     return out
 
 
+@contextmanager
+def unwarned() -> Iterator[None]:
+    """Keep MuJoCo from reporting free runs that diverge, on the terminal and in a file."""
+    mujoco = mujoco_module()
+    previous = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(previous)
+
+
 def score(labels: Mapping[str, Any], verdicts: Mapping[str, Mapping[str, Any] | None],
           read: Callable[[str], tuple[Array, Array]],
           progress: Callable[[int, int], object]) -> dict[str, Any]:
@@ -118,10 +132,11 @@ def score(labels: Mapping[str, Any], verdicts: Mapping[str, Mapping[str, Any] | 
         read: returns torque and readings of a recording by its name.
         progress: called with the numbers scored and in all.
     """
-    rows = []
-    for name, label in labels.items():
-        rows.append({'name': name, **scored(label, verdicts.get(name), read(name))})
-        progress(len(rows), len(labels))
+    rows: list[dict[str, Any]] = []
+    with unwarned():
+        for name, label in labels.items():
+            rows.append({'name': name, **scored(label, verdicts.get(name), read(name))})
+            progress(len(rows), len(labels))
     bars = BarTable()
     of = {kind: [r for r in rows if r['class'] == kind]
           for kind in ('single', 'none', 'pair', 'outside')}
