@@ -13,3 +13,7 @@
 # limitations under the License.
 
 """ROS 2 nodes and launch files; the only room that knows ROS."""
+import os
+
+# Their matrices are small: threads of BLAS gain nothing, and spin while they wait.
+os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
