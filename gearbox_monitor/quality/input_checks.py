@@ -26,6 +26,7 @@ import numpy as np
 from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality import encoders, wiring
 from gearbox_monitor.quality.excitation_checks import reversal_finding, REVERSALS, reversals
@@ -83,7 +84,7 @@ def _problems(recording: UniformRecording, model: DriveModel) -> list[Finding]:
     one_encoder = len(recording.channels) == 1
     wrong = [] if rigid or one_encoder else _wrong(recording, sigma, smooth, model)
     if model.controller is not None:
-        wrong = _setpoint(recording)
+        wrong = _setpoint(recording, model)
     if fatal:
         # In wrong units, a coarse encoder that stands still looks frozen or clipped.
         looks = quantum.any() and any(p.code == 'units' for p in wrong)
@@ -164,7 +165,7 @@ def _wrong(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
                      'channels, signs and units')]
 
 
-def _setpoint(r: UniformRecording) -> list[Finding]:
+def _setpoint(r: UniformRecording, model: DriveModel) -> list[Finding]:
     """Find a setpoint that the position follows with another sign or in another unit."""
     position, correlation, against, ratio = r.y[:, r.channels[0]], -1.0, 1.0, 1.0
     for lag in range(0, round(BEHIND / r.dt) + 1, max(1, round(0.01 / r.dt))):
@@ -174,7 +175,13 @@ def _setpoint(r: UniformRecording) -> list[Finding]:
             against = min(against, at_lag)
             if at_lag > correlation:
                 correlation, ratio = at_lag, float(np.std(follower) / np.std(setpoint))
-    # A motion faster than the servo is behind by half a period: that alone is no wrong sign.
+    # A motion faster than the servo is behind by half a period: that alone is no wrong sign. The
+    # servo of the model is behind as much.
+    if correlation < FOLLOWS:
+        expected = simulate(model, r.u, r.dt).x[:, r.channels[0]]
+        if np.isfinite(expected).all() and np.ptp(expected) > 0.0:
+            as_model = float(np.corrcoef(expected, position)[0, 1])
+            correlation, against = max(correlation, as_model), max(against, as_model)
     if correlation < FOLLOWS and against < -FOLLOWS:
         return [_finding('sign', 'the sign of the setpoint is wrong: the position runs against '
                          'it')]

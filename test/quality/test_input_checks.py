@@ -477,3 +477,16 @@ def test_csv_errors_name_file_line_and_value(tmp_path, header, rows, text):
     path = write(tmp_path / 'bad.csv', header, rows)
     with pytest.raises(InputError, match=f'bad.csv: .*{text}'):
         read_csv(path)
+
+
+def test_a_setpoint_that_the_servo_follows_late_has_no_wrong_sign():
+    """No lag brings motion and setpoint together: each frequency has its own."""
+    model = load_model(config_path('drive.yaml')).with_(
+        stiffness=6.0, half_gap=0.03, controller={'kp': 3.0, 'kd': 0.1, 'torque_limit': 8.0})
+    t = np.arange(2000) * 0.01
+    setpoint = sum(a * np.sin(2.0 * np.pi * f * t)
+                   for a, f in zip((0.4, 0.5, 0.2), (2.1, 3.2, 5.3)))
+    y = simulate(model, setpoint, 0.01).x[:, :2]
+    y = y + 0.003 * np.random.default_rng(1).standard_normal(y.shape)
+    recording = UniformRecording(t, setpoint, y, 0.01).with_servo(model.controller)
+    assert not [p.code for p in check(recording, model) if p.fatal]
