@@ -136,14 +136,14 @@ class ReplaySummary:
         return data
 
 
-class TrueTorque(NamedTuple):
+class TorqueSource(NamedTuple):
     """Where a bag holds the true or reference torque: `joint` of `topic`."""
 
     topic: str
     joint: str
 
 
-def truth_of(reader: BagReader, namespace: str, transmission: str) -> TrueTorque | None:
+def truth_of(reader: BagReader, namespace: str, transmission: str) -> TorqueSource | None:
     """
     Return where the true or reference torque is, or None.
 
@@ -161,7 +161,7 @@ def truth_of(reader: BagReader, namespace: str, transmission: str) -> TrueTorque
         if reader.count(topic):
             _, _, _, raw = next(reader.messages([topic]))
             names = reader.decode(JOINT_STATE, raw).name
-            return TrueTorque(topic, transmission if transmission in names else TRANSMISSION)
+            return TorqueSource(topic, transmission if transmission in names else TRANSMISSION)
     return None
 
 

@@ -19,7 +19,7 @@ from typing import Any
 
 import yaml
 
-from gearbox_monitor.cli import demo
+from gearbox_monitor.cli import demo_run
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimator import DESCRIBED_FILTERS
 from gearbox_monitor.files.resources import config_path
@@ -35,10 +35,10 @@ from gearbox_monitor.robot.working_arm import program
 FAULTY = 0     # number of the joint whose gap grows
 
 
-class RobotDemo(demo.Demo):
+class RobotDemo(demo_run.Demo):
     """One run of the demo of an arm."""
 
-    durations = demo.ROBOT_MIN_DURATION, 60.0
+    durations = demo_run.ROBOT_MIN_DURATION, 60.0
     plant = 'arm_plant'
 
     def __init__(self, *arguments: Any) -> None:
@@ -85,16 +85,17 @@ class RobotDemo(demo.Demo):
                     'rate': self.rate, 'faulty_joint': FAULTY + 1,
                     'gap_growth_rate': self.growth_rate, 'gap_growth_start': self.growth_start}}},
                 sort_keys=False), encoding='utf-8')
-        self.start('estimator', self.parameter_file, **demo.RELIABLE)
+        self.start('estimator', self.parameter_file, **demo_run.RELIABLE)
 
     def _parameters(self) -> dict[str, Any]:
         return {'gearboxes': list(self.gearboxes), 'filter': self.filter,
-                'robot_description': self._description, 'drift_window': self.window, **demo.DRIFT,
+                'robot_description': self._description, 'drift_window': self.window,
+                **demo_run.DRIFT,
                 **{name: {'model': str(self.model_file(name)),
                           **example_arm.parameters_of(joint)}
                    for joint, name in enumerate(self.gearboxes)}}
 
-    def status(self) -> demo.DemoStatus:
+    def status(self) -> demo_run.DemoStatus:
         """Return what shows the progress."""
         return RobotDemoStatus(self.duration, self.rate)
 
@@ -104,7 +105,7 @@ class RobotDemo(demo.Demo):
         return robot_demo_report
 
 
-class RobotDemoStatus(demo.DemoStatus):
+class RobotDemoStatus(demo_run.DemoStatus):
     """Live status of an arm."""
 
     def gap(self, watcher: Any) -> str:

@@ -1,0 +1,349 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""One run of the demo of a gearbox: its nodes, what is shown of them, the evaluation."""
+from argparse import Namespace
+import contextlib
+import json
+import os
+from pathlib import Path
+import shutil
+import sys
+import time
+from typing import Any
+
+from gearbox_monitor.errors import expect_matplotlib, InputError
+from gearbox_monitor.ros.child_processes import Child, ChildFailed, Interrupt
+
+# Heavy modules are imported where they are used, after the handler of Ctrl-C is installed.
+
+# Hz: the first rate at which this machine loses less than MAX_LOSS, else the last.
+RATES = (1000.0, 500.0, 250.0)
+MAX_LOSS = 0.01
+WINDOWS = 8            # windows for the fit of the gap, in whole seconds: it runs at 1 Hz
+GROWTH_AFTER = 3.3     # windows; the first three are the baseline
+GROWTH = 0.6           # of the gap, at the end
+SUBSCRIBERS = 3        # estimator and recorder of the samples, recorder of the truth
+# A few short windows must suffice for baseline and alarm, and they contain no whole period of the
+# motion: one operating point, and a false alarm a day.
+DRIFT = {'false_alarm_interval': 86400.0, 'angle_bin': 0.0, 'speed_bin': 1.0, 'load_bin': 1.0}
+MIN_DURATION = 16.0    # s, for windows of two seconds
+ROBOT_MIN_DURATION = 45.0  # s, for as many windows of a program of the arm
+READY_SECONDS = 240.0  # the first start compiles
+STOP_SECONDS = {'estimator': 15.0, 'recorder': 30.0}  # 10 of others
+STALL_SECONDS = 30.0
+# Shows the plant that the estimator listens.
+RELIABLE = {'qos_overrides./joint_states.subscription.reliability': 'reliable'}
+
+
+class Interrupted(Exception):
+    """The user wants to end."""
+
+
+class Demo:
+    """One run of the demo: `live`, then `evaluate`."""
+
+    durations = MIN_DURATION, 30.0  # the shortest and the default, s
+    plant = 'plant'                 # name of its node
+    gearboxes: tuple[str, ...] = ('',)
+    task = 'the gap grows'
+
+    def __init__(self, args: Namespace, interrupt: Interrupt) -> None:
+        """Check `args` and create the directory; `interrupt` ends early. Raises InputError."""
+        shortest, usual = self.durations
+        self.duration = usual if args.duration is None else args.duration
+        self.check_filter(args.filter)
+        if not shortest <= self.duration <= 86400.0:
+            raise InputError(f'--duration: {self.duration:g}, expected {shortest:g} to 86400 s '
+                             f'(the gap is measured in windows of {shortest / WINDOWS:.2g} s or '
+                             'more)')
+        self.filter, self.fault = args.filter, not args.no_fault
+        self.interrupt = interrupt
+        self.rate, self.starved = RATES[0], False
+        self.out = Path(args.out or time.strftime('gearbox_demo_%Y_%m_%d-%H_%M_%S'))
+        self.bag = self.out / 'bag'
+        self.children: list[Child] = []
+        self.notes: list[str] = []
+        self.check_interrupt()
+        try:
+            self.out.mkdir(parents=True)
+        except FileExistsError:
+            raise InputError(f'{self.out}: exists, expected a new directory') from None
+        except OSError as error:
+            raise InputError(f'{self.out}: {error.strerror}, expected a directory that can be '
+                             'created') from None
+
+    def check_filter(self, name: str) -> None:
+        """Raise InputError if the demo cannot run with the filter `name`."""
+        from gearbox_monitor.parameters import FILTER_NAMES
+        expect_matplotlib('demo')
+        if name not in FILTER_NAMES:
+            raise InputError(f'--filter: {name!r} is unknown, expected one of '
+                             f'{", ".join(FILTER_NAMES)}')
+
+    @property
+    def window(self) -> float:
+        """Length of the windows of the gap, s."""
+        return float(self.duration // WINDOWS)
+
+    @property
+    def growth_start(self) -> float:
+        """Time at which the gap begins to grow, s."""
+        return GROWTH_AFTER * self.window
+
+    @property
+    def growth_rate(self) -> float:
+        """Rate at which the gap grows, 1/s."""
+        return GROWTH / (self.duration - self.growth_start) if self.fault else 0.0
+
+    def check_interrupt(self) -> None:
+        """Raise Interrupted if the user wants to end."""
+        if self.interrupt.requested:
+            raise Interrupted
+
+    # ------------------------------------------------------------------ live
+
+    def live_at_best_rate(self, domain: int) -> None:
+        """Run `live` in ROS domain `domain`; repeat it at lower rates while samples are lost."""
+        for rate, lower in zip(RATES, (*RATES[1:], None)):
+            self.rate = rate
+            self.live(domain)
+            loss = self.loss()
+            self.starved = loss >= MAX_LOSS
+            if not self.starved:
+                return
+            note = f'at {rate:g} Hz {100.0 * loss:.0f} % of the samples or estimates were lost'
+            if lower is None:
+                self.notes.append(note)
+                return
+            print(f'note: {note}; repeating at {lower:g} Hz', file=sys.stderr, flush=True)
+            shutil.rmtree(self.bag)
+            for child in self.children:
+                child.log.unlink()
+            self.children = []
+
+    def loss(self) -> float:
+        """Return the share of samples or estimates, whichever is larger, that the bag misses."""
+        from gearbox_monitor.bag.read import open_bag
+        with open_bag(self.bag) as reader:
+            counts = [reader.topics.get(topic, ('', 0))[1]
+                      for topic in ('/joint_states', '/transmission_state')]
+        return 1.0 - (min(counts) + 1) / (self.duration * self.rate)
+
+    def live(self, domain: int) -> None:
+        """Run the nodes in ROS domain `domain` until the plant ends."""
+        for name in ('ROS_LOCALHOST_ONLY', 'ROS_STATIC_PEERS'):
+            os.environ.pop(name, None)  # they would override the range
+        os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
+        print(f'{self.out}: {self.duration:g} s at {self.rate:g} Hz, filter {self.filter}, '
+              + (self.task if self.fault else 'no fault')
+              + '. To look in with ros2 tools:\n  export '
+              f'ROS_DOMAIN_ID={domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST\n'
+              'starting recorder, estimator and plant (the first start compiles for about 30 s) '
+              '...', flush=True)
+        began = False
+        try:
+            with contextlib.ExitStack() as stack:
+                stack.callback(self.stop)
+                self.start_monitoring()
+                watcher = self.watcher(domain)
+                stack.callback(watcher.close)
+                self.wait_ready(watcher)
+                began = True
+                self.start(self.plant, rate=self.rate, duration=self.duration,
+                           wait_for_subscribers=SUBSCRIBERS,
+                           gap_growth_rate=self.growth_rate, gap_growth_start=self.growth_start)
+                self.follow(watcher)
+        except (Interrupted, ChildFailed):
+            if began:
+                print(f'bag {self.bag}')
+            elif not (self.bag / 'metadata.yaml').exists():
+                shutil.rmtree(self.bag, ignore_errors=True)  # the recorder never began
+            raise
+        finally:
+            for note in self.notes:
+                print(f'note: {note}', file=sys.stderr)
+
+    def start_monitoring(self) -> None:
+        """Start recorder and estimator."""
+        self.start_recorder()
+        self.start('estimator', filter=self.filter, arm_load='model', drift_window=self.window,
+                   **DRIFT, **RELIABLE)
+
+    def start_recorder(self, **parameters: Any) -> None:
+        """Start the recorder with further `parameters`."""
+        # The output is a pattern of strftime.
+        self.start('recorder', output=str(self.bag).replace('%', '%%'), **parameters)
+
+    def start(self, name: str, *files: Path, **parameters: Any) -> None:
+        """
+        Start a node.
+
+        Args:
+            name: of the node and its log.
+            files: with parameters.
+            parameters: of the node.
+
+        """
+        self.check_interrupt()
+        arguments = [word for file in files
+                     for word in ('--ros-args', '--params-file', str(file), '--')]
+        self.children.append(Child(name, f'gearbox_monitor.ros.{name}_node', parameters,
+                                   self.out / f'{name}.log', os.environ, arguments))
+
+    def stop(self) -> None:
+        """Stop all nodes: senders first, the recorder last."""
+        names = [self.plant, 'estimator', 'recorder']
+        for child in sorted(self.children, key=lambda c: names.index(c.name)):
+            self.notes += filter(None, [child.stop(STOP_SECONDS.get(child.name, 10.0))])
+
+    def watcher(self, domain: int) -> Any:
+        """Return a node that watches the others in `domain`. Raises InputError."""
+        try:
+            from gearbox_monitor.ros.watcher import Watcher
+        except ImportError as error:
+            raise InputError(f'rclpy: {error}; expected a sourced ROS 2 or an installation with '
+                             "pip install 'gearbox_monitor[ros]'") from None
+        self.check_interrupt()
+        return Watcher('demo', domain, self.gearboxes)
+
+    def spin(self, watcher: Any, seconds: float = 0.1) -> None:
+        """Let `watcher` receive for so many `seconds`; check the nodes and Ctrl-C."""
+        watcher.spin(seconds)
+        for child in self.children:
+            child.check()
+            if child.name != self.plant and not child.running:
+                raise ChildFailed(f'{child.name} ended too early:\n{child.tail()}')
+        self.check_interrupt()
+
+    def wait_ready(self, watcher: Any) -> None:
+        """Wait until `watcher` sees estimator and recorder. Raises ChildFailed."""
+        end = time.monotonic() + READY_SECONDS
+        while not watcher.ready():
+            self.spin(watcher)
+            if time.monotonic() > end:
+                raise ChildFailed(
+                    f'estimator and recorder were not ready within {READY_SECONDS:g} s:\n'
+                    + '\n'.join(child.tail() for child in self.children))
+
+    def status(self) -> 'DemoStatus':
+        """Return what shows the progress."""
+        return DemoStatus(self.duration, self.rate)
+
+    def follow(self, watcher: Any) -> None:
+        """Show what `watcher` sees until the estimator has all samples of the plant."""
+        plant, status = self.children[-1], self.status()
+        previous, changed = None, time.monotonic()
+        try:
+            while plant.running:
+                self.spin(watcher)
+                status.show(watcher)
+                samples = status.samples(watcher)
+                if samples != previous:
+                    previous, changed = samples, time.monotonic()
+                # Before the first sample the plant compiles.
+                patience = STALL_SECONDS if samples else READY_SECONDS
+                if time.monotonic() - changed > patience:
+                    raise ChildFailed(f'no samples arrived for {patience:g} s:\n' + plant.tail())
+            plant.check()
+            updates, end = watcher.updates, time.monotonic() + 3.0
+            while watcher.updates == updates and time.monotonic() < end:
+                self.spin(watcher)
+            status.show(watcher)
+        finally:
+            status.end()
+
+    # ------------------------------------------------------------------ afterwards
+
+    def evaluate(self) -> tuple[dict[str, Any], str]:
+        """Replay the bag, write JSON and PNG; return ({name: value}, the summary in words)."""
+        print('replaying ...', flush=True)
+        from gearbox_monitor.bag.read import open_bag
+        report = self.report()
+        with open_bag(self.bag) as reader:
+            data = report.evaluate(reader, self)
+        data['notes'] = [*data['notes'], *self.notes]
+        data['problems'] = report.problems(data, self.fault, self.starved)
+        (self.out / 'summary.json').write_text(json.dumps(data, indent=2) + '\n',
+                                               encoding='utf-8')
+        return data, report.text(data)
+
+    def report(self) -> Any:
+        """Return the module that evaluates the bag."""
+        from gearbox_monitor.cli import demo_report
+        return demo_report
+
+
+class DemoStatus:
+    """Live status on standard output: one line in place on a terminal, else one per second."""
+
+    def __init__(self, duration: float, rate: float) -> None:
+        """Show the progress through `duration` s at `rate` Hz."""
+        self.duration, self.rate = duration, rate
+        self._terminal = sys.stdout.isatty()
+        self._updates, self._alerts = 0, 0
+
+    @staticmethod
+    def samples(watcher: Any) -> int:
+        """Return the number of samples that the estimator reports to `watcher`."""
+        outcome = watcher.outcomes.get('input')
+        return int(outcome.values.get('samples', 0)) if outcome else 0
+
+    def show(self, watcher: Any) -> None:
+        """Print the news of `watcher`."""
+        for text in watcher.alerts[self._alerts:]:
+            self._print(f'ALERT {text}')
+        self._alerts = len(watcher.alerts)
+        if watcher.updates == self._updates:
+            return
+        self._updates = watcher.updates
+        if not self.samples(watcher):
+            return
+        line = self.line(watcher)
+        if self._terminal:
+            width = shutil.get_terminal_size().columns - 1
+            print('\r\x1b[K' + line[:width], end='', flush=True)
+        else:
+            print(line, flush=True)
+
+    def end(self) -> None:
+        """End the line."""
+        if self._terminal and self._updates:
+            print(flush=True)
+
+    def _print(self, text: str) -> None:
+        print(('\r\x1b[K' if self._terminal else '') + text, flush=True)
+
+    def line(self, watcher: Any) -> str:
+        """Return the state that `watcher` sees in one line."""
+        values = watcher.outcomes['input'].values
+        line = (f'{self.samples(watcher) / self.rate:5.1f}/{self.duration:g} s  '
+                f'{float(values.get("rate_hz", "nan")):4.0f} Hz  {self.gap(watcher)}')
+        levels = ', '.join(self.raised(watcher)) or 'all OK'
+        if watcher.recorder is not None and watcher.recorder.level:
+            levels += f', recorder {watcher.recorder.message}'
+        return line + levels
+
+    def raised(self, watcher: Any) -> list[str]:
+        """Return the components beyond OK that `watcher` sees, with their levels."""
+        return [f'{name} {outcome.level.name}' for name, outcome in watcher.outcomes.items()
+                if outcome.level]
+
+    def gap(self, watcher: Any) -> str:
+        """Return the gap that `watcher` sees, '' where none was measured yet."""
+        backlash = watcher.outcomes['backlash'].values
+        if 'gap_rad' not in backlash:
+            return ''
+        growth = f' {100 * float(backlash["growth"]):+.0f} %' if 'growth' in backlash else ''
+        return f'gap {float(backlash["gap_rad"]):.3f} rad{growth}  '
