@@ -40,6 +40,8 @@ MAX_REPAIRED = 0.01    # share of samples that may be interpolated
 RATES_ALIKE = 0.1      # relative difference of rates up to which recordings are brought to one
 MAX_RUN = 3            # samples in a row that may be interpolated: below the drive's own periods
 WANDER_SPAN = 0.2      # s over which stamps are averaged: longer than what makes single ones late
+JITTERY = 0.15         # of a sample time: spread of steps from which on no single step tells
+LATEST = 6.0           # spreads by which a step may be longer without a lost sample
 QUIET_JITTER = 0.01    # of a sample time, rms: stamps rounded by a computer, not worth a word
 REPEATED = ('first', 'average', 'drop')  # what is used of samples with one stamp
 SPIKE = 12.0           # robust standard deviations off its neighbours
@@ -326,8 +328,10 @@ def _grid(t: Array, where: str) -> tuple[Integers, float, Array]:
     step = np.diff(t)
     dt = float(np.median(step))
     count = np.maximum(1.0, np.rint(step / dt))
-    jittery = np.median(np.abs(step - dt)) > 0.1 * dt
-    for k in np.flatnonzero(step > 1.5 * dt).tolist() if jittery else ():
+    spread = 1.4826 * float(np.median(np.abs(step - dt)))
+    # Of a step that lateness may have made, its length does not tell whether a sample is lost.
+    doubtful = (step > 1.5 * dt) & ((spread > JITTERY * dt) | (step < dt + LATEST * spread))
+    for k in np.flatnonzero(doubtful).tolist():
         # A late stamp is followed by a short step; after a lost sample all stamps stay behind.
         rows_before, rows_after = np.arange(max(k - 6, 0),
                                             k + 1), np.arange(k + 1, min(k + 8, len(t)))

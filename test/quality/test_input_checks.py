@@ -490,3 +490,17 @@ def test_a_setpoint_that_the_servo_follows_late_has_no_wrong_sign():
     y = y + 0.003 * np.random.default_rng(1).standard_normal(y.shape)
     recording = UniformRecording(t, setpoint, y, 0.01).with_servo(model.controller)
     assert not [p.code for p in check(recording, model) if p.fatal]
+
+
+@pytest.mark.parametrize('seed', [1, 2, 3])
+def test_late_stamps_are_no_lost_samples(seed):
+    """Steps of 1.5 sample times come about by jitter of a tenth; a lost sample is one still."""
+    t, u, y = record(duration=12.0, seed=seed)
+    stamps = t + 1e-4 * np.random.default_rng(seed).standard_normal(len(t))
+    assert (np.diff(stamps) > 1.5e-3).any()
+    recording, notices = prepare(stamps, u, y)
+    assert len(recording.u) == len(t) and not any('lost' in n or 'wander' in n for n in notices)
+    np.testing.assert_array_equal(recording.y, y)
+    kept = np.delete(np.arange(len(t)), 7000)
+    recording, notices = prepare(stamps[kept], u[kept], y[kept])
+    assert len(recording.u) == len(t) and any('1 of 12000 samples lost' in n for n in notices)
