@@ -209,7 +209,7 @@ def measure(name: str, logs: list[ServoLog], jobs: int) -> dict[str, Any]:
     errors = {key: {'fitted': [run_error(log, m, servo) for log in train],
                       'held out': [run_error(log, m, servo) for log in test]}
               for key, m in models.items()}
-    if find_spec('bam'):
+    if (spec := find_spec('bam')) and spec.origin:
         show(f'{name}: M6')
         errors.update(errors_of_m6(servo, train, test))
     show('')

@@ -182,6 +182,8 @@ def parts(evidence: Evidence, fit: CandidateFit,
         if chosen is None or (chosen[1].score - mapped.score > PAIR_MARGIN
                               and evidence.holds(mapped, chosen[1])):
             chosen = base, mapped
+    if chosen and nearest.score < chosen[1].score and evidence.holds(nearest, chosen[1]):
+        chosen = None  # effects alone explain more than the map
     return chosen or (nearest, nearest)
 
 
