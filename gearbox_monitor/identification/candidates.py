@@ -197,12 +197,11 @@ def sine_and_cosine(name: str, values: Mapping[str, Any]) -> dict[str, float]:
     return {'As': size * math.cos(phi), 'Ac': size * math.sin(phi)}
 
 
-def wave_of(coordinates: Array) -> tuple[Array, Array]:
-    """Return size and phase [2] of a wave with the coordinates As, Ac, and the Jacobian [2, 2]."""
+def wave_jacobian(coordinates: Array) -> Array:
+    """Return the derivative [2, 2] of size and phase of a wave by its `coordinates` As, Ac."""
     sine, cosine = coordinates
     size = max(math.hypot(sine, cosine), 1e-300)
-    return np.array([size, math.atan2(cosine, sine)]), np.array([
-        [sine / size, cosine / size], [-cosine / size ** 2, sine / size ** 2]])
+    return np.array([[sine / size, cosine / size], [-cosine / size ** 2, sine / size ** 2]])
 
 
 def scaled(model: DriveModel, nuisances: Mapping[str, float]) -> DriveModel:

@@ -27,7 +27,7 @@ import numpy as np
 
 from gearbox_monitor.identification import gauss_newton, likelihood, window_states
 from gearbox_monitor.identification.candidates import (
-    amplitude, CandidateModel, NOT_FITTED, PERIODIC, PHASED, wave_of, ZERO)
+    amplitude, CandidateModel, NOT_FITTED, PERIODIC, PHASED, wave_jacobian, ZERO)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.localisation import labels
 from gearbox_monitor.identification.noise_model import spectrum
@@ -290,7 +290,7 @@ def standard_errors(search: Search,
         own = [k for k, c in enumerate(candidate.coordinates) if c.owner == i]
         part = covariance[np.ix_(own, own)]
         if name in PHASED:
-            _, jacobian = wave_of(point.z[own])
+            jacobian = wave_jacobian(point.z[own])
             errors = np.sqrt(np.diag(jacobian @ part @ jacobian.T))
             out[name] = dict(zip((amplitude(name), 'phi'), errors.tolist()))
             if name in PERIODIC:

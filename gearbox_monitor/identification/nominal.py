@@ -32,7 +32,7 @@ from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.identification import closed_model, gauss_newton, likelihood, window_states
 from gearbox_monitor.identification.candidates import (
     amplitude, BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered,
-    PERIODIC, PHASED, sine_and_cosine, Starts, wave_of, ZERO)
+    PERIODIC, PHASED, sine_and_cosine, Starts, wave_jacobian, ZERO)
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import noise_floor
@@ -339,19 +339,16 @@ def _known(data: likelihood.WindowData, fitted: CandidateFit,
         misfit *= data.windows.length
     prior = candidate.prior(point.z)[1]
     covariance = np.linalg.inv(S / misfit + np.diag(prior))
-    waves: dict[int, tuple[str, float, float]] = {}
-    jacobian = np.eye(len(point.z))
-    for i, wave_id in enumerate(candidate.ids):
-        if wave_id in PHASED:  # by size and phase, not by As and Ac
+    jacobian = np.eye(len(point.z))  # waves are listed by size and phase, not by As and Ac
+    for i, name in enumerate(candidate.ids):
+        if name in PHASED:
             own = [k for k, c in enumerate(candidate.coordinates) if c.owner == i]
-            wave, jacobian[np.ix_(own, own)] = wave_of(point.z[own])
-            before, _ = wave_of(candidate.start()[own])
-            names = amplitude(wave_id), 'phi'
-            waves.update(zip(own, zip(names, before.tolist(), wave.tolist())))
+            jacobian[np.ix_(own, own)] = wave_jacobian(point.z[own])
     covariance = jacobian @ covariance @ jacobian.T
     errors = np.sqrt(np.diag(covariance))
     starts = start_values(model)
     fitted_values = start_values(candidate.model(point.z))
+    (_, own_starts), (_, own_values) = map(candidate.values, (candidate.start(), point.z))
     values: list[FittedValue] = []
     for c, error, z in zip(candidate.coordinates, errors, point.z):
         inside = not c.log or math.log(c.low) + 1e-6 < z < math.log(c.high) - 1e-6
@@ -362,11 +359,12 @@ def _known(data: likelihood.WindowData, fitted: CandidateFit,
             if name == 'kt' and model.torque_constant == 1.0:
                 unit = ''  # a factor on efforts that are torques
         else:
-            name, start, value = c.name, c.start, math.exp(z) if c.log else float(z)
-            if len(values) in waves:
-                name, start, value = waves[len(values)]
-                scale = 1.0 if name == 'phi' else scale
             effect = library()[candidate.ids[c.owner]]
+            name = c.name
+            if effect.id in PHASED:
+                name = amplitude(effect.id) if name == 'As' else 'phi'
+            scale = 1.0 if name == 'phi' else scale
+            start, value = own_starts[c.owner][name], own_values[c.owner][name]
             unit = next(p.unit for p in effect.parameters if p.name == name)
             name = f'{effect.id}.{name}'
         determined = inside and error < DETERMINED * scale

@@ -111,12 +111,8 @@ def with_third(search: PositionSearch, pair: CandidateFit) -> CandidateFit | Non
     thirds = [third for name in names for _, order in gains[name][:TOP_ORDERS]
               for third in search.starts.candidates(name, order)]
 
-    def joined(third: CandidateModel) -> CandidateFit:
-        """Return the fit of the pair and `third`."""
-        joint = search.starts.joint([(pair.candidate, pair.point.z), (third, third.start())])
-        point = likelihood.copied(pair.point, _with_nuisances(search, joint, pair.point))
-        return search.polish(search.as_fitted(joint, search.long.evaluate(joint, point)))
-    fits = search.map(joined, thirds, 'three effects')
+    fits = search.map(lambda third: _extended(search, pair, third, third.start()), thirds,
+                      'three effects')
     if not fits:
         return None
     best = min(fits, key=lambda f: f.score)
@@ -153,12 +149,6 @@ def _joined(search: PositionSearch, gains: dict[str, dict[str, list[Gain]]]) -> 
     (`gains`). What shows in few windows, and late in them, does not count in a race over their
     beginnings.
     """
-    def joined(pair: tuple[CandidateFit, CandidateModel, Array]) -> CandidateFit:
-        """Return the fit of `pair` from where its effects stand alone."""
-        first_fit, second, z = pair
-        joint = search.starts.joint([(first_fit.candidate, first_fit.point.z), (second, z)])
-        point = likelihood.copied(first_fit.point, _with_nuisances(search, joint, first_fit.point))
-        return search.polish(search.as_fitted(joint, search.long.evaluate(joint, point)))
     singles = [search.fitted[name] for name in search.ranked()[:TOP_SINGLE]]
     jobs = [(first_fit, second_fit.candidate, second_fit.point.z)
             for first_fit, second_fit in combinations(singles, 2)]
@@ -166,7 +156,15 @@ def _joined(search: PositionSearch, gains: dict[str, dict[str, list[Gain]]]) -> 
         for name in sorted(effect_gains, key=lambda n: -effect_gains[n][0][0])[:1]:
             jobs += [(search.fitted[first], second, second.start())
                      for second in search.starts.candidates(name, effect_gains[name][0][1])]
-    return _kept(search, search.map(joined, jobs, 'pairs'))
+    return _kept(search, search.map(lambda job: _extended(search, *job), jobs, 'pairs'))
+
+
+def _extended(search: PositionSearch, fitted: CandidateFit, added: CandidateModel,
+              z: Array) -> CandidateFit:
+    """Return the fit on whole windows of `fitted` with the effect `added`, which begins at `z`."""
+    joint = search.starts.joint([(fitted.candidate, fitted.point.z), (added, z)])
+    point = likelihood.copied(fitted.point, _with_nuisances(search, joint, fitted.point))
+    return search.polish(search.as_fitted(joint, search.long.evaluate(joint, point)))
 
 
 def _kept(search: PositionSearch, pairs: Iterable[CandidateFit]) -> list[str]:

@@ -28,8 +28,7 @@ from gearbox_monitor.identification.adequacy import incomplete
 from gearbox_monitor.identification.candidates import nuisances_of, ZERO
 from gearbox_monitor.identification.disturbance_pulses import disturbance_fit
 from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.pair_search import (
-    find_pairs, forward_gains, with_third)
+from gearbox_monitor.identification.pair_search import find_pairs, forward_gains, with_third
 from gearbox_monitor.identification.position_search import PositionSearch
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.plant.effects import EFFECTS
@@ -221,10 +220,10 @@ class PositionEvidence(Evidence):
         third = with_third(search, pair)
         if third is None or third.score > pair.score:
             return pair
-        # As a diagnosis of the drive with the pair would judge it.
+        # By what the better of both leaves, as every comparison.
         search.weigh_by_error([pair.name, third.name])
         pair, third = search.fitted[pair.name], search.fitted[third.name]
-        if worth(search, pair, third, MARGIN) and self.holds(third, pair):
+        if worth(search, pair, third) and self.holds(third, pair):
             return third
         search.weigh_by_error([pair.name])
         return search.fitted[pair.name]
@@ -266,8 +265,7 @@ def explained_by_pulses(search: Search, rough: bool,
     return pulses
 
 
-def worth(search: Search, single: CandidateFit, pair: CandidateFit,
-          margin: float = PAIR_MARGIN) -> bool:
+def worth(search: Search, single: CandidateFit, pair: CandidateFit) -> bool:
     """
     Return whether `pair` beats `single` by the price of the effect that it adds.
 
@@ -275,11 +273,10 @@ def worth(search: Search, single: CandidateFit, pair: CandidateFit,
         search: fits of all candidates to one recording.
         single: fit of one effect, or of two.
         pair: fit of one effect more.
-        margin: that price; values that may scatter have their own.
     """
     added = [i for i in pair.candidate.ids if i not in single.candidate.ids]
     own = len(added) == 1 and scatters(search, added[0])
-    return single.score - pair.score > (own_margin(search) if own else margin)
+    return single.score - pair.score > (own_margin(search) if own else PAIR_MARGIN)
 
 
 def finer(search: Search, best_fit: CandidateFit,

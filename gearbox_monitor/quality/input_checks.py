@@ -181,7 +181,9 @@ def _setpoint(r: UniformRecording, model: DriveModel) -> list[Finding]:
         expected = simulate(model, r.u, r.dt).x[:, r.channels[0]]
         if np.isfinite(expected).all() and np.ptp(expected) > 0.0:
             as_model = float(np.corrcoef(expected, position)[0, 1])
-            correlation, against = max(correlation, as_model), max(against, as_model)
+            if as_model > correlation:
+                correlation, ratio = as_model, float(np.std(position) / np.std(expected))
+            against = max(against, as_model)
     if correlation < FOLLOWS and against < -FOLLOWS:
         return [_finding('sign', 'the sign of the setpoint is wrong: the position runs against '
                          'it')]

@@ -492,3 +492,19 @@ def test_windows_after_settling_are_as_many(seconds, settling, count, length):
     parts = windows.parted(4)
     assert (parts.first[::4] == windows.first).all() and (parts.begin[::4] == windows.begin).all()
     assert (np.diff(parts.first.reshape(-1, 4), axis=1) == length // 4).all()
+
+
+@pytest.mark.parametrize('score, preferred, expected', [
+    (10.0, True, ('effect', 'effect')), (10.0, False, ('', 'map')), (90.0, True, ('', 'map'))])
+def test_a_map_gives_way_to_effects_that_explain_more(score, preferred, expected):
+    """By score, and on readings that were not fitted."""
+    none, effect, mapped = (
+        SimpleNamespace(name=name, candidate=SimpleNamespace(ids=ids), score=value)
+        for name, ids, value in (('', (), 200.0), ('effect', ('effect',), score),
+                                 ('map', ('torque_map',), 50.0)))
+    evidence = SimpleNamespace(
+        search=SimpleNamespace(fitted={'': none, 'effect': effect},
+                               model=SimpleNamespace(effects=())),
+        holds=lambda fit, base: preferred or base is none,
+        mapped=lambda base: mapped if base is none else None)
+    assert tuple(fit.name for fit in selection.parts(evidence, effect)) == expected

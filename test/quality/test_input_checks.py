@@ -479,13 +479,16 @@ def test_csv_errors_name_file_line_and_value(tmp_path, header, rows, text):
         read_csv(path)
 
 
-def test_a_setpoint_that_the_servo_follows_late_has_no_wrong_sign():
+@pytest.mark.parametrize('kp, kd, frequencies, amplitudes', [
+    (3.0, 0.1, (2.1, 3.2, 5.3), (0.4, 0.5, 0.2)),
+    (0.6, 0.02, (4.3, 6.7, 2.3), (0.6, 0.3, 0.3))])  # a tenth of the setpoint
+def test_a_setpoint_faster_than_the_servo_has_sign_and_unit(kp, kd, frequencies, amplitudes):
     """No lag brings motion and setpoint together: each frequency has its own."""
     model = load_model(config_path('drive.yaml')).with_(
-        stiffness=6.0, half_gap=0.03, controller={'kp': 3.0, 'kd': 0.1, 'torque_limit': 8.0})
+        stiffness=6.0, half_gap=0.03, controller={'kp': kp, 'kd': kd, 'torque_limit': 8.0})
     t = np.arange(2000) * 0.01
     setpoint = sum(a * np.sin(2.0 * np.pi * f * t)
-                   for a, f in zip((0.4, 0.5, 0.2), (2.1, 3.2, 5.3)))
+                   for a, f in zip(amplitudes, frequencies))
     y = simulate(model, setpoint, 0.01).x[:, :2]
     y = y + 0.003 * np.random.default_rng(1).standard_normal(y.shape)
     recording = UniformRecording(t, setpoint, y, 0.01).with_servo(model.controller)

@@ -151,6 +151,13 @@ def closed_of(nominal: Values, values: Values, u: Array, y: Array) -> float | No
                                for v in (nominal, values)))
 
 
+def _closed_by(v: Values, test: Windows, acting: Acting) -> float | None:
+    """Return the fraction of the nominal misfit on windows `test` that `acting` closes."""
+    spans = _spans(v, test)
+    return window_fit.closed(*(_misfit(_without(_residual(v, test, a), spans))
+                               for a in (None, acting)))
+
+
 def _split(part: Windows) -> tuple[Windows, Windows]:
     n = round(TRAIN * len(part.u))
     return tuple(Windows(part.u[s], part.y[s], part.starts[s], part.sigma)
@@ -233,14 +240,12 @@ def black_box(v: Values, u: Array, y: Array) -> dict[str, Any]:
     x = x / scale
     weights = np.linalg.solve(x.T @ x + RIDGE * len(x) * np.eye(x.shape[1]), x.T @ lacks) / scale
     _, test = _split(windows_of(u, y))
-    spans = _spans(v, test)
     most = float(np.abs(lacks).max())  # no torque beyond what was seen
 
     def lacking(m: Any, data: Any) -> None:
         state = np.array([*data.qpos, *data.qvel, data.ctrl[0]])
         data.qfrc_applied[0] = float(np.clip(_features(state) @ weights, -most, most))
-    held = [_misfit(_without(_residual(v, test, acting), spans)) for acting in (None, lacking)]
-    return {'named': None, 'closed': window_fit.closed(*held)}
+    return {'named': None, 'closed': _closed_by(v, test, lacking)}
 
 
 def friction_by_law(v: Values, law: str, parameters: Array) -> Acting:
@@ -293,10 +298,8 @@ def friction_models(v: Values, u: Array, y: Array) -> dict[str, Any]:
         if best is None or score < best[0]:
             best = score, law, fit.x
     assert best is not None
-    spans = _spans(v, test)
-    held = [_misfit(_without(_residual(v, test, acting), spans))
-            for acting in (None, friction_by_law(v, *best[1:]))]
-    return {'named': None, 'law': best[1], 'closed': window_fit.closed(*held)}
+    return {'named': None, 'law': best[1],
+            'closed': _closed_by(v, test, friction_by_law(v, *best[1:]))}
 
 
 BASELINES: Mapping[str, Callable[[Values, Array, Array], dict[str, Any]]] = {
