@@ -56,7 +56,8 @@ def steppers() -> tuple[dict[str, Callable[[], Any]], dict[str, float]]:
     run = simulate(MODEL, u, DT, Noise(measurement=NOISE))
     recording = UniformRecording(run.t, run.u, run.y, DT)
     simulator, whole = Simulator(recording, MODEL), shooting_windows(recording, float(SECONDS))
-    data = WindowData(recording, simulator, shooting_windows(recording, 1.0), np.array(NOISE))
+    windows = shooting_windows(recording, 1.0)
+    data = WindowData(recording, simulator, windows, np.array(NOISE), np.ones(len(windows), bool))
     candidate = Starts(MODEL, recording).none()
     point = data.evaluate(candidate, fresh(data, candidate))
     rows: dict[str, Callable[[], Any]] = {

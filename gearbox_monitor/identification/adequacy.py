@@ -18,7 +18,7 @@ Model adequacy: whether a fit leaves more of a recording than noise.
 The residual is tested for excess chi2, for coloured bands of its spectrum, and for dependence on
 the motion (residual analysis, Ljung, System Identification, ch. 16).
 """
-from copy import copy
+from dataclasses import replace
 
 import numpy as np
 
@@ -62,28 +62,32 @@ def spectrum(search: Search, residual: Array) -> tuple[Array, Array, Array]:
     return power, at, power[:, high].mean(axis=(0, 1))
 
 
-def sharpen_sigma(search: Search, fitted: CandidateFit) -> None:
+def sharpened(search: Search, fitted: CandidateFit) -> tuple[Search, CandidateFit]:
     """
-    Measure sigma again in the residual of `best` at high frequencies; residuals follow it.
+    Return (search, fitted) with sigma as the residual of `fitted` has it at high frequencies.
 
     Args:
         search: fits of all candidates to one recording.
         fitted: fit on the long windows.
     """
-    length = search.long.windows.length
-    _, _, white = spectrum(search, search.long.parted(fitted.point.residual))
+    long, none = search.long, search.fitted['']
+    _, _, white = spectrum(search, long.parted(fitted.point.residual))
     factor = np.sqrt(white)
     if not (np.abs(factor - 1.0) < MAX_SHARPENING).all():
-        return
-    sigma = search.long.sigma.copy()
-    sigma[search.long.channels] *= factor
-    search.long.sigma = sigma
-    for candidate_fit in {id(f): f for f in (search.fitted[''], fitted)}.values():
-        for name in ('residual', 'white'):
-            owner = candidate_fit.point if name == 'residual' else candidate_fit
-            if getattr(owner, name) is not None:
-                setattr(owner, name, getattr(owner, name) / np.tile(factor, length))
-        candidate_fit.point.chi2 = (candidate_fit.point.residual ** 2).sum(axis=1)
+        return search, fitted
+    sigma = long.sigma.copy()
+    sigma[long.channels] *= factor
+    scale = np.tile(factor, long.windows.length)
+
+    def scaled(fit: CandidateFit) -> CandidateFit:
+        """Return `fit` with residuals that follow sigma."""
+        residual = fit.point.residual / scale
+        return replace(fit, white=None if fit.white is None else fit.white / scale, point=replace(
+            fit.point, residual=residual, chi2=(residual ** 2).sum(axis=1)))
+    rescaled = scaled(fitted)
+    fits = {name: rescaled if fit is fitted else scaled(fit) if fit is none else fit
+            for name, fit in search.fitted.items()}
+    return search.with_data(replace(long, sigma=sigma), fits), rescaled
 
 
 def misfit(search: Search, fitted: CandidateFit, spared: int = 0) -> tuple[float, float]:
@@ -138,8 +142,7 @@ def on_all(search: Search, fitted: CandidateFit) -> tuple[Search, CandidateFit]:
             or search.model.process_torque_time > 0.0
             or set(fitted.candidate.ids) & set(NOT_FITTED)):
         return search, fitted
-    whole, whole.long = copy(search), copy(search.long)
-    whole.long.train = np.ones_like(search.long.train)
+    whole = search.trained_on(np.ones_like(search.long.train), search.fitted)
     return whole, closed_model.settled(search, fitted, [])
 
 

@@ -82,19 +82,16 @@ def published(search: Search, none: CandidateFit,
     if not none.candidate.coordinates:
         return none.point
     candidate = CandidateModel(search.model, (), ())
-    point = likelihood.FitPoint(np.zeros(0), none.point.states.copy(), none.point.memory.copy())
+    point = none.point.at(np.zeros(0))
     if search.recording.motor is not None:
         # No state of a window holds the zero of the encoders, which nobody knows.
         candidate = replace(candidate, coordinates=tuple(
             c for c in none.candidate.coordinates if c.name == ZERO))
-        point = gauss_newton.fit(search.long, candidate, replace(point, z=candidate.start()), 6)
-    index = np.arange(len(search.long.windows))
-    point.states, _ = window_states.solve_states(
-        search.long, candidate.model(point.z), point.states, point.memory, index)
-    search.long.evaluate(candidate, point)
+        point = gauss_newton.fit(search.long, candidate, point.at(candidate.start()), 6)
     rivals = [none.point] + ([fitted.point] if fitted else [])
-    window_states.rescue(search.long, candidate, point, rivals, half_gap=search.half_gap)
-    return point
+    return window_states.rescue(
+        search.long, candidate, window_states.solved(search.long, candidate, point), rivals,
+        half_gap=search.half_gap)
 
 
 def settled(search: Search, fitted: CandidateFit,
@@ -113,8 +110,9 @@ def settled(search: Search, fitted: CandidateFit,
     validation = np.flatnonzero(~data.train)
     if not len(validation) or set(candidate.ids) & set(NOT_FITTED):
         return fitted
-    model, point = candidate.model(fitted.point.z), likelihood.copied(fitted.point)
-    points = [point, *rivals, *(search.fitted[n].point for n in search.ranked()[:4])]
+    model, point = candidate.model(fitted.point.z), fitted.point
+    others = [*rivals, *(search.fitted[n].point for n in search.ranked()[:4])]
+    points = [point, *others]
     index = np.tile(validation, len(points))
     states, chi2 = window_states.solve_states(
         data, model, np.concatenate([k.states[validation] for k in points]), point.memory[index],
@@ -123,12 +121,12 @@ def settled(search: Search, fitted: CandidateFit,
     winner = chi2.argmin(axis=0)
     improved = chi2.min(axis=0) < point.chi2[validation]
     chosen = states.reshape(len(points), -1, 4)[winner, np.arange(len(validation))]
-    point.states[validation[improved]] = chosen[improved]
-    data.evaluate(candidate, point)
-    window_states.rescue(data, candidate, point, points, half_gap=search.half_gap)
-    point.states[data.train] = fitted.point.states[data.train]
-    data.evaluate(candidate, point)
-    return replace(fitted, point=point)
+    point = data.evaluate(candidate, replace(point, states=likelihood.updated(
+        point.states, validation[improved], chosen[improved])))
+    point = window_states.rescue(data, candidate, point, [point, *others],
+                                 half_gap=search.half_gap)
+    states = likelihood.updated(point.states, data.train, fitted.point.states[data.train])
+    return replace(fitted, point=data.evaluate(candidate, replace(point, states=states)))
 
 
 def closure(search: Search, none: CandidateFit, fitted: CandidateFit | None = None,
@@ -319,8 +317,7 @@ def validate(recording: UniformRecording, nominal: DriveModel, closed: DriveMode
         sigma: noise of the encoders [2], rad.
     """
     recording = driven(recording, nominal)
-    fits = [windowed(recording, model, sigma) for model in (nominal, closed)]
-    cross(fits)
+    fits = crossed([windowed(recording, model, sigma) for model in (nominal, closed)])
     gaps = [gap_of(point.chi2, point.residual.shape[1]) for _, _, point in fits]
     runs = []
     for search, _, point in fits:
@@ -355,24 +352,23 @@ def windowed(recording: UniformRecording, model: DriveModel, sigma: Array,
     return search, none.candidate, none.point
 
 
-def cross(fits: Sequence[Windowed]) -> None:
+def crossed(fits: Sequence[Windowed]) -> list[Windowed]:
     """
-    Give both models each other's window states, and memories from the window before.
+    Return both models with the better of each other's window states, and memories handed over.
 
     Args:
         fits: fits of the two models, both over the same windows.
     """
-    points = [likelihood.copied(point) for _, _, point in fits]
+    out = []
     for k, (search, candidate, point) in enumerate(fits):
-        data, index = search.long, np.arange(len(search.long.windows))
         if search.model.transmission.kind in ('play', 'passive_play') or any(
                 e['id'] in MEMORIES for e in search.model.effects):
             for _ in range(2):
-                point.memory = likelihood.carried(point.memory, point.carry)
-                point.states, _ = window_states.solve_states(
-                    data, search.model, point.states, point.memory, index)
-                data.evaluate(candidate, point)
-        window_states.rescue(data, candidate, point, [points[1 - k]], half_gap=search.half_gap)
+                point = window_states.solved(search.long, candidate, replace(
+                    point, memory=likelihood.carried(point.memory, point.carry)))
+        out.append((search, candidate, window_states.rescue(
+            search.long, candidate, point, [fits[1 - k][2]], half_gap=search.half_gap)))
+    return out
 
 
 def free_run(search: Search, model: DriveModel, point: likelihood.FitPoint) -> Array:
@@ -386,7 +382,7 @@ def free_run(search: Search, model: DriveModel, point: likelihood.FitPoint) -> A
     """
     n, begin = len(search.recording.u), search.long.windows.begin[:1]
     whole = ShootingWindows(begin, n - int(begin[0]), begin, np.full(1, n))
-    y, _ = search.simulator.run(whole, model, point.states[:1], np.zeros((1, N_MEMORY)))
+    y, _ = search.long.simulator.run(whole, model, point.states[:1], np.zeros((1, N_MEMORY)))
     return np.concatenate([np.full((int(begin[0]), 2), np.nan), y[0]])
 
 

@@ -17,6 +17,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from functools import cache
 
+import numpy as np
+
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import coloured_noise
 from gearbox_monitor.identification.adequacy import incomplete, leaves_more_than_noise, on_all
@@ -27,7 +29,7 @@ from gearbox_monitor.identification.position_search import PositionSearch
 from gearbox_monitor.identification.random_effects import between_recordings
 from gearbox_monitor.identification.search import Search, SETTLING
 from gearbox_monitor.identification.selection import (
-    decide, Evidence, finer, parts, PositionEvidence)
+    decide, Evidence, parts, PositionEvidence)
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.verdict import DiagnosisVerdict, location_of, report
 from gearbox_monitor.plant.drive import DriveModel
@@ -99,10 +101,11 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         return incomplete(*on_all(search, candidate_fit))
     judged = kind != 'unknown' and not rough
     if judged:
-        fitted = finer(search, fitted, inadequate)
+        fitted = search.finer(fitted, inadequate)
     refit_on_all = judged and recording.motor is None and inadequate(fitted)
     if refit_on_all:
-        fitted, kind = decided_on_all(search)
+        search, fitted, kind = decided_on_all(search)
+        evidence = evidence.on(search)
     same = None
     if kind == 'unknown' and len(recordings) > 1 and recording.motor is None:
         # One value for all may fit none: what each recording says alone.
@@ -120,33 +123,33 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     verdict = report(search, fitted, closed, 'unknown' if steps else kind,
                      [name for name in lattices if name in ids], quantum, validate, seed)
     if same is not None:
-        verdict.data['warnings'].append(
+        verdict = verdict.warned(
             'the effect differs between the recordings, each of which shows it alone: no single '
             'value closes the gap in all')
-    if kind == 'effect' and len(recordings) > 1 and recording.motor is None:
-        verdict.data['between_recordings'] = {
+    if kind == 'effect' and len(recordings) > 1 and verdict.search.recording.motor is None:
+        verdict = verdict.with_data(between_recordings={
             name: {key: asdict(value) for key, value in values.items()}
             for name, values in between_recordings(
-                recordings, fitted.candidate, fitted.point.z, search.long.sigma).items()}
+                recordings, fitted.candidate, fitted.point.z, verdict.search.long.sigma).items()})
     if steps:
-        for part in (verdict.data, verdict.data['where'], verdict.data['remainder']):
-            part['location'] = location_of(steps)
-        verdict.data['warnings'].append(f'readings stand on steps: {steps}, which is excluded')
+        place = {'location': location_of(steps)}
+        verdict = verdict.with_data(
+            **place, where={**verdict.data['where'], **place},
+            remainder={**verdict.data['remainder'], **place},
+        ).warned(f'readings stand on steps: {steps}, which is excluded')
     if refit_on_all:
-        verdict.data['warnings'].append(
+        verdict = verdict.warned(
             'only the held-out windows show the model error: all windows were fitted, so '
             'gap_after is not from unseen ones; validate with a second recording')
     return verdict
 
 
-def decided_on_all(search: Search) -> tuple[CandidateFit, str]:
-    """Return the decision where no window is held out; they are again, afterwards."""
-    train = search.long.train.copy()
-    search.long.train[:] = True
-    search.fitted.clear()
-    decision = decide(InnovationEvidence(search))
-    search.long.train[:] = train
-    return decision
+def decided_on_all(search: Search) -> tuple[Search, CandidateFit, str]:
+    """Return (search, fit, kind): the decision where no window is held out, as they are again."""
+    train = search.long.train
+    whole = search.trained_on(np.ones_like(train), {})
+    fitted, kind = decide(InnovationEvidence(whole))
+    return whole.trained_on(train, whole.fitted), fitted, kind
 
 
 def chosen_ids(only: Sequence[str] | None, exclude: Sequence[str]) -> list[str]:

@@ -63,7 +63,7 @@ class Limits:
     travel: float = math.inf
 
 
-@dataclass
+@dataclass(frozen=True)
 class SuggestedMotion:
     """
     One motion: parameters of drive.excitation.Excitation, and what it would tell.
@@ -150,13 +150,11 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
                          max(reached.travel, float(np.abs(run.x[:, :2]).max())))
         rivals = [b for effect, b in pairs if effect == a]
         search = Search(replace(probe, y=run.y), model, sigma, rivals)
-        point = likelihood.FitPoint(candidate.start(), run.x[search.long.windows.begin].copy(),
-                                    np.zeros((len(search.long.windows), 4)))
-        search.long.evaluate(candidate, point)
-        fitted = search.fitted[''] = CandidateFit(candidate, point)
+        fitted = CandidateFit(candidate, search.long.evaluate(candidate, likelihood.fresh(
+            search.long, candidate, run.x[search.long.windows.begin])))
         space = isolability.Space(search, fitted)
         signature = isolability.direction(fitted, 0, space.own)
-        _, prior = candidate.prior(point.z)
+        _, prior = candidate.prior(candidate.start())
         other_coordinates = [k for k, c in enumerate(candidate.coordinates) if c.owner != 0]
         signature = isolability.remove(signature, space.own[:, other_coordinates],
                                        prior[other_coordinates])
@@ -218,10 +216,9 @@ def suggest(model: DriveModel, effects: Mapping[str, Values | None], pairs: Sequ
                 model, effects, motion.torque()[1], sigma, pairs)
             if separation is not None and reached is not None and (
                     reached.speed <= limits.speed and reached.travel <= limits.travel):
-                motion.separation, motion.reached = separation, reached
-                motions.append(motion)
+                motions.append(replace(motion, separation=separation, reached=reached))
                 return
-            motion.amplitudes = tuple(SHRINK * a for a in motion.amplitudes)
+            motion = replace(motion, amplitudes=tuple(SHRINK * a for a in motion.amplitudes))
     for (kind, weights, frequencies), share in product(KINDS, SHARES):
         tried(kind, share * limits.torque * np.array(weights), frequencies)
         done += 1

@@ -20,14 +20,15 @@ they are eliminated from the normal equations by a Schur complement, as in varia
 (Golub and Pereyra 1973). Steps are damped as by Levenberg and Marquardt.
 """
 from collections.abc import Container
+from dataclasses import replace
 
 import numpy as np
 
 from gearbox_monitor.identification import multiscale
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.likelihood import (
-    damped_solve, FitPoint, normal_equations, objective, sensitivity, squares, uses_memory,
-    weights, WindowData)
+    damped_solve, FitPoint, normal_equations, objective, sensitivity, squares, updated,
+    uses_memory, weights, WindowData)
 from gearbox_monitor.identification.window_states import hand_over
 
 
@@ -35,7 +36,7 @@ def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations
         robust: bool = False, refresh: Container[int] = (0, 1, 3),
         tolerance: float = 0.05) -> FitPoint:
     """
-    Improve `point` in place (z, states, memory) by damped Gauss-Newton; return it.
+    Return `point` improved (z, states, memory) by damped Gauss-Newton.
 
     Window states are eliminated by a Schur complement (`likelihood.normal_equations`); steps are
     damped as by Levenberg and Marquardt. Objectives that are not smooth go to `multiscale.fit`.
@@ -50,7 +51,7 @@ def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations
         tolerance: gain in chi2 below which the fit stops.
     """
     if point.residual is None:
-        data.evaluate(candidate, point)
+        point = data.evaluate(candidate, point)
     if data.simulator.nonsmooth:
         return multiscale.fit(data, candidate, point, iterations, robust, tolerance)
     damping, s = 1e-6, None
@@ -68,9 +69,9 @@ def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations
             dz = damped_solve(S, g, damping) if len(g) else np.zeros(0)
             z = candidate.bounded(point.z + dz)
             dz = z - point.z
-            trial = FitPoint(z, point.states + x - np.einsum('wij,j->wi', X, dz), point.memory)
-            data.evaluate(candidate, trial)
-            _keep_states(data, candidate, point, trial)
+            trial = data.evaluate(candidate, FitPoint(
+                z, point.states + x - np.einsum('wij,j->wi', X, dz), point.memory))
+            trial = _keep_states(data, candidate, point, trial)
             if objective(candidate, trial, weight) < objective_before:
                 improved = True
                 break
@@ -82,25 +83,39 @@ def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations
             continue
         damping = max(damping * 0.1, 1e-9)
         gain = objective_before - objective(candidate, trial, weight)
-        for name in ('z', 'states', 'residual', 'chi2', 'carry'):
-            setattr(point, name, getattr(trial, name))
-        if uses_memory(candidate):
-            hand_over(data, candidate, point)
+        point = hand_over(data, candidate, trial) if uses_memory(candidate) else trial
         if gain < tolerance:
             break
     return point
 
 
+def robust_then_plain(data: WindowData, candidate: CandidateModel, point: FitPoint,
+                      iterations: tuple[int, int] = (4, 6)) -> FitPoint:
+    """
+    Return `point` improved where windows that stand out weigh less, then by all alike.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        candidate: model to be fitted, with its coordinates.
+        point: where the fit stands: coordinates, window states and memories.
+        iterations: largest numbers of iterations.
+    """
+    point = fit(data, candidate, point, iterations[0], robust=True)
+    return fit(data, candidate, point, iterations[1])
+
+
 def _keep_states(data: WindowData, candidate: CandidateModel, point: FitPoint,
-                 trial: FitPoint) -> None:
-    """Let windows of `trial` that became worse keep their states of `point` where that helps."""
+                 trial: FitPoint) -> FitPoint:
+    """Return `trial`, windows that became worse with their states of `point` where that helps."""
     degraded = np.flatnonzero(trial.chi2 > point.chi2)
-    if not len(degraded) or data.simulator.begins_known:
-        return
+    if not len(degraded) or data.begins_known:
+        return trial
     residual, carry = data.residual(candidate.model(trial.z), point.states[degraded],
                                     point.memory[degraded], degraded)
     chi2 = squares(residual)
     use = chi2 < trial.chi2[degraded]
-    degraded = degraded[use]
-    trial.states[degraded], trial.residual[degraded] = point.states[degraded], residual[use]
-    trial.chi2[degraded], trial.carry[degraded] = chi2[use], carry[use]
+    index = degraded[use]
+    return replace(trial, states=updated(trial.states, index, point.states[index]),
+                   residual=updated(trial.residual, index, residual[use]),
+                   chi2=updated(trial.chi2, index, chi2[use]),
+                   carry=updated(trial.carry, index, carry[use]))

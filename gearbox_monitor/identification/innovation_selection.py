@@ -36,7 +36,7 @@ from gearbox_monitor.identification.noise_model import white_level
 from gearbox_monitor.identification.remainder_map import by_innovations, closer_on_unseen
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.selection import (
-    convincing, Evidence, finer, MARGIN, OWN_MARGIN, scatters, worth)
+    convincing, Evidence, MARGIN, OWN_MARGIN, scatters, worth)
 from gearbox_monitor.identification.smoothed_windows import (
     on_windows, training_spans, unseen_spans)
 
@@ -70,9 +70,8 @@ class InnovationEvidence(Evidence):
         fine = fitted(self.fine, fit, 8)
         name = key_of(fit)
         self.finished[name] = fine
-        self.search.fitted[name] = on_windows(self.search, fine, self.whole,
-                                              self.effects.score(fine))
-        return self.search.fitted[name]
+        return self.search.keep(name, on_windows(self.search, fine, self.whole,
+                                                 self.effects.score(fine)))
 
     def shaped(self, fit: CandidateFit) -> CandidateFit | None:
         """
@@ -109,8 +108,7 @@ class InnovationEvidence(Evidence):
         if not complete:
             return None
         best = min(complete, key=lambda f: f.score + MARGIN * bool(f.candidate.ids))
-        self.search.fitted[key_of(best)] = best
-        return best
+        return self.search.keep(key_of(best), best)
 
     def holds(self, fit: CandidateFit, base: CandidateFit) -> bool:
         """
@@ -146,8 +144,8 @@ class InnovationEvidence(Evidence):
             return
         points = {name: fit.point for name, fit in search.fitted.items()}
         for name, fit in list(search.fitted.items()):
-            search.fitted[name] = search.polish(
-                fit, [point for other, point in points.items() if other != name])
+            search.keep(name, search.polish(
+                fit, [point for other, point in points.items() if other != name]))
 
     def place_behind(self, fits: Iterable[InnovationFit]) -> None:
         """Let `fits` join the search behind those on windows, in their own order."""
@@ -156,8 +154,8 @@ class InnovationEvidence(Evidence):
         waiting = [f for f in fits if f.name not in self.search.fitted]
         for fit in waiting:
             score = worst + BEHIND + fit.deviance - waiting[0].deviance
-            self.search.fitted[fit.name] = CandidateFit(
-                fit.candidate, replace(none.point, z=fit.z), score)
+            self.search.keep(fit.name, CandidateFit(
+                fit.candidate, replace(none.point, z=fit.z), score))
 
     def lacks(self, fit: CandidateFit) -> bool:
         """Return whether a further effect promises more than chance beside `fit`."""
@@ -190,7 +188,7 @@ class InnovationEvidence(Evidence):
         finished = [self.finish(pair) for pair in pairs[:PAIRS]]
         self.place_behind(pairs)
         for pair in sorted(finished, key=lambda f: f.score):
-            pair = finer(self.search, pair, self.inadequate)
+            pair = self.search.finer(pair, self.inadequate)
             if worth(self.search, fit, pair) and (lacking or not self.inadequate(pair)):
                 return pair
         return fit

@@ -36,7 +36,7 @@ SENSORS = ('motor_sensor', 'arm_sensor')
 PLACES = (*TORQUES, *SENSORS)
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class InputEstimate:
     """
     A free signal at one place, fitted to all windows.
@@ -170,8 +170,6 @@ class InputEstimator:
         """
         Return the InputEstimate, by Levenberg-Marquardt with a damping for each window.
 
-        held [W, H]: values of the signal that stay as they are.
-
         Args:
             states: states of the drive where the windows start [W, 4].
             signal: free signal [W, H] at the peaks of the triangles, N m or rad.
@@ -231,21 +229,20 @@ class InputEstimator:
                              np.einsum('wl,wl->w', residual, residual), unknowns, states)
 
 
-def take_over(windows: ShootingWindows, states: Array, targets: ShootingWindows,
-              into: Array) -> None:
+def taken_over(windows: ShootingWindows, states: Array, targets: ShootingWindows,
+               others: Array) -> Array:
     """
-    Put states [V, 4] of `windows` into those [W, 4] of others that begin at the same sample.
+    Return states [W, 4] of the windows `targets`: of `windows` that begin there, else `others`.
 
     Args:
-        windows: windows to simulate.
-        states: states of the drive where the windows start [W, 4].
+        windows: windows whose states are taken over.
+        states: states of the drive where they start [V, 4].
         targets: windows that receive states.
-        into: their states [W, 4], changed in place.
+        others: states of the drive where these start [W, 4].
     """
     at = {int(b): w for w, b in enumerate(windows.begin)}
-    for w, begin in enumerate(targets.begin):
-        if int(begin) in at:
-            into[w] = states[at[int(begin)]]
+    return np.array([states[at[int(begin)]] if int(begin) in at else other
+                     for begin, other in zip(targets.begin, others)])
 
 
 def reduced_chi2(free: InputEstimate) -> float:
@@ -262,14 +259,15 @@ def reduced_chi2(free: InputEstimate) -> float:
 
 def better_of(first: InputEstimate, second: InputEstimate) -> InputEstimate:
     """
-    Return a InputEstimate with the better of two in each window.
+    Return an InputEstimate with the better of two in each window.
 
     Args:
-        first: first estimate; it is changed in place.
+        first: first estimate.
         second: second estimate.
     """
     use_second = first.chi2 / (first.residual.shape[1] - first.unknowns) > (
         second.chi2 / (second.residual.shape[1] - second.unknowns))
-    for name in ('signal', 'precision', 'residual', 'chi2', 'unknowns', 'states'):
-        getattr(first, name)[use_second] = getattr(second, name)[use_second]
-    return first
+    better = {name: likelihood.updated(getattr(first, name), use_second,
+                                       getattr(second, name)[use_second])
+              for name in ('signal', 'precision', 'residual', 'chi2', 'unknowns', 'states')}
+    return InputEstimate(first.place, **better)

@@ -21,6 +21,7 @@ to all windows. In shapes W counts windows, L samples, C encoders and P coordina
 """
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 import math
 from typing import Any, TypeAlias
 
@@ -40,11 +41,11 @@ from gearbox_monitor.quality.recording import UniformRecording
 STATE_STEPS = np.array([1e-5, 1e-5, 1e-3, 1e-3])
 ROBUST = 2.5   # times the median chi2: windows above count less
 WORST = 1e6  # standard deviations
-UNSET: Any = None  # of a FitPoint that was not evaluated yet
+UNSET: Any = None  # of a FitPoint that is not evaluated
 Reduced: TypeAlias = tuple[Array, Array, Array, Array]
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class FitPoint:
     """
     Where a fit stands: coordinates z [P], states [W, 4] and memory [W, 4] of the windows.
@@ -60,20 +61,45 @@ class FitPoint:
     chi2: Array = UNSET
     carry: Array = UNSET
 
+    def at(self, z: Array) -> 'FitPoint':
+        """Return the point with these states at other coordinates z [P], not evaluated."""
+        return FitPoint(z, self.states, self.memory)
 
+
+@dataclass(frozen=True, eq=False)
 class WindowData:
-    """Readings of `windows` in units of sigma, and which windows may move the coordinates."""
+    """
+    Readings of `windows` in units of sigma [2], and how they count.
 
-    def __init__(self, recording: UniformRecording, simulator: Simulator, windows: ShootingWindows,
-                 sigma: Array, train: Flags | None = None, weighing: Weighing | None = None,
-                 colour: Array | None = None) -> None:
-        self.weighing, self.colour = weighing, colour
-        self.recording, self.simulator, self.windows = recording, simulator, windows
-        self.channels = list(recording.channels)
-        self.sigma = np.asarray(sigma, float)
-        index = windows.first[:, None] + np.arange(windows.length)
-        self.y = recording.y[index][:, :, self.channels]
-        self.train = np.ones(len(windows), bool) if train is None else train
+    train [W]: windows that may move the coordinates; weighing: see model_error; colour [2]: see
+    coloured_noise; fixed_states: whether the states where windows begin stay as they are.
+    """
+
+    recording: UniformRecording
+    simulator: Simulator
+    windows: ShootingWindows
+    sigma: Array
+    train: Flags
+    weighing: Weighing | None = None
+    colour: Array | None = None
+    fixed_states: bool = False
+
+    @cached_property
+    def channels(self) -> list[int]:
+        """Numbers of the encoders that are read."""
+        return list(self.recording.channels)
+
+    @cached_property
+    def y(self) -> Array:
+        """Readings of the windows [W, L, C], rad."""
+        index = self.windows.first[:, None] + np.arange(self.windows.length)
+        readings: Array = self.recording.y[index][:, :, self.channels]
+        return readings
+
+    @property
+    def begins_known(self) -> bool:
+        """Whether no state of a window is fitted."""
+        return self.fixed_states or self.simulator.begins_known
 
     @property
     def n_train(self) -> int:
@@ -107,7 +133,7 @@ class WindowData:
         windows = self.windows if index is None else self.windows.take(index)
         y, carry = self.simulator.run(windows, model, states, memory, extra)
         measured = self.y if index is None else self.y[index]
-        r = (measured - y[:, :, self.channels]) / self.sigma[self.channels]
+        r: Array = (measured - y[:, :, self.channels]) / self.sigma[self.channels]
         # A run that diverges is as bad as can be, and still a number.
         r = self.white(np.clip(np.nan_to_num(r, nan=WORST), -WORST, WORST), self.channels)
         if self.weighing is not None:
@@ -136,27 +162,22 @@ class WindowData:
 
     def plain(self) -> 'WindowData':
         """Return the WindowData whose residuals count in standard deviations of the noise."""
-        if self.weighing is None:
-            return self
-        return WindowData(self.recording, self.simulator, self.windows, self.sigma, self.train,
-                          colour=self.colour)
+        return self if self.weighing is None else replace(self, weighing=None)
 
     def uncoloured(self) -> 'WindowData':
         """Return the WindowData whose residuals are the distances of the readings, in sigmas."""
-        return WindowData(self.recording, self.simulator, self.windows, self.sigma, self.train)
+        return replace(self, weighing=None, colour=None)
 
     def evaluate(self, candidate: CandidateModel, point: FitPoint) -> FitPoint:
         """
-        Fill in residual, chi2 and carry of `point`; return it.
+        Return `point` with its residual, chi2 and carry.
 
         Args:
             candidate: model to be fitted, with its coordinates.
             point: where the fit stands: coordinates, window states and memories.
         """
-        point.residual, point.carry = self.residual(
-            candidate.model(point.z), point.states, point.memory)
-        point.chi2 = squares(point.residual)
-        return point
+        residual, carry = self.residual(candidate.model(point.z), point.states, point.memory)
+        return replace(point, residual=residual, chi2=squares(residual), carry=carry)
 
     def raw_states(self) -> Array:
         """Return states [W, 4] where the windows begin, from straight lines through readings."""
@@ -171,21 +192,42 @@ class WindowData:
         return states
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class CandidateFit:
-    """A candidate where its fit ended, on the long windows."""
+    """
+    A candidate where its fit ended, on the long windows.
+
+    s: torque noise on the motor, N m rms per sample; white: residual [W, 2L] with that noise taken
+    out; persistent [2]: what lasts unexplained, N m and rad, see model_error; smooth [N, N_STATE]:
+    smoothed states of the filter in which its windows began.
+    """
 
     candidate: CandidateModel
     point: FitPoint
     score: float = math.inf
-    s: float = 0.0  # torque noise on the motor, N m rms per sample
-    white: Array | None = None  # residual [W, 2L] with that noise taken out
-    persistent: Array | None = None  # what lasts unexplained [2], N m and rad, see model_error
+    s: float = 0.0
+    white: Array | None = None
+    persistent: Array | None = None
+    smooth: Array | None = None
 
     @property
     def name(self) -> str:
         """Ids joined by '+'."""
         return self.candidate.name
+
+
+def updated(array: Array, index: Integers | Flags, values: Array) -> Array:
+    """
+    Return a copy of `array` with other values in some windows.
+
+    Args:
+        array: a row for each window [W, ...].
+        index: numbers [M] or mask [W] of the windows.
+        values: their rows [M, ...].
+    """
+    out = array.copy()
+    out[index] = values
+    return out
 
 
 def squares(residual: Array) -> Array:
@@ -219,7 +261,7 @@ def state_sensitivity(data: WindowData, model: DriveModel, states: Array, memory
         residual: residual of the windows [W, C L], in standard deviations of the encoder noise.
         index: numbers of the windows [M]; repeats are allowed.
     """
-    if data.simulator.begins_known:
+    if data.begins_known:
         return np.zeros((*residual.shape, 4))
     index = np.arange(len(states)) if index is None else index
     # All in one call: the more windows side by side, the faster.
@@ -241,9 +283,7 @@ def shortened(data: WindowData, share: float) -> WindowData:
         return data
     w = data.windows
     length = max(round(share * w.length), 8)
-    return WindowData(data.recording, data.simulator,
-                      ShootingWindows(w.first, length, w.begin, w.first + length), data.sigma,
-                      data.train, data.weighing, data.colour)
+    return replace(data, windows=ShootingWindows(w.first, length, w.begin, w.first + length))
 
 
 def weights(data: WindowData, chi2: Array, robust: bool) -> Array:
@@ -262,7 +302,7 @@ def weights(data: WindowData, chi2: Array, robust: bool) -> Array:
     return weight
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Sensitivity:
     """Derivatives of -residual by states Jx [W, 2L, 4] and coordinates Jz [W, 2L, P]."""
 
@@ -413,20 +453,5 @@ def fresh(data: WindowData, candidate: CandidateModel, states: Array | None = No
         candidate: model to be fitted, with its coordinates.
         states: states of the drive where the windows start [W, 4].
     """
-    states = data.raw_states() if states is None else states.copy()
+    states = data.raw_states() if states is None else states
     return FitPoint(candidate.start(), states, np.zeros((len(data.windows), N_MEMORY)))
-
-
-def copied(point: FitPoint, z: Array | None = None) -> FitPoint:
-    """
-    Return a copy of `point` (at other coordinates: not evaluated).
-
-    Args:
-        point: where the fit stands: coordinates, window states and memories.
-        z: coordinates [P].
-    """
-    moved = replace(point, z=(point.z if z is None else z).copy(), states=point.states.copy(),
-                    memory=point.memory.copy())
-    if z is not None:
-        moved.residual = moved.chi2 = moved.carry = UNSET
-    return moved

@@ -20,6 +20,7 @@ one signal explain both encoders.
 """
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ from scipy.signal import savgol_filter
 from gearbox_monitor.identification import basis_functions, likelihood, window_states
 from gearbox_monitor.identification.input_estimation import (
     better_of, InputEstimate, InputEstimator, PLACES, QUARTERS, reduced_chi2, SENSORS, SPACING,
-    take_over, TORQUES, triangles)
+    taken_over, TORQUES, triangles)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.shooting import N_MEMORY
@@ -55,15 +56,15 @@ def free_forms(search: Search, fitted: CandidateFit, jobs: int = 1,
     """
     long, point = search.long, fitted.point
     model = fitted.candidate.model(point.z)
-    short = likelihood.WindowData(search.recording, search.simulator,
-                                  long.windows.parted(QUARTERS), long.sigma,
-                                  colour=long.colour)
-    memory = np.zeros((len(short.windows), N_MEMORY))
-    states = short.raw_states()
-    if search.smooth is not None:
-        states = search.smooth[short.windows.begin, :4].copy()
-        memory[:] = search.smooth[short.windows.begin, 4:]
-    index = np.arange(len(short.windows))
+    quarters = long.windows.parted(QUARTERS)
+    short = replace(long, windows=quarters, train=np.ones(len(quarters), bool), weighing=None)
+    states: Array
+    memory: Array
+    if fitted.smooth is None:
+        states, memory = short.raw_states(), np.zeros((len(quarters), N_MEMORY))
+    else:
+        states, memory = np.split(fitted.smooth[quarters.begin], [4], axis=1)
+    index = np.arange(len(quarters))
     states, _ = window_states.solve_states(short, model, states, memory, index)
     start_point = likelihood.FitPoint(point.z, states, memory)
 
@@ -72,8 +73,7 @@ def free_forms(search: Search, fitted: CandidateFit, jobs: int = 1,
         brief = InputEstimator(short, model, place, start_point)
         rough = brief.solve(states)
         fit = InputEstimator(long, model, place, point)
-        started = point.states.copy()
-        take_over(short.windows, rough.states, long.windows, started)
+        started = taken_over(short.windows, rough.states, long.windows, point.states)
         series = np.zeros(len(search.recording.u))
         for first, values in zip(short.windows.first, rough.signal @ brief.basis[brief.lead:].T):
             series[first:first + short.windows.length] = values

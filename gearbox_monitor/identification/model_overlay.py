@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.identification.closed_model import cross, free_run, gap_of, windowed
+from gearbox_monitor.identification.closed_model import crossed, free_run, gap_of, windowed
 from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.identification.search import held_out
 from gearbox_monitor.identification.shooting import ShootingWindows
@@ -97,7 +97,7 @@ def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],
         sigma, _ = noise_floor(recording, next(iter(models.values())))
     fits = [windowed(recording, model, sigma) for model in models.values()]
     if len(fits) == 2:
-        cross(fits)
+        fits = crossed(fits)
     windows = fits[0][0].long.windows
     index = windows.first[:, None] + np.arange(windows.length)
     train, _ = held_out(recording, windows)
@@ -105,7 +105,7 @@ def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],
     runs = []
     for name, (search, candidate, point) in zip(models, fits):
         model = candidate.model(point.z)
-        y, _ = search.simulator.run(windows, model, point.states, point.memory)
+        y, _ = search.long.simulator.run(windows, model, point.states, point.memory)
         free = free_run(search, model, point) if len(recording.cuts) == 1 else None
         runs.append(ModelRun(name, y, point.chi2, gap_of(point.chi2, point.residual.shape[1]),
                              Begin(point.states, point.memory), free))

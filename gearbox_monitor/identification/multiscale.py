@@ -34,7 +34,7 @@ DAMPING = 1e-6
 def fit(data: likelihood.WindowData, candidate: CandidateModel, point: likelihood.FitPoint,
         iterations: int, robust: bool, tolerance: float) -> likelihood.FitPoint:
     """
-    Improve `point` in place (z, memory); return it. See fit.fit.
+    Return `point` improved (z, memory); see gauss_newton.fit.
 
     Args:
         data: windows of readings and how residuals are weighted.
@@ -58,10 +58,9 @@ def fit(data: likelihood.WindowData, candidate: CandidateModel, point: likelihoo
         if trial is point:
             break
         gain = objective_before - likelihood.objective(candidate, trial, weight)
-        for name in ('z', 'residual', 'chi2', 'carry'):
-            setattr(point, name, getattr(trial, name))
+        point = trial
         if likelihood.uses_memory(candidate):
-            window_states.hand_over(data, candidate, point)
+            point = window_states.hand_over(data, candidate, point)
         failed = failed + 1 if gain < tolerance else 0
     return point
 

@@ -21,7 +21,6 @@ leads, whichever fits better. One that leaves more than the model file on window
 fitted is not a solution.
 """
 from collections.abc import Callable, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
 import math
 from typing import Any
@@ -133,15 +132,17 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
     orders = {i: int(own[name]['N']) for i, name in enumerate(ids) if name in PERIODIC}
     candidate = CandidateModel(plain, ids, tuple(coordinates), orders)
     report = progress or (lambda *_: None)
-    fitted, smooth = _settled(search, candidate, report)
+    fitted = _settled(search, candidate, report)
     data = search.long
     if seconds:
         whole = min(seconds, min(np.diff([*recording.cuts, len(recording.u)])) * recording.dt)
         squares = data.weighing and replace(data.weighing, robust=False)
-        data = likelihood.WindowData(recording, copy(search.simulator),
-                                     shooting_windows(recording, whole), sigma, weighing=squares)
+        windows = shooting_windows(recording, whole)
+        # Free states would move by many deviations to hide what the model leaves later.
+        data = replace(data, windows=windows, train=np.ones(len(windows), bool),
+                       weighing=squares, fixed_states=fitted.smooth is not None)
         report(0.9, 1.0, f'windows of {seconds:g} s')
-        fitted = _longer(data, fitted, smooth)
+        fitted = _longer(data, fitted)
     _require_improvement(search, data, fitted)
     fitted_model = candidate.model(fitted.point.z)
     values, correlated = _known(data, fitted, plain)
@@ -169,11 +170,9 @@ def _require_improvement(search: Search, data: likelihood.WindowData,
     unseen = data.train if data.train.all() else ~data.train
     gaps = []
     for z in (candidate.start(), fitted.point.z):
-        trial = replace(likelihood.copied(fitted.point), z=z)
-        trial.states, _ = window_states.solve_states(
-            data, candidate.model(z), trial.states, trial.memory, np.arange(len(data.windows)))
-        data.evaluate(candidate, trial)
-        window_states.rescue(data, candidate, trial, [fitted.point], half_gap=search.half_gap)
+        trial = window_states.rescue(
+            data, candidate, window_states.solved(data, candidate, fitted.point.at(z)),
+            [fitted.point], half_gap=search.half_gap)
         gaps.append(closed_model.gap_of(trial.chi2[unseen], data.size))
     if not gaps[1] <= SAME * gaps[0]:
         raise Undecided(f'gap after the fit {gaps[1]:.4g} standard deviations, of the model file '
@@ -252,8 +251,7 @@ def _gap(data: likelihood.WindowData, candidate: CandidateModel,
          point: likelihood.FitPoint) -> float:
     """Return the gap that `point` leaves, in standard deviations of the noise."""
     plain = data.plain()
-    point = plain.evaluate(candidate, likelihood.copied(point))
-    return closed_model.gap_of(point.chi2, data.size)
+    return closed_model.gap_of(plain.evaluate(candidate, point).chi2, data.size)
 
 
 def _effects_of(model: DriveModel) -> dict[str, Values]:
@@ -274,8 +272,8 @@ def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
 
 
 def _settled(search: Search, candidate: CandidateModel,
-             report: Callable[..., object]) -> tuple[CandidateFit, Array | None]:
-    """Return the CandidateFit `candidate` on windows of 1 s, and smoothed states [N, N_STATE]."""
+             report: Callable[..., object]) -> CandidateFit:
+    """Return the CandidateFit of `candidate` on windows of 1 s."""
     starts = [candidate.start()]
     if candidate.nominal.controller is None:
         starts.append(regressed_start(search.recording, candidate))
@@ -285,52 +283,36 @@ def _settled(search: Search, candidate: CandidateModel,
         report(1, 2, 'fit, windows of 1 s')
         whole = InnovationLikelihood(search.recording, candidate.nominal, search.long.sigma,
                                      search.spans)
-        smooth = whole.smoothed(whole.run(candidate.model(fit.z), fit.torque))
-        return on_windows(search, fit, whole, fit.deviance), smooth
+        return on_windows(search, fit, whole, fit.deviance)
     report(0, 1, 'fit, windows of 1 s')
-    point = min((_at(search.long, candidate, z) for z in starts),
+    fresh = likelihood.fresh(search.long, candidate)
+    point = min((window_states.solved(search.long, candidate, fresh.at(z)) for z in starts),
                 key=lambda p: float(p.chi2.sum()))
     for _ in range(ROUNDS):
-        gauss_newton.fit(search.long, candidate, point, 8, robust=True, refresh=range(8))
-    search.fitted[''] = search.as_fitted(candidate, point)
+        point = gauss_newton.fit(search.long, candidate, point, 8, robust=True, refresh=range(8))
+    search.keep('', search.as_fitted(candidate, point))
     search.settle([''])
     search.weigh_by_error([''])
-    return search.fitted[''], None
+    return search.fitted['']
 
 
-def _at(data: likelihood.WindowData, candidate: CandidateModel, z: Array) -> likelihood.FitPoint:
-    """Return the FitPoint at coordinates `z` [P] with the windows' best states."""
-    point = likelihood.fresh(data, candidate)
-    point.z = z
-    point.states, _ = window_states.solve_states(
-        data, candidate.model(z), point.states, point.memory, np.arange(len(data.windows)))
-    return data.evaluate(candidate, point)
-
-
-def _longer(data: likelihood.WindowData, fitted: CandidateFit, smooth: Array | None
-            ) -> CandidateFit:
-    """
-    Return `fitted` on the longer windows of `data`, which keep the smoothed states they begin in.
-
-    Free ones would move by many deviations to hide what the model leaves later in a window.
-    """
-    candidate = fitted.candidate
-    point = likelihood.fresh(data, candidate)
-    point.z = fitted.point.z.copy()
-    if smooth is not None:
-        point.states, point.memory = np.split(smooth[data.windows.begin], [4], axis=1)
-        data.simulator.begins_known = True
-    data.evaluate(candidate, point)
-    gauss_newton.fit(data, candidate, point, 40, refresh=range(40))
-    return CandidateFit(candidate, point)
+def _longer(data: likelihood.WindowData, fitted: CandidateFit) -> CandidateFit:
+    """Return `fitted` on the longer windows of `data`, which begin in its smoothed states."""
+    point = likelihood.fresh(data, fitted.candidate).at(fitted.point.z)
+    if fitted.smooth is not None:
+        states, memory = np.split(fitted.smooth[data.windows.begin], [4], axis=1)
+        point = replace(point, states=states, memory=memory)
+    return CandidateFit(fitted.candidate, gauss_newton.fit(
+        data, fitted.candidate, point, 40, refresh=range(40)))
 
 
 def _known(data: likelihood.WindowData, fitted: CandidateFit,
            model: DriveModel) -> tuple[list[FittedValue], list[tuple[str, str, float]]]:
     """Return ([Value], [(name, name, correlation)]) by the linearised fit."""
     candidate, point = fitted.candidate, fitted.point
-    s = likelihood.sensitivity(data, candidate, point)
-    s.Jz = _central(data, candidate, point)
+    s = likelihood.Sensitivity(likelihood.state_sensitivity(
+        data, candidate.model(point.z), point.states, point.memory, point.residual),
+        _central(data, candidate, point))
     residual, whiten = noise_weighted_residual(data, fitted)
     S, _, _, _ = likelihood.normal_equations(s, point.residual, data.train.astype(float), whiten)
     # The residual is not encoder noise: it counts as one number per window and encoder.

@@ -116,8 +116,7 @@ def with_third(search: PositionSearch, pair: CandidateFit) -> CandidateFit | Non
     if not fits:
         return None
     best = min(fits, key=lambda f: f.score)
-    search.fitted[best.name] = best
-    return best
+    return search.keep(best.name, best)
 
 
 def _raced(search: PositionSearch, racing: list[Started]) -> list[str]:
@@ -138,7 +137,7 @@ def _raced(search: PositionSearch, racing: list[Started]) -> list[str]:
             orders = tuple(sorted(joint.orders.values()))
             best_starts.setdefault((_key(joint.ids), orders), (joint, point))
         racing = sorted(best_starts.values(), key=lambda r: search.score(data, *r))[:survivors]
-    return _kept(search, [search.as_fitted(*r) for r in racing])
+    return [search.keep_better(search.as_fitted(*r)).name for r in racing]
 
 
 def _joined(search: PositionSearch, gains: dict[str, dict[str, list[Gain]]]) -> list[str]:
@@ -156,27 +155,16 @@ def _joined(search: PositionSearch, gains: dict[str, dict[str, list[Gain]]]) -> 
         for name in sorted(effect_gains, key=lambda n: -effect_gains[n][0][0])[:1]:
             jobs += [(search.fitted[first], second, second.start())
                      for second in search.starts.candidates(name, effect_gains[name][0][1])]
-    return _kept(search, search.map(lambda job: _extended(search, *job), jobs, 'pairs'))
+    return [search.keep_better(pair).name for pair in search.map(
+        lambda job: _extended(search, *job), jobs, 'pairs')]
 
 
 def _extended(search: PositionSearch, fitted: CandidateFit, added: CandidateModel,
               z: Array) -> CandidateFit:
     """Return the fit on whole windows of `fitted` with the effect `added`, which begins at `z`."""
     joint = search.starts.joint([(fitted.candidate, fitted.point.z), (added, z)])
-    point = likelihood.copied(fitted.point, _with_nuisances(search, joint, fitted.point))
+    point = fitted.point.at(_with_nuisances(search, joint, fitted.point))
     return search.polish(search.as_fitted(joint, search.long.evaluate(joint, point)))
-
-
-def _kept(search: PositionSearch, pairs: Iterable[CandidateFit]) -> list[str]:
-    """Let `pairs` join search.fitted where they are better than the same pair; their names."""
-    names = []
-    for fitted in pairs:
-        rivals = [search.fitted.pop(n) for n in search.ranked(2)
-                  if _key(search.fitted[n].candidate.ids) == _key(fitted.candidate.ids)]
-        fitted = min([*rivals, fitted], key=lambda f: f.score)
-        search.fitted[fitted.name] = fitted
-        names.append(fitted.name)
-    return names
 
 
 def _proposed(search: PositionSearch, forward: dict[str, dict[str, list[Gain]]]) -> list[Started]:
@@ -198,8 +186,7 @@ def _proposed(search: PositionSearch, forward: dict[str, dict[str, list[Gain]]])
                 for second in [c for _, order in gains[name][:TOP_ORDERS]
                                for c in search.starts.candidates(name, order)]:
                     joint = search.starts.joint([(base, point.z), (second, second.start())])
-                    z = _with_nuisances(search, joint, point)
-                    jobs.append((joint, likelihood.copied(point, z)))
+                    jobs.append((joint, point.at(_with_nuisances(search, joint, point))))
     none = _begun(search, data, search.fitted[''])
     for parts in _screened(search)[:TOP_SCREENED]:
         joint = search.starts.joint([(c, c.start()) for c in parts])
@@ -210,15 +197,15 @@ def _proposed(search: PositionSearch, forward: dict[str, dict[str, list[Gain]]])
 def _begun(search: PositionSearch, data: likelihood.WindowData,
            fitted: CandidateFit) -> likelihood.FitPoint:
     """Return the FitPoint of `fitted` on `data`, the beginnings of the long windows."""
-    point = data.evaluate(fitted.candidate, likelihood.copied(fitted.point, fitted.point.z))
+    point = data.evaluate(fitted.candidate, fitted.point)
     return gauss_newton.fit(data, fitted.candidate, point, 5, robust=True)
 
 
 def _run_on(data: likelihood.WindowData, pair: Started) -> Started:
     """Fit a pair on `data`, the beginnings of the windows."""
     joint, point = pair
-    point = data.evaluate(joint, likelihood.copied(point, point.z))
-    return joint, gauss_newton.fit(data, joint, point, 6, robust=True, refresh=(0, 1, 2, 4))
+    return joint, gauss_newton.fit(data, joint, data.evaluate(joint, point), 6, robust=True,
+                                   refresh=(0, 1, 2, 4))
 
 
 def _key(ids: Iterable[str]) -> tuple[str, ...]:
@@ -290,7 +277,7 @@ def _exchanged(search: PositionSearch, pair: CandidateFit) -> list[Started]:
     for i, name in enumerate(pair.candidate.ids):
         kept_single = _alone(search, pair, 1 - i)
         base = kept_single.candidate
-        point = data.evaluate(base, likelihood.copied(kept_single.point))
+        point = data.evaluate(base, kept_single.point)
         gains = _gains(search, data, base, point)
         _, shares = separations[name]
         names = [*sorted(shares, key=shares.__getitem__)[:EXCHANGED],
@@ -307,31 +294,23 @@ def _exchanged(search: PositionSearch, pair: CandidateFit) -> list[Started]:
         for replacement, order in options:
             for second in search.starts.candidates(replacement, order):
                 joint = search.starts.joint([(base, point.z), (second, second.start())])
-                jobs.append((joint, likelihood.copied(
-                    point, _with_nuisances(search, joint, pair.point))))
+                jobs.append((joint, point.at(_with_nuisances(search, joint, pair.point))))
     return jobs
 
 
 def _alone(search: PositionSearch, pair: CandidateFit, i: int) -> CandidateFit:
     """Return the effect number `i` of `pair` with its values and window states, not fitted."""
-    keep = [c for c in pair.candidate.coordinates if c.owner in (-1, i)]
-    z = [v for c, v in zip(pair.candidate.coordinates, pair.point.z) if c.owner in (-1, i)]
-    single = next(iter(search.starts.candidates(pair.candidate.ids[i],
-                                                pair.candidate.orders.get(i))))
-    own = [c for c in single.coordinates if c.owner == 0]
-    point = search.at_none(single, search.fitted[''].point)
-    values = {c.name: v for c, v in zip(keep, z) if c.owner == i}
-    start = len(single.coordinates) - len(own)
-    for k, c in enumerate(own):
-        point.z[start + k] = values[c.name]
-    point.states, point.memory = pair.point.states.copy(), pair.point.memory.copy()
-    return CandidateFit(single, point)
+    values = {c.name: v for c, v in zip(pair.candidate.coordinates, pair.point.z) if c.owner == i}
+    single = search.starts.candidates(pair.candidate.ids[i], pair.candidate.orders.get(i))[0]
+    begun = single.start_from(search.fitted[''].candidate, search.fitted[''].point.z)
+    z = np.array([values[c.name] if c.owner == 0 else v
+                  for c, v in zip(single.coordinates, begun)])
+    return CandidateFit(single, pair.point.at(z))
 
 
 def _backward(search: PositionSearch, pair: CandidateFit) -> None:
     """Fit each effect of `pair` alone from where the pair ended: no pair by a local minimum."""
-    for i, name in enumerate(pair.candidate.ids):
+    for i in range(len(pair.candidate.ids)):
         single = _alone(search, pair, i)
-        gauss_newton.fit(search.long, single.candidate, single.point, 4, robust=True)
-        refitted = search.polish(search.as_fitted(single.candidate, single.point))
-        search.fitted[name] = min(refitted, search.fitted[name], key=lambda f: f.score)
+        point = gauss_newton.fit(search.long, single.candidate, single.point, 4, robust=True)
+        search.keep_better(search.polish(search.as_fitted(single.candidate, point)))

@@ -18,7 +18,8 @@ Search where the measured motion of the motor drives the model: all candidates o
 Every candidate is fitted from where the model without effects stands, with the same effort; the
 promising ones go on. Residuals are weighed by the model error that the best fit leaves.
 """
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -43,11 +44,9 @@ class PositionSearch(Search):
     def none(self) -> CandidateFit:
         """Fit the model without effects."""
         candidate = self.starts.none()
-        point = self.long.evaluate(candidate, likelihood.fresh(self.long, candidate))
-        for robust in (True, False):
-            gauss_newton.fit(self.long, candidate, point, 8, robust=robust)
-        self.fitted[''] = self.as_fitted(candidate, point)
-        return self.fitted['']
+        point = gauss_newton.robust_then_plain(
+            self.long, candidate, likelihood.fresh(self.long, candidate), (8, 8))
+        return self.keep('', self.as_fitted(candidate, point))
 
     def none_and_singles(self) -> None:
         """Fit the model without effects and with each single one."""
@@ -69,7 +68,7 @@ class PositionSearch(Search):
         """Return the rough fit of `candidate` from where none stands."""
         point = self.at_none(candidate, self.fitted[''].point)
         for _ in range(2):
-            gauss_newton.fit(self.long, candidate, point, 4, robust=True, refresh=(0, 2))
+            point = gauss_newton.fit(self.long, candidate, point, 4, robust=True, refresh=(0, 2))
             # Every candidate holds none in it: one that is worse is still on its way.
             if self.promise(candidate, point) > -1.0:
                 break
@@ -93,10 +92,9 @@ class PositionSearch(Search):
     def at_none(self, candidate: CandidateModel,
                 point: likelihood.FitPoint) -> likelihood.FitPoint:
         """Return a FitPoint of `candidate` at its start, with states and nuisances of `point`."""
-        return likelihood.copied(
-            point, candidate.start_from(self.fitted[''].candidate, point.z))
+        return point.at(candidate.start_from(self.fitted[''].candidate, point.z))
 
-    def refine(self, by_id: dict[str, list[CandidateFit]]) -> None:
+    def refine(self, by_id: Mapping[str, Sequence[CandidateFit]]) -> None:
         """
         Fit the promising ids well, all of them and none with the same means.
 
@@ -104,19 +102,21 @@ class PositionSearch(Search):
             by_id: rough fits of each effect.
         """
         cost = math.log(self.long.n_train)
-        self.reweigh([fit for group in by_id.values() for fit in group])
-        none = self.fitted[''] = self.polish(self.fitted[''])
+        self.reweigh(min((fit for group in by_id.values() for fit in group),
+                         key=lambda f: f.score))
+        by_id = {name: [self.rescored(fit) for fit in group] for name, group in by_id.items()}
+        none = self.keep('', self.polish(self.fitted['']))
         gains = {}
         for name, group in by_id.items():
-            self.fitted[name] = min(group, key=lambda f: f.score)
+            self.keep(name, min(group, key=lambda f: f.score))
             gains[name] = max(self.promise(f.candidate, f.point) - f.candidate.n_effect * cost
                               for f in group)
         ranked = sorted(gains, key=gains.__getitem__, reverse=True)[:KEEP_SCREENED]
         chosen = list(dict.fromkeys([*ranked, *(i for i in self.far(none) if i in by_id)]))
         begun = [max(by_id[name], key=lambda f: self.promise(f.candidate, f.point))
                  for name in chosen]
-        for name, refined in zip(chosen, self.map(self.polish, begun, 'refining')):
-            self.fitted[name] = min(refined, self.fitted[name], key=lambda f: f.score)
+        for refined in self.map(self.polish, begun, 'refining'):
+            self.keep_better(refined)
         for _ in range(2):
             self.cross()
         self.weigh_by_error(['', *self.ranked()[:KEEP_REFINED]])
@@ -136,8 +136,9 @@ class PositionSearch(Search):
             names: names of the fits.
         """
         names = names or ['', *self.ranked()[:KEEP_REFINED]]
-        self.fitted.update(zip(names, self.map(
-            self.polish, [self.fitted[n] for n in names], 'comparing')))
+        for name, fit in zip(names, self.map(
+                self.polish, [self.fitted[n] for n in names], 'comparing')):
+            self.keep(name, fit)
 
     def settle(self, names: Sequence[str]) -> None:
         """Polish the fits `names` until they stand still: what they leave is to be judged."""
@@ -147,30 +148,33 @@ class PositionSearch(Search):
             if all(b - self.fitted[n].score < STILL for b, n in zip(scores, names)):
                 break
 
-    def reweigh(self, fits: Sequence[CandidateFit]) -> None:
+    def reweigh(self, reference: CandidateFit) -> None:
         """
-        Weigh residuals by what the best of `fits` leaves; score all fits by it.
+        Weigh residuals by what `reference` leaves; score all fits by it.
 
         One size for all: a model that leaves more has no right to more.
         """
-        reference = min(fits, key=lambda f: f.score)
-        weighing = model_error.weighing(self.recording, self.model, self.long.sigma,
-                                        self._persistent(reference))
-        self.long.weighing = weighing
-        for fitted in {id(f): f for f in (*fits, *self.fitted.values())}.values():
-            self.long.evaluate(fitted.candidate, fitted.point)
-            fitted.score = self.score(self.long, fitted.candidate, fitted.point)
+        self.long = replace(self.long, weighing=model_error.weighing(
+            self.recording, self.model, self.long.sigma, self._persistent(reference)))
+        for name, fit in self.fitted.items():
+            self.keep(name, self.rescored(fit))
+
+    def rescored(self, fit: CandidateFit) -> CandidateFit:
+        """Return `fit` as its residuals count."""
+        point = self.long.evaluate(fit.candidate, fit.point)
+        return replace(fit, point=point, score=self.score(self.long, fit.candidate, point))
 
     def weigh_by_error(self, names: Iterable[str]) -> None:
         """Weigh residuals by what the best of `names` leaves; fit these and none again."""
         names = list(names)
-        self.reweigh([self.fitted[n] for n in names])
+        self.reweigh(min((self.fitted[n] for n in names), key=lambda f: f.score))
         names = list(dict.fromkeys(['', *names, *self.ranked()[:len(names)]]))
         self.cross(names)
         for name in names:
-            fitted = self.fitted[name]
-            fitted.persistent, fitted.white = self._persistent(fitted), fitted.point.residual
-            fitted.s = float(fitted.persistent[0])
+            fit = self.fitted[name]
+            persistent = self._persistent(fit)
+            self.keep(name, replace(fit, persistent=persistent, white=fit.point.residual,
+                                    s=float(persistent[0])))
 
     def _persistent(self, fitted: CandidateFit) -> Array:
         """Return the size [2], N m and rad, of what lasts in the residual of `fitted`."""

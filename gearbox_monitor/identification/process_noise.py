@@ -38,13 +38,13 @@ class Whitener:
     """
 
     def __init__(self, data: likelihood.WindowData, candidate: CandidateModel,
-                 point: likelihood.FitPoint) -> None:
+                 point: likelihood.FitPoint, level: float) -> None:
         free = InputEstimator(data, candidate.model(point.z), 'motor_side', point)
         count = free.basis.shape[1]
         H = free.sensitivity(np.zeros((len(point.states), count)), point.states,
                              point.residual)[:, :, :count]
         time = candidate.nominal.process_torque_time
-        self.samples = SPACING / data.recording.dt if time <= SPACING else 1.0
+        samples = SPACING / data.recording.dt if time <= SPACING else 1.0
         if time > SPACING:
             distance = SPACING * np.abs(np.arange(count)[:, None] - np.arange(count))
             H = H @ np.linalg.cholesky(np.exp(-distance / time))
@@ -53,17 +53,14 @@ class Whitener:
         self.values = np.maximum(values, 1e-12 * max(values.max(), 1e-300))
         self.U = (H @ vectors) / np.sqrt(
             self.values)[:, None, :]
-        self.level = 0.0
-
-    def _variance(self, level: float) -> float:
-        """Return the variance of a triangle's torque: the mean of so many samples' noise."""
-        return level * level / self.samples
+        # Of a triangle's torque: the mean of so many samples' noise.
+        self.variance = level * level / samples
 
     def __call__(self, array: Array) -> Array:
-        """Return `array` whitened at the level in force."""
-        if self.level == 0.0:
+        """Return `array` whitened."""
+        if self.variance == 0.0:
             return array
-        f = 1.0 - 1.0 / np.sqrt(1.0 + self._variance(self.level) * self.values)
+        f = 1.0 - 1.0 / np.sqrt(1.0 + self.variance * self.values)
         flat = array.reshape(*array.shape[:2], -1)
         projection = np.swapaxes(self.U, 1, 2) @ flat
         out = flat - self.U @ (f[:, :, None] * projection)
@@ -81,6 +78,4 @@ def noise_weighted_residual(data: likelihood.WindowData,
     """
     if fitted.white is None:
         return fitted.point.residual, None
-    whitener = Whitener(data, fitted.candidate, fitted.point)
-    whitener.level = fitted.s
-    return fitted.white, whitener
+    return fitted.white, Whitener(data, fitted.candidate, fitted.point, fitted.s)

@@ -97,7 +97,7 @@ def strongest_dependence(search: Search, fitted: CandidateFit,
 def _modelled(search: Search, fitted: CandidateFit, positions: Array) -> Array:
     """Return positions [N, 2] as `fitted` has them; where there is no window, those read."""
     data = search.long
-    y = _readings(data, fitted)
+    y, positions = _readings(data, fitted), positions.copy()
     for first, rows in zip(data.windows.first, y):
         positions[first:first + len(rows), data.channels] = rows
     return positions

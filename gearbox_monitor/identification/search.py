@@ -17,7 +17,7 @@ Fits of one recording: their windows, their scores by BIC (Schwarz 1978), linear
 
 Windows of 1 s carry the evidence; the last 30 % of each recording are held out.
 """
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import replace
@@ -75,28 +75,55 @@ class Search:
     sigma [2] rad; only, exclude: ids; jobs: threads; progress(done, total, text) is called as it
     goes on; colour [2]: see coloured_noise. settling: s at the beginning of each joined recording
     that are no evidence, because commands from before the recording may still act. spans: parts
-    of the recording that are evidence. smooth [N, N_STATE]: smoothed states of the model without
-    effects, None before it is fitted by innovations.
+    of the recording that are evidence. long: windows of 1 s. fitted: fits by name, '' without
+    effects.
     """
 
     def __init__(self, recording: UniformRecording, model: DriveModel, sigma: Array,
                  ids: Iterable[str], jobs: int = 1, progress: Callable[..., object] | None = None,
                  colour: Array | None = None, settling: float = 0.0) -> None:
         self.recording, self.model, self.ids = recording, model, list(ids)
-        self.simulator = simulator(recording, model)
         self.starts = Starts(model, recording)
         windows = shooting_windows(recording, LONG, settling)
         skipped = int(windows.begin[0])
         self.spans = [slice(part.start + skipped, part.stop) for part in recording.segments]
         train, self.last = held_out(recording, windows)
-        self.long = likelihood.WindowData(recording, self.simulator, windows, sigma, train,
-                                          model_error.weighing(recording, model, sigma), colour)
+        self.long = likelihood.WindowData(
+            recording, simulator(recording, model), windows, np.asarray(sigma, float), train,
+            model_error.weighing(recording, model, sigma), colour)
         self.jobs, self._progress = jobs, progress or (lambda *_: None)
         self._pool = ThreadPoolExecutor(jobs)
         self._done, self._total = 0, 1
-        self.fitted: dict[str, CandidateFit] = {}
-        self.smooth: Array | None = None
+        self._fitted: dict[str, CandidateFit] = {}
         self._orders: dict[str, list[int]] = {}
+
+    @property
+    def fitted(self) -> Mapping[str, CandidateFit]:
+        """Fits by name, '' without effects."""
+        return self._fitted
+
+    def keep(self, name: str, fit: CandidateFit) -> CandidateFit:
+        """Let `fit` be the one of this name; return it."""
+        self._fitted[name] = fit
+        return fit
+
+    def keep_better(self, fit: CandidateFit) -> CandidateFit:
+        """Keep `fit` or the one that has the same effects in any order; return the better one."""
+        same = [name for name, other in self._fitted.items()
+                if sorted(other.candidate.ids) == sorted(fit.candidate.ids)]
+        best = min([*(self._fitted.pop(name) for name in same), fit], key=lambda f: f.score)
+        return self.keep(best.name, best)
+
+    def with_data(self, long: likelihood.WindowData,
+                  fitted: Mapping[str, CandidateFit]) -> 'Search':
+        """Return the Search on windows that count in another way, with other fits."""
+        out = copy(self)
+        out.long, out._fitted = long, dict(fitted)
+        return out
+
+    def trained_on(self, train: Flags, fitted: Mapping[str, CandidateFit]) -> 'Search':
+        """Return the Search with `fitted` where the windows of the mask `train` [W] are fitted."""
+        return self.with_data(replace(self.long, train=train), fitted)
 
     def map(self, function: Callable[[Item], Outcome], items: Sequence[Item],
             text: str) -> list[Outcome]:
@@ -149,9 +176,18 @@ class Search:
         plain = likelihood.objective(candidate, point, data.train.astype(float))
         return plain + candidate.n_effect * math.log(data.n_train)
 
-    def as_fitted(self, candidate: CandidateModel, point: likelihood.FitPoint) -> CandidateFit:
-        """Return the CandidateFit of `candidate` at `point`, scored."""
-        return CandidateFit(candidate, point, self.score(self.long, candidate, point))
+    def as_fitted(self, candidate: CandidateModel, point: likelihood.FitPoint,
+                  smooth: Array | None = None) -> CandidateFit:
+        """
+        Return the CandidateFit of `candidate` at `point`, scored.
+
+        Args:
+            candidate: model to be fitted, with its coordinates.
+            point: where the fit stands.
+            smooth: smoothed states in which its windows began [N, N_STATE].
+        """
+        return CandidateFit(candidate, point, self.score(self.long, candidate, point),
+                            smooth=smooth)
 
     def found_orders(self, name: str) -> list[int]:
         """Return the orders N that find_orders found for the periodic effect `name`."""
@@ -166,30 +202,55 @@ class Search:
             fitted: fit on the long windows.
             rivals: points of other fits whose window states are tried.
         """
-        candidate, point = fitted.candidate, likelihood.copied(fitted.point)
-        window_states.rescue(self.long, candidate, point, rivals, half_gap=self.half_gap)
+        candidate = fitted.candidate
+        point = window_states.rescue(self.long, candidate, fitted.point, rivals,
+                                     half_gap=self.half_gap)
         if candidate.coordinates:
-            gauss_newton.fit(self.long, candidate, point, 4, robust=True)
-            gauss_newton.fit(self.long, candidate, point, 6)
-        return min(self.as_fitted(candidate, point), fitted, key=lambda f: f.score)
+            point = gauss_newton.robust_then_plain(self.long, candidate, point)
+        return min(self.as_fitted(candidate, point, fitted.smooth), fitted, key=lambda f: f.score)
 
     def on_shorter_steps(self) -> likelihood.WindowData | None:
         """Return the long windows run on steps as short as need be, None: they are already."""
         if self.recording.motor is not None:
             return None
         shorter = Simulator(self.recording, self.model, finer=FINER)
-        if self.simulator.n == shorter.n:
+        if self.long.simulator.n == shorter.n:
             return None
-        long = self.long
-        return likelihood.WindowData(self.recording, shorter, long.windows, long.sigma, long.train,
-                                     long.weighing, long.colour)
+        return replace(self.long, simulator=shorter)
 
-    def refitted(self, fitted: CandidateFit) -> CandidateFit:
-        """Return `fitted` refitted from where it is: long windows run otherwise than before."""
-        point = self.long.evaluate(fitted.candidate, likelihood.copied(fitted.point))
-        gauss_newton.fit(self.long, fitted.candidate, point, 4, robust=True)
-        gauss_newton.fit(self.long, fitted.candidate, point, 6)
-        return self.as_fitted(fitted.candidate, point)
+    def finer(self, best_fit: CandidateFit,
+              inadequate: Callable[[CandidateFit], bool]) -> CandidateFit:
+        """
+        Return `best_fit` on shorter steps, with which the search goes on, where it needs them.
+
+        Steps are as long as the nominal drive allows; with the effect it may be a faster one, and
+        the readings so good that the edges of its gap show.
+
+        Args:
+            best_fit: fit that explains the recording best.
+            inadequate: function that tells whether a fit leaves more than noise.
+        """
+        if not inadequate(best_fit) or self.noisy:
+            return best_fit
+        shorter = self.on_shorter_steps()
+        if shorter is None:
+            return best_fit
+        long, none = self.long, self.fitted['']
+        self.long = shorter
+        refitted = self.keep('', self._refitted(none))
+        if best_fit.candidate.ids:
+            refitted = self._refitted(best_fit)
+        if inadequate(refitted):
+            self.long = long
+            self.keep('', none)
+            return best_fit
+        return self.keep(refitted.name, refitted) if best_fit.candidate.ids else refitted
+
+    def _refitted(self, fitted: CandidateFit) -> CandidateFit:
+        """Return `fitted` refitted from where it is: windows run otherwise than they did."""
+        point = gauss_newton.robust_then_plain(
+            self.long, fitted.candidate, self.long.evaluate(fitted.candidate, fitted.point))
+        return self.as_fitted(fitted.candidate, point, fitted.smooth)
 
     @property
     def noisy(self) -> bool:
@@ -202,12 +263,10 @@ class Search:
         """Return the search with residuals in standard deviations of the encoders' noise."""
         if self.long.weighing is None and self.long.colour is None:
             return self
-        out = copy(self)
-        out.long = self.long.uncoloured()
-        out.fitted = {
-            name: replace(f, white=None, point=out.long.evaluate(
-                f.candidate, likelihood.copied(f.point))) for name, f in self.fitted.items()}
-        return out
+        long = self.long.uncoloured()
+        return self.with_data(long, {
+            name: replace(f, white=None, point=long.evaluate(f.candidate, f.point))
+            for name, f in self.fitted.items()})
 
     def ranked(self, size: int = 1) -> list[str]:
         """Return the names of candidates with `size` effects, best first."""

@@ -19,7 +19,9 @@ Gains are differences of BIC; margins cover what the search over all candidates 
 """
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from copy import copy
 from functools import cache
+from typing import Self
 
 import numpy as np
 
@@ -103,6 +105,12 @@ class Evidence(ABC):
         self.inadequate: Callable[[CandidateFit], bool] = cache(
             lambda fit: incomplete(search, fit, rough))
 
+    def on(self, search: Search) -> Self:
+        """Return the same evidence for fits of another `search` on the recording."""
+        out = copy(self)
+        out.search = search
+        return out
+
     @abstractmethod
     def convincing_single(self) -> CandidateFit | None:
         """Return the best fit of one effect, None where it does not convince."""
@@ -133,11 +141,11 @@ def decide(evidence: Evidence) -> tuple[CandidateFit, str]:
     search, inadequate = evidence.search, evidence.inadequate
     chosen = evidence.convincing_single()
     if chosen is None:
-        chosen = finer(search, search.fitted[''], inadequate)
+        chosen = search.finer(search.fitted[''], inadequate)
         if not inadequate(chosen):
             return chosen, 'none'
     else:
-        chosen = finer(search, simpler(search, chosen), inadequate)
+        chosen = search.finer(simpler(search, chosen), inadequate)
     lacking = inadequate(chosen)
     if search.ranked() and lacking:
         pulses = explained_by_pulses(search, evidence.rough, inadequate)
@@ -261,8 +269,7 @@ def explained_by_pulses(search: Search, rough: bool,
     margin = ROUGH_MARGIN if rough else MARGIN
     if gain(search, pulses) < margin + explained / SHARE:
         return None
-    search.fitted[DISTURBANCE.id] = pulses
-    return pulses
+    return search.keep(DISTURBANCE.id, pulses)
 
 
 def worth(search: Search, single: CandidateFit, pair: CandidateFit) -> bool:
@@ -277,37 +284,6 @@ def worth(search: Search, single: CandidateFit, pair: CandidateFit) -> bool:
     added = [i for i in pair.candidate.ids if i not in single.candidate.ids]
     own = len(added) == 1 and scatters(search, added[0])
     return single.score - pair.score > (own_margin(search) if own else PAIR_MARGIN)
-
-
-def finer(search: Search, best_fit: CandidateFit,
-          inadequate: Callable[[CandidateFit], bool]) -> CandidateFit:
-    """
-    Return `best` on shorter steps, with which `search` then goes on, where it lacks but these.
-
-    Steps are as long as the nominal drive allows; with the effect it may be a faster one, and the
-    readings so good that the edges of its gap show.
-
-    Args:
-        search: fits of all candidates to one recording.
-        best_fit: fit that explains the recording best.
-        inadequate: function that tells whether a fit leaves more than noise.
-    """
-    if not inadequate(best_fit) or search.noisy or search.recording.motor is not None:
-        return best_fit
-    shorter = search.on_shorter_steps()
-    if shorter is None:
-        return best_fit
-    simulator, long, none = search.simulator, search.long, search.fitted['']
-    search.simulator, search.long = shorter.simulator, shorter
-    refitted = search.fitted[''] = search.refitted(none)
-    if best_fit.candidate.ids:
-        refitted = search.refitted(best_fit)
-    if inadequate(refitted):
-        search.simulator, search.long, search.fitted[''] = simulator, long, none
-        return best_fit
-    if best_fit.candidate.ids:
-        search.fitted[refitted.name] = refitted
-    return refitted
 
 
 def simpler(search: Search, best_fit: CandidateFit) -> CandidateFit:

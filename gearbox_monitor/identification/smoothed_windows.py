@@ -51,17 +51,15 @@ def smoothed_point(data: WindowData, candidate: CandidateModel, z: Array,
         smooth: smoothed states [N, N_STATE].
     """
     begun, memory = np.split(smooth[data.windows.begin], [4], axis=1)
-    point, model = FitPoint(z.copy(), begun, memory), candidate.model(z)
-    index = np.arange(len(data.windows))
+    states, model, index = begun, candidate.model(z), np.arange(len(data.windows))
     for share in window_states.SHARES:
-        point.states, chi2 = window_states.solve_states(
-            likelihood.shortened(data, share), model, point.states, point.memory, index)
+        states, chi2 = window_states.solve_states(
+            likelihood.shortened(data, share), model, states, memory, index)
     if len(data.channels) == 1:
         # The beginning of a window says little of a side that no encoder reads.
-        states, at_once = window_states.solve_states(data, model, begun, point.memory, index)
-        better = at_once < chi2
-        point.states[better] = states[better]
-    return data.evaluate(candidate, point)
+        whole, at_once = window_states.solve_states(data, model, begun, memory, index)
+        states = np.where((at_once < chi2)[:, None], whole, states)
+    return data.evaluate(candidate, FitPoint(z, states, memory))
 
 
 def likeliest(search: Search, candidate: CandidateModel, starts: Sequence[Array],
@@ -116,8 +114,6 @@ def on_windows(search: Search, fit: InnovationFit, filter_: InnovationLikelihood
     run = filter_.run(candidate.model(fit.z), fit.torque)
     smooth = filter_.smoothed(run)
     point = smoothed_point(data, candidate, fit.z, smooth)
-    if not candidate.ids:
-        search.smooth = smooth
     if search.noisy:
         at = data.windows.first[:, None] + np.arange(data.windows.length) - 1
         white = run.residual[np.maximum(at, 0)][:, :, data.channels]
@@ -127,17 +123,17 @@ def on_windows(search: Search, fit: InnovationFit, filter_: InnovationLikelihood
         white = white.reshape(len(at), -1)
         if search.model.process_torque_time > 0.0:  # few are read
             white = point.residual
-        return CandidateFit(candidate, point, score, float(fit.torque[0]), white)
-    window_states.rescue(data, candidate, point, half_gap=search.half_gap)
+        return CandidateFit(candidate, point, score, float(fit.torque[0]), white, smooth=smooth)
+    point = window_states.rescue(data, candidate, point, half_gap=search.half_gap)
     if candidate.coordinates:
-        gauss_newton.fit(data, candidate, point, 3, robust=True)
-        gauss_newton.fit(data, candidate, point, 6)
+        point = gauss_newton.robust_then_plain(data, candidate, point, (3, 6))
         for _ in range(ROUNDS if len(data.channels) == 1 else 0):
             # A side that no encoder reads may still begin on the wrong flank of the gap.
-            if not window_states.rescue(data, candidate, point, half_gap=search.half_gap):
+            rescued = window_states.rescue(data, candidate, point, half_gap=search.half_gap)
+            if rescued is point:
                 break
-            gauss_newton.fit(data, candidate, point, 6, robust=True)
-    return search.as_fitted(candidate, point)
+            point = gauss_newton.fit(data, candidate, rescued, 6, robust=True)
+    return search.as_fitted(candidate, point, smooth)
 
 
 def fit_none(search: Search) -> CandidateFit:
@@ -146,5 +142,4 @@ def fit_none(search: Search) -> CandidateFit:
     whole = InnovationLikelihood(search.recording, search.model, search.long.sigma,
                                  search.spans)
     fit = likeliest(search, candidate, [candidate.start()])
-    search.fitted[''] = on_windows(search, fit, whole, fit.deviance)
-    return search.fitted['']
+    return search.keep('', on_windows(search, fit, whole, fit.deviance))

@@ -21,8 +21,8 @@ import numpy as np
 
 from gearbox_monitor.errors import Undecided
 from gearbox_monitor.identification import (
-    closed_model, isolability, likelihood, localisation, verdict_parts)
-from gearbox_monitor.identification.adequacy import misfit, on_all, residual_law, sharpen_sigma
+    closed_model, isolability, localisation, verdict_parts)
+from gearbox_monitor.identification.adequacy import misfit, on_all, residual_law, sharpened
 from gearbox_monitor.identification.candidates import (
     CandidateModel, GAINS, NUISANCES, SHAPES, with_effects, ZERO)
 from gearbox_monitor.identification.likelihood import CandidateFit
@@ -44,7 +44,7 @@ LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
 UNREPEATABLE = tuple(name for name, effect in EFFECTS.items() if not effect.fitted)
 
 
-@dataclass
+@dataclass(frozen=True)
 class DiagnosisVerdict:
     """
     What a diagnosis found; see docs/diagnose.md for each field of `data`.
@@ -53,13 +53,21 @@ class DiagnosisVerdict:
     values of the model that were estimated along.
     """
 
-    data: dict[str, Any]
+    data: Mapping[str, Any]
     model: DriveModel
-    search: Search | None = field(default=None, repr=False)
+    search: Search = field(repr=False)
+
+    def with_data(self, **entries: Any) -> 'DiagnosisVerdict':
+        """Return the verdict with other `entries` of its data."""
+        return replace(self, data={**self.data, **entries})
+
+    def warned(self, warning: str) -> 'DiagnosisVerdict':
+        """Return the verdict with one more `warning`."""
+        return self.with_data(warnings=[*self.data['warnings'], warning])
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, as JSON has it."""
-        return self.data
+        return dict(self.data)
 
 
 def location_of(name: str) -> str:
@@ -85,14 +93,16 @@ def report(search: Search, best_fit: CandidateFit, closed_fit: CandidateFit, kin
     """
     ids = list(best_fit.candidate.ids)
     weighed, weighed_fit, phi = search, best_fit, search.long.colour
-    search = search.in_sensor_units()
+    search = weighed.in_sensor_units()
     if search is not weighed:
         best_fit = search.fitted[best_fit.name if ids else '']
-    if phi is None:
-        sharpen_sigma(search, best_fit)
+        if phi is None:
+            search, best_fit = sharpened(search, best_fit)
+    else:
+        weighed, weighed_fit = search, best_fit = sharpened(search, best_fit)
     if TORQUE_MAP.id in closed_fit.candidate.ids:
         closed_fit = replace(closed_fit, point=search.long.evaluate(
-            closed_fit.candidate, likelihood.copied(closed_fit.point)))
+            closed_fit.candidate, closed_fit.point))
     else:
         closed_fit = best_fit
     judging, judged_fit = (search, best_fit) if phi is None else (weighed, weighed_fit)

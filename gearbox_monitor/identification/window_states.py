@@ -14,12 +14,13 @@
 
 """States where the windows start: fitted by Levenberg-Marquardt, and freed from wrong contacts."""
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.likelihood import (
-    carried, FitPoint, shortened, squares, state_sensitivity, WindowData)
+    carried, FitPoint, shortened, squares, state_sensitivity, updated, WindowData)
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
@@ -49,7 +50,7 @@ def solve_states(data: WindowData, model: DriveModel, states: Array, memory: Arr
     states, index = states.copy(), np.asarray(index)
     residual, _ = data.residual(model, states, memory, index)
     chi2 = squares(residual)
-    if data.simulator.begins_known:
+    if data.begins_known:
         return states, chi2
     damping = np.full(len(states), 1e-3)
     A, g = np.empty((len(states), 4, 4)), np.empty((len(states), 4))
@@ -78,6 +79,20 @@ def solve_states(data: WindowData, model: DriveModel, states: Array, memory: Arr
         if not len(active):
             break
     return states, chi2
+
+
+def solved(data: WindowData, candidate: CandidateModel, point: FitPoint) -> FitPoint:
+    """
+    Return `point` with the states that fit each window best from where they are.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        candidate: model to be fitted, with its coordinates.
+        point: where the fit stands: coordinates, window states and memories.
+    """
+    states, _ = solve_states(data, candidate.model(point.z), point.states, point.memory,
+                             np.arange(len(data.windows)))
+    return data.evaluate(candidate, replace(point, states=states))
 
 
 def grown_states(data: WindowData, model: DriveModel, memory: Array, index: Integers,
@@ -136,9 +151,9 @@ def hidden_states(data: WindowData, states: Array, half_gap: float) -> list[Arra
 
 
 def rescue(data: WindowData, candidate: CandidateModel, point: FitPoint,
-           rivals: Sequence[FitPoint] = (), half_gap: float = 0.05) -> int:
+           rivals: Sequence[FitPoint] = (), half_gap: float = 0.05) -> FitPoint:
     """
-    Try other starts for windows that stand out; return how many became better.
+    Return `point` with other starts of windows that stand out; itself where none is better.
 
     Where a rival fits a window better, its start is tried, too: a better start must not count as
     evidence for the candidate that has it.
@@ -150,9 +165,10 @@ def rescue(data: WindowData, candidate: CandidateModel, point: FitPoint,
         rivals: points of other fits whose window states are tried.
         half_gap: half backlash on which states are started elsewhere, rad.
     """
-    if data.simulator.begins_known:
-        return 0
-    improved = _try_memories(data, candidate, point)
+    if data.begins_known:
+        return point
+    begun = point
+    point = _with_memories(data, candidate, point)
     stuck = point.chi2 > max(STUCK * float(np.median(point.chi2)), 1.12 * data.size)
     worse_than_rival = np.zeros(len(stuck), bool)
     for rival in rivals:
@@ -169,29 +185,29 @@ def rescue(data: WindowData, candidate: CandidateModel, point: FitPoint,
             if point.carry is not None:
                 starts.append(np.where(windows[:, None] > 0,
                                        point.carry[np.maximum(windows - 1, 0), :4], starts[-1]))
-        improved += _try_starts(data, candidate, point, windows, np.stack(starts, axis=1))
-    if improved:
-        data.evaluate(candidate, point)
-    return improved
+        point = _with_starts(data, candidate, point, windows, np.stack(starts, axis=1))
+    return point if point is begun else data.evaluate(candidate, point)
 
 
-def _try_memories(data: WindowData, candidate: CandidateModel, point: FitPoint) -> int:
+def _with_memories(data: WindowData, candidate: CandidateModel, point: FitPoint) -> FitPoint:
     """
-    Try other memories of a hysteresis where windows begin; return how many became better.
+    Return `point` with other memories of a hysteresis where windows begin, if they fit better.
 
     States handed over by a poor fit may hold a window back permanently.
     """
     starts = {MEMORIES[i]: EFFECTS[i].memory_starts for i in candidate.ids
               if i in MEMORIES and EFFECTS[i].memory_starts}
-    index, improved = np.arange(len(point.states)), np.zeros(len(point.states), bool)
+    index = np.arange(len(point.states))
     for values in zip(*starts.values()):
         memory = point.memory.copy()
         memory[:, list(starts)] = values
         states, chi2 = solve_states(data, candidate.model(point.z), point.states, memory, index)
         use = chi2 < point.chi2 - RIVAL
-        point.states[use], point.memory[use], point.chi2[use] = states[use], memory[use], chi2[use]
-        improved |= use
-    return int(improved.sum())
+        if use.any():
+            point = replace(point, states=updated(point.states, use, states[use]),
+                            memory=updated(point.memory, use, memory[use]),
+                            chi2=updated(point.chi2, use, chi2[use]))
+    return point
 
 
 def _rival_states(rivals: Sequence[FitPoint], windows: Integers) -> list[Array]:
@@ -204,9 +220,9 @@ def _rival_states(rivals: Sequence[FitPoint], windows: Integers) -> list[Array]:
             for winner in np.argsort(chi2, axis=0)[:KEPT_STARTS]]
 
 
-def _try_starts(data: WindowData, candidate: CandidateModel, point: FitPoint, windows: Integers,
-                starts: Array) -> int:
-    """Move the states of `windows` [M] to the best of `starts` [M, S, 4]; return how many."""
+def _with_starts(data: WindowData, candidate: CandidateModel, point: FitPoint,
+                 windows: Integers, starts: Array) -> FitPoint:
+    """Return `point`, the states of `windows` [M] the best of `starts` [M, S, 4] if better."""
     model = candidate.model(point.z)
     for iterations, survivors in ((ROUGH, KEPT_STARTS), (6 - ROUGH, 1)):
         index = np.repeat(windows, starts.shape[1])
@@ -215,15 +231,15 @@ def _try_starts(data: WindowData, candidate: CandidateModel, point: FitPoint, wi
         chi2 = chi2.reshape(len(windows), -1)
         order = np.argsort(chi2, axis=1)[:, :survivors]
         starts = np.take_along_axis(states.reshape(len(windows), -1, 4), order[:, :, None], axis=1)
-    chi2 = chi2.min(axis=1)
-    improved = chi2 < point.chi2[windows] * (1 - 1e-4) - 1e-3
-    point.states[windows[improved]] = starts[improved, 0]
-    return int(improved.sum())
+    improved = chi2.min(axis=1) < point.chi2[windows] * (1 - 1e-4) - 1e-3
+    if not improved.any():
+        return point
+    return replace(point, states=updated(point.states, windows[improved], starts[improved, 0]))
 
 
-def hand_over(data: WindowData, candidate: CandidateModel, point: FitPoint) -> None:
+def hand_over(data: WindowData, candidate: CandidateModel, point: FitPoint) -> FitPoint:
     """
-    Give windows the memory with which their predecessor ends, where they can live with it.
+    Return `point` with the memories that windows hand over, where they can live with them.
 
     Args:
         data: windows of readings and how residuals are weighted.
@@ -234,5 +250,5 @@ def hand_over(data: WindowData, candidate: CandidateModel, point: FitPoint) -> N
         point.z, point.states, carried(point.memory, point.carry)))
     # Near a reversal a little change elsewhere turns a memory over; then the last one is better.
     use = moved.chi2 < point.chi2 + RIVAL
-    for name in ('memory', 'residual', 'chi2', 'carry'):
-        getattr(point, name)[use] = getattr(moved, name)[use]
+    return replace(point, **{name: updated(getattr(point, name), use, getattr(moved, name)[use])
+                             for name in ('memory', 'residual', 'chi2', 'carry')})

@@ -79,7 +79,7 @@ def test_it_is_what_the_evidence_of_fits_says():
     search = Search(UniformRecording(t, u, run.y, DT), MODEL, SIGMA, ['motor_coulomb'])
     candidate = search.starts.candidates('motor_coulomb')[0]
     point = likelihood.fresh(search.long, candidate, run.x[search.long.windows.begin])
-    gauss_newton.fit(search.long, candidate, point, 20, refresh=range(20))
+    point = gauss_newton.fit(search.long, candidate, point, 20, refresh=range(20))
     left = point.chi2[search.long.train].sum()
     assert left == pytest.approx(found[pair], rel=0.2)
 

@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.identification import (
-    adequacy, closed_model, diagnose, gauss_newton, isolability, likelihood, localisation,
+    adequacy, closed_model, diagnose, gauss_newton, isolability, localisation,
     selection, shooting, verdict, window_states)
 from gearbox_monitor.identification.candidates import sine_and_cosine
 from gearbox_monitor.identification.disturbance_pulses import (
@@ -73,30 +73,25 @@ def searches():
 def fitted_from(search, name, values):
     """Return the Fitted of effect `name` that begins at its true `values`."""
     candidate = search.starts.candidates(name)[0]
-    point = likelihood.copied(search.fitted[''].point, candidate.start())
     if 'phi' in values:
         values = sine_and_cosine(name, values)
-    for k, c in enumerate(candidate.coordinates):
-        point.z[k] = np.log(values[c.name]) if c.log else values[c.name]
-    search.long.evaluate(candidate, point)
+    point = search.fitted[''].point.at(np.array(
+        [np.log(values[c.name]) if c.log else values[c.name] for c in candidate.coordinates]))
     for _ in range(3):
-        every = np.arange(len(point.states))
-        point.states, _ = window_states.solve_states(search.long, candidate.model(point.z),
-                                                     point.states, point.memory, every)
-        search.long.evaluate(candidate, point)
-        window_states.rescue(search.long, candidate, point)
+        point = window_states.rescue(search.long, candidate, window_states.solved(
+            search.long, candidate, point))
     return search.as_fitted(candidate, gauss_newton.fit(search.long, candidate, point, 6))
 
 
 def test_a_start_that_one_fit_has_serves_the_others():
     search = Search(record([]), DriveModel(), SIGMA, ['stiffness'])
     none = fit_none(search)
-    search.fitted['stiffness'] = fitted_from(search, 'stiffness', {'K': 25.0})
-    spoiled, good = likelihood.copied(none.point), none.point.chi2.copy()
-    spoiled.states[2, 2] += 0.005  # rad/s: not enough to stand out
-    search.long.evaluate(none.candidate, spoiled)
+    search.keep('stiffness', fitted_from(search, 'stiffness', {'K': 25.0}))
+    states, good = none.point.states.copy(), none.point.chi2
+    states[2, 2] += 0.005  # rad/s: not enough to stand out
+    spoiled = search.long.evaluate(none.candidate, replace(none.point, states=states))
     assert good[2] + 20.0 < spoiled.chi2[2] < 1.1 * search.long.size
-    search.fitted[''] = search.as_fitted(none.candidate, spoiled)
+    search.keep('', search.as_fitted(none.candidate, spoiled))
     InnovationEvidence(search).share_starts()
     np.testing.assert_allclose(search.fitted[''].point.chi2, good, atol=1.0)
 
@@ -145,8 +140,7 @@ def test_without_an_effect_there_is_nothing_to_close():
 def test_a_wrong_effect_does_not_close_the_gap(searches):
     search, none, _ = searches['arm_encoder_eccentricity']
     wrong = search.starts.candidates('motor_viscous')[0]
-    point = likelihood.copied(none.point, wrong.start())
-    search.long.evaluate(wrong, point)
+    point = search.long.evaluate(wrong, none.point.at(wrong.start()))
     found = closed_model.closure(search, none, search.as_fitted(wrong, point))
     assert found['closed_fraction'] < 0.1 and found['closed_fraction_ci'][1] < 0.3
 
@@ -196,21 +190,23 @@ def test_a_parameter_at_its_bound_is_no_discovery():
     """Friction that has drifted from the first moment on is plain friction, if hardly worse."""
     search = Search(record([]), DriveModel(), SIGMA, ['viscous_drift', 'motor_viscous'])
     fit_none(search)
+    none = search.fitted['']
     for name in search.ids:
         candidate = search.starts.candidates(name)[0]
-        point = likelihood.copied(search.fitted[''].point, candidate.start())
-        point.residual = search.fitted[''].point.residual
-        search.fitted[name] = CandidateFit(candidate, point, 0.0)
+        search.keep(name, CandidateFit(candidate, replace(none.point, z=candidate.start()), 0.0))
     drift, plain = (search.fitted[name] for name in ('viscous_drift', 'motor_viscous'))
-    drift.score = plain.score - 5.0
+    drift = replace(drift, score=-5.0)
     assert selection.simpler(search, drift) is drift
-    drift.point.z[:] = -50.0  # of the logarithm of the time constant, too
+    # Of the logarithm of the time constant, too.
+    drift = replace(drift, point=replace(drift.point, z=np.full(len(drift.point.z), -50.0)))
     assert drift.candidate.at_bound(drift.point.z)
+    search.keep('viscous_drift', drift)
     assert selection.simpler(search, drift) is plain
-    drift.score = plain.score - 20.0
-    assert selection.simpler(search, drift) is drift
-    drift.score = plain.score - 5.0
-    plain.point.residual = plain.point.residual + 1.0  # as good, but another motion: no limit
+    better = search.keep('viscous_drift', replace(drift, score=-20.0))
+    assert selection.simpler(search, better) is better
+    search.keep('viscous_drift', drift)
+    search.keep('motor_viscous', replace(plain, point=replace(  # as good, but another motion
+        plain.point, residual=plain.point.residual + 1.0)))
     assert selection.simpler(search, drift) is drift
 
 
@@ -376,16 +372,14 @@ def test_a_memory_that_is_stuck_is_freed():
                     ['hysteresis_branch'])
     fit_none(search)
     right = fitted_from(search, 'hysteresis_branch', effect)
-    every = np.arange(len(right.point.states))
-    stuck = likelihood.copied(right.point)
-    stuck.memory[:, 3] = -np.sign(right.point.memory[:, 3])
-    stuck.states, _ = window_states.solve_states(search.long, right.candidate.model(stuck.z),
-                                                 stuck.states, stuck.memory, every)
-    search.long.evaluate(right.candidate, stuck)
+    memory = right.point.memory.copy()
+    memory[:, 3] = -np.sign(memory[:, 3])
+    stuck = window_states.solved(search.long, right.candidate,
+                                 replace(right.point, memory=memory))
     assert stuck.chi2.sum() > right.point.chi2.sum() + 100.0
-    window_states.rescue(search.long, right.candidate, stuck)
-    gauss_newton.fit(search.long, right.candidate, stuck, 4)
-    assert stuck.chi2.sum() < right.point.chi2.sum() + 5.0
+    freed = window_states.rescue(search.long, right.candidate, stuck)
+    freed = gauss_newton.fit(search.long, right.candidate, freed, 4)
+    assert freed.chi2.sum() < right.point.chi2.sum() + 5.0
 
 
 def scattered(effects, torque_noise=0.005, seconds=8, seed=3):
@@ -428,8 +422,7 @@ def test_what_explains_nearly_all_of_the_gap_is_where_the_unknown_is(searches):
     search, none, right = searches['torque_gain']
     assert verdict.nearly_known(search, right) == 'actuator'
     assert verdict.nearly_known(search, none) is None
-    half = search.long.evaluate(right.candidate,
-                                likelihood.copied(right.point, 0.5 * right.point.z))
+    half = search.long.evaluate(right.candidate, right.point.at(0.5 * right.point.z))
     assert verdict.nearly_known(search, CandidateFit(right.candidate, half)) is None
 
 
